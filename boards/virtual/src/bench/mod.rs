@@ -1,0 +1,1 @@
+//! The object on its cords, the hammer, the sensors, the ADC.

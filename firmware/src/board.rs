@@ -1,0 +1,119 @@
+//! The four seams between the application and a board: samples, link, flash, panel.
+
+use core::fmt;
+
+use embedded_io_async::{Read, Write};
+use embedded_storage_async::nor_flash::NorFlash;
+use massline_shared::signal::{AdcProperties, Scan};
+use massline_shared::units::ScanIndex;
+
+use crate::panel::{Button, PanelModel};
+
+/// Why a block of scans did not come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleError {
+    /// Scans were lost because they were not read in time; sampling has restarted.
+    Overrun {
+        /// How many.
+        lost: u32,
+    },
+    /// The converter does not answer.
+    Stopped,
+}
+
+impl fmt::Display for SampleError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Overrun { lost } => write!(f, "{lost} scans were lost"),
+            Self::Stopped => f.write_str("the converter does not answer"),
+        }
+    }
+}
+
+impl core::error::Error for SampleError {}
+
+/// Takes whole scans at a constant rate.
+pub trait Sampler {
+    /// Rate, resolution, channel delay.
+    fn adc(&self) -> AdcProperties;
+
+    /// Starts sampling; scans of an earlier run are gone.
+    fn start(&mut self) -> impl Future<Output = Result<(), SampleError>>;
+
+    /// Waits until `block` is full of consecutive scans; gives the index of its first.
+    ///
+    /// Deadline: the board buffers at least 40 ms of scans between two calls.
+    /// Cancel-safe: dropping the future loses at most the scans of this block.
+    ///
+    /// # Errors
+    /// When scans were lost: never a silent gap.
+    fn read(&mut self, block: &mut [Scan]) -> impl Future<Output = Result<ScanIndex, SampleError>>;
+
+    /// Stops sampling.
+    fn stop(&mut self);
+}
+
+/// A stream of bytes to and from the host.
+pub trait Link {
+    /// From the host.
+    type Rx: Read;
+    /// To the host. `flush` returns when the bytes have left, as far as the board can tell.
+    type Tx: Write;
+
+    /// True when the link carries [`AdcProperties::rate`] scans of 20 bytes per second.
+    const STREAMS: bool;
+
+    /// Both directions, to be used at the same time.
+    fn split(self) -> (Self::Rx, Self::Tx);
+}
+
+/// A small screen and buttons.
+pub trait Panel {
+    /// Shows this from now on.
+    fn show(&mut self, model: &PanelModel);
+
+    /// Waits for a button. Cancel-safe.
+    fn button(&mut self) -> impl Future<Output = Button>;
+}
+
+/// What a board says of itself.
+#[derive(Clone, Copy, Debug)]
+pub struct BoardInfo {
+    /// The folder under `boards/`.
+    pub name: &'static str,
+    /// Version of the firmware.
+    pub firmware: &'static str,
+    /// Commit that it was built from.
+    pub git_hash: &'static str,
+    /// True when that commit had been changed before the build.
+    pub git_dirty: bool,
+    /// Why it started: 0 unknown, 1 power-on, 2 reset pin, 3 watchdog, 4 panic.
+    pub boot_reason: u8,
+    /// The last words of a panic before this start.
+    pub last_panic: &'static str,
+    /// Most stack ever used and stack that there is, bytes.
+    pub stack: fn() -> StackUse,
+}
+
+/// Stack of the board, bytes; zeros when it does not measure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StackUse {
+    /// Most ever used.
+    pub high_water: u32,
+    /// Size.
+    pub size: u32,
+}
+
+/// Everything that the application needs of a board.
+pub struct Board<S: Sampler, L: Link, F: NorFlash, P: Panel> {
+    /// What it says of itself.
+    pub info: BoardInfo,
+    /// Samples.
+    pub sampler: S,
+    /// Host.
+    pub link: L,
+    /// A region of flash that belongs to the store alone.
+    pub flash: F,
+    /// Screen and buttons.
+    pub panel: P,
+}

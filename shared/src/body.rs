@@ -1,0 +1,1 @@
+//! The ten rigid body properties and their transforms.

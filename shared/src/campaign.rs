@@ -1,0 +1,1 @@
+//! Which DOF is hit next, and what a verdict leads to.

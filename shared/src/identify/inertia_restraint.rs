@@ -1,0 +1,1 @@
+//! The inertia restraint method.

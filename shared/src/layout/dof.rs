@@ -1,0 +1,133 @@
+//! Names of degrees of freedom: `1:+Y`.
+
+use core::fmt;
+use core::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// A local axis of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Axis {
+    /// Local x.
+    X,
+    /// Local y.
+    Y,
+    /// Local z.
+    Z,
+}
+
+impl Axis {
+    /// x, y, z.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// 0, 1, 2.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// Along an axis or against it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Sign {
+    /// Along the axis.
+    Plus,
+    /// Against the axis.
+    Minus,
+}
+
+impl Sign {
+    /// +1 or −1.
+    pub fn factor(self) -> f64 {
+        match self {
+            Self::Plus => 1.0,
+            Self::Minus => -1.0,
+        }
+    }
+}
+
+/// A node and a signed local axis. As a hit, `1:+Y` means that the force on the body acts along +Y
+/// of node 1: the hammer moves that way, and a push is positive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Dof {
+    /// The node's number.
+    pub node: u16,
+    /// Along or against the axis.
+    pub sign: Sign,
+    /// The local axis.
+    pub axis: Axis,
+}
+
+impl fmt::Display for Dof {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = match self.sign {
+            Sign::Plus => '+',
+            Sign::Minus => '-',
+        };
+        let axis = match self.axis {
+            Axis::X => 'X',
+            Axis::Y => 'Y',
+            Axis::Z => 'Z',
+        };
+        write!(f, "{}:{sign}{axis}", self.node)
+    }
+}
+
+/// The text is not `node ':' sign axis`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DofError;
+
+impl fmt::Display for DofError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a DOF is written node:±axis, for example 1:+Y or 12:-Z")
+    }
+}
+
+impl core::error::Error for DofError {}
+
+impl FromStr for Dof {
+    type Err = DofError;
+
+    /// Reads `1:+Y`; `1:Y` is `1:+Y`, and small letters are taken.
+    fn from_str(text: &str) -> Result<Self, DofError> {
+        let (node, direction) = text.trim().split_once(':').ok_or(DofError)?;
+        let (sign, axis) = match direction.strip_prefix('-') {
+            Some(axis) => (Sign::Minus, axis),
+            None => (Sign::Plus, direction.strip_prefix('+').unwrap_or(direction)),
+        };
+        let axis = match axis {
+            "X" | "x" => Axis::X,
+            "Y" | "y" => Axis::Y,
+            "Z" | "z" => Axis::Z,
+            _ => return Err(DofError),
+        };
+        let digits = !node.is_empty() && node.bytes().all(|b| b.is_ascii_digit());
+        let node = if digits { node.parse().map_err(|_| DofError)? } else { return Err(DofError) };
+        Ok(Self { node, sign, axis })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn a_dof_reads_back_what_it_shows() {
+        for text in ["1:+Y", "12:-Z", "65535:+X"] {
+            let dof: Dof = text.parse().unwrap();
+            assert_eq!(dof.to_string(), text);
+        }
+    }
+
+    #[test]
+    fn a_missing_sign_is_plus() {
+        assert_eq!("3:y".parse::<Dof>(), "3:+Y".parse::<Dof>());
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for text in ["", ":", "1", "1:", "1:+", "1:+W", "+1:+X", "70000:+X", "1:++X", "1:+X+"] {
+            assert_eq!(text.parse::<Dof>(), Err(DofError), "{text}");
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! What a sensor reads of the body's motion, and what a hit does to it.

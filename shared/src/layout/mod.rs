@@ -1,0 +1,155 @@
+//! Where the sensors sit and where the hammer lands.
+//!
+//! A *node* is a numbered point of the object with local axes. A *sensor* is a triaxial
+//! accelerometer on a node; a *hit* is a degree of freedom (DOF) `node:±axis` along which the hammer
+//! pushes. All positions are in the body frame, all directions are unit vectors of the body frame.
+//! What arrives here is resolved already: nodes and local axes of the layout file have become
+//! positions and directions.
+
+mod check;
+mod dof;
+mod kinematics;
+
+pub use dof::{Axis, Dof, DofError, Sign};
+
+use heapless::{String, Vec};
+use serde::{Deserialize, Serialize};
+
+use crate::Real;
+
+/// Triaxial sensors that the rig has inputs for.
+pub const RIG_SENSORS: usize = 3;
+/// Hit DOFs that the rig has memory for.
+pub const RIG_HITS: usize = 12;
+/// Triaxial sensors that the host solves for.
+pub const HOST_SENSORS: usize = 8;
+/// Hit DOFs that the host solves for.
+pub const HOST_HITS: usize = 24;
+
+/// The layout as the rig holds it.
+pub type RigLayout = Layout<f32, RIG_SENSORS, RIG_HITS>;
+/// The layout as the host solves it.
+pub type HostLayout = Layout<f64, HOST_SENSORS, HOST_HITS>;
+
+/// A triaxial accelerometer on the object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sensor<R> {
+    /// The node it is glued to.
+    pub node: u16,
+    /// Position in the body frame, m.
+    pub position: [R; 3],
+    /// Its x, y and z axis, each a unit vector of the body frame: row `a` is axis `a`, so this is
+    /// `Rᵀ` of the theory.
+    pub axes: [[R; 3]; 3],
+    /// False for sensors that do not feel gravity (laser, camera).
+    pub senses_gravity: bool,
+}
+
+/// A degree of freedom that the hammer excites.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hit<R> {
+    /// Its name, `node:±axis`.
+    pub dof: Dof,
+    /// Point of action in the body frame, m.
+    pub position: [R; 3],
+    /// Unit vector along which the force on the body acts, body frame.
+    pub direction: [R; 3],
+}
+
+/// How the test is run: the `[test]` table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TestSettings<R> {
+    /// Accepted hits wanted at each DOF.
+    pub hits_per_dof: u8,
+    /// Lower and upper end of the band of the mass line fit, Hz, inclusive.
+    pub band_hz: [R; 2],
+    /// Decay rate σ of the exponential window, 1/s.
+    pub exponential_decay: R,
+    /// Half width of the force window about the peak of the force, s.
+    pub force_window_s: R,
+    /// Force at which a record starts, N.
+    pub trigger_n: R,
+    /// A hit whose peak force is below this is too weak, N.
+    pub weakest_hit_n: R,
+}
+
+impl<R: Real> Default for TestSettings<R> {
+    /// The measured defaults of the project's theory, section 9.
+    fn default() -> Self {
+        Self {
+            hits_per_dof: 5,
+            band_hz: [R::of(10.0), R::of(120.0)],
+            exponential_decay: R::of(10.0),
+            force_window_s: R::of(0.012),
+            trigger_n: R::of(3.0),
+            weakest_hit_n: R::of(8.0),
+        }
+    }
+}
+
+/// Sensors, hits and settings of one test.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
+    /// Free text.
+    pub title: String<48>,
+    /// Gravity in the body frame as suspended, m/s², when given.
+    pub gravity: Option<[R; 3]>,
+    /// The sensors, in the order of the rig's channels.
+    pub sensors: Vec<Sensor<R>, SENSORS>,
+    /// The hits, in the order of the campaign.
+    pub hits: Vec<Hit<R>, HITS>,
+    /// How the test is run.
+    pub test: TestSettings<R>,
+}
+
+impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
+    /// The same layout in another precision and capacity; `None` when it does not fit.
+    pub fn cast<Q: Real, const S2: usize, const H2: usize>(&self) -> Option<Layout<Q, S2, H2>> {
+        let to = |v: R| Q::of(v.to_f64());
+        let mut sensors = Vec::new();
+        for s in &self.sensors {
+            let sensor = Sensor {
+                node: s.node,
+                position: s.position.map(to),
+                axes: s.axes.map(|axis| axis.map(to)),
+                senses_gravity: s.senses_gravity,
+            };
+            sensors.push(sensor).ok()?;
+        }
+        let mut hits = Vec::new();
+        for h in &self.hits {
+            let hit =
+                Hit { dof: h.dof, position: h.position.map(to), direction: h.direction.map(to) };
+            hits.push(hit).ok()?;
+        }
+        Some(Layout {
+            title: self.title.clone(),
+            gravity: self.gravity.map(|g| g.map(to)),
+            sensors,
+            hits,
+            test: TestSettings {
+                hits_per_dof: self.test.hits_per_dof,
+                band_hz: self.test.band_hz.map(to),
+                exponential_decay: to(self.test.exponential_decay),
+                force_window_s: to(self.test.force_window_s),
+                trigger_n: to(self.test.trigger_n),
+                weakest_hit_n: to(self.test.weakest_hit_n),
+            },
+        })
+    }
+}
+
+impl RigLayout {
+    /// The most bytes that an encoded rig layout takes.
+    pub const MAX_ENCODED: usize = 960;
+
+    /// The name of this layout on the wire and in files: CRC-32 over its encoded bytes.
+    pub fn hash(&self) -> u32 {
+        let mut bytes = [0; Self::MAX_ENCODED];
+        match postcard::to_slice(self, &mut bytes) {
+            Ok(encoded) => crate::protocol::crc32(encoded),
+            // Cannot happen: MAX_ENCODED covers full capacity, which a test proves.
+            Err(_) => 0,
+        }
+    }
+}

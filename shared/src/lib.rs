@@ -1,0 +1,38 @@
+//! Everything of massline that is a pure function.
+//!
+//! The crate knows no chip, port, file or clock: samples, bytes and time come in as arguments. It
+//! neither allocates nor recurses, so what it needs on a microcontroller is known at build time.
+//! Solvers are generic over [`Real`]: `f32` on the rig, `f64` on the host.
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`units`] | newtypes of the physical quantities that cross an interface |
+//! | [`body`] | the ten rigid body properties and their transforms |
+//! | [`layout`] | where sensors sit and hits land; kinematics; diagnosis of a layout |
+//! | [`signal`] | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
+//! | [`mass_line`] | the constant part of an accelerance, `A + B/s² + C s²` |
+//! | [`identify`] | from mass lines to the ten properties with their covariance |
+//! | [`campaign`] | which degree of freedom is hit next, and what a verdict leads to |
+//! | [`protocol`] | messages, frames, checksums |
+//! | [`diagnosis`] | the codes by which every problem is named |
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod body;
+pub mod campaign;
+pub mod diagnosis;
+pub mod identify;
+pub mod layout;
+pub mod mass_line;
+pub mod protocol;
+pub mod real;
+pub mod signal;
+pub mod units;
+
+pub use real::Real;
+
+/// Standard acceleration of gravity, m/s².
+pub const STANDARD_GRAVITY: f64 = 9.806_65;

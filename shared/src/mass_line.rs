@@ -1,0 +1,1 @@
+//! The mass line: the constant part of an accelerance.

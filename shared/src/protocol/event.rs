@@ -1,0 +1,44 @@
+//! What the rig says on its own. Events may be lost; what counts can be asked for again.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use crate::diagnosis::Diagnostics;
+
+/// Kind of a [`super::message::Status`] that is sent because it has changed.
+pub const STATUS_CHANGED: u16 = 0x4001;
+/// Kind of a [`HitEvent`].
+pub const HIT: u16 = 0x4002;
+/// Kind of a [`ScanBlock`].
+pub const SCANS: u16 = 0x4003;
+
+/// A hit was graded.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HitEvent {
+    /// Counts the hits since power-on, from 1.
+    pub number: u32,
+    /// Index of the DOF that was hit.
+    pub dof: u8,
+    /// True when the grading found nothing that rejects it.
+    pub good: bool,
+    /// Scan of the trigger.
+    pub scan: u64,
+    /// Peak force, N.
+    pub peak_force: f32,
+    /// Largest acceleration of any channel, m/s².
+    pub peak_acceleration: f32,
+    /// What the grading found.
+    pub findings: Diagnostics,
+}
+
+/// Bytes of scans in a [`ScanBlock`].
+pub const SCAN_BLOCK_BYTES: usize = 1000;
+
+/// Scans of the stream.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScanBlock {
+    /// Index of the first scan; a jump against the block before means that scans are missing.
+    pub first: u64,
+    /// Whole scans, little-endian u16 codes.
+    pub codes: Vec<u8, SCAN_BLOCK_BYTES>,
+}

@@ -1,0 +1,357 @@
+//! Requests of the host and answers of the rig.
+
+use heapless::{String, Vec};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use crate::diagnosis::Diagnostics;
+use crate::layout::{RIG_HITS, RigLayout};
+use crate::signal::{AdcProperties, Calibration};
+
+/// Binds a request, its kind and its answer. The answer's kind is the request's with
+/// [`ANSWER`] set.
+pub trait Endpoint {
+    /// Kind of the request.
+    const KIND: u16;
+    /// True when the request changes the rig: it is then executed at most once however often it
+    /// arrives.
+    const CHANGES: bool = false;
+    /// What the host sends.
+    type Request: Serialize + DeserializeOwned;
+    /// What the rig answers.
+    type Response: Serialize + DeserializeOwned;
+}
+
+/// Set in the kind of every answer.
+pub const ANSWER: u16 = 0x8000;
+/// Kind of the answer to a request that is refused; its body is a [`Refusal`].
+pub const REFUSED: u16 = 0xFFFF;
+
+macro_rules! endpoints {
+    ($($(#[$doc:meta])* $name:ident = $kind:literal $(, $changes:ident)?: $request:ty => $response:ty;)*) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, Copy, Debug)]
+            pub struct $name;
+            impl Endpoint for $name {
+                const KIND: u16 = $kind;
+                $(const CHANGES: bool = { let $changes = true; $changes };)?
+                type Request = $request;
+                type Response = $response;
+            }
+        )*
+        /// Kind and name of every endpoint.
+        pub const ENDPOINTS: &[(u16, &str)] = &[$(($kind, stringify!($name))),*];
+    };
+}
+
+endpoints! {
+    /// Who is there? Frozen for ever.
+    GetIdentity = 1: () => Identity;
+    /// What is the rig doing?
+    GetStatus = 2: () => Status;
+    /// What has been counted since power-on?
+    GetStats = 3: () => Stats;
+    /// Take this layout and keep it.
+    PutLayout = 4, changes: RigLayout => LayoutAnswer;
+    /// Which layout is kept?
+    GetLayout = 5: () => RigLayout;
+    /// Take this calibration and keep it.
+    PutCalibration = 6, changes: Calibration => ();
+    /// Which calibration is kept?
+    GetCalibration = 7: () => Calibration;
+    /// Steer the campaign.
+    Command = 8, changes: CommandRequest => Status;
+    /// How long is an object, and what is its checksum?
+    GetObjectInfo = 9: super::object::ObjectId => super::object::ObjectInfo;
+    /// A piece of an object.
+    ReadObject = 10: super::object::ChunkRequest => super::object::Chunk;
+    /// Which results are kept?
+    ListResults = 11: ListRequest => ResultPage;
+    /// Delete a result.
+    DeleteResult = 12, changes: u32 => ();
+    /// Start or stop the stream of scans.
+    SetStream = 13, changes: bool => ();
+}
+
+/// Who the rig is. Frozen: never edited, in no version.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// [`super::PROTOCOL_MAJOR`] of the rig.
+    pub protocol_major: u8,
+    /// [`super::PROTOCOL_MINOR`] of the rig.
+    pub protocol_minor: u8,
+    /// Version of the firmware, `major.minor.patch`.
+    pub firmware: String<16>,
+    /// Commit that the firmware was built from.
+    pub git_hash: String<16>,
+    /// True when that commit had been changed before the build.
+    pub git_dirty: bool,
+    /// Name of the board, the folder under `boards/`.
+    pub board: String<24>,
+    /// Sampling.
+    pub adc: AdcProperties,
+    /// Scans of a record.
+    pub record_scans: u16,
+    /// Scans of a record before the trigger.
+    pub pre_trigger_scans: u16,
+    /// Triaxial sensors that the rig has inputs for.
+    pub max_sensors: u8,
+    /// Hit DOFs that the rig has memory for.
+    pub max_hits: u8,
+    /// True when the link carries the stream of all scans.
+    pub streams: bool,
+    /// Why it started: raw, 0 unknown, 1 power-on, 2 reset pin, 3 watchdog, 4 panic.
+    pub boot_reason: u8,
+    /// The last words of a panic before this start, empty when there was none.
+    pub last_panic: String<96>,
+}
+
+/// What the campaign is doing, raw in [`Status::phase`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Phase {
+    /// No campaign.
+    Idle = 0,
+    /// Waits for the hammer at [`Status::dof`].
+    Armed = 1,
+    /// A record is being taken or analysed.
+    Busy = 2,
+    /// A graded hit waits for the operator to accept or reject it.
+    Confirming = 3,
+    /// A campaign is interrupted; what has been accepted is kept.
+    Paused = 4,
+    /// The ten properties are being computed and stored.
+    Solving = 5,
+    /// The campaign has ended; the result is [`Status::result`].
+    Done = 6,
+    /// The campaign has ended without an answer; [`Status::diagnostics`] says why.
+    Failed = 7,
+}
+
+impl Phase {
+    /// Read from the wire.
+    pub fn from_raw(raw: u8) -> Option<Self> {
+        [
+            Self::Idle,
+            Self::Armed,
+            Self::Busy,
+            Self::Confirming,
+            Self::Paused,
+            Self::Solving,
+            Self::Done,
+            Self::Failed,
+        ]
+        .into_iter()
+        .find(|&phase| phase as u8 == raw)
+    }
+}
+
+/// What the rig is doing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Raw [`Phase`].
+    pub phase: u8,
+    /// Index of the DOF in hand.
+    pub dof: u8,
+    /// Counts every arming since power-on: a new number means the next hit is wanted.
+    pub armings: u32,
+    /// Accepted hits of each DOF of the layout.
+    pub accepted: Vec<u8, RIG_HITS>,
+    /// Accepted hits wanted at each DOF.
+    pub hits_per_dof: u8,
+    /// Hits rejected in this campaign.
+    pub rejected: u16,
+    /// Number of the last hit, as in [`super::event::HitEvent::number`].
+    pub last_hit: u32,
+    /// Hash of the layout that is kept, 0 when there is none.
+    pub layout_hash: u32,
+    /// Number of the result of the campaign that ended last, 0 when there is none.
+    pub result: u32,
+    /// What is to be said about the campaign.
+    pub diagnostics: Diagnostics,
+}
+
+/// What the rig has counted since power-on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stats {
+    /// Time since power-on, ms.
+    pub uptime_ms: u64,
+    /// Scans taken.
+    pub scans: u64,
+    /// Scans lost: the sampler overran.
+    pub scans_lost: u64,
+    /// Triggers.
+    pub triggers: u32,
+    /// Frames received whole.
+    pub frames_in: u32,
+    /// Frames received and dropped: broken.
+    pub frames_broken: u32,
+    /// Requests refused.
+    pub requests_refused: u32,
+    /// Requests that had been executed already and were only answered again.
+    pub requests_repeated: u32,
+    /// Frames sent.
+    pub frames_out: u32,
+    /// Frames given up because nobody read.
+    pub frames_unsent: u32,
+    /// Events dropped because the link was behind.
+    pub events_dropped: u32,
+    /// Flash writes that failed verification.
+    pub store_failures: u32,
+    /// Most stack ever used, bytes, 0 when the board does not measure it.
+    pub stack_high_water: u32,
+    /// Stack that there is, bytes, 0 when the board does not say.
+    pub stack_size: u32,
+}
+
+/// The answer to a layout.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LayoutAnswer {
+    /// Hash of the layout as kept.
+    pub hash: u32,
+    /// What is to be said about it. With an error among them the layout is kept but a campaign
+    /// needs [`CommandRequest::force`].
+    pub diagnostics: Diagnostics,
+}
+
+/// What the host wants of the campaign, raw in [`CommandRequest::command`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum CampaignCommand {
+    /// Start from the first DOF, forgetting a paused campaign.
+    Start = 1,
+    /// Accept the hit that waits for confirmation.
+    Accept = 2,
+    /// Reject the hit that waits for confirmation.
+    Reject = 3,
+    /// Forget all hits of the DOF in hand and measure it again.
+    Redo = 4,
+    /// Leave the DOF in hand out.
+    Skip = 5,
+    /// Go on with the hits that this DOF has.
+    Finish = 6,
+    /// Interrupt: stop sampling, keep everything accepted.
+    Pause = 7,
+    /// Go on after an interruption.
+    Resume = 8,
+    /// End the campaign without a result.
+    Abort = 9,
+}
+
+impl CampaignCommand {
+    /// Read from the wire.
+    pub fn from_raw(raw: u8) -> Option<Self> {
+        [
+            Self::Start,
+            Self::Accept,
+            Self::Reject,
+            Self::Redo,
+            Self::Skip,
+            Self::Finish,
+            Self::Pause,
+            Self::Resume,
+            Self::Abort,
+        ]
+        .into_iter()
+        .find(|&command| command as u8 == raw)
+    }
+}
+
+/// Steers the campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CommandRequest {
+    /// Raw [`CampaignCommand`].
+    pub command: u8,
+    /// With `Start`: every hit waits for `Accept` or `Reject`, with its record readable.
+    pub confirm: bool,
+    /// With `Start`: begin although the layout has an error.
+    pub force: bool,
+}
+
+/// Results after a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ListRequest {
+    /// Only results with a larger number.
+    pub after: u32,
+}
+
+/// One line of the list of results.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResultEntry {
+    /// Number of the result.
+    pub number: u32,
+    /// Hash of the layout that it was measured with.
+    pub layout_hash: u32,
+    /// Mass, kg.
+    pub mass: f32,
+    /// Bytes of the result.
+    pub length: u32,
+}
+
+/// Part of the list of results.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResultPage {
+    /// In order of their numbers.
+    pub entries: Vec<ResultEntry, 16>,
+    /// True when there are more.
+    pub more: bool,
+}
+
+/// Why a request was not executed, raw in [`Refusal::reason`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u16)]
+pub enum Reason {
+    /// The rig does not know this message.
+    UnknownMessage = 1,
+    /// The body is not what this message needs.
+    Malformed = 2,
+    /// There is no such object or result.
+    NotFound = 3,
+    /// Not in this phase of the campaign.
+    WrongPhase = 4,
+    /// No layout is kept.
+    NoLayout = 5,
+    /// The layout cannot determine the ten properties.
+    LayoutRefused = 6,
+    /// The store is full.
+    StoreFull = 7,
+    /// The flash did not keep what was written.
+    StoreFailed = 8,
+    /// The part that is asked for lies outside the object.
+    OutOfRange = 9,
+    /// The object is being written; ask again.
+    Busy = 10,
+}
+
+impl Reason {
+    /// Read from the wire.
+    pub fn from_raw(raw: u16) -> Option<Self> {
+        [
+            Self::UnknownMessage,
+            Self::Malformed,
+            Self::NotFound,
+            Self::WrongPhase,
+            Self::NoLayout,
+            Self::LayoutRefused,
+            Self::StoreFull,
+            Self::StoreFailed,
+            Self::OutOfRange,
+            Self::Busy,
+        ]
+        .into_iter()
+        .find(|&reason| reason as u16 == raw)
+    }
+}
+
+/// The answer to a request that was not executed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refusal {
+    /// Raw [`Reason`].
+    pub reason: u16,
+}
+
+impl From<Reason> for Refusal {
+    fn from(reason: Reason) -> Self {
+        Self { reason: reason as u16 }
+    }
+}

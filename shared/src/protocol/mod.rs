@@ -1,0 +1,38 @@
+//! The wire protocol: the same bytes over USB CDC-ACM, a UART, a pty or a pipe.
+//!
+//! ```text
+//! frame = COBS( kind u16 LE ‖ sequence u16 LE ‖ postcard body ‖ CRC-32 u32 LE ) ‖ 0x00
+//! ```
+//! The host asks, the rig answers with the same sequence number; the rig also sends [`event`]s on
+//! its own. Anything malformed is counted and dropped. A shipped message is never edited: new fields
+//! mean a new message. Growable enums travel as raw integers.
+
+pub mod event;
+pub mod frame;
+pub mod message;
+pub mod object;
+
+pub use frame::{Deframer, Frame, FrameError, MAX_BODY, MAX_FRAME, decode_frame, encode_frame};
+pub use message::{Endpoint, Refusal};
+
+/// A rig and a host understand each other when this is equal.
+pub const PROTOCOL_MAJOR: u8 = 1;
+/// Raised when messages are added.
+pub const PROTOCOL_MINOR: u8 = 0;
+
+const CRC: crc::Crc<u32, crc::Table<1>> =
+    crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
+
+/// CRC-32 (ISO-HDLC) of a frame or of a whole object.
+pub fn crc32(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}
+
+/// CRC-32 over bytes that come in pieces.
+pub fn crc32_of_chunks<'a>(chunks: impl IntoIterator<Item = &'a [u8]>) -> u32 {
+    let mut digest = CRC.digest();
+    for chunk in chunks {
+        digest.update(chunk);
+    }
+    digest.finalize()
+}

@@ -1,0 +1,139 @@
+//! Long things, read in chunks so that a cut download goes on where it stopped.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use crate::diagnosis::Diagnostics;
+use crate::layout::{Dof, RIG_HITS};
+use crate::signal::RESPONSES;
+
+/// The most bytes of one chunk.
+pub const MAX_CHUNK: usize = 1024;
+
+/// Kinds of objects, raw in [`ObjectId::kind`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ObjectKind {
+    /// A stored [`MeasurementResult`], postcard; `number` is the result's.
+    Result = 1,
+    /// The record of the last hit: scans of ten little-endian u16 codes; `number` is the hit's.
+    Record = 2,
+    /// Averaged spectra of the DOF in hand or last finished; `number` is the DOF's index. A
+    /// [`SpectraHeader`] by fixed 16 bytes, then f32 LE: G_FF by line, then for each response
+    /// G_XF by line (re, im), then for each response G_XX by line.
+    Spectra = 3,
+}
+
+/// Names an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ObjectId {
+    /// Raw [`ObjectKind`].
+    pub kind: u8,
+    /// Which of them.
+    pub number: u32,
+}
+
+/// Length and checksum of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ObjectInfo {
+    /// Bytes.
+    pub length: u32,
+    /// CRC-32 (ISO-HDLC) over all of them.
+    pub crc: u32,
+}
+
+/// Asks for a piece of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChunkRequest {
+    /// Of which object.
+    pub object: ObjectId,
+    /// From this byte on.
+    pub offset: u32,
+    /// At most this many bytes, itself at most [`MAX_CHUNK`].
+    pub length: u16,
+}
+
+/// A piece of an object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Chunk {
+    /// Of which object.
+    pub object: ObjectId,
+    /// Where it stands in the object.
+    pub offset: u32,
+    /// The bytes.
+    pub bytes: Vec<u8, MAX_CHUNK>,
+}
+
+/// Elements of the lower triangle of a symmetric matrix over the responses.
+pub const SCATTER: usize = RESPONSES * (RESPONSES + 1) / 2;
+/// Elements of the lower triangle of a 10 × 10 matrix.
+pub const COVARIANCE: usize = 55;
+
+/// Mass lines of one DOF as measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DofResult {
+    /// The DOF.
+    pub dof: Dof,
+    /// Its index in the layout.
+    pub index: u8,
+    /// Hits averaged.
+    pub hits: u8,
+    /// Mass line accelerance of each response from the averaged spectra, (m/s²)/N.
+    pub accelerance: [f32; RESPONSES],
+    /// Sample covariance of the single hits' mass lines, lower triangle row by row, ((m/s²)/N)².
+    pub scatter: Vec<f32, SCATTER>,
+    /// Mean coherence over the band, response by response.
+    pub coherence: [f32; RESPONSES],
+}
+
+/// One method's answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredEstimate {
+    /// Raw [`crate::identify::Method`].
+    pub method: u8,
+    /// [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz]; kg, m, kg m²; inertia about the centre of
+    /// mass, body axes, tensor elements.
+    pub properties: [f32; 10],
+    /// Covariance of the properties, lower triangle row by row; empty when it cannot be told.
+    pub covariance: Vec<f32, COVARIANCE>,
+    /// Condition of the balanced regression matrix.
+    pub condition: f32,
+    /// What is to be said about the estimate.
+    pub diagnostics: Diagnostics,
+}
+
+/// A stored result: what one campaign measured and identified.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasurementResult {
+    /// Number of the result on this rig.
+    pub number: u32,
+    /// Hash of the layout.
+    pub layout_hash: u32,
+    /// Checksum of the calibration in force.
+    pub calibration: u32,
+    /// Firmware that computed it, `major.minor.patch`.
+    pub firmware: heapless::String<16>,
+    /// Mass lines, DOF by DOF.
+    pub dofs: Vec<DofResult, RIG_HITS>,
+    /// The answers, one a method, the best first; empty when there is none.
+    pub estimates: Vec<StoredEstimate, 2>,
+    /// What is to be said about the campaign.
+    pub diagnostics: Diagnostics,
+}
+
+/// Opens a spectra object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpectraHeader {
+    /// Index of the DOF.
+    pub dof: u8,
+    /// Hits averaged.
+    pub hits: u8,
+    /// Responses.
+    pub responses: u8,
+    /// Lines, the first at 0 Hz.
+    pub lines: u16,
+    /// Distance of the lines, Hz.
+    pub resolution: f32,
+    /// σ of the exponential window, 1/s.
+    pub decay: f32,
+}

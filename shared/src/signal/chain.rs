@@ -1,0 +1,85 @@
+//! The electrical chain between a quantity and its ADC code.
+
+use serde::{Deserialize, Serialize};
+
+use super::CHANNELS;
+use crate::units::{Hertz, Seconds, Volts};
+
+/// What a sampler states of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AdcProperties {
+    /// Scans per second.
+    pub rate: Hertz,
+    /// Channels in use, the hammer included; the rest of a scan is meaningless.
+    pub channels: u8,
+    /// Resolution; a code runs from 0 to `2^bits − 1`.
+    pub bits: u8,
+    /// Voltage of code `2^bits`.
+    pub reference: Volts,
+    /// Channel `k` is sampled `k` times this after channel 0.
+    pub channel_delay: Seconds,
+}
+
+impl AdcProperties {
+    /// Volts per code.
+    pub fn volts_per_code(&self) -> f32 {
+        self.reference.0 / (1_u32 << self.bits) as f32
+    }
+
+    /// The largest code.
+    pub fn full_scale(&self) -> u16 {
+        ((1_u32 << self.bits) - 1) as u16
+    }
+
+    /// Response channels in use.
+    pub fn responses(&self) -> usize {
+        usize::from(self.channels).clamp(1, CHANNELS) - 1
+    }
+}
+
+/// Zero and sensitivity of one channel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChannelCalibration {
+    /// Output at zero force or zero acceleration.
+    pub zero: Volts,
+    /// V/N for the hammer, V/(m/s²) for an accelerometer.
+    pub sensitivity: f32,
+}
+
+/// Zeros and sensitivities of all channels: the hammer, then sensor 1 x, y, z, …
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Channel by channel.
+    pub channels: [ChannelCalibration; CHANNELS],
+    /// An accelerometer is overloaded beyond this, m/s².
+    pub sensor_range: f32,
+}
+
+impl Calibration {
+    /// Nominal sensitivity of the ADXL326 at 3 V, V/g.
+    pub const ADXL326_VOLT_PER_G: f32 = 0.057;
+    /// Nominal output of the ADXL326 at rest on a 3 V supply.
+    pub const ADXL326_ZERO: Volts = Volts(1.5);
+    /// Range of the ADXL326, g.
+    pub const ADXL326_RANGE_G: f32 = 16.0;
+    /// Hammer with conditioner, V/N.
+    pub const HAMMER_VOLT_PER_NEWTON: f32 = 0.0225;
+    /// Output of the hammer's conditioner at rest.
+    pub const HAMMER_ZERO: Volts = Volts(0.1);
+}
+
+impl Default for Calibration {
+    /// The data sheet's nominal values.
+    fn default() -> Self {
+        let g = crate::STANDARD_GRAVITY as f32;
+        let mut channels = [ChannelCalibration {
+            zero: Self::ADXL326_ZERO,
+            sensitivity: Self::ADXL326_VOLT_PER_G / g,
+        }; CHANNELS];
+        channels[0] = ChannelCalibration {
+            zero: Self::HAMMER_ZERO,
+            sensitivity: Self::HAMMER_VOLT_PER_NEWTON,
+        };
+        Self { channels, sensor_range: Self::ADXL326_RANGE_G * g }
+    }
+}

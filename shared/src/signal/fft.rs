@@ -1,0 +1,1 @@
+//! Fourier transform of a real record.

@@ -1,0 +1,1 @@
+//! Is this hit good enough to be averaged?

@@ -1,0 +1,1 @@
+//! Spectra averaged over the hits of one DOF.

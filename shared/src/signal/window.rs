@@ -1,0 +1,1 @@
+//! Windows on force and response.

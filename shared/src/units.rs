@@ -1,0 +1,55 @@
+//! Newtypes of the physical quantities that cross an interface, all SI.
+//!
+//! Inside a solver plain scalars in SI are used; a quantity wears its unit where it is handed from
+//! one part of the program to another.
+
+use serde::{Deserialize, Serialize};
+
+macro_rules! unit {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
+        #[serde(transparent)]
+        pub struct $name<R = f32>(pub R);
+    };
+}
+
+unit!(
+    /// Hz.
+    Hertz
+);
+unit!(
+    /// s.
+    Seconds
+);
+unit!(
+    /// V.
+    Volts
+);
+unit!(
+    /// N.
+    Newtons
+);
+unit!(
+    /// m/s².
+    MetersPerSecondSquared
+);
+unit!(
+    /// V/N: sensitivity of a force transducer.
+    VoltsPerNewton
+);
+unit!(
+    /// V/(m/s²): sensitivity of an accelerometer.
+    VoltsPerMeterPerSecondSquared
+);
+unit!(
+    /// 1/s: decay rate of an exponential window, the real part of `s = σ + iω`.
+    PerSecond
+);
+
+/// One scan's place in the sampler's count since it was powered, in scans.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+#[serde(transparent)]
+pub struct ScanIndex(pub u64);
