@@ -1,1 +1,354 @@
-//! Which DOF is hit next, and what a verdict leads to.
+//! Which DOF is hit next, and what a verdict or the operator's word leads to.
+//!
+//! A pure state machine. The rig asks [`Campaign::step`] what to do, does it, and reports what came
+//! of it; the operator's commands come in between at any time. Nothing here waits, samples or
+//! computes.
+//!
+//! ```text
+//!            start                 trigger          record full           good
+//!   Idle ─────────▶ AwaitHit ─────────────▶ Record ─────────────▶ grade ────────▶ Analyse
+//!                      ▲                       │ lost scans         │ bad            │ averaged
+//!                      └───────────────────────┴────────────────────┘◀───────────────┤ more wanted
+//!                      ▲                                        next DOF             ▼ enough
+//!                      └──────────────────────────────────────────────────────── CloseDof
+//!                                                                last DOF ──▶ Identify ──▶ Done
+//! ```
+//! With *confirmation* a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
+
+use heapless::Vec;
+
+use crate::layout::RIG_HITS;
+use crate::protocol::message::{CampaignCommand, Phase, Reason};
+
+/// How a DOF stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Not finished.
+    Open,
+    /// Has all the hits that were wanted.
+    Complete,
+    /// The operator went on with fewer hits.
+    Early,
+    /// Left out by the operator.
+    Skipped,
+}
+
+/// One DOF of the campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DofProgress {
+    /// Hits averaged.
+    pub accepted: u8,
+    /// How it stands.
+    pub outcome: Outcome,
+}
+
+/// What the rig does next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Nothing until a command comes.
+    Rest,
+    /// Sample, wait for the hammer at this DOF, take the record, grade it.
+    AwaitHit {
+        /// Index in the layout.
+        dof: usize,
+    },
+    /// Average the record in hand into this DOF.
+    Analyse {
+        /// Index in the layout.
+        dof: usize,
+    },
+    /// Turn this DOF's averages into mass lines.
+    CloseDof {
+        /// Index in the layout.
+        dof: usize,
+    },
+    /// Compute the ten properties and keep them.
+    Identify,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Idle,
+    Waiting,
+    Recording,
+    Confirming,
+    Analysing,
+    Closing,
+    Identifying,
+    Done { result: u32 },
+    Failed,
+}
+
+/// A campaign: every hit DOF of a layout measured with a number of hits.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    state: State,
+    dofs: Vec<DofProgress, RIG_HITS>,
+    dof: usize,
+    wanted: u8,
+    confirm: bool,
+    paused: bool,
+    armed: bool,
+    armings: u32,
+    rejected: u16,
+}
+
+impl Default for Campaign {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Campaign {
+    /// No campaign.
+    pub const fn new() -> Self {
+        Self {
+            state: State::Idle,
+            dofs: Vec::new(),
+            dof: 0,
+            wanted: 0,
+            confirm: false,
+            paused: false,
+            armed: false,
+            armings: 0,
+            rejected: 0,
+        }
+    }
+
+    /// What the rig does next.
+    pub fn step(&self) -> Step {
+        let dof = self.dof;
+        match self.state {
+            State::Waiting if !self.paused => Step::AwaitHit { dof },
+            State::Analysing => Step::Analyse { dof },
+            State::Closing => Step::CloseDof { dof },
+            State::Identifying => Step::Identify,
+            _ => Step::Rest,
+        }
+    }
+
+    /// What is shown of the campaign.
+    pub fn phase(&self) -> Phase {
+        match self.state {
+            State::Idle => Phase::Idle,
+            _ if self.paused => Phase::Paused,
+            State::Waiting if self.armed => Phase::Armed,
+            State::Waiting | State::Recording | State::Analysing | State::Closing => Phase::Busy,
+            State::Confirming => Phase::Confirming,
+            State::Identifying => Phase::Solving,
+            State::Done { .. } => Phase::Done,
+            State::Failed => Phase::Failed,
+        }
+    }
+
+    /// Index of the DOF in hand.
+    pub fn dof(&self) -> usize {
+        self.dof
+    }
+
+    /// All DOFs, in the order of the layout.
+    pub fn dofs(&self) -> &[DofProgress] {
+        &self.dofs
+    }
+
+    /// Hits averaged at the DOF in hand.
+    pub fn accepted(&self) -> u8 {
+        self.dofs.get(self.dof).map_or(0, |dof| dof.accepted)
+    }
+
+    /// Accepted hits wanted at each DOF.
+    pub fn wanted(&self) -> u8 {
+        self.wanted
+    }
+
+    /// Hits rejected in this campaign.
+    pub fn rejected(&self) -> u16 {
+        self.rejected
+    }
+
+    /// Counts every arming, over all campaigns.
+    pub fn armings(&self) -> u32 {
+        self.armings
+    }
+
+    /// Number of the result, 0 before the campaign is done.
+    pub fn result(&self) -> u32 {
+        match self.state {
+            State::Done { result } => result,
+            _ => 0,
+        }
+    }
+
+    /// True from the start to the end of a campaign, pauses included.
+    pub fn is_running(&self) -> bool {
+        !matches!(self.state, State::Idle | State::Done { .. } | State::Failed)
+    }
+
+    /// Starts a campaign over `dofs` DOFs with `wanted` hits each. A paused one is forgotten.
+    ///
+    /// # Errors
+    /// [`Reason::WrongPhase`] while one is running and not paused, [`Reason::NoLayout`] without
+    /// DOFs.
+    pub fn start(&mut self, dofs: usize, wanted: u8, confirm: bool) -> Result<(), Reason> {
+        let free = !self.is_running() || (self.paused && self.state == State::Waiting);
+        if !free {
+            return Err(Reason::WrongPhase);
+        }
+        let open = DofProgress { accepted: 0, outcome: Outcome::Open };
+        let mut list = Vec::new();
+        if dofs == 0 || list.resize(dofs, open).is_err() {
+            return Err(Reason::NoLayout);
+        }
+        *self = Self {
+            state: State::Waiting,
+            dofs: list,
+            wanted: wanted.max(1),
+            confirm,
+            armings: self.armings,
+            ..Self::new()
+        };
+        Ok(())
+    }
+
+    /// Executes a command of the operator, `Start` excepted: that needs the layout, see
+    /// [`Campaign::start`].
+    ///
+    /// # Errors
+    /// [`Reason::WrongPhase`] when the command has no meaning now; nothing has changed then.
+    pub fn command(&mut self, command: CampaignCommand) -> Result<(), Reason> {
+        use CampaignCommand as C;
+        // Between hits: nothing is recorded or computed, so the DOF in hand may be changed.
+        let between = matches!(self.state, State::Waiting | State::Confirming);
+        match command {
+            C::Accept if self.state == State::Confirming => self.state = State::Analysing,
+            C::Reject if self.state == State::Confirming => self.reject(),
+            C::Redo if between => {
+                self.set_current(0, Outcome::Open);
+                self.wait();
+            }
+            C::Skip if between => {
+                self.set_current(0, Outcome::Skipped);
+                self.next_dof();
+            }
+            C::Finish if between && self.accepted() > 0 => {
+                self.set_current(self.accepted(), Outcome::Early);
+                self.state = State::Closing;
+            }
+            C::Pause if self.is_running() && self.state != State::Identifying => {
+                self.paused = true;
+                if matches!(self.state, State::Recording | State::Confirming) {
+                    self.wait();
+                }
+            }
+            C::Resume if self.paused => self.paused = false,
+            C::Abort if self.is_running() => self.end(State::Idle),
+            _ => return Err(Reason::WrongPhase),
+        }
+        Ok(())
+    }
+
+    /// The rig samples and waits for the hammer.
+    pub fn armed(&mut self) {
+        if self.state == State::Waiting {
+            self.armed = true;
+            self.armings = self.armings.wrapping_add(1);
+        }
+    }
+
+    /// The hammer has touched.
+    pub fn triggered(&mut self) {
+        if self.state == State::Waiting {
+            self.state = State::Recording;
+        }
+    }
+
+    /// The record is whole and graded.
+    pub fn graded(&mut self, good: bool) {
+        if self.state != State::Recording {
+            return;
+        }
+        match (good, self.confirm) {
+            (false, _) => self.reject(),
+            (true, true) => self.state = State::Confirming,
+            (true, false) => self.state = State::Analysing,
+        }
+    }
+
+    /// The record was lost: scans are missing.
+    pub fn record_lost(&mut self) {
+        if matches!(self.state, State::Recording | State::Waiting) {
+            self.reject();
+        }
+    }
+
+    /// The record has been averaged into the DOF in hand.
+    pub fn analysed(&mut self) {
+        if self.state != State::Analysing {
+            return;
+        }
+        let accepted = self.accepted().saturating_add(1);
+        if accepted >= self.wanted {
+            self.set_current(accepted, Outcome::Complete);
+            self.state = State::Closing;
+        } else {
+            self.set_current(accepted, Outcome::Open);
+            self.wait();
+        }
+    }
+
+    /// The mass lines of the DOF in hand are kept.
+    pub fn dof_closed(&mut self) {
+        if self.state == State::Closing {
+            self.next_dof();
+        }
+    }
+
+    /// The ten properties are kept as this result.
+    pub fn identified(&mut self, result: u32) {
+        if self.state == State::Identifying {
+            self.end(State::Done { result });
+        }
+    }
+
+    /// There is no result.
+    pub fn failed(&mut self) {
+        if self.is_running() {
+            self.end(State::Failed);
+        }
+    }
+
+    fn set_current(&mut self, accepted: u8, outcome: Outcome) {
+        if let Some(dof) = self.dofs.get_mut(self.dof) {
+            *dof = DofProgress { accepted, outcome };
+        }
+    }
+
+    fn reject(&mut self) {
+        self.rejected = self.rejected.saturating_add(1);
+        self.wait();
+    }
+
+    fn wait(&mut self) {
+        self.state = State::Waiting;
+        self.armed = false;
+    }
+
+    fn next_dof(&mut self) {
+        match self.dofs.iter().position(|dof| dof.outcome == Outcome::Open) {
+            Some(next) => {
+                self.dof = next;
+                self.wait();
+            }
+            None => self.state = State::Identifying,
+        }
+    }
+
+    fn end(&mut self, state: State) {
+        self.state = state;
+        self.paused = false;
+        self.armed = false;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,151 @@
+use super::*;
+use CampaignCommand as C;
+use proptest::prelude::*;
+
+fn hit(campaign: &mut Campaign, good: bool) {
+    campaign.armed();
+    campaign.triggered();
+    campaign.graded(good);
+    if matches!(campaign.step(), Step::Analyse { .. }) {
+        campaign.analysed();
+    }
+}
+
+fn started(dofs: usize, wanted: u8) -> Campaign {
+    let mut campaign = Campaign::new();
+    campaign.start(dofs, wanted, false).unwrap();
+    campaign
+}
+
+#[test]
+fn a_campaign_without_trouble_goes_through_every_dof() {
+    let mut campaign = started(3, 2);
+    for dof in 0..3 {
+        for _ in 0..2 {
+            assert_eq!(campaign.step(), Step::AwaitHit { dof });
+            hit(&mut campaign, true);
+        }
+        assert_eq!(campaign.step(), Step::CloseDof { dof });
+        campaign.dof_closed();
+    }
+    assert_eq!(campaign.step(), Step::Identify);
+    campaign.identified(7);
+    assert_eq!((campaign.phase(), campaign.result()), (Phase::Done, 7));
+}
+
+#[test]
+fn a_rejected_hit_is_asked_for_again_under_a_new_arming() {
+    let mut campaign = started(1, 1);
+    hit(&mut campaign, false);
+    assert_eq!((campaign.accepted(), campaign.rejected(), campaign.armings()), (0, 1, 1));
+    campaign.armed();
+    assert_eq!((campaign.phase(), campaign.armings()), (Phase::Armed, 2));
+}
+
+#[test]
+fn with_confirmation_the_operator_decides() {
+    let mut campaign = Campaign::new();
+    campaign.start(1, 2, true).unwrap();
+    hit(&mut campaign, true);
+    assert_eq!((campaign.phase(), campaign.step()), (Phase::Confirming, Step::Rest));
+    campaign.command(C::Reject).unwrap();
+    assert_eq!((campaign.accepted(), campaign.rejected()), (0, 1));
+    hit(&mut campaign, true);
+    campaign.command(C::Accept).unwrap();
+    assert_eq!(campaign.step(), Step::Analyse { dof: 0 });
+}
+
+#[test]
+fn redo_forgets_the_hits_of_this_dof_only() {
+    let mut campaign = started(2, 2);
+    hit(&mut campaign, true);
+    hit(&mut campaign, true);
+    campaign.dof_closed();
+    hit(&mut campaign, true);
+    campaign.command(C::Redo).unwrap();
+    assert_eq!(campaign.dofs()[0].accepted, 2);
+    assert_eq!((campaign.dof(), campaign.accepted()), (1, 0));
+}
+
+#[test]
+fn a_skipped_dof_is_left_out_and_one_with_hits_can_be_finished_early() {
+    let mut campaign = started(2, 3);
+    assert_eq!(campaign.command(C::Finish), Err(Reason::WrongPhase));
+    campaign.command(C::Skip).unwrap();
+    hit(&mut campaign, true);
+    campaign.command(C::Finish).unwrap();
+    assert_eq!(campaign.step(), Step::CloseDof { dof: 1 });
+    campaign.dof_closed();
+    assert_eq!(campaign.step(), Step::Identify);
+    assert_eq!(campaign.dofs()[0].outcome, Outcome::Skipped);
+    assert_eq!(campaign.dofs()[1].outcome, Outcome::Early);
+}
+
+#[test]
+fn a_pause_in_a_record_drops_that_record_and_nothing_else() {
+    let mut campaign = started(1, 3);
+    hit(&mut campaign, true);
+    campaign.armed();
+    campaign.triggered();
+    campaign.command(C::Pause).unwrap();
+    assert_eq!((campaign.phase(), campaign.step()), (Phase::Paused, Step::Rest));
+    campaign.graded(true);
+    campaign.command(C::Resume).unwrap();
+    assert_eq!((campaign.accepted(), campaign.step()), (1, Step::AwaitHit { dof: 0 }));
+}
+
+#[test]
+fn a_pause_while_a_hit_is_analysed_keeps_that_hit() {
+    let mut campaign = started(1, 2);
+    campaign.armed();
+    campaign.triggered();
+    campaign.graded(true);
+    campaign.command(C::Pause).unwrap();
+    assert_eq!(campaign.step(), Step::Analyse { dof: 0 });
+    campaign.analysed();
+    assert_eq!((campaign.accepted(), campaign.step()), (1, Step::Rest));
+}
+
+#[test]
+fn a_start_does_not_run_over_a_campaign_that_is_measuring() {
+    let mut campaign = started(1, 2);
+    assert_eq!(campaign.start(1, 1, false), Err(Reason::WrongPhase));
+    campaign.command(C::Pause).unwrap();
+    assert_eq!(campaign.start(1, 1, false), Ok(()));
+}
+
+#[test]
+fn an_abort_while_analysing_is_not_undone_by_the_analysis() {
+    let mut campaign = started(1, 1);
+    campaign.armed();
+    campaign.triggered();
+    campaign.graded(true);
+    campaign.command(C::Abort).unwrap();
+    campaign.analysed();
+    assert_eq!((campaign.phase(), campaign.step()), (Phase::Idle, Step::Rest));
+}
+
+proptest! {
+    /// Whatever the operator and the hammer do, the counts stay within what was asked for and a
+    /// campaign that says `Identify` has no open DOF.
+    #[test]
+    fn no_order_of_words_and_hits_breaks_the_counts(words in proptest::collection::vec(0_u8..16, 0..200)) {
+        let mut campaign = Campaign::new();
+        for word in words {
+            match word {
+                0 => { let _ = campaign.start(3, 2, word % 2 == 0); }
+                1..=9 => { let _ = CampaignCommand::from_raw(word).map(|c| campaign.command(c)); }
+                10 => campaign.armed(),
+                11 => campaign.triggered(),
+                12 => campaign.graded(true),
+                13 => campaign.graded(false),
+                14 => campaign.analysed(),
+                _ => campaign.dof_closed(),
+            }
+            prop_assert!(campaign.dofs().iter().all(|dof| dof.accepted <= campaign.wanted()));
+            if campaign.step() == Step::Identify {
+                prop_assert!(campaign.dofs().iter().all(|dof| dof.outcome != Outcome::Open));
+            }
+        }
+    }
+}
