@@ -5,3 +5,4 @@
 
 pub mod board;
 pub mod panel;
+pub mod store;

@@ -39,8 +39,9 @@ macro_rules! endpoints {
                 type Response = $response;
             }
         )*
-        /// Kind and name of every endpoint.
-        pub const ENDPOINTS: &[(u16, &str)] = &[$(($kind, stringify!($name))),*];
+        /// Kind and name of every endpoint, and whether it changes the rig.
+        pub const ENDPOINTS: &[(u16, &str, bool)] =
+            &[$(($kind, stringify!($name), <$name as Endpoint>::CHANGES)),*];
     };
 }
 
@@ -71,6 +72,11 @@ endpoints! {
     DeleteResult = 12, changes: u32 => ();
     /// Start or stop the stream of scans.
     SetStream = 13, changes: bool => ();
+}
+
+/// True when a request of this kind changes the rig.
+pub fn changes(kind: u16) -> bool {
+    ENDPOINTS.iter().any(|&(of, _, changes)| of == kind && changes)
 }
 
 /// Who the rig is. Frozen: never edited, in no version.

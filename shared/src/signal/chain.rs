@@ -68,6 +68,14 @@ impl Calibration {
     pub const HAMMER_ZERO: Volts = Volts(0.1);
 }
 
+impl Calibration {
+    /// True when every number is finite and every sensitivity is not zero.
+    pub fn is_usable(&self) -> bool {
+        let usable = |c: &ChannelCalibration| c.zero.0.is_finite() && c.sensitivity.is_normal();
+        self.channels.iter().all(usable) && self.sensor_range > 0.0
+    }
+}
+
 impl Default for Calibration {
     /// The data sheet's nominal values.
     fn default() -> Self {

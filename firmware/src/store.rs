@@ -1,0 +1,276 @@
+//! What survives a restart: layout, calibration, results.
+//!
+//! Everything is an item of a wear-levelled map in the board's flash region. A result is cut into
+//! chunks that fit any flash page; it exists from the moment when the *index* that names it is
+//! written, which happens last, so a torn write shows as no result and never as half of one. What is
+//! written is read back before it is believed.
+//!
+//! *Slot*: room for one result; the chunks of slot `s` have keys of their own.
+
+use embedded_storage_async::nor_flash::NorFlash;
+use heapless::Vec;
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::crc32;
+use massline_shared::protocol::message::{Reason, ResultEntry};
+use massline_shared::protocol::object::MAX_CHUNK;
+use massline_shared::signal::Calibration;
+use sequential_storage::cache::Cache;
+use sequential_storage::cache::Uncached;
+use sequential_storage::map::{MapConfig, MapStorage};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+/// Results that the store holds.
+pub const RESULTS: usize = 8;
+/// The most bytes of one result.
+pub const MAX_RESULT: usize = 4608;
+
+const CHUNK: usize = 512;
+const CHUNKS: u16 = MAX_RESULT.div_ceil(CHUNK) as u16;
+/// Every item starts with the store's format, so that other firmware does not misread it.
+const FORMAT: u8 = 1;
+
+const LAYOUT: u16 = 1;
+const CALIBRATION: u16 = 2;
+const INDEX: u16 = 3;
+const FIRST_CHUNK: u16 = 0x100;
+
+/// One result of the index.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Kept {
+    /// What the list of results shows.
+    pub entry: ResultEntry,
+    /// CRC-32 over the result's bytes.
+    pub crc: u32,
+    slot: u8,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Index {
+    last_number: u32,
+    results: Vec<Kept, RESULTS>,
+}
+
+type Map<F> = MapStorage<u16, F, Cache<Uncached, Uncached, Uncached, u16>>;
+
+/// The store over a flash region that belongs to it alone.
+pub struct Store<F: NorFlash> {
+    map: Option<Map<F>>,
+    index: Index,
+    scratch: [u8; MAX_CHUNK + 64],
+    item: Vec<u8, { MAX_CHUNK + 1 }>,
+    failures: u32,
+}
+
+impl<F: NorFlash> Store<F> {
+    /// A store over the whole of `flash`. A region that the map cannot use makes a store that
+    /// refuses every write with [`Reason::StoreFailed`].
+    pub fn new(flash: F) -> Self {
+        let end = u32::try_from(flash.capacity()).unwrap_or(0);
+        let config = MapConfig::try_new(0..end).ok();
+        let map = config.map(|config| MapStorage::new(flash, config, Cache::new_uncached()));
+        Self {
+            map,
+            index: Index::default(),
+            scratch: [0; MAX_CHUNK + 64],
+            item: Vec::new(),
+            failures: 0,
+        }
+    }
+
+    /// Reads the index; to be called once before anything else. A region that holds something else
+    /// than this store is erased.
+    pub async fn open(&mut self) {
+        match self.get(INDEX).await {
+            Ok(index) => self.index = index.unwrap_or_default(),
+            Err(_) => {
+                if let Some(map) = &mut self.map {
+                    let _ = map.erase_all().await;
+                }
+            }
+        }
+    }
+
+    /// Writes that failed verification.
+    pub fn failures(&self) -> u32 {
+        self.failures
+    }
+
+    /// The kept layout.
+    pub async fn layout(&mut self) -> Option<RigLayout> {
+        self.get(LAYOUT).await.ok().flatten()
+    }
+
+    /// Keeps a layout.
+    ///
+    /// # Errors
+    /// When the flash does not keep it.
+    pub async fn put_layout(&mut self, layout: &RigLayout) -> Result<(), Reason> {
+        self.put(LAYOUT, layout).await
+    }
+
+    /// The kept calibration.
+    pub async fn calibration(&mut self) -> Option<Calibration> {
+        self.get(CALIBRATION).await.ok().flatten()
+    }
+
+    /// Keeps a calibration.
+    ///
+    /// # Errors
+    /// When the flash does not keep it.
+    pub async fn put_calibration(&mut self, calibration: &Calibration) -> Result<(), Reason> {
+        self.put(CALIBRATION, calibration).await
+    }
+
+    /// All results, in the order of their numbers.
+    pub fn results(&self) -> &[Kept] {
+        &self.index.results
+    }
+
+    /// The result of this number.
+    pub fn find(&self, number: u32) -> Option<Kept> {
+        self.index.results.iter().copied().find(|kept| kept.entry.number == number)
+    }
+
+    /// True when no further result fits.
+    pub fn is_full(&self) -> bool {
+        self.index.results.is_full()
+    }
+
+    /// The number that the next result gets. Numbers are never used again.
+    pub fn next_number(&self) -> u32 {
+        self.index.last_number + 1
+    }
+
+    /// Keeps a result under [`Store::next_number`].
+    ///
+    /// # Errors
+    /// [`Reason::StoreFull`], or [`Reason::StoreFailed`] when the flash does not keep it.
+    pub async fn put_result(
+        &mut self,
+        bytes: &[u8],
+        layout_hash: u32,
+        mass: f32,
+    ) -> Result<u32, Reason> {
+        let used = |slot: u8| self.index.results.iter().any(|kept| kept.slot == slot);
+        let slot = (0..RESULTS as u8).find(|&slot| !used(slot)).ok_or(Reason::StoreFull)?;
+        if bytes.len() > MAX_RESULT {
+            return Err(Reason::StoreFull);
+        }
+        for (i, chunk) in (0_u16..).zip(bytes.chunks(CHUNK)) {
+            self.put_bytes(chunk_key(slot, i), chunk).await?;
+        }
+        let number = self.next_number();
+        let entry = ResultEntry { number, layout_hash, mass, length: bytes.len() as u32 };
+        let mut index = self.index.clone();
+        index.last_number = number;
+        index
+            .results
+            .push(Kept { entry, crc: crc32(bytes), slot })
+            .map_err(|_| Reason::StoreFull)?;
+        self.put_index(index).await?;
+        Ok(number)
+    }
+
+    /// Forgets a result.
+    ///
+    /// # Errors
+    /// [`Reason::NotFound`], or [`Reason::StoreFailed`].
+    pub async fn delete_result(&mut self, number: u32) -> Result<(), Reason> {
+        let mut index = self.index.clone();
+        let at = index.results.iter().position(|kept| kept.entry.number == number);
+        index.results.remove(at.ok_or(Reason::NotFound)?);
+        self.put_index(index).await
+    }
+
+    /// Reads part of a result into `out`, from `offset` on; gives how many bytes there were.
+    ///
+    /// # Errors
+    /// [`Reason::StoreFailed`] when a chunk is missing.
+    pub async fn read_result(
+        &mut self,
+        kept: &Kept,
+        offset: usize,
+        out: &mut [u8],
+    ) -> Result<usize, Reason> {
+        let length = kept.entry.length as usize;
+        let end = length.min(offset.saturating_add(out.len()));
+        let mut at = offset;
+        while at < end {
+            let key = chunk_key(kept.slot, (at / CHUNK) as u16);
+            let chunk = self.get_bytes(key).await.map_err(|_| Reason::StoreFailed)?;
+            let within = at % CHUNK;
+            let take = (CHUNK - within).min(end - at);
+            let from = chunk.and_then(|chunk| chunk.get(within..within + take));
+            let to = out.get_mut(at - offset..at - offset + take);
+            match (from, to) {
+                (Some(from), Some(to)) => to.copy_from_slice(from),
+                _ => return Err(Reason::StoreFailed),
+            }
+            at += take;
+        }
+        Ok(end.saturating_sub(offset))
+    }
+
+    async fn put_index(&mut self, index: Index) -> Result<(), Reason> {
+        self.put(INDEX, &index).await?;
+        self.index = index;
+        Ok(())
+    }
+
+    async fn get<T: DeserializeOwned>(&mut self, key: u16) -> Result<Option<T>, ()> {
+        match self.get_bytes(key).await? {
+            Some(bytes) => Ok(postcard::from_bytes(bytes).ok()),
+            None => Ok(None),
+        }
+    }
+
+    async fn put<T: Serialize>(&mut self, key: u16, value: &T) -> Result<(), Reason> {
+        self.item.clear();
+        self.item.resize(self.item.capacity(), 0).map_err(|_| Reason::StoreFull)?;
+        let room = self.item.get_mut(1..).ok_or(Reason::StoreFull)?;
+        let length = postcard::to_slice(value, room).map_err(|_| Reason::StoreFull)?.len();
+        self.item.truncate(1 + length);
+        self.put_item(key).await
+    }
+
+    async fn put_bytes(&mut self, key: u16, bytes: &[u8]) -> Result<(), Reason> {
+        self.item.clear();
+        self.item.push(FORMAT).map_err(|_| Reason::StoreFull)?;
+        self.item.extend_from_slice(bytes).map_err(|_| Reason::StoreFull)?;
+        self.put_item(key).await
+    }
+
+    async fn get_bytes(&mut self, key: u16) -> Result<Option<&[u8]>, ()> {
+        let Some(map) = &mut self.map else { return Ok(None) };
+        let item = map.fetch_item::<&[u8]>(&mut self.scratch, &key).await.map_err(|_| ())?;
+        Ok(item.and_then(|item| match item {
+            [FORMAT, bytes @ ..] => Some(bytes),
+            _ => None,
+        }))
+    }
+
+    /// Writes the item in hand and reads it back; tries once more before it gives up.
+    async fn put_item(&mut self, key: u16) -> Result<(), Reason> {
+        if let Some(format) = self.item.first_mut() {
+            *format = FORMAT;
+        }
+        let Some(map) = &mut self.map else { return Err(Reason::StoreFailed) };
+        let mut reason = Reason::StoreFailed;
+        for _ in 0..2 {
+            let stored = map.store_item(&mut self.scratch, &key, &self.item.as_slice()).await;
+            if matches!(stored, Err(sequential_storage::Error::FullStorage)) {
+                reason = Reason::StoreFull;
+            }
+            let kept = map.fetch_item::<&[u8]>(&mut self.scratch, &key).await;
+            if matches!(kept, Ok(Some(kept)) if kept == self.item.as_slice()) {
+                return Ok(());
+            }
+            self.failures += 1;
+        }
+        Err(reason)
+    }
+}
+
+fn chunk_key(slot: u8, chunk: u16) -> u16 {
+    FIRST_CHUNK + u16::from(slot) * CHUNKS + chunk
+}

@@ -1,0 +1,277 @@
+//! The bytes of every message, as committed in `tests/golden/wire.txt`.
+//!
+//! They change on purpose only: `MASSLINE_BLESS=1 cargo test -p massline-tests --test wire_bytes`
+//! writes them anew.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use heapless::{String, Vec};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::identify::Method;
+use massline_shared::layout::{
+    Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign, TestSettings,
+};
+use massline_shared::protocol::event::{
+    HIT, HitEvent, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock,
+};
+use massline_shared::protocol::message::*;
+use massline_shared::protocol::object::*;
+use massline_shared::protocol::{Deframer, Endpoint, MAX_FRAME, encode_frame};
+use massline_shared::signal::{AdcProperties, Calibration, RESPONSES};
+use massline_shared::units::{Hertz, Seconds, Volts};
+use serde::Serialize;
+
+fn text<const N: usize>(s: &str) -> String<N> {
+    s.try_into().unwrap()
+}
+
+fn diagnostics(n: usize) -> Diagnostics {
+    (0..n).map(|i| Diagnostic::about(Code::Overload, Severity::Warning, i as u16, 1.5)).collect()
+}
+
+fn dof(node: u16) -> Dof {
+    Dof { node, sign: Sign::Minus, axis: Axis::Z }
+}
+
+fn layout(sensors: usize, hits: usize) -> RigLayout {
+    let sensor = |i: usize| Sensor {
+        node: i as u16 + 1,
+        position: [0.1, -0.2, i as f32],
+        axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        senses_gravity: true,
+    };
+    let hit =
+        |i: usize| Hit { dof: dof(i as u16), position: [0.0; 3], direction: [0.0, 0.0, -1.0] };
+    RigLayout {
+        title: text("three-bar frame, with a title of forty-eight byt"),
+        gravity: Some([0.0, 0.0, -9.80665]),
+        sensors: (0..sensors).map(sensor).collect(),
+        hits: (0..hits).map(hit).collect(),
+        test: TestSettings::default(),
+    }
+}
+
+fn identity() -> Identity {
+    Identity {
+        protocol_major: 1,
+        protocol_minor: 0,
+        firmware: text("0.1.0"),
+        git_hash: text("0123456789ab"),
+        git_dirty: false,
+        board: text("virtual"),
+        adc: AdcProperties {
+            rate: Hertz(4000.0),
+            channels: 10,
+            bits: 12,
+            reference: Volts(3.0),
+            channel_delay: Seconds(10e-6),
+        },
+        record_scans: 2048,
+        pre_trigger_scans: 80,
+        max_sensors: 3,
+        max_hits: 12,
+        streams: true,
+        boot_reason: 1,
+        last_panic: text(""),
+    }
+}
+
+fn status(dofs: usize) -> Status {
+    Status {
+        phase: Phase::Armed as u8,
+        dof: 2,
+        armings: 17,
+        accepted: (0..dofs).map(|i| i as u8).collect(),
+        hits_per_dof: 5,
+        rejected: 1,
+        last_hit: 16,
+        layout_hash: 0xDEAD_BEEF,
+        result: 0,
+        diagnostics: diagnostics(1),
+    }
+}
+
+fn entry(number: u32) -> ResultEntry {
+    ResultEntry { number, layout_hash: 7, mass: 1.23, length: 1234 }
+}
+
+fn result(dofs: usize) -> MeasurementResult {
+    let one = |i: usize| DofResult {
+        dof: dof(i as u16),
+        index: i as u8,
+        hits: 5,
+        accelerance: [0.5; RESPONSES],
+        scatter: (0..SCATTER).map(|_| 1e-6).collect(),
+        coherence: [0.999; RESPONSES],
+    };
+    let estimate = StoredEstimate {
+        method: Method::InertiaRestraint as u8,
+        properties: [1.0; 10],
+        covariance: (0..COVARIANCE).map(|_| 1e-9).collect(),
+        condition: 20.0,
+        diagnostics: diagnostics(1),
+    };
+    MeasurementResult {
+        number: 3,
+        layout_hash: 7,
+        calibration: 8,
+        firmware: text("0.1.0"),
+        dofs: (0..dofs).map(one).collect(),
+        estimates: Vec::from_slice(&[estimate]).unwrap(),
+        diagnostics: diagnostics(1),
+    }
+}
+
+fn object() -> ObjectId {
+    ObjectId { kind: ObjectKind::Result as u8, number: 3 }
+}
+
+fn frame<T: Serialize>(kind: u16, message: &T) -> std::vec::Vec<u8> {
+    let mut out = [0; MAX_FRAME];
+    let length = encode_frame(kind, 0x0102, message, &mut out).expect("fits a frame");
+    out[..length].to_vec()
+}
+
+fn request<E: Endpoint>(message: E::Request) -> std::vec::Vec<u8> {
+    frame(E::KIND, &message)
+}
+
+fn answer<E: Endpoint>(message: E::Response) -> std::vec::Vec<u8> {
+    frame(E::KIND | ANSWER, &message)
+}
+
+fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
+    let command =
+        CommandRequest { command: CampaignCommand::Start as u8, confirm: true, force: false };
+    let chunk_request = ChunkRequest { object: object(), offset: 1024, length: 512 };
+    let chunk =
+        Chunk { object: object(), offset: 1024, bytes: Vec::from_slice(&[1, 2, 0, 3]).unwrap() };
+    let page = ResultPage { entries: Vec::from_slice(&[entry(3)]).unwrap(), more: false };
+    let hit = HitEvent {
+        number: 16,
+        dof: 2,
+        good: false,
+        scan: 123_456_789_012,
+        peak_force: 21.5,
+        peak_acceleration: 99.0,
+        findings: diagnostics(1),
+    };
+    let scans = ScanBlock { first: 77, codes: Vec::from_slice(&[1, 2]).unwrap() };
+    let accepted = LayoutAnswer { hash: 9, diagnostics: diagnostics(2) };
+    vec![
+        ("GetIdentity request", request::<GetIdentity>(())),
+        ("GetIdentity answer", answer::<GetIdentity>(identity())),
+        ("GetStatus request", request::<GetStatus>(())),
+        ("GetStatus answer", answer::<GetStatus>(status(3))),
+        ("GetStats request", request::<GetStats>(())),
+        ("GetStats answer", answer::<GetStats>(Stats { scans: 5, ..Stats::default() })),
+        ("PutLayout request", request::<PutLayout>(layout(3, 3))),
+        ("PutLayout answer", answer::<PutLayout>(accepted)),
+        ("GetLayout request", request::<GetLayout>(())),
+        ("GetLayout answer", answer::<GetLayout>(layout(1, 1))),
+        ("PutCalibration request", request::<PutCalibration>(Calibration::default())),
+        ("PutCalibration answer", answer::<PutCalibration>(())),
+        ("GetCalibration request", request::<GetCalibration>(())),
+        ("GetCalibration answer", answer::<GetCalibration>(Calibration::default())),
+        ("Command request", request::<Command>(command)),
+        ("Command answer", answer::<Command>(status(1))),
+        ("GetObjectInfo request", request::<GetObjectInfo>(object())),
+        ("GetObjectInfo answer", answer::<GetObjectInfo>(ObjectInfo { length: 4000, crc: 1 })),
+        ("ReadObject request", request::<ReadObject>(chunk_request)),
+        ("ReadObject answer", answer::<ReadObject>(chunk)),
+        ("ListResults request", request::<ListResults>(ListRequest { after: 2 })),
+        ("ListResults answer", answer::<ListResults>(page)),
+        ("DeleteResult request", request::<DeleteResult>(3)),
+        ("DeleteResult answer", answer::<DeleteResult>(())),
+        ("SetStream request", request::<SetStream>(true)),
+        ("SetStream answer", answer::<SetStream>(())),
+        ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),
+        ("event: status changed", frame(STATUS_CHANGED, &status(2))),
+        ("event: hit", frame(HIT, &hit)),
+        ("event: scans", frame(SCANS, &scans)),
+    ]
+}
+
+#[test]
+fn every_message_has_the_committed_bytes() {
+    let mut now = std::string::String::new();
+    for (name, bytes) in messages() {
+        write!(now, "{name}:").unwrap();
+        for byte in bytes {
+            write!(now, " {byte:02x}").unwrap();
+        }
+        now.push('\n');
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/wire.txt");
+    if std::env::var_os("MASSLINE_BLESS").is_some() {
+        std::fs::write(&path, &now).unwrap();
+    }
+    let committed = std::fs::read_to_string(&path).expect("golden/wire.txt is committed");
+    for (now, committed) in now.lines().zip(committed.lines()) {
+        assert_eq!(now, committed, "a message has changed on the wire");
+    }
+    assert_eq!(now.lines().count(), committed.lines().count());
+}
+
+#[test]
+fn every_endpoint_is_among_the_committed_bytes() {
+    let messages = messages();
+    for (_, name, _) in ENDPOINTS {
+        for part in ["request", "answer"] {
+            let wanted = format!("{name} {part}");
+            assert!(messages.iter().any(|(name, _)| *name == wanted), "{wanted}");
+        }
+    }
+}
+
+#[test]
+fn kinds_are_unique_and_leave_the_answer_bit_free() {
+    for (i, (kind, ..)) in ENDPOINTS.iter().enumerate() {
+        assert_eq!(kind & ANSWER, 0);
+        assert!(ENDPOINTS[i + 1..].iter().all(|(other, ..)| other != kind));
+        assert!(![HIT, SCANS, STATUS_CHANGED].contains(kind));
+    }
+}
+
+#[test]
+fn the_largest_of_each_growing_message_fits_a_frame() {
+    let largest = layout(RIG_SENSORS, RIG_HITS);
+    let encoded = postcard::to_stdvec(&largest).unwrap();
+    assert!(encoded.len() <= RigLayout::MAX_ENCODED, "{}", encoded.len());
+    request::<PutLayout>(largest);
+    let mut identity = identity();
+    identity.last_panic = text(&"p".repeat(96));
+    answer::<GetIdentity>(identity);
+    let mut full = status(RIG_HITS);
+    full.diagnostics = diagnostics(16);
+    answer::<GetStatus>(full);
+    let bytes = (0..MAX_CHUNK).map(|_| 0xFF).collect();
+    answer::<ReadObject>(Chunk { object: object(), offset: u32::MAX, bytes });
+    let entries = (0..16).map(|i| entry(u32::MAX - i)).collect();
+    answer::<ListResults>(ResultPage { entries, more: true });
+    let codes = (0..SCAN_BLOCK_BYTES).map(|_| 0xFF).collect();
+    frame(SCANS, &ScanBlock { first: u64::MAX, codes });
+}
+
+#[test]
+fn the_largest_result_fits_the_store() {
+    let mut largest = result(RIG_HITS);
+    largest.diagnostics = diagnostics(16);
+    largest.estimates[0].diagnostics = diagnostics(16);
+    let second = largest.estimates[0].clone();
+    largest.estimates.push(second).unwrap();
+    let bytes = postcard::to_stdvec(&largest).unwrap();
+    assert!(bytes.len() <= massline_firmware::store::MAX_RESULT, "{}", bytes.len());
+}
+
+#[test]
+fn what_was_encoded_is_decoded_to_the_same() {
+    let bytes = answer::<GetStatus>(status(3));
+    let mut deframer = Deframer::new();
+    let (_, found) = deframer.push(&bytes);
+    let body = found.expect("a frame").expect("a whole one").body;
+    assert_eq!(postcard::from_bytes::<Status>(body).unwrap(), status(3));
+    let bytes = postcard::to_stdvec(&result(2)).unwrap();
+    assert_eq!(postcard::from_bytes::<MeasurementResult>(&bytes).unwrap(), result(2));
+}
