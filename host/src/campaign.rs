@@ -1,0 +1,1 @@
+//! Follows a campaign from its start to its result.

@@ -1,0 +1,106 @@
+//! Objects, read in pieces.
+
+use std::time::{Duration, Instant};
+
+use massline_shared::protocol::crc32;
+use massline_shared::protocol::message::{GetObjectInfo, ReadObject, Reason};
+use massline_shared::protocol::object::{
+    ChunkRequest, MAX_CHUNK, MeasurementResult, ObjectId, ObjectInfo, ObjectKind,
+};
+
+use super::{Client, ClientError};
+
+/// How often an object is read whose checksum differs, or that changes while it is read.
+const ATTEMPTS: u32 = 3;
+/// How long an object may be busy.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// No object of any rig is longer, bytes.
+const LONGEST: u32 = 16 << 20;
+
+impl Client {
+    /// Reads an object, goes on where it stopped when the link is lost in between, and checks it
+    /// whole. `progress` hears how many bytes there are, of how many.
+    ///
+    /// # Errors
+    /// When there is no such object, its checksum differs, and as [`Client::ask`].
+    pub fn download(
+        &mut self,
+        object: ObjectId,
+        mut progress: impl FnMut(u32, u32),
+    ) -> Result<Vec<u8>, ClientError> {
+        for _ in 0..ATTEMPTS {
+            let info = self.object_info(object)?;
+            if let Some(bytes) = self.read_object(object, info, &mut progress)?
+                && crc32(&bytes) == info.crc
+            {
+                return Ok(bytes);
+            }
+        }
+        Err(ClientError::Checksum { kind: object.kind, number: object.number, attempts: ATTEMPTS })
+    }
+
+    /// A stored result.
+    ///
+    /// # Errors
+    /// As [`Client::download`]; [`ClientError::Unreadable`] when it does not decode.
+    pub fn result(&mut self, number: u32) -> Result<MeasurementResult, ClientError> {
+        let object = ObjectId { kind: ObjectKind::Result as u8, number };
+        let bytes = self.download(object, |_, _| ())?;
+        postcard::from_bytes(&bytes)
+            .map_err(|_| ClientError::Unreadable { kind: object.kind, number })
+    }
+
+    fn object_info(&mut self, object: ObjectId) -> Result<ObjectInfo, ClientError> {
+        self.patiently(|client| client.ask::<GetObjectInfo>(&object))
+    }
+
+    /// The bytes of an object; `None` when the rig's answers do not fit together, as when the
+    /// object is another one by now.
+    fn read_object(
+        &mut self,
+        object: ObjectId,
+        info: ObjectInfo,
+        progress: &mut impl FnMut(u32, u32),
+    ) -> Result<Option<Vec<u8>>, ClientError> {
+        if info.length > LONGEST {
+            return Ok(None);
+        }
+        let mut bytes: Vec<u8> = Vec::with_capacity(info.length as usize);
+        progress(0, info.length);
+        while (bytes.len() as u32) < info.length {
+            let offset = bytes.len() as u32;
+            let length = (info.length - offset).min(MAX_CHUNK as u32) as u16;
+            let request = ChunkRequest { object, offset, length };
+            let chunk = match self.patiently(|client| client.ask::<ReadObject>(&request)) {
+                Err(e) if e.refusal() == Some(Reason::OutOfRange) => return Ok(None),
+                other => other?,
+            };
+            let fits = chunk.object == object
+                && chunk.offset == offset
+                && !chunk.bytes.is_empty()
+                && chunk.bytes.len() <= usize::from(length);
+            if !fits {
+                return Ok(None);
+            }
+            bytes.extend_from_slice(&chunk.bytes);
+            progress(bytes.len() as u32, info.length);
+        }
+        Ok(Some(bytes))
+    }
+
+    /// Asks again while the rig is busy with the object.
+    fn patiently<T>(
+        &mut self,
+        mut ask: impl FnMut(&mut Self) -> Result<T, ClientError>,
+    ) -> Result<T, ClientError> {
+        let started = Instant::now();
+        loop {
+            match ask(self) {
+                Err(e) if e.refusal() == Some(Reason::Busy) && started.elapsed() < PATIENCE => {
+                    std::thread::sleep(Duration::from_millis(20));
+                }
+                other => return other,
+            }
+        }
+    }
+}

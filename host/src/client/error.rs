@@ -1,0 +1,228 @@
+//! What can go wrong between a client and a rig.
+
+use std::time::Duration;
+
+use massline_shared::protocol::message::Reason;
+use massline_shared::protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
+
+use crate::error::Error;
+
+/// Why a rig did not do or tell what was asked.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ClientError {
+    /// The port does not open.
+    #[error("{port} does not open: {reason}")]
+    NotOpened {
+        /// Path of the port.
+        port: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// There is no such port.
+    #[error("{port} does not exist; `massline device list` shows the ports that do")]
+    NoSuchPort {
+        /// Path of the port.
+        port: String,
+    },
+    /// Another program has the port.
+    #[error("{port} is in use by another program; close it and try again ({reason})")]
+    PortBusy {
+        /// Path of the port.
+        port: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// The link went away and did not come back.
+    #[error(
+        "{port} was lost ({reason}) and did not come back within {waited:?}; connect the rig again and repeat the command: what the rig has accepted and stored is kept"
+    )]
+    Lost {
+        /// Path of the port.
+        port: String,
+        /// What the system says.
+        reason: String,
+        /// How long it was waited for.
+        waited: Duration,
+    },
+    /// Nobody answers.
+    #[error(
+        "{port} does not answer `{request}` ({attempts} attempts in {waited:?}); is it a massline rig, and does it run?"
+    )]
+    NoAnswer {
+        /// Path of the port.
+        port: String,
+        /// Name of the request.
+        request: &'static str,
+        /// How often it was sent.
+        attempts: u32,
+        /// How long it was waited for.
+        waited: Duration,
+    },
+    /// The rig speaks another protocol.
+    #[error(
+        "{port}: the rig (firmware {firmware}) speaks protocol {rig_major}.{rig_minor}, this program {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}; the first numbers must be equal: {advice}"
+    )]
+    OtherProtocol {
+        /// Path of the port.
+        port: String,
+        /// Version of its firmware.
+        firmware: String,
+        /// Its protocol.
+        rig_major: u8,
+        /// Its protocol.
+        rig_minor: u8,
+        /// Which side is to be updated.
+        advice: &'static str,
+    },
+    /// The rig refuses.
+    #[error("the rig refused `{request}`: {}", explain(*.reason))]
+    Refused {
+        /// Name of the request.
+        request: &'static str,
+        /// Raw [`Reason`].
+        reason: u16,
+    },
+    /// An object arrived whole several times, each time with another checksum than announced.
+    #[error(
+        "object {kind}/{number} does not have the checksum that the rig announced, after {attempts} attempts"
+    )]
+    Checksum {
+        /// Raw kind of the object.
+        kind: u8,
+        /// Number of the object.
+        number: u32,
+        /// How often it was read.
+        attempts: u32,
+    },
+    /// An object is whole but is not what its kind says.
+    #[error(
+        "object {kind}/{number} is whole, but this program cannot read it; is the rig's firmware newer?"
+    )]
+    Unreadable {
+        /// Raw kind of the object.
+        kind: u8,
+        /// Number of the object.
+        number: u32,
+    },
+    /// A message does not fit in a frame.
+    #[error("`{request}` does not fit in a frame")]
+    TooLong {
+        /// Name of the request.
+        request: &'static str,
+    },
+}
+
+impl ClientError {
+    /// The rig's reason when it refused.
+    pub fn refusal(&self) -> Option<Reason> {
+        match self {
+            Self::Refused { reason, .. } => Reason::from_raw(*reason),
+            _ => None,
+        }
+    }
+
+    /// The stable word.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NotOpened { .. } => "port_not_opened",
+            Self::NoSuchPort { .. } => "port_not_found",
+            Self::PortBusy { .. } => "port_busy",
+            Self::Lost { .. } => "link_lost",
+            Self::NoAnswer { .. } => "no_answer",
+            Self::OtherProtocol { .. } => "protocol_major_differs",
+            Self::Refused { reason, .. } => refusal_code(*reason),
+            Self::Checksum { .. } => "checksum_differs",
+            Self::Unreadable { .. } => "unreadable_object",
+            Self::TooLong { .. } => "message_too_long",
+        }
+    }
+}
+
+impl From<ClientError> for Error {
+    fn from(error: ClientError) -> Self {
+        let message = error.to_string();
+        match (error.refusal(), &error) {
+            (_, ClientError::TooLong { .. }) => Self::internal(error.code(), message),
+            (Some(Reason::LayoutRefused), _) => Self::undetermined(error.code(), message),
+            (Some(Reason::NotFound | Reason::NoLayout), _) => Self::input(error.code(), message),
+            _ => Self::device(error.code(), message),
+        }
+    }
+}
+
+fn refusal_code(raw: u16) -> &'static str {
+    match Reason::from_raw(raw) {
+        Some(Reason::UnknownMessage) => "rig_unknown_message",
+        Some(Reason::Malformed) => "rig_malformed",
+        Some(Reason::NotFound) => "not_found",
+        Some(Reason::WrongPhase) => "wrong_phase",
+        Some(Reason::NoLayout) => "no_layout",
+        Some(Reason::LayoutRefused) => "layout_refused",
+        Some(Reason::StoreFull) => "store_full",
+        Some(Reason::StoreFailed) => "store_failed",
+        Some(Reason::OutOfRange) => "out_of_range",
+        Some(Reason::Busy) => "rig_busy",
+        None => "refused",
+    }
+}
+
+fn explain(raw: u16) -> String {
+    let text = match Reason::from_raw(raw) {
+        Some(Reason::UnknownMessage) => "its firmware does not know this request; update it",
+        Some(Reason::Malformed) => "it could not read the request; is its firmware older?",
+        Some(Reason::NotFound) => {
+            "it has nothing of that number; `massline results list` shows what it has"
+        }
+        Some(Reason::WrongPhase) => {
+            "not while the campaign is in this phase; `massline device identify` shows the phase"
+        }
+        Some(Reason::NoLayout) => "it has no layout; `massline measure LAYOUT` sends one",
+        Some(Reason::LayoutRefused) => "its layout cannot determine the ten properties",
+        Some(Reason::StoreFull) => "its store is full; `massline results delete` makes room",
+        Some(Reason::StoreFailed) => "its flash does not keep what is written",
+        Some(Reason::OutOfRange) => "the piece that was asked for lies outside the object",
+        Some(Reason::Busy) => "it is writing that just now; try again",
+        None => return format!("reason {raw}, which this program does not know"),
+    };
+    text.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exit(error: ClientError) -> u8 {
+        Error::from(error).exit_code()
+    }
+
+    #[test]
+    fn a_lost_link_is_a_device_failure() {
+        let lost = ClientError::Lost {
+            port: "p".into(),
+            reason: "r".into(),
+            waited: Duration::from_secs(10),
+        };
+        assert_eq!(exit(lost), 4);
+    }
+
+    #[test]
+    fn a_result_that_is_not_there_is_a_wrong_argument() {
+        let refused =
+            ClientError::Refused { request: "GetObjectInfo", reason: Reason::NotFound as u16 };
+        assert_eq!(exit(refused), 2);
+    }
+
+    #[test]
+    fn a_refused_layout_cannot_determine_the_answer() {
+        let refused =
+            ClientError::Refused { request: "Command", reason: Reason::LayoutRefused as u16 };
+        assert_eq!(exit(refused), 3);
+    }
+
+    #[test]
+    fn an_unknown_reason_is_passed_on() {
+        let refused = ClientError::Refused { request: "Command", reason: 999 };
+        assert!(refused.to_string().contains("999"));
+        assert_eq!(exit(refused), 4);
+    }
+}

@@ -1,0 +1,422 @@
+//! Requests, their answers and what the rig says in between.
+
+use std::collections::VecDeque;
+use std::hash::{BuildHasher, RandomState};
+use std::io;
+use std::time::{Duration, Instant};
+
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::event::{HIT, HitEvent, SCANS, STATUS_CHANGED, ScanBlock};
+use massline_shared::protocol::message::{
+    ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, ENDPOINTS, GetCalibration,
+    GetIdentity, GetLayout, GetStats, GetStatus, Identity, LayoutAnswer, ListRequest, ListResults,
+    PutCalibration, PutLayout, REFUSED, ResultEntry, SetStream, Stats, Status,
+};
+use massline_shared::protocol::{
+    Deframer, Endpoint, Frame, MAX_FRAME, PROTOCOL_MAJOR, Refusal, encode_frame,
+};
+use massline_shared::signal::Calibration;
+
+use super::{ClientError, Transport};
+
+/// Events that wait to be taken; beyond this the oldest goes.
+const EVENT_QUEUE: usize = 8192;
+
+/// How long a client waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Timing {
+    /// For the answer to one sending of a request.
+    pub answer: Duration,
+    /// How often a request is sent.
+    pub attempts: u32,
+    /// For a lost link to come back.
+    pub reconnect: Duration,
+    /// Between two attempts to open a lost link.
+    pub pause: Duration,
+}
+
+impl Default for Timing {
+    fn default() -> Self {
+        Self {
+            answer: Duration::from_millis(1500),
+            attempts: 5,
+            reconnect: Duration::from_secs(10),
+            pause: Duration::from_millis(100),
+        }
+    }
+}
+
+/// Something that the rig says on its own.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The status has changed.
+    Status(Status),
+    /// A hit was graded.
+    Hit(HitEvent),
+    /// Scans of the stream.
+    Scans(Box<ScanBlock>),
+}
+
+/// A rig behind a [`Transport`].
+pub struct Client {
+    transport: Box<dyn Transport>,
+    deframer: Box<Deframer>,
+    /// Bytes that were read and not yet looked at.
+    unread: VecDeque<u8>,
+    sequence: u16,
+    events: VecDeque<Event>,
+    timing: Timing,
+    broken_frames: u64,
+    reconnects: u64,
+}
+
+impl std::fmt::Debug for Client {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Client").field("port", &self.transport.name()).finish_non_exhaustive()
+    }
+}
+
+impl Client {
+    /// A client that has not said anything yet.
+    pub fn new(transport: impl Transport + 'static) -> Self {
+        Self::with_timing(transport, Timing::default())
+    }
+
+    /// The same with other waiting times.
+    pub fn with_timing(transport: impl Transport + 'static, timing: Timing) -> Self {
+        Self {
+            transport: Box::new(transport),
+            deframer: Box::default(),
+            unread: VecDeque::new(),
+            // A random start keeps a rig from taking the first request of this client for the
+            // repetition of the last one of another.
+            sequence: RandomState::new().hash_one(0) as u16,
+            events: VecDeque::new(),
+            timing,
+            broken_frames: 0,
+            reconnects: 0,
+        }
+    }
+
+    /// How long this client waits.
+    pub fn timing(&self) -> Timing {
+        self.timing
+    }
+
+    /// Name of the port.
+    pub fn port(&self) -> &str {
+        self.transport.name()
+    }
+
+    /// Frames that arrived broken.
+    pub fn broken_frames(&self) -> u64 {
+        self.broken_frames
+    }
+
+    /// How often the link was opened anew.
+    pub fn reconnects(&self) -> u64 {
+        self.reconnects
+    }
+
+    /// Sends a request and waits for its answer; sends it again while none comes.
+    ///
+    /// # Errors
+    /// When the rig refuses, does not answer, or the link is lost for good.
+    pub fn ask<E: Endpoint>(&mut self, request: &E::Request) -> Result<E::Response, ClientError> {
+        let name = name_of(E::KIND);
+        self.sequence = self.sequence.wrapping_add(1);
+        let sequence = self.sequence;
+        let mut frame = [0; MAX_FRAME];
+        let length = encode_frame(E::KIND, sequence, request, &mut frame)
+            .map_err(|_| ClientError::TooLong { request: name })?;
+        // The zero in front ends whatever a lost link has left at the other side.
+        let mut bytes = vec![0];
+        bytes.extend_from_slice(&frame[..length]);
+
+        let started = Instant::now();
+        for _ in 0..self.timing.attempts.max(1) {
+            self.send(&bytes)?;
+            let deadline = Instant::now() + self.timing.answer;
+            while let Some(message) = self.next_message(deadline)? {
+                let Message::Answer { kind, sequence: to, body } = message else { continue };
+                if to != sequence {
+                    continue;
+                }
+                if kind == E::KIND | ANSWER {
+                    if let Ok(answer) = postcard::from_bytes(&body) {
+                        return Ok(answer);
+                    }
+                    self.broken_frames += 1;
+                } else if kind == REFUSED
+                    && let Ok(Refusal { reason }) = postcard::from_bytes(&body)
+                {
+                    return Err(ClientError::Refused { request: name, reason });
+                }
+            }
+        }
+        Err(ClientError::NoAnswer {
+            port: self.port().into(),
+            request: name,
+            attempts: self.timing.attempts.max(1),
+            waited: started.elapsed(),
+        })
+    }
+
+    /// The next thing that the rig said on its own, waiting up to `timeout` for it.
+    ///
+    /// # Errors
+    /// When the link is lost for good.
+    pub fn next_event(&mut self, timeout: Duration) -> Result<Option<Event>, ClientError> {
+        let deadline = Instant::now() + timeout;
+        while self.events.is_empty() {
+            // An answer that nobody waits for any more is dropped here.
+            if self.next_message(deadline)?.is_none() {
+                break;
+            }
+        }
+        Ok(self.events.pop_front())
+    }
+
+    /// Who is there? Checks that both sides speak the same protocol.
+    ///
+    /// # Errors
+    /// [`ClientError::OtherProtocol`], and as [`Client::ask`].
+    pub fn identify(&mut self) -> Result<Identity, ClientError> {
+        let identity = self.ask::<GetIdentity>(&())?;
+        if identity.protocol_major == PROTOCOL_MAJOR {
+            return Ok(identity);
+        }
+        Err(ClientError::OtherProtocol {
+            port: self.port().into(),
+            firmware: identity.firmware.as_str().into(),
+            rig_major: identity.protocol_major,
+            rig_minor: identity.protocol_minor,
+            advice: if identity.protocol_major > PROTOCOL_MAJOR {
+                "update this program"
+            } else {
+                "update the rig's firmware"
+            },
+        })
+    }
+
+    /// What is the rig doing?
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn status(&mut self) -> Result<Status, ClientError> {
+        self.ask::<GetStatus>(&())
+    }
+
+    /// What has the rig counted?
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn stats(&mut self) -> Result<Stats, ClientError> {
+        self.ask::<GetStats>(&())
+    }
+
+    /// Sends a layout.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn put_layout(&mut self, layout: &RigLayout) -> Result<LayoutAnswer, ClientError> {
+        self.ask::<PutLayout>(layout)
+    }
+
+    /// The layout that the rig keeps.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn layout(&mut self) -> Result<RigLayout, ClientError> {
+        self.ask::<GetLayout>(&())
+    }
+
+    /// Sends a calibration.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn put_calibration(&mut self, calibration: &Calibration) -> Result<(), ClientError> {
+        self.ask::<PutCalibration>(calibration)
+    }
+
+    /// The calibration that the rig keeps.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn calibration(&mut self) -> Result<Calibration, ClientError> {
+        self.ask::<GetCalibration>(&())
+    }
+
+    /// Steers the campaign.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn command(&mut self, command: CampaignCommand) -> Result<Status, ClientError> {
+        self.ask::<Command>(&CommandRequest {
+            command: command as u8,
+            confirm: false,
+            force: false,
+        })
+    }
+
+    /// Starts a campaign; with `confirm` every hit waits for a verdict, with `force` it begins
+    /// although the layout has an error.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn start(&mut self, confirm: bool, force: bool) -> Result<Status, ClientError> {
+        self.ask::<Command>(&CommandRequest {
+            command: CampaignCommand::Start as u8,
+            confirm,
+            force,
+        })
+    }
+
+    /// All results that the rig keeps.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn results(&mut self) -> Result<Vec<ResultEntry>, ClientError> {
+        let mut entries: Vec<ResultEntry> = Vec::new();
+        let mut after = 0;
+        loop {
+            let page = self.ask::<ListResults>(&ListRequest { after })?;
+            let last = page.entries.iter().map(|e| e.number).max().unwrap_or(after);
+            entries.extend(page.entries.iter().copied());
+            // A page that brings nothing new would be asked for without end.
+            if !page.more || last <= after {
+                return Ok(entries);
+            }
+            after = last;
+        }
+    }
+
+    /// Deletes a result.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn delete_result(&mut self, number: u32) -> Result<(), ClientError> {
+        self.ask::<DeleteResult>(&number)
+    }
+
+    /// Starts or stops the stream of scans.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn set_stream(&mut self, on: bool) -> Result<(), ClientError> {
+        self.ask::<SetStream>(&on)
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
+        match self.transport.write_all(bytes) {
+            Ok(()) => Ok(()),
+            Err(lost) => {
+                self.reopen(&lost)?;
+                // Lost again at once: the answer will not come and the request is repeated.
+                let _ = self.transport.write_all(bytes);
+                Ok(())
+            }
+        }
+    }
+
+    /// The next message that arrives whole before `deadline`; an event goes to the queue.
+    fn next_message(&mut self, deadline: Instant) -> Result<Option<Message>, ClientError> {
+        loop {
+            while !self.unread.is_empty() {
+                let (bytes, _) = self.unread.as_slices();
+                let (taken, frame) = self.deframer.push(bytes);
+                let message = match frame {
+                    Some(Ok(frame)) => Message::read(frame),
+                    Some(Err(_)) => Some(Message::Broken),
+                    None => None,
+                };
+                self.unread.drain(..taken);
+                match message {
+                    Some(Message::Event(event)) => {
+                        if self.events.len() == EVENT_QUEUE {
+                            self.events.pop_front();
+                        }
+                        self.events.push_back(*event);
+                        return Ok(Some(Message::Queued));
+                    }
+                    Some(Message::Broken) => self.broken_frames += 1,
+                    Some(message) => return Ok(Some(message)),
+                    None => {}
+                }
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            let mut buffer = [0; 4096];
+            match self.transport.read(&mut buffer, left) {
+                Ok(0) if Instant::now() >= deadline => return Ok(None),
+                Ok(n) => self.unread.extend(&buffer[..n]),
+                Err(lost) => {
+                    self.reopen(&lost)?;
+                    // What was asked before is not answered on the new link.
+                    return Ok(None);
+                }
+            }
+        }
+    }
+
+    fn reopen(&mut self, lost: &io::Error) -> Result<(), ClientError> {
+        let started = Instant::now();
+        self.unread.clear();
+        *self.deframer = Deframer::new();
+        loop {
+            match self.transport.reconnect() {
+                Ok(()) => {
+                    self.reconnects += 1;
+                    return Ok(());
+                }
+                Err(_) if started.elapsed() < self.timing.reconnect => {
+                    std::thread::sleep(self.timing.pause);
+                }
+                Err(_) => {
+                    return Err(ClientError::Lost {
+                        port: self.port().into(),
+                        reason: lost.to_string(),
+                        waited: self.timing.reconnect,
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// What one frame brought.
+enum Message {
+    Answer {
+        kind: u16,
+        sequence: u16,
+        body: Vec<u8>,
+    },
+    Event(Box<Event>),
+    /// An event that waits in the queue.
+    Queued,
+    Broken,
+}
+
+impl Message {
+    fn read(frame: Frame<'_>) -> Option<Self> {
+        let event = match frame.kind {
+            STATUS_CHANGED => postcard::from_bytes(frame.body).map(Event::Status),
+            HIT => postcard::from_bytes(frame.body).map(Event::Hit),
+            SCANS => postcard::from_bytes(frame.body).map(|block| Event::Scans(Box::new(block))),
+            kind if kind & ANSWER != 0 => {
+                return Some(Self::Answer {
+                    kind,
+                    sequence: frame.sequence,
+                    body: frame.body.to_vec(),
+                });
+            }
+            // An event that a newer rig has; this program does not need it.
+            _ => return None,
+        };
+        Some(event.map_or(Self::Broken, |event| Self::Event(Box::new(event))))
+    }
+}
+
+/// The name of an endpoint in messages.
+fn name_of(kind: u16) -> &'static str {
+    ENDPOINTS.iter().find(|(k, _)| *k == kind).map_or("request", |(_, name)| name)
+}

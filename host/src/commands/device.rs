@@ -1,0 +1,208 @@
+//! `massline device`: find rigs, say who they are and what they have counted.
+
+use std::fmt::Write;
+
+use massline_shared::protocol::message::{Identity, Phase, Stats, Status};
+use serde_json::{Value, json};
+
+use super::connect::PortArgs;
+use crate::client::{PortFacts, list_ports};
+use crate::error::Result;
+use crate::output::Output;
+
+/// Arguments of `massline device`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  massline device list
+  massline device identify --port /dev/ttyACM0
+  massline device stats --json")]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// The USB serial ports of this computer.
+    #[command(after_help = "Examples:\n  massline device list\n  massline device list --json")]
+    List,
+    /// Who the rig is and what it is doing.
+    #[command(after_help = "\
+Examples:
+  massline device identify
+  massline device identify --port /dev/ttyACM0 --json")]
+    Identify(PortArgs),
+    /// What the rig has counted since power-on: lost scans, broken frames, stack.
+    #[command(after_help = "\
+Examples:
+  massline device stats
+  massline device stats --port /dev/ttyACM0 --json")]
+    Stats(PortArgs),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the rig cannot be reached.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    match &args.command {
+        Command::List => {
+            let ports = list_ports()?;
+            output.answer(&ports_json(&ports), |_| ports_text(&ports))
+        }
+        Command::Identify(port) => {
+            let (mut client, identity) = port.connect()?;
+            let status = client.status()?;
+            let value = identity_json(client.port(), &identity, &status);
+            output.answer(&value, |_| identity_text(client.port(), &identity, &status))
+        }
+        Command::Stats(port) => {
+            let (mut client, _) = port.connect()?;
+            let stats = client.stats()?;
+            output.answer(&stats_json(&stats), |_| stats_text(&stats))
+        }
+    }
+}
+
+fn ports_json(ports: &[PortFacts]) -> Value {
+    let ports: Vec<_> = ports
+        .iter()
+        .map(|p| {
+            json!({
+                "path": p.path,
+                "vendor": p.usb.map(|u| u.0),
+                "product": p.usb.map(|u| u.1),
+                "description": p.description,
+            })
+        })
+        .collect();
+    json!({ "ports": ports })
+}
+
+fn ports_text(ports: &[PortFacts]) -> String {
+    if ports.is_empty() {
+        return "no USB serial port; a simulated rig: `massline virtual`".into();
+    }
+    let lines: Vec<_> = ports.iter().map(|p| format!("{}  {}", p.path, p.description)).collect();
+    lines.join("\n")
+}
+
+fn identity_json(port: &str, identity: &Identity, status: &Status) -> Value {
+    json!({
+        "port": port,
+        "protocol": format!("{}.{}", identity.protocol_major, identity.protocol_minor),
+        "firmware": identity.firmware.as_str(),
+        "git_hash": identity.git_hash.as_str(),
+        "git_dirty": identity.git_dirty,
+        "board": identity.board.as_str(),
+        "scan_rate_hz": identity.adc.rate.0,
+        "channels": identity.adc.channels,
+        "adc_bits": identity.adc.bits,
+        "adc_reference_v": identity.adc.reference.0,
+        "channel_delay_s": identity.adc.channel_delay.0,
+        "record_scans": identity.record_scans,
+        "pre_trigger_scans": identity.pre_trigger_scans,
+        "max_sensors": identity.max_sensors,
+        "max_hits": identity.max_hits,
+        "streams": identity.streams,
+        "boot_reason": boot_reason(identity.boot_reason),
+        "last_panic": identity.last_panic.as_str(),
+        "phase": phase_name(status.phase),
+        "layout_hash": hash(status.layout_hash),
+        "result": status.result,
+    })
+}
+
+fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
+    let dirty = if identity.git_dirty { ", changed" } else { "" };
+    let mut text = format!(
+        "{port}\n  board      {}\n  firmware   {} ({}{dirty}), protocol {}.{}\n  sampling   {} scans/s, \
+         {} channels, {} bits, {:.1} V, {:.1} µs between channels\n  record     {} scans, {} before \
+         the trigger\n  capacity   {} sensors, {} hit DOFs\n  stream     {}\n  started    {}\n  \
+         phase      {}\n  layout     {}\n  result     {}",
+        identity.board,
+        identity.firmware,
+        identity.git_hash,
+        identity.protocol_major,
+        identity.protocol_minor,
+        identity.adc.rate.0,
+        identity.adc.channels,
+        identity.adc.bits,
+        identity.adc.reference.0,
+        identity.adc.channel_delay.0 * 1e6,
+        identity.record_scans,
+        identity.pre_trigger_scans,
+        identity.max_sensors,
+        identity.max_hits,
+        if identity.streams { "yes" } else { "no, the link is too slow" },
+        boot_reason(identity.boot_reason),
+        phase_name(status.phase),
+        hash(status.layout_hash).unwrap_or_else(|| "none".into()),
+        if status.result == 0 { "none".into() } else { status.result.to_string() },
+    );
+    if !identity.last_panic.is_empty() {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "\n  last panic {}", identity.last_panic);
+    }
+    text
+}
+
+fn counters(stats: &Stats) -> [(&'static str, u64); 14] {
+    [
+        ("uptime_ms", stats.uptime_ms),
+        ("scans", stats.scans),
+        ("scans_lost", stats.scans_lost),
+        ("triggers", stats.triggers.into()),
+        ("frames_in", stats.frames_in.into()),
+        ("frames_broken", stats.frames_broken.into()),
+        ("requests_refused", stats.requests_refused.into()),
+        ("requests_repeated", stats.requests_repeated.into()),
+        ("frames_out", stats.frames_out.into()),
+        ("frames_unsent", stats.frames_unsent.into()),
+        ("events_dropped", stats.events_dropped.into()),
+        ("store_failures", stats.store_failures.into()),
+        ("stack_high_water", stats.stack_high_water.into()),
+        ("stack_size", stats.stack_size.into()),
+    ]
+}
+
+fn stats_json(stats: &Stats) -> Value {
+    counters(stats).into_iter().map(|(name, count)| (name.to_owned(), json!(count))).collect()
+}
+
+fn stats_text(stats: &Stats) -> String {
+    let lines =
+        counters(stats).map(|(name, count)| format!("{:18} {count}", name.replace('_', " ")));
+    lines.join("\n")
+}
+
+/// The name of a raw phase.
+pub(crate) fn phase_name(raw: u8) -> &'static str {
+    match Phase::from_raw(raw) {
+        Some(Phase::Idle) => "idle",
+        Some(Phase::Armed) => "armed",
+        Some(Phase::Busy) => "busy",
+        Some(Phase::Confirming) => "confirming",
+        Some(Phase::Paused) => "paused",
+        Some(Phase::Solving) => "solving",
+        Some(Phase::Done) => "done",
+        Some(Phase::Failed) => "failed",
+        None => "unknown",
+    }
+}
+
+/// A layout hash or calibration checksum as it is printed; `None` for 0, which stands for none.
+pub(crate) fn hash(hash: u32) -> Option<String> {
+    (hash != 0).then(|| format!("{hash:08x}"))
+}
+
+fn boot_reason(raw: u8) -> &'static str {
+    match raw {
+        1 => "power-on",
+        2 => "reset pin",
+        3 => "watchdog",
+        4 => "panic",
+        _ => "unknown",
+    }
+}

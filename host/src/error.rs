@@ -1,0 +1,164 @@
+//! One error for everything that a command can fail with, and the exit code that each kind has.
+//!
+//! | exit | kind | meaning |
+//! | --- | --- | --- |
+//! | 0 | | done |
+//! | 1 | [`Error::Internal`] | a fault of this program |
+//! | 2 | [`Error::Input`] | a file or an argument is wrong |
+//! | 3 | [`Error::Undetermined`] | the data cannot determine the answer |
+//! | 4 | [`Error::Device`] | a rig, a port or a link fails |
+//! | 130 | [`Error::Interrupted`] | Ctrl-C |
+//!
+//! A message says what was tried, what was found and what to do. The code is a stable word for
+//! programs: a diagnosis code such as `sensors_collinear`, or one of this crate's own such as
+//! `port_not_found`.
+
+use std::borrow::Cow;
+
+/// The stable word by which a program tells errors apart.
+pub type ErrorCode = Cow<'static, str>;
+
+/// Why a command did not do what it was asked.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Error {
+    /// A fault of this program. Exit 1.
+    #[error("{message}")]
+    Internal {
+        /// Stable word.
+        code: ErrorCode,
+        /// For people.
+        message: String,
+    },
+    /// A file or an argument is wrong. Exit 2.
+    #[error("{message}")]
+    Input {
+        /// Stable word.
+        code: ErrorCode,
+        /// For people.
+        message: String,
+    },
+    /// The data cannot determine the answer. Exit 3.
+    #[error("{message}")]
+    Undetermined {
+        /// Stable word.
+        code: ErrorCode,
+        /// For people.
+        message: String,
+    },
+    /// A rig, a port or a link fails. Exit 4.
+    #[error("{message}")]
+    Device {
+        /// Stable word.
+        code: ErrorCode,
+        /// For people.
+        message: String,
+    },
+    /// The user pressed Ctrl-C. Exit 130.
+    #[error("{message}")]
+    Interrupted {
+        /// What was left behind and how to go on.
+        message: String,
+    },
+}
+
+/// What a fallible function of this crate gives.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// A fault of this program.
+    pub fn internal(code: impl Into<ErrorCode>, message: impl Into<String>) -> Self {
+        Self::Internal { code: code.into(), message: message.into() }
+    }
+
+    /// A file or an argument is wrong.
+    pub fn input(code: impl Into<ErrorCode>, message: impl Into<String>) -> Self {
+        Self::Input { code: code.into(), message: message.into() }
+    }
+
+    /// The data cannot determine the answer.
+    pub fn undetermined(code: impl Into<ErrorCode>, message: impl Into<String>) -> Self {
+        Self::Undetermined { code: code.into(), message: message.into() }
+    }
+
+    /// A rig, a port or a link fails.
+    pub fn device(code: impl Into<ErrorCode>, message: impl Into<String>) -> Self {
+        Self::Device { code: code.into(), message: message.into() }
+    }
+
+    /// The user pressed Ctrl-C.
+    pub fn interrupted(message: impl Into<String>) -> Self {
+        Self::Interrupted { message: message.into() }
+    }
+
+    /// The exit code of the process.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Internal { .. } => 1,
+            Self::Input { .. } => 2,
+            Self::Undetermined { .. } => 3,
+            Self::Device { .. } => 4,
+            Self::Interrupted { .. } => 130,
+        }
+    }
+
+    /// The stable word.
+    pub fn code(&self) -> &str {
+        match self {
+            Self::Internal { code, .. }
+            | Self::Input { code, .. }
+            | Self::Undetermined { code, .. }
+            | Self::Device { code, .. } => code,
+            Self::Interrupted { .. } => "interrupted",
+        }
+    }
+
+    /// What `--json` prints: `{"error":{"code":…,"message":…,"exit":…}}`.
+    pub fn to_json(&self) -> serde_json::Value {
+        serde_json::json!({
+            "error": {
+                "code": self.code(),
+                "message": self.to_string(),
+                "exit": self.exit_code(),
+            }
+        })
+    }
+
+    /// The same error with `context` in front of its message: `context: message`.
+    #[must_use]
+    pub fn within(mut self, context: impl std::fmt::Display) -> Self {
+        let message = match &mut self {
+            Self::Internal { message, .. }
+            | Self::Input { message, .. }
+            | Self::Undetermined { message, .. }
+            | Self::Device { message, .. }
+            | Self::Interrupted { message } => message,
+        };
+        *message = format!("{context}: {message}");
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_has_its_exit_code() {
+        let errors = [
+            Error::internal("a", ""),
+            Error::input("a", ""),
+            Error::undetermined("a", ""),
+            Error::device("a", ""),
+            Error::interrupted(""),
+        ];
+        assert_eq!(errors.map(|e| e.exit_code()), [1, 2, 3, 4, 130]);
+    }
+
+    #[test]
+    fn json_carries_code_message_and_exit() {
+        let json = Error::device("port_busy", "no").within("/dev/ttyACM0").to_json();
+        assert_eq!(json["error"]["code"], "port_busy");
+        assert_eq!(json["error"]["message"], "/dev/ttyACM0: no");
+        assert_eq!(json["error"]["exit"], 4);
+    }
+}

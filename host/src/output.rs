@@ -1,0 +1,224 @@
+//! Where a command writes.
+//!
+//! Answers go to stdout: text, or with `--json` one object. Everything else (progress, warnings,
+//! what to do next) goes to stderr, so that a pipe sees the answer alone. Colour and progress bars
+//! appear only on a terminal; `NO_COLOR` is respected.
+
+use std::io::{self, IsTerminal, Write};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::Value;
+
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+
+/// Where a command writes, and whether the user has pressed Ctrl-C.
+pub struct Output {
+    out: Box<dyn Write + Send>,
+    err: Box<dyn Write + Send>,
+    json: bool,
+    color: bool,
+    bars: bool,
+    keyboard: bool,
+    interrupt: Interrupt,
+}
+
+/// How a piece of text is shown on a terminal with colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// A heading.
+    Strong,
+    /// Good news.
+    Good,
+    /// A reservation.
+    Warning,
+    /// Bad news.
+    Bad,
+}
+
+impl Tone {
+    fn escape(self) -> &'static str {
+        match self {
+            Self::Strong => "\x1b[1m",
+            Self::Good => "\x1b[32m",
+            Self::Warning => "\x1b[33m",
+            Self::Bad => "\x1b[31m",
+        }
+    }
+}
+
+impl Output {
+    /// The process's own stdout, stderr and keyboard.
+    pub fn of_process(json: bool, interrupt: Interrupt) -> Self {
+        let no_color = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+        let terminal = io::stderr().is_terminal();
+        Self {
+            out: Box::new(io::stdout()),
+            err: Box::new(io::stderr()),
+            json,
+            color: io::stdout().is_terminal() && terminal && !no_color,
+            bars: terminal,
+            keyboard: io::stdin().is_terminal() && terminal,
+            interrupt,
+        }
+    }
+
+    /// Writes to `out` and `err`, without colour, bars and keyboard; for tests and other programs.
+    pub fn to(
+        json: bool,
+        out: impl Write + Send + 'static,
+        err: impl Write + Send + 'static,
+    ) -> Self {
+        Self {
+            out: Box::new(out),
+            err: Box::new(err),
+            json,
+            color: false,
+            bars: false,
+            keyboard: false,
+            interrupt: Interrupt::new(),
+        }
+    }
+
+    /// True when the answer is wanted as one JSON object.
+    pub fn json(&self) -> bool {
+        self.json
+    }
+
+    /// True when a person sits at the keyboard.
+    pub fn has_keyboard(&self) -> bool {
+        self.keyboard
+    }
+
+    /// Says when the user has pressed Ctrl-C.
+    pub fn interrupt(&self) -> &Interrupt {
+        &self.interrupt
+    }
+
+    /// Writes the answer as text, with a line end.
+    ///
+    /// # Errors
+    /// When stdout cannot be written. A reader that has gone away is no error.
+    pub fn text(&mut self, text: impl AsRef<str>) -> Result<()> {
+        let written = writeln!(self.out, "{}", text.as_ref()).and_then(|()| self.out.flush());
+        check(written)
+    }
+
+    /// Writes the answer as one line of JSON.
+    ///
+    /// # Errors
+    /// As [`Output::text`].
+    pub fn value(&mut self, value: &Value) -> Result<()> {
+        self.text(value.to_string())
+    }
+
+    /// Writes `value` with `--json`, else what `text` makes.
+    ///
+    /// # Errors
+    /// As [`Output::text`].
+    pub fn answer(&mut self, value: &Value, text: impl FnOnce(&Self) -> String) -> Result<()> {
+        if self.json {
+            self.value(value)
+        } else {
+            let text = text(self);
+            self.text(text)
+        }
+    }
+
+    /// Says something beside the answer, on stderr.
+    pub fn note(&mut self, text: impl AsRef<str>) {
+        // There is nowhere to report that stderr is gone.
+        let _ = writeln!(self.err, "{}", text.as_ref());
+    }
+
+    /// Says a reservation, on stderr.
+    pub fn warn(&mut self, text: impl AsRef<str>) {
+        let head = self.toned("warning:", Tone::Warning);
+        self.note(format!("{head} {}", text.as_ref()));
+    }
+
+    /// Reports an error: on stderr for people and with `--json` on stdout as an object.
+    pub fn error(&mut self, error: &Error) {
+        let head = self.toned("error:", Tone::Bad);
+        self.note(format!("{head} {error}"));
+        if self.json {
+            // There is nowhere to report that stdout is gone.
+            let _ = self.value(&error.to_json());
+        }
+    }
+
+    /// `text` in colour where colours are shown.
+    pub fn toned(&self, text: &str, tone: Tone) -> String {
+        if self.color { format!("{}{text}\x1b[0m", tone.escape()) } else { text.into() }
+    }
+
+    /// A bar on stderr that counts to `length`; invisible where stderr is no terminal.
+    pub fn bar(&self, length: u64, label: &str) -> ProgressBar {
+        if !self.bars {
+            return ProgressBar::hidden();
+        }
+        let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+        let style = ProgressStyle::with_template("{prefix:20} {bar:30} {pos}/{len} {msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        bar.set_style(style);
+        bar.set_prefix(label.to_owned());
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar
+    }
+
+    /// True when [`Output::bar`] is visible; else a command says its progress in plain lines.
+    pub fn has_bars(&self) -> bool {
+        self.bars
+    }
+}
+
+fn check(written: io::Result<()>) -> Result<()> {
+    match written {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::internal("cannot_write", format!("standard output cannot be written: {e}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Mutex};
+
+    #[derive(Clone, Default)]
+    struct Shared(Arc<Mutex<Vec<u8>>>);
+
+    impl Shared {
+        fn text(&self) -> String {
+            String::from_utf8(self.0.lock().unwrap().clone()).unwrap()
+        }
+    }
+
+    impl Write for Shared {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn with_json_an_error_is_one_object_on_stdout_and_a_line_on_stderr() {
+        let (out, err) = (Shared::default(), Shared::default());
+        Output::to(true, out.clone(), err.clone()).error(&Error::input("wrong", "so it is"));
+        let value: Value = serde_json::from_str(&out.text()).unwrap();
+        assert_eq!(value["error"]["exit"], 2);
+        assert_eq!(err.text(), "error: so it is\n");
+    }
+
+    #[test]
+    fn without_json_stdout_stays_empty_on_an_error() {
+        let out = Shared::default();
+        Output::to(false, out.clone(), io::sink()).error(&Error::input("wrong", "so it is"));
+        assert_eq!(out.text(), "");
+    }
+}
