@@ -418,5 +418,5 @@ impl Message {
 
 /// The name of an endpoint in messages.
 fn name_of(kind: u16) -> &'static str {
-    ENDPOINTS.iter().find(|(k, _)| *k == kind).map_or("request", |(_, name)| name)
+    ENDPOINTS.iter().find(|(k, ..)| *k == kind).map_or("request", |(_, name, _)| name)
 }
