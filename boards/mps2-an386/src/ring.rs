@@ -1,0 +1,394 @@
+//! The ring of scans between the host and the emulated rig.
+//!
+//! The host writes scans as fast as there is room, the rig reads them as fast as it can: neither
+//! ever loses one, and the speed of the emulator does not matter. Time is the index of a scan.
+//!
+//! A *run* is what the rig reads between two starts of its sampler. The rig counts its runs; the
+//! host answers a new run, once it knows what the rig is armed for, with the index where the run's
+//! scans begin. What the host had written before that, for an earlier run, is never seen.
+//!
+//! Each word of the header is written by one side only. Indices count scans modulo 2³².
+
+use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
+
+use massline_shared::signal::{AdcProperties, CHANNELS, Scan};
+use massline_shared::units::{Hertz, ScanIndex, Seconds, Volts};
+
+/// Scans that the ring holds: about a second, so that the host is never far ahead of the rig.
+pub const CAPACITY: u32 = 4096;
+const _: () = assert!(CAPACITY.is_power_of_two());
+
+const MAGIC: u32 = u32::from_le_bytes(*b"mlsc");
+const VERSION: u32 = 1;
+
+/// The ring as it lies in the PSRAM. All zeros is a ring that no host has opened.
+#[repr(C, align(64))]
+#[derive(Debug)]
+pub struct Ring {
+    host: HostWords,
+    rig: RigWords,
+    scans: [[AtomicU16; CHANNELS]; CAPACITY as usize],
+}
+
+/// What only the host writes.
+#[repr(C, align(64))]
+#[derive(Debug)]
+struct HostWords {
+    magic: AtomicU32,
+    version: AtomicU32,
+    capacity: AtomicU32,
+    rate_hz: AtomicU32,
+    channels: AtomicU32,
+    bits: AtomicU32,
+    reference_v: AtomicU32,
+    channel_delay_s: AtomicU32,
+    written: AtomicU32,
+    run: AtomicU32,
+    run_start: AtomicU32,
+}
+
+/// What only the rig writes.
+#[repr(C, align(64))]
+#[derive(Debug)]
+struct RigWords {
+    read: AtomicU32,
+    run: AtomicU32,
+}
+
+impl Ring {
+    /// A ring that no host has opened.
+    pub const fn new() -> Self {
+        const ZERO: AtomicU32 = AtomicU32::new(0);
+        const SCAN: [AtomicU16; CHANNELS] = [const { AtomicU16::new(0) }; CHANNELS];
+        Self {
+            host: HostWords {
+                magic: ZERO,
+                version: ZERO,
+                capacity: ZERO,
+                rate_hz: ZERO,
+                channels: ZERO,
+                bits: ZERO,
+                reference_v: ZERO,
+                channel_delay_s: ZERO,
+                written: ZERO,
+                run: ZERO,
+                run_start: ZERO,
+            },
+            rig: RigWords { read: ZERO, run: ZERO },
+            scans: [const { SCAN }; CAPACITY as usize],
+        }
+    }
+
+    /// Opens the ring before the rig starts: states what the scans are.
+    pub fn open(&self, adc: &AdcProperties) {
+        let host = &self.host;
+        for (word, value) in [
+            (&host.version, VERSION),
+            (&host.capacity, CAPACITY),
+            (&host.rate_hz, adc.rate.0.to_bits()),
+            (&host.channels, u32::from(adc.channels)),
+            (&host.bits, u32::from(adc.bits)),
+            (&host.reference_v, adc.reference.0.to_bits()),
+            (&host.channel_delay_s, adc.channel_delay.0.to_bits()),
+        ] {
+            word.store(value, Ordering::Relaxed);
+        }
+        host.magic.store(MAGIC, Ordering::Release);
+    }
+
+    /// What the scans are, or `None` when no host has opened the ring or its words make no sense.
+    pub fn adc(&self) -> Option<AdcProperties> {
+        let host = &self.host;
+        let word = |word: &AtomicU32| word.load(Ordering::Relaxed);
+        let real = |at: &AtomicU32| Some(f32::from_bits(word(at))).filter(|x| x.is_finite());
+        if host.magic.load(Ordering::Acquire) != MAGIC
+            || word(&host.version) != VERSION
+            || word(&host.capacity) != CAPACITY
+        {
+            return None;
+        }
+        Some(AdcProperties {
+            rate: Hertz(real(&host.rate_hz).filter(|&rate| rate > 0.0)?),
+            channels: u8::try_from(word(&host.channels))
+                .ok()
+                .filter(|&n| (1..=CHANNELS).contains(&usize::from(n)))?,
+            bits: u8::try_from(word(&host.bits)).ok().filter(|n| (1..=16).contains(n))?,
+            reference: Volts(real(&host.reference_v).filter(|&volts| volts > 0.0)?),
+            channel_delay: Seconds(real(&host.channel_delay_s).filter(|&delay| delay >= 0.0)?),
+        })
+    }
+}
+
+impl Default for Ring {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The host's end. There is to be one.
+#[derive(Debug)]
+pub struct Writer<'a> {
+    ring: &'a Ring,
+    written: u32,
+}
+
+impl<'a> Writer<'a> {
+    /// Goes on where a writer before stopped.
+    pub fn new(ring: &'a Ring) -> Self {
+        Self { ring, written: ring.host.written.load(Ordering::Relaxed) }
+    }
+
+    /// Answers the rig's run: its scans begin with the next that is pushed.
+    pub fn begin_run(&mut self) {
+        let run = self.ring.rig.run.load(Ordering::Acquire);
+        self.publish();
+        self.ring.host.run_start.store(self.written, Ordering::Relaxed);
+        self.ring.host.run.store(run, Ordering::Release);
+    }
+
+    /// Scans that there is room for.
+    pub fn room(&self) -> u32 {
+        let read = self.ring.rig.read.load(Ordering::Acquire);
+        CAPACITY.saturating_sub(self.written.wrapping_sub(read))
+    }
+
+    /// Writes one scan; false when there is no room. The rig sees it after [`Self::publish`].
+    pub fn push(&mut self, scan: &Scan) -> bool {
+        if self.room() == 0 {
+            return false;
+        }
+        for (place, &code) in self.ring.place(self.written).iter().zip(scan) {
+            place.store(code, Ordering::Relaxed);
+        }
+        self.written = self.written.wrapping_add(1);
+        true
+    }
+
+    /// Lets the rig see everything that was pushed.
+    pub fn publish(&self) {
+        self.ring.host.written.store(self.written, Ordering::Release);
+    }
+}
+
+/// The rig's end. There is to be one.
+#[derive(Debug)]
+pub struct Reader<'a> {
+    ring: &'a Ring,
+    read: u32,
+    run: u32,
+    /// Extends `read` to the count since power-on.
+    index: u64,
+    running: bool,
+    in_run: bool,
+}
+
+impl<'a> Reader<'a> {
+    /// Not yet running.
+    pub fn new(ring: &'a Ring) -> Self {
+        Self {
+            ring,
+            read: ring.rig.read.load(Ordering::Relaxed),
+            run: ring.rig.run.load(Ordering::Relaxed),
+            index: 0,
+            running: false,
+            in_run: false,
+        }
+    }
+
+    /// Starts a run: nothing can be read until the host has answered it.
+    pub fn start(&mut self) {
+        self.run = self.run.wrapping_add(1);
+        self.in_run = false;
+        self.running = true;
+        self.ring.rig.run.store(self.run, Ordering::Release);
+    }
+
+    /// Ends the run.
+    pub fn stop(&mut self) {
+        self.running = false;
+    }
+
+    /// True between start and stop.
+    pub fn running(&self) -> bool {
+        self.running
+    }
+
+    /// Fills `block` and gives the index of its first scan, or leaves it as it is when the ring
+    /// does not hold that many scans of this run yet.
+    pub fn read(&mut self, block: &mut [Scan]) -> Option<ScanIndex> {
+        if !self.running || !self.enter_run() {
+            return None;
+        }
+        let written = self.ring.host.written.load(Ordering::Acquire);
+        let wanted = u32::try_from(block.len()).ok()?;
+        if written.wrapping_sub(self.read) < wanted {
+            return None;
+        }
+        let first = self.index;
+        for (offset, scan) in (0..).zip(block) {
+            let place = self.ring.place(self.read.wrapping_add(offset));
+            for (code, place) in scan.iter_mut().zip(place) {
+                *code = place.load(Ordering::Relaxed);
+            }
+        }
+        self.advance(wanted);
+        Some(ScanIndex(first))
+    }
+
+    fn enter_run(&mut self) -> bool {
+        if !self.in_run && self.ring.host.run.load(Ordering::Acquire) == self.run {
+            let start = self.ring.host.run_start.load(Ordering::Relaxed);
+            self.advance(start.wrapping_sub(self.read));
+            self.in_run = true;
+        }
+        self.in_run
+    }
+
+    fn advance(&mut self, scans: u32) {
+        self.read = self.read.wrapping_add(scans);
+        self.index += u64::from(scans);
+        self.ring.rig.read.store(self.read, Ordering::Release);
+    }
+}
+
+impl Ring {
+    fn place(&self, index: u32) -> &[AtomicU16; CHANNELS] {
+        &self.scans[(index % CAPACITY) as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ADC: AdcProperties = AdcProperties {
+        rate: Hertz(4000.0),
+        channels: 10,
+        bits: 12,
+        reference: Volts(3.3),
+        channel_delay: Seconds(1e-6),
+    };
+
+    fn scan(n: u32) -> Scan {
+        core::array::from_fn(|channel| (n as u16).wrapping_mul(10).wrapping_add(channel as u16))
+    }
+
+    fn push(writer: &mut Writer<'_>, scans: core::ops::Range<u32>) {
+        for n in scans {
+            assert!(writer.push(&scan(n)), "no room for {n}");
+        }
+        writer.publish();
+    }
+
+    #[test]
+    fn the_rig_reads_what_the_host_states_of_the_converter() {
+        let ring = Ring::new();
+        assert_eq!(ring.adc(), None);
+        ring.open(&ADC);
+        assert_eq!(ring.adc(), Some(ADC));
+    }
+
+    #[test]
+    fn words_that_make_no_sense_are_no_converter() {
+        for spoil in [
+            (|ring| ring.host.version.store(2, Ordering::Relaxed)) as fn(&Ring),
+            |ring| ring.host.channels.store(11, Ordering::Relaxed),
+            |ring| ring.host.bits.store(0, Ordering::Relaxed),
+            |ring| ring.host.rate_hz.store(f32::NAN.to_bits(), Ordering::Relaxed),
+            |ring| ring.host.reference_v.store(0, Ordering::Relaxed),
+        ] {
+            let ring = Ring::new();
+            ring.open(&ADC);
+            spoil(&ring);
+            assert_eq!(ring.adc(), None);
+        }
+    }
+
+    #[test]
+    fn scans_come_out_as_they_went_in_over_many_laps() {
+        let ring = Ring::new();
+        let (mut writer, mut reader) = (Writer::new(&ring), Reader::new(&ring));
+        reader.start();
+        writer.begin_run();
+        let mut block = [[0; CHANNELS]; 100];
+        let (mut pushed, mut seen) = (0, 0);
+        while seen < 5 * CAPACITY {
+            let room = writer.room();
+            push(&mut writer, pushed..pushed + room.min(150));
+            pushed = writer.written;
+            if let Some(index) = reader.read(&mut block) {
+                assert_eq!(index.0, u64::from(seen));
+                for got in &block {
+                    assert_eq!(*got, scan(seen));
+                    seen += 1;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_full_ring_takes_no_scan_until_one_is_read() {
+        let ring = Ring::new();
+        let (mut writer, mut reader) = (Writer::new(&ring), Reader::new(&ring));
+        reader.start();
+        writer.begin_run();
+        push(&mut writer, 0..CAPACITY);
+        assert!(!writer.push(&scan(0)));
+        let mut block = [[0; CHANNELS]; 1];
+        assert_eq!(reader.read(&mut block), Some(ScanIndex(0)));
+        assert!(writer.push(&scan(0)));
+        assert!(!writer.push(&scan(0)));
+    }
+
+    #[test]
+    fn a_run_sees_nothing_of_the_run_before_however_late_it_came() {
+        let ring = Ring::new();
+        let (mut writer, mut reader) = (Writer::new(&ring), Reader::new(&ring));
+        let mut block = [[0; CHANNELS]; 8];
+        reader.start();
+        writer.begin_run();
+        push(&mut writer, 0..100);
+        assert_eq!(reader.read(&mut block), Some(ScanIndex(0)));
+        reader.stop();
+        reader.start();
+        // The host does not know yet that there is a new run.
+        push(&mut writer, 100..200);
+        assert_eq!(reader.read(&mut block), None);
+        writer.begin_run();
+        push(&mut writer, 1000..1008);
+        assert_eq!(reader.read(&mut block), Some(ScanIndex(200)));
+        assert_eq!(block[0], scan(1000));
+    }
+
+    #[test]
+    fn a_full_ring_of_an_old_run_does_not_block_the_new_run() {
+        let ring = Ring::new();
+        let (mut writer, mut reader) = (Writer::new(&ring), Reader::new(&ring));
+        let mut block = [[0; CHANNELS]; 2];
+        reader.start();
+        writer.begin_run();
+        push(&mut writer, 0..CAPACITY);
+        reader.start();
+        writer.begin_run();
+        assert_eq!(reader.read(&mut block), None);
+        push(&mut writer, 7..9);
+        assert_eq!(reader.read(&mut block), Some(ScanIndex(u64::from(CAPACITY))));
+        assert_eq!(block, [scan(7), scan(8)]);
+    }
+
+    #[test]
+    fn a_rig_that_restarts_goes_on_with_the_same_ring() {
+        let ring = Ring::new();
+        let mut writer = Writer::new(&ring);
+        let mut block = [[0; CHANNELS]; 4];
+        for start in [0, 10] {
+            let mut reader = Reader::new(&ring);
+            reader.start();
+            assert_eq!(reader.read(&mut block), None);
+            writer.begin_run();
+            push(&mut writer, start..start + 10);
+            assert!(reader.read(&mut block).is_some());
+            assert_eq!(block[0], scan(start));
+        }
+    }
+}
