@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::CHANNELS;
 use crate::units::{Hertz, Seconds, Volts};
 
+/// The hammer's channel; response `k` is channel `k + 1`.
+pub const HAMMER: usize = 0;
+
 /// What a sampler states of itself.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdcProperties {
@@ -66,6 +69,19 @@ impl Calibration {
     pub const HAMMER_VOLT_PER_NEWTON: f32 = 0.0225;
     /// Output of the hammer's conditioner at rest.
     pub const HAMMER_ZERO: Volts = Volts(0.1);
+
+    /// N (hammer) or m/s² (accelerometer) per code of a channel; 0 for a channel that does not
+    /// exist or whose sensitivity is zero or not finite, so that it reads as rest.
+    pub fn per_code(&self, adc: &AdcProperties, channel: usize) -> f32 {
+        let scale =
+            self.channels.get(channel).map_or(0.0, |c| adc.volts_per_code() / c.sensitivity);
+        if scale.is_finite() { scale } else { 0.0 }
+    }
+
+    /// The code at zero force or zero acceleration.
+    pub fn zero_code(&self, adc: &AdcProperties, channel: usize) -> f32 {
+        self.channels.get(channel).map_or(0.0, |c| c.zero.0 / adc.volts_per_code())
+    }
 }
 
 impl Calibration {

@@ -7,15 +7,24 @@
 //! Channel `k` is read `k·τ` after the hammer. A *record* is a fixed number of scans about one hit,
 //! the first of them before the hammer touched.
 
+mod analysis;
 mod chain;
 mod fft;
 mod grade;
+mod readings;
 mod record;
 mod spectra;
 mod trigger;
-mod window;
+pub mod window;
 
-pub use chain::{AdcProperties, Calibration, ChannelCalibration};
+pub use analysis::HitAnalysis;
+pub use chain::{AdcProperties, Calibration, ChannelCalibration, HAMMER};
+pub use fft::{FftError, RealFft};
+pub use grade::{HitReport, grade};
+pub use readings::Readings;
+pub use record::Record;
+pub use spectra::{Spectra, lines_of_band};
+pub use trigger::{Capture, CaptureState, EdgeTrigger, Trigger};
 
 /// Channels of the rig: the hammer and three triaxial sensors.
 pub const CHANNELS: usize = 10;
@@ -31,3 +40,30 @@ pub const RECORD_SCANS: usize = 2048;
 pub const PRE_TRIGGER_SCANS: usize = 80;
 /// Lines of the averaged spectra that the rig keeps, the first at 0 Hz.
 pub const SPECTRUM_LINES: usize = 128;
+
+#[cfg(test)]
+mod tests {
+    use super::{AdcProperties, Calibration};
+    use crate::units::{Hertz, Seconds, Volts};
+
+    /// The rig's converter.
+    pub const ADC: AdcProperties = AdcProperties {
+        rate: Hertz(4000.0),
+        channels: 10,
+        bits: 12,
+        reference: Volts(3.0),
+        channel_delay: Seconds(10e-6),
+    };
+
+    /// The code of a force under the nominal calibration.
+    pub fn hammer_code(newtons: f32) -> u16 {
+        code(0, newtons)
+    }
+
+    /// The code of a force or an acceleration under the nominal calibration, clipped by the ADC.
+    pub fn code(channel: usize, value: f32) -> u16 {
+        let calibration = Calibration::default();
+        let code = value / calibration.per_code(&ADC, channel);
+        (code + calibration.zero_code(&ADC, channel)).round().clamp(0.0, 4095.0) as u16
+    }
+}

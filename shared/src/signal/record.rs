@@ -1,1 +1,174 @@
 //! The record of one hit.
+
+use super::{CHANNELS, RECORD_SCANS, Readings, Scan};
+use crate::Real;
+
+/// The latest [`RECORD_SCANS`] scans.
+///
+/// While the rig waits for a hit the record is a ring that forgets its oldest scan; when the hit is
+/// complete the ring is simply read from its oldest scan on. Nothing is ever copied.
+///
+/// An empty record is all zero bytes, so a static one lies in `.bss`: 40 KiB.
+pub struct Record {
+    scans: [Scan; RECORD_SCANS],
+    /// Where the next scan goes; the oldest one stands here once the ring is full.
+    next: usize,
+    filled: usize,
+}
+
+impl Record {
+    /// Bytes of a full record on the wire: two for each code.
+    pub const BYTES: usize = RECORD_SCANS * Self::SCAN_BYTES;
+    const SCAN_BYTES: usize = 2 * CHANNELS;
+
+    /// An empty record.
+    pub const fn new() -> Self {
+        Self { scans: [[0; CHANNELS]; RECORD_SCANS], next: 0, filled: 0 }
+    }
+
+    /// Forgets every scan.
+    pub fn clear(&mut self) {
+        self.next = 0;
+        self.filled = 0;
+    }
+
+    /// Appends a scan; a full record forgets its oldest.
+    pub fn push(&mut self, scan: &Scan) {
+        if let Some(place) = self.scans.get_mut(self.next) {
+            *place = *scan;
+        }
+        self.next = (self.next + 1) % RECORD_SCANS;
+        self.filled = (self.filled + 1).min(RECORD_SCANS);
+    }
+
+    /// Scans held.
+    pub fn len(&self) -> usize {
+        self.filled
+    }
+
+    /// True when there is no scan.
+    pub fn is_empty(&self) -> bool {
+        self.filled == 0
+    }
+
+    /// The scan at place `index`, 0 the oldest.
+    pub fn scan(&self, index: usize) -> Option<&Scan> {
+        let (older, newer) = self.halves();
+        older.get(index).or_else(|| newer.get(index.checked_sub(older.len())?))
+    }
+
+    /// The codes of one channel, the oldest first; empty for a channel that does not exist.
+    pub fn channel(&self, channel: usize) -> impl Iterator<Item = u16> + '_ {
+        let (older, newer) = self.halves();
+        older.iter().chain(newer).filter_map(move |scan| scan.get(channel).copied())
+    }
+
+    /// Copies the bytes from `offset` on into `bytes` and says how many: scan by scan, oldest first,
+    /// each code little-endian. Fewer than asked only at the end.
+    pub fn read_bytes(&self, offset: usize, bytes: &mut [u8]) -> usize {
+        let end = self.filled * Self::SCAN_BYTES;
+        let length = bytes.len().min(end.saturating_sub(offset));
+        for (byte, place) in bytes.iter_mut().zip(offset..end) {
+            let within = place % Self::SCAN_BYTES;
+            let code = self.scan(place / Self::SCAN_BYTES).and_then(|scan| scan.get(within / 2));
+            *byte = code.map_or(0, |code| code.to_le_bytes()[within % 2]);
+        }
+        length
+    }
+
+    /// The ring's two pieces in order.
+    fn halves(&self) -> (&[Scan], &[Scan]) {
+        if self.filled < RECORD_SCANS {
+            // Not wrapped since the last `clear`.
+            (self.scans.get(..self.filled).unwrap_or(&[]), &[])
+        } else {
+            let (newer, older) = self.scans.split_at(self.next.min(RECORD_SCANS));
+            (older, newer)
+        }
+    }
+}
+
+impl Default for Record {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<R: Real> Readings<R> for Record {
+    fn scans(&self) -> usize {
+        self.filled
+    }
+
+    fn each(&self, channel: usize, mut take: impl FnMut(R)) {
+        let (older, newer) = self.halves();
+        older.each(channel, &mut take);
+        newer.each(channel, &mut take);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    /// A record after `count` scans whose codes tell scan and channel.
+    fn after(count: usize) -> Box<Record> {
+        let mut record = Box::new(Record::new());
+        for i in 0..count {
+            record.push(&core::array::from_fn(|k| (i * CHANNELS + k) as u16));
+        }
+        record
+    }
+
+    #[test]
+    fn the_latest_scans_come_in_order() {
+        for count in [0, 1, 1000, RECORD_SCANS, RECORD_SCANS + 1, 3 * RECORD_SCANS + 17] {
+            let record = after(count);
+            let oldest = count.saturating_sub(RECORD_SCANS);
+            assert_eq!(record.len(), count.min(RECORD_SCANS));
+            for i in 0..record.len() {
+                assert_eq!(record.scan(i).unwrap()[3], ((oldest + i) * CHANNELS + 3) as u16);
+            }
+            assert_eq!(record.scan(record.len()), None);
+        }
+    }
+
+    #[test]
+    fn a_channel_is_the_column_of_the_scans() {
+        let record = after(RECORD_SCANS + 900);
+        for k in 0..CHANNELS {
+            let column: Vec<u16> = (0..record.len()).map(|i| record.scan(i).unwrap()[k]).collect();
+            assert_eq!(record.channel(k).collect::<Vec<_>>(), column);
+            let mut readings = Vec::new();
+            record.each(k, |x: f64| readings.push(x as u16));
+            assert_eq!(readings, column);
+        }
+        assert_eq!(record.channel(CHANNELS).count(), 0);
+    }
+
+    #[test]
+    fn chunks_of_any_size_make_the_same_bytes() {
+        let record = after(RECORD_SCANS + 5);
+        let mut whole = std::vec![0; Record::BYTES];
+        assert_eq!(record.read_bytes(0, &mut whole), Record::BYTES);
+        let expected: Vec<u8> = (0..record.len())
+            .flat_map(|i| record.scan(i).unwrap().map(u16::to_le_bytes).concat())
+            .collect();
+        assert!(whole == expected);
+
+        for size in [1, 7, 1000, 1024] {
+            let mut bytes = Vec::new();
+            let mut chunk = std::vec![0; size];
+            loop {
+                let got = record.read_bytes(bytes.len(), &mut chunk);
+                bytes.extend_from_slice(&chunk[..got]);
+                if got < size {
+                    break;
+                }
+            }
+            assert!(bytes == expected, "chunks of {size}");
+        }
+        assert_eq!(record.read_bytes(usize::MAX, &mut [0; 4]), 0);
+    }
+}

@@ -1,1 +1,287 @@
 //! Spectra averaged over the hits of one DOF.
+
+use core::ops::RangeInclusive;
+
+use nalgebra::Complex;
+
+use crate::Real;
+
+/// Auto and cross spectra of force and responses, and what follows from them.
+///
+/// `G_FF = mean |F|²`, `G_XF = mean X F*`, `G_XX = mean |X|²` over the hits, `F` in N s and `X` in
+/// (m/s²) s. `H1 = G_XF/G_FF`, coherence `γ² = |G_XF|²/(G_FF G_XX)`.
+///
+/// 14 KiB for nine responses, 128 lines and `f32`. All zero bytes when empty, so a static one lies
+/// in `.bss`.
+#[derive(Clone, Debug)]
+pub struct Spectra<R, const RESPONSES: usize, const LINES: usize> {
+    hits: u16,
+    force: [R; LINES],
+    cross: [[Complex<R>; LINES]; RESPONSES],
+    response: [[R; LINES]; RESPONSES],
+}
+
+impl<const RESPONSES: usize, const LINES: usize> Spectra<f32, RESPONSES, LINES> {
+    /// No hits.
+    pub const fn new() -> Self {
+        Self::filled_with(0.0)
+    }
+}
+
+impl<const RESPONSES: usize, const LINES: usize> Spectra<f64, RESPONSES, LINES> {
+    /// No hits.
+    pub const fn new() -> Self {
+        Self::filled_with(0.0)
+    }
+}
+
+impl<R: Real, const RESPONSES: usize, const LINES: usize> Default for Spectra<R, RESPONSES, LINES> {
+    fn default() -> Self {
+        Self::filled_with(R::zero())
+    }
+}
+
+impl<R: Copy, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, LINES> {
+    const fn filled_with(zero: R) -> Self {
+        Self {
+            hits: 0,
+            force: [zero; LINES],
+            cross: [[Complex { re: zero, im: zero }; LINES]; RESPONSES],
+            response: [[zero; LINES]; RESPONSES],
+        }
+    }
+}
+
+impl<R: Real, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, LINES> {
+    /// Forgets every hit.
+    pub fn clear(&mut self) {
+        self.hits = 0;
+        self.force.fill(R::zero());
+        for (cross, response) in self.cross.iter_mut().zip(&mut self.response) {
+            cross.fill(Complex::new(R::zero(), R::zero()));
+            response.fill(R::zero());
+        }
+    }
+
+    /// Hits averaged.
+    pub fn hits(&self) -> u16 {
+        self.hits
+    }
+
+    /// Begins a hit with the lines of its force; [`Self::add_response`] of every response follows
+    /// before the next one begins.
+    pub fn add_force(&mut self, force: &[Complex<R>]) {
+        self.hits = self.hits.saturating_add(1);
+        for (sum, f) in self.force.iter_mut().zip(force) {
+            *sum += f.norm_sqr();
+        }
+    }
+
+    /// Adds the lines of one response to the hit begun last; `force` are the lines given then. A
+    /// response that does not exist is left out.
+    pub fn add_response(&mut self, response: usize, force: &[Complex<R>], lines: &[Complex<R>]) {
+        let (Some(cross), Some(auto)) =
+            (self.cross.get_mut(response), self.response.get_mut(response))
+        else {
+            return;
+        };
+        for (((cross, auto), f), x) in cross.iter_mut().zip(auto).zip(force).zip(lines) {
+            *cross += x * f.conj();
+            *auto += x.norm_sqr();
+        }
+    }
+
+    /// `G_FF` at a line, N² s²; 0 beyond the last line.
+    pub fn force_auto(&self, line: usize) -> R {
+        self.mean(self.force.get(line))
+    }
+
+    /// `G_XF` at a line, N (m/s²) s²; 0 beyond the last response or line.
+    pub fn cross(&self, response: usize, line: usize) -> Complex<R> {
+        let sum = self.cross.get(response).and_then(|lines| lines.get(line));
+        let count = self.count();
+        sum.map_or(Complex::new(R::zero(), R::zero()), |sum| sum.unscale(count))
+    }
+
+    /// `G_XX` at a line, (m/s²)² s²; 0 beyond the last response or line.
+    pub fn response_auto(&self, response: usize, line: usize) -> R {
+        self.mean(self.response.get(response).and_then(|lines| lines.get(line)))
+    }
+
+    /// `H1 = G_XF/G_FF`, (m/s²)/N; 0 where there is no force, a line that has no weight either.
+    pub fn h1(&self, response: usize, line: usize) -> Complex<R> {
+        ratio(self.cross(response, line), self.force_auto(line))
+    }
+
+    /// `γ²`, from 0 to 1; 0 where there is no force or no response.
+    pub fn coherence(&self, response: usize, line: usize) -> R {
+        let cross = self.cross(response, line);
+        let to_force = ratio(cross, self.force_auto(line));
+        let to_response = ratio(cross, self.response_auto(response, line));
+        let squared = (to_force * to_response.conj()).re;
+        if squared.finite() { squared.min(R::one()) } else { R::zero() }
+    }
+
+    /// Mean coherence of a response over lines; 0 over none.
+    pub fn mean_coherence(&self, response: usize, lines: RangeInclusive<usize>) -> R {
+        let (mut sum, mut count) = (R::zero(), R::zero());
+        for line in lines.filter(|&line| line < LINES) {
+            sum += self.coherence(response, line);
+            count += R::one();
+        }
+        if count > R::zero() { sum / count } else { R::zero() }
+    }
+
+    fn mean(&self, sum: Option<&R>) -> R {
+        sum.map_or(R::zero(), |&sum| sum / self.count())
+    }
+
+    fn count(&self) -> R {
+        R::from_u16(self.hits.max(1)).unwrap_or_else(R::one)
+    }
+}
+
+/// The lines within a band, Hz, both ends included: `[low, high]` at `resolution` Hz a line.
+///
+/// An end that hits a line but for rounding includes it. Empty when nothing lies inside.
+pub fn lines_of_band<R: Real>(band: [R; 2], resolution: R) -> RangeInclusive<usize> {
+    let ends = band.map(|end| end.to_f64() / resolution.to_f64());
+    let slack = 1e-4;
+    let (low, high) = (libm::ceil(ends[0] - slack), libm::floor(ends[1] + slack));
+    if low.is_finite() && high >= low.max(0.0) {
+        // A float beyond `usize` is cut to it.
+        low.max(0.0) as usize..=high as usize
+    } else {
+        #[expect(clippy::reversed_empty_ranges, reason = "the empty range")]
+        let empty = 1..=0;
+        empty
+    }
+}
+
+/// `numerator/denominator`, 0 when that is no number.
+pub(super) fn ratio<R: Real>(numerator: Complex<R>, denominator: R) -> Complex<R> {
+    let quotient = numerator.unscale(denominator);
+    if quotient.re.finite() && quotient.im.finite() {
+        quotient
+    } else {
+        Complex::new(R::zero(), R::zero())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    type Small = Spectra<f64, 1, 4>;
+    type Lines = [Complex<f64>; 4];
+
+    fn complex() -> impl Strategy<Value = Complex<f64>> {
+        (-10.0..10.0_f64, -10.0..10.0_f64).prop_map(|(re, im)| Complex::new(re, im))
+    }
+
+    fn lines() -> impl Strategy<Value = Lines> {
+        prop::array::uniform4(complex())
+    }
+
+    fn averaged(hits: &[(Lines, Lines)]) -> Small {
+        let mut spectra = Small::new();
+        for (force, response) in hits {
+            spectra.add_force(force);
+            spectra.add_response(0, force, response);
+        }
+        spectra
+    }
+
+    proptest! {
+        #[test]
+        fn h1_of_a_pure_gain_is_that_gain_with_coherence_one(
+            forces in prop::collection::vec(lines(), 1..6),
+            gain in complex(),
+        ) {
+            prop_assume!(gain.norm() > 1e-3);
+            let hits: std::vec::Vec<_> = forces.iter().map(|f| (*f, f.map(|f| f * gain))).collect();
+            let spectra = averaged(&hits);
+            prop_assert_eq!(usize::from(spectra.hits()), hits.len());
+            for line in 0..4 {
+                // Sums of few terms: rounding only.
+                prop_assert!((spectra.h1(0, line) - gain).norm() < 1e-13 * gain.norm());
+                prop_assert!((spectra.coherence(0, line) - 1.0).abs() < 1e-13);
+            }
+            prop_assert!((spectra.mean_coherence(0, 0..=3) - 1.0).abs() < 1e-13);
+        }
+
+        #[test]
+        fn coherence_lies_between_zero_and_one(
+            hits in prop::collection::vec((lines(), lines()), 0..6),
+        ) {
+            let spectra = averaged(&hits);
+            for line in 0..6 {
+                prop_assert!((0.0..=1.0).contains(&spectra.coherence(0, line)));
+            }
+        }
+
+        #[test]
+        fn noise_in_the_response_lowers_coherence_and_leaves_h1_at_the_least_squares_gain(
+            hits in prop::collection::vec((lines(), lines()), 3..6),
+        ) {
+            // The definition of H1: it minimises Σ|X − H F|².
+            let spectra = averaged(&hits);
+            for line in 0..4 {
+                let left = |h: Complex<f64>| -> f64 {
+                    hits.iter().map(|(f, x)| (x[line] - h * f[line]).norm_sqr()).sum()
+                };
+                let h1 = spectra.h1(0, line);
+                let total = left(Complex::new(0.0, 0.0));
+                for aside in [Complex::new(0.01, 0.0), Complex::new(0.0, -0.01)] {
+                    prop_assert!(left(h1) <= left(h1 + aside));
+                    prop_assert!(left(h1) <= left(h1 - aside));
+                }
+                // And coherence is the share of the response that H1 explains.
+                let explained = 1.0 - left(h1) / total;
+                prop_assert!((spectra.coherence(0, line) - explained).abs() < 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn without_force_there_are_zeros_and_no_nan() {
+        let zero = [Complex::new(0.0, 0.0); 4];
+        let some = [Complex::new(1.0, 2.0); 4];
+        for (force, response) in [(zero, zero), (zero, some), (some, zero)] {
+            let spectra = averaged(&[(force, response)]);
+            assert_eq!(spectra.h1(0, 1), zero[0]);
+            assert_eq!(spectra.coherence(0, 1), 0.0);
+        }
+        assert_eq!(Small::new().h1(0, 0), zero[0]);
+        assert_eq!(Small::new().mean_coherence(0, 0..=3), 0.0);
+    }
+
+    #[test]
+    fn a_cleared_spectrum_is_a_new_one() {
+        let some = [Complex::new(1.0, 2.0); 4];
+        let mut spectra = averaged(&[(some, some), (some, some)]);
+        spectra.clear();
+        assert_eq!(spectra.hits(), 0);
+        assert_eq!(spectra.force_auto(1), 0.0);
+        assert_eq!(spectra.cross(0, 1), Complex::new(0.0, 0.0));
+        assert_eq!(spectra.response_auto(0, 1), 0.0);
+    }
+
+    #[test]
+    fn a_band_includes_both_its_ends() {
+        assert_eq!(lines_of_band([10.0, 120.0], 1.953_125), 6..=61);
+        assert_eq!(lines_of_band([0.3, 0.9], 0.1), 3..=9);
+        assert_eq!(lines_of_band([0.3_f32, 0.9], 0.1), 3..=9);
+        assert_eq!(lines_of_band([-5.0, 4.0], 2.0), 0..=2);
+        assert!(lines_of_band([2.1, 2.9], 1.0).is_empty());
+        assert!(lines_of_band([5.0, 4.0], 1.0).is_empty());
+        assert!(lines_of_band([f64::NAN, 4.0], 1.0).is_empty());
+        assert!(lines_of_band([1.0, f64::NAN], 1.0).is_empty());
+    }
+
+    #[test]
+    fn spectra_of_the_rig_fit_their_memory() {
+        assert!(size_of::<Spectra<f32, 9, 128>>() <= 14 * 1024 + 4);
+    }
+}

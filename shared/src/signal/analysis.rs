@@ -1,0 +1,399 @@
+//! One hit, from its record to the lines of its channels.
+//!
+//! Channel by channel, so that the caller can do other things between two of them.
+
+use nalgebra::Complex;
+
+use super::chain::HAMMER;
+use super::grade::rest_scans;
+use super::spectra::ratio;
+use super::{AdcProperties, CHANNELS, Calibration, FftError, Readings, RealFft, window};
+use crate::Real;
+use crate::layout::TestSettings;
+
+/// How the records of one test are analysed.
+///
+/// A channel's lines are `X(s) = Δt Σ (x_n − rest) e^{−s n Δt}` at `s = σ + iω`,
+/// `ω = 2π l rate/points`, in N s or (m/s²) s, `rest` the mean of its pre-trigger readings. A record
+/// shorter than the transform is followed by zeros.
+///
+/// ```
+/// # use massline_shared::signal::*;
+/// # use massline_shared::layout::TestSettings;
+/// # use massline_shared::units::*;
+/// # use nalgebra::Complex;
+/// # let adc = AdcProperties { rate: Hertz(4000.0), channels: 10, bits: 12,
+/// #     reference: Volts(3.0), channel_delay: Seconds(1e-5) };
+/// # let (record, calibration, test) = (Record::new(), Calibration::default(), TestSettings::default());
+/// # let mut spectra = Spectra::<f32, RESPONSES, SPECTRUM_LINES>::new();
+/// let analysis = HitAnalysis::<f32>::new(&adc, &calibration, &test, PRE_TRIGGER_SCANS);
+/// let mut scratch = [0.0; RECORD_SCANS];
+/// let mut force = [Complex::new(0.0, 0.0); SPECTRUM_LINES];
+/// let mut lines = force;
+/// analysis.force(&record, &mut scratch, &mut force)?;
+/// spectra.add_force(&force);
+/// for response in 0..adc.responses() {
+///     analysis.response(&record, response, &mut scratch, &mut lines)?;
+///     spectra.add_response(response, &force, &lines);
+///     HitAnalysis::divide(&mut lines, &force); // this hit's own H, with weights |F|²
+/// }
+/// # Ok::<(), FftError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct HitAnalysis<R> {
+    /// Scans per second.
+    rate: R,
+    /// s.
+    channel_delay: R,
+    /// N or m/s² per reading.
+    scale: [R; CHANNELS],
+    /// σ, 1/s.
+    decay: R,
+    /// Scans on either side of the peak that the force window passes.
+    half_width: usize,
+    /// Readings that make the rest value.
+    rest: usize,
+}
+
+impl<R: RealFft> HitAnalysis<R> {
+    /// For records of codes with `pre_trigger` scans before the hit.
+    pub fn new(
+        adc: &AdcProperties,
+        calibration: &Calibration,
+        test: &TestSettings<R>,
+        pre_trigger: usize,
+    ) -> Self {
+        let of = |value: f32| R::of(f64::from(value));
+        let scale = core::array::from_fn(|channel| of(calibration.per_code(adc, channel)));
+        Self::of_signals(of(adc.rate.0), of(adc.channel_delay.0), scale, test, pre_trigger)
+    }
+
+    /// For any signals: `rate` readings per second, channel `k` taken `k · channel_delay` seconds
+    /// after channel 0, `scale` N or m/s² per reading.
+    pub fn of_signals(
+        rate: R,
+        channel_delay: R,
+        scale: [R; CHANNELS],
+        test: &TestSettings<R>,
+        pre_trigger: usize,
+    ) -> Self {
+        // A width that is no number becomes 0.
+        let half_width = (test.force_window_s * rate).to_f64() as usize;
+        let rest = rest_scans(pre_trigger);
+        Self { rate, channel_delay, scale, decay: test.exponential_decay, half_width, rest }
+    }
+
+    /// Distance of the lines of a transform of `points` samples, Hz.
+    pub fn resolution(&self, points: usize) -> R {
+        self.rate / R::of(points as f64)
+    }
+
+    /// The lines of the force. `scratch` is as long as the transform.
+    ///
+    /// # Errors
+    /// When `scratch` is no power of two, shorter than the record or than twice the lines.
+    pub fn force<D: Readings<R> + ?Sized>(
+        &self,
+        record: &D,
+        scratch: &mut [R],
+        lines: &mut [Complex<R>],
+    ) -> Result<(), FftError> {
+        let samples = copy(record, HAMMER, scratch)?;
+        let rest = mean(samples.get(..self.rest).unwrap_or(samples));
+        let sign = self.scale[HAMMER];
+        let mut peak = (0, R::zero());
+        for (n, sample) in samples.iter_mut().enumerate() {
+            *sample -= rest;
+            let force = *sample * sign;
+            if force > peak.1 {
+                peak = (n, force);
+            }
+        }
+        window::force(samples, peak.0, self.half_width, self.half_width / 4);
+        self.exponential(samples, R::zero(), HAMMER);
+        R::real_fft(scratch, lines)
+    }
+
+    /// The lines of a response, 0 the first, corrected for its delay after the hammer.
+    ///
+    /// # Errors
+    /// As [`Self::force`].
+    pub fn response<D: Readings<R> + ?Sized>(
+        &self,
+        record: &D,
+        response: usize,
+        scratch: &mut [R],
+        lines: &mut [Complex<R>],
+    ) -> Result<(), FftError> {
+        let channel = response.saturating_add(1);
+        let samples = copy(record, channel, scratch)?;
+        let rest = mean(samples.get(..self.rest).unwrap_or(samples));
+        self.exponential(samples, rest, channel);
+        R::real_fft(scratch, lines)?;
+        self.undo_delay(channel, scratch.len(), lines);
+        Ok(())
+    }
+
+    /// One hit's own frequency response: `lines`, those of a response, become `H = X/F`; 0 where
+    /// there is no force.
+    pub fn divide(lines: &mut [Complex<R>], force: &[Complex<R>]) {
+        for (line, f) in lines.iter_mut().zip(force) {
+            *line = ratio(*line * f.conj(), f.norm_sqr());
+        }
+    }
+
+    fn exponential(&self, samples: &mut [R], rest: R, channel: usize) {
+        let scale = self.scale.get(channel).copied().unwrap_or_else(R::zero);
+        window::exponential(samples, rest, scale / self.rate, self.decay / self.rate);
+    }
+
+    /// Channel `k` reads `x(t + kτ)`, whose lines are `e^{skτ} X(s)`: so they are multiplied by
+    /// `e^{−skτ}` (theory, section 9).
+    fn undo_delay(&self, channel: usize, points: usize, lines: &mut [Complex<R>]) {
+        /// Lines between two exact values of the factor; a running product in between.
+        const BLOCK: usize = 16;
+        let delay = self.channel_delay * R::of(channel as f64);
+        let size = (-self.decay * delay).exp();
+        let per_line = -R::two_pi() * self.resolution(points) * delay;
+        let turn = |angle: R| {
+            let (sin, cos) = angle.sin_cos();
+            Complex::new(cos, sin)
+        };
+        let step = turn(per_line);
+        for (number, block) in lines.chunks_mut(BLOCK).enumerate() {
+            let first = per_line * R::of((number * BLOCK) as f64);
+            let mut factor = turn(first).scale(size);
+            for line in block {
+                *line *= factor;
+                factor *= step;
+            }
+        }
+    }
+}
+
+/// Copies a channel's readings to the front of `scratch` and sets the rest to zero; gives the
+/// readings.
+fn copy<'s, R: Real, D: Readings<R> + ?Sized>(
+    record: &D,
+    channel: usize,
+    scratch: &'s mut [R],
+) -> Result<&'s mut [R], FftError> {
+    let scans = record.scans();
+    if scans > scratch.len() {
+        return Err(FftError::RecordTooLong);
+    }
+    let (samples, padding) = scratch.split_at_mut(scans);
+    padding.fill(R::zero());
+    let mut places = samples.iter_mut();
+    record.each(channel, |reading| {
+        if let Some(place) = places.next() {
+            *place = reading;
+        }
+    });
+    places.for_each(|place| *place = R::zero());
+    Ok(samples)
+}
+
+fn mean<R: Real>(samples: &[R]) -> R {
+    let sum = samples.iter().fold(R::zero(), |sum, &sample| sum + sample);
+    sum / R::of(samples.len().max(1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::tests::{ADC, code};
+    use crate::signal::{PRE_TRIGGER_SCANS, RECORD_SCANS, Record, Scan};
+    use core::f64::consts::PI;
+    use proptest::prelude::*;
+    use std::boxed::Box;
+    use std::vec;
+    use std::vec::Vec;
+
+    const LINES: usize = 128;
+
+    fn zeros<R: Real>() -> [Complex<R>; LINES] {
+        [Complex::new(R::zero(), R::zero()); LINES]
+    }
+
+    /// A tap of 5 ms and 1 N that begins at 0.02 s: cos⁴ about its middle, smooth enough that
+    /// sampling at 4 kS/s does not alias (its spectrum is below 1e-6 at 2 kHz).
+    fn tap(t: f64) -> f64 {
+        let from_middle = (t - 0.0225) / 0.005;
+        if from_middle.abs() < 0.5 { (PI * from_middle).cos().powi(4) } else { 0.0 }
+    }
+
+    /// Nine responses `(k+1) · tap`, each sampled `k τ` after the hammer, and the hammer.
+    fn multiplexed(delay: f64) -> Vec<Vec<f64>> {
+        (0..CHANNELS)
+            .map(|k| {
+                let at = |n| n as f64 / 4000.0 + k as f64 * delay;
+                (0..RECORD_SCANS).map(|n| k.max(1) as f64 * tap(at(n))).collect()
+            })
+            .collect()
+    }
+
+    /// Largest relative error of H over responses and lines up to 120 Hz.
+    fn worst_error<R: RealFft>(sampled: f64, corrected: f64) -> f64 {
+        let signals: Vec<Vec<R>> = multiplexed(sampled)
+            .iter()
+            .map(|channel| channel.iter().map(|&x| R::of(x)).collect())
+            .collect();
+        let record: [&[R]; CHANNELS] = core::array::from_fn(|k| signals[k].as_slice());
+        let analysis = HitAnalysis::of_signals(
+            R::of(4000.0),
+            R::of(corrected),
+            [R::one(); CHANNELS],
+            &TestSettings::default(),
+            PRE_TRIGGER_SCANS,
+        );
+        let mut scratch = vec![R::zero(); RECORD_SCANS];
+        let (mut force, mut lines) = (zeros(), zeros());
+        analysis.force(&record, &mut scratch, &mut force).unwrap();
+        let mut worst = 0.0_f64;
+        for response in 0..CHANNELS - 1 {
+            analysis.response(&record, response, &mut scratch, &mut lines).unwrap();
+            HitAnalysis::divide(&mut lines, &force);
+            let truth = (response + 1) as f64;
+            for line in &lines[..62] {
+                let error = Complex::new(line.re.to_f64() - truth, line.im.to_f64()).norm() / truth;
+                worst = worst.max(error);
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn the_delay_is_taken_out_and_the_other_sign_doubles_it() {
+        let delay = 25e-6;
+        // What nine delays turn at line 61, 119 Hz: |e^{skτ} − 1|.
+        let turned = Complex::new(10.0, 2.0 * PI * 61.0 * 4000.0 / 2048.0) * (9.0 * delay);
+        let uncorrected = worst_error::<f64>(delay, 0.0);
+        assert!((uncorrected / turned.norm() - 1.0).abs() < 0.01, "{uncorrected}");
+        // Aliasing of the tap is what is left in f64, rounding of the transforms in f32.
+        assert!(worst_error::<f64>(delay, delay) < 1e-6);
+        assert!(worst_error::<f32>(delay, delay) < 1e-5);
+        // The other sign: |e^{2skτ} − 1|, twice as much but for the curvature of the exponential.
+        let other_sign = worst_error::<f64>(delay, -delay);
+        assert!((other_sign / uncorrected - 2.0).abs() < 0.02, "{other_sign}");
+    }
+
+    /// Lines of a channel by the definition, one sum for each.
+    fn by_definition(x: &[f64], rate: f64, decay: f64, line: usize, points: usize) -> Complex<f64> {
+        let s = Complex::new(decay, 2.0 * PI * line as f64 * rate / points as f64);
+        let sum: Complex<f64> =
+            x.iter().enumerate().map(|(n, &x)| (-s * (n as f64 / rate)).exp() * x).sum();
+        sum / rate
+    }
+
+    #[test]
+    fn the_lines_are_those_of_the_definition_also_when_zeros_follow() {
+        let signals = multiplexed(0.0);
+        let test = TestSettings { force_window_s: 1.0, ..TestSettings::default() };
+        let analysis = HitAnalysis::of_signals(4000.0, 0.0, [2.0; CHANNELS], &test, 80);
+        let (mut force, mut lines) = (zeros::<f64>(), zeros());
+        for scans in [540, 1024, 2000] {
+            let record: [&[f64]; CHANNELS] = core::array::from_fn(|k| &signals[k][..scans]);
+            let mut scratch = vec![7.0; 2048];
+            analysis.force(&record, &mut scratch, &mut force).unwrap();
+            analysis.response(&record, 4, &mut scratch, &mut lines).unwrap();
+            for line in [0, 1, 61, 127] {
+                let expected = by_definition(record[0], 4000.0, 10.0, line, 2048) * 2.0;
+                // Rounding of 2048 terms of which the largest is one.
+                assert!((force[line] - expected).norm() < 1e-15);
+                assert!((lines[line] - expected * 5.0).norm() < 5e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn a_record_longer_than_the_transform_is_refused() {
+        let record = [[0; CHANNELS]; 5];
+        let analysis = HitAnalysis::<f64>::new(
+            &ADC,
+            &Calibration::default(),
+            &TestSettings::default(),
+            PRE_TRIGGER_SCANS,
+        );
+        let got = analysis.force(&record[..], &mut [0.0; 4], &mut []);
+        assert_eq!(got, Err(FftError::RecordTooLong));
+        // A channel that does not exist reads as rest.
+        let mut lines = zeros();
+        analysis.response(&record[..], usize::MAX, &mut [1.0; 256], &mut lines).unwrap();
+        assert_eq!(lines, zeros());
+    }
+
+    #[test]
+    fn codes_and_physical_signals_give_the_same_lines() {
+        let mut record = Box::new(Record::new());
+        let signals = multiplexed(0.0);
+        // The strongest response peaks at 180 m/s², within the ADC's range.
+        let at = |k: usize, n: usize| 20.0 * signals[k][n] as f32;
+        (0..RECORD_SCANS).for_each(|n| record.push(&core::array::from_fn(|k| code(k, at(k, n)))));
+        let test = TestSettings::default();
+        let analysis = HitAnalysis::<f32>::new(&ADC, &Calibration::default(), &test, 80);
+        let mut scratch = [0.0; RECORD_SCANS];
+        let (mut force, mut lines) = (zeros(), zeros());
+        analysis.force(&*record, &mut scratch, &mut force).unwrap();
+        for response in 0..CHANNELS - 1 {
+            analysis.response(&*record, response, &mut scratch, &mut lines).unwrap();
+            HitAnalysis::divide(&mut lines, &force);
+            let truth = (response + 1) as f32;
+            // A tap is some ten readings, each off by a third of a code: of 0.033 N in 20 N, of
+            // 0.13 m/s² in 20 m/s² for the weakest response, over a mean of half the peak.
+            let error = (lines[10].re / truth - 1.0).abs();
+            assert!(error < 5e-3, "{response}: {error}");
+        }
+    }
+
+    fn any_code() -> impl Strategy<Value = u16> {
+        prop_oneof![Just(0), Just(4095), Just(u16::MAX), 0_u16..4096]
+    }
+
+    fn all_finite(record: &[Scan]) -> bool {
+        let test = TestSettings::default();
+        let analysis = HitAnalysis::<f32>::new(&ADC, &Calibration::default(), &test, 80);
+        let mut spectra = super::super::Spectra::<f32, 9, LINES>::new();
+        let mut scratch = vec![0.0; 2048];
+        let (mut force, mut lines) = (zeros(), zeros());
+        analysis.force(record, &mut scratch, &mut force).unwrap();
+        spectra.add_force(&force);
+        let mut finite = true;
+        let is_finite = |h: Complex<f32>| h.re.is_finite() && h.im.is_finite();
+        for response in 0..9 {
+            analysis.response(record, response, &mut scratch, &mut lines).unwrap();
+            spectra.add_response(response, &force, &lines);
+            HitAnalysis::divide(&mut lines, &force);
+            finite &= lines.iter().all(|&h| is_finite(h));
+            finite &= (0..LINES).all(|line| {
+                is_finite(spectra.h1(response, line))
+                    && (0.0..=1.0).contains(&spectra.coherence(response, line))
+            });
+        }
+        finite
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn nan_never_comes_of_any_codes(
+            scans in prop::collection::vec(prop::array::uniform10(any_code()), 0..300),
+        ) {
+            prop_assert!(all_finite(&scans));
+        }
+    }
+
+    #[test]
+    fn nan_never_comes_of_constant_codes() {
+        for (hammer, rest) in [(0, 0), (4095, 4095), (0, 4095), (4095, 0), (137, 2048)] {
+            let mut scan = [rest; CHANNELS];
+            scan[0] = hammer;
+            let mut record = vec![scan; RECORD_SCANS];
+            assert!(all_finite(&record));
+            // One code of difference in one scan.
+            record[500][0] ^= 1;
+            record[700][3] ^= 1;
+            assert!(all_finite(&record));
+        }
+    }
+}
