@@ -1,1 +1,244 @@
-//! placeholder
+//! The layout file: where the sensors sit and where the hammer lands, in TOML.
+//!
+//! [`LayoutFile::read`] gives a checked layout with nodes and local axes resolved to positions and
+//! directions of the body frame. What is wrong with a file is said with file, line, key and what to
+//! do. What is right with the file but cannot determine the ten properties (collinear sensors,
+//! concurrent hits) is no matter of this module: `massline_shared::layout` diagnoses it.
+
+mod error;
+mod raw;
+mod resolve;
+mod template;
+
+use std::path::Path;
+
+use massline_shared::layout::{HostLayout, RigLayout};
+
+pub(crate) use error::Place;
+pub use error::{Fault, LayoutFileError, Place as LayoutPlace};
+pub use template::{SCHEMA, TEMPLATE};
+
+/// Longest layout file that is read, bytes.
+pub const MAX_BYTES: u64 = 1 << 20;
+
+/// A layout file, checked and resolved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayoutFile {
+    /// Sensors, hits and settings in the body frame.
+    pub layout: HostLayout,
+    /// The nodes, in the order of the file.
+    pub nodes: Vec<Node>,
+    /// What is known of each sensor beyond its place, in the order of `layout.sensors`.
+    pub sensors: Vec<SensorDetails>,
+    /// What is known of each hit beyond its place, in the order of `layout.hits`.
+    pub hits: Vec<HitDetails>,
+    /// Standard deviations of whatever is not exact.
+    pub uncertainty: Uncertainty,
+    /// A mass known before the test.
+    pub prior_mass_kg: Option<Known>,
+    /// Expected values to compare with.
+    pub reference: Option<Reference>,
+}
+
+/// A numbered point of the object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// Its number.
+    pub id: u16,
+    /// Position in the body frame, m.
+    pub position: [f64; 3],
+    /// Local x, y and z axis, unit vectors of the body frame.
+    pub axes: [[f64; 3]; 3],
+}
+
+/// A value and its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// The value.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+}
+
+/// What is known of a sensor beyond its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorDetails {
+    /// Name of its calibration.
+    pub calibration: Option<String>,
+    /// Mass that it adds to the object, kg.
+    pub attached_mass_kg: f64,
+    /// Its own standard deviations where the file gives them, else those of `[uncertainty]`.
+    pub uncertainty: SensorUncertainty,
+}
+
+/// Standard deviations of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorUncertainty {
+    /// Position, m.
+    pub position_m: f64,
+    /// Rotation about each axis, rad.
+    pub rotation_rad: f64,
+    /// Gain of each axis, relative.
+    pub gain: f64,
+    /// Cross-axis sensitivity, relative.
+    pub cross_axis: f64,
+}
+
+/// What is known of a hit beyond its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitDetails {
+    /// Scatter of the point of action from hit to hit, m.
+    pub position_m: f64,
+    /// Scatter of the direction from hit to hit, rad.
+    pub direction_rad: f64,
+    /// Error of the mark on the object, the same for all hits on it, m.
+    pub node_position_m: f64,
+    /// Error of the local axes at the mark, the same for all hits on it, rad.
+    pub node_direction_rad: f64,
+}
+
+/// The `[uncertainty]` table: standard deviations of whatever is not exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uncertainty {
+    /// Scatter of the hit point from hit to hit, m.
+    pub hit_position_m: f64,
+    /// Scatter of the hit direction from hit to hit, rad.
+    pub hit_direction_rad: f64,
+    /// Sensor position, m.
+    pub sensor_position_m: f64,
+    /// Sensor rotation about each axis, rad.
+    pub sensor_rotation_rad: f64,
+    /// Sensor gain, relative.
+    pub gain: f64,
+    /// Sensor cross-axis sensitivity, relative.
+    pub cross_axis: f64,
+    /// Hammer gain, relative.
+    pub hammer_gain: f64,
+    /// Position of a mark, m.
+    pub node_position_m: f64,
+    /// Direction at a mark, rad.
+    pub node_direction_rad: f64,
+}
+
+impl Default for Uncertainty {
+    /// The defaults of theory, section 9 (marks: section 4).
+    fn default() -> Self {
+        Self {
+            hit_position_m: 0.003,
+            hit_direction_rad: 0.050,
+            sensor_position_m: 0.0015,
+            sensor_rotation_rad: 0.015,
+            gain: 0.01,
+            cross_axis: 0.01,
+            hammer_gain: 0.02,
+            node_position_m: 0.001,
+            node_direction_rad: 0.010,
+        }
+    }
+}
+
+/// The `[reference]` table: expected values, each when known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference {
+    /// Mass, kg.
+    pub mass_kg: Option<f64>,
+    /// Centre of mass in the body frame, m.
+    pub center_of_mass_m: Option<[f64; 3]>,
+    /// Inertia tensor about the centre of mass, kg m².
+    pub inertia_kg_m2: Option<[[f64; 3]; 3]>,
+}
+
+impl Reference {
+    /// The ten in the order [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz], each when known.
+    pub fn properties(&self) -> [Option<f64>; 10] {
+        let c = |k: usize| self.center_of_mass_m.map(|c| c[k]);
+        let j = |a: usize, b: usize| self.inertia_kg_m2.map(|j| j[a][b]);
+        let [cx, cy, cz] = [c(0), c(1), c(2)];
+        let diagonal = [j(0, 0), j(1, 1), j(2, 2)];
+        let products = [j(0, 1), j(0, 2), j(1, 2)];
+        let [jxx, jyy, jzz] = diagonal;
+        let [jxy, jxz, jyz] = products;
+        [self.mass_kg, cx, cy, cz, jxx, jyy, jzz, jxy, jxz, jyz]
+    }
+
+    /// The ten when all are known.
+    pub fn complete(&self) -> Option<[f64; 10]> {
+        let mut all = [0.0; 10];
+        for (to, from) in all.iter_mut().zip(self.properties()) {
+            *to = from?;
+        }
+        Some(all)
+    }
+}
+
+impl LayoutFile {
+    /// Reads and checks a layout file.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is not TOML, has an unknown key, or a value that cannot be.
+    pub fn read(path: &Path) -> Result<Self, LayoutFileError> {
+        let file = path.display().to_string();
+        let bytes = crate::bounded::read(path, MAX_BYTES)
+            .map_err(|source| LayoutFileError::Read { file: file.clone(), source })?;
+        Self::parse_bytes(&bytes, &file)
+    }
+
+    /// Checks a layout of unknown bytes; `file` is its name in errors.
+    ///
+    /// # Errors
+    /// As [`LayoutFile::read`], and when the bytes are not UTF-8.
+    pub fn parse_bytes(bytes: &[u8], file: &str) -> Result<Self, LayoutFileError> {
+        match std::str::from_utf8(bytes) {
+            Ok(text) => Self::parse(text, file),
+            Err(error) => {
+                let good = bytes.get(..error.valid_up_to()).unwrap_or_default();
+                let line = good.iter().filter(|&&b| b == b'\n').count() + 1;
+                let place = Place { file: file.to_owned(), line, key: String::new() };
+                Err(LayoutFileError::Malformed { place, message: "this is not UTF-8 text".into() })
+            }
+        }
+    }
+
+    /// Checks the text of a layout; `file` is its name in errors.
+    ///
+    /// # Errors
+    /// As [`LayoutFile::read`].
+    ///
+    /// ```
+    /// let layout = massline::layout_file::LayoutFile::parse(
+    ///     r#"
+    ///     sensors = [1, 2, 3]
+    ///     hits = ["1:+X", "2:+Y", "3:+Z"]
+    ///     node = [
+    ///         { id = 1, position_m = [0.0, 0.0, 0.0] },
+    ///         { id = 2, position_m = [0.2, 0.0, 0.0] },
+    ///         { id = 3, position_m = [0.0, 0.2, 0.0] },
+    ///     ]
+    ///     "#,
+    ///     "example.toml",
+    /// )?;
+    /// assert_eq!(layout.layout.hits[1].direction, [0.0, 1.0, 0.0]);
+    /// # Ok::<(), massline::layout_file::LayoutFileError>(())
+    /// ```
+    pub fn parse(text: &str, file: &str) -> Result<Self, LayoutFileError> {
+        let raw = toml::from_str(text).map_err(|error| LayoutFileError::Malformed {
+            place: Place::of(file, text, error.span(), ""),
+            message: error.message().to_owned(),
+        })?;
+        resolve::resolve(raw, &resolve::Source { file, text })
+    }
+
+    /// The layout in the precision and capacity of the rig; `None` when it has more sensors or hits
+    /// than the rig has room for.
+    pub fn rig_layout(&self) -> Option<RigLayout> {
+        self.layout.cast()
+    }
+
+    /// The name of this layout on the wire and in files; `None` as for [`LayoutFile::rig_layout`].
+    pub fn hash(&self) -> Option<u32> {
+        self.rig_layout().map(|layout| layout.hash())
+    }
+}
+
+#[cfg(test)]
+mod tests;

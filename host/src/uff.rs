@@ -1,1 +1,206 @@
-//! placeholder
+//! Universal files (UFF): frequency response functions in dataset 58, ASCII and binary (58b).
+//!
+//! A universal file is a row of *datasets*, each between two lines `    -1`. Dataset 58 holds one
+//! function at a *response* DOF due to a *reference* DOF. [`UffFile::parse`] reads all functions as
+//! they stand; [`Function::accelerance`] converts one to SI accelerance, (m/s²)/N. Dataset 164
+//! (units) is used, all others are skipped.
+//!
+//! The reader takes any bytes: it never panics, and never allocates more than a small multiple of
+//! their number.
+
+mod error;
+mod function;
+mod lines;
+mod units;
+mod values;
+mod write;
+
+use std::path::Path;
+
+use nalgebra::Complex;
+
+pub use error::{UffError, UffFault};
+pub use units::Quantity;
+pub use write::{Encoding, write};
+
+use function::read_function;
+use lines::Lines;
+use units::UnitSystem;
+
+/// Longest universal file that is read, bytes.
+pub const MAX_BYTES: u64 = 1 << 30;
+
+/// What a universal file holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UffFile {
+    /// Every function (dataset 58) in the order of the file.
+    pub functions: Vec<Function>,
+    /// What was read with a reservation.
+    pub notes: Vec<String>,
+}
+
+/// A node and a direction as UFF numbers them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NodeDirection {
+    /// Number of the node.
+    pub node: i64,
+    /// ±1, ±2, ±3 for a translation along ±x, ±y, ±z; ±4 to ±6 for rotations; 0 for a scalar.
+    pub direction: i64,
+}
+
+/// A function as it stands in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Function {
+    /// Which dataset of the file, from 1.
+    pub dataset: usize,
+    /// The line in which it begins, from 1.
+    pub line: usize,
+    /// The byte at which it begins, from 0.
+    pub byte: usize,
+    /// Function type; 4 is a frequency response function.
+    pub function_type: i64,
+    /// Where the response was measured.
+    pub response: NodeDirection,
+    /// Where the force acted.
+    pub reference: NodeDirection,
+    /// Abscissa, in the unit of the file.
+    pub abscissa: Vec<f64>,
+    /// Ordinate, in the unit of the file.
+    pub ordinate: Vec<Complex<f64>>,
+    /// What the abscissa is.
+    pub abscissa_axis: AxisProperties,
+    /// What the numerator of the ordinate is.
+    pub numerator_axis: AxisProperties,
+    /// What the denominator of the ordinate is.
+    pub denominator_axis: AxisProperties,
+    /// The units of dataset 164 before this one.
+    units: UnitSystem,
+}
+
+/// Records 8 to 10 of dataset 58.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AxisProperties {
+    /// Specific data type: 8 displacement, 11 velocity, 12 acceleration, 13 excitation force,
+    /// 18 frequency.
+    pub data_type: i64,
+    /// Label of the unit, empty when none is given.
+    pub unit: String,
+}
+
+/// An accelerance, SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frf {
+    /// Where the response was measured.
+    pub response: NodeDirection,
+    /// Where the force acted.
+    pub reference: NodeDirection,
+    /// Lines, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// (m/s²)/N, line by line.
+    pub accelerance: Vec<Complex<f64>>,
+}
+
+impl UffFile {
+    /// Reads a universal file.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is truncated or corrupt; the message names file and dataset.
+    pub fn read(path: &Path) -> crate::Result<Self> {
+        let file = path.display();
+        let bytes = crate::bounded::read(path, MAX_BYTES).map_err(|error| {
+            let message = format!("{file}: the file cannot be read: {error}; check the path");
+            crate::Error::input("uff_not_readable", message)
+        })?;
+        Self::parse(&bytes).map_err(|error| crate::Error::from(error).within(file))
+    }
+
+    /// Reads the bytes of a universal file.
+    ///
+    /// # Errors
+    /// When they are truncated or corrupt, with the number of the dataset, the line and the byte.
+    pub fn parse(bytes: &[u8]) -> Result<Self, UffError> {
+        let mut lines = Lines::new(bytes);
+        let mut file = Self::default();
+        let mut units = UnitSystem::default();
+        loop {
+            while lines.peek().is_some_and(|line| line.trim_ascii().is_empty()) {
+                lines.next();
+            }
+            if lines.peek().is_none() {
+                break;
+            }
+            lines.open_dataset();
+            if !lines.next().is_some_and(lines::is_delimiter) {
+                return Err(lines.error(UffFault::NoDelimiter));
+            }
+            let Some(kind) = lines.next() else {
+                return Err(lines.error(UffFault::Truncated { wanted: "the dataset's type" }));
+            };
+            match kind_of(kind) {
+                Some(58) => file.functions.push(read_function(kind, &mut lines, units)?),
+                Some(164) => units = units::read_units(&mut lines, &mut file.notes)?,
+                Some(_) => lines.skip_to_delimiter()?,
+                None => return Err(lines.error(UffFault::NoType)),
+            }
+        }
+        if lines.dataset() == 0 {
+            return Err(lines.error(UffFault::Empty));
+        }
+        Ok(file)
+    }
+}
+
+/// The type of a dataset: the number at the beginning of its first line.
+fn kind_of(line: &[u8]) -> Option<u32> {
+    let text = line.trim_ascii();
+    let digits = text.iter().take_while(|b| b.is_ascii_digit()).count();
+    std::str::from_utf8(text.get(..digits)?).ok()?.parse().ok()
+}
+
+impl Function {
+    /// The accelerance, converted to SI: `H = (iω)ⁿ·Y` with n = 0, 1, 2 for acceleration, velocity
+    /// and displacement over force. `quantity` overrides what the file says of the response; units
+    /// are then those of dataset 164, else SI.
+    ///
+    /// # Errors
+    /// When this is no frequency response function, or its quantities or units are not those of a
+    /// motion over a force.
+    pub fn accelerance(&self, quantity: Option<Quantity>) -> Result<Frf, UffError> {
+        if self.function_type != function::FREQUENCY_RESPONSE {
+            let found = self.function_type;
+            return Err(self.error(UffFault::FunctionType { found }));
+        }
+        let units = units::conversion(self, quantity).map_err(|fault| self.error(fault))?;
+        let frequency_hz: Vec<f64> = self.abscissa.iter().map(|x| x * units.hertz).collect();
+        let accelerance = frequency_hz
+            .iter()
+            .zip(&self.ordinate)
+            .map(|(&f, &y)| {
+                let s = Complex::new(0.0, std::f64::consts::TAU * f);
+                let motion = match units.quantity {
+                    Quantity::Acceleration => y,
+                    Quantity::Velocity => y * s,
+                    Quantity::Displacement => y * s * s,
+                };
+                motion * units.ordinate
+            })
+            .collect();
+        Ok(Frf { response: self.response, reference: self.reference, frequency_hz, accelerance })
+    }
+
+    /// An error about this function.
+    pub(crate) fn error(&self, fault: UffFault) -> UffError {
+        UffError { dataset: self.dataset, line: self.line, byte: self.byte, fault }
+    }
+}
+
+/// What a function type is called.
+pub fn function_type_name(function_type: i64) -> &'static str {
+    function::TYPE_NAMES
+        .get(usize::try_from(function_type).unwrap_or(usize::MAX))
+        .copied()
+        .unwrap_or("unknown")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,248 @@
+//! What can be wrong with a layout file, and where.
+
+use std::fmt;
+use std::ops::Range;
+
+use massline_shared::diagnosis::Code;
+use thiserror::Error;
+
+/// A place in a text file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file as the user named it.
+    pub file: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The key of that line, empty when it has none.
+    pub key: String,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.file, self.line)?;
+        if self.key.is_empty() { Ok(()) } else { write!(f, ": {}", self.key) }
+    }
+}
+
+impl Place {
+    /// The place of bytes `span` of `text`; `key` when given, else the key of that line.
+    pub(crate) fn of(file: &str, text: &str, span: Option<Range<usize>>, key: &str) -> Self {
+        let start = span.map_or(0, |s| s.start).min(text.len());
+        let before = text.get(..start).unwrap_or(text);
+        let line = before.matches('\n').count() + 1;
+        let key = if key.is_empty() { key_of_line(text, line) } else { key.to_owned() };
+        Self { file: file.to_owned(), line, key }
+    }
+}
+
+/// The key that stands before the first `=` of a line, or the heading of a table.
+fn key_of_line(text: &str, line: usize) -> String {
+    let line = text.lines().nth(line.saturating_sub(1)).unwrap_or("").trim();
+    match line.split_once('=') {
+        Some((key, _)) if !key.trim_start().starts_with(['#', '[', '{', '"']) => {
+            key.trim().to_owned()
+        }
+        None if line.starts_with('[') => line.to_owned(),
+        _ => String::new(),
+    }
+}
+
+/// Why a layout file is not taken. All of these are bad input.
+#[derive(Debug, Error)]
+pub enum LayoutFileError {
+    /// The file cannot be read.
+    #[error("{file}: the layout cannot be read: {source}; check the path")]
+    Read {
+        /// The file as the user named it.
+        file: String,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+    /// Not TOML, or not the shape of a layout.
+    #[error(
+        "{place}: {message}; correct this line (`massline layout new` writes a commented example, \
+         `massline layout schema` every key)"
+    )]
+    Malformed {
+        /// Where.
+        place: Place,
+        /// What the TOML reader says.
+        message: String,
+    },
+    /// A value that cannot be.
+    #[error("{place}: {fault}")]
+    Fault {
+        /// Where.
+        place: Place,
+        /// What is wrong and what to do.
+        fault: Fault,
+    },
+}
+
+impl LayoutFileError {
+    /// The exit code of a program that ends with this error: 2, bad input.
+    pub fn exit_code(&self) -> u8 {
+        2
+    }
+
+    /// The diagnosis code, when this fault has one.
+    pub fn code(&self) -> Option<Code> {
+        match self {
+            Self::Fault { fault, .. } => fault.code(),
+            _ => None,
+        }
+    }
+
+    /// Where the error is, when it is in the text.
+    pub fn place(&self) -> Option<&Place> {
+        match self {
+            Self::Read { .. } => None,
+            Self::Malformed { place, .. } | Self::Fault { place, .. } => Some(place),
+        }
+    }
+}
+
+/// A value that cannot be, with what to do about it.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum Fault {
+    /// A sensor or hit names a node that is not there.
+    #[error(
+        "node {node} is not in the layout (nodes: {known}); add a [[node]] with id = {node} or \
+         name another node"
+    )]
+    UnknownNode {
+        /// The node that is named.
+        node: i64,
+        /// The nodes that there are.
+        known: String,
+    },
+    /// Two nodes have one number.
+    #[error("node {node} is there twice, first in line {first}; give every node its own number")]
+    DuplicatedNode {
+        /// The number.
+        node: i64,
+        /// Line of its first use.
+        first: usize,
+    },
+    /// A node number that the rig and UFF cannot hold.
+    #[error("{node} is not a node number; use a whole number from 1 to 65535")]
+    NodeNumber {
+        /// The number.
+        node: i64,
+    },
+    /// A DOF that cannot be read.
+    #[error(
+        "\"{text}\" is not a DOF; write node:±axis, for example 1:+Y for a force along local +y of \
+         node 1"
+    )]
+    Dof {
+        /// What is written.
+        text: String,
+    },
+    /// Two hits have one DOF.
+    #[error("the hit {dof} is there twice; remove one (the rig repeats hits by itself)")]
+    DuplicatedHit {
+        /// The DOF.
+        dof: String,
+    },
+    /// An axis is not of unit length.
+    #[error(
+        "the local {axis} axis has length {length:.6}; an axis is a unit vector, divide it by its \
+         length"
+    )]
+    AxisNotUnit {
+        /// x or y.
+        axis: char,
+        /// Its length.
+        length: f64,
+    },
+    /// The axes are not orthogonal.
+    #[error(
+        "the local x and y axes are not orthogonal (their angle is {degrees:.3} degrees); give two \
+         orthogonal unit vectors, z is x × y"
+    )]
+    AxesNotOrthogonal {
+        /// The angle between them, degrees.
+        degrees: f64,
+    },
+    /// Two sensors on one node.
+    #[error(
+        "node {node} carries two sensors; put every sensor on a node of its own (a second [[node]] \
+         with its own position)"
+    )]
+    TwoSensorsOnOneNode {
+        /// The node.
+        node: i64,
+    },
+    /// More than the program solves for.
+    #[error("{count} {what} are too many; at most {most} are taken")]
+    TooMany {
+        /// sensors or hits.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+        /// How many are taken.
+        most: usize,
+    },
+    /// NaN or infinity.
+    #[error("a value is {value}, not a finite number; write a decimal number in SI units")]
+    NotFinite {
+        /// The value.
+        value: f64,
+    },
+    /// A number outside of what it can be.
+    #[error("{value} is out of range; give {wanted}")]
+    OutOfRange {
+        /// The value.
+        value: f64,
+        /// What is possible.
+        wanted: &'static str,
+    },
+    /// A text that is too long.
+    #[error("the text has {bytes} bytes; at most {most} are kept, shorten it")]
+    TextTooLong {
+        /// Its length.
+        bytes: usize,
+        /// The most.
+        most: usize,
+    },
+    /// The inertia tensor is not symmetric.
+    #[error(
+        "the tensor is not symmetric; give the 3 × 3 inertia tensor about the centre of mass with \
+         J_xy = −∫xy dm at both places"
+    )]
+    NotSymmetric,
+    /// The expected values belong to no body.
+    #[error(
+        "no body has this inertia tensor: its principal moments must be positive and each at most \
+         the sum of the two others; check the signs of the products J_xy = −∫xy dm"
+    )]
+    NoBody,
+}
+
+impl Fault {
+    /// The diagnosis code, when there is one.
+    pub fn code(&self) -> Option<Code> {
+        match self {
+            Self::UnknownNode { .. } => Some(Code::UnknownNode),
+            Self::AxisNotUnit { .. } | Self::AxesNotOrthogonal { .. } => {
+                Some(Code::AxesNotOrthonormal)
+            }
+            Self::TwoSensorsOnOneNode { .. } => Some(Code::TwoSensorsOnOneNode),
+            Self::NotFinite { .. } => Some(Code::LayoutNotFinite),
+            Self::OutOfRange { .. } => Some(Code::SettingOutOfRange),
+            _ => None,
+        }
+    }
+}
+
+impl From<LayoutFileError> for crate::Error {
+    fn from(error: LayoutFileError) -> Self {
+        let other = match &error {
+            LayoutFileError::Read { .. } => "layout_not_readable",
+            _ => "layout_malformed",
+        };
+        let code = error.code().map_or(other, Code::name);
+        Self::input(code, error.to_string())
+    }
+}

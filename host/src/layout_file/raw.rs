@@ -1,0 +1,195 @@
+//! The layout file as it is written: serde's view, nothing checked beyond types.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use toml::Spanned;
+
+/// The whole file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLayout {
+    #[serde(default)]
+    pub(super) title: Option<Spanned<String>>,
+    #[serde(default)]
+    pub(super) gravity: Option<Spanned<[f64; 3]>>,
+    pub(super) sensors: Spanned<Vec<Spanned<RawSensor>>>,
+    pub(super) hits: Spanned<Vec<Spanned<RawHit>>>,
+    #[serde(default)]
+    pub(super) node: Vec<RawNode>,
+    #[serde(default)]
+    pub(super) test: Option<RawTest>,
+    #[serde(default)]
+    pub(super) uncertainty: Option<RawUncertainty>,
+    #[serde(default)]
+    pub(super) prior: Option<RawPrior>,
+    #[serde(default)]
+    pub(super) reference: Option<RawReference>,
+}
+
+/// Local x and y.
+pub(super) type RawAxes = [[f64; 3]; 2];
+
+/// A `[[node]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawNode {
+    pub(super) id: Spanned<i64>,
+    pub(super) position_m: Spanned<[f64; 3]>,
+    #[serde(default)]
+    pub(super) axes: Option<Spanned<RawAxes>>,
+}
+
+/// An entry of `sensors` when it is a table.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawSensorTable {
+    pub(super) node: i64,
+    #[serde(default)]
+    pub(super) axes: Option<RawAxes>,
+    #[serde(default)]
+    pub(super) senses_gravity: Option<bool>,
+    #[serde(default)]
+    pub(super) calibration: Option<String>,
+    #[serde(default)]
+    pub(super) attached_mass_kg: Option<f64>,
+    #[serde(default)]
+    pub(super) uncertainty: Option<RawSensorUncertainty>,
+}
+
+/// `uncertainty` of one sensor.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawSensorUncertainty {
+    pub(super) sensor_position_m: Option<f64>,
+    pub(super) sensor_rotation_rad: Option<f64>,
+    pub(super) gain: Option<f64>,
+    pub(super) cross_axis: Option<f64>,
+}
+
+/// An entry of `hits` when it is a table.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawHitTable {
+    pub(super) dof: String,
+    #[serde(default)]
+    pub(super) axes: Option<RawAxes>,
+    #[serde(default)]
+    pub(super) uncertainty: Option<RawHitUncertainty>,
+}
+
+/// `uncertainty` of one hit.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawHitUncertainty {
+    pub(super) hit_position_m: Option<f64>,
+    pub(super) hit_direction_rad: Option<f64>,
+    pub(super) node_position_m: Option<f64>,
+    pub(super) node_direction_rad: Option<f64>,
+}
+
+/// `[test]`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawTest {
+    pub(super) hits_per_dof: Option<Spanned<i64>>,
+    pub(super) band_hz: Option<Spanned<[f64; 2]>>,
+    pub(super) exponential_decay_per_s: Option<Spanned<f64>>,
+    pub(super) force_window_s: Option<Spanned<f64>>,
+    pub(super) trigger_n: Option<Spanned<f64>>,
+    pub(super) weakest_hit_n: Option<Spanned<f64>>,
+}
+
+/// `[uncertainty]`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawUncertainty {
+    pub(super) hit_position_m: Option<Spanned<f64>>,
+    pub(super) hit_direction_rad: Option<Spanned<f64>>,
+    pub(super) sensor_position_m: Option<Spanned<f64>>,
+    pub(super) sensor_rotation_rad: Option<Spanned<f64>>,
+    pub(super) gain: Option<Spanned<f64>>,
+    pub(super) cross_axis: Option<Spanned<f64>>,
+    pub(super) hammer_gain: Option<Spanned<f64>>,
+    pub(super) node_position_m: Option<Spanned<f64>>,
+    pub(super) node_direction_rad: Option<Spanned<f64>>,
+}
+
+/// `[prior]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPrior {
+    pub(super) mass_kg: Spanned<RawKnown>,
+}
+
+/// A known value and its standard deviation.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawKnown {
+    pub(super) value: f64,
+    pub(super) sigma: f64,
+}
+
+/// `[reference]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawReference {
+    pub(super) mass_kg: Option<Spanned<f64>>,
+    pub(super) center_of_mass_m: Option<Spanned<[f64; 3]>>,
+    pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
+}
+
+/// An entry of `sensors`: a node number or a table.
+#[derive(Debug)]
+pub(super) struct RawSensor(pub(super) RawSensorTable);
+
+/// An entry of `hits`: a DOF or a table.
+#[derive(Debug)]
+pub(super) struct RawHit(pub(super) RawHitTable);
+
+impl<'de> Deserialize<'de> for RawSensor {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Entry;
+        impl<'de> Visitor<'de> for Entry {
+            type Value = RawSensor;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a node number such as 1, or a table such as { node = 1 }")
+            }
+            fn visit_i64<E: Error>(self, node: i64) -> Result<RawSensor, E> {
+                Ok(RawSensor(RawSensorTable {
+                    node,
+                    axes: None,
+                    senses_gravity: None,
+                    calibration: None,
+                    attached_mass_kg: None,
+                    uncertainty: None,
+                }))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawSensor, A::Error> {
+                RawSensorTable::deserialize(MapAccessDeserializer::new(map)).map(RawSensor)
+            }
+        }
+        deserializer.deserialize_any(Entry)
+    }
+}
+
+impl<'de> Deserialize<'de> for RawHit {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Entry;
+        impl<'de> Visitor<'de> for Entry {
+            type Value = RawHit;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a DOF such as \"1:+Y\", or a table such as { dof = \"1:+Y\" }")
+            }
+            fn visit_str<E: Error>(self, dof: &str) -> Result<RawHit, E> {
+                Ok(RawHit(RawHitTable { dof: dof.into(), axes: None, uncertainty: None }))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawHit, A::Error> {
+                RawHitTable::deserialize(MapAccessDeserializer::new(map)).map(RawHit)
+            }
+        }
+        deserializer.deserialize_any(Entry)
+    }
+}

@@ -1,0 +1,270 @@
+use massline_shared::diagnosis::Code;
+
+use super::*;
+
+const GOOD: &str = include_str!("../../examples/three-bar-test-1.toml");
+
+fn parse(text: &str) -> Result<LayoutFile, LayoutFileError> {
+    LayoutFile::parse(text, "bar.toml")
+}
+
+/// The example with one text replaced, which must be there.
+fn with(from: &str, to: &str) -> String {
+    assert!(GOOD.contains(from), "{from}");
+    GOOD.replacen(from, to, 1)
+}
+
+/// The message of a bad layout, which must name file and line.
+fn message(text: &str, line: usize) -> String {
+    let error = parse(text).unwrap_err();
+    let message = error.to_string();
+    assert!(message.starts_with(&format!("bar.toml:{line}: ")), "{message}");
+    assert_eq!(error.exit_code(), 2);
+    message
+}
+
+#[test]
+fn the_paper_s_four_tests_are_resolved() {
+    let [a, b, c] = [0.207_850_606_779_220_13, -0.199_018_578_162_329_7, 0.149_130_815_058_460_87];
+    let expected: [([u16; 3], [f64; 3], [([f64; 3], [f64; 3]); 3]); 4] = {
+        let first = [
+            ([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            ([a, b, 0.0], [0.0, 0.0, 1.0]),
+            ([a, b, c], [1.0, 0.0, 0.0]),
+        ];
+        let second = [
+            ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0]),
+            ([a, b, 0.0], [0.0, 0.0, 1.0]),
+            ([a, b, 0.0], [0.0, 1.0, 0.0]),
+        ];
+        let [three, four] = [[a, 0.0, 0.0], [a, b, c]];
+        [
+            ([1, 2, 3], three, first),
+            ([1, 2, 4], four, first),
+            ([1, 2, 3], three, second),
+            ([1, 2, 4], four, second),
+        ]
+    };
+    let files = [
+        GOOD,
+        include_str!("../../examples/three-bar-test-2.toml"),
+        include_str!("../../examples/three-bar-test-3.toml"),
+        include_str!("../../examples/three-bar-test-4.toml"),
+    ];
+    for (text, (sensors, last, hits)) in files.into_iter().zip(expected) {
+        let file = parse(text).unwrap();
+        assert!(file.layout.sensors.iter().map(|s| s.node).eq(sensors));
+        assert_eq!(file.layout.sensors[2].position, last);
+        assert!(file.layout.hits.iter().map(|h| (h.position, h.direction)).eq(hits));
+        // Theory, section 11.
+        let ten = file.reference.unwrap().complete().unwrap();
+        let theta = [
+            1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
+        ];
+        // Printed with six decimals there.
+        assert!(ten.iter().zip(theta).all(|(x, y)| (x - y).abs() < 5e-7));
+        assert!(file.hash().is_some());
+    }
+}
+
+#[test]
+fn the_template_is_a_valid_layout() {
+    let file = parse(TEMPLATE).unwrap();
+    assert_eq!(file.layout.sensors.len(), 3);
+    // The template says that it shows the defaults.
+    assert_eq!(file.uncertainty, Uncertainty::default());
+    assert_eq!(file.layout.test, massline_shared::layout::TestSettings::default());
+}
+
+#[test]
+fn the_template_s_comments_are_valid_too() {
+    let mut text = String::new();
+    for line in TEMPLATE.lines() {
+        let bare = line.strip_prefix("# ").unwrap_or(line);
+        let is_table = ["[prior]", "[reference]"].contains(&bare);
+        let is_entry = ["mass_kg =", "center_of_mass_m =", "inertia_kg_m2 =", "    [", "]", "axes"];
+        let is_value = line.starts_with("# ") && is_entry.iter().any(|e| bare.starts_with(e));
+        text += if is_table || is_value && !bare.contains("the sensor's") { bare } else { line };
+        text.push('\n');
+    }
+    let file = parse(&text).unwrap();
+    assert_eq!(file.prior_mass_kg, Some(Known { value: 1.23, sigma: 0.001 }));
+    assert!(file.reference.unwrap().complete().is_some());
+}
+
+#[test]
+fn the_schema_knows_the_keys_that_the_reader_knows() {
+    let schema: serde_json::Value = serde_json::from_str(SCHEMA).unwrap();
+    let tables = [
+        ("", "/properties"),
+        ("[[node]]\n", "/properties/node/items/properties"),
+        ("[test]\n", "/properties/test/properties"),
+        ("[uncertainty]\n", "/properties/uncertainty/properties"),
+        ("[prior]\n", "/properties/prior/properties"),
+        ("[prior.mass_kg]\n", "/properties/prior/properties/mass_kg/properties"),
+        ("[reference]\n", "/properties/reference/properties"),
+        ("[[sensors]]\n", "/$defs/sensor/properties"),
+        ("[[sensors]]\nuncertainty.", "/$defs/sensor/properties/uncertainty/properties"),
+        ("[[hits]]\n", "/$defs/hit/properties"),
+        ("[[hits]]\nuncertainty.", "/$defs/hit/properties/uncertainty/properties"),
+    ];
+    for (table, pointer) in tables {
+        // The reader lists the keys that it expects when it meets an unknown one.
+        let message = parse(&format!("{table}unknown_key = 1")).unwrap_err().to_string();
+        assert!(message.contains("unknown field"), "{message}");
+        let list = message.split_once("expected").unwrap().1.split(';').next().unwrap();
+        let mut read: Vec<&str> = list.split('`').skip(1).step_by(2).collect();
+        let properties = schema.pointer(pointer).unwrap().as_object().unwrap();
+        let mut known: Vec<&str> = properties.keys().map(String::as_str).collect();
+        read.sort_unstable();
+        known.sort_unstable();
+        assert_eq!(read, known, "{table}");
+    }
+}
+
+#[test]
+fn local_axes_turn_sensors_and_hits() {
+    let text = with(
+        "position_m = [0.0, 0.0, 0.0]",
+        "position_m = [0.0, 0.0, 0.0]\naxes = [[0, 1, 0], [-1, 0, 0]]",
+    );
+    let file = parse(&text).unwrap();
+    // Local y of node 1 is −x of the body.
+    assert_eq!(file.layout.hits[0].direction, [-1.0, 0.0, 0.0]);
+    let axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    assert_eq!(file.layout.sensors[0].axes, axes);
+}
+
+#[test]
+fn entries_may_be_tables() {
+    let text = with(
+        "sensors = [1, 2, 3]",
+        "sensors = [{ node = 1, axes = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]], senses_gravity = false, \
+         calibration = \"A17\", attached_mass_kg = 0.002, uncertainty = { gain = 0.05 } }, 2, 3]",
+    );
+    let text = text.replacen(
+        "\"1:+Y\"",
+        "{ dof = \"1:-Y\", uncertainty = { hit_position_m = 0.001 } }",
+        1,
+    );
+    let file = parse(&text).unwrap();
+    let sensor = &file.layout.sensors[0];
+    assert_eq!(sensor.axes, [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert!(!sensor.senses_gravity);
+    assert_eq!(file.sensors[0].calibration.as_deref(), Some("A17"));
+    assert_eq!(file.sensors[0].attached_mass_kg, 0.002);
+    assert_eq!(file.sensors[0].uncertainty.gain, 0.05);
+    assert_eq!(file.sensors[1].uncertainty.gain, Uncertainty::default().gain);
+    assert_eq!(file.layout.hits[0].direction, [0.0, -1.0, 0.0]);
+    assert_eq!(file.hits[0].position_m, 0.001);
+}
+
+#[test]
+fn axes_of_four_digits_are_made_exact() {
+    let text = with(
+        "position_m = [0.0, 0.0, 0.0]",
+        "position_m = [0.0, 0.0, 0.0]\naxes = [[0.7071, 0.7071, 0], [-0.7071, 0.7071, 0]]",
+    );
+    let axes = parse(&text).unwrap().layout.sensors[0].axes;
+    let r = std::f64::consts::FRAC_1_SQRT_2;
+    // Rounding of a normalisation.
+    assert!((axes[0][0] - r).abs() < 1e-15 && (axes[1][0] + r).abs() < 1e-15);
+}
+
+#[test]
+fn malformed_toml_is_named_with_its_line() {
+    let text = with("hits = [\"1:+Y\"", "hits = [\"1:+Y");
+    assert!(message(&text, 6).contains("hits"));
+    let text = with("id = 2", "id = 2\ncolour = 3");
+    let unknown = message(&text, 14);
+    assert!(unknown.contains("colour") && unknown.contains("position_m"), "{unknown}");
+    let text = with("hits_per_dof = 5", "hits_per_dof = \"five\"");
+    assert!(message(&text, 25).contains("hits_per_dof"));
+}
+
+#[test]
+fn a_missing_key_is_named() {
+    let error = parse("sensors = [1]\n").unwrap_err().to_string();
+    assert!(error.contains("missing field `hits`"), "{error}");
+}
+
+#[test]
+fn an_unknown_node_is_named() {
+    let text = with("\"2:+Z\"", "\"7:+Z\"");
+    let unknown = message(&text, 6);
+    assert!(unknown.contains("node 7") && unknown.contains("1, 2, 3, 4"), "{unknown}");
+    assert_eq!(parse(&text).unwrap_err().code(), Some(Code::UnknownNode));
+    assert!(message(&with("sensors = [1, 2, 3]", "sensors = [1, 2, 9]"), 5).contains("node 9"));
+}
+
+#[test]
+fn bad_axes_are_named() {
+    let axes = |axes: &str| {
+        let to = format!("position_m = [0.0, 0.0, 0.0]\naxes = {axes}");
+        with("position_m = [0.0, 0.0, 0.0]", &to)
+    };
+    assert!(message(&axes("[[1, 1, 0], [0, 0, 1]]"), 11).contains("length 1.414214"));
+    let skew = axes("[[1, 0, 0], [0.6, 0.8, 0]]");
+    assert!(message(&skew, 11).contains("not orthogonal"));
+    assert_eq!(parse(&skew).unwrap_err().code(), Some(Code::AxesNotOrthonormal));
+    assert!(message(&axes("[[nan, 0, 0], [0, 1, 0]]"), 11).contains("NaN"));
+}
+
+#[test]
+fn doubled_things_are_named() {
+    let doubled = with("sensors = [1, 2, 3]", "sensors = [1, 2, 2]");
+    assert!(message(&doubled, 5).contains("node 2 carries two sensors"));
+    assert_eq!(parse(&doubled).unwrap_err().code(), Some(Code::TwoSensorsOnOneNode));
+    assert!(message(&with("id = 2", "id = 1"), 13).contains("first in line 9"));
+    assert!(message(&with("\"2:+Z\"", "\"1:+Y\""), 6).contains("1:+Y is there twice"));
+}
+
+#[test]
+fn too_many_are_refused() {
+    let ids = |n: usize| (1..=n).map(|k| k.to_string()).collect::<Vec<_>>().join(", ");
+    let nodes: String =
+        (1..=25).map(|k| format!("[[node]]\nid = {k}\nposition_m = [{k}, 0, 0]\n")).collect();
+    let text = format!("sensors = [{}]\nhits = [\"1:+X\"]\n{nodes}", ids(9));
+    assert!(message(&text, 1).contains("9 sensors are too many; at most 8"));
+    let hits: Vec<_> = (1..=25).map(|k| format!("\"{k}:+X\"")).collect();
+    let text = format!("sensors = [1]\nhits = [{}]\n{nodes}", hits.join(", "));
+    assert!(message(&text, 2).contains("25 hits are too many; at most 24"));
+}
+
+#[test]
+fn numbers_that_cannot_be_are_named() {
+    let nan = with("position_m = [0.0, 0.0, 0.0]", "position_m = [0.0, nan, 0.0]");
+    assert!(message(&nan, 10).contains("position_m"));
+    assert_eq!(parse(&nan).unwrap_err().code(), Some(Code::LayoutNotFinite));
+    assert!(message(&with("-9.80665", "-inf"), 4).contains("gravity"));
+    assert!(message(&with("[10.0, 120.0]", "[120.0, 10.0]"), 26).contains("band_hz"));
+    assert!(message(&with("hits_per_dof = 5", "hits_per_dof = 0"), 25).contains("from 1 to 255"));
+    assert!(message(&with("id = 4", "id = 70000"), 21).contains("65535"));
+    assert!(message(&with("1:+Y", "1:up"), 6).contains("1:up"));
+    assert!(message(&with("mass_kg = 1.23", "mass_kg = -1.23"), 30).contains("positive mass"));
+    let title = "x".repeat(49);
+    assert!(message(&with("three-bar frame, test 1", &title), 3).contains("49 bytes"));
+}
+
+#[test]
+fn a_reference_that_is_no_body_is_refused() {
+    // The six equal values of the paper's Table 1 (theory, section 11).
+    let row = "[0.023029, 0.023029, 0.023029]";
+    let text = GOOD.split("inertia_kg_m2").next().unwrap().to_owned()
+        + &format!("inertia_kg_m2 = [{row}, {row}, {row}]\n");
+    assert!(message(&text, 32).contains("no body"));
+    let text = with("[0.0042529759241209525, 0.006", "[0.0, 0.006");
+    assert!(message(&text, 32).contains("not symmetric"));
+}
+
+#[test]
+fn bytes_that_are_no_text_are_named() {
+    let error = LayoutFile::parse_bytes(b"title = \"a\"\nhits = \"\xff\"", "bar.toml").unwrap_err();
+    assert!(error.to_string().starts_with("bar.toml:2: this is not UTF-8"));
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let error = LayoutFile::read(Path::new("no/such/layout.toml")).unwrap_err().to_string();
+    assert!(error.contains("no/such/layout.toml"), "{error}");
+}

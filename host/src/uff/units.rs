@@ -1,0 +1,286 @@
+//! Quantities and units: data types, labels, dataset 164.
+
+use massline_shared::STANDARD_GRAVITY;
+
+use super::Function;
+use super::error::{UffError, UffFault};
+use super::lines::Lines;
+use super::values::real;
+
+/// What the response of a frequency response function is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Accelerance, acceleration over force.
+    Acceleration,
+    /// Mobility, velocity over force.
+    Velocity,
+    /// Receptance, displacement over force.
+    Displacement,
+}
+
+/// Units of a dataset 164: what 1 m and 1 N are in the file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct UnitSystem {
+    length: f64,
+    force: f64,
+}
+
+impl Default for UnitSystem {
+    fn default() -> Self {
+        Self { length: 1.0, force: 1.0 }
+    }
+}
+
+/// Factors that bring a function to SI.
+pub(super) struct Conversion {
+    pub(super) quantity: Quantity,
+    pub(super) ordinate: f64,
+    pub(super) hertz: f64,
+}
+
+/// The unit codes of dataset 164 from 1, with their length and force for 1 m and 1 N.
+const SYSTEMS: [[f64; 2]; 8] = [
+    [1.0, 1.0],
+    [1.0 / FOOT, 1.0 / POUND_FORCE],
+    [1.0, 1.0 / KILOGRAM_FORCE],
+    [1.0 / FOOT, 1.0 / POUNDAL],
+    [1e3, 1e3],
+    [1e2, 1e2],
+    [1.0 / INCH, 1.0 / POUND_FORCE],
+    [1e3, 1.0 / KILOGRAM_FORCE],
+];
+
+const FOOT: f64 = 0.3048;
+const INCH: f64 = 0.0254;
+const KILOGRAM_FORCE: f64 = STANDARD_GRAVITY;
+const POUND_FORCE: f64 = 0.453_592_37 * STANDARD_GRAVITY;
+const POUNDAL: f64 = 0.453_592_37 * FOOT;
+
+/// Reads dataset 164 from behind its first line to its end.
+///
+/// Codes 1 to 8 name their units; the factors count for the others (9 is user defined). Writers
+/// differ in what they write as factors of a code, so the code goes first.
+pub(super) fn read_units(
+    lines: &mut Lines<'_>,
+    notes: &mut Vec<String>,
+) -> Result<UnitSystem, UffError> {
+    let text = lines.text("the units code")?;
+    let words = text.get(..10).unwrap_or(&text).trim();
+    let code: i64 = words.parse().map_err(|_| {
+        let text = words.chars().take(80).collect();
+        lines.error(UffFault::NotANumber { field: "the units code", text })
+    })?;
+    let text = lines.text("the unit factors")?;
+    let factors: Vec<f64> = text.split_ascii_whitespace().map_while(real).collect();
+    let &[length, force, ..] = factors.as_slice() else {
+        let text = text.chars().take(80).collect();
+        return Err(lines.error(UffFault::NotANumber { field: "the unit factors", text }));
+    };
+    let named = usize::try_from(code - 1).ok().and_then(|k| SYSTEMS.get(k));
+    let system = match named {
+        Some(&[named_length, named_force]) => {
+            let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-3;
+            if !close(length, named_length) || !close(force, named_force) {
+                notes.push(format!(
+                    "dataset {}: the factors of the units do not belong to units code {code}; the \
+                     code was taken (length {named_length:.6} per m, force {named_force:.6} per N)",
+                    lines.dataset()
+                ));
+            }
+            UnitSystem { length: named_length, force: named_force }
+        }
+        None => {
+            for value in [length, force] {
+                if !(value.is_finite() && value > 0.0) {
+                    return Err(lines.error(UffFault::UnitFactor { value }));
+                }
+            }
+            UnitSystem { length, force }
+        }
+    };
+    lines.skip_to_delimiter()?;
+    Ok(system)
+}
+
+/// What brings `function` to SI: by `quantity` and dataset 164, or by what its records say.
+pub(super) fn conversion(
+    function: &Function,
+    quantity: Option<Quantity>,
+) -> Result<Conversion, UffFault> {
+    let hertz = hertz(function)?;
+    let units = function.units;
+    let length = 1.0 / units.length;
+    let force = 1.0 / units.force;
+    if let Some(quantity) = quantity {
+        return Ok(Conversion { quantity, ordinate: length / force, hertz });
+    }
+    let numerator = &function.numerator_axis;
+    let quantity = match numerator.data_type {
+        8 => Quantity::Displacement,
+        11 => Quantity::Velocity,
+        12 => Quantity::Acceleration,
+        found => {
+            let wanted = "acceleration (12), velocity (11) or displacement (8) is needed; when it \
+                          is one of these, say so with --quantity";
+            return Err(UffFault::WrongQuantity { axis: "ordinate numerator", found, wanted });
+        }
+    };
+    let denominator = &function.denominator_axis;
+    if denominator.data_type != 13 {
+        let wanted = "excitation force (13) is needed; when it is a force, say what the response \
+                      is with --quantity";
+        let (axis, found) = ("ordinate denominator", denominator.data_type);
+        return Err(UffFault::WrongQuantity { axis, found, wanted });
+    }
+    let (motion, over) = split_ratio(&numerator.unit);
+    let motion = match motion {
+        "" => length,
+        unit => motion_unit(unit, quantity).ok_or_else(|| unknown_motion(unit, quantity))?,
+    };
+    let over = match (over, denominator.unit.as_str()) {
+        ("", "") => force,
+        ("", unit) | (unit, "") => force_unit(unit).ok_or_else(|| unknown_force(unit))?,
+        (a, b) => {
+            let (a, b) = (
+                force_unit(a).ok_or_else(|| unknown_force(a))?,
+                force_unit(b).ok_or_else(|| unknown_force(b))?,
+            );
+            if a != b {
+                return Err(unknown_force(&denominator.unit));
+            }
+            a
+        }
+    };
+    Ok(Conversion { quantity, ordinate: motion / over, hertz })
+}
+
+/// Hz per unit of the abscissa.
+fn hertz(function: &Function) -> Result<f64, UffFault> {
+    let axis = &function.abscissa_axis;
+    if !matches!(axis.data_type, 0 | 1 | 18) {
+        let (found, wanted) = (axis.data_type, "frequency (18) is needed");
+        return Err(UffFault::WrongQuantity { axis: "abscissa", found, wanted });
+    }
+    match plain(&axis.unit).to_ascii_lowercase().as_str() {
+        "" | "hz" | "hertz" | "1/s" | "s-1" => Ok(1.0),
+        "khz" => Ok(1e3),
+        "rad/s" | "rad/sec" => Ok(1.0 / std::f64::consts::TAU),
+        _ => Err(UffFault::WrongUnit {
+            unit: axis.unit.clone(),
+            quantity: "frequency",
+            known: "Hz, kHz and rad/s are",
+        }),
+    }
+}
+
+/// A label without blanks, brackets and ways of writing a power.
+fn plain(label: &str) -> String {
+    let text: String = label
+        .chars()
+        .filter(|c| !c.is_whitespace() && !"()[]".contains(*c))
+        .map(|c| match c {
+            '²' => '2',
+            'μ' => 'µ',
+            c => c,
+        })
+        .collect();
+    text.replace("**", "").replace('^', "")
+}
+
+/// `m/s^2/N` is an acceleration over a force: the two parts, the second empty when there is none.
+fn split_ratio(label: &str) -> (&str, &str) {
+    match label.rsplit_once('/') {
+        Some((motion, force)) if force_unit(force).is_some() => (motion, force),
+        _ => (label, ""),
+    }
+}
+
+/// m, m/s or m/s² per unit.
+fn motion_unit(label: &str, quantity: Quantity) -> Option<f64> {
+    let label = plain(label).to_ascii_lowercase().replace("sec", "s").replace("s/s", "s2");
+    let length = |unit: &str| match unit {
+        "m" => Some(1.0),
+        "cm" => Some(1e-2),
+        "mm" => Some(1e-3),
+        "µm" | "um" => Some(1e-6),
+        "in" => Some(INCH),
+        "ft" => Some(FOOT),
+        _ => None,
+    };
+    match quantity {
+        Quantity::Displacement => length(&label),
+        Quantity::Velocity => length(label.strip_suffix("/s")?),
+        Quantity::Acceleration => match label.as_str() {
+            "g" | "gn" | "g_n" | "g0" => Some(STANDARD_GRAVITY),
+            _ => length(label.strip_suffix("/s2")?),
+        },
+    }
+}
+
+/// N per unit.
+fn force_unit(label: &str) -> Option<f64> {
+    match plain(label).as_str() {
+        "N" | "n" | "newton" | "Newton" => Some(1.0),
+        "kN" => Some(1e3),
+        "mN" => Some(1e-3),
+        "lbf" | "lb" | "LBF" | "LB" => Some(POUND_FORCE),
+        "kgf" => Some(KILOGRAM_FORCE),
+        "pdl" => Some(POUNDAL),
+        _ => None,
+    }
+}
+
+fn unknown_motion(unit: &str, quantity: Quantity) -> UffFault {
+    let (quantity, known) = match quantity {
+        Quantity::Acceleration => {
+            ("acceleration", "m/s^2, cm/s^2, mm/s^2, in/s^2, ft/s^2 and g are")
+        }
+        Quantity::Velocity => ("velocity", "m/s, cm/s, mm/s, in/s and ft/s are"),
+        Quantity::Displacement => ("displacement", "m, cm, mm, um, in and ft are"),
+    };
+    UffFault::WrongUnit { unit: unit.to_owned(), quantity, known }
+}
+
+fn unknown_force(unit: &str) -> UffFault {
+    let known = "N, mN, kN, lbf, kgf and pdl are, the same in both records";
+    UffFault::WrongUnit { unit: unit.to_owned(), quantity: "force", known }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_read_as_people_write_them() {
+        use Quantity::*;
+        for (label, quantity, expected) in [
+            ("m/s^2", Acceleration, 1.0),
+            ("(m/s²)", Acceleration, 1.0),
+            ("m/sec**2", Acceleration, 1.0),
+            ("m/s/s", Acceleration, 1.0),
+            ("mm/s2", Acceleration, 1e-3),
+            ("g", Acceleration, STANDARD_GRAVITY),
+            ("in/s", Velocity, 0.0254),
+            ("ft", Displacement, 0.3048),
+        ] {
+            assert_eq!(motion_unit(label, quantity), Some(expected), "{label}");
+        }
+        for (label, quantity) in [("m/s", Acceleration), ("g", Velocity), ("V", Displacement)] {
+            assert_eq!(motion_unit(label, quantity), None, "{label}");
+        }
+    }
+
+    #[test]
+    fn a_ratio_is_split() {
+        assert_eq!(split_ratio("(m/s^2)/N"), ("(m/s^2)", "N"));
+        assert_eq!(split_ratio("m/s^2"), ("m/s^2", ""));
+        assert_eq!(split_ratio("g/lbf"), ("g", "lbf"));
+    }
+
+    #[test]
+    fn a_newton_is_the_same_force_in_every_system() {
+        // 1 lbf = 4.448 222 N, 1 poundal = 0.138 255 N: the usual six digits.
+        assert!((POUND_FORCE - 4.448_222).abs() < 1e-6);
+        assert!((POUNDAL - 0.138_255).abs() < 1e-6);
+    }
+}

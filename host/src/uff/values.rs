@@ -1,0 +1,165 @@
+//! The data of dataset 58: record 12, as text or binary.
+
+use super::error::{UffError, UffFault};
+use super::lines::{Lines, is_delimiter};
+
+/// The form of the data: record 7.
+pub(super) struct Shape {
+    pub(super) complex: bool,
+    pub(super) double: bool,
+    pub(super) points: usize,
+    /// Minimum and increment of an even abscissa; `None` when each point brings its own.
+    pub(super) even: Option<[f64; 2]>,
+}
+
+impl Shape {
+    /// Values of one point.
+    pub(super) fn per_point(&self) -> usize {
+        1 + usize::from(self.complex) + usize::from(self.even.is_none())
+    }
+
+    /// Values of the dataset.
+    fn values(&self) -> usize {
+        self.points.saturating_mul(self.per_point())
+    }
+}
+
+/// How binary data are stored.
+#[derive(Clone, Copy)]
+pub(super) struct Binary {
+    pub(super) big_endian: bool,
+}
+
+/// A number as Fortran writes it.
+pub(super) fn real(text: &str) -> Option<f64> {
+    let text = text.trim();
+    text.parse().ok().or_else(|| text.replace(['D', 'd'], "E").parse().ok())
+}
+
+/// Reads the values of an ASCII dataset; the delimiter is left.
+pub(super) fn read_ascii(lines: &mut Lines<'_>, shape: &Shape) -> Result<Vec<f64>, UffError> {
+    let wanted = shape.values();
+    // A value takes two bytes at least, so a header that lies does not cost memory.
+    let possible = lines.rest().len() / 2;
+    if wanted > possible {
+        return Err(lines.error(UffFault::TooFewValues { wanted, found: possible }));
+    }
+    let mut values = Vec::with_capacity(wanted);
+    while values.len() < wanted {
+        let line = match lines.peek() {
+            Some(line) if !is_delimiter(line) => String::from_utf8_lossy(line),
+            _ => {
+                let found = values.len();
+                return Err(lines.error(UffFault::TooFewValues { wanted, found }));
+            }
+        };
+        lines.next();
+        if !push_words(&line, &mut values) && !push_columns(&line, shape, &mut values) {
+            let text = line.chars().take(80).collect();
+            return Err(lines.error(UffFault::NotANumber { field: "data values", text }));
+        }
+    }
+    let more = lines.peek().is_some_and(|l| !is_delimiter(l) && !l.trim_ascii().is_empty());
+    if values.len() > wanted || more {
+        return Err(lines.error(UffFault::TooManyValues { wanted }));
+    }
+    Ok(values)
+}
+
+/// Takes the numbers of a line that are separated by blanks; false when one is none.
+fn push_words(line: &str, values: &mut Vec<f64>) -> bool {
+    let before = values.len();
+    for word in line.split_ascii_whitespace() {
+        match real(word) {
+            Some(value) => values.push(value),
+            None => {
+                values.truncate(before);
+                return false;
+            }
+        }
+    }
+    true
+}
+
+/// Takes the numbers of a line by the columns of the format, where they may touch.
+fn push_columns(line: &str, shape: &Shape, values: &mut Vec<f64>) -> bool {
+    const ABSCISSA: usize = 13;
+    let ordinate = if shape.double { 20 } else { 13 };
+    let mut rest = line.trim_end();
+    let mut k = 0;
+    while !rest.is_empty() {
+        let is_abscissa = shape.even.is_none() && k % shape.per_point() == 0;
+        let width = if is_abscissa { ABSCISSA } else { ordinate };
+        let Some((number, after)) = rest.split_at_checked(width.min(rest.len())) else {
+            return false;
+        };
+        let Some(value) = real(number) else { return false };
+        values.push(value);
+        rest = after;
+        k += 1;
+    }
+    true
+}
+
+/// Reads the values of a binary dataset; the delimiter is left.
+///
+/// The byte count of the header is not used: common writers state half of it. The length follows
+/// from record 7, and the delimiter behind the data proves it.
+pub(super) fn read_binary(
+    lines: &mut Lines<'_>,
+    shape: &Shape,
+    binary: Binary,
+) -> Result<Vec<f64>, UffError> {
+    let ordinates = shape.per_point() - usize::from(shape.even.is_none());
+    let point = |abscissa: usize, ordinate: usize| {
+        let abscissa = if shape.even.is_none() { abscissa } else { 0 };
+        (abscissa, ordinate, shape.points.saturating_mul(abscissa + ordinate * ordinates))
+    };
+    // As the format says; with the abscissa in the format's single precision; as writers do that
+    // store doubles whatever record 7 says.
+    let told = if shape.double { 8 } else { 4 };
+    let candidates = [point(told, told), point(4, told), point(8, 8)];
+    let Some(&(abscissa, ordinate, length)) =
+        candidates.iter().find(|(_, _, length)| lines.ends_after(*length))
+    else {
+        let bytes = candidates[0].2;
+        let there = lines.rest().len();
+        let fault = if there < bytes {
+            UffFault::TooFewValues { wanted: shape.values(), found: there / told }
+        } else {
+            UffFault::BinaryLength { bytes }
+        };
+        return Err(lines.error(fault));
+    };
+    let data = lines.take(length).unwrap_or_default();
+    // The data may be followed by an end of line.
+    if lines.peek().is_some_and(<[u8]>::is_empty) {
+        lines.next();
+    }
+    let mut values = Vec::with_capacity(shape.values());
+    for point in data.chunks_exact((abscissa + ordinate * ordinates).max(1)) {
+        let (first, rest) = point.split_at_checked(abscissa).unwrap_or((point, &[]));
+        if abscissa > 0 {
+            values.push(number(first, binary));
+        }
+        values.extend(rest.chunks_exact(ordinate).map(|bytes| number(bytes, binary)));
+    }
+    Ok(values)
+}
+
+/// A single or double of 4 or 8 bytes.
+fn number(bytes: &[u8], binary: Binary) -> f64 {
+    if let Ok(bytes) = <[u8; 8]>::try_from(bytes) {
+        return if binary.big_endian {
+            f64::from_be_bytes(bytes)
+        } else {
+            f64::from_le_bytes(bytes)
+        };
+    }
+    match <[u8; 4]>::try_from(bytes) {
+        Ok(bytes) if binary.big_endian => f64::from(f32::from_be_bytes(bytes)),
+        Ok(bytes) => f64::from(f32::from_le_bytes(bytes)),
+        // Only pieces of 4 and 8 bytes are cut.
+        Err(_) => f64::NAN,
+    }
+}
