@@ -17,6 +17,7 @@
 //! | [`qemu`] | the emulated rig |
 #![deny(unsafe_code)]
 
+mod bounded;
 pub mod calibration_file;
 pub mod campaign;
 pub mod client;
