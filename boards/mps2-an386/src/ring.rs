@@ -1,7 +1,8 @@
 //! The ring of scans between the host and the emulated rig.
 //!
-//! The host writes scans as fast as there is room, the rig reads them as fast as it can: neither
-//! ever loses one, and the speed of the emulator does not matter. Time is the index of a scan.
+//! The rig says up to which scan it wants to read, and the host writes up to there: no scan is lost,
+//! none is made in vain, and neither the emulator's speed nor the host's matters. Time is the index
+//! of a scan.
 //!
 //! A *run* is what the rig reads between two starts of its sampler. The rig counts its runs; the
 //! host answers a new run, once it knows what the rig is armed for, with the index where the run's
@@ -14,7 +15,7 @@ use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 use massline_shared::signal::{AdcProperties, CHANNELS, Scan};
 use massline_shared::units::{Hertz, ScanIndex, Seconds, Volts};
 
-/// Scans that the ring holds: about a second, so that the host is never far ahead of the rig.
+/// Scans that the ring holds, the most that are read at once.
 pub const CAPACITY: u32 = 4096;
 const _: () = assert!(CAPACITY.is_power_of_two());
 
@@ -32,7 +33,7 @@ pub struct Ring {
 
 /// What only the host writes.
 #[repr(C, align(64))]
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct HostWords {
     magic: AtomicU32,
     version: AtomicU32,
@@ -49,33 +50,20 @@ struct HostWords {
 
 /// What only the rig writes.
 #[repr(C, align(64))]
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct RigWords {
     read: AtomicU32,
+    wanted: AtomicU32,
     run: AtomicU32,
 }
 
 impl Ring {
     /// A ring that no host has opened.
-    pub const fn new() -> Self {
-        const ZERO: AtomicU32 = AtomicU32::new(0);
-        const SCAN: [AtomicU16; CHANNELS] = [const { AtomicU16::new(0) }; CHANNELS];
+    pub fn new() -> Self {
         Self {
-            host: HostWords {
-                magic: ZERO,
-                version: ZERO,
-                capacity: ZERO,
-                rate_hz: ZERO,
-                channels: ZERO,
-                bits: ZERO,
-                reference_v: ZERO,
-                channel_delay_s: ZERO,
-                written: ZERO,
-                run: ZERO,
-                run_start: ZERO,
-            },
-            rig: RigWords { read: ZERO, run: ZERO },
-            scans: [const { SCAN }; CAPACITY as usize],
+            host: HostWords::default(),
+            rig: RigWords::default(),
+            scans: core::array::from_fn(|_| Default::default()),
         }
     }
 
@@ -146,15 +134,17 @@ impl<'a> Writer<'a> {
         self.ring.host.run.store(run, Ordering::Release);
     }
 
-    /// Scans that there is room for.
-    pub fn room(&self) -> u32 {
-        let read = self.ring.rig.read.load(Ordering::Acquire);
-        CAPACITY.saturating_sub(self.written.wrapping_sub(read))
+    /// Scans that the rig waits for.
+    pub fn wanted(&self) -> u32 {
+        let missing = self.ring.rig.wanted.load(Ordering::Acquire).wrapping_sub(self.written);
+        // What an old run wanted may lie behind the start of the new one.
+        if missing <= CAPACITY { missing } else { 0 }
     }
 
-    /// Writes one scan; false when there is no room. The rig sees it after [`Self::publish`].
+    /// Writes one scan; false when the rig does not want it. The rig sees it after
+    /// [`Self::publish`].
     pub fn push(&mut self, scan: &Scan) -> bool {
-        if self.room() == 0 {
+        if self.wanted() == 0 {
             return false;
         }
         for (place, &code) in self.ring.place(self.written).iter().zip(scan) {
@@ -213,14 +203,15 @@ impl<'a> Reader<'a> {
         self.running
     }
 
-    /// Fills `block` and gives the index of its first scan, or leaves it as it is when the ring
-    /// does not hold that many scans of this run yet.
+    /// Fills `block` and gives the index of its first scan, or asks for its scans and leaves it as
+    /// it is when they are not there yet; also when it is longer than [`CAPACITY`].
     pub fn read(&mut self, block: &mut [Scan]) -> Option<ScanIndex> {
         if !self.running || !self.enter_run() {
             return None;
         }
+        let wanted = u32::try_from(block.len()).ok().filter(|&count| count <= CAPACITY)?;
+        self.ring.rig.wanted.store(self.read.wrapping_add(wanted), Ordering::Release);
         let written = self.ring.host.written.load(Ordering::Acquire);
-        let wanted = u32::try_from(block.len()).ok()?;
         if written.wrapping_sub(self.read) < wanted {
             return None;
         }
@@ -239,6 +230,7 @@ impl<'a> Reader<'a> {
         if !self.in_run && self.ring.host.run.load(Ordering::Acquire) == self.run {
             let start = self.ring.host.run_start.load(Ordering::Relaxed);
             self.advance(start.wrapping_sub(self.read));
+            self.ring.rig.wanted.store(start, Ordering::Release);
             self.in_run = true;
         }
         self.in_run
@@ -273,11 +265,13 @@ mod tests {
         core::array::from_fn(|channel| (n as u16).wrapping_mul(10).wrapping_add(channel as u16))
     }
 
-    fn push(writer: &mut Writer<'_>, scans: core::ops::Range<u32>) {
-        for n in scans {
-            assert!(writer.push(&scan(n)), "no room for {n}");
+    /// Pushes scans from number `next` on while the rig wants them; gives the number after.
+    fn serve(writer: &mut Writer<'_>, mut next: u32) -> u32 {
+        while writer.push(&scan(next)) {
+            next += 1;
         }
         writer.publish();
+        next
     }
 
     #[test]
@@ -313,31 +307,45 @@ mod tests {
         let mut block = [[0; CHANNELS]; 100];
         let (mut pushed, mut seen) = (0, 0);
         while seen < 5 * CAPACITY {
-            let room = writer.room();
-            push(&mut writer, pushed..pushed + room.min(150));
-            pushed = writer.written;
-            if let Some(index) = reader.read(&mut block) {
-                assert_eq!(index.0, u64::from(seen));
-                for got in &block {
-                    assert_eq!(*got, scan(seen));
-                    seen += 1;
-                }
+            let Some(index) = reader.read(&mut block) else {
+                pushed = serve(&mut writer, pushed);
+                continue;
+            };
+            assert_eq!(index.0, u64::from(seen));
+            for got in &block {
+                assert_eq!(*got, scan(seen));
+                seen += 1;
             }
         }
     }
 
     #[test]
-    fn a_full_ring_takes_no_scan_until_one_is_read() {
+    fn the_host_writes_no_more_than_the_rig_asks_for() {
+        let ring = Ring::new();
+        let (mut writer, mut reader) = (Writer::new(&ring), Reader::new(&ring));
+        assert_eq!(serve(&mut writer, 0), 0);
+        reader.start();
+        writer.begin_run();
+        assert_eq!(serve(&mut writer, 0), 0);
+        let mut block = [[0; CHANNELS]; 20];
+        assert_eq!(reader.read(&mut block), None);
+        assert_eq!(serve(&mut writer, 0), 20);
+        assert_eq!(reader.read(&mut block), Some(ScanIndex(0)));
+        assert_eq!(serve(&mut writer, 20), 20);
+    }
+
+    #[test]
+    fn a_block_longer_than_the_ring_never_comes() {
         let ring = Ring::new();
         let (mut writer, mut reader) = (Writer::new(&ring), Reader::new(&ring));
         reader.start();
         writer.begin_run();
-        push(&mut writer, 0..CAPACITY);
-        assert!(!writer.push(&scan(0)));
-        let mut block = [[0; CHANNELS]; 1];
-        assert_eq!(reader.read(&mut block), Some(ScanIndex(0)));
-        assert!(writer.push(&scan(0)));
-        assert!(!writer.push(&scan(0)));
+        let mut block = vec![[0; CHANNELS]; CAPACITY as usize + 1];
+        assert_eq!(reader.read(&mut block), None);
+        assert_eq!(serve(&mut writer, 0), 0);
+        assert_eq!(reader.read(&mut block[1..]), None);
+        assert_eq!(serve(&mut writer, 0), CAPACITY);
+        assert_eq!(reader.read(&mut block[1..]), Some(ScanIndex(0)));
     }
 
     #[test]
@@ -347,33 +355,17 @@ mod tests {
         let mut block = [[0; CHANNELS]; 8];
         reader.start();
         writer.begin_run();
-        push(&mut writer, 0..100);
-        assert_eq!(reader.read(&mut block), Some(ScanIndex(0)));
+        assert_eq!(reader.read(&mut block), None);
         reader.stop();
         reader.start();
         // The host does not know yet that there is a new run.
-        push(&mut writer, 100..200);
+        assert_eq!(serve(&mut writer, 100), 108);
         assert_eq!(reader.read(&mut block), None);
         writer.begin_run();
-        push(&mut writer, 1000..1008);
-        assert_eq!(reader.read(&mut block), Some(ScanIndex(200)));
+        assert_eq!(reader.read(&mut block), None);
+        assert_eq!(serve(&mut writer, 1000), 1008);
+        assert_eq!(reader.read(&mut block), Some(ScanIndex(8)));
         assert_eq!(block[0], scan(1000));
-    }
-
-    #[test]
-    fn a_full_ring_of_an_old_run_does_not_block_the_new_run() {
-        let ring = Ring::new();
-        let (mut writer, mut reader) = (Writer::new(&ring), Reader::new(&ring));
-        let mut block = [[0; CHANNELS]; 2];
-        reader.start();
-        writer.begin_run();
-        push(&mut writer, 0..CAPACITY);
-        reader.start();
-        writer.begin_run();
-        assert_eq!(reader.read(&mut block), None);
-        push(&mut writer, 7..9);
-        assert_eq!(reader.read(&mut block), Some(ScanIndex(u64::from(CAPACITY))));
-        assert_eq!(block, [scan(7), scan(8)]);
     }
 
     #[test]
@@ -381,14 +373,15 @@ mod tests {
         let ring = Ring::new();
         let mut writer = Writer::new(&ring);
         let mut block = [[0; CHANNELS]; 4];
-        for start in [0, 10] {
+        for first in [0, 10] {
             let mut reader = Reader::new(&ring);
             reader.start();
             assert_eq!(reader.read(&mut block), None);
             writer.begin_run();
-            push(&mut writer, start..start + 10);
-            assert!(reader.read(&mut block).is_some());
-            assert_eq!(block[0], scan(start));
+            assert_eq!(reader.read(&mut block), None);
+            assert_eq!(serve(&mut writer, first), first + 4);
+            assert_eq!(reader.read(&mut block), Some(ScanIndex(0)));
+            assert_eq!(block[0], scan(first));
         }
     }
 }

@@ -1,0 +1,229 @@
+//! Puts the scans of a source into the emulated rig's ring.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use massline_mps2_an386::ring::Writer;
+use massline_virtual::source::ScanSource;
+
+use super::memory::Psram;
+
+/// How often the ring is looked at: the rig cannot wake this process.
+const POLL: Duration = Duration::from_micros(100);
+/// How often a source that had nothing is asked again.
+const ASK_AGAIN: Duration = Duration::from_millis(5);
+
+/// A thread that serves the rig with scans. It ends when this is dropped.
+#[derive(Debug)]
+pub struct Feeder {
+    /// None only while it is being ended.
+    armings: Option<Sender<Arming>>,
+    starved: Arc<AtomicU64>,
+    thread: Option<JoinHandle<Box<dyn ScanSource>>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Arming {
+    number: u32,
+    dof: usize,
+}
+
+impl Feeder {
+    pub(super) fn start(psram: Arc<Psram>, source: Box<dyn ScanSource>) -> Self {
+        let (armings, received) = channel();
+        let starved = Arc::new(AtomicU64::new(0));
+        let told = Arc::clone(&starved);
+        let thread = thread::spawn(move || {
+            let mut source = source;
+            serve(&psram, source.as_mut(), &received, &told);
+            source
+        });
+        Self { armings: Some(armings), starved, thread: Some(thread) }
+    }
+
+    /// The rig has said that it waits for a hit at DOF `dof`; `arming` is another number each time.
+    ///
+    /// What the source makes from now on is what the rig sees of this arming.
+    pub fn armed(&self, arming: u32, dof: usize) {
+        if let Some(armings) = &self.armings {
+            // The thread ends only when its source panics; `finish` passes that on.
+            let _ = armings.send(Arming { number: arming, dof });
+        }
+    }
+
+    /// The arming for which the rig wants scans that the source does not have: it waits for a hit
+    /// that will not come. `None` while scans flow.
+    pub fn starved(&self) -> Option<u32> {
+        let told = self.starved.load(Ordering::Acquire);
+        (told & STARVED != 0).then_some(told as u32)
+    }
+
+    /// Ends the feeding and gives the source back.
+    pub fn finish(mut self) -> Box<dyn ScanSource> {
+        self.armings = None;
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(source)) => source,
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            None => unreachable!("the thread is taken here and in drop only"),
+        }
+    }
+}
+
+impl Drop for Feeder {
+    fn drop(&mut self) {
+        self.armings = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic of the source has been printed by the thread.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Set in `starved`, above the number of the arming.
+const STARVED: u64 = 1 << 32;
+
+fn serve(
+    psram: &Psram,
+    source: &mut dyn ScanSource,
+    armings: &Receiver<Arming>,
+    starved: &AtomicU64,
+) {
+    let mut writer = Writer::new(psram.ring());
+    let Ok(mut arming) = armings.recv() else { return };
+    loop {
+        starved.store(0, Ordering::Release);
+        source.armed(arming.number, arming.dof);
+        writer.begin_run();
+        arming = loop {
+            let pause = if fill(&mut writer, source) {
+                starved.store(0, Ordering::Release);
+                POLL
+            } else {
+                starved.store(STARVED | u64::from(arming.number), Ordering::Release);
+                ASK_AGAIN
+            };
+            match armings.recv_timeout(pause) {
+                Ok(next) => break next,
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        };
+    }
+}
+
+/// Gives the rig what it wants; false when the source has less.
+fn fill(writer: &mut Writer<'_>, source: &mut dyn ScanSource) -> bool {
+    let mut enough = true;
+    while enough && writer.wanted() > 0 {
+        match source.next_scan() {
+            Some(scan) => {
+                writer.push(&scan);
+            }
+            None => enough = false,
+        }
+    }
+    writer.publish();
+    enough
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use massline_mps2_an386::ring::Reader;
+    use massline_shared::signal::{AdcProperties, CHANNELS, Scan};
+    use massline_shared::units::{Hertz, Seconds, Volts};
+    use std::time::Instant;
+
+    const ADC: AdcProperties = AdcProperties {
+        rate: Hertz(4000.0),
+        channels: 10,
+        bits: 12,
+        reference: Volts(3.0),
+        channel_delay: Seconds(1e-5),
+    };
+
+    /// 100 scans an arming; a scan says which arming, which DOF, and how many before it.
+    struct Numbered {
+        scan: Scan,
+    }
+
+    impl ScanSource for Numbered {
+        fn adc(&self) -> AdcProperties {
+            ADC
+        }
+
+        fn armed(&mut self, arming: u32, dof: usize) {
+            self.scan = [0; CHANNELS];
+            self.scan[0] = arming as u16;
+            self.scan[1] = dof as u16;
+        }
+
+        fn next_scan(&mut self) -> Option<Scan> {
+            if self.scan[2] == 100 {
+                return None;
+            }
+            self.scan[2] += 1;
+            Some(self.scan)
+        }
+    }
+
+    fn rig() -> (Arc<Psram>, Feeder) {
+        let psram = Arc::new(Psram::create(&ADC).unwrap());
+        let source = Numbered { scan: [0; CHANNELS] };
+        let feeder = Feeder::start(Arc::clone(&psram), Box::new(source));
+        (psram, feeder)
+    }
+
+    fn wait_for<T>(what: &str, mut ready: impl FnMut() -> Option<T>) -> T {
+        let start = Instant::now();
+        loop {
+            if let Some(value) = ready() {
+                return value;
+            }
+            assert!(start.elapsed() < Duration::from_secs(20), "{what} did not come");
+            thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn the_rig_reads_each_arming_from_its_first_scan() {
+        let (psram, feeder) = rig();
+        let mut reader = Reader::new(psram.ring());
+        let mut block = [[0; CHANNELS]; 20];
+        for arming in 1..5 {
+            reader.start();
+            feeder.armed(arming, 7);
+            for nth in 0..3 {
+                wait_for("the block", || reader.read(&mut block));
+                assert_eq!(block[0][..3], [arming as u16, 7, nth * 20 + 1]);
+            }
+            reader.stop();
+        }
+    }
+
+    #[test]
+    fn a_rig_that_wants_more_than_the_source_has_is_starved() {
+        let (psram, feeder) = rig();
+        let mut reader = Reader::new(psram.ring());
+        let mut block = [[0; CHANNELS]; 60];
+        reader.start();
+        feeder.armed(3, 0);
+        wait_for("the first block", || reader.read(&mut block));
+        assert_eq!(reader.read(&mut block), None);
+        assert_eq!(wait_for("the famine", || feeder.starved()), 3);
+        reader.start();
+        feeder.armed(4, 0);
+        wait_for("the next block", || reader.read(&mut block));
+        wait_for("plenty", || feeder.starved().is_none().then_some(()));
+    }
+
+    #[test]
+    fn a_feeder_that_ends_gives_its_source_back() {
+        let (_psram, feeder) = rig();
+        feeder.armed(1, 2);
+        assert_eq!(feeder.finish().adc(), ADC);
+    }
+}

@@ -1,0 +1,21 @@
+//! The emulated rig: the firmware in QEMU's machine `mps2-an386`.
+//!
+//! ```text
+//!  client ◀── pty ──▶ UART0 ┐
+//!                           │ qemu-system-arm
+//!  source ──▶ feeder ─ ring ┘ in the machine's PSRAM, a file that both map
+//! ```
+//! The link is a pty that any serial program can open. The scans of a [`ScanSource`] go through the
+//! ring; a [`Feeder`] puts them there as the rig asks for them, so the emulator's speed does not
+//! matter and a run is as repeatable as its source.
+//!
+//! [`ScanSource`]: massline_virtual::source::ScanSource
+
+mod feeder;
+mod firmware;
+mod machine;
+mod memory;
+
+pub use feeder::Feeder;
+pub use firmware::{TARGET, build_firmware, checkout};
+pub use machine::EmulatedRig;
