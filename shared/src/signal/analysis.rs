@@ -109,7 +109,7 @@ impl<R: RealFft> HitAnalysis<R> {
                 peak = (n, force);
             }
         }
-        window::force(samples, peak.0, self.half_width, self.half_width / 4);
+        window::force(samples, peak.0, self.half_width);
         self.exponential(samples, R::zero(), HAMMER);
         R::real_fft(scratch, lines)
     }
