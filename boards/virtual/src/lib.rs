@@ -4,6 +4,26 @@
 //! | --- | --- |
 //! | [`bench`] | the object on its cords, the hammer, the sensors, the ADC |
 //! | [`source`] | the seam between whoever makes scans and whoever consumes them |
+//! | [`sampler`] | hands the scans out, in real or simulated time |
+//! | [`clock`] | the time of the rig, its timers and its executor |
+//! | [`pipe`] | the link as a pipe in memory, with faults on demand |
+//! | [`flash`] | flash in memory or in a file |
+//! | [`panel`] | what the rig shows and its buttons |
+//! | [`rig`] | a rig that runs |
+//! | [`pty`] | a rig served on a pseudo-terminal |
+#![deny(unsafe_code)]
 
 pub mod bench;
+pub mod clock;
+pub mod flash;
+pub mod panel;
+pub mod pipe;
+#[cfg(unix)]
+pub mod pty;
+pub mod rig;
+pub mod sampler;
 pub mod source;
+
+pub use flash::FlashBacking;
+pub use rig::{RigPanicked, StartError, VirtualBoard, VirtualRig, VirtualRigOptions};
+pub use sampler::Timing;

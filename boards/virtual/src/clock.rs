@@ -1,0 +1,265 @@
+//! The time of the virtual rig: the embassy-time driver of the host process, and the executor that
+//! fires its timers.
+//!
+//! Each rig runs on a thread of its own and has a clock of its own, found through the thread:
+//!
+//! ```text
+//! now = wall clock since the process first asked + what this thread has skipped
+//! ```
+//! In real time nothing is skipped. In simulated time the sampler skips to the end of each block
+//! that it hands out ([`advance_to`]), so a simulated campaign takes as long as its computing.
+//! While no scans are handed out, time goes on with the wall clock, so that a timeout of the link
+//! does not fire before a host in another thread can answer.
+//!
+//! Guarantees:
+//! - Time on one thread never goes backwards and is never slower than the wall clock.
+//! - Skips of one rig are not seen by another. Times of different threads do not compare.
+//! - A timer under [`Executor::run`] wakes its task at its time or later, never before, the
+//!   earliest first; a skip over it wakes it too.
+//! - On any other thread a timer wakes its task at once, and the task polls until its time has come:
+//!   right, but busy.
+
+use std::cell::{Cell, RefCell};
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant as WallInstant};
+
+use embassy_time::{Instant, TICK_HZ};
+use embassy_time_driver::Driver;
+use embassy_time_queue_utils::queue_generic::ConstGenericQueue;
+
+/// Timers that one rig can wait for; one more only wakes a task early.
+const TIMERS: usize = 64;
+
+struct HostDriver;
+
+// The macro exports two functions under the names that embassy-time links to.
+#[allow(unsafe_code)]
+mod driver {
+    use super::HostDriver;
+    embassy_time_driver::time_driver_impl!(static DRIVER: HostDriver = HostDriver);
+}
+
+impl Driver for HostDriver {
+    fn now(&self) -> u64 {
+        wall_ticks() + SKIPPED.with(Cell::get)
+    }
+
+    fn schedule_wake(&self, at: u64, waker: &Waker) {
+        let queued = QUEUE.with_borrow_mut(|queue| match queue {
+            Some(queue) => {
+                queue.schedule_wake(at, waker);
+                true
+            }
+            None => false,
+        });
+        if !queued {
+            waker.wake_by_ref();
+        }
+    }
+}
+
+thread_local! {
+    static SKIPPED: Cell<u64> = const { Cell::new(0) };
+    /// The timers of this thread while an executor runs on it.
+    static QUEUE: RefCell<Option<ConstGenericQueue<TIMERS>>> = const { RefCell::new(None) };
+}
+
+fn wall_ticks() -> u64 {
+    static START: OnceLock<WallInstant> = OnceLock::new();
+    let elapsed = START.get_or_init(WallInstant::now).elapsed();
+    // 1 MHz ticks overflow after half a million years.
+    (elapsed.as_nanos() * u128::from(TICK_HZ) / 1_000_000_000) as u64
+}
+
+/// Carries the time of this thread forward to `at`, at once. Does nothing when it is later already.
+pub fn advance_to(at: Instant) {
+    let behind = at.as_ticks().saturating_sub(Instant::now().as_ticks());
+    SKIPPED.with(|skipped| skipped.set(skipped.get() + behind));
+}
+
+/// Runs one future on one thread: sleeps while nothing is to be done, fires the timers, and can be
+/// told from any thread to end.
+#[derive(Clone, Default)]
+pub struct Executor {
+    signal: Arc<Signal>,
+}
+
+#[derive(Default)]
+struct Signal {
+    thread: OnceLock<Thread>,
+    woken: AtomicBool,
+    stopped: AtomicBool,
+}
+
+impl Wake for Signal {
+    fn wake(self: Arc<Self>) {
+        self.wake_by_ref();
+    }
+
+    fn wake_by_ref(self: &Arc<Self>) {
+        self.woken.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.get() {
+            thread.unpark();
+        }
+    }
+}
+
+impl Executor {
+    /// Ends [`run`](Self::run), now or when it starts: the future is not polled again.
+    pub fn stop(&self) {
+        self.signal.stopped.store(true, Ordering::Release);
+        self.signal.wake_by_ref();
+    }
+
+    /// Runs `future` on the calling thread; `None` when it was stopped. An executor serves one
+    /// thread: run it once, and not inside another one.
+    pub fn run<T>(&self, future: impl Future<Output = T>) -> Option<T> {
+        let _timers = TimersOfThread::open();
+        let _ = self.signal.thread.set(thread::current());
+        let waker = Waker::from(self.signal.clone());
+        // On the heap: the application's future is large.
+        let mut future: Pin<Box<dyn Future<Output = T> + '_>> = Box::pin(future);
+        while !self.signal.stopped.load(Ordering::Acquire) {
+            self.signal.woken.store(false, Ordering::Release);
+            if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(&waker)) {
+                return Some(value);
+            }
+            self.sleep();
+        }
+        None
+    }
+
+    /// Until the task is woken, by a timer or by anybody else.
+    fn sleep(&self) {
+        loop {
+            let now = Instant::now().as_ticks();
+            let next = QUEUE.with_borrow_mut(|queue| {
+                queue.as_mut().map_or(u64::MAX, |queue| queue.next_expiration(now))
+            });
+            if self.signal.woken.load(Ordering::Acquire) {
+                return;
+            }
+            if next == u64::MAX {
+                thread::park();
+            } else {
+                // Rounded up, so that it does not wake just before the time.
+                let micros = ((next - now) as u128 * 1_000_000).div_ceil(u128::from(TICK_HZ));
+                thread::park_timeout(Duration::from_micros(micros as u64));
+            }
+        }
+    }
+}
+
+/// The timers exist while this does.
+struct TimersOfThread;
+
+impl TimersOfThread {
+    fn open() -> Self {
+        QUEUE.set(Some(ConstGenericQueue::new()));
+        Self
+    }
+}
+
+impl Drop for TimersOfThread {
+    fn drop(&mut self) {
+        QUEUE.set(None);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embassy_futures::join::{join, join3};
+    use embassy_futures::select::{Either, select};
+    use embassy_time::{Duration, Timer};
+    use std::future::{pending, poll_fn};
+
+    #[test]
+    fn timers_fire_in_order_and_never_early() {
+        let fired = RefCell::new(Vec::new());
+        let timer = async |ms: u64| {
+            let at = Instant::now() + Duration::from_millis(ms);
+            Timer::at(at).await;
+            assert!(Instant::now() >= at);
+            fired.borrow_mut().push(ms);
+        };
+        Executor::default().run(join3(timer(6), timer(2), timer(4))).unwrap();
+        assert_eq!(*fired.borrow(), [2, 4, 6]);
+    }
+
+    #[test]
+    fn a_skip_fires_the_timers_that_it_passes() {
+        let hour = Duration::from_secs(3600);
+        let wall = WallInstant::now();
+        let skipping = async {
+            for _ in 0..10 {
+                advance_to(Instant::now() + hour / 10);
+                embassy_futures::yield_now().await;
+            }
+        };
+        let begin = Instant::now();
+        Executor::default().run(join(Timer::after(hour), skipping)).unwrap();
+        assert!(begin.elapsed() >= hour);
+        assert!(wall.elapsed() < std::time::Duration::from_secs(3000));
+    }
+
+    #[test]
+    fn a_skip_backwards_changes_nothing() {
+        let before = Instant::now();
+        advance_to(Instant::from_ticks(0));
+        assert!(Instant::now() >= before);
+    }
+
+    #[test]
+    fn another_thread_does_not_see_the_skips_of_this_one() {
+        advance_to(Instant::now() + Duration::from_secs(1_000_000));
+        let there = thread::spawn(Instant::now).join().unwrap();
+        assert!(there < Instant::now() - Duration::from_secs(500_000));
+    }
+
+    #[test]
+    fn a_timer_fires_under_a_foreign_executor() {
+        let at = Instant::now() + Duration::from_millis(2);
+        embassy_futures::block_on(Timer::at(at));
+        assert!(Instant::now() >= at);
+    }
+
+    #[test]
+    fn a_wake_from_another_thread_arrives() {
+        let flag = Arc::new(AtomicBool::new(false));
+        let mut started = false;
+        let future = poll_fn(|cx| {
+            if !started {
+                started = true;
+                let (flag, waker) = (flag.clone(), cx.waker().clone());
+                thread::spawn(move || {
+                    flag.store(true, Ordering::Release);
+                    waker.wake();
+                });
+            }
+            if flag.load(Ordering::Acquire) { Poll::Ready(7) } else { Poll::Pending }
+        });
+        assert_eq!(Executor::default().run(future), Some(7));
+    }
+
+    #[test]
+    fn a_stop_ends_a_future_that_waits_for_ever() {
+        let executor = Executor::default();
+        let handle = executor.clone();
+        let runs = thread::spawn(move || executor.run(pending::<()>()));
+        handle.stop();
+        assert_eq!(runs.join().unwrap(), None);
+    }
+
+    #[test]
+    fn the_earlier_of_two_waits_wins_although_the_later_was_asked_first() {
+        let either = Executor::default()
+            .run(select(Timer::after_secs(3600), Timer::after_millis(1)))
+            .unwrap();
+        assert!(matches!(either, Either::Second(())));
+    }
+}

@@ -1,0 +1,129 @@
+//! The asynchronous end of the pipe.
+
+use std::fmt;
+use std::future::poll_fn;
+use std::sync::Arc;
+use std::task::Poll;
+
+use embedded_io_async::{Error, ErrorKind, ErrorType, Read, Write};
+use massline_firmware::board::Link;
+
+use super::{Shared, wait};
+
+/// The rig's end: its [`Link`]. The host sees the rig as gone when either half is dropped.
+pub struct PipeLink {
+    rx: RigRx,
+    tx: RigTx,
+}
+
+impl PipeLink {
+    pub(super) fn new(shared: Arc<Shared>) -> Self {
+        Self { rx: RigRx(Half(shared.clone())), tx: RigTx(Half(shared)) }
+    }
+}
+
+impl Link for PipeLink {
+    type Rx = RigRx;
+    type Tx = RigTx;
+
+    const STREAMS: bool = true;
+
+    fn split(self) -> (RigRx, RigTx) {
+        (self.rx, self.tx)
+    }
+}
+
+/// The host has pulled the plug.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unplugged;
+
+impl fmt::Display for Unplugged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the link is unplugged")
+    }
+}
+
+impl std::error::Error for Unplugged {}
+
+impl Error for Unplugged {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::NotConnected
+    }
+}
+
+/// From the host.
+///
+/// A read after the plug was pulled fails once; the next one waits until the host is back.
+pub struct RigRx(Half);
+
+/// To the host.
+///
+/// A write fails while the host is unplugged.
+pub struct RigTx(Half);
+
+struct Half(Arc<Shared>);
+
+impl Drop for Half {
+    fn drop(&mut self) {
+        self.0.lock().rig_ended = true;
+        self.0.changed.notify_all();
+    }
+}
+
+impl ErrorType for RigRx {
+    type Error = Unplugged;
+}
+
+impl ErrorType for RigTx {
+    type Error = Unplugged;
+}
+
+impl Read for RigRx {
+    async fn read(&mut self, buf: &mut [u8]) -> Result<usize, Unplugged> {
+        let shared = &self.0.0;
+        poll_fn(|cx| {
+            let mut state = shared.lock();
+            if std::mem::take(&mut state.pulled) {
+                return Poll::Ready(Err(Unplugged));
+            }
+            if buf.is_empty() {
+                return Poll::Ready(Ok(0));
+            }
+            match state.to_rig.take(buf) {
+                0 => wait(&mut state.rig_reader, cx),
+                count => {
+                    shared.changed.notify_all();
+                    Poll::Ready(Ok(count))
+                }
+            }
+        })
+        .await
+    }
+}
+
+impl Write for RigTx {
+    async fn write(&mut self, buf: &[u8]) -> Result<usize, Unplugged> {
+        let shared = &self.0.0;
+        poll_fn(|cx| {
+            let mut state = shared.lock();
+            if !state.plugged {
+                return Poll::Ready(Err(Unplugged));
+            }
+            if buf.is_empty() {
+                return Poll::Ready(Ok(0));
+            }
+            match state.to_host.put(buf) {
+                0 => wait(&mut state.rig_writer, cx),
+                count => {
+                    shared.changed.notify_all();
+                    Poll::Ready(Ok(count))
+                }
+            }
+        })
+        .await
+    }
+
+    async fn flush(&mut self) -> Result<(), Unplugged> {
+        Ok(())
+    }
+}
