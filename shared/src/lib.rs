@@ -26,6 +26,7 @@ pub mod campaign;
 pub mod diagnosis;
 pub mod identify;
 pub mod layout;
+mod linalg;
 pub mod mass_line;
 pub mod protocol;
 pub mod real;

@@ -1,1 +1,183 @@
 //! What a sensor reads of the body's motion, and what a hit does to it.
+//!
+//! Motion is `x₀ = [a_O; α]`, the acceleration of a reference point and the angular acceleration;
+//! products of velocities are neglected. Theory, section 2.
+
+use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3, Vector6};
+
+use super::{Hit, Layout, Sensor};
+use crate::Real;
+use crate::body::RigidBody;
+use crate::linalg::skew;
+
+impl<R: Real> Sensor<R> {
+    /// Its axes as rows: `Rᵀ` of the theory.
+    pub fn axes_matrix(&self) -> Matrix3<R> {
+        Matrix3::from_fn(|i, j| self.axes[i][j])
+    }
+
+    /// `Rᵀ [I, −[p − r]ₓ]`: its readings of `[a_r; α]`, the motion told at the point `r`.
+    pub fn response_rows(&self, reference: &Vector3<R>) -> SMatrix<R, 3, 6> {
+        let axes = self.axes_matrix();
+        let arm = Vector3::from(self.position) - reference;
+        let mut rows = SMatrix::<R, 3, 6>::zeros();
+        rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&axes);
+        rows.fixed_view_mut::<3, 3>(0, 3).copy_from(&-(axes * skew(&arm)));
+        rows
+    }
+
+    /// `Rᵀ [0, −[g]ₓ]`, which over `s²` adds to [`Sensor::response_rows`]: a tilt shows as
+    /// acceleration. Zero for a sensor that does not feel gravity.
+    pub fn gravity_rows(&self, gravity: &Vector3<R>) -> SMatrix<R, 3, 6> {
+        let mut rows = SMatrix::<R, 3, 6>::zeros();
+        if self.senses_gravity {
+            let tilt = -(self.axes_matrix() * skew(gravity));
+            rows.fixed_view_mut::<3, 3>(0, 3).copy_from(&tilt);
+        }
+        rows
+    }
+}
+
+impl<R: Real> Hit<R> {
+    /// `f₀ = [d; (q − r) × d]`: force and torque about the point `r` of a unit force along the hit.
+    pub fn unit_force(&self, reference: &Vector3<R>) -> Vector6<R> {
+        let d = Vector3::from(self.direction);
+        let t = (Vector3::from(self.position) - reference).cross(&d);
+        Vector6::new(d.x, d.y, d.z, t.x, t.y, t.z)
+    }
+}
+
+impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
+    /// Mean of the sensor positions, m; the origin without sensors.
+    pub fn sensor_centroid(&self) -> Vector3<R> {
+        let mut sum = Vector3::zeros();
+        for s in &self.sensors {
+            sum += Vector3::from(s.position);
+        }
+        sum / R::of(self.sensors.len().max(1) as f64)
+    }
+
+    /// `L`: root mean square distance of the sensors from their centroid, m. It makes rotations
+    /// comparable with translations. One metre when all sensors are in one point.
+    pub fn characteristic_length(&self) -> R {
+        let centroid = self.sensor_centroid();
+        let mut sum = R::zero();
+        for s in &self.sensors {
+            sum += (Vector3::from(s.position) - centroid).norm_squared();
+        }
+        let length = (sum / R::of(self.sensors.len().max(1) as f64)).sqrt();
+        if length > R::zero() { length } else { R::one() }
+    }
+
+    /// `G`: the readings of all sensors stacked, of `[a_r; α]`; three rows a sensor, zero beyond
+    /// the last. `CH` must be at least three times the sensor capacity.
+    pub fn response_matrix<const CH: usize>(&self, reference: &Vector3<R>) -> SMatrix<R, CH, 6> {
+        self.stacked(|sensor| sensor.response_rows(reference))
+    }
+
+    /// What over `s²` adds to [`Layout::response_matrix`]; zero when no gravity is given.
+    pub fn gravity_matrix<const CH: usize>(&self) -> SMatrix<R, CH, 6> {
+        let gravity = Vector3::from(self.gravity.unwrap_or([R::zero(); 3]));
+        self.stacked(|sensor| sensor.gravity_rows(&gravity))
+    }
+
+    /// `G(s) = G + G_g / s²` with the Laplace variable `s = σ + iω`, rad/s.
+    pub fn response_matrix_at<const CH: usize>(
+        &self,
+        reference: &Vector3<R>,
+        s: Complex<R>,
+    ) -> SMatrix<Complex<R>, CH, 6> {
+        let rigid = self.response_matrix::<CH>(reference);
+        let gravity = self.gravity_matrix::<CH>();
+        let inverse = Complex::new(R::one(), R::zero()) / (s * s);
+        SMatrix::from_fn(|i, j| {
+            let g = gravity[(i, j)];
+            Complex::new(rigid[(i, j)] + inverse.re * g, inverse.im * g)
+        })
+    }
+
+    /// Accelerance of every response under the hit of this index, of a body without suspension:
+    /// one column of `G M₀⁻¹ F₀`, (m/s²)/N. `None` when the hit does not exist or the body has no
+    /// inertia.
+    pub fn accelerance<const CH: usize>(
+        &self,
+        body: &RigidBody<R>,
+        hit: usize,
+    ) -> Option<SVector<R, CH>> {
+        let origin = Vector3::zeros();
+        let motion = body.acceleration(&self.hits.get(hit)?.unit_force(&origin))?;
+        Some(self.response_matrix::<CH>(&origin) * motion)
+    }
+
+    fn stacked<const CH: usize>(
+        &self,
+        rows: impl Fn(&Sensor<R>) -> SMatrix<R, 3, 6>,
+    ) -> SMatrix<R, CH, 6> {
+        const { assert!(CH >= 3 * S, "three responses a sensor") };
+        let mut matrix = SMatrix::<R, CH, 6>::zeros();
+        for (i, sensor) in self.sensors.iter().enumerate() {
+            matrix.fixed_view_mut::<3, 6>(3 * i, 0).copy_from(&rows(sensor));
+        }
+        matrix
+    }
+}
+
+/// By how much every sensor appears displaced at `ω` (rad/s) because it feels gravity: `−g/ω²`, m.
+pub fn sensor_shift<R: Real>(gravity: &Vector3<R>, omega: R) -> Vector3<R> {
+    -(gravity / (omega * omega))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::tests::bar_layout;
+
+    #[test]
+    fn gravity_shows_every_sensor_displaced() {
+        let layout = bar_layout();
+        let g = Vector3::from(layout.gravity.unwrap());
+        let omega = 30.0;
+        let s = Complex::new(0.0, omega);
+        let with = layout.response_matrix_at::<9>(&Vector3::zeros(), s);
+        let mut moved = layout.clone();
+        for sensor in &mut moved.sensors {
+            let p = Vector3::from(sensor.position) + sensor_shift(&g, omega);
+            sensor.position = p.into();
+        }
+        let without = moved.response_matrix::<9>(&Vector3::zeros());
+        // Rounding only: theory, section 2 states the identity.
+        assert!((with.map(|v| v.re) - without).norm() < 1e-14);
+        assert!(with.iter().all(|v| v.im.abs() < 1e-15));
+    }
+
+    #[test]
+    fn a_sensor_that_feels_no_gravity_has_no_such_rows() {
+        let mut layout = bar_layout();
+        layout.sensors[1].senses_gravity = false;
+        let g = layout.gravity_matrix::<9>();
+        assert_eq!(g.fixed_view::<3, 6>(3, 0).norm(), 0.0);
+        assert!(g.fixed_view::<3, 6>(0, 0).norm() > 9.0);
+    }
+
+    #[test]
+    fn the_reference_point_moves_force_and_motion_together() {
+        let layout = bar_layout();
+        let body = crate::layout::tests::bar_body();
+        let r = Vector3::new(0.1, -0.2, 0.3);
+        let here = layout.accelerance::<9>(&body, 0).unwrap();
+        let motion = body.shifted_to(&r).acceleration(&layout.hits[0].unit_force(&r)).unwrap();
+        let there = layout.response_matrix::<9>(&r) * motion;
+        // Rounding of accelerances of about 3 (m/s²)/N.
+        assert!((here - there).norm() < 1e-13);
+        assert!(layout.accelerance::<9>(&body, 3).is_none());
+    }
+
+    #[test]
+    fn sensors_in_one_point_have_the_length_of_a_metre() {
+        let mut layout = bar_layout();
+        layout.sensors.truncate(1);
+        assert_eq!(layout.characteristic_length(), 1.0);
+        layout.sensors.clear();
+        assert_eq!(layout.characteristic_length(), 1.0);
+    }
+}

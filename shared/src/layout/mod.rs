@@ -9,8 +9,14 @@
 mod check;
 mod dof;
 mod kinematics;
+mod prediction;
+mod settings;
 
+pub use check::{AXES_TOLERANCE, LayoutReport, NEARLY, assumed_body, check_geometry, check_hits};
 pub use dof::{Axis, Dof, DofError, Sign};
+pub use kinematics::sensor_shift;
+pub use prediction::{Budget, Prediction, predict};
+pub use settings::{Setting, check_settings};
 
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
@@ -151,5 +157,53 @@ impl RigLayout {
             // Cannot happen: MAX_ENCODED covers full capacity, which a test proves.
             Err(_) => 0,
         }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::body::RigidBody;
+    use nalgebra::SVector;
+
+    /// Node positions of the three-bar frame of the theory, section 11.
+    const NODES: [[f64; 3]; 4] = [
+        [0.0, 0.0, 0.0],
+        [0.207_850_606_8, -0.199_018_578_2, 0.0],
+        [0.207_850_606_8, 0.0, 0.0],
+        [0.207_850_606_8, -0.199_018_578_2, 0.149_130_815_1],
+    ];
+
+    /// The frame's ten properties.
+    pub(crate) fn bar_body() -> RigidBody<f64> {
+        RigidBody::from_theta(&SVector::from([
+            1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
+        ]))
+    }
+
+    /// Test 1 of the frame: sensors on nodes 1, 2, 3; hits 1Y, 2Z, 4X.
+    pub(crate) fn bar_layout() -> Layout<f64, 3, 4> {
+        let dofs = [("1:+Y", 1), ("2:+Z", 2), ("4:+X", 0)];
+        Layout {
+            title: String::new(),
+            gravity: Some([0.0, 0.0, -9.80665]),
+            sensors: (0..3).map(|i| sensor(i as u16 + 1, NODES[i])).collect(),
+            hits: dofs
+                .iter()
+                .map(|&(name, axis)| {
+                    let dof: Dof = name.parse().unwrap();
+                    let mut direction = [0.0; 3];
+                    direction[axis] = 1.0;
+                    Hit { dof, position: NODES[usize::from(dof.node) - 1], direction }
+                })
+                .collect(),
+            test: TestSettings::default(),
+        }
+    }
+
+    /// A sensor along the body's axes.
+    pub(crate) fn sensor(node: u16, position: [f64; 3]) -> Sensor<f64> {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Sensor { node, position, axes, senses_gravity: true }
     }
 }

@@ -1,1 +1,0 @@
-//! The ten rigid body properties and their transforms.

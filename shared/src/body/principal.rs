@@ -1,0 +1,124 @@
+//! Principal moments and axes, their uncertainty, and physical consistency.
+
+use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+
+use super::RigidBody;
+use crate::Real;
+use crate::linalg::symmetric_eigen3;
+
+/// Principal moments of inertia about the centre of mass with their axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Principal<R> {
+    /// Ascending, kg m².
+    pub moments: Vector3<R>,
+    /// The axes as columns, unit vectors of the body frame, right-handed.
+    pub axes: Matrix3<R>,
+}
+
+impl<R: Real> RigidBody<R> {
+    /// Principal moments and axes; `None` when the inertia is not finite.
+    pub fn principal(&self) -> Option<Principal<R>> {
+        let (moments, mut axes) = symmetric_eigen3(&self.inertia)?;
+        let third = axes.column(0).cross(&axes.column(1));
+        axes.set_column(2, &third);
+        Some(Principal { moments, axes })
+    }
+
+    /// The smallest eigenvalue of `½ tr(J) I − J`, J about the centre of mass: half of what the sum
+    /// of the two smaller principal moments exceeds the largest by, kg m². `None` when the inertia
+    /// is not finite.
+    pub fn physical_margin(&self) -> Option<R> {
+        let moments = self.principal()?.moments;
+        Some((moments[0] + moments[1] - moments[2]) * R::of(0.5))
+    }
+
+    /// True when the mass is positive and the principal moments keep the triangle inequalities:
+    /// the pseudo-inertia is positive definite (Rucker & Wensing 2022).
+    pub fn is_physically_consistent(&self) -> bool {
+        self.mass > R::zero() && self.physical_margin().is_some_and(|margin| margin > R::zero())
+    }
+}
+
+impl<R: Real> Principal<R> {
+    /// Standard deviations of the moments from the covariance of `theta`, to first order: a moment
+    /// with the axis `n` moves by `nᵀ dJ n`. Two moments closer than their deviations are not told
+    /// apart by this, and the figures are then too small or too large by about that distance.
+    pub fn moment_sigmas(&self, covariance: &SMatrix<R, 10, 10>) -> Vector3<R> {
+        let inertia = covariance.fixed_view::<6, 6>(4, 4);
+        Vector3::from_fn(|k, _| {
+            let n = self.axes.column(k);
+            let two = R::of(2.0);
+            let slope = Vector6::new(
+                n[0] * n[0],
+                n[1] * n[1],
+                n[2] * n[2],
+                two * n[0] * n[1],
+                two * n[0] * n[2],
+                two * n[1] * n[2],
+            );
+            slope.dot(&(inertia * slope)).max(R::zero()).sqrt()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::bodies;
+    use super::*;
+    use nalgebra::SVector;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn axes_and_moments_make_the_inertia(body in bodies()) {
+            let p = body.principal().unwrap();
+            let back = p.axes * Matrix3::from_diagonal(&p.moments) * p.axes.transpose();
+            // Rounding of the eigenproblem in double precision.
+            prop_assert!((back - body.inertia).norm() < 1e-13 * body.inertia.norm());
+            prop_assert!((p.axes.determinant() - 1.0).abs() < 1e-13);
+            prop_assert!(p.moments[0] <= p.moments[1] && p.moments[1] <= p.moments[2]);
+            prop_assert!(body.is_physically_consistent());
+        }
+
+        #[test]
+        fn a_moments_sigma_is_its_slope_along_a_rank_one_covariance(
+            body in bodies(),
+            direction in prop::array::uniform6(-1.0..1.0_f64),
+        ) {
+            let p = body.principal().unwrap();
+            let gap = (p.moments[1] - p.moments[0]).min(p.moments[2] - p.moments[1]);
+            prop_assume!(gap > 0.05 * p.moments[2]);
+            let mut d = SVector::<f64, 10>::zeros();
+            d.fixed_rows_mut::<6>(4).copy_from(&Vector6::from(direction));
+            let step = 1e-6 * gap;
+            let moved = RigidBody::from_theta(&(body.theta() + d * step)).principal().unwrap();
+            let slope = (moved.moments - p.moments) / step;
+            let sigma = p.moment_sigmas(&(d * d.transpose()));
+            // Second order: step over gap, times |dJ|² of at most 12.
+            prop_assert!((slope.abs() - sigma).norm() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn a_violated_triangle_inequality_is_inconsistent() {
+        let body = RigidBody {
+            mass: 1.0_f32,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 2.1)),
+        };
+        assert!(!body.is_physically_consistent());
+        assert!((body.physical_margin().unwrap() + 0.05).abs() < 1e-6);
+        let negative = RigidBody { mass: -1.0, inertia: Matrix3::identity(), ..body };
+        assert!(!negative.is_physically_consistent());
+    }
+
+    #[test]
+    fn an_inertia_that_is_not_finite_has_no_principal_axes() {
+        let body = RigidBody {
+            mass: 1.0_f32,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::from_diagonal_element(f32::NAN),
+        };
+        assert!(body.principal().is_none() && !body.is_physically_consistent());
+    }
+}

@@ -1,0 +1,172 @@
+//! Check of the `[test]` table against what a rig can do.
+
+use super::TestSettings;
+use crate::Real;
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+
+/// Names a setting as the subject of a diagnostic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u16)]
+pub enum Setting {
+    /// Accepted hits wanted at each DOF, 1 to 50.
+    HitsPerDof = 0,
+    /// Lower end of the band, Hz: above zero and below the upper end.
+    BandLower = 1,
+    /// Upper end of the band, Hz: at most the rate over 2.5 and the last line that is kept.
+    BandUpper = 2,
+    /// σ of the exponential window, 1/s: zero or more.
+    ExponentialDecay = 3,
+    /// Half width of the force window, s: above zero and within the record.
+    ForceWindow = 4,
+    /// Trigger force, N: above zero.
+    Trigger = 5,
+    /// Force below which a hit is too weak, N: zero or more.
+    WeakestHit = 6,
+}
+
+impl Setting {
+    /// Every setting.
+    pub const ALL: [Self; 7] = [
+        Self::HitsPerDof,
+        Self::BandLower,
+        Self::BandUpper,
+        Self::ExponentialDecay,
+        Self::ForceWindow,
+        Self::Trigger,
+        Self::WeakestHit,
+    ];
+
+    /// The setting that a diagnostic with the code `setting_out_of_range` is about.
+    pub fn from_subject(subject: u16) -> Option<Self> {
+        Self::ALL.into_iter().find(|&setting| setting as u16 == subject)
+    }
+
+    /// Its name in the program.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::HitsPerDof => "hits_per_dof",
+            Self::BandLower => "band_hz[0]",
+            Self::BandUpper => "band_hz[1]",
+            Self::ExponentialDecay => "exponential_decay",
+            Self::ForceWindow => "force_window_s",
+            Self::Trigger => "trigger_n",
+            Self::WeakestHit => "weakest_hit_n",
+        }
+    }
+}
+
+/// Errors for every setting outside its range ([`Setting`]) and for a band with too few lines for
+/// the three terms of the mass line.
+///
+/// `rate` is in scans per second, `record` in scans, `lines` is the number of spectral lines that are
+/// kept, the first at 0 Hz.
+pub fn check_settings<R: Real>(
+    settings: &TestSettings<R>,
+    rate: R,
+    record: usize,
+    lines: usize,
+) -> Diagnostics {
+    let mut found = Diagnostics::new();
+    let resolution = rate / R::of(record.max(1) as f64);
+    let [lower, upper] = settings.band_hz;
+    let last_line = resolution * R::of(lines.saturating_sub(1) as f64);
+    let highest = (rate / R::of(2.5)).min(last_line);
+    let duration = R::of(record as f64) / rate;
+    let hits = R::of(f64::from(settings.hits_per_dof));
+    let zero = R::zero();
+    let ranges = [
+        (Setting::HitsPerDof, hits, (1..=50).contains(&settings.hits_per_dof)),
+        (Setting::BandLower, lower, lower > zero && (lower < upper || !upper.finite())),
+        (Setting::BandUpper, upper, upper > zero && upper <= highest),
+        (Setting::ExponentialDecay, settings.exponential_decay, settings.exponential_decay >= zero),
+        (
+            Setting::ForceWindow,
+            settings.force_window_s,
+            settings.force_window_s > zero && settings.force_window_s < duration,
+        ),
+        (Setting::Trigger, settings.trigger_n, settings.trigger_n > zero),
+        (Setting::WeakestHit, settings.weakest_hit_n, settings.weakest_hit_n >= zero),
+    ];
+    for (setting, value, good) in ranges {
+        if !(good && value.finite()) {
+            let (subject, value) = (setting as u16, value.to_f32());
+            let out = Diagnostic::about(Code::SettingOutOfRange, Severity::Error, subject, value);
+            // Seven settings and one band fit.
+            let _ = found.push(out);
+        }
+    }
+    if found.is_empty() {
+        let inside = (0..lines)
+            .map(|line| resolution * R::of(line as f64))
+            .filter(|&f| lower <= f && f <= upper)
+            .count();
+        if inside < 4 {
+            let narrow = Diagnostic::whole(Code::BandTooNarrow, Severity::Error, inside as f32);
+            let _ = found.push(narrow);
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    fn wrong(settings: &TestSettings<f32>) -> Vec<Setting> {
+        check_settings(settings, 4000.0, 2048, 128)
+            .iter()
+            .map(|d| {
+                assert_eq!(d.known_code(), Some(Code::SettingOutOfRange));
+                Setting::from_subject(d.subject).unwrap()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_defaults_suit_the_rig() {
+        assert!(check_settings(&TestSettings::<f32>::default(), 4000.0, 2048, 128).is_empty());
+    }
+
+    #[test]
+    fn every_setting_out_of_range_is_named() {
+        let good = TestSettings::<f32>::default();
+        let bad = f32::NAN;
+        assert_eq!(wrong(&TestSettings { hits_per_dof: 0, ..good }), [Setting::HitsPerDof]);
+        assert_eq!(wrong(&TestSettings { hits_per_dof: 51, ..good }), [Setting::HitsPerDof]);
+        for band in [[0.0, 100.0], [-1.0, 100.0], [100.0, 100.0], [120.0, 10.0], [bad, 100.0]] {
+            assert_eq!(wrong(&TestSettings { band_hz: band, ..good }), [Setting::BandLower]);
+        }
+        // 128 lines of 1.95 Hz end at 248 Hz.
+        for band in [[10.0, 260.0], [10.0, f32::INFINITY], [10.0, bad]] {
+            assert_eq!(wrong(&TestSettings { band_hz: band, ..good }), [Setting::BandUpper]);
+        }
+        for decay in [-1.0, bad] {
+            let settings = TestSettings { exponential_decay: decay, ..good };
+            assert_eq!(wrong(&settings), [Setting::ExponentialDecay]);
+        }
+        for window in [0.0, 1.0, bad] {
+            let settings = TestSettings { force_window_s: window, ..good };
+            assert_eq!(wrong(&settings), [Setting::ForceWindow]);
+        }
+        assert_eq!(wrong(&TestSettings { trigger_n: 0.0, ..good }), [Setting::Trigger]);
+        assert_eq!(wrong(&TestSettings { weakest_hit_n: bad, ..good }), [Setting::WeakestHit]);
+    }
+
+    #[test]
+    fn the_band_ends_below_the_rate_over_two_and_a_half() {
+        let settings = TestSettings::<f32> { band_hz: [10.0, 1601.0], ..TestSettings::default() };
+        let found = check_settings(&settings, 4000.0, 2048, 1025);
+        assert_eq!(found[0].subject, Setting::BandUpper as u16);
+        let settings = TestSettings { band_hz: [10.0, 1600.0], ..settings };
+        assert!(check_settings(&settings, 4000.0, 2048, 1025).is_empty());
+    }
+
+    #[test]
+    fn a_band_of_three_lines_is_too_narrow() {
+        let settings = TestSettings::<f32> { band_hz: [10.0, 16.0], ..TestSettings::default() };
+        let found = check_settings(&settings, 4000.0, 2048, 128);
+        assert_eq!(found[0].known_code(), Some(Code::BandTooNarrow));
+        assert_eq!(found[0].value, 3.0);
+    }
+}
