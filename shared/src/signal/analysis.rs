@@ -150,23 +150,24 @@ impl<R: RealFft> HitAnalysis<R> {
     /// Channel `k` reads `x(t + kτ)`, whose lines are `e^{skτ} X(s)`: so they are multiplied by
     /// `e^{−skτ}` (theory, section 9).
     fn undo_delay(&self, channel: usize, points: usize, lines: &mut [Complex<R>]) {
-        /// Lines between two exact values of the factor; a running product in between.
+        // A running product over blocks and, within a block, over its lines: at most 24 products
+        // deep for 128 lines, and a sine costs thousands of instructions on a microcontroller.
         const BLOCK: usize = 16;
         let delay = self.channel_delay * R::of(channel as f64);
-        let size = (-self.decay * delay).exp();
         let per_line = -R::two_pi() * self.resolution(points) * delay;
         let turn = |angle: R| {
             let (sin, cos) = angle.sin_cos();
             Complex::new(cos, sin)
         };
-        let step = turn(per_line);
-        for (number, block) in lines.chunks_mut(BLOCK).enumerate() {
-            let first = per_line * R::of((number * BLOCK) as f64);
-            let mut factor = turn(first).scale(size);
+        let (step, block_step) = (turn(per_line), turn(per_line * R::of(BLOCK as f64)));
+        let mut start = Complex::new((-self.decay * delay).exp(), R::zero());
+        for block in lines.chunks_mut(BLOCK) {
+            let mut factor = start;
             for line in block {
                 *line *= factor;
                 factor *= step;
             }
+            start *= block_step;
         }
     }
 }
@@ -184,13 +185,10 @@ fn copy<'s, R: Real, D: Readings<R> + ?Sized>(
     }
     let (samples, padding) = scratch.split_at_mut(scans);
     padding.fill(R::zero());
-    let mut places = samples.iter_mut();
-    record.each(channel, |reading| {
-        if let Some(place) = places.next() {
-            *place = reading;
-        }
-    });
-    places.for_each(|place| *place = R::zero());
+    let copied = record.copy_channel(channel, samples);
+    if let Some(missing) = samples.get_mut(copied..) {
+        missing.fill(R::zero());
+    }
     Ok(samples)
 }
 

@@ -8,9 +8,9 @@ pub trait Readings<R> {
     /// How many of each channel.
     fn scans(&self) -> usize;
 
-    /// Hands over the readings of one channel, the first to the last; none of a channel that does
-    /// not exist.
-    fn each(&self, channel: usize, take: impl FnMut(R));
+    /// Writes the readings of one channel, the first to the last, to the front of `samples` and says
+    /// how many: 0 of a channel that does not exist.
+    fn copy_channel(&self, channel: usize, samples: &mut [R]) -> usize;
 }
 
 impl<R: Real> Readings<R> for [Scan] {
@@ -18,12 +18,15 @@ impl<R: Real> Readings<R> for [Scan] {
         self.len()
     }
 
-    fn each(&self, channel: usize, mut take: impl FnMut(R)) {
-        for scan in self {
-            if let Some(reading) = scan.get(channel).and_then(|&code| R::from_u16(code)) {
-                take(reading);
-            }
+    fn copy_channel(&self, channel: usize, samples: &mut [R]) -> usize {
+        if channel >= super::CHANNELS {
+            return 0;
         }
+        for (sample, scan) in samples.iter_mut().zip(self) {
+            // Every `Real` holds every code.
+            *sample = R::from_u16(scan[channel]).unwrap_or_else(R::zero);
+        }
+        self.len().min(samples.len())
     }
 }
 
@@ -32,10 +35,11 @@ impl<R: Real, const N: usize> Readings<R> for [&[R]; N] {
         self.iter().map(|channel| channel.len()).min().unwrap_or(0)
     }
 
-    fn each(&self, channel: usize, mut take: impl FnMut(R)) {
-        let scans = self.scans();
-        for &reading in self.get(channel).iter().flat_map(|readings| readings.iter().take(scans)) {
-            take(reading);
+    fn copy_channel(&self, channel: usize, samples: &mut [R]) -> usize {
+        let readings = self.get(channel).copied().unwrap_or(&[]);
+        for (sample, reading) in samples.iter_mut().zip(readings) {
+            *sample = *reading;
         }
+        readings.len().min(samples.len())
     }
 }

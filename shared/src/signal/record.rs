@@ -99,10 +99,10 @@ impl<R: Real> Readings<R> for Record {
         self.filled
     }
 
-    fn each(&self, channel: usize, mut take: impl FnMut(R)) {
+    fn copy_channel(&self, channel: usize, samples: &mut [R]) -> usize {
         let (older, newer) = self.halves();
-        older.each(channel, &mut take);
-        newer.each(channel, &mut take);
+        let first = older.copy_channel(channel, samples);
+        first + newer.copy_channel(channel, samples.get_mut(first..).unwrap_or(&mut []))
     }
 }
 
@@ -140,9 +140,9 @@ mod tests {
         for k in 0..CHANNELS {
             let column: Vec<u16> = (0..record.len()).map(|i| record.scan(i).unwrap()[k]).collect();
             assert_eq!(record.channel(k).collect::<Vec<_>>(), column);
-            let mut readings = Vec::new();
-            record.each(k, |x: f64| readings.push(x as u16));
-            assert_eq!(readings, column);
+            let mut readings = [0.0_f64; RECORD_SCANS];
+            assert_eq!(record.copy_channel(k, &mut readings), record.len());
+            assert!(readings.iter().zip(&column).all(|(&x, &code)| x == f64::from(code)));
         }
         assert_eq!(record.channel(CHANNELS).count(), 0);
     }
