@@ -1,1 +1,330 @@
-//! The inertia restraint method.
+//! The inertia restraint method (IRM): linear, direct, no start values.
+//!
+//! Per hit the motion `x = G⁺ xm` follows from the mass lines, then six equations in the ten unknowns
+//! `phi` from Newton and Euler; all hits together by least squares (MATEC Web Conf. 148, 01003,
+//! equations 3 to 5; theory, section 3). The unknowns are balanced by the characteristic length, and
+//! only the triangular factor of the equations is kept, so the memory does not grow with the hits.
+
+use core::borrow::Borrow;
+
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
+
+use super::{Estimate, MassLines, ResponseInverse};
+use crate::Real;
+use crate::body::{RigidBody, regressor};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::layout::{Layout, check_hits, is_finite};
+use crate::linalg::{Conditioned, LeastSquares, Spectrum, all_finite};
+
+/// A condition of the balanced regression matrix above this is worth a warning: errors of 1 % in the
+/// mass lines can then be as large as what they are to determine.
+pub const ILL_CONDITIONED: f64 = 100.0;
+/// Hits at a DOF from which on their scatter is taken for a covariance.
+pub const HITS_FOR_SIGMA: u16 = 3;
+
+/// The point about which the equations are set up. The answer is in the body frame in any case, but
+/// noise biases it by the choice.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ReferencePoint<R> {
+    /// The mean of the sensor positions: the least noise (theory, section 3).
+    #[default]
+    Centroid,
+    /// The origin of the body frame.
+    Origin,
+    /// A point of the body frame, m.
+    At(Vector3<R>),
+}
+
+/// The ten properties from the mass lines of at least three hit DOFs.
+///
+/// `dofs` gives the index of the hit in the layout and its mass lines; it is walked three times.
+/// The covariance is that of the scatter between the hits,
+/// `A⁺ blkdiag(M₀ G⁺ (Sⱼ/n) G⁺ᵀ M₀ᵀ) A⁺ᵀ`, when every DOF has [`HITS_FOR_SIGMA`] hits.
+///
+/// # Errors
+/// Every diagnostic that keeps the data from determining the ten: too few sensors or hits, hits all
+/// parallel or through one point, rank deficiency, numbers that are not finite, a hit that the layout
+/// does not have.
+pub fn solve<R, const S: usize, const H: usize, const CH: usize, I, B>(
+    layout: &Layout<R, S, H>,
+    dofs: I,
+    reference: ReferencePoint<R>,
+) -> Result<Estimate<R>, Diagnostics>
+where
+    R: Real,
+    I: IntoIterator<Item = (usize, B)>,
+    I::IntoIter: Clone,
+    B: Borrow<MassLines<R, CH>>,
+{
+    let dofs = dofs.into_iter();
+    check_data(layout, dofs.clone())?;
+    let reference = match reference {
+        ReferencePoint::Centroid => layout.sensor_centroid(),
+        ReferencePoint::Origin => Vector3::zeros(),
+        ReferencePoint::At(point) => point,
+    };
+    let length = layout.characteristic_length();
+    let inverse = ResponseInverse::<R, CH>::new(&layout.response_matrix(&reference), length)
+        .ok_or_else(|| fatal(Code::LayoutNotFinite, length))?;
+    if inverse.rank < 6 {
+        return Err(rank_deficient(layout.sensors.len(), inverse.rank));
+    }
+    let hits = dofs.clone().filter_map(|(index, _)| layout.hits.get(index));
+    let found = check_hits(hits, length, None);
+    if !found.is_empty() {
+        return Err(found);
+    }
+    let mut regression = Regression::new(length);
+    for (index, lines) in dofs.clone() {
+        if let Some(hit) = layout.hits.get(index) {
+            let motion = inverse.motion(&lines.borrow().accelerance);
+            regression.add(&motion, &hit.unit_force(&reference));
+        }
+    }
+    let solution = regression.solve()?;
+    let covariance = covariance(&regression, &solution.body, &inverse, dofs);
+    let body = solution.body.shifted_to(&-reference);
+    let mut estimate = Estimate {
+        body,
+        covariance,
+        rank: solution.rank,
+        condition: solution.condition,
+        response_condition: inverse.condition,
+        rms: solution.rms,
+        diagnostics: Diagnostics::new(),
+    };
+    comment(&mut estimate, layout);
+    Ok(estimate)
+}
+
+/// The balanced least squares problem of the method, hit by hit.
+#[derive(Clone, Debug)]
+pub struct Regression<R> {
+    equations: LeastSquares<R, 10>,
+    length: R,
+}
+
+/// Solution of a [`Regression`], about its reference point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution<R> {
+    /// [m, m c, J about the reference point].
+    pub phi: SVector<R, 10>,
+    /// The same as a body whose origin is the reference point.
+    pub body: RigidBody<R>,
+    /// Rank of the balanced matrix: ten.
+    pub rank: usize,
+    /// Condition of the balanced matrix.
+    pub condition: R,
+    /// Root mean square of the residuals of all balanced equations.
+    pub rms: R,
+}
+
+impl<R: Real> Regression<R> {
+    /// Without hits; `length` is L in m.
+    pub fn new(length: R) -> Self {
+        Self { equations: LeastSquares::new(), length }
+    }
+
+    /// Adds the six equations of one hit from the motion `[a; α]` of the reference point and the
+    /// force and torque `[F; T]` about it.
+    pub fn add(&mut self, motion: &Vector6<R>, force: &Vector6<R>) {
+        let rows = regressor(&self.balance_motion(motion));
+        for (i, row) in rows.into_iter().enumerate() {
+            let right = if i < 3 { force[i] } else { force[i] / self.length };
+            self.equations.push(row, right);
+        }
+    }
+
+    /// Solves.
+    ///
+    /// # Errors
+    /// `data_not_finite`, `ten_parameters_not_identifiable`.
+    pub fn solve(&self) -> Result<Solution<R>, Diagnostics> {
+        let factor = self.equations.factor();
+        let Some(Spectrum { rank, condition }) = factor.spectrum() else {
+            return Err(fatal(Code::DataNotFinite, R::zero()));
+        };
+        if rank < 10 {
+            return Err(fatal(Code::TenParametersNotIdentifiable, R::of(rank as f64)));
+        }
+        let balanced = self
+            .equations
+            .solve()
+            .ok_or_else(|| fatal(Code::TenParametersNotIdentifiable, R::of(9.0)))?;
+        let phi = balanced.component_mul(&self.scale());
+        let body =
+            RigidBody::from_phi(&phi).ok_or_else(|| fatal(Code::DataNotFinite, R::zero()))?;
+        Ok(Solution { phi, body, rank, condition, rms: self.equations.rms() })
+    }
+
+    fn balance_motion(&self, motion: &Vector6<R>) -> Vector6<R> {
+        let mut balanced = *motion;
+        balanced.fixed_rows_mut::<3>(3).scale_mut(self.length);
+        balanced
+    }
+
+    /// [1, L, L, L, L² × 6]: units of `phi` and of `theta` over the balanced ones.
+    fn scale(&self) -> SVector<R, 10> {
+        SVector::from_fn(|k, _| match k {
+            0 => R::one(),
+            1..4 => self.length,
+            _ => self.length * self.length,
+        })
+    }
+}
+
+/// Covariance of theta from the scatter of the hits, everything in balanced variables until the
+/// end. `Aⱼᵀ Wⱼ Aⱼ` is summed over the hits and closed by `(Aᵀ A)⁻¹` from both sides.
+fn covariance<R, const CH: usize, B>(
+    regression: &Regression<R>,
+    body: &RigidBody<R>,
+    inverse: &ResponseInverse<R, CH>,
+    dofs: impl Iterator<Item = (usize, B)> + Clone,
+) -> Option<SMatrix<R, 10, 10>>
+where
+    R: Real,
+    B: Borrow<MassLines<R, CH>>,
+{
+    if dofs.clone().any(|(_, lines)| lines.borrow().hits < HITS_FOR_SIGMA) {
+        return None;
+    }
+    let length = regression.length;
+    let balanced = RigidBody {
+        mass: body.mass,
+        center_of_mass: body.center_of_mass / length,
+        inertia: body.inertia / (length * length),
+    };
+    // From readings to balanced forces.
+    let mut forces = inverse.matrix;
+    forces.fixed_rows_mut::<3>(3).scale_mut(length);
+    let forces = balanced.mass_matrix() * forces;
+    let mut sum = SMatrix::<R, 10, 10>::zeros();
+    for (_, lines) in dofs {
+        let lines = lines.borrow();
+        let spread = forces * lines.scatter;
+        let weight: Matrix6<R> = spread * forces.transpose() / R::of(f64::from(lines.hits));
+        let motion = regression.balance_motion(&inverse.motion(&lines.accelerance));
+        add_congruence(&mut sum, &regressor(&motion), &weight);
+    }
+    // (AᵀA)⁻¹ S (AᵀA)⁻¹: columns, then rows by symmetry.
+    for _side in 0..2 {
+        for k in 0..10 {
+            let mut column: SVector<R, 10> = sum.column(k).into_owned();
+            if !regression.equations.solve_normal(&mut column) {
+                return None;
+            }
+            sum.set_column(k, &column);
+        }
+        sum.transpose_mut();
+    }
+    let to_theta = balanced.dtheta_dphi();
+    let scale = regression.scale();
+    let mut covariance = to_theta * sum * to_theta.transpose();
+    for j in 0..10 {
+        for i in 0..=j {
+            // The two halves differ by rounding.
+            let mean = (covariance[(i, j)] + covariance[(j, i)]) * R::of(0.5);
+            covariance[(i, j)] = mean * scale[i] * scale[j];
+            covariance[(j, i)] = covariance[(i, j)];
+        }
+    }
+    all_finite(&covariance).then_some(covariance)
+}
+
+/// `sum += Aᵀ W A` for the six rows of one hit, whose zeros are skipped.
+fn add_congruence<R: Real>(sum: &mut SMatrix<R, 10, 10>, rows: &[[R; 10]; 6], weight: &Matrix6<R>) {
+    let zero = R::zero();
+    let mut weighted = [[zero; 10]; 6];
+    for (i, out) in weighted.iter_mut().enumerate() {
+        for (k, row) in rows.iter().enumerate() {
+            let w = weight[(i, k)];
+            for (o, v) in out.iter_mut().zip(row) {
+                if *v != zero {
+                    *o += w * *v;
+                }
+            }
+        }
+    }
+    for (row, weighted) in rows.iter().zip(&weighted) {
+        for (i, v) in row.iter().enumerate() {
+            if *v != zero {
+                for (j, w) in weighted.iter().enumerate() {
+                    sum[(i, j)] += *v * *w;
+                }
+            }
+        }
+    }
+}
+
+/// Refuses what no arithmetic can repair.
+fn check_data<R, const S: usize, const H: usize, const CH: usize, B>(
+    layout: &Layout<R, S, H>,
+    dofs: impl Iterator<Item = (usize, B)>,
+) -> Result<(), Diagnostics>
+where
+    R: Real,
+    B: Borrow<MassLines<R, CH>>,
+{
+    if !is_finite(layout) {
+        return Err(fatal(Code::LayoutNotFinite, R::zero()));
+    }
+    let mut found = Diagnostics::new();
+    for (index, lines) in dofs {
+        let lines = lines.borrow();
+        let code = if layout.hits.get(index).is_none() {
+            Code::UnknownNode
+        } else if !(all_finite(&lines.accelerance) && all_finite(&lines.scatter)) {
+            Code::DataNotFinite
+        } else {
+            continue;
+        };
+        // Sixteen are enough to say.
+        let _ = found.push(Diagnostic::about(code, Severity::Error, index as u16, 0.0));
+    }
+    if found.is_empty() { Ok(()) } else { Err(found) }
+}
+
+fn fatal<R: Real>(code: Code, value: R) -> Diagnostics {
+    let mut found = Diagnostics::new();
+    let _ = found.push(Diagnostic::whole(code, Severity::Error, value.to_f32()));
+    found
+}
+
+fn rank_deficient(sensors: usize, rank: usize) -> Diagnostics {
+    let mut found = Diagnostics::new();
+    if sensors < 3 {
+        found = fatal::<f32>(Code::FewerThanThreeSensors, sensors as f32);
+    }
+    let deficient = Diagnostic::whole(Code::ResponseRankDeficient, Severity::Error, rank as f32);
+    let _ = found.push(deficient);
+    found
+}
+
+/// What is to be said about an answer.
+fn comment<R: Real, const S: usize, const H: usize>(
+    estimate: &mut Estimate<R>,
+    layout: &Layout<R, S, H>,
+) {
+    let mut say = |code, severity, value: R| {
+        // Four at most.
+        let _ = estimate.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));
+    };
+    let margin = estimate.body.physical_margin().unwrap_or(R::zero());
+    if !estimate.body.is_physically_consistent() {
+        say(Code::NotPhysicallyConsistent, Severity::Warning, margin);
+    }
+    if estimate.condition > R::of(ILL_CONDITIONED) {
+        say(Code::IllConditioned, Severity::Warning, estimate.condition);
+    }
+    if estimate.covariance.is_some() {
+        say(Code::SigmaCoversScatterOnly, Severity::Note, R::zero());
+    } else {
+        say(Code::TooFewHitsForSigma, Severity::Warning, R::zero());
+    }
+    if layout.gravity.is_none() && layout.sensors.iter().any(|s| s.senses_gravity) {
+        say(Code::GravityNotGiven, Severity::Note, R::zero());
+    }
+}
+
+#[cfg(test)]
+mod tests;

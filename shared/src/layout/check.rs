@@ -244,7 +244,8 @@ fn error<R: Real>(found: &mut Diagnostics, code: Code, value: R) {
     let _ = found.push(Diagnostic::whole(code, Severity::Error, value.to_f32()));
 }
 
-fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> bool {
+/// True when no number of sensors, hits and gravity is NaN or infinite.
+pub(crate) fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> bool {
     let gravity = layout.gravity.iter().flatten();
     let sensors =
         layout.sensors.iter().flat_map(|s| s.position.iter().chain(s.axes.iter().flatten()));

@@ -12,6 +12,7 @@ mod kinematics;
 mod prediction;
 mod settings;
 
+pub(crate) use check::is_finite;
 pub use check::{AXES_TOLERANCE, LayoutReport, NEARLY, assumed_body, check_geometry, check_hits};
 pub use dof::{Axis, Dof, DofError, Sign};
 pub use kinematics::sensor_shift;

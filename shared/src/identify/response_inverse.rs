@@ -1,0 +1,115 @@
+//! From readings to the motion of the body: the pseudo-inverse of the response matrix.
+
+use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+
+use crate::Real;
+use crate::linalg::{Conditioned, Spectrum};
+
+/// `G⁺` of `xm = G [a; α]` (theory, section 3), by QR in balanced variables.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResponseInverse<R, const CH: usize> {
+    /// 6 × CH; takes readings in m/s² to [a in m/s²; α in rad/s²]. All zero when the rank is below
+    /// six.
+    pub matrix: SMatrix<R, 6, CH>,
+    /// Rank of `G diag(1, 1, 1, 1/L, 1/L, 1/L)`.
+    pub rank: usize,
+    /// Its condition; infinite when the smallest singular value is zero.
+    pub condition: R,
+}
+
+impl<R: Real, const CH: usize> ResponseInverse<R, CH> {
+    /// Of a response matrix; `length` is L in m. `None` when a number is not finite.
+    pub fn new(response: &SMatrix<R, CH, 6>, length: R) -> Option<Self> {
+        let mut q = *response;
+        q.fixed_columns_mut::<3>(3).unscale_mut(length);
+        let factor = orthonormalise(&mut q);
+        let Spectrum { rank, condition } = factor.spectrum()?;
+        let mut matrix = SMatrix::<R, 6, CH>::zeros();
+        if rank == 6 {
+            for (i, reading) in q.row_iter().enumerate() {
+                let mut column: Vector6<R> = reading.transpose();
+                back_substitute(&factor, &mut column);
+                column.fixed_rows_mut::<3>(3).unscale_mut(length);
+                matrix.set_column(i, &column);
+            }
+        }
+        Some(Self { matrix, rank, condition })
+    }
+
+    /// `[a; α]` in least squares of the readings of one hit.
+    pub fn motion(&self, readings: &SVector<R, CH>) -> Vector6<R> {
+        self.matrix * readings
+    }
+}
+
+/// Replaces the columns by orthonormal ones and gives the triangular factor. Gram-Schmidt with a
+/// second pass is as good as Householder (Giraud et al. 2005) and leaves Q explicit. A dependent
+/// column becomes zero or leaves rounding in the factor, which its singular values show.
+fn orthonormalise<R: Real, const CH: usize>(q: &mut SMatrix<R, CH, 6>) -> Matrix6<R> {
+    let mut factor = Matrix6::<R>::zeros();
+    for k in 0..6 {
+        let mut column: SVector<R, CH> = q.column(k).into_owned();
+        for _pass in 0..2 {
+            for i in 0..k {
+                let part = q.column(i).dot(&column);
+                factor[(i, k)] += part;
+                column.axpy(-part, &q.column(i), R::one());
+            }
+        }
+        let norm = column.norm();
+        factor[(k, k)] = norm;
+        if norm > R::zero() {
+            column.unscale_mut(norm);
+        }
+        q.set_column(k, &column);
+    }
+    factor
+}
+
+fn back_substitute<R: Real>(factor: &Matrix6<R>, b: &mut Vector6<R>) {
+    for i in (0..6).rev() {
+        for k in i + 1..6 {
+            let known = b[k];
+            b[i] -= factor[(i, k)] * known;
+        }
+        b[i] /= factor[(i, i)];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::tests::bar_layout;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn it_inverts_the_response_matrix() {
+        let layout = bar_layout();
+        let g = layout.response_matrix::<9>(&Vector3::zeros());
+        let inverse = ResponseInverse::new(&g, layout.characteristic_length()).unwrap();
+        assert_eq!(inverse.rank, 6);
+        // Rounding times the condition, 4.
+        assert!((inverse.matrix * g - Matrix6::identity()).norm() < 1e-14);
+        // A pseudo-inverse projects orthogonally: G G⁺ is symmetric.
+        let projector = g * inverse.matrix;
+        assert!((projector - projector.transpose()).norm() < 1e-14);
+    }
+
+    #[test]
+    fn too_few_sensors_show_in_the_rank() {
+        let mut layout = bar_layout();
+        for rank in [5, 3, 0] {
+            layout.sensors.pop();
+            let g = layout.response_matrix::<9>(&Vector3::zeros());
+            let inverse = ResponseInverse::new(&g, layout.characteristic_length()).unwrap();
+            assert_eq!(inverse.rank, rank);
+            assert_eq!(inverse.matrix, SMatrix::<f64, 6, 9>::zeros());
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_is_not_finite_is_refused() {
+        let g = SMatrix::<f32, 9, 6>::repeat(f32::NAN);
+        assert!(ResponseInverse::new(&g, 1.0).is_none());
+    }
+}
