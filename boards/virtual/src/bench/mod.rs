@@ -1,1 +1,173 @@
 //! The object on its cords, the hammer, the sensors, the ADC.
+//!
+//! A *bench* is everything on the analogue side of the rig: an object that hangs on soft cords, three
+//! accelerometers glued to it not quite where the layout says, a hammer in the hand of a person who
+//! does not hit quite where the mark is, filters, noise and a multiplexed converter. A bench file
+//! describes it; a seed draws its errors.
+//!
+//! ```text
+//! tap ─▶ modes of the hanging object ─▶ specific force at each sensor ─▶ gain, cross-axis ─▶ clip ─▶ RC ─▶ noise ─▶ ADC
+//!  └──────────────────────────────────────────────────▶ hammer gain ────────────────────────────▶ RC ─▶ noise ─▶ ADC
+//! ```
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`file`](mod@file) | the bench file |
+//! | [`settings`] | its tables about sensors, hammer, converter, taps and operator |
+//! | [`body`] | composes the object of boxes, cylinders and points |
+//! | [`suspension`] | the rigid modes on the cords |
+//! | [`dynamics`] | modal superposition |
+//! | [`chain`] | clipping, low-pass, noise, converter |
+//! | [`errors`] | what a test has wrong for good |
+//! | [`taps`] | good and bad taps |
+//! | [`operator`] | the person, and the bench as a source of scans |
+
+use std::path::Path;
+
+use massline_shared::signal::RESPONSES;
+use nalgebra::Vector3;
+
+pub mod body;
+pub mod chain;
+pub mod dynamics;
+pub mod errors;
+pub mod file;
+mod locate;
+pub mod operator;
+pub mod settings;
+mod simulation;
+pub mod suspension;
+pub mod taps;
+
+#[cfg(test)]
+mod tests;
+
+pub use body::Body;
+pub use locate::BenchFileError;
+pub use operator::{BenchSource, TapHandle};
+
+use file::{ElasticMode, Node, Suspension};
+use settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
+use suspension::SuspensionError;
+
+/// A checked bench.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bench {
+    /// Free text.
+    pub title: String,
+    /// Body frame as suspended, m/s².
+    pub gravity: Vector3<f64>,
+    /// The object.
+    pub body: Body,
+    /// How it hangs.
+    pub suspension: Suspension,
+    /// Where the elastic modes are known.
+    pub nodes: Vec<Node>,
+    /// Elastic modes of the free object.
+    pub elastic: Vec<ElasticMode>,
+    /// The accelerometers.
+    pub sensor: SensorSettings,
+    /// The hammer.
+    pub hammer: HammerSettings,
+    /// The converter.
+    pub adc: AdcSettings,
+    /// Good taps.
+    pub tap: TapSettings,
+    /// Bad taps and timing.
+    pub operator: OperatorSettings,
+}
+
+/// Why there is no bench, or why a layout cannot be measured on it.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// The file cannot be read.
+    #[error("{file}: {source}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is wrong.
+    #[error(transparent)]
+    File(#[from] BenchFileError),
+    /// No bundled bench has this name.
+    #[error("there is no bench named {0:?}; the bundled ones are {names}", names = Bench::NAMES.join(", "))]
+    UnknownName(String),
+    /// The object does not hang.
+    #[error(transparent)]
+    Suspension(#[from] SuspensionError),
+    /// The layout has more sensors than the rig has channels.
+    #[error("the layout has {0} triaxial sensors, the rig takes {max}", max = RESPONSES / 3)]
+    TooManySensors(usize),
+    /// The layout uses a node at which the elastic modes are not known.
+    #[error(
+        "the bench does not know how node {0} moves in its elastic modes: give it a [[node]] and a \
+         shape in every [[elastic_mode]], or write elastic_mode = []"
+    )]
+    NodeWithoutShape(u16),
+    /// The layout has a node elsewhere than the bench.
+    #[error(
+        "node {node} lies at {layout:?} m in the layout (with the errors of placement) and at \
+         {bench:?} m on the bench, whose elastic modes are known there only"
+    )]
+    NodeElsewhere {
+        /// The node.
+        node: u16,
+        /// Where it was looked for, m.
+        layout: [f64; 3],
+        /// Where the bench has it, m.
+        bench: [f64; 3],
+    },
+}
+
+impl Bench {
+    /// The bundled benches.
+    pub const NAMES: [&'static str; 2] = ["default", "ideal"];
+
+    /// A bundled bench: `default`, or `ideal` without errors of placement, rotation, cross-axis and
+    /// gain.
+    ///
+    /// # Errors
+    /// When there is none of this name.
+    pub fn named(name: &str) -> Result<Self, BenchError> {
+        let text = match name {
+            "default" => file::DEFAULT,
+            "ideal" => file::IDEAL,
+            _ => return Err(BenchError::UnknownName(name.to_string())),
+        };
+        Self::parse(text, name)
+    }
+
+    /// A bench from the text of a bench file; `file` is its name in errors.
+    ///
+    /// # Errors
+    /// Names file, line and key of the first thing that is wrong.
+    pub fn parse(text: &str, file: &str) -> Result<Self, BenchError> {
+        Ok(file::parse(text, file)?)
+    }
+
+    /// A bench from a file.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is wrong.
+    pub fn read(path: &Path) -> Result<Self, BenchError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| BenchError::Unreadable { file: file.clone(), source })?;
+        Self::parse(&text, &file)
+    }
+
+    /// A bundled bench of this name, else the file of this path.
+    ///
+    /// # Errors
+    /// As [`Bench::named`] when no file has this path, else as [`Bench::read`].
+    pub fn open(name_or_path: &str) -> Result<Self, BenchError> {
+        let path = Path::new(name_or_path);
+        if Self::NAMES.contains(&name_or_path) || !path.exists() && path.extension().is_none() {
+            Self::named(name_or_path)
+        } else {
+            Self::read(path)
+        }
+    }
+}

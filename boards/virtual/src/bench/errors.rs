@@ -1,0 +1,78 @@
+//! What one test has wrong for good: drawn once from the seed.
+
+use massline_shared::signal::CHANNELS;
+use nalgebra::{Matrix3, Vector3};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use super::Bench;
+
+/// Errors of one triaxial sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorErrors {
+    /// True minus marked position, body frame, m.
+    pub position: Vector3<f64>,
+    /// Rotation vector of the true against the nominal sensor axes, in sensor axes, rad.
+    pub rotation: Vector3<f64>,
+    /// True reading from ideal reading: gain errors on the diagonal, cross-axis beside it.
+    pub sensitivity: Matrix3<f64>,
+}
+
+/// Errors that stay the same over a test.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TestErrors {
+    /// Sensor by sensor.
+    pub sensors: Vec<SensorErrors>,
+    /// Relative error of the hammer's gain.
+    pub hammer_gain: f64,
+    /// Output at rest of each channel minus the nominal one, V.
+    pub zero_v: [f64; CHANNELS],
+    /// Relative error of the corner of each channel's filter.
+    pub rc: [f64; CHANNELS],
+}
+
+impl TestErrors {
+    /// Draws the errors of a test with `sensors` sensors.
+    ///
+    /// The same numbers are drawn whatever the standard deviations, so that two benches that differ in
+    /// one of them differ in nothing else.
+    pub(super) fn draw(bench: &Bench, sensors: usize, rng: &mut ChaCha8Rng) -> Self {
+        let (sensor, hammer) = (&bench.sensor, &bench.hammer);
+        let mut zero_v = [0.0; CHANNELS];
+        let mut rc = [0.0; CHANNELS];
+        let hammer_gain = normal(rng) * hammer.gain_sigma;
+        zero_v[0] = normal(rng) * hammer.zero_sigma_v;
+        rc[0] = tolerance(rng, hammer.rc_tolerance);
+        for (zero, corner) in zero_v.iter_mut().zip(&mut rc).skip(1) {
+            *zero = normal(rng) * sensor.zero_sigma_v;
+            *corner = tolerance(rng, sensor.rc_tolerance);
+        }
+        let sensors = (0..sensors)
+            .map(|_| SensorErrors {
+                position: normal_vector(rng) * sensor.position_sigma_m,
+                rotation: normal_vector(rng) * sensor.rotation_sigma_rad,
+                sensitivity: Matrix3::from_fn(|row, column| {
+                    let sigma =
+                        if row == column { sensor.gain_sigma } else { sensor.cross_axis_sigma };
+                    f64::from(u8::from(row == column)) + normal(rng) * sigma
+                }),
+            })
+            .collect();
+        Self { sensors, hammer_gain, zero_v, rc }
+    }
+}
+
+/// A standard normal number.
+pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+pub(super) fn normal_vector(rng: &mut ChaCha8Rng) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| normal(rng))
+}
+
+/// Parts are sorted: nothing beyond three standard deviations is built in.
+fn tolerance(rng: &mut ChaCha8Rng, sigma: f64) -> f64 {
+    normal(rng).clamp(-3.0, 3.0) * sigma
+}

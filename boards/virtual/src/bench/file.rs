@@ -1,0 +1,384 @@
+//! The bench file: TOML in, a checked [`Bench`] out.
+//!
+//! An empty file is the default bench. A file that describes another `[body]` starts without elastic
+//! modes and on a suspension given by frequencies, because those of the default belong to the default
+//! body.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
+
+use super::Bench;
+use super::body::Body;
+use super::locate::{BenchFileError, Located};
+use super::settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
+use super::suspension::rigid_modes;
+
+/// The default bench, which is also where a file's missing tables come from.
+pub const DEFAULT: &str = include_str!("../../benches/default.toml");
+/// The default bench without errors of placement, rotation, cross-axis and gain.
+pub const IDEAL: &str = include_str!("../../benches/ideal.toml");
+
+/// How the object hangs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Suspension {
+    /// On cords.
+    Cords {
+        /// The cords.
+        cords: Vec<Cord>,
+        /// Fraction of critical damping of each of the six modes.
+        damping_ratio: f64,
+    },
+    /// In some way that gives these frequencies.
+    Frequencies {
+        /// Translations of the centre of mass along x, y, z, then rotations about the principal axes in
+        /// ascending order of moment, Hz.
+        hz: [f64; 6],
+        /// Fraction of critical damping of each of the six modes.
+        damping_ratio: f64,
+    },
+}
+
+/// A cord between the object and the ceiling.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cord {
+    /// Where it is tied to the object, body frame, m.
+    pub point_m: [f64; 3],
+    /// From the object to the ceiling, body frame, of any length.
+    #[serde(default = "up")]
+    pub direction: [f64; 3],
+    /// Stiffness along the cord, N/m.
+    #[serde(default)]
+    pub axial_n_per_m: f64,
+    /// Length between object and ceiling when loaded, m; the tension over it is the stiffness across.
+    #[serde(default = "quarter_meter")]
+    pub length_m: f64,
+    /// Instead of the three above: stiffness along the body axes, N/m.
+    pub spring_n_per_m: Option<[f64; 3]>,
+}
+
+/// A point where the elastic modes are known.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Node {
+    /// The number that layouts use.
+    pub id: u16,
+    /// Body frame, m.
+    pub position_m: [f64; 3],
+}
+
+/// An elastic mode of the free object.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ElasticMode {
+    /// Undamped, Hz.
+    pub frequency_hz: f64,
+    /// Fraction of critical damping.
+    #[serde(default = "half_percent")]
+    pub damping_ratio: f64,
+    /// Motion of every node.
+    pub shape: Vec<NodeShape>,
+}
+
+/// Mass-normalised motion of one node in an elastic mode.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NodeShape {
+    /// The node.
+    pub node: u16,
+    /// Translation along the body axes, kg^(−1/2).
+    pub translation: [f64; 3],
+    /// Rotation about the body axes, rad/(m √kg).
+    pub rotation: [f64; 3],
+}
+
+fn up() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+fn quarter_meter() -> f64 {
+    0.25
+}
+
+fn half_percent() -> f64 {
+    0.005
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BenchFile {
+    #[serde(default)]
+    title: String,
+    #[serde(default = "standard_gravity")]
+    gravity_m_s2: [f64; 3],
+    body: Option<BodyTable>,
+    suspension: Option<SuspensionTable>,
+    node: Option<Vec<Node>>,
+    elastic_mode: Option<Vec<ElasticMode>>,
+    #[serde(default)]
+    sensor: SensorSettings,
+    #[serde(default)]
+    hammer: HammerSettings,
+    #[serde(default)]
+    adc: AdcSettings,
+    #[serde(default)]
+    tap: TapSettings,
+    #[serde(default)]
+    operator: OperatorSettings,
+}
+
+fn standard_gravity() -> [f64; 3] {
+    [0.0, 0.0, -massline_shared::STANDARD_GRAVITY]
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodyTable {
+    #[serde(default, rename = "box")]
+    boxes: Vec<BoxPart>,
+    #[serde(default)]
+    cylinder: Vec<CylinderPart>,
+    #[serde(default)]
+    point: Vec<PointPart>,
+    mass_kg: Option<f64>,
+    center_of_mass_m: Option<[f64; 3]>,
+    inertia_kg_m2: Option<[f64; 6]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BoxPart {
+    size_m: [f64; 3],
+    center_m: [f64; 3],
+    axes: Option<[[f64; 3]; 2]>,
+    mass_kg: Option<f64>,
+    density_kg_m3: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CylinderPart {
+    radius_m: f64,
+    #[serde(default)]
+    inner_radius_m: f64,
+    length_m: f64,
+    center_m: [f64; 3],
+    axes: Option<[[f64; 3]; 2]>,
+    mass_kg: Option<f64>,
+    density_kg_m3: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PointPart {
+    position_m: [f64; 3],
+    mass_kg: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SuspensionTable {
+    #[serde(default = "one_percent")]
+    damping_ratio: f64,
+    frequencies_hz: Option<[f64; 6]>,
+    #[serde(default)]
+    cord: Vec<Cord>,
+}
+
+fn one_percent() -> f64 {
+    0.01
+}
+
+/// Reads the text of a bench file; `name` is the file's name in errors.
+///
+/// # Errors
+/// Names file, line and key of the first thing that is wrong.
+pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
+    let at = Located::parse(text, name)?;
+    let file: BenchFile = at.deserialize()?;
+    for (section, problem) in [
+        ("sensor", file.sensor.problem()),
+        ("hammer", file.hammer.problem()),
+        ("adc", file.adc.problem()),
+        ("tap", file.tap.problem()),
+        ("operator", file.operator.problem()),
+    ] {
+        if let Some((key, message)) = problem {
+            return Err(at.error(&format!("{section}.{key}"), message));
+        }
+    }
+    let (body, suspension, nodes, elastic) = match &file.body {
+        Some(table) => (
+            compose(table, &at)?,
+            Suspension::Frequencies { hz: [1.1, 1.3, 2.6, 1.6, 2.1, 2.9], damping_ratio: 0.01 },
+            Vec::new(),
+            Vec::new(),
+        ),
+        None if text == DEFAULT => {
+            return Err(at.error("body", "the default bench needs a body"));
+        }
+        None => {
+            let base = parse(DEFAULT, "default")?;
+            (base.body, base.suspension, base.nodes, base.elastic)
+        }
+    };
+    let bench = Bench {
+        title: file.title,
+        gravity: file.gravity_m_s2.into(),
+        body,
+        suspension: match file.suspension {
+            Some(table) => suspension_of(table, &at)?,
+            None => suspension,
+        },
+        nodes: file.node.unwrap_or(nodes),
+        elastic: file.elastic_mode.unwrap_or(elastic),
+        sensor: file.sensor,
+        hammer: file.hammer,
+        adc: file.adc,
+        tap: file.tap,
+        operator: file.operator,
+    };
+    check_elastic(&bench, &at)?;
+    rigid_modes(&bench.body, &bench.suspension, &bench.gravity)
+        .map_err(|e| at.error("suspension", e.to_string()))?;
+    Ok(bench)
+}
+
+fn compose(table: &BodyTable, at: &Located) -> Result<Body, BenchFileError> {
+    let mut parts = Vec::new();
+    for (i, part) in table.boxes.iter().enumerate() {
+        let key = format!("body.box[{i}]");
+        let [a, b, c] = part.size_m;
+        at.require(a > 0.0 && b > 0.0 && c > 0.0, &format!("{key}.size_m"), "must be positive")?;
+        let mass = mass_of(part.mass_kg, part.density_kg_m3, a * b * c, &key, at)?;
+        let axes = axes_of(part.axes, &key, at)?;
+        parts.push(Body::block(mass, part.center_m.into(), part.size_m, &axes));
+    }
+    for (i, part) in table.cylinder.iter().enumerate() {
+        let key = format!("body.cylinder[{i}]");
+        let (outer, inner) = (part.radius_m, part.inner_radius_m);
+        at.require(part.length_m > 0.0, &format!("{key}.length_m"), "must be positive")?;
+        at.require(outer > 0.0, &format!("{key}.radius_m"), "must be positive")?;
+        let hollow = (0.0..outer).contains(&inner);
+        at.require(hollow, &format!("{key}.inner_radius_m"), "must lie between 0 and radius_m")?;
+        let volume = std::f64::consts::PI * (outer * outer - inner * inner) * part.length_m;
+        let mass = mass_of(part.mass_kg, part.density_kg_m3, volume, &key, at)?;
+        let axes = axes_of(part.axes, &key, at)?;
+        parts.push(Body::cylinder(
+            mass,
+            part.center_m.into(),
+            [outer, inner],
+            part.length_m,
+            &axes,
+        ));
+    }
+    for (i, part) in table.point.iter().enumerate() {
+        at.require(part.mass_kg > 0.0, &format!("body.point[{i}].mass_kg"), "must be positive")?;
+        parts.push(Body::point(part.mass_kg, part.position_m.into()));
+    }
+    let body = match (table.mass_kg, table.center_of_mass_m, table.inertia_kg_m2) {
+        (None, None, None) if !parts.is_empty() => Body::compose(&parts),
+        (Some(mass), Some(center), Some([xx, yy, zz, xy, xz, yz])) if parts.is_empty() => Body {
+            mass,
+            center_of_mass: center.into(),
+            inertia: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+        },
+        _ => {
+            return Err(at.error(
+                "body",
+                "give either parts (box, cylinder, point) or mass_kg, center_of_mass_m and \
+                 inertia_kg_m2, all three",
+            ));
+        }
+    };
+    at.require(
+        body.is_physical(),
+        "body",
+        "no object has these properties: the mass must be positive and the inertia about the centre \
+         of mass must satisfy the triangle inequality in more than one dimension",
+    )?;
+    Ok(body)
+}
+
+fn mass_of(
+    mass: Option<f64>,
+    density: Option<f64>,
+    volume: f64,
+    key: &str,
+    at: &Located,
+) -> Result<f64, BenchFileError> {
+    let mass = match (mass, density) {
+        (Some(mass), None) => mass,
+        (None, Some(density)) => density * volume,
+        _ => return Err(at.error(key, "give either mass_kg or density_kg_m3")),
+    };
+    at.require(mass > 0.0, key, "its mass must be positive")?;
+    Ok(mass)
+}
+
+/// Local x and y as in a layout file; the columns of the result are x, y and z.
+fn axes_of(
+    axes: Option<[[f64; 3]; 2]>,
+    key: &str,
+    at: &Located,
+) -> Result<Matrix3<f64>, BenchFileError> {
+    let Some([x, y]) = axes else { return Ok(Matrix3::identity()) };
+    let (x, y) = (Vector3::from(x), Vector3::from(y));
+    let skew = (x.norm() - 1.0).abs().max((y.norm() - 1.0).abs()).max(x.dot(&y).abs());
+    at.require(skew < 1e-6, &format!("{key}.axes"), "must be two orthogonal unit vectors")?;
+    Ok(Matrix3::from_columns(&[x, y, x.cross(&y)]))
+}
+
+fn suspension_of(table: SuspensionTable, at: &Located) -> Result<Suspension, BenchFileError> {
+    let damping_ratio = table.damping_ratio;
+    let light = (0.0..0.5).contains(&damping_ratio);
+    at.require(light, "suspension.damping_ratio", "must lie between 0 and 0.5")?;
+    for (i, cord) in table.cord.iter().enumerate() {
+        let key = |name| format!("suspension.cord[{i}].{name}");
+        match cord.spring_n_per_m {
+            Some(spring) => {
+                let positive = spring.iter().all(|&k| k >= 0.0);
+                at.require(positive, &key("spring_n_per_m"), "must not be negative")?;
+            }
+            None => {
+                at.require(cord.axial_n_per_m > 0.0, &key("axial_n_per_m"), "must be positive")?;
+                at.require(cord.length_m > 0.0, &key("length_m"), "must be positive")?;
+                let pointed = cord.direction.iter().any(|&d| d != 0.0);
+                at.require(pointed, &key("direction"), "must not be zero")?;
+            }
+        }
+    }
+    match (table.frequencies_hz, table.cord.is_empty()) {
+        (Some(hz), true) => {
+            let held = hz.iter().all(|&f| f > 0.0);
+            at.require(held, "suspension.frequencies_hz", "must be positive")?;
+            Ok(Suspension::Frequencies { hz, damping_ratio })
+        }
+        (None, false) => Ok(Suspension::Cords { cords: table.cord, damping_ratio }),
+        _ => {
+            Err(at.error("suspension", "give either frequencies_hz or [[suspension.cord]] tables"))
+        }
+    }
+}
+
+fn check_elastic(bench: &Bench, at: &Located) -> Result<(), BenchFileError> {
+    for (i, node) in bench.nodes.iter().enumerate() {
+        let twice = bench.nodes[..i].iter().any(|n| n.id == node.id);
+        at.require(!twice, &format!("node[{i}].id"), "is there twice")?;
+    }
+    for (i, mode) in bench.elastic.iter().enumerate() {
+        let key = |name| format!("elastic_mode[{i}].{name}");
+        at.require(mode.frequency_hz > 0.0, &key("frequency_hz"), "must be positive")?;
+        let light = (0.0..0.5).contains(&mode.damping_ratio);
+        at.require(light, &key("damping_ratio"), "must lie between 0 and 0.5")?;
+        for node in &bench.nodes {
+            let count = mode.shape.iter().filter(|s| s.node == node.id).count();
+            let message = format!("node {} must have one shape, it has {count}", node.id);
+            at.require(count == 1, &key("shape"), message)?;
+        }
+        if let Some(s) = mode.shape.iter().find(|s| bench.nodes.iter().all(|n| n.id != s.node)) {
+            return Err(at.error(&key("shape"), format!("there is no [[node]] {}", s.node)));
+        }
+    }
+    Ok(())
+}

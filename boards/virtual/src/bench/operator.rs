@@ -1,0 +1,192 @@
+//! The simulated person at the bench, and the bench as a source of scans.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use massline_shared::layout::HostLayout;
+use massline_shared::signal::{AdcProperties, Scan};
+use massline_shared::units::{Hertz, Seconds, Volts};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::errors::TestErrors;
+use super::simulation::{Drive, Simulation};
+use super::taps::Tap;
+use super::{Bench, BenchError};
+use crate::source::ScanSource;
+
+/// Time that a person who presses a key lets pass until the tap, s: longer than the scans before the
+/// trigger.
+const HAND_S: f64 = 0.03;
+
+/// Makes scans of a layout on a bench, with an operator who follows the prompts of the rig.
+///
+/// The scans after an arming depend on bench, layout, seed, arming, DOF and, in manual mode, on when
+/// the key was pressed; on nothing else. The object is steadied when the rig arms.
+#[derive(Debug)]
+pub struct BenchSource {
+    bench: Bench,
+    layout: HostLayout,
+    seed: u64,
+    errors: TestErrors,
+    simulation: Simulation,
+    noise: ChaCha8Rng,
+    drives: Vec<Drive>,
+    armed: Option<(u32, usize)>,
+    last_tap: Option<Tap>,
+    manual: Option<Manual>,
+}
+
+/// Tells the operator of a manual bench to tap now, from any thread.
+#[derive(Clone, Debug, Default)]
+pub struct TapHandle(Arc<AtomicU32>);
+
+impl TapHandle {
+    /// One tap at the DOF that the rig waits for; without effect while it waits for none.
+    pub fn tap(&self) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+#[derive(Debug)]
+struct Manual {
+    handle: TapHandle,
+    seen: u32,
+    /// Taps since the arming.
+    taps: u32,
+}
+
+impl Manual {
+    fn pressed(&self) -> u32 {
+        self.handle.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Purposes of the random streams of one arming.
+const NOISE: u64 = 0;
+const TAPS: u64 = 1;
+/// Stream of the errors of the test: no arming has this number.
+const TEST: u64 = u64::MAX;
+
+impl BenchSource {
+    /// A bench whose operator taps on their own (*auto*).
+    ///
+    /// # Errors
+    /// When the layout has more sensors than the rig has channels, or uses a node at which the elastic
+    /// modes of the bench are not known.
+    pub fn new(bench: &Bench, layout: &HostLayout, seed: u64) -> Result<Self, BenchError> {
+        let errors = TestErrors::draw(bench, layout.sensors.len(), &mut stream(seed, TEST));
+        let mut simulation = Simulation::new(bench, layout, &errors)?;
+        for hit in &layout.hits {
+            let tap = Tap {
+                dof: 0,
+                kind: super::taps::TapKind::Good,
+                point: hit.position.into(),
+                direction: hit.direction.into(),
+                contacts: Vec::new(),
+            };
+            simulation.drive(bench, hit.dof.node, tap)?;
+        }
+        let mut noise = stream(seed, TEST - 1);
+        simulation.reset(&mut noise);
+        Ok(Self {
+            bench: bench.clone(),
+            layout: layout.clone(),
+            seed,
+            errors,
+            simulation,
+            noise,
+            drives: Vec::new(),
+            armed: None,
+            last_tap: None,
+            manual: None,
+        })
+    }
+
+    /// From now on the operator taps only when told to by the handle (*manual*).
+    pub fn manual(&mut self) -> TapHandle {
+        let handle = TapHandle::default();
+        self.manual = Some(Manual { handle: handle.clone(), seen: 0, taps: 0 });
+        handle
+    }
+
+    /// The errors that this test has for good.
+    pub fn errors(&self) -> &TestErrors {
+        &self.errors
+    }
+
+    /// The last tap as it truly happened, or is about to.
+    pub fn last_tap(&self) -> Option<&Tap> {
+        self.last_tap.as_ref()
+    }
+
+    /// Prepares the tap of number `count` after this arming.
+    fn tap(&mut self, start: f64, count: u32) {
+        let Some((arming, dof)) = self.armed else { return };
+        let Some(hit) = self.layout.hits.get(dof) else { return };
+        let mark = (Vector3::from(hit.position), Vector3::from(hit.direction));
+        let mut rng = stream(self.seed, purpose(arming, dof, TAPS + u64::from(count)));
+        let tap = Tap::draw(&self.bench, dof, mark, start, &mut rng);
+        self.last_tap = Some(tap.clone());
+        // `new` has refused a layout with a node that the bench does not know; a tap that lands too far
+        // from its node is one that misses the object.
+        if let Ok(drive) = self.simulation.drive(&self.bench, hit.dof.node, tap) {
+            self.drives.push(drive);
+        }
+    }
+
+    fn follow_key(&mut self) {
+        let Some(manual) = &mut self.manual else { return };
+        if manual.seen == manual.pressed() {
+            return;
+        }
+        manual.seen = manual.seen.wrapping_add(1);
+        let count = manual.taps;
+        manual.taps += 1;
+        self.tap(self.simulation.time() + HAND_S, count);
+    }
+}
+
+impl ScanSource for BenchSource {
+    fn adc(&self) -> AdcProperties {
+        let adc = &self.bench.adc;
+        AdcProperties {
+            rate: Hertz(adc.rate_hz as f32),
+            channels: 1 + 3 * self.layout.sensors.len() as u8,
+            bits: adc.bits,
+            reference: Volts(adc.reference_v as f32),
+            channel_delay: Seconds(adc.channel_delay_s as f32),
+        }
+    }
+
+    fn armed(&mut self, arming: u32, dof: usize) {
+        self.armed = Some((arming, dof));
+        self.drives.clear();
+        self.noise = stream(self.seed, purpose(arming, dof, NOISE));
+        self.simulation.reset(&mut self.noise);
+        match &mut self.manual {
+            Some(manual) => {
+                manual.seen = manual.pressed();
+                manual.taps = 0;
+            }
+            None => self.tap(self.bench.operator.delay_s, 0),
+        }
+    }
+
+    fn next_scan(&mut self) -> Option<Scan> {
+        self.follow_key();
+        Some(self.simulation.scan(&self.drives, &mut self.noise))
+    }
+}
+
+fn purpose(arming: u32, dof: usize, purpose: u64) -> u64 {
+    // 24 bits of arming, 8 of DOF, 32 of purpose: no two share a stream.
+    (u64::from(arming) & 0x00ff_ffff) << 40 | (dof as u64 & 0xff) << 32 | (purpose & 0xffff_ffff)
+}
+
+fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(stream);
+    rng
+}

@@ -1,0 +1,179 @@
+//! Taps: what the hammer does, well and badly.
+
+use nalgebra::{Matrix3, Vector3};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::Bench;
+use super::errors::normal_vector;
+
+/// How a tap was meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TapKind {
+    /// As it should be.
+    Good,
+    /// Too little force.
+    TooWeak,
+    /// More force than the channels can show.
+    TooHard,
+    /// The hammer bounces: a second tap follows.
+    Double,
+}
+
+/// One contact of the hammer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// First touch, s after arming.
+    pub start: f64,
+    /// Contact time, s.
+    pub duration: f64,
+    /// Peak force, N.
+    pub peak: f64,
+}
+
+impl Contact {
+    /// Force at a time, N: `sin^1.5`, the pulse of a soft tip with Hertzian contact, whose slope is
+    /// zero at both ends.
+    pub fn force(&self, time: f64) -> f64 {
+        let phase = (time - self.start) / self.duration;
+        if phase <= 0.0 || phase >= 1.0 {
+            return 0.0;
+        }
+        let sine = (std::f64::consts::PI * phase).sin();
+        self.peak * sine * sine.sqrt()
+    }
+
+    /// When it is over.
+    pub fn end(&self) -> f64 {
+        self.start + self.duration
+    }
+}
+
+/// A tap as it truly happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tap {
+    /// Hit of the layout, 0-based.
+    pub dof: usize,
+    /// How it was meant.
+    pub kind: TapKind,
+    /// Where it landed, body frame, m.
+    pub point: Vector3<f64>,
+    /// Where the force pointed: a unit vector of the body frame.
+    pub direction: Vector3<f64>,
+    /// One contact, or two when the hammer bounced.
+    pub contacts: Vec<Contact>,
+}
+
+impl Tap {
+    /// Draws a tap at the marked point, beginning at `start` seconds after arming.
+    ///
+    /// As many numbers are drawn for every kind of tap, so that a rate changes nothing else.
+    pub(super) fn draw(
+        bench: &Bench,
+        dof: usize,
+        (mark, along): (Vector3<f64>, Vector3<f64>),
+        start: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Self {
+        let (tap, operator) = (&bench.tap, &bench.operator);
+        let across = Matrix3::identity() - along * along.transpose();
+        let point = mark + across * normal_vector(rng) * tap.point_sigma_m;
+        let direction = (along + across * normal_vector(rng) * tap.direction_sigma_rad).normalize();
+        let kind = kind(bench, rng.random());
+        let range = match kind {
+            TapKind::Good | TapKind::Double => tap.force_n,
+            TapKind::TooWeak => operator.too_weak_n,
+            TapKind::TooHard => operator.too_hard_n,
+        };
+        let contact = Contact {
+            // Not in step with the scans.
+            start: start + rng.random::<f64>() / bench.adc.rate_hz,
+            duration: within(tap.duration_s, rng.random()),
+            peak: within(range, rng.random()),
+        };
+        let bounce = Contact {
+            start: contact.end() + within(operator.double_gap_s, rng.random()),
+            duration: within(tap.duration_s, rng.random()),
+            peak: contact.peak * within([0.3, 0.7], rng.random()),
+        };
+        let contacts = if kind == TapKind::Double { vec![contact, bounce] } else { vec![contact] };
+        Self { dof, kind, point, direction, contacts }
+    }
+
+    /// Force at a time, N.
+    pub fn force(&self, time: f64) -> f64 {
+        self.contacts.iter().map(|c| c.force(time)).sum()
+    }
+}
+
+fn kind(bench: &Bench, draw: f64) -> TapKind {
+    let operator = &bench.operator;
+    let weak = operator.too_weak_rate;
+    let hard = weak + operator.too_hard_rate;
+    match draw {
+        d if d < weak => TapKind::TooWeak,
+        d if d < hard => TapKind::TooHard,
+        d if d < hard + operator.double_rate => TapKind::Double,
+        _ => TapKind::Good,
+    }
+}
+
+fn within([low, high]: [f64; 2], draw: f64) -> f64 {
+    low + (high - low) * draw
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    fn taps(bench: &Bench, count: u64) -> Vec<Tap> {
+        let mark = (Vector3::zeros(), Vector3::new(0.0, 0.0, 1.0));
+        (0..count)
+            .map(|seed| Tap::draw(bench, 0, mark, 0.3, &mut ChaCha8Rng::seed_from_u64(seed)))
+            .collect()
+    }
+
+    #[test]
+    fn errors_of_point_and_direction_have_the_deviations_asked_for() {
+        let bench = Bench::named("default").unwrap();
+        let taps = taps(&bench, 4000);
+        let rms = |value: &dyn Fn(&Tap) -> f64| {
+            (taps.iter().map(|t| value(t).powi(2)).sum::<f64>() / 4000.0).sqrt()
+        };
+        // 4000 draws: the standard deviation is known to 1.1 %; four times that is allowed.
+        assert!((rms(&|t| t.point.x) / 0.002 - 1.0).abs() < 0.045);
+        assert!((rms(&|t| t.direction.y) / 0.030 - 1.0).abs() < 0.045);
+        assert!(taps.iter().all(|t| t.point.z == 0.0 && (t.direction.norm() - 1.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn bad_taps_come_at_the_rates_asked_for() {
+        let mut bench = Bench::named("default").unwrap();
+        bench.operator.too_weak_rate = 0.2;
+        bench.operator.too_hard_rate = 0.1;
+        bench.operator.double_rate = 0.3;
+        let taps = taps(&bench, 4000);
+        for (kind, rate) in
+            [(TapKind::TooWeak, 0.2), (TapKind::TooHard, 0.1), (TapKind::Double, 0.3)]
+        {
+            let share = taps.iter().filter(|t| t.kind == kind).count() as f64 / 4000.0;
+            // Four standard deviations of a share over 4000 draws.
+            assert!((share - rate).abs() < 4.0 * (rate * (1.0 - rate) / 4000.0).sqrt());
+        }
+    }
+
+    #[test]
+    fn a_double_tap_has_two_contacts_apart() {
+        let mut bench = Bench::named("default").unwrap();
+        bench.operator.double_rate = 1.0;
+        bench.operator.too_weak_rate = 0.0;
+        bench.operator.too_hard_rate = 0.0;
+        for tap in taps(&bench, 50) {
+            let [first, second] = tap.contacts[..] else { panic!("not two contacts") };
+            assert!((0.03..0.08).contains(&(second.start - first.end())));
+            assert_eq!(tap.force(first.start + 0.5 * first.duration), first.peak);
+            assert_eq!(tap.force(0.5 * (first.end() + second.start)), 0.0);
+        }
+    }
+}
