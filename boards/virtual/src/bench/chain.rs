@@ -62,8 +62,8 @@ impl Chain {
             input: [0.0; CHANNELS],
             output: [0.0; CHANNELS],
         };
-        for k in 0..CHANNELS {
-            let tau = (TAU * corner[k]).recip();
+        for (k, corner) in corner.iter().enumerate() {
+            let tau = (TAU * corner).recip();
             let at = k as f64 * adc.channel_delay_s / h;
             chain.sampled_in[k] = at as usize;
             let [whole, partial] = [1.0, at.fract()].map(|part| low_pass_step(tau, h, part));
@@ -86,18 +86,17 @@ impl Chain {
     /// channels that are sampled within it to `sampled`.
     pub(super) fn advance(&mut self, step: usize, input: &Channels, sampled: &mut Channels) {
         let input = self.clip(input);
-        for k in 0..CHANNELS {
+        let step_of = |factors: &[Channels; 3], k: usize| {
+            factors[0][k] * self.output[k]
+                + factors[1][k] * self.input[k]
+                + factors[2][k] * input[k]
+        };
+        for (k, value) in sampled.iter_mut().enumerate() {
             if self.sampled_in[k] == step {
-                sampled[k] = self.partial[0][k] * self.output[k]
-                    + self.partial[1][k] * self.input[k]
-                    + self.partial[2][k] * input[k];
+                *value = step_of(&self.partial, k);
             }
         }
-        for k in 0..CHANNELS {
-            self.output[k] = self.whole[0][k] * self.output[k]
-                + self.whole[1][k] * self.input[k]
-                + self.whole[2][k] * input[k];
-        }
+        self.output = std::array::from_fn(|k| step_of(&self.whole, k));
         self.input = input;
     }
 

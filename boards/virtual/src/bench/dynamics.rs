@@ -146,12 +146,12 @@ mod tests {
 
     #[test]
     fn a_constant_force_gives_the_textbook_step_response() {
-        let (omega, zeta, h) = (20.0, 0.05, 1e-3);
+        let (omega, zeta, h) = (20.0_f64, 0.05_f64, 1e-3_f64);
         let mut o = Oscillators::new(std::iter::once((omega, zeta)), h);
         for k in 1..=500 {
             o.advance(&[3.0], &[3.0]);
             let t = f64::from(k) * h;
-            let damped = omega * (1.0 - zeta * zeta as f64).sqrt();
+            let damped = omega * (1.0 - zeta * zeta).sqrt();
             let envelope = (-zeta * omega * t).exp();
             let expected = 3.0 / (omega * omega)
                 * (1.0

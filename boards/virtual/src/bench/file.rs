@@ -4,11 +4,12 @@
 //! modes and on a suspension given by frequencies, because those of the default belong to the default
 //! body.
 
+use massline_shared::body::RigidBody;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::Bench;
-use super::body::Body;
+use super::body::{block, compose, cylinder, is_physical, point};
 use super::locate::{BenchFileError, Located};
 use super::settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
 use super::suspension::rigid_modes;
@@ -209,7 +210,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     }
     let (body, suspension, nodes, elastic) = match &file.body {
         Some(table) => (
-            compose(table, &at)?,
+            body_of(table, &at)?,
             Suspension::Frequencies { hz: [1.1, 1.3, 2.6, 1.6, 2.1, 2.9], damping_ratio: 0.01 },
             Vec::new(),
             Vec::new(),
@@ -244,7 +245,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     Ok(bench)
 }
 
-fn compose(table: &BodyTable, at: &Located) -> Result<Body, BenchFileError> {
+fn body_of(table: &BodyTable, at: &Located) -> Result<RigidBody<f64>, BenchFileError> {
     let mut parts = Vec::new();
     for (i, part) in table.boxes.iter().enumerate() {
         let key = format!("body.box[{i}]");
@@ -252,7 +253,7 @@ fn compose(table: &BodyTable, at: &Located) -> Result<Body, BenchFileError> {
         at.require(a > 0.0 && b > 0.0 && c > 0.0, &format!("{key}.size_m"), "must be positive")?;
         let mass = mass_of(part.mass_kg, part.density_kg_m3, a * b * c, &key, at)?;
         let axes = axes_of(part.axes, &key, at)?;
-        parts.push(Body::block(mass, part.center_m.into(), part.size_m, &axes));
+        parts.push(block(mass, part.center_m.into(), part.size_m, &axes));
     }
     for (i, part) in table.cylinder.iter().enumerate() {
         let key = format!("body.cylinder[{i}]");
@@ -264,25 +265,21 @@ fn compose(table: &BodyTable, at: &Located) -> Result<Body, BenchFileError> {
         let volume = std::f64::consts::PI * (outer * outer - inner * inner) * part.length_m;
         let mass = mass_of(part.mass_kg, part.density_kg_m3, volume, &key, at)?;
         let axes = axes_of(part.axes, &key, at)?;
-        parts.push(Body::cylinder(
-            mass,
-            part.center_m.into(),
-            [outer, inner],
-            part.length_m,
-            &axes,
-        ));
+        parts.push(cylinder(mass, part.center_m.into(), [outer, inner], part.length_m, &axes));
     }
     for (i, part) in table.point.iter().enumerate() {
         at.require(part.mass_kg > 0.0, &format!("body.point[{i}].mass_kg"), "must be positive")?;
-        parts.push(Body::point(part.mass_kg, part.position_m.into()));
+        parts.push(point(part.mass_kg, part.position_m.into()));
     }
     let body = match (table.mass_kg, table.center_of_mass_m, table.inertia_kg_m2) {
-        (None, None, None) if !parts.is_empty() => Body::compose(&parts),
-        (Some(mass), Some(center), Some([xx, yy, zz, xy, xz, yz])) if parts.is_empty() => Body {
-            mass,
-            center_of_mass: center.into(),
-            inertia: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
-        },
+        (None, None, None) if !parts.is_empty() => compose(&parts),
+        (Some(mass), Some(center), Some([xx, yy, zz, xy, xz, yz])) if parts.is_empty() => {
+            RigidBody {
+                mass,
+                center_of_mass: center.into(),
+                inertia: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+            }
+        }
         _ => {
             return Err(at.error(
                 "body",
@@ -292,7 +289,7 @@ fn compose(table: &BodyTable, at: &Located) -> Result<Body, BenchFileError> {
         }
     };
     at.require(
-        body.is_physical(),
+        is_physical(&body),
         "body",
         "no object has these properties: the mass must be positive and the inertia about the centre \
          of mass must satisfy the triangle inequality in more than one dimension",

@@ -24,6 +24,7 @@
 
 use std::path::Path;
 
+use massline_shared::body::RigidBody;
 use massline_shared::signal::RESPONSES;
 use nalgebra::Vector3;
 
@@ -42,7 +43,6 @@ pub mod taps;
 #[cfg(test)]
 mod tests;
 
-pub use body::Body;
 pub use locate::BenchFileError;
 pub use operator::{BenchSource, TapHandle};
 
@@ -58,7 +58,7 @@ pub struct Bench {
     /// Body frame as suspended, m/s².
     pub gravity: Vector3<f64>,
     /// The object.
-    pub body: Body,
+    pub body: RigidBody<f64>,
     /// How it hangs.
     pub suspension: Suspension,
     /// Where the elastic modes are known.
@@ -122,6 +122,11 @@ pub enum BenchError {
 }
 
 impl Bench {
+    /// The true properties of the object, in the body frame of the layouts.
+    pub fn truth(&self) -> RigidBody<f64> {
+        self.body
+    }
+
     /// The bundled benches.
     pub const NAMES: [&'static str; 2] = ["default", "ideal"];
 

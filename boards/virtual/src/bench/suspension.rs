@@ -7,9 +7,9 @@
 //! the three body axes is meant as measured on the hanging object, with all of this in it: as soon as
 //! one such mount is there, nothing is added for tension and weight.
 
+use massline_shared::body::RigidBody;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 
-use super::body::{Body, cross_matrix};
 use super::file::{Cord, Suspension};
 
 /// A mode of the suspended rigid object.
@@ -44,7 +44,7 @@ pub enum SuspensionError {
 /// # Errors
 /// When the object does not hang in balance or is not held in all six ways of moving.
 pub fn rigid_modes(
-    body: &Body,
+    body: &RigidBody<f64>,
     suspension: &Suspension,
     gravity: &Vector3<f64>,
 ) -> Result<[RigidMode; 6], SuspensionError> {
@@ -59,7 +59,7 @@ pub fn rigid_modes(
 
 /// Stiffness about the origin of the object on cords.
 fn cord_stiffness(
-    body: &Body,
+    body: &RigidBody<f64>,
     cords: &[Cord],
     gravity: &Vector3<f64>,
 ) -> Result<Matrix6<f64>, SuspensionError> {
@@ -72,7 +72,7 @@ fn cord_stiffness(
         let point = Vector3::from(cord.point_m);
         let mut motion = Matrix3x6::zeros();
         motion.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
-        motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-cross_matrix(&point));
+        motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-point.cross_matrix());
         let local = match cord.spring_n_per_m {
             Some(spring) => Matrix3::from_diagonal(&spring.into()),
             None => {
@@ -92,7 +92,7 @@ fn cord_stiffness(
 
 /// Tension of every cord, of least norm where the balance leaves a choice.
 fn tensions(
-    body: &Body,
+    body: &RigidBody<f64>,
     cords: &[Cord],
     weight: &Vector3<f64>,
 ) -> Result<Vec<f64>, SuspensionError> {
@@ -152,7 +152,7 @@ fn solve(
 
 /// Three translations of the centre of mass along the body axes, then a rotation about each principal
 /// axis, with the frequencies asked for.
-fn modes_of(body: &Body, hz: &[f64; 6], damping_ratio: f64) -> [RigidMode; 6] {
+fn modes_of(body: &RigidBody<f64>, hz: &[f64; 6], damping_ratio: f64) -> [RigidMode; 6] {
     let principal = body.inertia.symmetric_eigen();
     std::array::from_fn(|i| {
         let mut shape = Vector6::zeros();
@@ -171,6 +171,7 @@ fn modes_of(body: &Body, hz: &[f64; 6], damping_ratio: f64) -> [RigidMode; 6] {
 mod tests {
     use super::*;
     use crate::bench::Bench;
+    use crate::bench::body::block;
 
     fn vertical(x: f64, y: f64, z: f64, axial: f64, length: f64) -> Cord {
         Cord {
@@ -186,7 +187,7 @@ mod tests {
 
     #[test]
     fn a_block_on_four_cords_swings_as_a_pendulum_and_bounces_as_a_spring() {
-        let body = Body::block(2.0, Vector3::zeros(), [0.2, 0.3, 0.1], &Matrix3::identity());
+        let body = block(2.0, Vector3::zeros(), [0.2, 0.3, 0.1], &Matrix3::identity());
         let cords = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
             .map(|(x, y)| vertical(0.1 * x, 0.15 * y, 0.0, 100.0, 0.25))
             .to_vec();
@@ -210,8 +211,7 @@ mod tests {
     fn a_body_hung_above_its_centre_of_mass_rocks_as_a_compound_pendulum() {
         // Two short stiff cords on the y axis, 0.1 m above the centre: rotation about y is free of the
         // springs, and only weight times lever restores it.
-        let body =
-            Body::block(2.0, Vector3::new(0.0, 0.0, -0.1), [0.1, 0.1, 0.1], &Matrix3::identity());
+        let body = block(2.0, Vector3::new(0.0, 0.0, -0.1), [0.1, 0.1, 0.1], &Matrix3::identity());
         let cords = vec![vertical(0.0, 0.1, 0.0, 1e7, 1e-4), vertical(0.0, -0.1, 0.0, 1e7, 1e-4)];
         let modes = rigid_modes(&body, &Suspension::Cords { cords, damping_ratio: 0.01 }, &GRAVITY)
             .unwrap();
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn cords_beside_the_centre_of_mass_are_refused() {
-        let body = Body::block(2.0, Vector3::zeros(), [0.2, 0.3, 0.1], &Matrix3::identity());
+        let body = block(2.0, Vector3::zeros(), [0.2, 0.3, 0.1], &Matrix3::identity());
         let cords = vec![vertical(0.1, 0.0, 0.0, 100.0, 0.2)];
         let suspension = Suspension::Cords { cords, damping_ratio: 0.01 };
         let error = rigid_modes(&body, &suspension, &GRAVITY).unwrap_err();
@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn a_cord_that_would_have_to_push_is_refused() {
-        let body = Body::block(2.0, Vector3::zeros(), [0.2, 0.3, 0.1], &Matrix3::identity());
+        let body = block(2.0, Vector3::zeros(), [0.2, 0.3, 0.1], &Matrix3::identity());
         let cords = vec![
             vertical(0.05, 0.1, 0.0, 100.0, 0.2),
             vertical(0.1, 0.1, 0.0, 100.0, 0.2),

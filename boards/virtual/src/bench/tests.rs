@@ -6,7 +6,6 @@ use nalgebra::{Complex, DMatrix, DVector, Matrix3, Matrix3x6, Vector3, Vector6};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::body::cross_matrix;
 use super::chain::Channels;
 use super::errors::TestErrors;
 use super::simulation::Simulation;
@@ -148,7 +147,7 @@ fn rigid_accelerance(bench: &Bench, layout: &HostLayout, dof: usize) -> Vec<f64>
     let readings = layout.sensors.iter().flat_map(|s| {
         let mut g = Matrix3x6::zeros();
         g.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
-        g.fixed_view_mut::<3, 3>(0, 3).copy_from(&-cross_matrix(&s.position.into()));
+        g.fixed_view_mut::<3, 3>(0, 3).copy_from(&-Vector3::from(s.position).cross_matrix());
         let a = g * x0;
         [a.x, a.y, a.z]
     });
@@ -165,20 +164,8 @@ fn an_empty_file_is_the_default_bench() {
 
 #[test]
 fn the_default_object_is_the_frame_of_the_paper() {
-    let body = Bench::named("default").unwrap().body;
-    let j = body.inertia;
-    let theta = [
-        body.mass,
-        body.center_of_mass.x,
-        body.center_of_mass.y,
-        body.center_of_mass.z,
-        j.m11,
-        j.m22,
-        j.m33,
-        j.m12,
-        j.m13,
-        j.m23,
-    ];
+    let body = Bench::named("default").unwrap().truth();
+    let theta = body.theta();
     // Theory, section 11: the frame's values from the same three bars, printed to six digits after
     // the point.
     let expected =
