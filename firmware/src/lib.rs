@@ -1,8 +1,104 @@
 //! The rig's application: wires measuring, analysing, storing, talking and showing together over the
 //! four seams of [`board`]. Nothing here knows a chip.
+//!
+//! ```text
+//!            Sampler ─▶ measure ─▶ analysis ─▶ store ◀─▶ session ◀─▶ Link
+//!                          ▲          │                     │
+//!                          └───────── rig (shared state) ───┴──▶ panel ──▶ Panel
+//! ```
+//!
+//! [`run`] is one future for any executor. All large memory is in [`Memory`], which a board places
+//! in a static.
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod analysis;
 pub mod board;
+mod measure;
+mod objects;
 pub mod panel;
+mod rig;
+mod session;
 pub mod store;
+
+use core::cell::RefCell;
+use core::convert::Infallible;
+
+use embassy_futures::join::join3;
+use embassy_sync::mutex::Mutex;
+use embedded_storage_async::nor_flash::NorFlash;
+use massline_shared::signal::Record;
+
+use crate::analysis::AnalysisMemory;
+use crate::board::{Board, Link, Panel, Sampler};
+use crate::measure::Measuring;
+use crate::objects::RigSpectra;
+use crate::rig::Rig;
+use crate::session::{Session, SessionMemory};
+use crate::store::Store;
+
+/// All large memory of the application, about 75 KiB. Its initial value is all zeros, so that it
+/// lies in `.bss`.
+pub struct Memory {
+    record: RefCell<Record>,
+    spectra: RefCell<RigSpectra>,
+    analysis: AnalysisMemory,
+    session: SessionMemory,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Memory {
+    /// Empty memory.
+    pub const fn new() -> Self {
+        Self {
+            record: RefCell::new(Record::new()),
+            spectra: RefCell::new(RigSpectra::new()),
+            analysis: AnalysisMemory::new(),
+            session: SessionMemory::new(),
+        }
+    }
+}
+
+/// Runs the rig on a board, for ever.
+pub async fn run<S, L, F, P>(board: Board<S, L, F, P>, memory: &mut Memory) -> Infallible
+where
+    S: Sampler,
+    L: Link,
+    F: NorFlash,
+    P: Panel,
+{
+    let Board { info, sampler, link, flash, panel } = board;
+    let Memory { record, spectra, analysis, session: session_memory } = memory;
+    let rig = Rig::new(info, sampler.adc(), L::STREAMS);
+    let store = Mutex::new(Store::new(flash));
+    recall(&rig, &store).await;
+    let (rx, tx) = link.split();
+    let session = Session { rig: &rig, store: &store, record, spectra };
+    let measuring =
+        Measuring { sampler, rig: &rig, store: &store, record, spectra, memory: analysis };
+    let store_full = async || store.lock().await.is_full();
+    join3(measuring.run(), session.run(rx, tx, session_memory), panel::run(panel, &rig, store_full))
+        .await
+        .0
+}
+
+/// Takes up what the store has kept over a restart.
+async fn recall<F: NorFlash>(
+    rig: &Rig,
+    store: &Mutex<embassy_sync::blocking_mutex::raw::NoopRawMutex, Store<F>>,
+) {
+    let mut store = store.lock().await;
+    store.open().await;
+    if let Some(layout) = store.layout().await {
+        rig.set_layout(layout);
+    }
+    if let Some(calibration) = store.calibration().await.filter(|kept| kept.is_usable()) {
+        *rig.calibration.borrow_mut() = calibration;
+    }
+    rig.last_mass.set(store.results().last().map(|kept| kept.entry.mass));
+}

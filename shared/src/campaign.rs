@@ -90,6 +90,7 @@ pub struct Campaign {
     paused: bool,
     armed: bool,
     armings: u32,
+    starts: u32,
     rejected: u16,
 }
 
@@ -111,6 +112,7 @@ impl Campaign {
             paused: false,
             armed: false,
             armings: 0,
+            starts: 0,
             rejected: 0,
         }
     }
@@ -122,7 +124,7 @@ impl Campaign {
             State::Waiting if !self.paused => Step::AwaitHit { dof },
             State::Analysing => Step::Analyse { dof },
             State::Closing => Step::CloseDof { dof },
-            State::Identifying => Step::Identify,
+            State::Identifying if !self.paused => Step::Identify,
             _ => Step::Rest,
         }
     }
@@ -171,6 +173,11 @@ impl Campaign {
         self.armings
     }
 
+    /// Counts the campaigns started.
+    pub fn starts(&self) -> u32 {
+        self.starts
+    }
+
     /// Number of the result, 0 before the campaign is done.
     pub fn result(&self) -> u32 {
         match self.state {
@@ -190,7 +197,8 @@ impl Campaign {
     /// [`Reason::WrongPhase`] while one is running and not paused, [`Reason::NoLayout`] without
     /// DOFs.
     pub fn start(&mut self, dofs: usize, wanted: u8, confirm: bool) -> Result<(), Reason> {
-        let free = !self.is_running() || (self.paused && self.state == State::Waiting);
+        let held = matches!(self.state, State::Waiting | State::Identifying);
+        let free = !self.is_running() || (self.paused && held);
         if !free {
             return Err(Reason::WrongPhase);
         }
@@ -205,6 +213,7 @@ impl Campaign {
             wanted: wanted.max(1),
             confirm,
             armings: self.armings,
+            starts: self.starts.wrapping_add(1),
             ..Self::new()
         };
         Ok(())
@@ -308,6 +317,11 @@ impl Campaign {
         if self.state == State::Identifying {
             self.end(State::Done { result });
         }
+    }
+
+    /// The result could not be kept: `Resume` tries again.
+    pub fn not_stored(&mut self) {
+        self.paused = self.state == State::Identifying;
     }
 
     /// There is no result.

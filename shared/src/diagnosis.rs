@@ -108,6 +108,10 @@ codes! {
     DofFinishedEarly = 40, "dof_finished_early";
     /// No gravity vector is given: its effect on the sensors is left to the B/s² term.
     GravityNotGiven = 41, "gravity_not_given";
+    /// The flash did not keep the result: make room or try again, then resume.
+    ResultNotStored = 42, "result_not_stored";
+    /// The converter of the rig does not answer.
+    SamplerStopped = 43, "sampler_stopped";
 
     /// A channel reached the end of its range: ADC rail or sensor range.
     Overload = 64, "overload";

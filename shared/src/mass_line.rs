@@ -88,6 +88,12 @@ pub struct BasisRow<R> {
     im: [R; MAX_TERMS],
 }
 
+impl BasisRow<f32> {
+    /// All zeros, for a static workspace.
+    pub const EMPTY: Self =
+        Self { root_weight: 0.0, re: [0.0; MAX_TERMS], im: [0.0; MAX_TERMS] };
+}
+
 /// The design of the fit, factored: `W^½ [1, ω_r²/s², s²/ω_r²] = Q R` with orthonormal Q.
 #[derive(Debug)]
 pub struct MassLineBasis<'a, R> {

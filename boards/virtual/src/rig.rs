@@ -99,12 +99,13 @@ impl VirtualRig {
     ///
     /// # Errors
     /// When the flash cannot be opened or there is no thread.
-    pub fn start_application<A>(
+    pub fn start_application<A, F>(
         options: VirtualRigOptions,
         application: A,
     ) -> Result<Self, StartError>
     where
-        A: AsyncFnOnce(VirtualBoard) -> Infallible + Send + 'static,
+        A: FnOnce(VirtualBoard) -> F + Send + 'static,
+        F: Future<Output = Infallible>,
     {
         let flash = Flash::open(&options.flash)?;
         let source = SharedSource::new(options.source);
@@ -125,7 +126,7 @@ impl VirtualRig {
             // What the rig leaves half-done when it panics is dropped with it.
             let run = AssertUnwindSafe(|| {
                 // Made here: its time is this thread's.
-                let sampler = SourceSampler::new(source, timing).waiting_for(link.backlog());
+                let sampler = SourceSampler::new(source, timing);
                 let board = Board { info, sampler, link, flash, panel };
                 executor.run(application(board));
             });

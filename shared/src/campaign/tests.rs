@@ -125,6 +125,17 @@ fn an_abort_while_analysing_is_not_undone_by_the_analysis() {
     assert_eq!((campaign.phase(), campaign.step()), (Phase::Idle, Step::Rest));
 }
 
+#[test]
+fn a_result_that_could_not_be_kept_is_tried_again_on_resume() {
+    let mut campaign = started(1, 1);
+    hit(&mut campaign, true);
+    campaign.dof_closed();
+    campaign.not_stored();
+    assert_eq!((campaign.phase(), campaign.step()), (Phase::Paused, Step::Rest));
+    campaign.command(C::Resume).unwrap();
+    assert_eq!(campaign.step(), Step::Identify);
+}
+
 proptest! {
     /// Whatever the operator and the hammer do, the counts stay within what was asked for and a
     /// campaign that says `Identify` has no open DOF.

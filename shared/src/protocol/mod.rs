@@ -20,7 +20,7 @@ pub const PROTOCOL_MAJOR: u8 = 1;
 /// Raised when messages are added.
 pub const PROTOCOL_MINOR: u8 = 0;
 
-const CRC: crc::Crc<u32, crc::Table<1>> =
+static CRC: crc::Crc<u32, crc::Table<1>> =
     crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
 
 /// CRC-32 (ISO-HDLC) of a frame or of a whole object.
@@ -28,11 +28,7 @@ pub fn crc32(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
 
-/// CRC-32 over bytes that come in pieces.
-pub fn crc32_of_chunks<'a>(chunks: impl IntoIterator<Item = &'a [u8]>) -> u32 {
-    let mut digest = CRC.digest();
-    for chunk in chunks {
-        digest.update(chunk);
-    }
-    digest.finalize()
+/// CRC-32 over bytes that come in pieces: `update` with each, then `finalize`.
+pub fn crc32_of_chunks() -> crc::Digest<'static, u32, crc::Table<1>> {
+    CRC.digest()
 }

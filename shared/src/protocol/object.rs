@@ -18,9 +18,10 @@ pub enum ObjectKind {
     Result = 1,
     /// The record of the last hit: scans of ten little-endian u16 codes; `number` is the hit's.
     Record = 2,
-    /// Averaged spectra of the DOF in hand or last finished; `number` is the DOF's index. A
-    /// [`SpectraHeader`] by fixed 16 bytes, then f32 LE: G_FF by line, then for each response
-    /// G_XF by line (re, im), then for each response G_XX by line.
+    /// Averaged spectra of the DOF in hand or last finished; `number` is the DOF's index. Its
+    /// words of four bytes, little endian: DOF, hits, responses (u8 each) and a zero; lines (u16)
+    /// and a zero; distance of the lines in Hz (f32); σ of the exponential window in 1/s (f32); then
+    /// f32: G_FF by line, for each response G_XF by line (re, im), for each response G_XX by line.
     Spectra = 3,
 }
 
@@ -119,21 +120,4 @@ pub struct MeasurementResult {
     pub estimates: Vec<StoredEstimate, 2>,
     /// What is to be said about the campaign.
     pub diagnostics: Diagnostics,
-}
-
-/// Opens a spectra object.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SpectraHeader {
-    /// Index of the DOF.
-    pub dof: u8,
-    /// Hits averaged.
-    pub hits: u8,
-    /// Responses.
-    pub responses: u8,
-    /// Lines, the first at 0 Hz.
-    pub lines: u16,
-    /// Distance of the lines, Hz.
-    pub resolution: f32,
-    /// σ of the exponential window, 1/s.
-    pub decay: f32,
 }

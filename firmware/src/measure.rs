@@ -1,0 +1,225 @@
+//! The measuring loop: does what the campaign says next, from arming to the stored result.
+//!
+//! Measuring never waits for link, panel or flash. The sampler runs only while the rig waits for a
+//! hit, takes a record, or streams.
+
+use core::cell::RefCell;
+
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::mutex::Mutex;
+use embedded_storage_async::nor_flash::NorFlash;
+use massline_shared::campaign::Step;
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::protocol::event::HitEvent;
+use massline_shared::signal::{
+    CHANNELS, Capture, CaptureState, HitReport, Record, Scan, Trigger, grade,
+};
+use massline_shared::units::{MetersPerSecondSquared, Newtons, ScanIndex};
+
+use crate::analysis::{Analysis, AnalysisMemory};
+use crate::board::{SampleError, Sampler};
+use crate::objects::RigSpectra;
+use crate::rig::{Rig, Streamed, note};
+use crate::store::Store;
+
+/// Scans fetched at a time: 5 ms at 4 kS/s.
+const BLOCK: usize = 20;
+
+/// The measuring loop and what it works on.
+pub(crate) struct Measuring<'a, S: Sampler, F: NorFlash> {
+    pub sampler: S,
+    pub rig: &'a Rig,
+    pub store: &'a Mutex<NoopRawMutex, Store<F>>,
+    pub record: &'a RefCell<Record>,
+    pub spectra: &'a RefCell<RigSpectra>,
+    pub memory: &'a mut AnalysisMemory,
+}
+
+impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
+    /// Measures for ever.
+    pub async fn run(mut self) -> ! {
+        loop {
+            self.rig.steer.reset();
+            let step = self.rig.campaign.borrow().step();
+            match step {
+                Step::Rest if self.rig.stream.get() => self.stream().await,
+                Step::Rest => self.rig.steer.wait().await,
+                Step::AwaitHit { dof } => self.await_hit(dof).await,
+                Step::Analyse { dof } => {
+                    self.analysis().average_hit(dof).await;
+                    self.rig.campaign.borrow_mut().analysed();
+                }
+                Step::CloseDof { dof } => {
+                    self.analysis().close_dof(dof);
+                    self.rig.campaign.borrow_mut().dof_closed();
+                }
+                Step::Identify => self.identify().await,
+            }
+            self.rig.changed();
+        }
+    }
+
+    fn analysis(&mut self) -> Analysis<'_> {
+        Analysis { rig: self.rig, record: self.record, spectra: self.spectra, memory: self.memory }
+    }
+
+    /// Samples until a hit has been recorded and graded, or a command comes.
+    async fn await_hit(&mut self, dof: usize) {
+        let rig = self.rig;
+        let taken = select(self.take_record(), rig.steer.wait()).await;
+        self.sampler.stop();
+        match taken {
+            Either::First(Ok(trigger)) => self.grade_hit(dof, trigger),
+            Either::First(Err(SampleError::Overrun { lost })) => self.lose_record(dof, lost),
+            Either::First(Err(SampleError::Stopped)) => {
+                self.rig.say(Diagnostic::whole(Code::SamplerStopped, Severity::Error, 0.0));
+                self.rig.campaign.borrow_mut().failed();
+            }
+            Either::Second(()) => {}
+        }
+    }
+
+    /// Fills the record; gives the scan of the trigger.
+    async fn take_record(&mut self) -> Result<ScanIndex, SampleError> {
+        let rig = self.rig;
+        rig.record_of.set(None);
+        let mut capture = {
+            let layout = rig.layout.borrow();
+            let level = Newtons(layout.as_ref().map_or(0.0, |layout| layout.test.trigger_n));
+            self.record.borrow_mut().clear();
+            Capture::new(Trigger::new(&rig.adc, &rig.calibration.borrow(), level))
+        };
+        self.sampler.start().await?;
+        rig.campaign.borrow_mut().armed();
+        rig.changed();
+        let mut block = [[0; CHANNELS]; BLOCK];
+        loop {
+            let first = self.sampler.read(&mut block).await?;
+            rig.stats.borrow_mut().scans += BLOCK as u64;
+            let mut record = self.record.borrow_mut();
+            for (scan, index) in block.iter().zip(first.0..) {
+                let before = capture.state();
+                match capture.feed(&mut record, scan, ScanIndex(index)) {
+                    CaptureState::Complete { trigger_scan } => return Ok(trigger_scan),
+                    CaptureState::Broken => return Err(SampleError::Overrun { lost: 1 }),
+                    CaptureState::Filling if before == CaptureState::Waiting => {
+                        rig.stats.borrow_mut().triggers += 1;
+                        rig.campaign.borrow_mut().triggered();
+                        rig.changed();
+                    }
+                    CaptureState::Waiting | CaptureState::Filling => {}
+                }
+            }
+        }
+    }
+
+    fn grade_hit(&mut self, dof: usize, trigger: ScanIndex) {
+        let rig = self.rig;
+        let report = {
+            let layout = rig.layout.borrow();
+            let weakest = Newtons(layout.as_ref().map_or(0.0, |layout| layout.test.weakest_hit_n));
+            let calibration = rig.calibration.borrow();
+            grade(&self.record.borrow(), &rig.adc, &calibration, weakest)
+        };
+        let number = self.tell_hit(dof, trigger.0, &report);
+        rig.record_of.set(Some(number));
+        rig.campaign.borrow_mut().graded(report.good());
+    }
+
+    fn lose_record(&mut self, dof: usize, lost: u32) {
+        self.rig.stats.borrow_mut().scans_lost += u64::from(lost);
+        let mut findings = Diagnostics::new();
+        note(&mut findings, Diagnostic::whole(Code::ScansLost, Severity::Error, lost as f32));
+        let report = HitReport {
+            peak_force: Newtons(0.0),
+            peak_acceleration: MetersPerSecondSquared(0.0),
+            findings,
+        };
+        let scans = self.rig.stats.borrow().scans;
+        self.tell_hit(dof, scans, &report);
+        self.rig.campaign.borrow_mut().record_lost();
+    }
+
+    /// Tells host and panel about a hit; gives its number.
+    fn tell_hit(&self, dof: usize, scan: u64, report: &HitReport) -> u32 {
+        let number = self.rig.hits_seen.get().wrapping_add(1);
+        self.rig.hits_seen.set(number);
+        let decisive = report.findings.iter().find(|found| found.is_error());
+        self.rig.rejected_for.set(decisive.map(|found| found.code));
+        self.rig.tell_hit(HitEvent {
+            number,
+            dof: dof as u8,
+            good: report.good(),
+            scan,
+            peak_force: report.peak_force.0,
+            peak_acceleration: report.peak_acceleration.0,
+            findings: report.findings.clone(),
+        });
+        number
+    }
+
+    /// Computes the ten properties and stores the result; without room the campaign pauses.
+    async fn identify(&mut self) {
+        let mut store = self.store.lock().await;
+        let number = store.next_number();
+        let rig = self.rig;
+        let (encoded, mass) = {
+            let mut analysis = Analysis {
+                rig,
+                record: self.record,
+                spectra: self.spectra,
+                memory: &mut *self.memory,
+            };
+            analysis.identify(number);
+            self.memory.encode_result()
+        };
+        match store.put_result(encoded, rig.layout_hash.get(), mass.unwrap_or(0.0)).await {
+            Ok(number) => {
+                rig.last_mass.set(mass);
+                rig.campaign.borrow_mut().identified(number);
+            }
+            Err(_) => {
+                rig.say(Diagnostic::whole(Code::ResultNotStored, Severity::Error, 0.0));
+                rig.campaign.borrow_mut().not_stored();
+            }
+        }
+    }
+
+    /// Puts every scan into the record, as into a ring, until a command comes.
+    async fn stream(&mut self) {
+        self.rig.record_of.set(None);
+        self.record.borrow_mut().clear();
+        self.rig.streamed.set(Streamed::default());
+        let rig = self.rig;
+        let done = select(self.fill_ring(), rig.steer.wait()).await;
+        self.sampler.stop();
+        if let Either::First(Err(SampleError::Stopped)) = done {
+            self.rig.stream.set(false);
+        }
+    }
+
+    async fn fill_ring(&mut self) -> Result<(), SampleError> {
+        self.sampler.start().await?;
+        let mut block: [Scan; BLOCK] = [[0; CHANNELS]; BLOCK];
+        loop {
+            let first = match self.sampler.read(&mut block).await {
+                Ok(first) => first,
+                Err(SampleError::Overrun { lost }) => {
+                    self.rig.stats.borrow_mut().scans_lost += u64::from(lost);
+                    self.rig.streamed.set(Streamed::default());
+                    continue;
+                }
+                Err(stopped) => return Err(stopped),
+            };
+            self.rig.stats.borrow_mut().scans += BLOCK as u64;
+            let mut record = self.record.borrow_mut();
+            for scan in &block {
+                record.push(scan);
+            }
+            let held = self.rig.streamed.get().held + BLOCK as u64;
+            self.rig.streamed.set(Streamed { end: first.0 + BLOCK as u64, held });
+            self.rig.news.signal(());
+        }
+    }
+}

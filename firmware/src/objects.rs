@@ -1,0 +1,168 @@
+//! Long things as bytes: results from the store, the record and the spectra from memory.
+
+use embedded_storage_async::nor_flash::NorFlash;
+use massline_shared::protocol::crc32_of_chunks;
+use massline_shared::protocol::message::Reason;
+use massline_shared::protocol::object::{
+    Chunk, ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind,
+};
+use massline_shared::signal::{RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES, Spectra};
+
+use crate::session::Session;
+use crate::store::Kept;
+
+/// The averaged spectra of one DOF as the rig keeps them.
+pub(crate) type RigSpectra = Spectra<f32, RESPONSES, SPECTRUM_LINES>;
+
+/// Bytes of the record that are summed at a time.
+const PIECE: usize = 64;
+/// Words of the spectra object: a header of four, G_FF, G_XF (re, im), G_XX.
+const HEADER_WORDS: usize = 4;
+const SPECTRA_WORDS: usize = HEADER_WORDS + SPECTRUM_LINES * (1 + 3 * RESPONSES);
+
+/// Length and checksum of an object.
+pub(crate) async fn info<F: NorFlash>(
+    session: &Session<'_, F>,
+    object: ObjectId,
+) -> Result<ObjectInfo, Reason> {
+    let (length, crc) = match kind(object)? {
+        ObjectKind::Result => {
+            let kept = kept(session, object).await?;
+            (kept.entry.length, kept.crc)
+        }
+        ObjectKind::Record => {
+            let record = record(session, object)?;
+            (Record::BYTES as u32, crc_of_record(&record))
+        }
+        ObjectKind::Spectra => {
+            let spectra = spectra(session, object)?;
+            let header = header(session, &spectra);
+            let mut crc = crc32_of_chunks();
+            (0..SPECTRA_WORDS).for_each(|i| crc.update(&word(header, &spectra, i)));
+            (SPECTRA_WORDS as u32 * 4, crc.finalize())
+        }
+    };
+    Ok(ObjectInfo { length, crc })
+}
+
+/// A piece of an object.
+pub(crate) async fn read<F: NorFlash>(
+    session: &Session<'_, F>,
+    request: ChunkRequest,
+) -> Result<Chunk, Reason> {
+    let ChunkRequest { object, offset, length } = request;
+    let offset = offset as usize;
+    let wanted = usize::from(length).min(MAX_CHUNK);
+    let mut bytes = heapless::Vec::new();
+    match kind(object)? {
+        ObjectKind::Result => {
+            let kept = kept(session, object).await?;
+            in_range(offset, kept.entry.length as usize)?;
+            bytes.resize(wanted, 0).map_err(|_| Reason::OutOfRange)?;
+            let read = session.store.lock().await.read_result(&kept, offset, &mut bytes).await?;
+            bytes.truncate(read);
+        }
+        ObjectKind::Record => {
+            let record = record(session, object)?;
+            in_range(offset, Record::BYTES)?;
+            bytes.resize(wanted, 0).map_err(|_| Reason::OutOfRange)?;
+            let read = record.read_bytes(offset, &mut bytes);
+            bytes.truncate(read);
+        }
+        ObjectKind::Spectra => {
+            let spectra = spectra(session, object)?;
+            in_range(offset, SPECTRA_WORDS * 4)?;
+            let header = header(session, &spectra);
+            let end = (SPECTRA_WORDS * 4).min(offset + wanted);
+            for at in offset..end {
+                // At most MAX_CHUNK bytes were asked for.
+                let _ = bytes.push(word(header, &spectra, at / 4)[at % 4]);
+            }
+        }
+    }
+    Ok(Chunk { object, offset: offset as u32, bytes })
+}
+
+fn kind(object: ObjectId) -> Result<ObjectKind, Reason> {
+    [ObjectKind::Result, ObjectKind::Record, ObjectKind::Spectra]
+        .into_iter()
+        .find(|&kind| kind as u8 == object.kind)
+        .ok_or(Reason::NotFound)
+}
+
+async fn kept<F: NorFlash>(session: &Session<'_, F>, object: ObjectId) -> Result<Kept, Reason> {
+    session.store.lock().await.find(object.number).ok_or(Reason::NotFound)
+}
+
+/// The record, when it holds the hit that is asked for and is not being written.
+fn record<'s, F: NorFlash>(
+    session: &'s Session<'_, F>,
+    object: ObjectId,
+) -> Result<core::cell::Ref<'s, Record>, Reason> {
+    match session.rig.record_of.get() {
+        None => Err(Reason::Busy),
+        Some(hit) if hit != object.number => Err(Reason::NotFound),
+        Some(_) => session.record.try_borrow().map_err(|_| Reason::Busy),
+    }
+}
+
+fn spectra<'s, F: NorFlash>(
+    session: &'s Session<'_, F>,
+    object: ObjectId,
+) -> Result<core::cell::Ref<'s, RigSpectra>, Reason> {
+    match session.rig.spectra_of.get() {
+        Some(dof) if u32::from(dof) == object.number => {
+            session.spectra.try_borrow().map_err(|_| Reason::Busy)
+        }
+        _ => Err(Reason::NotFound),
+    }
+}
+
+fn in_range(offset: usize, length: usize) -> Result<(), Reason> {
+    if offset < length { Ok(()) } else { Err(Reason::OutOfRange) }
+}
+
+fn crc_of_record(record: &Record) -> u32 {
+    let mut crc = crc32_of_chunks();
+    let mut piece = [0; PIECE];
+    let mut at = 0;
+    loop {
+        let read = record.read_bytes(at, &mut piece);
+        if read == 0 {
+            return crc.finalize();
+        }
+        crc.update(piece.get(..read).unwrap_or_default());
+        at += read;
+    }
+}
+
+/// dof, hits, responses, 0; lines u16, 0; resolution f32; decay f32.
+fn header<F: NorFlash>(session: &Session<'_, F>, spectra: &RigSpectra) -> [[u8; 4]; HEADER_WORDS] {
+    let rig = session.rig;
+    let decay = rig.layout.borrow().as_ref().map_or(0.0, |layout| layout.test.exponential_decay);
+    let lines = (SPECTRUM_LINES as u16).to_le_bytes();
+    let dof = rig.spectra_of.get().unwrap_or(0);
+    [
+        [dof, spectra.hits() as u8, rig.adc.responses() as u8, 0],
+        [lines[0], lines[1], 0, 0],
+        (rig.adc.rate.0 / RECORD_SCANS as f32).to_le_bytes(),
+        decay.to_le_bytes(),
+    ]
+}
+
+fn word(header: [[u8; 4]; HEADER_WORDS], spectra: &RigSpectra, i: usize) -> [u8; 4] {
+    let Some(i) = i.checked_sub(HEADER_WORDS) else {
+        return header.get(i).copied().unwrap_or_default();
+    };
+    let (block, rest) = (i / SPECTRUM_LINES, i % SPECTRUM_LINES);
+    let value = if block == 0 {
+        spectra.force_auto(rest)
+    } else if block <= 2 * RESPONSES {
+        let i = i - SPECTRUM_LINES;
+        let cross = spectra.cross(i / (2 * SPECTRUM_LINES), i % (2 * SPECTRUM_LINES) / 2);
+        if i % 2 == 0 { cross.re } else { cross.im }
+    } else {
+        spectra.response_auto(block - 1 - 2 * RESPONSES, rest)
+    };
+    value.to_le_bytes()
+}

@@ -1,0 +1,267 @@
+//! What the parts of the application share: layout, calibration, campaign, counters, news.
+//!
+//! All parts run in one executor, so cells suffice. Nobody holds a borrow across an await.
+
+use core::cell::{Cell, RefCell};
+
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::Instant;
+use heapless::{Deque, String, Vec};
+use massline_shared::campaign::Campaign;
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, check_geometry, check_settings};
+use massline_shared::protocol::event::HitEvent;
+use massline_shared::protocol::message::{
+    CampaignCommand, CommandRequest, Identity, Phase, Reason, Stats, Status,
+};
+use massline_shared::protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
+use massline_shared::signal::{
+    AdcProperties, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS, SPECTRUM_LINES,
+};
+
+use crate::board::BoardInfo;
+use crate::panel::PanelModel;
+
+/// Hits that wait to be told to the host.
+const HIT_QUEUE: usize = 4;
+
+/// The state that the parts share.
+pub(crate) struct Rig {
+    pub info: BoardInfo,
+    pub adc: AdcProperties,
+    pub streams: bool,
+    pub layout: RefCell<Option<RigLayout>>,
+    pub layout_hash: Cell<u32>,
+    pub calibration: RefCell<Calibration>,
+    pub campaign: RefCell<Campaign>,
+    /// What is to be said about the campaign.
+    pub diagnostics: RefCell<Diagnostics>,
+    pub stats: RefCell<Stats>,
+    pub hits: RefCell<Deque<HitEvent, HIT_QUEUE>>,
+    pub hits_seen: Cell<u32>,
+    /// Number of the hit whose record is whole and readable.
+    pub record_of: Cell<Option<u32>>,
+    /// Index of the DOF whose hits are averaged in the spectra.
+    pub spectra_of: Cell<Option<u8>>,
+    pub rejected_for: Cell<Option<u16>>,
+    pub last_mass: Cell<Option<f32>>,
+    /// True while the host wants every scan.
+    pub stream: Cell<bool>,
+    /// Scans taken since the stream was started, and the index of the first.
+    pub streamed: Cell<Streamed>,
+    /// Wakes the measuring loop: a command came.
+    pub steer: Signal<NoopRawMutex, ()>,
+    /// Wakes the session: there is something to tell.
+    pub news: Signal<NoopRawMutex, ()>,
+    /// Wakes the panel: there is something to show.
+    pub show: Signal<NoopRawMutex, ()>,
+}
+
+/// How far the stream of scans has come.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Streamed {
+    /// Index of the scan after the last one taken.
+    pub end: u64,
+    /// How many of the scans before it are in the record.
+    pub held: u64,
+}
+
+impl Rig {
+    pub fn new(info: BoardInfo, adc: AdcProperties, streams: bool) -> Self {
+        Self {
+            info,
+            adc,
+            streams,
+            layout: RefCell::new(None),
+            layout_hash: Cell::new(0),
+            calibration: RefCell::new(Calibration::default()),
+            campaign: RefCell::new(Campaign::new()),
+            diagnostics: RefCell::new(Diagnostics::new()),
+            stats: RefCell::new(Stats::default()),
+            hits: RefCell::new(Deque::new()),
+            hits_seen: Cell::new(0),
+            record_of: Cell::new(None),
+            spectra_of: Cell::new(None),
+            rejected_for: Cell::new(None),
+            last_mass: Cell::new(None),
+            stream: Cell::new(false),
+            streamed: Cell::new(Streamed::default()),
+            steer: Signal::new(),
+            news: Signal::new(),
+            show: Signal::new(),
+        }
+    }
+
+    /// Tells session and panel that something has changed.
+    pub fn changed(&self) {
+        self.news.signal(());
+        self.show.signal(());
+    }
+
+    /// Takes a layout into use.
+    pub fn set_layout(&self, layout: RigLayout) {
+        self.layout_hash.set(layout.hash());
+        *self.layout.borrow_mut() = Some(layout);
+    }
+
+    /// What is to be said about a layout.
+    pub fn check(&self, layout: &RigLayout) -> Diagnostics {
+        let mut diagnostics = check_geometry(layout, None);
+        for found in check_settings(&layout.test, self.adc.rate.0, RECORD_SCANS, SPECTRUM_LINES) {
+            note(&mut diagnostics, found);
+        }
+        if layout.sensors.len() * 3 > self.adc.responses() {
+            let channels = self.adc.responses() as f32;
+            let missing = Diagnostic::whole(Code::SettingOutOfRange, Severity::Error, channels);
+            note(&mut diagnostics, missing);
+        }
+        diagnostics
+    }
+
+    /// Executes a command of the host or of the buttons.
+    pub fn command(&self, request: CommandRequest, store_full: bool) -> Result<(), Reason> {
+        let command = CampaignCommand::from_raw(request.command).ok_or(Reason::Malformed)?;
+        if command == CampaignCommand::Start {
+            self.start(request, store_full)?;
+        } else {
+            self.campaign.borrow_mut().command(command)?;
+        }
+        self.steer.signal(());
+        self.changed();
+        Ok(())
+    }
+
+    fn start(&self, request: CommandRequest, store_full: bool) -> Result<(), Reason> {
+        let layout = self.layout.borrow();
+        let layout = layout.as_ref().ok_or(Reason::NoLayout)?;
+        let findings = self.check(layout);
+        if findings.iter().any(Diagnostic::is_error) && !request.force {
+            return Err(Reason::LayoutRefused);
+        }
+        if store_full {
+            return Err(Reason::StoreFull);
+        }
+        if self.stream.get() {
+            return Err(Reason::WrongPhase);
+        }
+        let mut campaign = self.campaign.borrow_mut();
+        campaign.start(layout.hits.len(), layout.test.hits_per_dof, request.confirm)?;
+        *self.diagnostics.borrow_mut() = findings;
+        self.rejected_for.set(None);
+        Ok(())
+    }
+
+    /// What the rig is doing.
+    pub fn status(&self) -> Status {
+        let campaign = self.campaign.borrow();
+        let mut accepted = Vec::<u8, RIG_HITS>::new();
+        accepted.extend(campaign.dofs().iter().map(|dof| dof.accepted));
+        Status {
+            phase: campaign.phase() as u8,
+            dof: campaign.dof() as u8,
+            armings: campaign.armings(),
+            accepted,
+            hits_per_dof: campaign.wanted(),
+            rejected: campaign.rejected(),
+            last_hit: self.hits_seen.get(),
+            layout_hash: self.layout_hash.get(),
+            result: campaign.result(),
+            diagnostics: self.diagnostics.borrow().clone(),
+        }
+    }
+
+    /// Who the rig is.
+    pub fn identity(&self) -> Identity {
+        Identity {
+            protocol_major: PROTOCOL_MAJOR,
+            protocol_minor: PROTOCOL_MINOR,
+            firmware: cut(self.info.firmware),
+            git_hash: cut(self.info.git_hash),
+            git_dirty: self.info.git_dirty,
+            board: cut(self.info.name),
+            adc: self.adc,
+            record_scans: RECORD_SCANS as u16,
+            pre_trigger_scans: PRE_TRIGGER_SCANS as u16,
+            max_sensors: RIG_SENSORS as u8,
+            max_hits: RIG_HITS as u8,
+            streams: self.streams,
+            boot_reason: self.info.boot_reason,
+            last_panic: cut(self.info.last_panic),
+        }
+    }
+
+    /// What has been counted.
+    pub fn stats(&self) -> Stats {
+        let stack = (self.info.stack)();
+        Stats {
+            uptime_ms: Instant::now().as_millis(),
+            stack_high_water: stack.high_water,
+            stack_size: stack.size,
+            ..*self.stats.borrow()
+        }
+    }
+
+    /// What the panel shows.
+    pub fn panel(&self) -> PanelModel {
+        let campaign = self.campaign.borrow();
+        let layout = self.layout.borrow();
+        let dof = layout.as_ref().and_then(|layout| layout.hits.get(campaign.dof()));
+        PanelModel {
+            phase: campaign.phase(),
+            dof: dof.map(|hit| (campaign.dof() as u8, hit.dof)),
+            armings: campaign.armings(),
+            accepted: campaign.accepted(),
+            wanted: campaign.wanted(),
+            dofs: layout.as_ref().map_or(0, |layout| layout.hits.len() as u8),
+            rejected_for: self.rejected_for.get(),
+            mass: self.last_mass.get(),
+        }
+    }
+
+    /// True when layout, calibration and results may be changed: nothing is measured.
+    pub fn is_idle(&self) -> bool {
+        let phase = self.campaign.borrow().phase();
+        matches!(phase, Phase::Idle | Phase::Done | Phase::Failed)
+    }
+
+    /// True when nothing is sampled or computed: idle or paused.
+    pub fn rests(&self) -> bool {
+        self.is_idle() || self.campaign.borrow().phase() == Phase::Paused
+    }
+
+    /// Adds to what is to be said about the campaign.
+    pub fn say(&self, diagnostic: Diagnostic) {
+        note(&mut self.diagnostics.borrow_mut(), diagnostic);
+    }
+
+    /// Queues a hit for the host; the oldest goes when nobody reads.
+    pub fn tell_hit(&self, hit: HitEvent) {
+        let mut hits = self.hits.borrow_mut();
+        if hits.is_full() {
+            hits.pop_front();
+            self.stats.borrow_mut().events_dropped += 1;
+        }
+        // There is room: one was taken out above.
+        let _ = hits.push_back(hit);
+    }
+}
+
+/// Adds a diagnostic unless it is there already; what no longer fits is left out.
+pub(crate) fn note(list: &mut Diagnostics, diagnostic: Diagnostic) {
+    let same = |d: &Diagnostic| d.code == diagnostic.code && d.subject == diagnostic.subject;
+    if !list.iter().any(same) {
+        let _ = list.push(diagnostic);
+    }
+}
+
+/// As much of a text as fits.
+pub(crate) fn cut<const N: usize>(text: &str) -> String<N> {
+    let mut out = String::new();
+    for c in text.chars() {
+        if out.push(c).is_err() {
+            break;
+        }
+    }
+    out
+}
