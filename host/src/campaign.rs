@@ -1,1 +1,299 @@
 //! Follows a campaign from its start to its result.
+//!
+//! The rig leads: it arms, triggers, grades, computes. The host looks on, passes on what the
+//! operator wants, and tells whoever taps which DOF is waited for. The [`Status`] is the truth;
+//! events only make the host see it sooner, and a lost one is made up for by asking.
+
+use std::time::{Duration, Instant};
+
+use massline_shared::protocol::event::{HitEvent, ScanBlock};
+use massline_shared::protocol::message::{CampaignCommand, Phase, Reason, Status};
+
+use crate::client::{Client, ClientError, Event};
+use crate::error::{Error, Result};
+use crate::interrupt::Interrupt;
+
+/// After this much silence the status is asked for.
+const POLL: Duration = Duration::from_millis(40);
+
+/// Looks on while a campaign runs, and steers it.
+pub trait Observer {
+    /// The rig waits for a hit at DOF `dof` of the layout; `arming` is another number each time.
+    /// Whoever taps from outside of the rig does so now.
+    ///
+    /// # Errors
+    /// When it cannot be passed on; ends the following.
+    fn armed(&mut self, arming: u32, dof: usize) -> Result<()> {
+        let _ = (arming, dof);
+        Ok(())
+    }
+
+    /// The status has changed.
+    fn status(&mut self, status: &Status) {
+        let _ = status;
+    }
+
+    /// A hit was graded. May be lost on a bad link.
+    fn hit(&mut self, hit: &HitEvent) {
+        let _ = hit;
+    }
+
+    /// Scans of the stream came.
+    fn scans(&mut self, block: &ScanBlock) {
+        let _ = block;
+    }
+
+    /// What shall be done now? Asked again and again, at least every [`POLL`]; the client may be
+    /// used, for example to read the record of a hit that waits for confirmation.
+    ///
+    /// # Errors
+    /// Ends the following.
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
+        let _ = (client, status);
+        Ok(None)
+    }
+
+    /// The rig has refused what [`Observer::steer`] wanted: it was not the time for it.
+    fn refused(&mut self, command: CampaignCommand) {
+        let _ = command;
+    }
+}
+
+/// Looks on and says nothing.
+impl Observer for () {}
+
+/// What an observer wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Steer {
+    /// A command to the rig.
+    Command(CampaignCommand),
+    /// Interrupt the campaign and stop following; what is accepted stays accepted.
+    Leave,
+}
+
+/// How the following ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ending {
+    /// There is a result of this number.
+    Done(u32),
+    /// The campaign ended without an answer; the diagnostics of the status say why.
+    Failed(Box<Status>),
+    /// The campaign is interrupted and can be resumed.
+    Paused(Box<Status>),
+    /// The campaign was aborted.
+    Aborted,
+}
+
+/// How a campaign is begun.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Begin {
+    /// Every hit waits for a verdict.
+    pub confirm: bool,
+    /// Begin although the layout has an error.
+    pub force: bool,
+    /// Forget an interrupted campaign.
+    pub restart: bool,
+}
+
+/// What [`begin`] found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begun {
+    /// A new campaign.
+    Started,
+    /// An interrupted one goes on.
+    Resumed,
+    /// One was under way already.
+    Joined,
+}
+
+/// Starts a campaign with the layout that the rig keeps, goes on with an interrupted one, or joins
+/// the one that is under way.
+///
+/// # Errors
+/// When the rig refuses or cannot be reached.
+pub fn begin(client: &mut Client, how: Begin) -> Result<Begun, ClientError> {
+    let status = client.status()?;
+    match Phase::from_raw(status.phase) {
+        Some(Phase::Paused) if !how.restart => {
+            client.command(CampaignCommand::Resume)?;
+            Ok(Begun::Resumed)
+        }
+        Some(Phase::Armed | Phase::Busy | Phase::Confirming | Phase::Solving) if !how.restart => {
+            Ok(Begun::Joined)
+        }
+        Some(Phase::Armed | Phase::Busy | Phase::Confirming | Phase::Paused | Phase::Solving) => {
+            client.command(CampaignCommand::Abort)?;
+            client.start(how.confirm, how.force)?;
+            Ok(Begun::Started)
+        }
+        _ => {
+            client.start(how.confirm, how.force)?;
+            Ok(Begun::Started)
+        }
+    }
+}
+
+/// Follows the campaign that runs until it ends.
+///
+/// `patience` is how long nothing may change before the rig is taken to be stuck; `None` where a
+/// person taps. Ctrl-C interrupts the campaign on the rig and ends the following as
+/// [`Ending::Paused`].
+///
+/// # Errors
+/// When the link is lost for good, the rig is stuck, or the observer fails; then the campaign is
+/// interrupted as far as the rig can be reached.
+pub fn follow(
+    client: &mut Client,
+    interrupt: &Interrupt,
+    patience: Option<Duration>,
+    observer: &mut dyn Observer,
+) -> Result<Ending> {
+    let _guard = interrupt.guard();
+    let mut follower =
+        Follower { client, observer, last: None, told: None, changed: Instant::now() };
+    let ending = follower.run(interrupt, patience);
+    // A link that is gone would only be waited for again; the error that is reported is the first.
+    if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
+        let _ = client.command(CampaignCommand::Pause);
+    }
+    ending
+}
+
+struct Follower<'a> {
+    client: &'a mut Client,
+    observer: &'a mut dyn Observer,
+    last: Option<Status>,
+    /// The arming that the observer has heard of.
+    told: Option<u32>,
+    changed: Instant,
+}
+
+impl Follower<'_> {
+    fn run(&mut self, interrupt: &Interrupt, patience: Option<Duration>) -> Result<Ending> {
+        let mut status = self.ask()?;
+        loop {
+            if let Some(ending) = self.take(&status)? {
+                return Ok(ending);
+            }
+            if interrupt.pressed() {
+                return self.leave();
+            }
+            let steered = match self.observer.steer(self.client, &status)? {
+                Some(Steer::Leave) => return self.leave(),
+                Some(Steer::Command(command)) => self.command(command)?,
+                None => None,
+            };
+            status = match steered {
+                Some(status) => status,
+                None => self.listen()?,
+            };
+            if let Some(patience) = patience.filter(|&p| self.changed.elapsed() > p) {
+                return Err(self.stuck(&status, patience));
+            }
+        }
+    }
+
+    /// Looks at a status; how the campaign ended when it has.
+    fn take(&mut self, status: &Status) -> Result<Option<Ending>> {
+        if self.last.as_ref() != Some(status) {
+            self.observer.status(status);
+            self.last = Some(status.clone());
+            self.changed = Instant::now();
+        }
+        match Phase::from_raw(status.phase) {
+            Some(Phase::Armed) if self.told != Some(status.armings) => {
+                self.told = Some(status.armings);
+                self.observer.armed(status.armings, usize::from(status.dof))?;
+                Ok(None)
+            }
+            Some(Phase::Done) => {
+                // The last hits were told before the end.
+                self.drain()?;
+                Ok(Some(Ending::Done(status.result)))
+            }
+            Some(Phase::Failed) => Ok(Some(Ending::Failed(Box::new(status.clone())))),
+            Some(Phase::Paused) => Ok(Some(Ending::Paused(Box::new(status.clone())))),
+            Some(Phase::Idle) => Ok(Some(Ending::Aborted)),
+            _ => Ok(None),
+        }
+    }
+
+    /// Waits for the next status: of an event, or asked for after a silence.
+    fn listen(&mut self) -> Result<Status> {
+        match self.client.next_event(POLL)? {
+            Some(Event::Status(status)) => Ok(status),
+            Some(other) => {
+                self.pass_on(&other);
+                self.last.clone().map_or_else(|| self.ask(), Ok)
+            }
+            None => self.ask(),
+        }
+    }
+
+    fn drain(&mut self) -> Result<()> {
+        while let Some(event) = self.client.next_event(Duration::ZERO)? {
+            self.pass_on(&event);
+        }
+        Ok(())
+    }
+
+    fn pass_on(&mut self, event: &Event) {
+        match event {
+            Event::Hit(hit) => {
+                self.changed = Instant::now();
+                self.observer.hit(hit);
+            }
+            Event::Scans(block) => self.observer.scans(block),
+            Event::Status(_) => {}
+        }
+    }
+
+    fn ask(&mut self) -> Result<Status> {
+        let status = self.client.status()?;
+        self.client.forget_statuses();
+        Ok(status)
+    }
+
+    /// The status after a command, none when it came at the wrong time.
+    fn command(&mut self, command: CampaignCommand) -> Result<Option<Status>> {
+        match self.client.command(command) {
+            Ok(status) => {
+                self.client.forget_statuses();
+                Ok(Some(status))
+            }
+            Err(e) if e.refusal() == Some(Reason::WrongPhase) => {
+                self.observer.refused(command);
+                self.ask().map(Some)
+            }
+            Err(e) => Err(e.into()),
+        }
+    }
+
+    /// Interrupts the campaign; when it has ended meanwhile, that is how it ended.
+    fn leave(&mut self) -> Result<Ending> {
+        loop {
+            let status = match self.command(CampaignCommand::Pause)? {
+                Some(status) => status,
+                None => self.ask()?,
+            };
+            if let Some(ending) = self.take(&status)? {
+                return Ok(ending);
+            }
+            // It is solving: that takes a moment and cannot be interrupted.
+            self.listen()?;
+        }
+    }
+
+    fn stuck(&self, status: &Status, patience: Duration) -> Error {
+        Error::device(
+            "rig_stuck",
+            format!(
+                "the rig has not gone on for {patience:?}: phase {}, DOF number {}, {} hits accepted and {} rejected; `massline device stats` may tell why",
+                crate::commands::phase_name(status.phase),
+                u32::from(status.dof) + 1,
+                status.accepted.iter().map(|&n| u32::from(n)).sum::<u32>(),
+                status.rejected,
+            ),
+        )
+    }
+}

@@ -7,6 +7,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
+use comfy_table::{LineStyle, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::Value;
 
@@ -21,6 +22,7 @@ pub struct Output {
     color: bool,
     bars: bool,
     keyboard: bool,
+    raw: bool,
     interrupt: Interrupt,
 }
 
@@ -60,6 +62,7 @@ impl Output {
             color: io::stdout().is_terminal() && terminal && !no_color,
             bars: terminal,
             keyboard: io::stdin().is_terminal() && terminal,
+            raw: false,
             interrupt,
         }
     }
@@ -77,6 +80,7 @@ impl Output {
             color: false,
             bars: false,
             keyboard: false,
+            raw: false,
             interrupt: Interrupt::new(),
         }
     }
@@ -89,6 +93,11 @@ impl Output {
     /// True when a person sits at the keyboard.
     pub fn has_keyboard(&self) -> bool {
         self.keyboard
+    }
+
+    /// While the terminal is in raw mode a line end does not return to the first column by itself.
+    pub fn set_raw(&mut self, raw: bool) {
+        self.raw = raw;
     }
 
     /// Says when the user has pressed Ctrl-C.
@@ -128,8 +137,12 @@ impl Output {
 
     /// Says something beside the answer, on stderr.
     pub fn note(&mut self, text: impl AsRef<str>) {
+        let mut text = text.as_ref().to_owned();
+        if self.raw {
+            text = text.replace('\n', "\r\n") + "\r";
+        }
         // There is nowhere to report that stderr is gone.
-        let _ = writeln!(self.err, "{}", text.as_ref());
+        let _ = writeln!(self.err, "{text}");
     }
 
     /// Says a reservation, on stderr.
@@ -171,6 +184,13 @@ impl Output {
     pub fn has_bars(&self) -> bool {
         self.bars
     }
+}
+
+/// An empty table in the style of all tables of this program: lines above, under the header, below.
+pub fn table() -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none()));
+    table
 }
 
 fn check(written: io::Result<()>) -> Result<()> {

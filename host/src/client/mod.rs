@@ -17,3 +17,6 @@ pub use pipe::PipeTransport;
 pub use request::{Client, Event, Timing};
 pub use serial::{PortFacts, SerialTransport, choose_port, list_ports};
 pub use transport::Transport;
+
+#[cfg(test)]
+mod tests;

@@ -1,74 +1,65 @@
-//! A pair of byte streams inside this process or to another one.
+//! The in-memory pipe to a virtual rig.
 
 use std::io::{self, Read, Write};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+use massline_virtual::pipe::HostEnd;
 
 use super::Transport;
 
-/// A transport over a [`Read`] and a [`Write`], such as the in-memory pipe of a virtual rig.
-///
-/// A thread reads, because a plain `Read` cannot wait with a timeout; it ends with the stream.
-pub struct PipeTransport {
-    name: String,
-    received: Receiver<Vec<u8>>,
-    left: Vec<u8>,
-    writer: Box<dyn Write + Send>,
-}
+/// For the rig to take a frame.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A rig of this process behind its pipe.
+pub struct PipeTransport(HostEnd);
 
 impl PipeTransport {
-    /// A transport that reads from `reader` until its end and writes to `writer`.
-    pub fn new(
-        name: impl Into<String>,
-        mut reader: impl Read + Send + 'static,
-        writer: impl Write + Send + 'static,
-    ) -> Self {
-        let (sender, received) = channel();
-        std::thread::spawn(move || {
-            let mut buffer = [0; 4096];
-            loop {
-                match reader.read(&mut buffer) {
-                    Ok(n) if n > 0 => {
-                        if sender.send(buffer[..n].to_vec()).is_err() {
-                            return;
-                        }
-                    }
-                    Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-                    _ => return,
-                }
-            }
-        });
-        Self { name: name.into(), received, left: Vec::new(), writer: Box::new(writer) }
+    /// The rig at the other end of `pipe`.
+    pub fn new(pipe: HostEnd) -> Self {
+        Self(pipe)
     }
 }
 
 impl Transport for PipeTransport {
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
-        if self.left.is_empty() {
-            match self.received.recv_timeout(timeout) {
-                Ok(bytes) => self.left = bytes,
-                Err(RecvTimeoutError::Timeout) => return Ok(0),
-                Err(RecvTimeoutError::Disconnected) => {
-                    return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "the rig has ended"));
-                }
-            }
+        self.0.set_timeout(timeout);
+        match self.0.read(buffer) {
+            Err(e) if e.kind() == io::ErrorKind::TimedOut => Ok(0),
+            other => other,
         }
-        let n = buffer.len().min(self.left.len());
-        buffer[..n].copy_from_slice(&self.left[..n]);
-        self.left.drain(..n);
-        Ok(n)
     }
 
     fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.writer.write_all(bytes)?;
-        self.writer.flush()
+        let deadline = Instant::now() + WRITE_TIMEOUT;
+        let mut left = bytes;
+        while !left.is_empty() {
+            self.0.set_timeout(deadline.saturating_duration_since(Instant::now()));
+            match self.0.write(left) {
+                Ok(n) => left = left.get(n..).unwrap_or_default(),
+                // The rig reads nothing: the link stands, and the request will be repeated.
+                Err(e) if e.kind() == io::ErrorKind::TimedOut => return Ok(()),
+                Err(e) => return Err(e),
+            }
+        }
+        Ok(())
     }
 
     fn reconnect(&mut self) -> io::Result<()> {
-        Err(io::Error::new(io::ErrorKind::Unsupported, "the rig has ended"))
+        if !self.0.is_plugged() {
+            return Err(io::Error::new(io::ErrorKind::NotConnected, "the rig is unplugged"));
+        }
+        // A rig that has ended says so without being asked.
+        self.0.set_timeout(Duration::ZERO);
+        match self.0.read(&mut [0; 64]) {
+            Err(e) if e.kind() == io::ErrorKind::BrokenPipe => {
+                Err(io::Error::new(io::ErrorKind::Unsupported, e))
+            }
+            // Bytes from before the cut are of no use.
+            _ => Ok(()),
+        }
     }
 
     fn name(&self) -> &str {
-        &self.name
+        "virtual rig"
     }
 }

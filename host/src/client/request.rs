@@ -177,6 +177,11 @@ impl Client {
         Ok(self.events.pop_front())
     }
 
+    /// Drops the statuses that wait in the queue: the caller has just been told a newer one.
+    pub fn forget_statuses(&mut self) {
+        self.events.retain(|event| !matches!(event, Event::Status(_)));
+    }
+
     /// Who is there? Checks that both sides speak the same protocol.
     ///
     /// # Errors
@@ -368,14 +373,17 @@ impl Client {
                     self.reconnects += 1;
                     return Ok(());
                 }
-                Err(_) if started.elapsed() < self.timing.reconnect => {
+                Err(e)
+                    if e.kind() != io::ErrorKind::Unsupported
+                        && started.elapsed() < self.timing.reconnect =>
+                {
                     std::thread::sleep(self.timing.pause);
                 }
                 Err(_) => {
                     return Err(ClientError::Lost {
                         port: self.port().into(),
                         reason: lost.to_string(),
-                        waited: self.timing.reconnect,
+                        waited: started.elapsed(),
                     });
                 }
             }

@@ -21,7 +21,7 @@ pub trait Transport: Send {
     /// Tries once to open the link anew.
     ///
     /// # Errors
-    /// When it is not there (yet).
+    /// When it is not there (yet); [`io::ErrorKind::Unsupported`] when it will never be again.
     fn reconnect(&mut self) -> io::Result<()>;
 
     /// The name in messages, for example the path of the port.

@@ -109,8 +109,8 @@ fn identity_json(port: &str, identity: &Identity, status: &Status) -> Value {
         "boot_reason": boot_reason(identity.boot_reason),
         "last_panic": identity.last_panic.as_str(),
         "phase": phase_name(status.phase),
-        "layout_hash": hash(status.layout_hash),
-        "result": status.result,
+        "layout_hash": (status.layout_hash != 0).then_some(status.layout_hash),
+        "result": (status.result != 0).then_some(status.result),
     })
 }
 

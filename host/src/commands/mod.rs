@@ -1,7 +1,10 @@
 //! The subcommands: arguments, help, dispatch.
 
-mod connect;
-mod device;
+pub mod connect;
+pub mod device;
+pub mod keyboard;
+
+pub(crate) use device::phase_name;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

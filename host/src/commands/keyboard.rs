@@ -1,0 +1,118 @@
+//! Single keys of the person who measures.
+
+use std::io::{self, IsTerminal};
+use std::time::Duration;
+
+use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+use crossterm::terminal;
+use massline_shared::protocol::message::{CampaignCommand, Phase};
+
+use crate::campaign::Steer;
+
+/// What the keys do, for the person.
+pub const HELP: &str = "keys: a accept  r reject  d redo this DOF  s skip it  f finish it with the hits it has  \
+     p pause  q abort (twice)";
+
+/// The terminal in raw mode until it is dropped.
+#[derive(Debug)]
+pub struct Keyboard {
+    quit_once: bool,
+}
+
+impl Keyboard {
+    /// Takes the keyboard; `None` when stdin is no terminal.
+    ///
+    /// # Errors
+    /// When the terminal does not go into raw mode.
+    pub fn take() -> io::Result<Option<Self>> {
+        if !io::stdin().is_terminal() {
+            return Ok(None);
+        }
+        terminal::enable_raw_mode()?;
+        Ok(Some(Self { quit_once: false }))
+    }
+
+    /// What the person wants by the key that was pressed, if one was.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn poll(&mut self, phase: Option<Phase>) -> io::Result<Option<Steer>> {
+        while event::poll(Duration::ZERO)? {
+            let Event::Key(key) = event::read()? else { continue };
+            if key.kind != KeyEventKind::Press {
+                continue;
+            }
+            let control = key.modifiers.contains(KeyModifiers::CONTROL);
+            if let Some(steer) = self.meaning(key.code, control, phase) {
+                return Ok(Some(steer));
+            }
+        }
+        Ok(None)
+    }
+
+    fn meaning(&mut self, key: KeyCode, control: bool, phase: Option<Phase>) -> Option<Steer> {
+        use CampaignCommand as C;
+        let quit_once = std::mem::take(&mut self.quit_once);
+        // In raw mode Ctrl-C is a key like any other.
+        if control {
+            return (key == KeyCode::Char('c')).then_some(Steer::Leave);
+        }
+        let confirming = phase == Some(Phase::Confirming);
+        let command = match key {
+            KeyCode::Char('a' | 'y') | KeyCode::Enter if confirming => C::Accept,
+            KeyCode::Char('r' | 'n') | KeyCode::Backspace if confirming => C::Reject,
+            KeyCode::Char('d') => C::Redo,
+            KeyCode::Char('s') => C::Skip,
+            KeyCode::Char('f') => C::Finish,
+            KeyCode::Char('p') => return Some(Steer::Leave),
+            KeyCode::Char('q') if quit_once => C::Abort,
+            KeyCode::Char('q') => {
+                self.quit_once = true;
+                return None;
+            }
+            _ => return None,
+        };
+        Some(Steer::Command(command))
+    }
+}
+
+impl Drop for Keyboard {
+    fn drop(&mut self) {
+        // There is nothing to be done when the terminal is gone.
+        let _ = terminal::disable_raw_mode();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Keys without a terminal; `forget` keeps the drop from touching one.
+    fn press(keys: &[(char, bool)], phase: Phase) -> Vec<Option<Steer>> {
+        let mut keyboard = std::mem::ManuallyDrop::new(Keyboard { quit_once: false });
+        keys.iter()
+            .map(|&(c, control)| keyboard.meaning(KeyCode::Char(c), control, Some(phase)))
+            .collect()
+    }
+
+    #[test]
+    fn a_hit_is_accepted_only_when_it_waits_for_it() {
+        let accept = Some(Steer::Command(CampaignCommand::Accept));
+        assert_eq!(press(&[('a', false)], Phase::Confirming), [accept]);
+        assert_eq!(press(&[('a', false)], Phase::Armed), [None]);
+    }
+
+    #[test]
+    fn abort_needs_two_presses_in_a_row() {
+        let abort = Some(Steer::Command(CampaignCommand::Abort));
+        assert_eq!(press(&[('q', false), ('q', false)], Phase::Armed), [None, abort]);
+        let keys = [('q', false), ('x', false), ('q', false)];
+        assert_eq!(press(&keys, Phase::Armed), [None, None, None]);
+    }
+
+    #[test]
+    fn control_c_interrupts_and_nothing_else_with_control_does_anything() {
+        assert_eq!(press(&[('c', true)], Phase::Armed), [Some(Steer::Leave)]);
+        assert_eq!(press(&[('d', true)], Phase::Armed), [None]);
+    }
+}
