@@ -40,6 +40,9 @@ impl HitReport {
 }
 
 /// Grades a complete record.
+///
+/// A sensor may feel gravity at rest, so 2 % less than its range less 1 g is an overload from rest:
+/// 14.7 g of 16 g.
 pub fn grade(
     record: &Record,
     adc: &AdcProperties,
@@ -97,9 +100,9 @@ impl Extremes {
 
 /// The ADC stands at a rail, or the sensor at the end of its range.
 ///
-/// A sensor that clips does not pass its range, and its own zero and gain decide where it stops. So
-/// it is overloaded when it comes within [`RANGE_MARGIN`] of the range, or when it comes near and
-/// shows a flat top there.
+/// A sensor that clips does not pass its range. Where that shows from rest depends on the gravity
+/// that it feels at rest, and on its true gain. So it is overloaded when it comes as far from rest as
+/// gravity leaves it for certain, or not quite so far with a flat top there.
 fn overload(
     report: &mut HitReport,
     record: &Record,
@@ -109,40 +112,43 @@ fn overload(
     extremes: &Extremes,
 ) {
     let per_code = calibration.per_code(adc, channel);
-    let zero = calibration.zero_code(adc, channel);
-    let ends = [extremes.high, extremes.low].map(|code| {
-        let value = (f32::from(code) - zero) * per_code;
+    let certain =
+        (calibration.sensor_range - crate::STANDARD_GRAVITY as f32) * (1.0 - RANGE_MARGIN);
+    let mut worst: Option<f32> = None;
+    for code in [extremes.high, extremes.low] {
+        let value = (f32::from(code) - extremes.rest) * per_code;
+        let share = value.abs() / certain;
         let railed = code == 0 || code >= adc.full_scale();
-        let share = if channel == HAMMER { 0.0 } else { value.abs() / calibration.sensor_range };
-        let clipped = share >= 1.0 - RANGE_MARGIN
-            || (share >= FLAT_TOP_SHARE && flat_top(record, channel, code));
-        (railed || clipped).then_some(value)
-    });
-    let [high, low] = ends.map(|end| end.unwrap_or(0.0));
-    if ends.iter().any(Option::is_some) {
-        let worst = if high.abs() >= low.abs() { high } else { low };
-        report.reject(Code::Overload, channel, worst);
+        let clipped = channel != HAMMER
+            && (share >= 1.0
+                || (share >= FLAT_TOP_SHARE && flat_top(record, channel, code, per_code)));
+        if (railed || clipped) && worst.is_none_or(|worst| value.abs() > worst.abs()) {
+            worst = Some(value);
+        }
+    }
+    if let Some(value) = worst {
+        report.reject(Code::Overload, channel, value);
     }
 }
 
-/// A sensor this near to its range is at its end: quantisation, noise and the filter after the
-/// sensor keep a clipped signal within 2 %.
+/// Noise, and the filter after the sensor, keep a clipped signal within 2 % of where it clips.
 const RANGE_MARGIN: f32 = 0.02;
-/// From this share of the range on a flat top is a clipped sensor; zero (2.6 g of 16 g) and gain of
-/// an uncalibrated one can bring its end down to here.
-const FLAT_TOP_SHARE: f32 = 0.75;
-/// Scans within [`FLAT_TOP_CODES`] of the extreme that make a flat top. A half sine of 5 ms and
-/// 12 g stays there for 0.3 ms, one scan at 4 kS/s.
+/// From this share on a flat top is a clipped sensor: the gain of an uncalibrated ADXL326 is up to
+/// 10 % less than nominal.
+const FLAT_TOP_SHARE: f32 = 0.85;
+/// Scans within [`FLAT_TOP_NOISE`] of the extreme that make a flat top. A half sine of 5 ms and
+/// 12 g stays there for 0.3 ms, one or two scans at 4 kS/s.
 const FLAT_TOP_SCANS: usize = 4;
-/// Noise of a clipped signal about its end, codes: four standard deviations of an ADXL326 with
-/// 10 nF at 12 bit.
-const FLAT_TOP_CODES: u16 = 3;
+/// Noise of a clipped signal about its end, m/s²: 0.04 g, four standard deviations of an ADXL326
+/// with 10 nF; three codes at 12 bit.
+const FLAT_TOP_NOISE: f32 = 0.04 * crate::STANDARD_GRAVITY as f32;
 
 /// True when the channel stays at `extreme` for several scans.
-fn flat_top(record: &Record, channel: usize, extreme: u16) -> bool {
+fn flat_top(record: &Record, channel: usize, extreme: u16, per_code: f32) -> bool {
+    let noise = (FLAT_TOP_NOISE / per_code.abs()) as u16;
     let mut run = 0;
     record.channel(channel).any(|code| {
-        run = if code.abs_diff(extreme) <= FLAT_TOP_CODES { run + 1 } else { 0 };
+        run = if code.abs_diff(extreme) <= noise { run + 1 } else { 0 };
         run >= FLAT_TOP_SCANS
     })
 }
@@ -250,14 +256,23 @@ mod tests {
     }
 
     #[test]
+    fn a_sensor_that_feels_gravity_clips_nearer_to_rest() {
+        // It stands at 1 g: 15 g more are its end, wherever its zero is.
+        for sign in [1.0, -1.0] {
+            assert_eq!(codes(&answered(sign * 25.0 * G, 15.0 * G)), [(Code::Overload, 4)]);
+        }
+    }
+
+    #[test]
     fn a_sensor_that_clips_early_shows_by_its_flat_top() {
-        // Its zero and gain are off: by the calibration it stops at 13 g.
-        assert_eq!(codes(&answered(16.0 * G, 13.0 * G)), [(Code::Overload, 4)]);
+        // Its gain is 10 % less than its calibration says: it stops at 13.5 g from rest.
+        assert_eq!(codes(&answered(16.0 * G, 13.5 * G)), [(Code::Overload, 4)]);
     }
 
     #[test]
     fn a_strong_hit_that_does_not_clip_is_good() {
-        assert!(answered(15.0 * G, f32::MAX).good());
-        assert!(answered(-13.0 * G, f32::MAX).good());
+        for peak in [14.5, 13.5, -14.5] {
+            assert!(answered(peak * G, f32::MAX).good());
+        }
     }
 }

@@ -63,7 +63,7 @@ mod tests {
     /// The code of a force or an acceleration under the nominal calibration, clipped by the ADC.
     pub fn code(channel: usize, value: f32) -> u16 {
         let calibration = Calibration::default();
-        let code = value / calibration.per_code(&ADC, channel);
-        (code + calibration.zero_code(&ADC, channel)).round().clamp(0.0, 4095.0) as u16
+        let rest = calibration.channels[channel].zero.0 / ADC.volts_per_code();
+        (rest + value / calibration.per_code(&ADC, channel)).round().clamp(0.0, 4095.0) as u16
     }
 }
