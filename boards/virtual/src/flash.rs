@@ -50,6 +50,11 @@ impl fmt::Debug for FlashMemory {
 }
 
 impl FlashMemory {
+    /// Another flash with the same content.
+    pub fn copied(&self) -> Self {
+        Self(Arc::new(Mutex::new(self.with(|bytes| bytes.clone()))))
+    }
+
     fn with<T>(&self, what: impl FnOnce(&mut Vec<u8>) -> T) -> T {
         what(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -312,6 +317,14 @@ mod tests {
         let backing = FlashBacking::default();
         block_on(Flash::open(&backing).unwrap().write(0, &[9; 8])).unwrap();
         assert_eq!(read(&mut Flash::open(&backing).unwrap(), 0), [9; 8]);
+    }
+
+    #[test]
+    fn a_copy_of_flash_goes_its_own_way() {
+        let memory = FlashMemory::default();
+        let copy = memory.copied();
+        block_on(Flash::open(&FlashBacking::Memory(copy)).unwrap().write(0, &[9; 8])).unwrap();
+        assert_eq!(read(&mut Flash::open(&FlashBacking::Memory(memory)).unwrap(), 0), [0xFF; 8]);
     }
 
     #[test]

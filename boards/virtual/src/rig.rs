@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use massline_firmware::Memory;
 use massline_firmware::board::{Board, BoardInfo, StackUse};
 use massline_firmware::panel::{Button, PanelModel};
 
@@ -95,17 +96,27 @@ impl LastWords {
 }
 
 impl VirtualRig {
-    /// Starts `application` over a virtual board, on a thread of its own.
+    /// Starts the rig: the application of the hardware over a virtual board.
     ///
     /// # Errors
     /// When the flash cannot be opened or there is no thread.
-    pub fn start_application<A, F>(
+    pub fn start(options: VirtualRigOptions) -> Result<Self, StartError> {
+        Self::start_application(options, async |board| {
+            let mut memory = Box::new(Memory::new());
+            massline_firmware::run(board, &mut memory).await
+        })
+    }
+
+    /// Starts another `application` over a virtual board, on a thread of its own.
+    ///
+    /// # Errors
+    /// When the flash cannot be opened or there is no thread.
+    pub fn start_application<A>(
         options: VirtualRigOptions,
         application: A,
     ) -> Result<Self, StartError>
     where
-        A: FnOnce(VirtualBoard) -> F + Send + 'static,
-        F: Future<Output = Infallible>,
+        A: AsyncFnOnce(VirtualBoard) -> Infallible + Send + 'static,
     {
         let flash = Flash::open(&options.flash)?;
         let source = SharedSource::new(options.source);
@@ -126,7 +137,7 @@ impl VirtualRig {
             // What the rig leaves half-done when it panics is dropped with it.
             let run = AssertUnwindSafe(|| {
                 // Made here: its time is this thread's.
-                let sampler = SourceSampler::new(source, timing);
+                let sampler = SourceSampler::new(source, timing).waiting_for(link.backlog());
                 let board = Board { info, sampler, link, flash, panel };
                 executor.run(application(board));
             });

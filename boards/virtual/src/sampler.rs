@@ -4,12 +4,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Poll, Waker};
 use std::{fmt, future};
 
-use embassy_time::{Duration, Instant, TICK_HZ, Timer};
+use embassy_time::{Duration, Instant, TICK_HZ, Timer, with_timeout};
 use massline_firmware::board::{SampleError, Sampler};
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::ScanIndex;
 
 use crate::clock;
+use crate::pipe::Backlog;
 use crate::source::ScanSource;
 
 /// How the time of scans relates to the wall clock.
@@ -17,10 +18,14 @@ use crate::source::ScanSource;
 pub enum Timing {
     /// A block comes when the wall clock has reached its end.
     RealTime,
-    /// A block comes as soon as it is computed, and the rig's time skips to its end.
+    /// A block comes as soon as it is computed, and the rig's time skips to its end. A host that is
+    /// behind with reading is waited for, so that it loses nothing of a stream, but not for long.
     #[default]
     Simulated,
 }
+
+/// A host that reads nothing for this long is not waited for until it has caught up.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The source of a rig, shared by its sampler, its panel and whoever pokes it. Clones are the same.
 #[derive(Clone)]
@@ -91,6 +96,9 @@ pub struct SourceSampler {
     /// When the scan `paced_from` is due; anew after every wait.
     epoch: Instant,
     paced_from: u64,
+    backlog: Option<Backlog>,
+    /// The host has been waited for in vain.
+    host_is_away: bool,
 }
 
 impl SourceSampler {
@@ -98,7 +106,22 @@ impl SourceSampler {
     pub fn new(source: SharedSource, timing: Timing) -> Self {
         let adc = source.adc();
         let epoch = Instant::now();
-        Self { source, adc, timing, running: false, taken: 0, epoch, paced_from: 0 }
+        Self {
+            source,
+            adc,
+            timing,
+            running: false,
+            taken: 0,
+            epoch,
+            paced_from: 0,
+            backlog: None,
+            host_is_away: false,
+        }
+    }
+
+    /// The same, but in simulated time it waits for a host that is behind.
+    pub fn waiting_for(self, backlog: Backlog) -> Self {
+        Self { backlog: Some(backlog), ..self }
     }
 
     fn pace_anew(&mut self) {
@@ -136,12 +159,22 @@ impl SourceSampler {
         match self.timing {
             Timing::RealTime => Timer::at(self.due()).await,
             Timing::Simulated => {
+                self.wait_for_host().await;
                 clock::advance_to(self.due());
                 // Where computing took longer than the scans, the time is not made up for.
                 self.pace_anew();
             }
         }
         embassy_futures::yield_now().await;
+    }
+
+    async fn wait_for_host(&mut self) {
+        let Some(backlog) = &self.backlog else { return };
+        self.host_is_away = if self.host_is_away {
+            !backlog.is_small()
+        } else {
+            with_timeout(PATIENCE, backlog.small()).await.is_err()
+        };
     }
 }
 
@@ -180,7 +213,10 @@ mod tests {
     use embassy_futures::join::join;
     use embassy_futures::poll_once;
     use embassy_futures::select::{Either, select};
+    use embedded_io_async::Write as _;
+    use massline_firmware::board::Link;
     use massline_shared::units::{Hertz, Seconds, Volts};
+    use std::io::Read as _;
     use std::time::Instant as WallInstant;
 
     const ADC: AdcProperties = AdcProperties {
@@ -294,6 +330,31 @@ mod tests {
             };
             let (first, ()) = join(sampler.read(&mut block), arming).await;
             assert_eq!(first, Ok(ScanIndex(0)));
+        });
+    }
+
+    #[test]
+    fn a_host_that_is_behind_is_waited_for_but_not_for_ever() {
+        let (link, mut host) = crate::pipe::pipe(100);
+        let mut sampler = sampler(u16::MAX, Timing::Simulated).waiting_for(link.backlog());
+        let (_rx, mut tx) = link.split();
+        run(async {
+            sampler.start().await.unwrap();
+            let mut block = [[0; 10]; 8];
+            tx.write_all(&[0; 51]).await.unwrap();
+            assert!(poll_once(sampler.read(&mut block)).is_pending());
+            host.read_exact(&mut [0; 1]).unwrap();
+            sampler.read(&mut block).await.unwrap();
+            tx.write_all(&[0; 1]).await.unwrap();
+            let begin = Instant::now();
+            sampler.read(&mut block).await.unwrap();
+            assert!(begin.elapsed() >= PATIENCE);
+            // Once given up, the host costs nothing until it has read.
+            assert!(sampler.host_is_away);
+            sampler.read(&mut block).await.unwrap();
+            host.read_exact(&mut [0; 1]).unwrap();
+            sampler.read(&mut block).await.unwrap();
+            assert!(!sampler.host_is_away);
         });
     }
 

@@ -18,7 +18,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
 pub use host_end::HostEnd;
-pub use rig_end::{PipeLink, RigRx, RigTx, Unplugged};
+pub use rig_end::{Backlog, PipeLink, RigRx, RigTx, Unplugged};
 
 /// Bytes that a direction of the pipe holds unless told otherwise: as much as a serial driver does.
 pub const DEFAULT_CAPACITY: usize = 64 * 1024;
@@ -47,6 +47,7 @@ pub fn pipe(capacity: usize) -> (PipeLink, HostEnd) {
             rig_ended: false,
             rig_reader: None,
             rig_writer: None,
+            rig_pacer: None,
         }),
         changed: Condvar::new(),
     });
@@ -69,6 +70,8 @@ struct State {
     rig_ended: bool,
     rig_reader: Option<Waker>,
     rig_writer: Option<Waker>,
+    /// Waits for the host to read.
+    rig_pacer: Option<Waker>,
 }
 
 impl Shared {
@@ -87,7 +90,8 @@ impl State {
     }
 
     fn wake_rig(&mut self) {
-        for waker in [self.rig_reader.take(), self.rig_writer.take()].into_iter().flatten() {
+        let wakers = [&mut self.rig_reader, &mut self.rig_writer, &mut self.rig_pacer];
+        for waker in wakers.into_iter().filter_map(Option::take) {
             waker.wake();
         }
     }

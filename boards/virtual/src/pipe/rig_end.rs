@@ -8,7 +8,7 @@ use std::task::Poll;
 use embedded_io_async::{Error, ErrorKind, ErrorType, Read, Write};
 use massline_firmware::board::Link;
 
-use super::{Shared, wait};
+use super::{Shared, State, wait};
 
 /// The rig's end: its [`Link`]. The host sees the rig as gone when either half is dropped.
 pub struct PipeLink {
@@ -19,6 +19,47 @@ pub struct PipeLink {
 impl PipeLink {
     pub(super) fn new(shared: Arc<Shared>) -> Self {
         Self { rx: RigRx(Half(shared.clone())), tx: RigTx(Half(shared)) }
+    }
+}
+
+impl PipeLink {
+    /// How far the host is behind with reading.
+    pub fn backlog(&self) -> Backlog {
+        Backlog(self.tx.0.0.clone())
+    }
+}
+
+/// What the host has not read yet.
+pub struct Backlog(Arc<Shared>);
+
+impl Backlog {
+    /// True when the host has read all but half of what the pipe holds, or is not there.
+    pub fn is_small(&self) -> bool {
+        self.0.lock().has_small_backlog()
+    }
+
+    /// Waits until [`is_small`](Self::is_small).
+    pub async fn small(&self) {
+        poll_fn(|cx| {
+            let mut state = self.0.lock();
+            if state.has_small_backlog() {
+                return Poll::Ready(());
+            }
+            wait(&mut state.rig_pacer, cx)
+        })
+        .await;
+    }
+}
+
+impl State {
+    fn has_small_backlog(&self) -> bool {
+        !self.plugged || self.to_host.bytes.len() <= self.to_host.capacity / 2
+    }
+}
+
+impl fmt::Debug for Backlog {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Backlog")
     }
 }
 
