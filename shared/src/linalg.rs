@@ -1,4 +1,5 @@
 //! The small linear algebra that the solvers share.
+#![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
 use nalgebra::{Matrix3, SMatrix, SVD, SVector, SymmetricEigen, Vector3};
 

@@ -8,6 +8,7 @@
 //!
 //! The design is the same for all channels of a hit, so [`MassLineBasis`] factors it once and
 //! [`MassLineBasis::fit`] costs about twenty multiplications a line and channel.
+#![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
 use nalgebra::Complex;
 
@@ -101,7 +102,7 @@ pub struct MassLineBasis<'a, R> {
     /// Lines before the band.
     skipped: usize,
     terms: usize,
-    /// The imaginary parts count, because σ is not zero.
+    /// The imaginary parts are fitted too.
     complex: bool,
     /// `R⁻¹`, upper triangular.
     inverse: [[R; MAX_TERMS]; MAX_TERMS],
@@ -137,7 +138,8 @@ impl<R: Real> MassLine<R> {
 impl<'a, R: Real> MassLineBasis<'a, R> {
     /// Factors the design of all `lines` within `band` (Hz, both ends included).
     ///
-    /// `decay` is σ in 1/s: with zero only the real parts are fitted, else real and imaginary parts.
+    /// `decay` is σ in 1/s: with zero, or with A alone, only the real parts are fitted, else real and
+    /// imaginary parts.
     /// The lines must ascend in frequency. `workspace` needs a row for every line of the band.
     ///
     /// # Errors
@@ -152,7 +154,8 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         if ![band[0], band[1], decay].iter().all(|v| v.finite()) {
             return Err(MassLineError::NotFinite);
         }
-        let complex = decay != R::zero();
+        // The constant alone leaves no unknown in the imaginary parts.
+        let complex = decay != R::zero() && terms != Terms::A;
         let (skipped, count, reference) = fill(lines, band, decay, workspace)?;
         let terms = terms.count();
         let equations = if complex { 2 * count } else { count };
@@ -297,14 +300,14 @@ fn fill<R: Real>(
     let Some(last) = rows.last() else {
         return Err(MassLineError::BandTooNarrow);
     };
-    if !(sum > R::zero()) {
+    if sum <= R::zero() || !sum.finite() {
         return Err(MassLineError::NotFinite);
     }
     // A band that begins at 0 Hz is scaled by its last line alone.
     let last = (last.re[1] * last.re[1] + last.im[1] * last.im[1]).sqrt();
     let from = (decay * decay + first * first).sqrt();
     let reference = if from > R::zero() { from * last.sqrt() } else { last };
-    if !(reference > R::zero() && reference.finite()) {
+    if reference <= R::zero() || !reference.finite() {
         return Err(MassLineError::BandTooNarrow);
     }
     let to_mean_one = (R::of(count as f64) / sum).sqrt();
@@ -356,7 +359,7 @@ fn orthonormalise<R: Real>(
         }
         let norm = dot(rows, k, k).sqrt();
         // What is left of a dependent column is rounding.
-        if !(norm > before * R::default_epsilon() * R::of(10.0) && norm.finite()) {
+        if norm <= before * R::default_epsilon() * R::of(10.0) || !norm.finite() {
             return None;
         }
         factor[k][k] = norm;

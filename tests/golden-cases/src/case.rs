@@ -1,0 +1,272 @@
+//! The cases as data, and the comparison by their tolerance rules.
+
+use core::marker::PhantomData;
+
+use massline_shared::Real;
+
+include!(concat!(env!("OUT_DIR"), "/cases.rs"));
+
+/// Called with case, path, pass, and the largest error as a part of the tolerance.
+pub type Report<'a> = dyn FnMut(&str, &str, bool, f64) + 'a;
+
+/// One golden case.
+#[derive(Debug)]
+pub struct Case {
+    /// The file's name without `.json`.
+    pub id: &'static str,
+    /// What is computed, see the schema.
+    pub method: &'static str,
+    /// Inputs and expected outputs under `inputs.` and `expected.`.
+    pub arrays: &'static [Array],
+    /// How exactly they must be met.
+    pub rules: &'static [Rule],
+}
+
+/// Numbers or texts under a dotted path.
+#[derive(Debug)]
+pub struct Array {
+    /// For example `inputs.sensors.R`.
+    pub path: &'static str,
+    /// Empty for a single number; row-major.
+    pub shape: &'static [usize],
+    /// The values.
+    pub values: Values,
+}
+
+/// What an array holds.
+#[derive(Clone, Copy, Debug)]
+pub enum Values {
+    /// Any numbers; NaN where the file says `null`.
+    Real(&'static [f64]),
+    /// Whole numbers.
+    Whole(&'static [u16]),
+    /// Names.
+    Text(&'static [&'static str]),
+}
+
+impl Values {
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Real(values) => values.len(),
+            Self::Whole(values) => values.len(),
+            Self::Text(values) => values.len(),
+        }
+    }
+
+    /// True when there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// A number by its index, row-major.
+    pub fn get(&self, index: usize) -> Option<f64> {
+        match self {
+            Self::Real(values) => values.get(index).copied(),
+            Self::Whole(values) => values.get(index).copied().map(f64::from),
+            Self::Text(_) => None,
+        }
+    }
+
+    /// All numbers, row-major.
+    pub fn iter(&self) -> impl Iterator<Item = f64> + Clone + '_ {
+        (0..self.len()).filter_map(|index| self.get(index))
+    }
+}
+
+/// A tolerance: `|got − expected| ≤ abs + rel · max|expected|`.
+#[derive(Debug)]
+pub struct Rule {
+    /// Path below `expected`; `*.` stands for every member.
+    pub path: &'static str,
+    /// One number for all or one for each.
+    pub abs: Option<&'static [f64]>,
+    /// Relative to the largest.
+    pub rel: Option<f64>,
+    /// Takes the place of `abs` in single precision.
+    pub abs_f32: Option<&'static [f64]>,
+    /// Takes the place of `rel` in single precision.
+    pub rel_f32: Option<f64>,
+    /// The number must be at least this.
+    pub min: Option<f64>,
+    /// Columns may have either sign.
+    pub columns_up_to_sign: bool,
+    /// The names may come in any order.
+    pub set: bool,
+}
+
+impl Case {
+    /// The case of this name.
+    pub fn find(id: &str) -> Option<&'static Self> {
+        CASES.iter().find(|case| case.id == id)
+    }
+
+    /// The array at a path, for example `inputs.hits.q`.
+    pub fn array(&self, path: &str) -> Option<&'static Array> {
+        self.arrays.iter().find(|array| array.path == path)
+    }
+
+    /// The values of the array at a path.
+    pub fn real(&self, path: &str) -> Option<Values> {
+        self.array(path).map(|array| array.values)
+    }
+
+    /// The single number at a path.
+    pub fn number(&self, path: &str) -> Option<f64> {
+        self.real(path)?.get(0)
+    }
+
+    fn rule(&self, path: &str) -> Option<(usize, &'static Rule)> {
+        self.rules.iter().enumerate().find(|(_, rule)| match rule.path.strip_prefix("*.") {
+            Some(rest) => path.split_once('.').is_some_and(|(_, below)| below == rest),
+            None => rule.path == path,
+        })
+    }
+}
+
+/// Compares what is computed with what one case expects.
+pub struct Check<'a, 'b, R> {
+    /// The case.
+    pub case: &'static Case,
+    report: &'a mut Report<'b>,
+    /// A bit for every rule that something answered to.
+    answered: u64,
+    precision: PhantomData<R>,
+}
+
+impl<'a, 'b, R: Real> Check<'a, 'b, R> {
+    /// Of a case.
+    pub fn new(case: &'static Case, report: &'a mut Report<'b>) -> Self {
+        Self { case, report, answered: 0, precision: PhantomData }
+    }
+
+    /// The numbers of an input in the precision `R`.
+    pub fn input(&self, name: &str) -> Option<impl Iterator<Item = R> + Clone + use<R>> {
+        let values = self.find(&["inputs.", name])?;
+        Some((0..values.len()).map(move |i| R::of(values.get(i).unwrap_or(f64::NAN))))
+    }
+
+    /// A single number of the inputs.
+    pub fn input_number(&self, name: &str) -> Option<R> {
+        self.input(name)?.next()
+    }
+
+    /// As many numbers of an input as the array holds; `None` when there are not as many.
+    pub fn input_array<const N: usize>(&self, name: &str) -> Option<[R; N]> {
+        let values = self.find(&["inputs.", name])?;
+        (values.len() == N)
+            .then(|| core::array::from_fn(|i| R::of(values.get(i).unwrap_or(f64::NAN))))
+    }
+
+    /// Compares numbers, row-major, with `expected.{path}`; nothing without a rule.
+    pub fn numbers(&mut self, path: &str, got: &[R]) {
+        let Some((index, rule)) = self.case.rule(path) else {
+            return;
+        };
+        self.answered |= 1 << index;
+        let Some(expected) = self.case.arrays.iter().find(|a| below_expected(a.path, path)) else {
+            return self.fail(path);
+        };
+        if expected.values.len() != got.len() || got.is_empty() {
+            return self.fail(path);
+        }
+        let worst = compare(expected, rule, got);
+        (self.report)(self.case.id, path, worst <= 1.0, worst);
+    }
+
+    /// Compares the numbers of a matrix given column by column, as nalgebra stores it.
+    pub fn matrix<const M: usize, const N: usize>(
+        &mut self,
+        path: &str,
+        got: &nalgebra::SMatrix<R, M, N>,
+    ) {
+        let transposed = got.transpose();
+        self.numbers(path, transposed.as_slice());
+    }
+
+    /// Compares a set of names with `expected.{path}`.
+    pub fn names<'n>(&mut self, path: &str, got: impl Iterator<Item = &'n str> + Clone) {
+        let Some((index, rule)) = self.case.rule(path) else {
+            return;
+        };
+        self.answered |= 1 << index;
+        let expected = self.case.arrays.iter().find(|a| below_expected(a.path, path));
+        let pass = match expected.map(|array| array.values) {
+            Some(Values::Text(names)) if rule.set => {
+                names.iter().all(|name| got.clone().any(|g| g == *name))
+                    && got.clone().all(|g| names.contains(&g))
+            }
+            _ => false,
+        };
+        (self.report)(self.case.id, path, pass, if pass { 0.0 } else { f64::INFINITY });
+    }
+
+    /// Reports a path as failed.
+    pub fn fail(&mut self, path: &str) {
+        (self.report)(self.case.id, path, false, f64::INFINITY);
+    }
+
+    /// Reports every rule that nothing answered to, and the case itself when it could not be run.
+    pub fn finish(mut self, complete: bool) {
+        if !complete {
+            self.fail("(the case could not be run)");
+        }
+        for (index, rule) in self.case.rules.iter().enumerate() {
+            if self.answered & (1 << index) == 0 {
+                self.fail(rule.path);
+            }
+        }
+    }
+
+    fn find(&self, parts: &[&str; 2]) -> Option<Values> {
+        let [start, rest] = parts;
+        let matches = |a: &&Array| a.path.strip_prefix(start).is_some_and(|r| r == *rest);
+        Some(self.case.arrays.iter().find(matches)?.values)
+    }
+}
+
+fn below_expected(array: &str, path: &str) -> bool {
+    array.strip_prefix("expected.").is_some_and(|rest| rest == path)
+}
+
+/// The largest error as a part of the tolerance; infinite for a number that is not finite.
+fn compare<R: Real>(expected: &Array, rule: &Rule, got: &[R]) -> f64 {
+    if let Some(min) = rule.min {
+        return if got.iter().all(|g| g.to_f64() >= min) { 0.0 } else { f64::INFINITY };
+    }
+    let single = size_of::<R>() == size_of::<f32>();
+    let abs = if single { rule.abs_f32.or(rule.abs) } else { rule.abs };
+    let rel = if single { rule.rel_f32.or(rule.rel) } else { rule.rel };
+    let largest = expected.values.iter().map(libm::fabs).fold(0.0, f64::max);
+    let tolerance = |i: usize| {
+        let abs = abs.and_then(|list| if list.len() == 1 { list.first() } else { list.get(i) });
+        abs.copied().unwrap_or(0.0) + rel.unwrap_or(0.0) * largest
+    };
+    // Each column is compared by itself when its sign is free.
+    let columns = if rule.columns_up_to_sign { expected.shape.last().copied() } else { None };
+    let columns = columns.unwrap_or(1).max(1);
+    let worst_of = |column: usize, sign: f64| {
+        let pairs = expected.values.iter().zip(got).enumerate();
+        pairs
+            .filter(|(i, _)| i % columns == column)
+            .map(|(i, (want, got))| ratio(libm::fabs(sign * got.to_f64() - want), tolerance(i)))
+            .fold(0.0, f64::max)
+    };
+    (0..columns).fold(0.0, |worst, column| {
+        let mut least = worst_of(column, 1.0);
+        if rule.columns_up_to_sign {
+            least = least.min(worst_of(column, -1.0));
+        }
+        f64::max(worst, least)
+    })
+}
+
+fn ratio(error: f64, tolerance: f64) -> f64 {
+    if error == 0.0 {
+        0.0
+    } else if error.is_finite() && tolerance > 0.0 {
+        error / tolerance
+    } else {
+        f64::INFINITY
+    }
+}

@@ -1,0 +1,54 @@
+//! `f_massline_`: the mass line and its standard deviation.
+
+use massline_shared::Real;
+use massline_shared::mass_line::{BasisRow, Line, MassLine, MassLineBasis, Terms};
+use nalgebra::Complex;
+
+use crate::Check;
+
+/// Lines in the longest case.
+const LINES: usize = 75;
+
+pub(crate) fn run<R: Real + Default>(check: &mut Check<'_, '_, R>) -> Option<()> {
+    let frequencies = check.input("f_hz")?;
+    let weights = check.input("weights")?;
+    let lines = || {
+        let pairs = frequencies.clone().zip(weights.clone());
+        pairs.map(|(frequency, weight)| Line { frequency, weight })
+    };
+    let band = check.input_array::<2>("band")?;
+    let decay = check.input_number("sigma")?;
+    let channels = *check.case.array("inputs.H.re")?.shape.get(1)?;
+    let (re, im) = (check.input("H.re")?, check.input("H.im")?);
+    let channel = |c: usize| {
+        let parts = re.clone().zip(im.clone()).skip(c).step_by(channels);
+        parts.map(|(re, im)| Complex::new(re, im))
+    };
+    let mut workspace = [BasisRow::default(); LINES];
+    for (terms, fit, sigma) in [
+        (Terms::A, "fit.A", "sd.A"),
+        (Terms::Ab, "fit.AB", "sd.AB"),
+        (Terms::Abc, "fit.ABC", "sd.ABC"),
+    ] {
+        let basis = MassLineBasis::new(lines(), band, decay, terms, &mut workspace).ok()?;
+        let mut found = heapless::Vec::<MassLine<R>, 9>::new();
+        let mut means = heapless::Vec::<R, 9>::new();
+        for c in 0..channels {
+            found.push(basis.fit(channel(c)).ok()?).ok()?;
+            means.push(basis.mean_real(channel(c))?).ok()?;
+        }
+        check.numbers(fit, &by_term(&found, terms, |line| line.coefficients));
+        check.numbers(sigma, &by_term(&found, terms, |line| line.sigma));
+        check.numbers("mean_real", &means);
+    }
+    Some(())
+}
+
+/// `[term][channel]`.
+fn by_term<R: Real>(
+    lines: &[MassLine<R>],
+    terms: Terms,
+    of: fn(&MassLine<R>) -> [R; 3],
+) -> heapless::Vec<R, 27> {
+    (0..terms.count()).flat_map(|term| lines.iter().map(move |line| of(line)[term])).collect()
+}
