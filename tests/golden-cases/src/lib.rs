@@ -13,6 +13,7 @@
 #![forbid(unsafe_code)]
 
 mod case;
+mod chain;
 mod gravity;
 mod inertia_restraint;
 mod layout;
@@ -22,21 +23,21 @@ mod params;
 pub use case::{Array, CASES, Case, Check, Report, Rule, Values};
 pub use layout::GoldenLayout;
 
-use massline_shared::Real;
+use massline_shared::signal::RealFft;
 
 /// Runs every case whose method this crate knows, in the precision `R`.
 ///
 /// `report` is called once for every number or array that a rule speaks about: case, path, whether it
 /// passes, and the largest error as a part of the tolerance. A rule that nothing answers to, and a case
 /// of an unknown method, are reported as failed.
-pub fn run_all<R: Real + Default>(report: &mut Report<'_>) {
+pub fn run_all<R: RealFft + Default>(report: &mut Report<'_>) {
     for case in CASES {
         run::<R>(case, report);
     }
 }
 
 /// Runs one case, see [`run_all`].
-pub fn run<R: Real + Default>(case: &'static Case, report: &mut Report<'_>) {
+pub fn run<R: RealFft + Default>(case: &'static Case, report: &mut Report<'_>) {
     let mut check = Check::<R>::new(case, report);
     let done = match case.method {
         "params" => params::run(&mut check),
@@ -44,8 +45,7 @@ pub fn run<R: Real + Default>(case: &'static Case, report: &mut Report<'_>) {
         "massline" => mass_line::run(&mut check),
         "gravity" => gravity::run(&mut check),
         "layout" => layout::run(&mut check),
-        // Its check comes with the signal chain.
-        "chain" => return,
+        "chain" => chain::run(&mut check),
         _ => None,
     };
     check.finish(done.is_some());
@@ -58,7 +58,7 @@ mod tests {
     use std::string::{String, ToString};
     use std::vec::Vec;
 
-    fn failures<R: Real + Default>() -> (usize, Vec<String>) {
+    fn failures<R: RealFft + Default>() -> (usize, Vec<String>) {
         let (mut count, mut failed) = (0, Vec::new());
         run_all::<R>(&mut |case, path, pass, worst| {
             count += 1;
