@@ -77,6 +77,12 @@ impl Calibration {
             self.channels.get(channel).map_or(0.0, |c| adc.volts_per_code() / c.sensitivity);
         if scale.is_finite() { scale } else { 0.0 }
     }
+
+    /// True when every number is finite and every sensitivity is not zero.
+    pub fn is_usable(&self) -> bool {
+        let usable = |c: &ChannelCalibration| c.zero.0.is_finite() && c.sensitivity.is_normal();
+        self.channels.iter().all(usable) && self.sensor_range > 0.0
+    }
 }
 
 impl Default for Calibration {
