@@ -1,0 +1,30 @@
+//! Firmware that panics at once: with it the tests prove that a panic of the rig ends QEMU with a
+//! failure, and that the host tells its words.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+#[path = "../chip/fault.rs"]
+mod fault;
+#[cfg(target_os = "none")]
+#[path = "../chip/registers.rs"]
+#[allow(dead_code, reason = "only the UART of the last words is used here")]
+mod registers;
+
+#[cfg(target_os = "none")]
+mod firmware {
+    #[cortex_m_rt::entry]
+    fn main() -> ! {
+        panic!("these are the last words")
+    }
+
+    // The linker script wants the table, though no interrupt is ever enabled.
+    #[unsafe(link_section = ".vector_table.interrupts")]
+    #[unsafe(no_mangle)]
+    static __INTERRUPTS: [usize; 32] = [0; 32];
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("This is firmware, for the tests of the emulated rig.");
+    std::process::exit(2);
+}

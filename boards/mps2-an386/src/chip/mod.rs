@@ -1,0 +1,70 @@
+//! What runs on the Cortex-M4F.
+
+mod executor;
+mod fault;
+mod interrupts;
+mod link;
+mod panel;
+mod registers;
+mod sampler;
+mod stack;
+mod time;
+
+use cortex_m_rt::entry;
+use embassy_executor::Spawner;
+use massline_firmware::Memory;
+use massline_firmware::board::{Board, BoardInfo};
+use massline_mps2_an386::flash::MemoryFlash;
+use massline_mps2_an386::ring::Ring;
+use massline_mps2_an386::{FLASH_OFFSET, FLASH_SIZE, PSRAM_ADDRESS, RING_OFFSET};
+use static_cell::ConstStaticCell;
+
+const INFO: BoardInfo = BoardInfo {
+    name: "mps2-an386",
+    firmware: env!("CARGO_PKG_VERSION"),
+    git_hash: env!("MASSLINE_GIT_HASH"),
+    git_dirty: matches!(env!("MASSLINE_GIT_DIRTY").as_bytes(), b"true"),
+    boot_reason: 1,
+    // A panic ends the emulator, so there is never a start after one.
+    last_panic: "",
+    stack: stack::measure,
+};
+
+#[entry]
+fn main() -> ! {
+    time::start();
+    executor::run(|spawner: Spawner| match rig() {
+        Ok(token) => spawner.spawn(token),
+        Err(_) => unreachable!("the task is spawned once"),
+    })
+}
+
+#[embassy_executor::task]
+async fn rig() {
+    static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
+    let ring = ring();
+    let mut flash = flash();
+    if ring.adc().is_none() {
+        // Nobody has prepared the PSRAM.
+        flash.erase_all();
+    }
+    let board = Board {
+        info: INFO,
+        sampler: sampler::RingSampler::new(ring),
+        link: link::start(),
+        flash,
+        panel: panel::NoPanel,
+    };
+    massline_firmware::run(board, MEMORY.take()).await;
+}
+
+fn ring() -> &'static Ring {
+    // SAFETY: PSRAM is there from power-on, `Ring` consists of atomics, and any bytes are a ring.
+    unsafe { &*((PSRAM_ADDRESS + RING_OFFSET) as *const Ring) }
+}
+
+fn flash() -> MemoryFlash<'static> {
+    let start = (PSRAM_ADDRESS + FLASH_OFFSET) as *mut u8;
+    // SAFETY: this part of the PSRAM is for the flash alone, and the one task calls this once.
+    MemoryFlash::new(unsafe { core::slice::from_raw_parts_mut(start, FLASH_SIZE) })
+}

@@ -1,0 +1,15 @@
+//! The rig on the machine `mps2-an386` of QEMU: the application over UART0, the ring of scans and the
+//! flash in PSRAM.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod chip;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!(
+        "This is firmware. Build it with\n    cargo build -p massline-mps2-an386 \
+         --target thumbv7em-none-eabihf --profile firmware\nand run it with `massline demo --rig qemu`."
+    );
+    std::process::exit(2);
+}

@@ -1,0 +1,201 @@
+//! The work that is measured: the first test of the three-bar frame of the theory, section 11.
+
+use core::fmt;
+
+use cortex_m_rt::entry;
+use massline_on_target::{Measured, end, measure, print};
+use massline_shared::body::RigidBody;
+use massline_shared::identify::inertia_restraint::{self, ReferencePoint};
+use massline_shared::identify::{Estimate, MassLines, ScatterAccumulator};
+use massline_shared::layout::{
+    Axis, Dof, Hit, RigLayout, Sensor, Sign, TestSettings, check_geometry,
+};
+use massline_shared::mass_line::{BasisRow, Line, MassLineBasis, MassLineError, Terms};
+use massline_shared::signal::{
+    AdcProperties, CHANNELS, Calibration, FftError, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS,
+    RESPONSES, Record, SPECTRUM_LINES, Spectra,
+};
+use massline_shared::units::{Hertz, Seconds, Volts};
+use nalgebra::{Complex, ComplexField, SVector};
+
+const ADC: AdcProperties = AdcProperties {
+    rate: Hertz(4000.0),
+    channels: CHANNELS as u8,
+    bits: 12,
+    reference: Volts(3.0),
+    channel_delay: Seconds(10e-6),
+};
+const ZERO: Complex<f32> = Complex { re: 0.0, im: 0.0 };
+
+/// What the firmware keeps in statics; it is not part of the stack that is measured.
+struct Memory {
+    record: Record,
+    spectra: Spectra<f32, RESPONSES, SPECTRUM_LINES>,
+    scratch: [f32; RECORD_SCANS],
+    force: [Complex<f32>; SPECTRUM_LINES],
+    lines: [Complex<f32>; SPECTRUM_LINES],
+    basis: [BasisRow<f32>; SPECTRUM_LINES],
+}
+
+#[entry]
+fn main() -> ! {
+    let mut memory = Memory {
+        record: Record::new(),
+        spectra: Spectra::<f32, RESPONSES, SPECTRUM_LINES>::new(),
+        scratch: [0.0; RECORD_SCANS],
+        force: [ZERO; SPECTRUM_LINES],
+        lines: [ZERO; SPECTRUM_LINES],
+        basis: [BasisRow::default(); SPECTRUM_LINES],
+    };
+    let layout = layout();
+    let body = body();
+
+    say("layout_check", measure(|| assert!(check_geometry(&layout, None).is_empty())));
+
+    let truth = accelerance(&layout, &body, 0);
+    record_a_hit(&mut memory.record, &truth);
+    let mut single = None;
+    let measured = measure(|| single = Some(analyse(&mut memory)));
+    say("hit_analysis", measured);
+    let Some(Ok(single)) = single else { panic!("the hit was not analysed") };
+    // 12 bits of 16 g over a peak of a few m/s².
+    close("mass line", &single, &truth, 0.02);
+
+    let dofs = [0, 1, 2].map(|dof| (dof, mass_lines(&accelerance(&layout, &body, dof))));
+    let mut estimate = None;
+    let measured = measure(|| {
+        let dofs = dofs.iter().map(|(dof, lines)| (*dof, lines));
+        estimate = Some(inertia_restraint::solve(&layout, dofs, ReferencePoint::Centroid));
+    });
+    say("irm_solve", measured);
+    let Some(Ok(estimate)) = estimate else { panic!("the ten properties were not found") };
+    judge(&estimate, &body);
+    end(true)
+}
+
+/// As the firmware does with a hit.
+fn analyse(memory: &mut Memory) -> Result<SVector<f32, RESPONSES>, Failure> {
+    let Memory { record, spectra, scratch, force, lines, basis } = memory;
+    let test = TestSettings::<f32>::default();
+    let hit = HitAnalysis::<f32>::new(&ADC, &Calibration::default(), &test, PRE_TRIGGER_SCANS);
+    hit.force(record, scratch, force)?;
+    spectra.add_force(force);
+    let resolution = hit.resolution(RECORD_SCANS);
+    let weighted = force
+        .iter()
+        .enumerate()
+        .map(|(i, f)| Line { frequency: i as f32 * resolution, weight: f.norm_sqr() });
+    let basis =
+        MassLineBasis::new(weighted, test.band_hz, test.exponential_decay, Terms::Abc, basis)?;
+    let mut single = SVector::zeros();
+    for response in 0..RESPONSES {
+        hit.response(record, response, scratch, lines)?;
+        spectra.add_response(response, force, lines);
+        HitAnalysis::divide(lines, force);
+        single[response] = basis.fit(lines.iter().copied())?.accelerance();
+    }
+    Ok(single)
+}
+
+#[derive(Debug)]
+enum Failure {
+    Transform,
+    MassLine,
+}
+
+impl From<FftError> for Failure {
+    fn from(_: FftError) -> Self {
+        Self::Transform
+    }
+}
+
+impl From<MassLineError> for Failure {
+    fn from(_: MassLineError) -> Self {
+        Self::MassLine
+    }
+}
+
+/// A tap of 5 ms and 20 N on a body that nothing holds; every channel is read after the one before.
+fn record_a_hit(record: &mut Record, accelerance: &SVector<f32, RESPONSES>) {
+    const TAP: f32 = 20.0;
+    let calibration = Calibration::default();
+    for n in 0..RECORD_SCANS {
+        record.push(&core::array::from_fn(|channel| {
+            let delay = channel as f32 * ADC.channel_delay.0 * ADC.rate.0;
+            let phase = (n as f32 + delay - PRE_TRIGGER_SCANS as f32) / TAP;
+            let touching = (0.0..1.0).contains(&phase);
+            let force = if touching { 20.0 * (core::f32::consts::PI * phase).sin() } else { 0.0 };
+            let value = channel.checked_sub(1).map_or(force, |k| force * accelerance[k]);
+            let code = value / calibration.per_code(&ADC, channel);
+            let zero = calibration.channels[channel].zero.0 / ADC.volts_per_code();
+            (code + zero + 0.5) as u16
+        }));
+    }
+}
+
+/// Three hits with a scatter of about a percent, so that there is a covariance to compute.
+fn mass_lines(truth: &SVector<f32, RESPONSES>) -> MassLines<f32, RESPONSES> {
+    let mut hits = ScatterAccumulator::new();
+    for hit in 0..3 {
+        hits.add(&SVector::from_fn(|response, _| {
+            truth[response] + 0.005 * ((hit * 5 + response * 3) % 7) as f32 - 0.015
+        }));
+    }
+    hits.mass_lines_at(*truth)
+}
+
+fn accelerance(layout: &RigLayout, body: &RigidBody<f32>, dof: usize) -> SVector<f32, RESPONSES> {
+    layout.accelerance(body, dof).expect("the body has inertia and the layout this hit")
+}
+
+fn body() -> RigidBody<f32> {
+    RigidBody::from_theta(&SVector::from([
+        1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
+    ]))
+}
+
+fn layout() -> RigLayout {
+    const NODES: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [0.20785, -0.19902, 0.0], [0.20785, 0.0, 0.0]];
+    const FREE_END: [f32; 3] = [0.20785, -0.19902, 0.14913];
+    const AXES: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let sensor = |node: usize| Sensor {
+        node: node as u16 + 1,
+        position: NODES[node],
+        axes: AXES,
+        senses_gravity: true,
+    };
+    let hit = |node, axis, position, direction| Hit {
+        dof: Dof { node, axis, sign: Sign::Plus },
+        position,
+        direction,
+    };
+    RigLayout {
+        title: Default::default(),
+        gravity: Some([0.0, 0.0, -9.80665]),
+        sensors: (0..3).map(sensor).collect(),
+        hits: [
+            hit(1, Axis::Y, NODES[0], AXES[1]),
+            hit(2, Axis::Z, NODES[1], AXES[2]),
+            hit(4, Axis::X, FREE_END, AXES[0]),
+        ]
+        .into_iter()
+        .collect(),
+        test: TestSettings::default(),
+    }
+}
+
+fn judge(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
+    // Single precision over a condition of about 20.
+    close("properties", &estimate.theta(), &body.theta(), 1e-4);
+    assert!(estimate.covariance.is_some(), "the scatter of three hits gives a covariance");
+}
+
+fn close<const N: usize>(what: &str, got: &SVector<f32, N>, truth: &SVector<f32, N>, part: f32) {
+    let error = (got - truth).amax();
+    assert!(error <= part * truth.amax(), "{what}: {got} instead of {truth}");
+}
+
+fn say(name: impl fmt::Display, measured: Measured) {
+    print(format_args!("{name}_instructions {}", measured.instructions));
+    print(format_args!("{name}_stack {}", measured.stack));
+}
