@@ -1,7 +1,151 @@
-//! The ten rigid body properties of an object composed of simple parts.
+//! `[body]` of a bench file: an object composed of simple parts, or its ten numbers.
 
 use massline_shared::body::RigidBody;
 use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
+
+use super::locate::{BenchFileError, Located};
+
+/// `[body]`: parts, or the ten numbers.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BodyTable {
+    #[serde(default, rename = "box")]
+    boxes: Vec<BoxPart>,
+    #[serde(default)]
+    cylinder: Vec<CylinderPart>,
+    #[serde(default)]
+    point: Vec<PointPart>,
+    mass_kg: Option<f64>,
+    center_of_mass_m: Option<[f64; 3]>,
+    inertia_kg_m2: Option<[f64; 6]>,
+}
+
+impl BodyTable {
+    /// The object, when the table describes one.
+    pub(super) fn body(&self, at: &Located) -> Result<RigidBody<f64>, BenchFileError> {
+        let mut parts = Vec::new();
+        for (i, part) in self.boxes.iter().enumerate() {
+            let key = format!("body.box[{i}]");
+            let [a, b, c] = part.size_m;
+            at.require(
+                a > 0.0 && b > 0.0 && c > 0.0,
+                &format!("{key}.size_m"),
+                "must be positive",
+            )?;
+            let mass = mass_of(part.mass_kg, part.density_kg_m3, a * b * c, &key, at)?;
+            let axes = axes_of(part.axes, &key, at)?;
+            parts.push(block(mass, part.center_m.into(), part.size_m, &axes));
+        }
+        for (i, part) in self.cylinder.iter().enumerate() {
+            let key = format!("body.cylinder[{i}]");
+            let (outer, inner) = (part.radius_m, part.inner_radius_m);
+            at.require(part.length_m > 0.0, &format!("{key}.length_m"), "must be positive")?;
+            at.require(outer > 0.0, &format!("{key}.radius_m"), "must be positive")?;
+            let hollow = (0.0..outer).contains(&inner);
+            at.require(
+                hollow,
+                &format!("{key}.inner_radius_m"),
+                "must lie between 0 and radius_m",
+            )?;
+            let volume = std::f64::consts::PI * (outer * outer - inner * inner) * part.length_m;
+            let mass = mass_of(part.mass_kg, part.density_kg_m3, volume, &key, at)?;
+            let axes = axes_of(part.axes, &key, at)?;
+            parts.push(cylinder(mass, part.center_m.into(), [outer, inner], part.length_m, &axes));
+        }
+        for (i, part) in self.point.iter().enumerate() {
+            at.require(
+                part.mass_kg > 0.0,
+                &format!("body.point[{i}].mass_kg"),
+                "must be positive",
+            )?;
+            parts.push(point(part.mass_kg, part.position_m.into()));
+        }
+        let body = match (self.mass_kg, self.center_of_mass_m, self.inertia_kg_m2) {
+            (None, None, None) if !parts.is_empty() => compose(&parts),
+            (Some(mass), Some(center), Some([xx, yy, zz, xy, xz, yz])) if parts.is_empty() => {
+                RigidBody {
+                    mass,
+                    center_of_mass: center.into(),
+                    inertia: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+                }
+            }
+            _ => {
+                return Err(at.error(
+                    "body",
+                    "give either parts (box, cylinder, point) or mass_kg, center_of_mass_m and \
+                     inertia_kg_m2, all three",
+                ));
+            }
+        };
+        at.require(
+            is_physical(&body),
+            "body",
+            "no object has these properties: the mass must be positive and the inertia about the centre \
+             of mass must satisfy the triangle inequality in more than one dimension",
+        )?;
+        Ok(body)
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BoxPart {
+    size_m: [f64; 3],
+    center_m: [f64; 3],
+    axes: Option<[[f64; 3]; 2]>,
+    mass_kg: Option<f64>,
+    density_kg_m3: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CylinderPart {
+    radius_m: f64,
+    #[serde(default)]
+    inner_radius_m: f64,
+    length_m: f64,
+    center_m: [f64; 3],
+    axes: Option<[[f64; 3]; 2]>,
+    mass_kg: Option<f64>,
+    density_kg_m3: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PointPart {
+    position_m: [f64; 3],
+    mass_kg: f64,
+}
+
+fn mass_of(
+    mass: Option<f64>,
+    density: Option<f64>,
+    volume: f64,
+    key: &str,
+    at: &Located,
+) -> Result<f64, BenchFileError> {
+    let mass = match (mass, density) {
+        (Some(mass), None) => mass,
+        (None, Some(density)) => density * volume,
+        _ => return Err(at.error(key, "give either mass_kg or density_kg_m3")),
+    };
+    at.require(mass > 0.0, key, "its mass must be positive")?;
+    Ok(mass)
+}
+
+/// Local x and y as in a layout file; the columns of the result are x, y and z.
+fn axes_of(
+    axes: Option<[[f64; 3]; 2]>,
+    key: &str,
+    at: &Located,
+) -> Result<Matrix3<f64>, BenchFileError> {
+    let Some([x, y]) = axes else { return Ok(Matrix3::identity()) };
+    let (x, y) = (Vector3::from(x), Vector3::from(y));
+    let skew = (x.norm() - 1.0).abs().max((y.norm() - 1.0).abs()).max(x.dot(&y).abs());
+    at.require(skew < 1e-6, &format!("{key}.axes"), "must be two orthogonal unit vectors")?;
+    Ok(Matrix3::from_columns(&[x, y, x.cross(&y)]))
+}
 
 /// A rigid assembly of at least one part.
 pub fn compose(parts: &[RigidBody<f64>]) -> RigidBody<f64> {

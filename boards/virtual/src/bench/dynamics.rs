@@ -21,6 +21,21 @@ pub struct PointShape {
 /// How far a layout's node may lie from the bench's node of the same number, m.
 const NODE_TOLERANCE: f64 = 0.02;
 
+/// Checks that the bench knows its elastic modes where the layout has this node.
+///
+/// # Errors
+/// When it does not, or has the node elsewhere.
+pub fn check_node(bench: &Bench, node: u16, position: [f64; 3]) -> Result<(), BenchError> {
+    if bench.elastic.is_empty() {
+        return Ok(());
+    }
+    let home = bench.node(node).ok_or(BenchError::NodeWithoutShape(node))?.position_m;
+    if (Vector3::from(position) - Vector3::from(home)).norm() > NODE_TOLERANCE {
+        return Err(BenchError::NodeElsewhere { node, layout: position, bench: home });
+    }
+    Ok(())
+}
+
 /// Motion of the material point near `node` in every mode, rigid ones first.
 ///
 /// # Errors
@@ -42,16 +57,8 @@ pub fn point_shapes(
     if bench.elastic.is_empty() {
         return Ok(shapes);
     }
-    let home =
-        bench.nodes.iter().find(|n| n.id == node).ok_or(BenchError::NodeWithoutShape(node))?;
+    let home = bench.node(node).ok_or(BenchError::NodeWithoutShape(node))?;
     let offset = point - Vector3::from(home.position_m);
-    if offset.norm() > NODE_TOLERANCE {
-        return Err(BenchError::NodeElsewhere {
-            node,
-            layout: (*point).into(),
-            bench: home.position_m,
-        });
-    }
     for mode in &bench.elastic {
         shapes.push(elastic_shape(mode, node, &offset)?);
     }

@@ -4,12 +4,10 @@
 //! modes and on a suspension given by frequencies, because those of the default belong to the default
 //! body.
 
-use massline_shared::body::RigidBody;
-use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::Bench;
-use super::body::{block, compose, cylinder, is_physical, point};
+use super::body::BodyTable;
 use super::locate::{BenchFileError, Located};
 use super::settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
 use super::suspension::rigid_modes;
@@ -134,50 +132,6 @@ fn standard_gravity() -> [f64; 3] {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct BodyTable {
-    #[serde(default, rename = "box")]
-    boxes: Vec<BoxPart>,
-    #[serde(default)]
-    cylinder: Vec<CylinderPart>,
-    #[serde(default)]
-    point: Vec<PointPart>,
-    mass_kg: Option<f64>,
-    center_of_mass_m: Option<[f64; 3]>,
-    inertia_kg_m2: Option<[f64; 6]>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BoxPart {
-    size_m: [f64; 3],
-    center_m: [f64; 3],
-    axes: Option<[[f64; 3]; 2]>,
-    mass_kg: Option<f64>,
-    density_kg_m3: Option<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CylinderPart {
-    radius_m: f64,
-    #[serde(default)]
-    inner_radius_m: f64,
-    length_m: f64,
-    center_m: [f64; 3],
-    axes: Option<[[f64; 3]; 2]>,
-    mass_kg: Option<f64>,
-    density_kg_m3: Option<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PointPart {
-    position_m: [f64; 3],
-    mass_kg: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct SuspensionTable {
     #[serde(default = "one_percent")]
     damping_ratio: f64,
@@ -210,7 +164,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     }
     let (body, suspension, nodes, elastic) = match &file.body {
         Some(table) => (
-            body_of(table, &at)?,
+            table.body(&at)?,
             Suspension::Frequencies { hz: [1.1, 1.3, 2.6, 1.6, 2.1, 2.9], damping_ratio: 0.01 },
             Vec::new(),
             Vec::new(),
@@ -243,87 +197,6 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     rigid_modes(&bench.body, &bench.suspension, &bench.gravity)
         .map_err(|e| at.error("suspension", e.to_string()))?;
     Ok(bench)
-}
-
-fn body_of(table: &BodyTable, at: &Located) -> Result<RigidBody<f64>, BenchFileError> {
-    let mut parts = Vec::new();
-    for (i, part) in table.boxes.iter().enumerate() {
-        let key = format!("body.box[{i}]");
-        let [a, b, c] = part.size_m;
-        at.require(a > 0.0 && b > 0.0 && c > 0.0, &format!("{key}.size_m"), "must be positive")?;
-        let mass = mass_of(part.mass_kg, part.density_kg_m3, a * b * c, &key, at)?;
-        let axes = axes_of(part.axes, &key, at)?;
-        parts.push(block(mass, part.center_m.into(), part.size_m, &axes));
-    }
-    for (i, part) in table.cylinder.iter().enumerate() {
-        let key = format!("body.cylinder[{i}]");
-        let (outer, inner) = (part.radius_m, part.inner_radius_m);
-        at.require(part.length_m > 0.0, &format!("{key}.length_m"), "must be positive")?;
-        at.require(outer > 0.0, &format!("{key}.radius_m"), "must be positive")?;
-        let hollow = (0.0..outer).contains(&inner);
-        at.require(hollow, &format!("{key}.inner_radius_m"), "must lie between 0 and radius_m")?;
-        let volume = std::f64::consts::PI * (outer * outer - inner * inner) * part.length_m;
-        let mass = mass_of(part.mass_kg, part.density_kg_m3, volume, &key, at)?;
-        let axes = axes_of(part.axes, &key, at)?;
-        parts.push(cylinder(mass, part.center_m.into(), [outer, inner], part.length_m, &axes));
-    }
-    for (i, part) in table.point.iter().enumerate() {
-        at.require(part.mass_kg > 0.0, &format!("body.point[{i}].mass_kg"), "must be positive")?;
-        parts.push(point(part.mass_kg, part.position_m.into()));
-    }
-    let body = match (table.mass_kg, table.center_of_mass_m, table.inertia_kg_m2) {
-        (None, None, None) if !parts.is_empty() => compose(&parts),
-        (Some(mass), Some(center), Some([xx, yy, zz, xy, xz, yz])) if parts.is_empty() => {
-            RigidBody {
-                mass,
-                center_of_mass: center.into(),
-                inertia: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
-            }
-        }
-        _ => {
-            return Err(at.error(
-                "body",
-                "give either parts (box, cylinder, point) or mass_kg, center_of_mass_m and \
-                 inertia_kg_m2, all three",
-            ));
-        }
-    };
-    at.require(
-        is_physical(&body),
-        "body",
-        "no object has these properties: the mass must be positive and the inertia about the centre \
-         of mass must satisfy the triangle inequality in more than one dimension",
-    )?;
-    Ok(body)
-}
-
-fn mass_of(
-    mass: Option<f64>,
-    density: Option<f64>,
-    volume: f64,
-    key: &str,
-    at: &Located,
-) -> Result<f64, BenchFileError> {
-    let mass = match (mass, density) {
-        (Some(mass), None) => mass,
-        (None, Some(density)) => density * volume,
-        _ => return Err(at.error(key, "give either mass_kg or density_kg_m3")),
-    };
-    at.require(mass > 0.0, key, "its mass must be positive")?;
-    Ok(mass)
-}
-
-/// Local x and y as in a layout file; the columns of the result are x, y and z.
-fn axes_of(
-    axes: Option<[[f64; 3]; 2]>,
-    key: &str,
-    at: &Located,
-) -> Result<Matrix3<f64>, BenchFileError> {
-    let Some([x, y]) = axes else { return Ok(Matrix3::identity()) };
-    let (x, y) = (Vector3::from(x), Vector3::from(y));
-    let skew = (x.norm() - 1.0).abs().max((y.norm() - 1.0).abs()).max(x.dot(&y).abs());
-    at.require(skew < 1e-6, &format!("{key}.axes"), "must be two orthogonal unit vectors")?;
-    Ok(Matrix3::from_columns(&[x, y, x.cross(&y)]))
 }
 
 fn suspension_of(table: SuspensionTable, at: &Located) -> Result<Suspension, BenchFileError> {

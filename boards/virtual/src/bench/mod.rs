@@ -108,13 +108,12 @@ pub enum BenchError {
     NodeWithoutShape(u16),
     /// The layout has a node elsewhere than the bench.
     #[error(
-        "node {node} lies at {layout:?} m in the layout (with the errors of placement) and at \
-         {bench:?} m on the bench, whose elastic modes are known there only"
+        "node {node} lies at {layout:?} m in the layout and at {bench:?} m on the bench, whose elastic modes are known there only"
     )]
     NodeElsewhere {
         /// The node.
         node: u16,
-        /// Where it was looked for, m.
+        /// Where the layout has it, m.
         layout: [f64; 3],
         /// Where the bench has it, m.
         bench: [f64; 3],
@@ -125,6 +124,10 @@ impl Bench {
     /// The true properties of the object, in the body frame of the layouts.
     pub fn truth(&self) -> RigidBody<f64> {
         self.body
+    }
+
+    pub(crate) fn node(&self, id: u16) -> Option<&Node> {
+        self.nodes.iter().find(|n| n.id == id)
     }
 
     /// The bundled benches.

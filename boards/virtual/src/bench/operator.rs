@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::dynamics::check_node;
 use super::errors::TestErrors;
 use super::simulation::{Drive, Simulation};
 use super::taps::Tap;
@@ -35,7 +36,9 @@ pub struct BenchSource {
     drives: Vec<Drive>,
     armed: Option<(u32, usize)>,
     last_tap: Option<Tap>,
-    manual: Option<Manual>,
+    prompt: Prompt,
+    /// Taps since the arming.
+    taps: u32,
 }
 
 /// Tells the operator of a manual bench to tap now, from any thread.
@@ -47,20 +50,19 @@ impl TapHandle {
     pub fn tap(&self) {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
-}
 
-#[derive(Debug)]
-struct Manual {
-    handle: TapHandle,
-    seen: u32,
-    /// Taps since the arming.
-    taps: u32,
-}
-
-impl Manual {
-    fn pressed(&self) -> u32 {
-        self.handle.0.load(Ordering::Relaxed)
+    fn presses(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
     }
+}
+
+/// What makes the operator tap.
+#[derive(Debug)]
+enum Prompt {
+    /// The rig's own: the next tap comes at this time after arming, s.
+    Rig { next: f64 },
+    /// A key: the count of presses that have been answered.
+    Key { handle: TapHandle, answered: u32 },
 }
 
 /// Purposes of the random streams of one arming.
@@ -79,14 +81,7 @@ impl BenchSource {
         let errors = TestErrors::draw(bench, layout.sensors.len(), &mut stream(seed, TEST));
         let mut simulation = Simulation::new(bench, layout, &errors)?;
         for hit in &layout.hits {
-            let tap = Tap {
-                dof: 0,
-                kind: super::taps::TapKind::Good,
-                point: hit.position.into(),
-                direction: hit.direction.into(),
-                contacts: Vec::new(),
-            };
-            simulation.drive(bench, hit.dof.node, tap)?;
+            check_node(bench, hit.dof.node, hit.position)?;
         }
         let mut noise = stream(seed, TEST - 1);
         simulation.reset(&mut noise);
@@ -100,14 +95,15 @@ impl BenchSource {
             drives: Vec::new(),
             armed: None,
             last_tap: None,
-            manual: None,
+            prompt: Prompt::Rig { next: 0.0 },
+            taps: 0,
         })
     }
 
     /// From now on the operator taps only when told to by the handle (*manual*).
     pub fn manual(&mut self) -> TapHandle {
         let handle = TapHandle::default();
-        self.manual = Some(Manual { handle: handle.clone(), seen: 0, taps: 0 });
+        self.prompt = Prompt::Key { handle: handle.clone(), answered: 0 };
         handle
     }
 
@@ -121,30 +117,40 @@ impl BenchSource {
         self.last_tap.as_ref()
     }
 
-    /// Prepares the tap of number `count` after this arming.
-    fn tap(&mut self, start: f64, count: u32) {
+    /// Lets the operator decide, before each scan, whether to tap.
+    fn decide(&mut self) {
+        let now = self.simulation.time();
+        let start = match &mut self.prompt {
+            // One scan ahead, so that no touch lies in the past.
+            Prompt::Rig { next } if now + self.bench.adc.rate_hz.recip() >= *next => {
+                let start = now.max(*next);
+                *next = start + self.bench.operator.patience_s;
+                start
+            }
+            Prompt::Key { handle, answered } if *answered != handle.presses() => {
+                *answered = answered.wrapping_add(1);
+                now + HAND_S
+            }
+            _ => return,
+        };
+        self.tap(start);
+    }
+
+    /// Prepares a tap at the DOF that the rig waits for.
+    fn tap(&mut self, start: f64) {
         let Some((arming, dof)) = self.armed else { return };
         let Some(hit) = self.layout.hits.get(dof) else { return };
         let mark = (Vector3::from(hit.position), Vector3::from(hit.direction));
-        let mut rng = stream(self.seed, purpose(arming, dof, TAPS + u64::from(count)));
+        let mut rng = stream(self.seed, purpose(arming, dof, TAPS + u64::from(self.taps)));
+        self.taps += 1;
         let tap = Tap::draw(&self.bench, dof, mark, start, &mut rng);
         self.last_tap = Some(tap.clone());
-        // `new` has refused a layout with a node that the bench does not know; a tap that lands too far
-        // from its node is one that misses the object.
+        let now = self.simulation.time();
+        self.drives.retain(|d| d.tap.end() >= now);
+        // Cannot fail: `new` has refused layouts with a node that the bench does not know.
         if let Ok(drive) = self.simulation.drive(&self.bench, hit.dof.node, tap) {
             self.drives.push(drive);
         }
-    }
-
-    fn follow_key(&mut self) {
-        let Some(manual) = &mut self.manual else { return };
-        if manual.seen == manual.pressed() {
-            return;
-        }
-        manual.seen = manual.seen.wrapping_add(1);
-        let count = manual.taps;
-        manual.taps += 1;
-        self.tap(self.simulation.time() + HAND_S, count);
     }
 }
 
@@ -165,17 +171,15 @@ impl ScanSource for BenchSource {
         self.drives.clear();
         self.noise = stream(self.seed, purpose(arming, dof, NOISE));
         self.simulation.reset(&mut self.noise);
-        match &mut self.manual {
-            Some(manual) => {
-                manual.seen = manual.pressed();
-                manual.taps = 0;
-            }
-            None => self.tap(self.bench.operator.delay_s, 0),
+        self.taps = 0;
+        match &mut self.prompt {
+            Prompt::Rig { next } => *next = self.bench.operator.delay_s,
+            Prompt::Key { handle, answered } => *answered = handle.presses(),
         }
     }
 
     fn next_scan(&mut self) -> Option<Scan> {
-        self.follow_key();
+        self.decide();
         Some(self.simulation.scan(&self.drives, &mut self.noise))
     }
 }

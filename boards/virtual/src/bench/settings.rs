@@ -184,7 +184,7 @@ pub struct TapSettings {
 impl Default for TapSettings {
     fn default() -> Self {
         Self {
-            force_n: [15.0, 25.0],
+            force_n: [18.0, 30.0],
             duration_s: [0.004, 0.006],
             point_sigma_m: 0.002,
             direction_sigma_rad: 0.030,
@@ -209,6 +209,8 @@ impl TapSettings {
 pub struct OperatorSettings {
     /// Rig time between *armed* and the tap, s.
     pub delay_s: f64,
+    /// Rig time after a tap that leads to nothing until the next one, s.
+    pub patience_s: f64,
     /// Share of the taps that are too weak.
     pub too_weak_rate: f64,
     /// Peak force of these, from and to, N.
@@ -227,6 +229,7 @@ impl Default for OperatorSettings {
     fn default() -> Self {
         Self {
             delay_s: 0.3,
+            patience_s: 3.0,
             too_weak_rate: 0.03,
             too_weak_n: [4.5, 6.5],
             too_hard_rate: 0.02,
@@ -242,6 +245,7 @@ impl OperatorSettings {
         let share = self.too_weak_rate + self.too_hard_rate + self.double_rate;
         first_problem(&[
             (self.delay_s, "delay_s", Sign::NotNegative),
+            (self.patience_s, "patience_s", Sign::Positive),
             (self.too_weak_rate, "too_weak_rate", Sign::NotNegative),
             (self.too_hard_rate, "too_hard_rate", Sign::NotNegative),
             (self.double_rate, "double_rate", Sign::NotNegative),

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use super::chain::{Chain, Channels};
-use super::dynamics::{Oscillators, PointShape, point_shapes};
+use super::dynamics::{Oscillators, PointShape, check_node, point_shapes};
 use super::errors::{SensorErrors, TestErrors};
 use super::suspension::{RigidMode, rigid_modes};
 use super::taps::Tap;
@@ -27,6 +27,8 @@ pub(super) struct Simulation {
     /// Interval of the grid, s.
     h: f64,
     steps_per_scan: usize,
+    /// True from the first touch on.
+    moving: bool,
     /// Scans since the last reset.
     scans: u64,
     forces: Vec<f64>,
@@ -65,6 +67,7 @@ impl Simulation {
             hammer_gain: 1.0 + errors.hammer_gain,
             h,
             steps_per_scan: usize::from(bench.adc.oversampling),
+            moving: false,
             scans: 0,
             forces: vec![0.0; modes],
             next_forces: vec![0.0; modes],
@@ -88,6 +91,7 @@ impl Simulation {
         let nominal = Matrix3::from_fn(|row, column| sensor.axes[row][column]);
         let reads = error.sensitivity * Rotation3::new(-error.rotation).matrix() * nominal;
         let gravity = if sensor.senses_gravity { bench.gravity } else { Vector3::zeros() };
+        check_node(bench, sensor.node, sensor.position)?;
         let point = Vector3::from(sensor.position) + error.position;
         let shapes = point_shapes(bench, &self.rigid, sensor.node, &point)?;
         let put = |channels: &mut Channels, reading: Vector3<f64>| {
@@ -114,6 +118,7 @@ impl Simulation {
         self.oscillators.stop();
         self.forces.fill(0.0);
         self.chain.settle(&self.at_rest, rng);
+        self.moving = false;
         self.scans = 0;
     }
 
@@ -122,7 +127,7 @@ impl Simulation {
         self.grid_time(0)
     }
 
-    /// The codes of the next scan. `drives` are the taps since the reset; when there is none, nothing
+    /// The codes of the next scan. `drives` are the taps that are not over; before the first, nothing
     /// moves.
     pub(super) fn scan(&mut self, drives: &[Drive], rng: &mut ChaCha8Rng) -> Scan {
         let sampled = self.scan_inputs(drives);
@@ -132,9 +137,9 @@ impl Simulation {
     /// What the low-passes put out at the next scan, N and m/s², without noise and converter.
     pub(super) fn scan_inputs(&mut self, drives: &[Drive]) -> Channels {
         let end = self.grid_time(self.steps_per_scan);
-        let touched = drives.iter().any(|d| d.tap.contacts.iter().any(|c| c.start < end));
+        self.moving |= drives.iter().any(|d| d.tap.start() < end);
         let mut sampled = self.chain.at_rest();
-        if touched {
+        if self.moving {
             for step in 0..self.steps_per_scan {
                 let input = self.step(drives, self.grid_time(step + 1));
                 self.chain.advance(step, &input, &mut sampled);

@@ -100,6 +100,16 @@ impl Tap {
         Self { dof, kind, point, direction, contacts }
     }
 
+    /// First touch, s after arming.
+    pub fn start(&self) -> f64 {
+        self.contacts.iter().map(|c| c.start).fold(f64::INFINITY, f64::min)
+    }
+
+    /// When the hammer has left for good, s after arming.
+    pub fn end(&self) -> f64 {
+        self.contacts.iter().map(Contact::end).fold(0.0, f64::max)
+    }
+
     /// Force at a time, N.
     pub fn force(&self, time: f64) -> f64 {
         self.contacts.iter().map(|c| c.force(time)).sum()

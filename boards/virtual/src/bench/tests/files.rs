@@ -1,0 +1,125 @@
+//! Bench files, good and bad.
+
+use nalgebra::Vector3;
+
+use crate::bench::{Bench, file};
+
+#[test]
+fn an_empty_file_is_the_default_bench() {
+    let mut empty = Bench::parse("", "empty").unwrap();
+    let default = Bench::named("default").unwrap();
+    empty.title.clone_from(&default.title);
+    assert_eq!(empty, default);
+}
+
+#[test]
+fn the_default_object_is_the_frame_of_the_paper() {
+    let body = Bench::named("default").unwrap().truth();
+    let theta = body.theta();
+    // Theory, section 11: the frame's values from the same three bars, printed to six digits after
+    // the point.
+    let expected =
+        [1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706];
+    for (value, expected) in theta.iter().zip(expected) {
+        assert!((value - expected).abs() < 6e-7, "{value} {expected}");
+    }
+}
+
+#[test]
+fn ten_numbers_describe_the_same_body_as_its_parts() {
+    let body = Bench::named("default").unwrap().body;
+    let (c, j) = (body.center_of_mass, body.inertia);
+    let text = format!(
+        "[body]\nmass_kg = {}\ncenter_of_mass_m = [{}, {}, {}]\ninertia_kg_m2 = [{}, {}, {}, {}, {}, {}]",
+        body.mass, c.x, c.y, c.z, j.m11, j.m22, j.m33, j.m12, j.m13, j.m23
+    );
+    let direct = Bench::parse(&text, "ten numbers").unwrap();
+    assert_eq!(direct.body.mass, body.mass);
+    assert_eq!(direct.body.center_of_mass, c);
+    // Decimal text and back is exact; only the symmetry of the composed tensor is rounded.
+    assert!((direct.body.inertia - j).norm() < 1e-17);
+    assert!(direct.elastic.is_empty());
+}
+
+#[test]
+fn a_cylinder_and_a_turned_box_are_composed() {
+    let text = "[[body.cylinder]]\nradius_m = 0.1\ninner_radius_m = 0.05\nlength_m = 0.2\n\
+                center_m = [0, 0, 0.1]\ndensity_kg_m3 = 1000\naxes = [[0, 1, 0], [0, 0, 1]]\n\
+                [[body.box]]\nsize_m = [0.3, 0.2, 0.1]\ncenter_m = [0, 0, 0.1]\nmass_kg = 2.0\n\
+                axes = [[0, 1, 0], [-1, 0, 0]]";
+    let body = Bench::parse(text, "text").unwrap().body;
+    let tube = std::f64::consts::PI * (0.01 - 0.0025) * 0.2 * 1000.0;
+    // The tube lies along x, the block's long edge along y; both about the same centre.
+    let along = tube * (0.01 + 0.0025) / 2.0 + 2.0 * (0.09 + 0.01) / 12.0;
+    assert!((body.mass - tube - 2.0).abs() < 1e-12);
+    assert!((body.inertia.m11 - along).abs() < 1e-12);
+    assert_eq!(body.center_of_mass, Vector3::new(0.0, 0.0, 0.1));
+}
+
+#[test]
+fn a_wrong_file_is_refused_with_line_and_key() {
+    let cases = [
+        ("x = 1", 1, "x", "unknown field"),
+        ("\n[sensor]\ngain = 0.1", 3, "sensor.gain", "unknown field"),
+        ("[sensor]\n\nrange_g = \"a\"", 3, "sensor.range_g", "invalid type"),
+        ("[sensor]\nrange_g = -1", 2, "sensor.range_g", "must be positive"),
+        ("[adc]\nbits = 40", 2, "adc.bits", "between 8 and 16"),
+        ("[adc]\nchannel_delay_s = 1e-3", 2, "adc.channel_delay_s", "next scan"),
+        ("[tap]\nforce_n = [30, 20]", 2, "tap.force_n", "from <= to"),
+        ("[tap]\nforce_n = [30]", 2, "tap.force_n", "invalid length"),
+        ("[operator]\ndelay_s = nan", 2, "operator.delay_s", "finite"),
+        ("[operator]\ndouble_gap_s = [0.1, inf]", 2, "operator.double_gap_s[1]", "finite"),
+        (
+            "[operator]\ntoo_weak_rate = 0.9\ntoo_hard_rate = 0.2",
+            2,
+            "operator.too_weak_rate",
+            "add",
+        ),
+        ("[hammer]\ngain_sigma 0.1", 2, "gain_sigma 0.1", "="),
+        ("[body]\nmass_kg = 1", 1, "body", "all three"),
+        (
+            "[[body.box]]\nsize_m = [1, 1, 0]\ncenter_m = [0, 0, 0]",
+            2,
+            "body.box[0].size_m",
+            "positive",
+        ),
+        ("[[body.point]]\nmass_kg = 1\nposition_m = [0, 0, 0]", 1, "body", "no object"),
+        ("[[body.box]]\nsize_m = [1, 1, 1]\ncenter_m = [0, 0, 0]", 1, "body.box[0]", "density"),
+        ("[[body.box]]\nsize_m = [1, 1, 1]", 1, "body.box[0]", "missing field `center_m`"),
+        ("[suspension]\ndamping_ratio = 0.02", 1, "suspension", "either"),
+        ("[suspension]\nfrequencies_hz = [1, 2]", 2, "suspension.frequencies_hz", "length"),
+        (
+            "[[suspension.cord]]\npoint_m = [0, 0, 0]",
+            1,
+            "suspension.cord[0].axial_n_per_m",
+            "positive",
+        ),
+        (
+            "[[suspension.cord]]\npoint_m = [0, 0, 0]\naxial_n_per_m = 100",
+            1,
+            "suspension",
+            "cannot hold",
+        ),
+        ("[[node]]\nid = 1\nposition_m = [0, 0, 0]", 1, "elastic_mode[0].shape", "no [[node]]"),
+        (
+            "[[node]]\nid = 1\nposition_m = [0, 0, 0]\n[[node]]\nid = 1\nposition_m = [0, 0, 0]",
+            5,
+            "node[1].id",
+            "twice",
+        ),
+    ];
+    for (text, line, key, message) in cases {
+        let error = file::parse(text, "bench.toml").unwrap_err();
+        assert_eq!((error.line, error.key.as_str()), (line, key), "{text}\n{error}");
+        assert!(error.message.contains(message), "{text}\n{error}");
+        assert!(error.to_string().starts_with(&format!("bench.toml:{line}: {key}: ")));
+    }
+}
+
+#[test]
+fn a_bench_that_is_neither_bundled_nor_a_file_is_named() {
+    let error = Bench::open("defualt").unwrap_err();
+    assert!(error.to_string().contains("default, ideal"), "{error}");
+    let error = Bench::open("missing.toml").unwrap_err();
+    assert!(error.to_string().starts_with("missing.toml: "), "{error}");
+}
