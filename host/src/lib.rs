@@ -30,6 +30,7 @@ pub mod qemu;
 pub mod report;
 pub mod solve;
 pub mod tape;
+mod toml_file;
 pub mod uff;
 
 pub use error::{Error, Result};

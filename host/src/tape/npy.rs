@@ -1,0 +1,265 @@
+//! NumPy's array file, as far as a tape needs it: two dimensions of little-endian u16.
+//!
+//! The format: `\x93NUMPY`, version, length of the header (two bytes in version 1, four later), a
+//! Python dictionary as text, the data.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use massline_shared::signal::{CHANNELS, Scan};
+use thiserror::Error;
+
+use super::{Sidecar, sidecar_path};
+use crate::{Error, Result};
+
+const MAGIC: &[u8] = b"\x93NUMPY";
+/// Bytes before the data in a file that this program writes.
+const HEADER: usize = 128;
+/// Bytes of a scan.
+const SCAN: usize = 2 * CHANNELS;
+
+/// Why bytes are no tape.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub(super) enum NpyError {
+    #[error("this is no NumPy array file (.npy); a tape begins with the bytes \\x93NUMPY")]
+    NoNpy,
+    #[error("NumPy format version {0} is not known; save it with numpy.save")]
+    Version(u8),
+    #[error("the NumPy header cannot be read: {0}; save the array again with numpy.save")]
+    Header(&'static str),
+    #[error(
+        "the array's type is {0}; a tape is little-endian u16, '<u2': save \
+         array.astype('<u2')"
+    )]
+    Type(String),
+    #[error("the array's shape is {0}; a tape has the shape (scans, {CHANNELS})")]
+    Shape(String),
+    #[error("the array is in Fortran order; save numpy.ascontiguousarray(array)")]
+    Order,
+    #[error(
+        "the tape is truncated: its header tells {wanted} bytes of scans, {found} are there; copy \
+         it again"
+    )]
+    Truncated { wanted: u64, found: u64 },
+}
+
+impl From<NpyError> for Error {
+    fn from(error: NpyError) -> Self {
+        let code = match error {
+            NpyError::Type(_) => "tape_wrong_type",
+            NpyError::Shape(_) | NpyError::Order => "tape_wrong_shape",
+            NpyError::Truncated { .. } => "tape_truncated",
+            _ => "tape_malformed",
+        };
+        Self::input(code, error.to_string())
+    }
+}
+
+/// Reads the scans of an array file.
+pub(super) fn scans(bytes: &[u8]) -> Result<Vec<Scan>, NpyError> {
+    let (header, data) = header(bytes)?;
+    let wanted = header.check()?;
+    let data = wanted
+        .checked_mul(SCAN as u64)
+        .and_then(|length| usize::try_from(length).ok())
+        .and_then(|length| data.get(..length))
+        .ok_or(NpyError::Truncated {
+            wanted: wanted.saturating_mul(SCAN as u64),
+            found: data.len() as u64,
+        })?;
+    let scan = |bytes: &[u8]| {
+        let mut scan = [0; CHANNELS];
+        for (code, pair) in scan.iter_mut().zip(bytes.chunks_exact(2)) {
+            *code = u16::from_le_bytes([pair[0], pair[1]]);
+        }
+        scan
+    };
+    Ok(data.chunks_exact(SCAN).map(scan).collect())
+}
+
+/// The header's dictionary and the data behind it.
+fn header(bytes: &[u8]) -> Result<(Header, &[u8]), NpyError> {
+    let rest = bytes.strip_prefix(MAGIC).ok_or(NpyError::NoNpy)?;
+    let short = NpyError::Header("the file ends in it");
+    let (version, rest) = rest.split_at_checked(2).ok_or(short.clone())?;
+    let (length, rest) = match version {
+        [1, _] => {
+            let (length, rest) = rest.split_first_chunk::<2>().ok_or(short.clone())?;
+            (usize::from(u16::from_le_bytes(*length)), rest)
+        }
+        [2 | 3, _] => {
+            let (length, rest) = rest.split_first_chunk::<4>().ok_or(short.clone())?;
+            let length = u32::from_le_bytes(*length);
+            (usize::try_from(length).unwrap_or(usize::MAX), rest)
+        }
+        [other, ..] => return Err(NpyError::Version(*other)),
+        [] => return Err(short),
+    };
+    let (text, data) = rest.split_at_checked(length).ok_or(short)?;
+    Ok((Header::parse(&String::from_utf8_lossy(text))?, data))
+}
+
+/// The dictionary of a header; each value as it is written.
+struct Header {
+    descr: String,
+    fortran_order: String,
+    shape: String,
+}
+
+impl Header {
+    fn parse(text: &str) -> Result<Self, NpyError> {
+        let value = |key: &str| {
+            let quoted = [format!("'{key}'"), format!("\"{key}\"")];
+            let at = quoted.iter().find_map(|k| text.find(k.as_str()).map(|at| at + k.len()));
+            let rest = text.get(at?..)?.trim_start().strip_prefix(':')?.trim_start();
+            // To the comma or brace outside of brackets and quotes.
+            let mut depth = 0_u32;
+            let mut quote = None;
+            for (at, c) in rest.char_indices() {
+                match (quote, c) {
+                    (Some(open), c) if c == open => quote = None,
+                    (Some(_), _) => {}
+                    (None, '\'' | '"') => quote = Some(c),
+                    (None, '(' | '[') => depth += 1,
+                    (None, ')' | ']') => depth = depth.saturating_sub(1),
+                    (None, ',' | '}') if depth == 0 => return Some(rest.get(..at)?.trim().into()),
+                    _ => {}
+                }
+            }
+            None
+        };
+        Ok(Self {
+            descr: value("descr").ok_or(NpyError::Header("'descr' is missing"))?,
+            fortran_order: value("fortran_order")
+                .ok_or(NpyError::Header("'fortran_order' is missing"))?,
+            shape: value("shape").ok_or(NpyError::Header("'shape' is missing"))?,
+        })
+    }
+
+    /// The number of scans.
+    fn check(&self) -> Result<u64, NpyError> {
+        let descr = self.descr.trim_matches(['\'', '"']);
+        if descr != "<u2" {
+            return Err(NpyError::Type(self.descr.clone()));
+        }
+        let wrong = || NpyError::Shape(self.shape.clone());
+        let inner = self.shape.strip_prefix('(').and_then(|s| s.strip_suffix(')'));
+        let mut sizes = Vec::new();
+        for size in inner.ok_or_else(wrong)?.split(',').map(str::trim).filter(|s| !s.is_empty()) {
+            sizes.push(size.parse::<u64>().map_err(|_| wrong())?);
+        }
+        let &[scans, channels] = sizes.as_slice() else { return Err(wrong()) };
+        if channels != CHANNELS as u64 || scans == 0 {
+            return Err(wrong());
+        }
+        match self.fortran_order.as_str() {
+            "False" => Ok(scans),
+            "True" => Err(NpyError::Order),
+            _ => Err(NpyError::Header("'fortran_order' is neither True nor False")),
+        }
+    }
+}
+
+/// The header for a number of scans, [`HEADER`] bytes.
+fn header_bytes(scans: u64) -> Vec<u8> {
+    let dictionary =
+        format!("{{'descr': '<u2', 'fortran_order': False, 'shape': ({scans}, {CHANNELS}), }}");
+    let length = HEADER - MAGIC.len() - 4;
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend([1, 0]);
+    bytes.extend((length as u16).to_le_bytes());
+    bytes.extend(format!("{dictionary:width$}\n", width = length - 1).as_bytes());
+    bytes
+}
+
+/// Writes a tape while it is recorded. Scans are appended; [`TapeWriter::finish`] completes the
+/// header and writes the sidecar. Dropped before, the scans so far are kept in the same way.
+#[derive(Debug)]
+pub struct TapeWriter {
+    path: PathBuf,
+    file: BufWriter<File>,
+    sidecar: Sidecar,
+    scans: u64,
+    finished: bool,
+}
+
+impl TapeWriter {
+    /// Begins a tape; `sidecar` may hold segments already.
+    ///
+    /// # Errors
+    /// Exit 2 when the file cannot be written.
+    pub fn create(path: &Path, sidecar: Sidecar) -> Result<Self> {
+        if sidecar_path(path) == path {
+            let message = format!("{}: a tape's name ends with .npy", path.display());
+            return Err(Error::input("tape_not_writable", message));
+        }
+        let file = File::create(path).map_err(|e| not_writable(path, &e))?;
+        let mut writer = Self {
+            path: path.to_owned(),
+            file: BufWriter::new(file),
+            sidecar,
+            scans: 0,
+            finished: false,
+        };
+        writer.file.write_all(&header_bytes(0)).map_err(|e| not_writable(path, &e))?;
+        Ok(writer)
+    }
+
+    /// Appends scans.
+    ///
+    /// # Errors
+    /// Exit 2 when the file cannot be written.
+    pub fn push(&mut self, scans: &[Scan]) -> Result<()> {
+        for code in scans.as_flattened() {
+            self.file.write_all(&code.to_le_bytes()).map_err(|e| not_writable(&self.path, &e))?;
+        }
+        self.scans += scans.len() as u64;
+        Ok(())
+    }
+
+    /// Scans written so far: the index of the next.
+    pub fn scans(&self) -> u64 {
+        self.scans
+    }
+
+    /// Notes where a DOF is hit.
+    pub fn segment(&mut self, segment: super::Segment) {
+        self.sidecar.segments.push(segment);
+    }
+
+    /// Completes the tape; gives its number of scans.
+    ///
+    /// # Errors
+    /// Exit 2 when a file cannot be written.
+    pub fn finish(mut self) -> Result<u64> {
+        self.complete()?;
+        Ok(self.scans)
+    }
+
+    fn complete(&mut self) -> Result<()> {
+        self.finished = true;
+        self.write_header().map_err(|e| not_writable(&self.path, &e))?;
+        let sidecar = sidecar_path(&self.path);
+        std::fs::write(&sidecar, self.sidecar.to_toml()).map_err(|e| not_writable(&sidecar, &e))
+    }
+
+    fn write_header(&mut self) -> io::Result<()> {
+        self.file.seek(SeekFrom::Start(0))?;
+        self.file.write_all(&header_bytes(self.scans))?;
+        self.file.flush()
+    }
+}
+
+impl Drop for TapeWriter {
+    fn drop(&mut self) {
+        if !self.finished {
+            // What a dropped writer cannot save it has nobody to tell.
+            let _ = self.complete();
+        }
+    }
+}
+
+fn not_writable(path: &Path, error: &io::Error) -> Error {
+    Error::input("tape_not_writable", format!("{}: cannot be written: {error}", path.display()))
+}

@@ -1,0 +1,191 @@
+//! Plays a tape to a rig: the segments of the DOF that the rig asks for, one an arming.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use massline_shared::layout::{Dof, RigLayout};
+use massline_shared::signal::{AdcProperties, RECORD_SCANS, Scan};
+use massline_virtual::source::ScanSource;
+
+use super::{Segment, Tape, sensors};
+use crate::{Error, Result};
+
+/// A segment is played for a record and as much again as the trigger may come late.
+const SHORTEST_PLAY: usize = RECORD_SCANS + RECORD_SCANS / 4;
+/// No DOF.
+const NONE: usize = usize::MAX;
+
+/// Plays a tape as a source of scans.
+///
+/// When the rig is armed at a DOF, the next segment of that DOF that was not used yet is played from
+/// its start into the scans that follow: to the start of the next segment, and for more than a
+/// record in any case; past the end of the tape its last scan is repeated. Then nothing happens
+/// before the next arming. What the host needs to know of it stands in [`TapeProgress`].
+#[derive(Debug)]
+pub struct TapeSource {
+    adc: AdcProperties,
+    scans: Vec<Scan>,
+    segments: Vec<Played>,
+    dofs: Vec<Dof>,
+    armed: Option<(u32, usize)>,
+    /// Next scan and the one after the last of the segment in hand.
+    at: usize,
+    end: usize,
+    progress: TapeProgress,
+}
+
+#[derive(Debug)]
+struct Played {
+    segment: Segment,
+    used: bool,
+}
+
+/// What a host sees of a tape that is being played. Clones are the same.
+#[derive(Clone, Debug)]
+pub struct TapeProgress(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    exhausted: AtomicUsize,
+    played_out: AtomicBool,
+    play_next: AtomicBool,
+    unused: AtomicUsize,
+}
+
+impl TapeProgress {
+    /// The index of the DOF that the rig is armed at and that has no unused segment left: the host
+    /// ends it.
+    pub fn exhausted(&self) -> Option<usize> {
+        Some(self.0.exhausted.load(Ordering::Acquire)).filter(|&dof| dof != NONE)
+    }
+
+    /// True when the segment of the present arming has been played to its end. A rig that is still
+    /// armed then has found no hit in it.
+    pub fn played_out(&self) -> bool {
+        self.0.played_out.load(Ordering::Acquire)
+    }
+
+    /// Asks for the next segment of the same DOF without a new arming: the rig found no hit in the
+    /// last. The source does so when it is asked for its next scan.
+    pub fn play_next(&self) {
+        self.0.play_next.store(true, Ordering::Release);
+    }
+
+    /// Segments that have not been played.
+    pub fn unused(&self) -> usize {
+        self.0.unused.load(Ordering::Acquire)
+    }
+}
+
+impl TapeSource {
+    /// Plays `tape` to a rig that has `layout`; with it a warning when the tape was taken with
+    /// another layout of the same DOFs.
+    ///
+    /// # Errors
+    /// Exit 2 when the layout has more sensors than the tape, or the tape was taken with another
+    /// layout and their DOFs differ.
+    pub fn new(tape: Tape, layout: &RigLayout) -> Result<(Self, Option<String>)> {
+        let Tape { sidecar, scans } = tape;
+        let dofs: Vec<Dof> = layout.hits.iter().map(|hit| hit.dof).collect();
+        let there = sensors(&sidecar.adc);
+        if layout.sensors.len() > there {
+            let message = format!(
+                "the layout has {} sensors and the tape {there}; use the layout of the tape",
+                layout.sensors.len()
+            );
+            return Err(Error::input("tape_wrong_layout", message));
+        }
+        let other = sidecar.layout_hash != layout.hash();
+        let missing = dofs.iter().find(|d| sidecar.segments.iter().all(|s| s.dof != **d));
+        let unknown = sidecar.segments.iter().map(|s| s.dof).find(|d| !dofs.contains(d));
+        let warning = match (other, unknown, missing) {
+            (false, None, _) => None,
+            (true, None, None) => Some(format!(
+                "the tape was taken with another layout ({:08x}, this is {:08x}) of the same DOFs",
+                sidecar.layout_hash,
+                layout.hash()
+            )),
+            (_, Some(dof), _) => {
+                let message = format!(
+                    "the tape has hits at {dof} and the layout has not; use the layout of the tape"
+                );
+                return Err(Error::input("tape_wrong_layout", message));
+            }
+            (true, None, Some(dof)) => {
+                let message = format!(
+                    "the layout has hits at {dof} and the tape has none; use the layout of the tape"
+                );
+                return Err(Error::input("tape_wrong_layout", message));
+            }
+        };
+        let segments: Vec<Played> =
+            sidecar.segments.into_iter().map(|segment| Played { segment, used: false }).collect();
+        let progress = TapeProgress(Arc::new(Shared {
+            exhausted: AtomicUsize::new(NONE),
+            played_out: AtomicBool::new(false),
+            play_next: AtomicBool::new(false),
+            unused: AtomicUsize::new(segments.len()),
+        }));
+        let adc = sidecar.adc;
+        let source = Self { adc, scans, segments, dofs, armed: None, at: 0, end: 0, progress };
+        Ok((source, warning))
+    }
+
+    /// What the host sees of it.
+    pub fn progress(&self) -> TapeProgress {
+        self.progress.clone()
+    }
+
+    /// Winds to the next unused segment of a DOF.
+    fn wind(&mut self, dof: usize) {
+        let shared = &self.progress.0;
+        shared.play_next.store(false, Ordering::Release);
+        let name = self.dofs.get(dof);
+        let next = self.segments.iter_mut().find(|s| !s.used && Some(&s.segment.dof) == name);
+        let Some(next) = next else {
+            (self.at, self.end) = (0, 0);
+            shared.played_out.store(true, Ordering::Release);
+            shared.exhausted.store(dof, Ordering::Release);
+            return;
+        };
+        next.used = true;
+        let start = next.segment.start;
+        let following = self.segments.iter().map(|s| s.segment.start).filter(|&s| s > start).min();
+        let following = following.map_or(self.scans.len(), |s| s as usize);
+        self.at = start as usize;
+        self.end = following.max(self.at.saturating_add(SHORTEST_PLAY));
+        shared.unused.fetch_sub(1, Ordering::AcqRel);
+        shared.played_out.store(false, Ordering::Release);
+        shared.exhausted.store(NONE, Ordering::Release);
+    }
+}
+
+impl ScanSource for TapeSource {
+    fn adc(&self) -> AdcProperties {
+        self.adc
+    }
+
+    fn armed(&mut self, arming: u32, dof: usize) {
+        if self.armed.is_none_or(|(last, _)| last != arming) {
+            self.armed = Some((arming, dof));
+            self.wind(dof);
+        }
+    }
+
+    fn next_scan(&mut self) -> Option<Scan> {
+        if self.at >= self.end {
+            self.progress.0.played_out.store(true, Ordering::Release);
+            if self.progress.0.play_next.swap(false, Ordering::AcqRel)
+                && let Some((_, dof)) = self.armed
+            {
+                self.wind(dof);
+            }
+        }
+        if self.at >= self.end {
+            return None;
+        }
+        let scan = self.scans.get(self.at).or(self.scans.last()).copied()?;
+        self.at += 1;
+        Some(scan)
+    }
+}

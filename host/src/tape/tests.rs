@@ -1,0 +1,242 @@
+use std::fs;
+
+use massline_shared::layout::RigLayout;
+use massline_shared::signal::RECORD_SCANS;
+use massline_shared::units::{Hertz, Seconds, Volts};
+use massline_virtual::source::ScanSource;
+
+use super::*;
+use crate::layout_file::LayoutFile;
+
+fn layout() -> RigLayout {
+    let text = include_str!("../../examples/three-bar-test-1.toml");
+    LayoutFile::parse(text, "l").unwrap().rig_layout().unwrap()
+}
+
+fn sidecar(segments: &[(u64, &str)]) -> Sidecar {
+    let segments =
+        segments.iter().map(|&(start, dof)| Segment { start, dof: dof.parse().unwrap() }).collect();
+    Sidecar {
+        adc: AdcProperties {
+            rate: Hertz(4000.0),
+            channels: 10,
+            bits: 12,
+            reference: Volts(3.3),
+            channel_delay: Seconds(25e-6),
+        },
+        calibration: Calibration::default(),
+        pre_trigger_scans: 80,
+        layout_hash: layout().hash(),
+        segments,
+    }
+}
+
+/// Scan `k` holds `k` in every channel, plus the channel.
+fn scans(count: u16) -> Vec<Scan> {
+    (0..count).map(|k| std::array::from_fn(|channel| k + channel as u16)).collect()
+}
+
+fn npy(dictionary: &str, version: u8, data: &[u8]) -> Vec<u8> {
+    let mut bytes = b"\x93NUMPY".to_vec();
+    bytes.extend([version, 0]);
+    match version {
+        1 => bytes.extend((dictionary.len() as u16).to_le_bytes()),
+        _ => bytes.extend((dictionary.len() as u32).to_le_bytes()),
+    }
+    bytes.extend(dictionary.as_bytes());
+    bytes.extend(data);
+    bytes
+}
+
+const GOOD: &str = "{'descr': '<u2', 'fortran_order': False, 'shape': (2, 10), }   \n";
+
+#[test]
+fn a_tape_reads_back_what_was_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tape.npy");
+    let sidecar = sidecar(&[(0, "1:+Y"), (300, "2:+Z")]);
+    let mut writer = TapeWriter::create(&path, sidecar.clone()).unwrap();
+    writer.push(&scans(400)[..150]).unwrap();
+    writer.push(&scans(400)[150..]).unwrap();
+    writer.segment(Segment { start: 350, dof: "4:+X".parse().unwrap() });
+    assert_eq!(writer.finish().unwrap(), 400);
+    let tape = Tape::read(&path).unwrap();
+    assert_eq!(tape.scans, scans(400));
+    assert_eq!(tape.sidecar.segments[..2], sidecar.segments[..]);
+    assert_eq!(tape.sidecar.segments[2].start, 350);
+    assert_eq!(Sidecar { segments: sidecar.segments.clone(), ..tape.sidecar }, sidecar);
+}
+
+#[test]
+fn the_header_is_as_numpy_writes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tape.npy");
+    let mut writer = TapeWriter::create(&path, sidecar(&[])).unwrap();
+    writer.push(&scans(2)).unwrap();
+    writer.finish().unwrap();
+    let bytes = fs::read(&path).unwrap();
+    // numpy.save of numpy.zeros((2, 10), '<u2'): 118 = 0x76 bytes of text, padded to 128 in all.
+    assert!(bytes.starts_with(
+        b"\x93NUMPY\x01\x00\x76\x00{'descr': '<u2', 'fortran_order': False, 'shape': (2, 10), } "
+    ));
+    assert_eq!(bytes[127], b'\n');
+    assert_eq!(bytes.len(), 128 + 40);
+}
+
+#[test]
+fn a_dropped_writer_keeps_what_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tape.npy");
+    let mut writer = TapeWriter::create(&path, sidecar(&[(3, "1:+Y")])).unwrap();
+    writer.push(&scans(7)).unwrap();
+    drop(writer);
+    let tape = Tape::read(&path).unwrap();
+    assert_eq!((tape.scans.len(), tape.sidecar.segments.len()), (7, 1));
+}
+
+#[test]
+fn both_header_versions_are_read() {
+    let data: Vec<u8> = scans(2).as_flattened().iter().flat_map(|c| c.to_le_bytes()).collect();
+    for version in [1, 2, 3] {
+        assert_eq!(scans_of_npy(&npy(GOOD, version, &data)).unwrap(), scans(2));
+    }
+    assert_eq!(scans_of_npy(&npy(GOOD, 4, &data)).unwrap_err().code(), "tape_malformed");
+}
+
+#[test]
+fn other_types_shapes_and_orders_are_named() {
+    let data = [0; 40];
+    let error = |from: &str, to: &str| {
+        assert!(GOOD.contains(from));
+        scans_of_npy(&npy(&GOOD.replacen(from, to, 1), 1, &data)).unwrap_err()
+    };
+    for (from, to, code, word) in [
+        ("<u2", ">u2", "tape_wrong_type", ">u2"),
+        ("<u2", "<f8", "tape_wrong_type", "<f8"),
+        ("'<u2'", "[('a', '<u2'), ('b', '<u2')]", "tape_wrong_type", "'b'"),
+        ("(2, 10)", "(20,)", "tape_wrong_shape", "(20,)"),
+        ("(2, 10)", "(4, 5)", "tape_wrong_shape", "(4, 5)"),
+        ("(2, 10)", "(1, 2, 10)", "tape_wrong_shape", "(1, 2, 10)"),
+        ("(2, 10)", "(-2, 10)", "tape_wrong_shape", "(-2, 10)"),
+        ("(2, 10)", "(0, 10)", "tape_wrong_shape", "(0, 10)"),
+        ("False", "True", "tape_wrong_shape", "Fortran"),
+        ("(2, 10)", "(3, 10)", "tape_truncated", "60 bytes"),
+        ("(2, 10)", "(1844674407370955161, 10)", "tape_truncated", "40 are there"),
+        ("'descr'", "'type'", "tape_malformed", "descr"),
+    ] {
+        let error = error(from, to);
+        assert_eq!(error.code(), code, "{to}: {error}");
+        assert!(error.to_string().contains(word), "{to}: {error}");
+        assert_eq!(error.exit_code(), 2);
+    }
+    for length in 0..70 {
+        assert!(scans_of_npy(&npy(GOOD, 1, &data)[..length]).is_err());
+    }
+}
+
+#[test]
+fn a_segment_past_the_end_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tape.npy");
+    let mut writer = TapeWriter::create(&path, sidecar(&[(7, "1:+Y")])).unwrap();
+    writer.push(&scans(7)).unwrap();
+    writer.finish().unwrap();
+    let error = Tape::read(&path).unwrap_err().to_string();
+    assert!(error.contains("tape.toml") && error.contains("scan 7"), "{error}");
+    fs::remove_file(sidecar_path(&path)).unwrap();
+    assert_eq!(Tape::read(&path).unwrap_err().code(), "sidecar_not_readable");
+}
+
+#[test]
+fn a_bad_sidecar_is_named() {
+    let good = sidecar(&[(0, "1:+Y")]).to_toml();
+    let error = |from: &str, to: &str| {
+        assert!(good.contains(from), "{good}");
+        Sidecar::parse(&good.replacen(from, to, 1), "s.toml").unwrap_err().to_string()
+    };
+    assert!(error("channels = 10", "channels = 9").contains("channels = 9"));
+    assert!(error("adc_bits = 12", "adc_bits = 24").contains("adc_bits"));
+    assert!(error("1:+Y", "1:up").contains("1:up"));
+    assert!(error("scan_rate_hz = 4000.0", "scan_rate_hz = nan").contains("scan_rate_hz"));
+    assert!(error("pre_trigger_scans", "pretrigger").starts_with("s.toml:6: "));
+}
+
+/// Plays until nothing comes any more.
+fn play(source: &mut TapeSource) -> Vec<u16> {
+    std::iter::from_fn(|| source.next_scan()).map(|scan| scan[0]).collect()
+}
+
+fn source(count: u16, segments: &[(u64, &str)]) -> TapeSource {
+    let tape = Tape { sidecar: sidecar(segments), scans: scans(count) };
+    TapeSource::new(tape, &layout()).unwrap().0
+}
+
+#[test]
+fn each_arming_plays_the_next_segment_of_its_dof() {
+    let mut source =
+        source(20_000, &[(0, "1:+Y"), (4000, "2:+Z"), (8000, "1:+Y"), (12_000, "4:+X")]);
+    let progress = source.progress();
+    assert_eq!(source.next_scan(), None);
+    source.armed(1, 0);
+    // To the start of the next segment.
+    assert_eq!(play(&mut source), (0..4000).collect::<Vec<_>>());
+    assert!(progress.played_out() && progress.exhausted().is_none());
+    // The same arming again is no new one.
+    source.armed(1, 0);
+    assert_eq!(source.next_scan(), None);
+    source.armed(2, 0);
+    assert!(!progress.played_out());
+    assert_eq!(source.next_scan().unwrap()[0], 8000);
+    source.armed(3, 0);
+    assert_eq!(progress.exhausted(), Some(0));
+    assert_eq!(source.next_scan(), None);
+    source.armed(4, 2);
+    assert_eq!(progress.exhausted(), None);
+    assert_eq!(play(&mut source), (12_000..20_000).collect::<Vec<_>>());
+    assert_eq!(progress.unused(), 1);
+}
+
+#[test]
+fn a_short_segment_goes_on_into_the_following_scans_and_the_last_is_repeated() {
+    let mut source = source(1000, &[(0, "1:+Y"), (500, "2:+Z"), (900, "4:+X")]);
+    source.armed(1, 0);
+    let played = play(&mut source);
+    assert!(played.len() > RECORD_SCANS);
+    assert_eq!(played[..1000], (0..1000).collect::<Vec<_>>());
+    assert!(played[1000..].iter().all(|&code| code == 999));
+}
+
+#[test]
+fn a_segment_without_a_hit_can_be_passed_over() {
+    let mut source = source(20_000, &[(0, "1:+Y"), (4000, "1:+Y"), (8000, "2:+Z"), (9000, "4:+X")]);
+    let progress = source.progress();
+    source.armed(1, 0);
+    play(&mut source);
+    progress.play_next();
+    assert_eq!(source.next_scan().unwrap()[0], 4000);
+    play(&mut source);
+    progress.play_next();
+    assert_eq!(source.next_scan(), None);
+    assert_eq!(progress.exhausted(), Some(0));
+}
+
+#[test]
+fn the_layout_must_be_that_of_the_tape() {
+    let all = [(0, "1:+Y"), (10, "2:+Z"), (20, "4:+X")];
+    let new = |segments: &[(u64, &str)], change: fn(&mut Sidecar)| {
+        let mut sidecar = sidecar(segments);
+        change(&mut sidecar);
+        TapeSource::new(Tape { sidecar, scans: scans(100) }, &layout()).map(|(_, warning)| warning)
+    };
+    assert_eq!(new(&all, |_| ()).unwrap(), None);
+    // A campaign that was cut short is still of this layout.
+    assert_eq!(new(&all[..1], |_| ()).unwrap(), None);
+    let warning = new(&all, |s| s.layout_hash ^= 1).unwrap().unwrap();
+    assert!(warning.contains("another layout"));
+    let error = new(&all[..2], |s| s.layout_hash ^= 1).unwrap_err().to_string();
+    assert!(error.contains("hits at 4:+X"), "{error}");
+    let error = new(&[(0, "3:+Y")], |_| ()).unwrap_err().to_string();
+    assert!(error.contains("hits at 3:+Y"), "{error}");
+    let error = new(&all, |s| s.adc.channels = 7).unwrap_err().to_string();
+    assert!(error.contains("3 sensors and the tape 2"), "{error}");
+}

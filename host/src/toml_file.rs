@@ -1,0 +1,28 @@
+//! Reading TOML with errors that name file, line and key.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+use crate::layout_file::Place;
+use crate::{Error, Result};
+
+/// The most bytes of a TOML file.
+const MAX_BYTES: u64 = 1 << 24;
+
+/// The text of a file; `code` is the word of its errors.
+pub(crate) fn read(path: &Path, code: &'static str) -> Result<String> {
+    let file = path.display();
+    let bytes = crate::bounded::read(path, MAX_BYTES)
+        .map_err(|e| Error::input(code, format!("{file}: cannot be read: {e}; check the path")))?;
+    String::from_utf8(bytes)
+        .map_err(|_| Error::input(code, format!("{file}: this is not UTF-8 text")))
+}
+
+/// The value of a TOML text; `file` is its name in errors.
+pub(crate) fn parse<T: DeserializeOwned>(text: &str, file: &str, code: &'static str) -> Result<T> {
+    toml::from_str(text).map_err(|error| {
+        let place = Place::of(file, text, error.span(), "");
+        Error::input(code, format!("{place}: {}; correct this line", error.message()))
+    })
+}
