@@ -134,6 +134,14 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
             left to the B/s² term of the mass line"
                 .into()
         }
+        Code::ResultNotStored => {
+            "the flash of the rig did not keep the result; delete old results \
+            (massline results delete) and resume"
+                .into()
+        }
+        Code::SamplerStopped => "the converter of the rig does not answer; switch the rig off and \
+            on again"
+            .into(),
         Code::Overload => {
             let (channel, unit) = channel(d.subject);
             format!("{channel} reached the end of its range ({value:.1} {unit}); hit more gently")
