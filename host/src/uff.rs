@@ -166,7 +166,7 @@ impl Function {
     /// When this is no frequency response function, or its quantities or units are not those of a
     /// motion over a force.
     pub fn accelerance(&self, quantity: Option<Quantity>) -> Result<Frf, UffError> {
-        if self.function_type != function::FREQUENCY_RESPONSE {
+        if !self.is_frequency_response() {
             let found = self.function_type;
             return Err(self.error(UffFault::FunctionType { found }));
         }
@@ -186,6 +186,11 @@ impl Function {
             })
             .collect();
         Ok(Frf { response: self.response, reference: self.reference, frequency_hz, accelerance })
+    }
+
+    /// True for a frequency response function.
+    pub fn is_frequency_response(&self) -> bool {
+        self.function_type == function::FREQUENCY_RESPONSE
     }
 
     /// An error about this function.

@@ -108,8 +108,8 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
              test.band_hz or take more lines"
         ),
         Code::TooFewHitsForSigma => format!(
-            "{} has fewer than three accepted hits: their scatter is not known, so no standard \
-             deviation is given; hit at least three times",
+            "the scatter of at least three hits is not known for {}, so no standard deviation is \
+             given; hit at least three times",
             hit()
         ),
         Code::SigmaCoversScatterOnly => "the standard deviations cover the scatter between hits \

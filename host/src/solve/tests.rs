@@ -1,0 +1,200 @@
+use super::*;
+
+/// The layouts and universal files that `tests/data/uff/generate.py` wrote with pyuff from the golden
+/// cases; the layouts' `[reference]` is the expected answer about the origin.
+macro_rules! data {
+    ($name:literal) => {
+        include_bytes!(concat!("../../../tests/data/uff/", $name))
+    };
+}
+
+const ORIGIN: Options = Options { reference_point: ReferencePoint::Origin, quantity: None };
+
+fn layout(bytes: &[u8]) -> LayoutFile {
+    LayoutFile::parse_bytes(bytes, "layout.toml").unwrap()
+}
+
+fn case(toml: &[u8], uff: &[u8], options: &Options) -> Result<Solution> {
+    solve(&layout(toml), &UffFile::parse(uff).unwrap(), options)
+}
+
+/// The largest error in units of [m, L, L, L, m L² × 6].
+fn worst(solution: &Solution) -> f64 {
+    let truth = solution.truth.unwrap();
+    let expected = truth.properties.map(Option::unwrap);
+    let mut scale = [expected[0] * truth.length * truth.length; 10];
+    scale[0] = expected[0];
+    scale[1..4].fill(truth.length);
+    let got = solution.answer.properties();
+    (0..10).map(|k| (got[k] - expected[k]).abs() / scale[k]).fold(0.0, f64::max)
+}
+
+#[test]
+fn pyuff_files_give_what_the_golden_cases_expect() {
+    // The golden tolerance is 1e-9 of scale; the files have 12 digits, so ten times that.
+    for (toml, uff) in [
+        (&data!("a_irm_01.toml")[..], &data!("a_irm_01.ascii.uff")[..]),
+        (data!("a_irm_01.toml"), data!("a_irm_01.binary.uff")),
+        (data!("a_irm_02.toml"), data!("a_irm_02.ascii.uff")),
+        (data!("a_irm_02.toml"), data!("a_irm_02.binary.uff")),
+        (data!("a_irm_03.toml"), data!("a_irm_03.ascii.uff")),
+        (data!("a_irm_03.toml"), data!("a_irm_03.binary.uff")),
+    ] {
+        let error = worst(&case(toml, uff, &ORIGIN).unwrap());
+        assert!(error < 1e-8, "{error:e}");
+    }
+}
+
+#[test]
+fn single_precision_costs_a_hundred_thousandth() {
+    let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.single.uff"), &ORIGIN).unwrap();
+    // Six digits in the file.
+    assert!(worst(&solution) < 1e-5, "{:e}", worst(&solution));
+}
+
+#[test]
+fn noise_makes_the_reference_point_matter_and_exact_data_do_not() {
+    let centroid = Options::default();
+    let exact = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &centroid).unwrap();
+    // The golden tolerance times ten, as above.
+    assert!(worst(&exact) < 1e-8);
+    let noisy = case(data!("a_irm_02.toml"), data!("a_irm_02.binary.uff"), &centroid).unwrap();
+    assert!(worst(&noisy) > 1e-4, "{:e}", worst(&noisy));
+}
+
+#[test]
+fn the_condition_is_that_of_the_golden_case() {
+    let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &ORIGIN).unwrap();
+    // a_irm_01: cond 20.577235, tolerance 1e-6 relative.
+    assert!((solution.answer.condition / 20.577_235_148_582_1 - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn the_example_layouts_have_the_conditions_of_the_theory() {
+    // Theory, section 8, with the digits printed there.
+    let files = [
+        (include_str!("../../examples/three-bar-test-1.toml"), 21.0, 0.5),
+        (include_str!("../../examples/three-bar-test-2.toml"), 18.0, 0.5),
+        (include_str!("../../examples/three-bar-test-3.toml"), 8.4, 0.05),
+        (include_str!("../../examples/three-bar-test-4.toml"), 7.7, 0.05),
+    ];
+    for (text, expected, tolerance) in files {
+        let file = LayoutFile::parse(text, "l").unwrap();
+        let report = LayoutReport::new(&file.layout, Some(&body_for_checks(&file).0));
+        assert!(report.diagnostics.is_empty());
+        let condition = report.condition_a.unwrap();
+        assert!((condition - expected).abs() <= tolerance, "{condition}");
+    }
+}
+
+#[test]
+fn a_hit_of_opposite_sign_uses_the_functions_negated() {
+    let text = std::str::from_utf8(data!("a_irm_01.toml")).unwrap().replacen("1:+Y", "1:-Y", 1);
+    let solution = case(text.as_bytes(), data!("a_irm_01.binary.uff"), &ORIGIN).unwrap();
+    assert!(worst(&solution) < 1e-8);
+}
+
+#[test]
+fn a_missing_function_is_named() {
+    let text = std::str::from_utf8(data!("a_irm_01.toml")).unwrap();
+    let text = text.replacen("hits = [", "hits = [\"3:+Z\", ", 1);
+    let error = case(text.as_bytes(), data!("a_irm_01.binary.uff"), &ORIGIN).unwrap_err();
+    assert_eq!((error.exit_code(), error.code()), (2, "frf_missing"));
+    let message = error.to_string();
+    assert!(message.contains("node 1, axis X, due to the hit 3:+Z"), "{message}");
+}
+
+#[test]
+fn a_function_that_is_there_twice_is_named() {
+    let twice = [&data!("a_irm_01.ascii.uff")[..], data!("a_irm_01.ascii.uff")].concat();
+    let error = case(data!("a_irm_01.toml"), &twice, &ORIGIN).unwrap_err();
+    assert_eq!(error.code(), "frf_doubled");
+    assert!(error.to_string().contains("datasets 1 and 28"), "{error}");
+}
+
+#[test]
+fn a_number_that_is_none_is_named() {
+    let text = String::from_utf8_lossy(data!("a_irm_01.ascii.uff"));
+    let nan = text.replacen("   1.07233343736e+00", "                 NaN", 1);
+    assert!(nan != text);
+    let error = case(data!("a_irm_01.toml"), nan.as_bytes(), &ORIGIN).unwrap_err();
+    assert_eq!((error.exit_code(), error.code()), (2, "data_not_finite"));
+    assert!(error.to_string().contains("node 1, axis X, due to the hit 1:+Y (dataset 1)"));
+    assert!(error.to_string().contains("at 10 Hz"), "{error}");
+}
+
+#[test]
+fn a_wrong_function_type_is_named() {
+    let text = String::from_utf8_lossy(data!("a_irm_01.ascii.uff"));
+    let first = "    4         0    0         0       NONE         1   1";
+    let coherence = text.replacen(first, &first.replacen('4', "6", 1), 1);
+    assert!(coherence != text);
+    let error = case(data!("a_irm_01.toml"), coherence.as_bytes(), &ORIGIN).unwrap_err();
+    assert_eq!((error.exit_code(), error.code()), (2, "uff_wrong_function_type"));
+    assert!(error.to_string().contains("coherence"), "{error}");
+}
+
+#[test]
+fn a_band_without_lines_is_named() {
+    let text = std::str::from_utf8(data!("a_irm_01.toml")).unwrap();
+    let text = text.to_owned() + "\n[test]\nband_hz = [10.0, 25.0]\n";
+    let error = case(text.as_bytes(), data!("a_irm_01.binary.uff"), &ORIGIN).unwrap_err();
+    assert_eq!((error.exit_code(), error.code()), (2, "band_too_narrow"));
+    assert!(error.to_string().contains("2 lines within 10 to 25 Hz"), "{error}");
+}
+
+/// The error of a layout with the nodes of the frame and other sensors, hits and tables.
+fn undetermined(sensors: &str, hits: &str, more: &str) -> Error {
+    let text = format!(
+        "sensors = [{sensors}]\nhits = [{hits}]\n\
+         node = [{{ id = 1, position_m = [0, 0, 0] }}, {{ id = 2, position_m = [0.2, 0, 0] }}, \
+         {{ id = 3, position_m = [0.4, 0, 0] }}, {{ id = 4, position_m = [0.2, 0.3, 0.1] }}]\n{more}"
+    );
+    let error = case(text.as_bytes(), data!("a_irm_01.binary.uff"), &ORIGIN).unwrap_err();
+    assert_eq!(error.exit_code(), 3, "{error}");
+    error
+}
+
+#[test]
+fn layouts_that_cannot_determine_the_ten_are_named() {
+    let good = "\"1:+X\", \"4:+Y\", \"3:+Z\"";
+    for (sensors, hits, code) in [
+        ("1, 2", good, "fewer_than_three_sensors"),
+        ("1, 2, 3", good, "sensors_collinear"),
+        ("1, 2, 4", "\"1:+X\", \"4:+Y\"", "fewer_than_three_hits"),
+        ("1, 2, 4", "\"1:+Z\", \"2:+Z\", \"4:+Z\"", "hits_all_parallel"),
+        ("1, 2, 4", "\"4:+X\", \"4:+Y\", \"4:+Z\"", "hits_concurrent"),
+    ] {
+        assert_eq!(undetermined(sensors, hits, "").code(), code);
+    }
+}
+
+#[test]
+fn hits_through_the_centre_of_mass_need_a_body_and_the_message_says_which() {
+    // All through node 4, which [reference] says is the centre of mass.
+    let hits = "\"4:+X\", \"4:+Y\", \"4:+Z\"";
+    let reference = "[reference]\nmass_kg = 2\ncenter_of_mass_m = [0.2, 0.3, 0.1]\n";
+    let error = undetermined("1, 2, 4", hits, reference).to_string();
+    assert!(error.contains("pass the centre of mass"), "{error}");
+    assert!(error.contains("the mass of [reference], the centre of mass of [reference]"));
+    let error = undetermined("1, 2, 4", hits, "").to_string();
+    assert!(!error.contains("pass the centre of mass"), "{error}");
+    assert!(error.contains("assumed mass of 1 kg") && error.contains("centroid of the nodes"));
+    let error = undetermined("1, 2, 4", hits, "[prior]\nmass_kg = { value = 3, sigma = 1 }\n");
+    assert!(error.to_string().contains("the mass of [prior]"), "{error}");
+}
+
+#[test]
+fn the_json_is_that_of_all_results() {
+    let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &ORIGIN).unwrap();
+    let json = solution.to_json();
+    assert!((json["results"][0]["mass_kg"]["value"].as_f64().unwrap() - 1.23).abs() < 1e-8);
+    assert!(json["results"][0]["mass_kg"]["sigma"].is_null());
+    assert_eq!(json["reference_point"], "origin");
+    assert_eq!(json["band_hz"], json!([10.0, 120.0]));
+    assert_eq!(json["layout_hash"], layout(data!("a_irm_01.toml")).hash().unwrap());
+    assert!(json["calibration"].is_null() && json["firmware"].is_null());
+    assert_eq!(json["mass_lines"][0]["dof"], "1:+Y");
+    let text = solution.to_text();
+    assert!(text.contains("error, % of scale") && text.contains("10 to 120 Hz"), "{text}");
+}
