@@ -1,0 +1,39 @@
+//! Flash and static RAM of a linked image.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::Context;
+use object::Endianness;
+use object::elf::{FileHeader32, PT_LOAD, SHF_ALLOC, SHF_WRITE};
+use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
+
+/// Bytes of an image.
+#[derive(Clone, Copy, Debug)]
+pub struct Image {
+    /// Everything that is loaded: vectors, code, constants, first values of statics.
+    pub flash: u64,
+    /// Statics: `.data`, `.bss` and what is not initialised.
+    pub static_ram: u64,
+}
+
+/// Reads the sizes out of an ELF file.
+pub fn measure(elf: &Path) -> anyhow::Result<Image> {
+    let bytes = fs::read(elf).with_context(|| elf.display().to_string())?;
+    let header = FileHeader32::<Endianness>::parse(&*bytes)?;
+    let endian = header.endian()?;
+    let flash = header
+        .program_headers(endian, &*bytes)?
+        .iter()
+        .filter(|segment| segment.p_type(endian) == PT_LOAD)
+        .map(|segment| u64::from(segment.p_filesz(endian)))
+        .sum();
+    let in_ram = SHF_ALLOC | SHF_WRITE;
+    let static_ram = header
+        .section_headers(endian, &*bytes)?
+        .iter()
+        .filter(|section| section.sh_flags(endian) & in_ram == in_ram)
+        .map(|section| u64::from(section.sh_size(endian)))
+        .sum();
+    Ok(Image { flash, static_ram })
+}
