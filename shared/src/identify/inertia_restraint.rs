@@ -14,7 +14,7 @@ use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::{Layout, check_hits, is_finite};
-use crate::linalg::{Conditioned, LeastSquares, Spectrum, all_finite};
+use crate::linalg::{LeastSquares, Spectrum, all_finite};
 
 /// A condition of the balanced regression matrix above this is worth a warning: errors of 1 % in the
 /// mass lines can then be as large as what they are to determine.
@@ -140,8 +140,7 @@ impl<R: Real> Regression<R> {
     /// # Errors
     /// `data_not_finite`, `ten_parameters_not_identifiable`.
     pub fn solve(&self) -> Result<Solution<R>, Diagnostics> {
-        let factor = self.equations.factor();
-        let Some(Spectrum { rank, condition }) = factor.spectrum() else {
+        let Some(Spectrum { rank, condition }) = self.equations.spectrum() else {
             return Err(fatal(Code::DataNotFinite, R::zero()));
         };
         if rank < 10 {
@@ -175,6 +174,7 @@ impl<R: Real> Regression<R> {
 
 /// Covariance of theta from the scatter of the hits, everything in balanced variables until the
 /// end. `Aⱼᵀ Wⱼ Aⱼ` is summed over the hits and closed by `(Aᵀ A)⁻¹` from both sides.
+#[inline(never)]
 fn covariance<R, const CH: usize, B>(
     regression: &Regression<R>,
     body: &RigidBody<R>,
@@ -218,12 +218,17 @@ where
         sum.transpose_mut();
     }
     let to_theta = balanced.dtheta_dphi();
+    // D S Dᵀ, by D from the left twice.
+    for _side in 0..2 {
+        sum = sparse_product(&to_theta, &sum);
+        sum.transpose_mut();
+    }
     let scale = regression.scale();
-    let mut covariance = to_theta * sum * to_theta.transpose();
+    let mut covariance = sum;
     for j in 0..10 {
         for i in 0..=j {
             // The two halves differ by rounding.
-            let mean = (covariance[(i, j)] + covariance[(j, i)]) * R::of(0.5);
+            let mean = (sum[(i, j)] + sum[(j, i)]) * R::of(0.5);
             covariance[(i, j)] = mean * scale[i] * scale[j];
             covariance[(j, i)] = covariance[(i, j)];
         }
@@ -231,29 +236,43 @@ where
     all_finite(&covariance).then_some(covariance)
 }
 
-/// `sum += Aᵀ W A` for the six rows of one hit, whose zeros are skipped.
+/// `sum += Aᵀ W A` for the six rows of one hit; the zeros of A are skipped.
 fn add_congruence<R: Real>(sum: &mut SMatrix<R, 10, 10>, rows: &[[R; 10]; 6], weight: &Matrix6<R>) {
     let zero = R::zero();
-    let mut weighted = [[zero; 10]; 6];
-    for (i, out) in weighted.iter_mut().enumerate() {
-        for (k, row) in rows.iter().enumerate() {
+    for (i, left) in rows.iter().enumerate() {
+        let mut weighted = [zero; 10];
+        for (k, right) in rows.iter().enumerate() {
             let w = weight[(i, k)];
-            for (o, v) in out.iter_mut().zip(row) {
-                if *v != zero {
-                    *o += w * *v;
-                }
+            for (to, v) in weighted.iter_mut().zip(right) {
+                *to += w * *v;
             }
         }
-    }
-    for (row, weighted) in rows.iter().zip(&weighted) {
-        for (i, v) in row.iter().enumerate() {
+        for (mut column, v) in sum.column_iter_mut().zip(left) {
             if *v != zero {
-                for (j, w) in weighted.iter().enumerate() {
-                    sum[(i, j)] += *v * *w;
+                for (to, w) in column.iter_mut().zip(&weighted) {
+                    *to += *v * *w;
                 }
             }
         }
     }
+}
+
+/// `left · right` for a left matrix of mostly zeros.
+fn sparse_product<R: Real>(
+    left: &SMatrix<R, 10, 10>,
+    right: &SMatrix<R, 10, 10>,
+) -> SMatrix<R, 10, 10> {
+    let mut product = SMatrix::<R, 10, 10>::zeros();
+    for (k, column) in left.column_iter().enumerate() {
+        for (i, value) in column.iter().enumerate() {
+            if *value != R::zero() {
+                for j in 0..10 {
+                    product[(i, j)] += *value * right[(k, j)];
+                }
+            }
+        }
+    }
+    product
 }
 
 /// Refuses what no arithmetic can repair.

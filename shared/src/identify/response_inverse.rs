@@ -1,9 +1,9 @@
 //! From readings to the motion of the body: the pseudo-inverse of the response matrix.
 
-use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+use nalgebra::{SMatrix, SVector, Vector6};
 
 use crate::Real;
-use crate::linalg::{Conditioned, Spectrum};
+use crate::linalg::{Spectrum, spectrum};
 
 /// `G⁺` of `xm = G [a; α]` (theory, section 3), by QR in balanced variables.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +23,7 @@ impl<R: Real, const CH: usize> ResponseInverse<R, CH> {
         let mut q = *response;
         q.fixed_columns_mut::<3>(3).unscale_mut(length);
         let factor = orthonormalise(&mut q);
-        let Spectrum { rank, condition } = factor.spectrum()?;
+        let Spectrum { rank, condition } = spectrum(&factor)?;
         let mut matrix = SMatrix::<R, 6, CH>::zeros();
         if rank == 6 {
             for (i, reading) in q.row_iter().enumerate() {
@@ -45,19 +45,19 @@ impl<R: Real, const CH: usize> ResponseInverse<R, CH> {
 /// Replaces the columns by orthonormal ones and gives the triangular factor. Gram-Schmidt with a
 /// second pass is as good as Householder (Giraud et al. 2005) and leaves Q explicit. A dependent
 /// column becomes zero or leaves rounding in the factor, which its singular values show.
-fn orthonormalise<R: Real, const CH: usize>(q: &mut SMatrix<R, CH, 6>) -> Matrix6<R> {
-    let mut factor = Matrix6::<R>::zeros();
+fn orthonormalise<R: Real, const CH: usize>(q: &mut SMatrix<R, CH, 6>) -> [[R; 6]; 6] {
+    let mut factor = [[R::zero(); 6]; 6];
     for k in 0..6 {
         let mut column: SVector<R, CH> = q.column(k).into_owned();
         for _pass in 0..2 {
             for i in 0..k {
                 let part = q.column(i).dot(&column);
-                factor[(i, k)] += part;
+                factor[i][k] += part;
                 column.axpy(-part, &q.column(i), R::one());
             }
         }
         let norm = column.norm();
-        factor[(k, k)] = norm;
+        factor[k][k] = norm;
         if norm > R::zero() {
             column.unscale_mut(norm);
         }
@@ -66,13 +66,13 @@ fn orthonormalise<R: Real, const CH: usize>(q: &mut SMatrix<R, CH, 6>) -> Matrix
     factor
 }
 
-fn back_substitute<R: Real>(factor: &Matrix6<R>, b: &mut Vector6<R>) {
+fn back_substitute<R: Real>(factor: &[[R; 6]; 6], b: &mut Vector6<R>) {
     for i in (0..6).rev() {
         for k in i + 1..6 {
             let known = b[k];
-            b[i] -= factor[(i, k)] * known;
+            b[i] -= factor[i][k] * known;
         }
-        b[i] /= factor[(i, i)];
+        b[i] /= factor[i][i];
     }
 }
 
@@ -80,7 +80,7 @@ fn back_substitute<R: Real>(factor: &Matrix6<R>, b: &mut Vector6<R>) {
 mod tests {
     use super::*;
     use crate::layout::tests::bar_layout;
-    use nalgebra::Vector3;
+    use nalgebra::{Matrix6, Vector3};
 
     #[test]
     fn it_inverts_the_response_matrix() {

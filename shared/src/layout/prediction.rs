@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3};
 use super::{Hit, Layout};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
-use crate::linalg::{Conditioned, LeastSquares, cholesky, forward_substitute, skew};
+use crate::linalg::{LeastSquares, cholesky, forward_substitute, skew};
 
 /// The random errors of a test, all standard deviations of a single hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +71,7 @@ pub fn predict<R: Real, const S: usize, const H: usize, const CH: usize>(
             information.push(core::array::from_fn(|k| slope[(i, k)]), R::zero());
         }
     }
-    if information.factor().spectrum()?.rank < 10 {
+    if information.spectrum()?.rank < 10 {
         return None;
     }
     let mut covariance = SMatrix::<R, 10, 10>::zeros();

@@ -1,0 +1,199 @@
+//! Every degenerate layout is named, in both precisions and in any frame.
+
+use super::*;
+use crate::layout::tests::{bar_body, bar_layout, sensor};
+use nalgebra::Rotation3;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+fn codes(found: &Diagnostics) -> Vec<Code> {
+    assert!(found.iter().all(Diagnostic::is_error));
+    found.iter().map(|d| d.known_code().unwrap()).collect()
+}
+
+fn check(layout: &Layout<f64, 3, 4>) -> Vec<Code> {
+    let double = codes(&check_geometry(layout, Some(&bar_body())));
+    let single: Layout<f32, 3, 4> = layout.cast().unwrap();
+    let body = RigidBody::from_theta(&bar_body().theta().map(|v| v as f32));
+    let in_single = codes(&check_geometry(&single, Some(&body)));
+    assert_eq!(double, in_single, "single precision sees the same");
+    double
+}
+
+#[test]
+fn a_good_layout_has_nothing_said_about_it() {
+    assert_eq!(check(&bar_layout()), []);
+}
+
+#[test]
+fn two_sensors_are_too_few() {
+    let mut layout = bar_layout();
+    layout.sensors.truncate(2);
+    assert_eq!(check(&layout), [Code::FewerThanThreeSensors, Code::ResponseRankDeficient]);
+    layout.sensors.clear();
+    assert_eq!(check(&layout), [Code::FewerThanThreeSensors, Code::ResponseRankDeficient]);
+}
+
+#[test]
+fn sensors_on_a_line_are_named() {
+    let mut layout = bar_layout();
+    layout.sensors =
+        (0..3).map(|i| sensor(i, [0.05 * f64::from(i), 0.02 * f64::from(i), 0.0])).collect();
+    assert_eq!(check(&layout), [Code::SensorsCollinear, Code::ResponseRankDeficient]);
+    // 1 % off the line: the responses tell six motions, but badly.
+    layout.sensors[1].position[2] = 0.0005;
+    assert_eq!(check(&layout), [Code::SensorsCollinear]);
+}
+
+#[test]
+fn two_sensors_on_one_node_are_named() {
+    let mut layout = bar_layout();
+    layout.sensors[2] = layout.sensors[1];
+    assert_eq!(
+        check(&layout),
+        [Code::TwoSensorsOnOneNode, Code::SensorsCollinear, Code::ResponseRankDeficient]
+    );
+}
+
+#[test]
+fn two_hits_are_too_few() {
+    let mut layout = bar_layout();
+    layout.hits.truncate(2);
+    assert_eq!(check(&layout), [Code::FewerThanThreeHits, Code::TenParametersNotIdentifiable]);
+    layout.hits.clear();
+    assert_eq!(check(&layout), [Code::FewerThanThreeHits, Code::TenParametersNotIdentifiable]);
+}
+
+#[test]
+fn parallel_hits_are_named() {
+    let mut layout = bar_layout();
+    for hit in &mut layout.hits {
+        hit.direction = [0.0, 0.6, 0.8];
+    }
+    assert_eq!(check(&layout), [Code::HitsAllParallel, Code::TenParametersNotIdentifiable]);
+}
+
+#[test]
+fn hits_through_one_point_are_named() {
+    let mut layout = bar_layout();
+    for hit in &mut layout.hits {
+        // 30 cm back along their own lines from one corner.
+        hit.position = core::array::from_fn(|k| 0.2 - 0.3 * hit.direction[k]);
+    }
+    assert_eq!(check(&layout), [Code::HitsConcurrent, Code::TenParametersNotIdentifiable]);
+    // 1 mm beside it is still too near: 2 % of L are 2.7 mm.
+    layout.hits[0].position[2] += 0.001;
+    assert_eq!(check(&layout), [Code::HitsConcurrent]);
+}
+
+#[test]
+fn hits_through_the_centre_of_mass_are_named() {
+    let mut layout = bar_layout();
+    let c = bar_body().center_of_mass;
+    for hit in &mut layout.hits {
+        hit.position = core::array::from_fn(|k| c[k] + 0.1 * hit.direction[k]);
+    }
+    assert_eq!(
+        check(&layout),
+        [Code::HitsConcurrent, Code::HitsThroughCentreOfMass, Code::TenParametersNotIdentifiable]
+    );
+}
+
+#[test]
+fn axes_that_are_no_axes_are_named() {
+    let mut layout = bar_layout();
+    layout.sensors[1].axes[0] = [0.0, 1.0, 0.1];
+    layout.hits[2].direction = [1.01, 0.0, 0.0];
+    let found = check_geometry(&layout, None);
+    assert_eq!(codes(&found), [Code::AxesNotOrthonormal; 2]);
+    assert_eq!((found[0].subject, found[1].subject), (1, 3 + 2));
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_named_and_nothing_else() {
+    for spoil in [
+        |l: &mut Layout<f64, 3, 4>| l.gravity = Some([f64::NAN; 3]),
+        |l: &mut Layout<f64, 3, 4>| l.sensors[2].position[1] = f64::INFINITY,
+        |l: &mut Layout<f64, 3, 4>| l.sensors[0].axes[2][2] = f64::NAN,
+        |l: &mut Layout<f64, 3, 4>| l.hits[0].position[0] = f64::NAN,
+        |l: &mut Layout<f64, 3, 4>| l.hits[1].direction[0] = f64::NEG_INFINITY,
+    ] {
+        let mut layout = bar_layout();
+        spoil(&mut layout);
+        assert_eq!(check(&layout), [Code::LayoutNotFinite]);
+    }
+}
+
+#[test]
+fn a_body_that_cannot_turn_is_no_body_to_check_with() {
+    let mut body = bar_body();
+    body.inertia = Matrix3::zeros();
+    assert_eq!(
+        codes(&check_geometry(&bar_layout(), Some(&body))),
+        [Code::TenParametersNotIdentifiable]
+    );
+}
+
+#[test]
+fn the_assumed_body_sits_at_the_mean_of_the_nodes() {
+    let layout = bar_layout();
+    let nodes = [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]];
+    let body = assumed_body(&layout, None, nodes.into_iter());
+    assert_eq!((body.mass, body.center_of_mass), (1.0, Vector3::new(0.5, 1.0, 1.5)));
+    let heavy = assumed_body(&layout, Some(2.0), nodes.into_iter());
+    let length = layout.characteristic_length();
+    assert_eq!(heavy.inertia, Matrix3::from_diagonal_element(2.0 * length * length));
+}
+
+proptest! {
+    #[test]
+    fn the_diagnosis_does_not_depend_on_the_frame(
+        turn in prop::array::uniform3(-3.0..3.0_f64),
+        which in 0..4_usize,
+    ) {
+        let mut layout = bar_layout();
+        match which {
+            0 => layout.sensors[1].position = layout.sensors[0].position.map(|v| v + 0.2),
+            1 => layout.hits.iter_mut().for_each(|h| h.position = [0.1; 3]),
+            2 => layout.hits.iter_mut().for_each(|h| h.direction = [0.0, 0.0, 1.0]),
+            _ => {}
+        }
+        let before = check(&layout);
+        let r = Rotation3::new(Vector3::from(turn));
+        let turned = |v: [f64; 3]| -> [f64; 3] { (r * Vector3::from(v)).into() };
+        for s in &mut layout.sensors {
+            s.position = turned(s.position);
+            s.axes = s.axes.map(turned);
+        }
+        for h in &mut layout.hits {
+            h.position = turned(h.position);
+            h.direction = turned(h.direction);
+        }
+        let b = bar_body();
+        let body = RigidBody {
+            center_of_mass: r * b.center_of_mass,
+            inertia: r * b.inertia * r.transpose(),
+            ..b
+        };
+        prop_assert_eq!(codes(&check_geometry(&layout, Some(&body))), before.clone());
+        let single: Layout<f32, 3, 4> = layout.cast().unwrap();
+        let body = RigidBody::from_theta(&body.theta().map(|v| v as f32));
+        prop_assert_eq!(codes(&check_geometry(&single, Some(&body))), before);
+    }
+}
+
+#[test]
+fn more_facts_than_fit_are_dropped_without_harm() {
+    let mut layout: Layout<f64, 8, 24> = bar_layout().cast().unwrap();
+    while layout.hits.push(layout.hits[0]).is_ok() {}
+    layout.hits.iter_mut().for_each(|h| h.direction = [2.0, 0.0, 0.0]);
+    assert_eq!(codes(&check_geometry(&layout, None)), [Code::AxesNotOrthonormal; 16]);
+}
+
+#[test]
+fn the_report_has_the_condition_of_the_theory() {
+    let report = LayoutReport::new(&bar_layout(), Some(&bar_body()));
+    assert_eq!((report.rank_g, report.rank_f, report.rank_a), (6, 3, Some(10)));
+    // Theory, section 8: cond A of test 1 is 21.
+    assert!((report.condition_a.unwrap() - 21.0).abs() < 0.5);
+}
