@@ -1,0 +1,45 @@
+//! Runs the golden cases on the Cortex-M4F, in single and in double precision; a line for each case.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("This runs in QEMU; see the documentation of massline-on-target.");
+    std::process::exit(2);
+}
+
+#[cfg(target_os = "none")]
+mod on_target {
+    use cortex_m_rt::entry;
+    use massline_golden_cases::{CASES, Case, run};
+    use massline_on_target::{end, print};
+    use massline_shared::signal::RealFft;
+
+    #[entry]
+    fn main() -> ! {
+        let single = run_all::<f32>("single");
+        let double = run_all::<f64>("double");
+        end(single && double)
+    }
+
+    /// Runs all cases; true when there are some and all pass.
+    fn run_all<R: RealFft + Default>(precision: &str) -> bool {
+        let bad = CASES.iter().filter(|case| !passes::<R>(case, precision)).count();
+        print(format_args!("{precision}: {} cases, {bad} bad", CASES.len()));
+        !CASES.is_empty() && bad == 0
+    }
+
+    fn passes<R: RealFft + Default>(case: &'static Case, precision: &str) -> bool {
+        let (mut checks, mut failed) = (0, 0);
+        run::<R>(case, &mut |_, path, pass, worst| {
+            checks += 1;
+            if !pass {
+                failed += 1;
+                print(format_args!("{precision} {} {path}: {worst} of the tolerance", case.id));
+            }
+        });
+        let good = checks > 0 && failed == 0;
+        let verdict = if good { "ok" } else { "FAILED" };
+        print(format_args!("{precision} {} {verdict}, {checks} checks", case.id));
+        good
+    }
+}
