@@ -108,7 +108,7 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
         ReferencePoint::Origin => inertia_restraint::ReferencePoint::Origin,
     };
     let estimate = inertia_restraint::solve(layout, lines.iter().enumerate(), reference)
-        .map_err(|found| first_error(&found, say).unwrap_or_else(|| undetermined()))?;
+        .map_err(|found| first_error(&found, say).unwrap_or_else(undetermined))?;
     let channels = 3 * layout.sensors.len();
     let truth = file.reference.map(|reference| Truth {
         properties: reference.properties(),

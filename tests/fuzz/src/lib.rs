@@ -1,1 +1,164 @@
-//! placeholder
+//! Fuzz targets: each takes any bytes, must not panic, and checks what must hold for all input.
+//!
+//! `cargo test -p massline-fuzz` replays the corpus and a bounded number of seeded mutations of it.
+//! With cargo-fuzz: `RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir tests/fuzz --features libfuzzer
+//! --sanitizer none uff`.
+
+use massline::layout_file::LayoutFile;
+use massline::tape::{Sidecar, scans_of_npy};
+use massline::uff::{Encoding, Frf, Quantity, UffFile, write};
+use massline_shared::layout::LayoutReport;
+use massline_shared::protocol::event::{HitEvent, ScanBlock};
+use massline_shared::protocol::frame::{Deframer, FrameError};
+use massline_shared::protocol::message::{
+    CommandRequest, Identity, LayoutAnswer, Refusal, ResultPage, Stats, Status,
+};
+use massline_shared::protocol::object::{Chunk, ChunkRequest, MeasurementResult, ObjectInfo};
+
+/// A target: its name, which is that of its corpus, and the function.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// Every target.
+pub const TARGETS: [Target; 4] =
+    [("deframer", fuzz_deframer), ("uff", fuzz_uff), ("layout", fuzz_layout), ("tape", fuzz_tape)];
+
+/// The deframer, and every message that a body could be.
+///
+/// # Panics
+/// When the frames found depend on how the bytes arrive.
+pub fn fuzz_deframer(bytes: &[u8]) {
+    let whole = frames(bytes, bytes.len().max(1));
+    for size in [1, 3, 64] {
+        assert!(frames(bytes, size) == whole, "frames depend on pieces of {size} bytes");
+    }
+    for (_, _, body) in whole.into_iter().flatten() {
+        // Each may refuse the body; none may panic.
+        let _ = postcard::from_bytes::<Identity>(&body).is_ok();
+        let _ = postcard::from_bytes::<Status>(&body).is_ok();
+        let _ = postcard::from_bytes::<Stats>(&body).is_ok();
+        let _ = postcard::from_bytes::<massline_shared::layout::RigLayout>(&body).is_ok();
+        let _ = postcard::from_bytes::<LayoutAnswer>(&body).is_ok();
+        let _ = postcard::from_bytes::<massline_shared::signal::Calibration>(&body).is_ok();
+        let _ = postcard::from_bytes::<CommandRequest>(&body).is_ok();
+        let _ = postcard::from_bytes::<ObjectInfo>(&body).is_ok();
+        let _ = postcard::from_bytes::<ChunkRequest>(&body).is_ok();
+        let _ = postcard::from_bytes::<Chunk>(&body).is_ok();
+        let _ = postcard::from_bytes::<ResultPage>(&body).is_ok();
+        let _ = postcard::from_bytes::<Refusal>(&body).is_ok();
+        let _ = postcard::from_bytes::<HitEvent>(&body).is_ok();
+        let _ = postcard::from_bytes::<ScanBlock>(&body).is_ok();
+        if let Ok(result) = postcard::from_bytes::<MeasurementResult>(&body) {
+            let _ = massline::report::measurement_json(&result);
+            let _ = massline::report::measurement_text(&result);
+        }
+    }
+}
+
+/// Kind, sequence and body of a frame, or what was wrong with it.
+type Found = Result<(u16, u16, Vec<u8>), FrameError>;
+
+/// What a deframer finds when the bytes arrive in pieces of `size`.
+fn frames(bytes: &[u8], size: usize) -> Vec<Found> {
+    let mut deframer = Deframer::new();
+    let mut found = Vec::new();
+    for mut piece in bytes.chunks(size) {
+        while !piece.is_empty() {
+            let (taken, frame) = deframer.push(piece);
+            if let Some(frame) = frame {
+                found.push(frame.map(|f| (f.kind, f.sequence, f.body.to_vec())));
+            }
+            assert!(taken > 0, "the deframer takes nothing");
+            piece = piece.get(taken..).unwrap_or_default();
+        }
+    }
+    found
+}
+
+/// The UFF reader, its conversions and its writer.
+///
+/// # Panics
+/// When abscissa and ordinate differ in length, or what is written does not read back.
+pub fn fuzz_uff(bytes: &[u8]) {
+    let Ok(file) = UffFile::parse(bytes) else { return };
+    for function in &file.functions {
+        assert_eq!(function.abscissa.len(), function.ordinate.len());
+        // At most a value for every two bytes of the file.
+        assert!(function.ordinate.len() <= bytes.len());
+        let _ = function.accelerance(None).is_ok();
+        let Ok(frf) = function.accelerance(Some(Quantity::Displacement)) else { continue };
+        let plain = |x: &f64| x.is_finite() && x.abs() < 1e90;
+        let fits = |node: i64| (0..=1_000_000_000).contains(&node);
+        if !frf.frequency_hz.iter().all(plain)
+            || !frf.accelerance.iter().all(|h| plain(&h.re) && plain(&h.im))
+            || !fits(frf.response.node)
+            || !fits(frf.reference.node)
+        {
+            continue;
+        }
+        read_back(&frf);
+    }
+}
+
+fn read_back(frf: &Frf) {
+    for encoding in [Encoding::Ascii, Encoding::Binary] {
+        let bytes = write(std::slice::from_ref(frf), encoding);
+        let again = UffFile::parse(&bytes).unwrap_or_else(|e| panic!("{encoding:?}: {e}"));
+        let again = again.functions.first().map(|f| f.accelerance(None));
+        match again {
+            Some(Ok(again)) => {
+                assert_eq!(again.response.node, frf.response.node);
+                assert_eq!(again.accelerance.len(), frf.accelerance.len());
+                if encoding == Encoding::Binary {
+                    assert_eq!(again.accelerance, frf.accelerance);
+                }
+            }
+            other => panic!("{encoding:?}: {other:?}"),
+        }
+    }
+}
+
+/// The layout reader, and the diagnosis of what it takes.
+///
+/// # Panics
+/// When axes that were taken are not orthonormal, or an error does not name the file.
+pub fn fuzz_layout(bytes: &[u8]) {
+    let file = match LayoutFile::parse_bytes(bytes, "fuzz.toml") {
+        Ok(file) => file,
+        Err(error) => {
+            assert!(error.to_string().starts_with("fuzz.toml:"), "{error}");
+            return;
+        }
+    };
+    for sensor in &file.layout.sensors {
+        for (i, a) in sensor.axes.iter().enumerate() {
+            for (j, b) in sensor.axes.iter().enumerate() {
+                let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+                let wanted = if i == j { 1.0 } else { 0.0 };
+                // Rounding of a normalisation.
+                assert!((dot - wanted).abs() < 1e-12, "axes {i} and {j}: {dot}");
+            }
+        }
+    }
+    let (body, _) = massline::solve::body_for_checks(&file);
+    let report = LayoutReport::new(&file.layout, Some(&body));
+    for diagnostic in &report.diagnostics {
+        let _ = massline::report::message_in(diagnostic, &file.layout);
+    }
+    let _ = file.hash();
+}
+
+/// The readers of a tape and its sidecar.
+///
+/// # Panics
+/// When more scans are read than the bytes hold, or a sidecar does not read back.
+pub fn fuzz_tape(bytes: &[u8]) {
+    if let Ok(scans) = scans_of_npy(bytes) {
+        assert!(scans.len() * 20 <= bytes.len());
+    }
+    if let Ok(sidecar) = std::str::from_utf8(bytes).map(|text| Sidecar::parse(text, "fuzz.toml"))
+        && let Ok(sidecar) = sidecar
+    {
+        let again = Sidecar::parse(&sidecar.to_toml(), "again.toml");
+        assert!(again.as_ref() == Ok(&sidecar), "{again:?}");
+    }
+}
