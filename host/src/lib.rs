@@ -14,6 +14,7 @@
 //! | [`solve`] | the offline solver |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
 //! | [`tape`] | recorded scans |
+//! | [`rig`] | simulated rigs, virtual or emulated |
 //! | [`qemu`] | the emulated rig |
 #![deny(unsafe_code)]
 
@@ -28,6 +29,7 @@ pub mod layout_file;
 pub mod output;
 pub mod qemu;
 pub mod report;
+pub mod rig;
 pub mod solve;
 pub mod tape;
 mod toml_file;

@@ -169,8 +169,12 @@ pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
     (body, text)
 }
 
-/// The errors among `found` as one; the first says the code.
-fn first_error(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String) -> Option<Error> {
+/// The errors among `found` as one, in the words of `say`; the first says the code. `None` when
+/// there is none.
+pub(crate) fn first_error(
+    found: &[Diagnostic],
+    say: impl Fn(&Diagnostic) -> String,
+) -> Option<Error> {
     let errors: Vec<&Diagnostic> = found.iter().filter(|d| d.is_error()).collect();
     let first = errors.first()?;
     let text = errors.iter().map(|d| say(d)).collect::<Vec<_>>().join("; ");

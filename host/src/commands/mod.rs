@@ -1,10 +1,24 @@
 //! The subcommands: arguments, help, dispatch.
 
+pub mod bench_test;
+pub mod compare;
 pub mod connect;
+pub mod demo;
 pub mod device;
+pub mod files;
 pub mod keyboard;
+pub mod layout;
+pub mod measure;
+pub mod progress;
+pub mod replay;
+pub mod results;
+pub mod show;
+pub mod simulate;
+pub mod simulated;
+pub mod solve;
+pub mod virtual_rig;
 
-pub(crate) use device::phase_name;
+pub(crate) use device::{hash, phase_name};
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -46,8 +60,24 @@ pub struct Cli {
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Watch a simulated rig measure the paper's three-bar frame in four tests.
+    Demo(demo::Args),
+    /// Start, check and look at a layout file.
+    Layout(layout::Args),
     /// Find rigs, say who they are and what they have counted.
     Device(device::Args),
+    /// Measure with a rig: send the layout, follow the hits, fetch the result.
+    Measure(measure::Args),
+    /// List, fetch and delete the results that a rig keeps.
+    Results(results::Args),
+    /// Solve frequency responses of a universal file, offline.
+    Solve(solve::Args),
+    /// Run the whole rig on recorded scans.
+    Replay(replay::Args),
+    /// What a layout would measure on the simulated bench, beside the truth.
+    Simulate(simulate::Args),
+    /// Serve a virtual rig on a pty that any serial program can open.
+    Virtual(virtual_rig::Args),
 }
 
 /// The whole program: reads the arguments, runs the command, gives the exit code.
@@ -83,6 +113,14 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// Whatever the command fails with; nothing has been printed about it yet.
 pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
     match cli.command {
+        Command::Demo(args) => demo::run(&args, output),
+        Command::Layout(args) => layout::run(&args, output),
         Command::Device(args) => device::run(&args, output),
+        Command::Measure(args) => measure::run(&args, output),
+        Command::Results(args) => results::run(&args, output),
+        Command::Solve(args) => solve::run(&args, output),
+        Command::Replay(args) => replay::run(&args, output),
+        Command::Simulate(args) => simulate::run(&args, output),
+        Command::Virtual(args) => virtual_rig::run(&args, output),
     }
 }

@@ -1,0 +1,110 @@
+//! One test on a simulated bench: a rig is started, configured over its link, tapped, and read out.
+
+use std::path::Path;
+
+use massline_shared::STANDARD_GRAVITY;
+use massline_shared::layout::HostLayout;
+use massline_shared::protocol::object::MeasurementResult;
+use massline_shared::signal::{Calibration, ChannelCalibration};
+use massline_shared::units::Volts;
+use massline_virtual::bench::{Bench, BenchError, BenchSource};
+use massline_virtual::source::ScanSource;
+
+use super::simulated::{SimulatedCampaign, narrow};
+use crate::error::{Error, Result};
+use crate::output::Output;
+use crate::rig::{RigKind, SimulatedRig};
+
+/// Which bench.
+#[derive(Clone, Debug, clap::Args)]
+pub struct BenchArgs {
+    /// Bench: `default`, `ideal` (no errors of placement, rotation, cross-axis and gain) or a TOML
+    /// file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    pub bench: String,
+    /// Seed of everything random on the bench.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+impl BenchArgs {
+    /// The bench.
+    ///
+    /// # Errors
+    /// When there is none of this name, or the file is bad.
+    pub fn open(&self) -> Result<Bench> {
+        Ok(Bench::open(&self.bench)?)
+    }
+}
+
+impl From<BenchError> for Error {
+    fn from(error: BenchError) -> Self {
+        let code = match &error {
+            BenchError::Unreadable { .. } => "cannot_read",
+            BenchError::UnknownName(_) => "unknown_bench",
+            BenchError::File(_) => "malformed_bench",
+            _ => "bench_does_not_fit",
+        };
+        Self::input(code, error.to_string())
+    }
+}
+
+/// One test.
+#[derive(Clone, Copy, Debug)]
+pub struct BenchTest<'a> {
+    /// Its name, for the person.
+    pub label: &'a str,
+    /// Where the sensors sit and the hammer lands.
+    pub layout: &'a HostLayout,
+    /// The object and the chain.
+    pub bench: &'a Bench,
+    /// Seed of everything random on the bench.
+    pub seed: u64,
+    /// Which rig.
+    pub rig: RigKind,
+    /// Its image.
+    pub firmware: Option<&'a Path>,
+}
+
+impl BenchTest<'_> {
+    /// Runs the test; `wrap` may put something between bench and rig, for example a tape.
+    ///
+    /// # Errors
+    /// When the bench does not fit the layout, the rig does not start, refuses or gets stuck, or
+    /// there is no answer.
+    pub fn run(
+        &self,
+        output: &mut Output,
+        wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
+    ) -> Result<MeasurementResult> {
+        let source = BenchSource::new(self.bench, self.layout, self.seed)?;
+        let mut rig = SimulatedRig::start(self.rig, self.firmware, wrap(Box::new(source)))?;
+        let layout = narrow(self.layout)?;
+        let calibration = nominal_calibration(self.bench);
+        let campaign =
+            SimulatedCampaign { label: self.label, layout: &layout, calibration: &calibration };
+        campaign.run(&mut rig, output, &mut |_, _, _| Ok(None))
+    }
+
+    /// The ten properties of the object: [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz].
+    pub fn truth(&self) -> [f64; 10] {
+        self.bench.truth().theta().into()
+    }
+}
+
+/// What the data sheets of the bench's parts say.
+pub fn nominal_calibration(bench: &Bench) -> Calibration {
+    let (sensor, hammer) = (&bench.sensor, &bench.hammer);
+    let accelerometer = ChannelCalibration {
+        zero: Volts(sensor.zero_v as f32),
+        sensitivity: (sensor.sensitivity_v_per_g / STANDARD_GRAVITY) as f32,
+    };
+    let mut calibration = Calibration::default();
+    calibration.channels.fill(accelerometer);
+    calibration.channels[0] = ChannelCalibration {
+        zero: Volts(hammer.zero_v as f32),
+        sensitivity: hammer.sensitivity_v_per_n as f32,
+    };
+    calibration.sensor_range = (sensor.range_g * STANDARD_GRAVITY) as f32;
+    calibration
+}

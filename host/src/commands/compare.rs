@@ -1,0 +1,184 @@
+//! A result beside the truth of a bench.
+
+use massline_shared::protocol::object::MeasurementResult;
+use serde_json::{Value, json};
+
+use crate::error::{Error, Result};
+use crate::output;
+use crate::report::{self, Answer, Truth};
+
+/// Symbols of the ten, in their order.
+const SYMBOLS: [&str; 10] =
+    ["m", "c_x", "c_y", "c_z", "J_xx", "J_yy", "J_zz", "J_xy", "J_xz", "J_yz"];
+
+/// What the sd of a rig's result covers.
+pub const SIGMA_NOTE: &str = "sd covers the scatter between hits only, not errors that stay the \
+                              same during a test (placement, rotation, gain)";
+
+/// A measured test of known truth.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Name of the test.
+    pub name: String,
+    /// Seed of the bench.
+    pub seed: u64,
+    /// The ten.
+    pub truth: [f64; 10],
+    /// Characteristic length L of the layout, m.
+    pub length: f64,
+    /// What the rig says.
+    pub result: MeasurementResult,
+}
+
+impl Comparison {
+    /// Measured minus true, in % of [m, L, L, L, m L² × 6].
+    ///
+    /// # Errors
+    /// When the result has no answer.
+    pub fn errors_percent(&self) -> Result<[f64; 10]> {
+        let measured = self.answer()?.properties();
+        let scale = self.scale();
+        let mut errors = [0.0; 10];
+        for (k, error) in errors.iter_mut().enumerate() {
+            *error = 100.0 * (measured[k] - self.truth[k]) / scale[k];
+        }
+        Ok(errors)
+    }
+
+    /// The largest of [`Comparison::errors_percent`] by amount, and the symbol of its property.
+    ///
+    /// # Errors
+    /// When the result has no answer.
+    pub fn worst(&self) -> Result<(&'static str, f64)> {
+        let errors = self.errors_percent()?;
+        let mut worst = (SYMBOLS[0], errors[0]);
+        for (symbol, error) in SYMBOLS.into_iter().zip(errors) {
+            if error.abs() > worst.1.abs() {
+                worst = (symbol, error);
+            }
+        }
+        Ok(worst)
+    }
+
+    /// One object: the result as it is always printed, with name, seed, truth and errors.
+    ///
+    /// # Errors
+    /// When the result has no answer.
+    pub fn to_json(&self) -> Result<Value> {
+        let mut value = report::measurement_json(&self.result);
+        value["name"] = json!(self.name);
+        value["seed"] = json!(self.seed);
+        value["truth"] = json!(self.truth);
+        value["characteristic_length_m"] = json!(self.length);
+        value["error_percent_of_scale"] = json!(self.errors_percent()?);
+        Ok(value)
+    }
+
+    /// The ten with standard deviation, truth and error.
+    ///
+    /// # Errors
+    /// When the result has no answer.
+    pub fn table(&self) -> Result<String> {
+        let truth = Truth { properties: self.truth.map(Some), length: self.length };
+        Ok(report::table(&self.answer()?, Some(&truth)))
+    }
+
+    fn answer(&self) -> Result<Answer> {
+        self.result.estimates.first().map(Answer::from_stored).ok_or_else(|| {
+            Error::undetermined("no_answer", format!("{}: the result has no answer", self.name))
+        })
+    }
+
+    fn scale(&self) -> [f64; 10] {
+        let (mass, length) = (self.truth[0], self.length);
+        let mut scale = [mass * length * length; 10];
+        scale[0] = mass;
+        scale[1..4].fill(length);
+        scale
+    }
+}
+
+/// One line a test: the worst of the ten and the root mean square.
+///
+/// # Errors
+/// When a result has no answer.
+pub fn summary(comparisons: &[Comparison]) -> Result<String> {
+    let mut table = output::table();
+    table.set_header(["test", "worst, % of scale", "at", "rms, % of scale"]);
+    for comparison in comparisons {
+        let (symbol, worst) = comparison.worst()?;
+        let errors = comparison.errors_percent()?;
+        let rms = (errors.iter().map(|e| e * e).sum::<f64>() / 10.0).sqrt();
+        let cells =
+            [comparison.name.clone(), format!("{worst:+.3}"), symbol.into(), format!("{rms:.3}")];
+        table.add_row(cells);
+    }
+    Ok(table.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use massline_shared::protocol::object::StoredEstimate;
+
+    const TRUTH: [f64; 10] = [2.0, 0.1, 0.2, 0.3, 0.01, 0.02, 0.03, 0.001, 0.002, 0.003];
+
+    fn comparison(change: impl FnOnce(&mut [f32; 10])) -> Comparison {
+        let mut properties = TRUTH.map(|v| v as f32);
+        change(&mut properties);
+        let estimate = StoredEstimate {
+            method: 1,
+            properties,
+            covariance: heapless::Vec::new(),
+            condition: 10.0,
+            diagnostics: heapless::Vec::new(),
+        };
+        Comparison {
+            name: "t".into(),
+            seed: 1,
+            truth: TRUTH,
+            length: 0.5,
+            result: MeasurementResult {
+                number: 1,
+                layout_hash: 1,
+                calibration: 1,
+                firmware: heapless::String::new(),
+                dofs: heapless::Vec::new(),
+                estimates: [estimate].into_iter().collect(),
+                diagnostics: heapless::Vec::new(),
+            },
+        }
+    }
+
+    #[test]
+    fn errors_are_relative_to_mass_length_and_mass_times_length_squared() {
+        // 1 % of 2 kg, of 0.5 m, of 2 kg (0.5 m)²; single precision of the stored values.
+        let c = comparison(|p| {
+            p[0] += 0.02;
+            p[2] -= 0.005;
+            p[9] += 0.005;
+        });
+        let errors = c.errors_percent().unwrap();
+        for (k, expected) in [(0, 1.0), (1, 0.0), (2, -1.0), (9, 1.0)] {
+            assert!((errors[k] - expected).abs() < 1e-4, "{k}: {}", errors[k]);
+        }
+    }
+
+    #[test]
+    fn the_worst_is_the_largest_by_amount() {
+        let c = comparison(|p| {
+            p[1] += 0.001;
+            p[5] -= 0.01;
+        });
+        let (symbol, error) = c.worst().unwrap();
+        assert_eq!(symbol, "J_yy");
+        assert!(error < -1.9);
+    }
+
+    #[test]
+    fn a_result_without_an_answer_is_no_comparison() {
+        let mut c = comparison(|_| ());
+        c.result.estimates.clear();
+        assert_eq!(c.worst().unwrap_err().exit_code(), 3);
+    }
+}

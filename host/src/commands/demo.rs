@@ -1,0 +1,96 @@
+//! `massline demo`: the paper's four tests on a simulated rig.
+
+use std::num::NonZeroU8;
+
+use massline_shared::layout::HostLayout;
+use serde_json::{Value, json};
+
+use super::bench_test::{BenchArgs, BenchTest};
+use super::compare::{Comparison, SIGMA_NOTE, summary};
+use super::simulated::RigArgs;
+use crate::error::Result;
+use crate::layout_file::LayoutFile;
+use crate::output::{Output, Tone};
+
+/// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
+pub const LAYOUTS: [(&str, &str); 4] = [
+    ("three-bar-test-1", include_str!("../../examples/three-bar-test-1.toml")),
+    ("three-bar-test-2", include_str!("../../examples/three-bar-test-2.toml")),
+    ("three-bar-test-3", include_str!("../../examples/three-bar-test-3.toml")),
+    ("three-bar-test-4", include_str!("../../examples/three-bar-test-4.toml")),
+];
+
+/// Arguments of `massline demo`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A three-bar steel frame hangs on soft cords with three simulated accelerometers. The real firmware
+application is configured over its link, a simulated person taps, the rig triggers, computes, solves
+and stores, and the result is read back over the same protocol that USB carries.
+
+Examples:
+  massline demo
+  massline demo --bench ideal --seed 7
+  massline demo --rig qemu                    the same with the Cortex-M4F firmware in QEMU
+  massline demo --json | jq '.tests[0].results[0].mass_kg'")]
+pub struct Args {
+    #[command(flatten)]
+    bench: BenchArgs,
+    #[command(flatten)]
+    rig: RigArgs,
+    /// Hits per DOF; default: as the layouts say.
+    #[arg(long, value_name = "N")]
+    hits: Option<NonZeroU8>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the bench is bad, or the rig does not start, gets stuck or has no answer.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let bench = args.bench.open()?;
+    let firmware = args.rig.image()?;
+    let mut comparisons = Vec::new();
+    for (name, text) in LAYOUTS {
+        let layout = layout(name, text, args.hits)?;
+        let heading = output.toned(&format!("{name}: {}", layout.title), Tone::Strong);
+        output.note(&heading);
+        let test = BenchTest {
+            label: name,
+            layout: &layout,
+            bench: &bench,
+            seed: args.bench.seed,
+            rig: args.rig.rig,
+            firmware: firmware.as_deref(),
+        };
+        let result = test.run(output, |source| source)?;
+        let comparison = Comparison {
+            name: name.into(),
+            seed: args.bench.seed,
+            truth: test.truth(),
+            length: layout.characteristic_length(),
+            result,
+        };
+        if !output.json() {
+            output.text(format!("{heading}\n{}", comparison.table()?))?;
+        }
+        comparisons.push(comparison);
+    }
+    if output.json() {
+        let tests = comparisons.iter().map(Comparison::to_json).collect::<Result<Vec<Value>>>()?;
+        return output.value(&json!({ "tests": tests }));
+    }
+    let heading = output.toned("summary", Tone::Strong);
+    output.text(format!(
+        "{heading}\n{}\nscale: m, L, L, L, m L² × 6, L = rms distance of the sensors from their \
+         centroid\n{SIGMA_NOTE}",
+        summary(&comparisons)?,
+    ))
+}
+
+fn layout(name: &str, text: &str, hits: Option<NonZeroU8>) -> Result<HostLayout> {
+    let mut layout = LayoutFile::parse(text, name)?.layout;
+    if let Some(hits) = hits {
+        layout.test.hits_per_dof = hits.get();
+    }
+    Ok(layout)
+}

@@ -1,0 +1,197 @@
+//! `massline layout`: start, check and look at a layout file.
+
+use std::path::PathBuf;
+
+use massline_shared::diagnosis::Diagnostic;
+use massline_shared::layout::{HostLayout, LayoutReport};
+use serde_json::{Value, json};
+
+use super::{hash, show};
+use crate::error::{Error, Result};
+use crate::layout_file::{LayoutFile, SCHEMA, TEMPLATE};
+use crate::output::{self, Output};
+use crate::report;
+use crate::solve::body_for_checks;
+
+/// Arguments of `massline layout`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  massline layout new > frame.toml
+  massline layout check frame.toml
+  massline layout show frame.toml --json
+  massline layout schema > layout.schema.json")]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// Print a commented layout to start from.
+    #[command(
+        after_help = "Examples:\n  massline layout new > frame.toml\n  massline layout new -o frame.toml"
+    )]
+    New {
+        /// Write to this file instead, which must not exist yet.
+        #[arg(short, long, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Can this layout determine all ten properties? Exit 3 when not.
+    #[command(
+        after_help = "Examples:\n  massline layout check frame.toml\n  massline layout check frame.toml --json"
+    )]
+    Check {
+        /// The layout file.
+        layout: PathBuf,
+    },
+    /// Print the layout resolved: positions and directions in the body frame.
+    #[command(after_help = "Examples:\n  massline layout show frame.toml")]
+    Show {
+        /// The layout file.
+        layout: PathBuf,
+    },
+    /// Print the JSON schema of layout files, for editors.
+    #[command(after_help = "Examples:\n  massline layout schema > layout.schema.json")]
+    Schema,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the file is bad, or with `check` the layout cannot determine the ten properties.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    match &args.command {
+        Command::New { output: None } => {
+            output.answer(&json!({ "layout": TEMPLATE }), |_| TEMPLATE.trim_end().into())
+        }
+        Command::New { output: Some(path) } => {
+            create(path)?;
+            output.answer(&json!({ "written": path }), |_| format!("{} written", path.display()))
+        }
+        Command::Check { layout } => check(&LayoutFile::read(layout)?, output),
+        Command::Show { layout } => {
+            let file = LayoutFile::read(layout)?;
+            output.answer(&show_json(&file), |_| show_text(&file))
+        }
+        Command::Schema => output.text(SCHEMA.trim_end()),
+    }
+}
+
+fn create(path: &PathBuf) -> Result<()> {
+    use std::io::Write;
+    let cannot = |e: std::io::Error| {
+        Error::input("cannot_write", format!("{} cannot be written: {e}", path.display()))
+    };
+    let mut file = std::fs::File::create_new(path).map_err(cannot)?;
+    file.write_all(TEMPLATE.as_bytes()).map_err(cannot)
+}
+
+fn check(file: &LayoutFile, output: &mut Output) -> Result<()> {
+    let (body, whose) = body_for_checks(file);
+    let found = LayoutReport::new(&file.layout, Some(&body)).diagnostics;
+    let say = |d: &Diagnostic| report::message_in(d, &file.layout);
+    let good = !found.iter().any(Diagnostic::is_error);
+    if !output.json() {
+        show::list(&found, say, output);
+        output.note(&whose);
+    }
+    let value = json!({
+        "determines_all_ten": good,
+        "diagnostics": report::diagnostics_json(&found, say),
+        "layout_hash": file.hash(),
+        "body": { "source": whose, "properties": body.theta().as_slice() },
+    });
+    if good {
+        return output.answer(&value, |_| {
+            format!(
+                "{} sensors, {} hits: this layout determines all ten properties",
+                file.layout.sensors.len(),
+                file.layout.hits.len(),
+            )
+        });
+    }
+    // The reason is in the error; the rest of what was found is on stderr already.
+    Err(show::first_error(&found, say)
+        .unwrap_or_else(|| Error::undetermined("layout", "the layout determines less than ten")))
+}
+
+fn show_json(file: &LayoutFile) -> Value {
+    let layout = &file.layout;
+    let sensors: Vec<_> = layout
+        .sensors
+        .iter()
+        .map(|s| {
+            json!({
+                "node": s.node,
+                "position_m": s.position,
+                "axes": s.axes,
+                "senses_gravity": s.senses_gravity,
+            })
+        })
+        .collect();
+    let hits: Vec<_> = layout
+        .hits
+        .iter()
+        .map(|h| {
+            json!({
+                "dof": h.dof.to_string(),
+                "position_m": h.position,
+                "direction": h.direction,
+            })
+        })
+        .collect();
+    json!({
+        "title": layout.title.as_str(),
+        "layout_hash": file.hash(),
+        "gravity": layout.gravity,
+        "characteristic_length_m": layout.characteristic_length(),
+        "sensors": sensors,
+        "hits": hits,
+        "test": {
+            "hits_per_dof": layout.test.hits_per_dof,
+            "band_hz": layout.test.band_hz,
+            "exponential_decay": layout.test.exponential_decay,
+            "force_window_s": layout.test.force_window_s,
+            "trigger_n": layout.test.trigger_n,
+            "weakest_hit_n": layout.test.weakest_hit_n,
+        },
+    })
+}
+
+fn show_text(file: &LayoutFile) -> String {
+    let layout: &HostLayout = &file.layout;
+    let mut table = output::table();
+    table.set_header(["", "node", "position, mm", "direction"]);
+    for s in &layout.sensors {
+        let axes = s.axes.map(vector).join("  ");
+        table.add_row(["sensor".into(), s.node.to_string(), millimeters(s.position), axes]);
+    }
+    for h in &layout.hits {
+        let direction = vector(h.direction);
+        table.add_row(["hit".into(), h.dof.to_string(), millimeters(h.position), direction]);
+    }
+    let gravity = layout.gravity.map_or("not given".into(), vector);
+    let [low, high] = layout.test.band_hz;
+    format!(
+        "{}\n{table}\ngravity {gravity} m/s², L = {:.1} mm, {} hits per DOF, band {low} to {high} Hz, \
+         hash {}",
+        layout.title,
+        layout.characteristic_length() * 1e3,
+        layout.test.hits_per_dof,
+        file.hash().and_then(hash).unwrap_or_else(|| "none: too large for a rig".into()),
+    )
+}
+
+fn millimeters(position: [f64; 3]) -> String {
+    position.map(|v| format!("{:8.1}", v * 1e3)).join(" ")
+}
+
+fn vector(direction: [f64; 3]) -> String {
+    format!(
+        "({})",
+        direction
+            .map(|v| format!("{v:.4}").trim_end_matches('0').trim_end_matches('.').to_owned())
+            .join(" ")
+    )
+}

@@ -1,0 +1,204 @@
+//! `massline measure`: a campaign on a real rig, from the layout to the result.
+
+use std::path::PathBuf;
+
+use massline_shared::diagnosis::Diagnostic;
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::event::HitEvent;
+use massline_shared::protocol::message::{CampaignCommand, Identity, LayoutAnswer, Phase, Status};
+
+use super::connect::PortArgs;
+use super::files;
+use super::keyboard::{self, Keyboard};
+use super::progress::Progress;
+use super::{hash, phase_name, show};
+use crate::campaign::{Begin, Begun, Ending, Observer, Steer, begin, follow};
+use crate::client::Client;
+use crate::error::{Error, Result};
+use crate::output::Output;
+use crate::report;
+
+/// Arguments of `massline measure`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+While it runs (when the keyboard is a terminal): a accept, r reject, d redo the DOF, s skip it,
+f finish it with the hits it has, p or Ctrl-C pause, q q abort.
+A paused campaign keeps every accepted hit; the same command goes on with it.
+
+Examples:
+  massline measure frame.toml
+  massline measure frame.toml --port /dev/ttyACM0 --confirm
+  massline measure frame.toml --restart --json > result.json")]
+pub struct Args {
+    /// The layout file.
+    layout: PathBuf,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Ask for a verdict on each hit.
+    #[arg(long)]
+    confirm: bool,
+    /// Forget a campaign that is under way or interrupted.
+    #[arg(long)]
+    restart: bool,
+    /// Begin although the layout cannot determine all ten properties.
+    #[arg(long)]
+    force: bool,
+    /// Zeros and sensitivities; default: what the rig keeps.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is bad, the rig cannot be reached or refuses, the data cannot determine the answer,
+/// or the person interrupts.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let layout = files::rig_layout(&args.layout)?;
+    let calibration = args.calibration.as_deref().map(files::calibration).transpose()?;
+    if args.confirm && !output.has_keyboard() {
+        return Err(Error::input(
+            "no_keyboard",
+            "--confirm asks for a verdict on each hit, and there is no keyboard: run it in a terminal or leave --confirm out",
+        ));
+    }
+    let (mut client, identity) = args.port.connect()?;
+    fits(&layout, &identity)?;
+    make_room(&mut client, &layout, args.restart)?;
+    let answer = client.put_layout(&layout)?;
+    judge_layout(&answer, &layout, args.force, output)?;
+    if let Some(calibration) = calibration
+        && client.calibration()? != calibration
+    {
+        client.put_calibration(&calibration)?;
+    }
+    let how = Begin { confirm: args.confirm, force: args.force, restart: args.restart };
+    match begin(&mut client, how)? {
+        Begun::Started => {}
+        Begun::Resumed => output.note("goes on with the interrupted campaign"),
+        Begun::Joined => output.note("joins the campaign that is under way"),
+    }
+    let ending = watch(&mut client, &layout, output)?;
+    finish(&mut client, &ending, output)
+}
+
+/// A layout that the rig has no inputs or memory for is refused before anything is sent.
+pub fn fits(layout: &RigLayout, identity: &Identity) -> Result<()> {
+    let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
+    if sensors <= usize::from(identity.max_sensors) && hits <= usize::from(identity.max_hits) {
+        return Ok(());
+    }
+    Err(Error::input(
+        "layout_too_large",
+        format!(
+            "the layout has {sensors} sensors and {hits} hits; this rig takes {} and {}",
+            identity.max_sensors, identity.max_hits,
+        ),
+    ))
+}
+
+/// Another layout is only taken by a rig that is not in the middle of a campaign.
+fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) -> Result<()> {
+    let status = client.status()?;
+    let resting =
+        matches!(Phase::from_raw(status.phase), Some(Phase::Idle | Phase::Done | Phase::Failed));
+    if resting || (status.layout_hash == layout.hash() && !restart) {
+        return Ok(());
+    }
+    if !restart {
+        return Err(Error::device(
+            "another_campaign",
+            format!(
+                "the rig is {} in a campaign with another layout ({}); go on with it by `massline measure` with that layout, or forget it with --restart",
+                phase_name(status.phase),
+                hash(status.layout_hash).unwrap_or_default(),
+            ),
+        ));
+    }
+    client.command(CampaignCommand::Abort)?;
+    Ok(())
+}
+
+/// Says what the rig thinks of the layout; an error in it ends the command unless it is forced.
+pub fn judge_layout(
+    answer: &LayoutAnswer,
+    layout: &RigLayout,
+    force: bool,
+    output: &mut Output,
+) -> Result<()> {
+    let say = |d: &Diagnostic| report::message_in(d, layout);
+    if let Some(error) = show::first_error(&answer.diagnostics, say)
+        && !force
+    {
+        return Err(error);
+    }
+    show::warn(&answer.diagnostics, say, output);
+    Ok(())
+}
+
+fn watch(client: &mut Client, layout: &RigLayout, output: &mut Output) -> Result<Ending> {
+    let interrupt = output.interrupt().clone();
+    let keyboard = if output.has_keyboard() {
+        let taken = Keyboard::take();
+        taken.map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?
+    } else {
+        None
+    };
+    output.set_raw(keyboard.is_some());
+    if keyboard.is_some() {
+        output.note(keyboard::HELP);
+    }
+    let progress = Progress::new(output, "hits", layout, true);
+    let mut person = Person { progress, keyboard };
+    let ending = follow(client, &interrupt, None, &mut person);
+    drop(person);
+    output.set_raw(false);
+    ending
+}
+
+/// The result, or why there is none.
+pub fn finish(client: &mut Client, ending: &Ending, output: &mut Output) -> Result<()> {
+    match ending {
+        Ending::Done(number) => {
+            let result = client.result(*number)?;
+            show::measurement(&result, output)
+        }
+        Ending::Failed(status) => Err(show::failure(status)),
+        Ending::Paused(status) => Err(paused(status)),
+        Ending::Aborted => Err(Error::interrupted("the campaign was aborted; it has no result")),
+    }
+}
+
+fn paused(status: &Status) -> Error {
+    let accepted: u32 = status.accepted.iter().map(|&n| u32::from(n)).sum();
+    Error::interrupted(format!(
+        "the campaign is interrupted; the rig keeps the {accepted} accepted hits: the same command goes on, --restart begins anew"
+    ))
+}
+
+/// A person with a hammer, perhaps at a keyboard.
+struct Person<'o> {
+    progress: Progress<'o>,
+    keyboard: Option<Keyboard>,
+}
+
+impl Observer for Person<'_> {
+    fn status(&mut self, status: &Status) {
+        self.progress.status(status);
+    }
+
+    fn hit(&mut self, hit: &HitEvent) {
+        self.progress.hit(hit);
+    }
+
+    fn steer(&mut self, _: &mut Client, status: &Status) -> Result<Option<Steer>> {
+        let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
+        keyboard
+            .poll(Phase::from_raw(status.phase))
+            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))
+    }
+
+    fn refused(&mut self, command: CampaignCommand) {
+        self.progress.refused(command);
+    }
+}

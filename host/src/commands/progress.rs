@@ -1,0 +1,93 @@
+//! What the person sees while a campaign runs: a bar on a terminal, a line for each hit.
+
+use indicatif::ProgressBar;
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::event::HitEvent;
+use massline_shared::protocol::message::{CampaignCommand, Phase, Status};
+
+use super::phase_name;
+use crate::output::{Output, Tone};
+use crate::report;
+
+/// Shows the progress of one campaign.
+pub struct Progress<'o> {
+    output: &'o mut Output,
+    bar: ProgressBar,
+    dofs: Vec<String>,
+    hits_per_dof: u32,
+    /// The phase and DOF that the person has been told to hit at.
+    prompted: Option<(u32, u8)>,
+    prompts: bool,
+}
+
+impl<'o> Progress<'o> {
+    /// Progress of a campaign with this layout; with `prompts` a person taps, and is told where.
+    pub fn new(output: &'o mut Output, label: &str, layout: &RigLayout, prompts: bool) -> Self {
+        let hits_per_dof = u32::from(layout.test.hits_per_dof);
+        let dofs: Vec<_> = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();
+        let bar = output.bar(u64::from(hits_per_dof) * dofs.len() as u64, label);
+        Self { output, bar, dofs, hits_per_dof, prompted: None, prompts }
+    }
+
+    /// The name of a DOF.
+    pub fn dof(&self, index: usize) -> &str {
+        self.dofs.get(index).map_or("?", String::as_str)
+    }
+
+    /// A line for the person.
+    pub fn line(&mut self, text: &str) {
+        let output = &mut *self.output;
+        self.bar.suspend(|| output.note(text));
+    }
+
+    /// The status has changed.
+    pub fn status(&mut self, status: &Status) {
+        let accepted: u64 = status.accepted.iter().map(|&n| u64::from(n)).sum();
+        self.bar.set_position(accepted);
+        let dof = usize::from(status.dof);
+        let here = status.accepted.get(dof).copied().unwrap_or(0);
+        let phase = Phase::from_raw(status.phase);
+        let place = format!("{} {here}/{}", self.dof(dof), self.hits_per_dof);
+        self.bar.set_message(format!("{place} {}", phase_name(status.phase)));
+        let prompt = (status.armings, status.phase);
+        if !self.prompts || self.prompted == Some(prompt) {
+            return;
+        }
+        match phase {
+            Some(Phase::Armed) => self.line(&format!("hit {} now ({place})", self.dof(dof))),
+            Some(Phase::Confirming) => self.line("accept this hit? a yes, r no"),
+            _ => return,
+        }
+        self.prompted = Some(prompt);
+    }
+
+    /// A hit was graded.
+    pub fn hit(&mut self, hit: &HitEvent) {
+        let verdict = if hit.good {
+            self.output.toned("good", Tone::Good)
+        } else {
+            let reasons: Vec<_> = hit.findings.iter().map(report::message).collect();
+            let head = self.output.toned("rejected", Tone::Warning);
+            format!("{head}: {}", reasons.join("; "))
+        };
+        let line = format!(
+            "hit {:3}  {:7}  {:6.1} N  {:6.1} m/s²  {verdict}",
+            hit.number,
+            self.dof(usize::from(hit.dof)),
+            hit.peak_force,
+            hit.peak_acceleration,
+        );
+        self.line(&line);
+    }
+
+    /// A command came at the wrong time.
+    pub fn refused(&mut self, command: CampaignCommand) {
+        self.line(&format!("not possible now: {command:?}"));
+    }
+}
+
+impl Drop for Progress<'_> {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,140 @@
+//! `massline replay`: the whole rig on a tape.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use massline_shared::protocol::message::{CampaignCommand, Phase, Status};
+
+use super::files;
+use super::progress::Progress;
+use super::show;
+use super::simulated::{RigArgs, SimulatedCampaign};
+use crate::calibration_file::CalibrationFile;
+use crate::campaign::Steer;
+use crate::client::Client;
+use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
+use crate::output::Output;
+use crate::rig::SimulatedRig;
+use crate::tape::{Tape, TapeProgress, TapeSource};
+
+/// A rig that is still armed so long after the end of a segment has found no hit in it.
+const GRACE: Duration = Duration::from_secs(1);
+
+/// Arguments of `massline replay`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+The tape is a NumPy array of raw ADC codes, little-endian u16, shape (scans, 10): the hammer, then
+sensor 1 x, y, z, sensor 2 ...; beside it a sidecar of the same name with .toml says how it was taken
+and where which DOF was hit. A rejected segment is not repeated: a DOF with at least one accepted hit
+goes on with a warning, with none the replay ends with exit 3.
+
+Examples:
+  massline replay frame.npy --layout frame.toml
+  massline replay frame.npy --layout frame.toml --rig qemu --json
+  massline replay frame.npy --layout frame.toml --calibration rig.toml")]
+pub struct Args {
+    /// The tape; its sidecar has the same name with `.toml`.
+    tape: PathBuf,
+    /// The layout file.
+    #[arg(long, value_name = "FILE")]
+    layout: PathBuf,
+    /// Zeros and sensitivities; default: those of the sidecar.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+    #[command(flatten)]
+    rig: RigArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is bad or does not fit the others, the rig does not start or gets stuck, or the tape
+/// cannot determine the answer.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let file = LayoutFile::read(&args.layout)?;
+    let layout = files::for_rig(&file, &args.layout)?;
+    let tape = Tape::read(&args.tape)?;
+    let calibration = match &args.calibration {
+        Some(path) => CalibrationFile::read(path)?.for_layout(&file)?,
+        None => tape.sidecar.calibration,
+    };
+    let firmware = args.rig.image()?;
+    let (source, warning) =
+        TapeSource::new(tape, &layout).map_err(|e| e.within(args.tape.display()))?;
+    if let Some(warning) = warning {
+        output.warn(warning);
+    }
+    let progress = source.progress();
+    let mut rig = SimulatedRig::start(args.rig.rig, firmware.as_deref(), Box::new(source))?;
+    let campaign =
+        SimulatedCampaign { label: "replay", layout: &layout, calibration: &calibration };
+    let mut player = Player { tape: progress, silent_since: None };
+    let result = campaign
+        .run(&mut rig, output, &mut |client, status, shown| player.steer(client, status, shown))?;
+    show::measurement(&result, output)
+}
+
+/// Decides what becomes of a DOF whose segments are used up.
+struct Player {
+    tape: TapeProgress,
+    /// The arming whose segment has ended without a hit so far, and since when.
+    silent_since: Option<(u32, Instant)>,
+}
+
+impl Player {
+    fn steer(
+        &mut self,
+        client: &mut Client,
+        status: &Status,
+        shown: &mut Progress,
+    ) -> Result<Option<Steer>> {
+        if Phase::from_raw(status.phase) != Some(Phase::Armed) {
+            self.silent_since = None;
+            return Ok(None);
+        }
+        let dof = usize::from(status.dof);
+        if self.tape.exhausted() == Some(dof) {
+            // The status in hand may be older than what the tape says.
+            let status = client.status()?;
+            client.forget_statuses();
+            let armed = Phase::from_raw(status.phase) == Some(Phase::Armed);
+            if armed && usize::from(status.dof) == dof {
+                return end(&status, dof, shown).map(Some);
+            }
+            return Ok(None);
+        }
+        if self.tape.played_out() {
+            let since = match self.silent_since {
+                Some((arming, since)) if arming == status.armings => since,
+                _ => Instant::now(),
+            };
+            self.silent_since = Some((status.armings, since));
+            if since.elapsed() > GRACE {
+                self.silent_since = None;
+                shown.line(&format!("a segment of {} holds no hit", shown.dof(dof)));
+                self.tape.play_next();
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Goes on with the hits that this DOF has; without any the data cannot determine the answer.
+fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<Steer> {
+    let name = shown.dof(dof).to_owned();
+    let accepted = status.accepted.get(dof).copied().unwrap_or(0);
+    if accepted == 0 {
+        return Err(Error::undetermined(
+            "dof_without_hits",
+            format!(
+                "the tape has no segment of {name} that the rig accepts; record {name} again, or leave it out of the layout if three others remain"
+            ),
+        ));
+    }
+    let wanted = status.hits_per_dof;
+    shown.line(&format!(
+        "warning: {name} goes on with {accepted} of {wanted} hits, the tape has no more"
+    ));
+    Ok(Steer::Command(CampaignCommand::Finish))
+}

@@ -1,0 +1,98 @@
+//! `massline results`: what the rig keeps.
+
+use massline_shared::protocol::message::ResultEntry;
+use serde_json::json;
+
+use super::connect::PortArgs;
+use super::{hash, show};
+use crate::error::Result;
+use crate::output::{self, Output};
+
+/// Arguments of `massline results`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  massline results list
+  massline results get 3 --json > result.json
+  massline results delete 3 --port /dev/ttyACM0")]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// All results that the rig keeps.
+    #[command(after_help = "Examples:\n  massline results list\n  massline results list --json")]
+    List(PortArgs),
+    /// One result with its ten properties.
+    #[command(after_help = "Examples:\n  massline results get 3\n  massline results get 3 --json")]
+    Get {
+        /// Number of the result, as the list gives it.
+        #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+        number: u32,
+        #[command(flatten)]
+        port: PortArgs,
+    },
+    /// Delete a result from the rig.
+    #[command(after_help = "Examples:\n  massline results delete 3")]
+    Delete {
+        /// Number of the result, as the list gives it.
+        #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+        number: u32,
+        #[command(flatten)]
+        port: PortArgs,
+    },
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the rig cannot be reached or has no such result.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    match &args.command {
+        Command::List(port) => {
+            let (mut client, _) = port.connect()?;
+            let entries = client.results()?;
+            let list: Vec<_> = entries
+                .iter()
+                .map(|e| {
+                    json!({
+                        "number": e.number,
+                        "layout_hash": e.layout_hash,
+                        "mass_kg": e.mass,
+                        "bytes": e.length,
+                    })
+                })
+                .collect();
+            output.answer(&json!({ "results": list }), |_| table(&entries))
+        }
+        Command::Get { number, port } => {
+            let (mut client, _) = port.connect()?;
+            let result = client.result(*number)?;
+            show::measurement(&result, output)
+        }
+        Command::Delete { number, port } => {
+            let (mut client, _) = port.connect()?;
+            client.delete_result(*number)?;
+            output.answer(&json!({ "deleted": number }), |_| format!("result {number} deleted"))
+        }
+    }
+}
+
+fn table(entries: &[ResultEntry]) -> String {
+    if entries.is_empty() {
+        return "the rig keeps no results".into();
+    }
+    let mut table = output::table();
+    table.set_header(["number", "layout", "mass", "bytes"]);
+    for e in entries {
+        table.add_row([
+            e.number.to_string(),
+            hash(e.layout_hash).unwrap_or_default(),
+            format!("{:.4} kg", e.mass),
+            e.length.to_string(),
+        ]);
+    }
+    table.to_string()
+}

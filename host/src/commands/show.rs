@@ -1,0 +1,89 @@
+//! Results and diagnostics as the commands print them.
+
+use massline_shared::diagnosis::{Diagnostic, Severity};
+use massline_shared::protocol::message::Status;
+use massline_shared::protocol::object::MeasurementResult;
+
+use crate::error::{Error, Result};
+use crate::output::{Output, Tone};
+use crate::report;
+pub(crate) use crate::solve::first_error;
+
+/// Prints a result of a rig.
+///
+/// # Errors
+/// Exit 3 when the result has no answer.
+pub fn measurement(result: &MeasurementResult, output: &mut Output) -> Result<()> {
+    require_answer(result)?;
+    output.answer(&report::measurement_json(result), |_| report::measurement_text(result))
+}
+
+/// A result without an answer is an error that says why.
+///
+/// # Errors
+/// Exit 3 when the result has no answer.
+pub fn require_answer(result: &MeasurementResult) -> Result<()> {
+    if !result.estimates.is_empty() {
+        return Ok(());
+    }
+    Err(first_error(&result.diagnostics, report::message).unwrap_or_else(|| {
+        Error::undetermined(
+            "no_answer",
+            format!(
+                "result {} has mass lines of {} DOFs and no ten properties; three independent hits are needed",
+                result.number,
+                result.dofs.len(),
+            ),
+        )
+    }))
+}
+
+/// Why a campaign failed.
+pub fn failure(status: &Status) -> Error {
+    first_error(&status.diagnostics, report::message).unwrap_or_else(|| {
+        Error::undetermined("campaign_failed", "the campaign ended without an answer")
+    })
+}
+
+/// Says every diagnostic on stderr, in the words of `say`.
+pub fn list(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String, output: &mut Output) {
+    for d in found {
+        let severity = Severity::from_raw(d.severity);
+        let tone = match severity {
+            Severity::Note => Tone::Strong,
+            Severity::Warning => Tone::Warning,
+            Severity::Error => Tone::Bad,
+        };
+        let head = output.toned(&format!("{}:", severity.name()), tone);
+        output.note(format!("{head} {}", say(d)));
+    }
+}
+
+/// Says on stderr what is more than a note.
+pub fn warn(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String, output: &mut Output) {
+    let grave: Vec<_> =
+        found.iter().filter(|d| Severity::from_raw(d.severity) > Severity::Note).copied().collect();
+    list(&grave, say, output);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use massline_shared::diagnosis::Code;
+
+    #[test]
+    fn collinear_sensors_cannot_determine_the_answer_and_an_unknown_node_is_bad_input() {
+        let exit = |code| {
+            let found = [Diagnostic::whole(code, Severity::Error, 0.0)];
+            first_error(&found, report::message).unwrap().exit_code()
+        };
+        assert_eq!(exit(Code::SensorsCollinear), 3);
+        assert_eq!(exit(Code::UnknownNode), 2);
+    }
+
+    #[test]
+    fn warnings_are_no_error() {
+        let found = [Diagnostic::whole(Code::IllConditioned, Severity::Warning, 1e4)];
+        assert_eq!(first_error(&found, report::message), None);
+    }
+}

@@ -1,0 +1,201 @@
+//! `massline simulate`: what a layout would measure on the bench.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use massline_shared::layout::{Dof, RigLayout};
+use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, Scan};
+use massline_virtual::source::ScanSource;
+use serde_json::json;
+
+use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
+use super::compare::{Comparison, SIGMA_NOTE};
+use super::simulated::{RigArgs, narrow};
+use crate::error::Result;
+use crate::layout_file::LayoutFile;
+use crate::output::{Output, Tone};
+use crate::tape::{Segment, Sidecar, TapeWriter};
+
+/// Arguments of `massline simulate`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+The object hangs on the bench; the sensors and marks are where the layout says, up to the errors of
+the bench. The result is printed beside the truth.
+
+Examples:
+  massline simulate frame.toml
+  massline simulate frame.toml --bench ideal --seed 5 --json
+  massline simulate frame.toml --bench box.toml --tape box.npy
+  massline replay box.npy --layout frame.toml")]
+pub struct Args {
+    /// The layout file.
+    layout: PathBuf,
+    #[command(flatten)]
+    bench: BenchArgs,
+    #[command(flatten)]
+    rig: RigArgs,
+    /// Write the scans to this tape and its sidecar.
+    #[arg(long, value_name = "OUT.npy")]
+    tape: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is bad, the rig does not start or gets stuck, or there is no answer.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let file = LayoutFile::read(&args.layout)?;
+    let layout = narrow(&file.layout).map_err(|e| e.within(args.layout.display()))?;
+    let bench = args.bench.open()?;
+    let firmware = args.rig.image()?;
+    let name: String =
+        args.layout.file_stem().map_or("layout".into(), |s| s.to_string_lossy().into());
+    let test = BenchTest {
+        label: &name,
+        layout: &file.layout,
+        bench: &bench,
+        seed: args.bench.seed,
+        rig: args.rig.rig,
+        firmware: firmware.as_deref(),
+    };
+    let result = match &args.tape {
+        None => test.run(output, |source| source)?,
+        Some(path) => {
+            let calibration = nominal_calibration(&bench);
+            let recorder = Recorder::new(path, &layout, &calibration);
+            let result = test.run(output, |source| recorder.around(source));
+            // What was tapped before an error is kept.
+            let scans = recorder.finish()?;
+            output.note(format!("{}: {scans} scans", path.display()));
+            result?
+        }
+    };
+    let comparison = Comparison {
+        name: name.clone(),
+        seed: args.bench.seed,
+        truth: test.truth(),
+        length: file.layout.characteristic_length(),
+        result,
+    };
+    let mut value = comparison.to_json()?;
+    value["tape"] = json!(args.tape);
+    let (symbol, worst) = comparison.worst()?;
+    let table = comparison.table()?;
+    output.answer(&value, |output| {
+        let heading = output.toned(&file.layout.title, Tone::Strong);
+        format!("{heading}\n{table}worst: {worst:+.3} % of scale at {symbol}\n{SIGMA_NOTE}")
+    })
+}
+
+/// Writes the scans of a source to a tape, a segment for each arming.
+#[derive(Clone, Debug)]
+pub struct Recorder {
+    path: PathBuf,
+    sidecar: Sidecar,
+    dofs: Vec<Dof>,
+    state: Arc<Mutex<State>>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    writer: Option<TapeWriter>,
+    /// The first error; later ones follow from it.
+    failed: Option<crate::Error>,
+}
+
+impl Recorder {
+    /// A recorder for a test with this layout and calibration.
+    pub fn new(path: &Path, layout: &RigLayout, calibration: &Calibration) -> Self {
+        Self {
+            path: path.to_owned(),
+            sidecar: sidecar(
+                layout,
+                calibration,
+                AdcProperties {
+                    rate: Default::default(),
+                    channels: 0,
+                    bits: 0,
+                    reference: Default::default(),
+                    channel_delay: Default::default(),
+                },
+            ),
+            dofs: layout.hits.iter().map(|hit| hit.dof).collect(),
+            state: Arc::default(),
+        }
+    }
+
+    /// The source with the recorder around it.
+    pub fn around(&self, source: Box<dyn ScanSource>) -> Box<dyn ScanSource> {
+        let sidecar = Sidecar { adc: source.adc(), ..self.sidecar.clone() };
+        self.state().attempt(|state| {
+            state.writer = Some(TapeWriter::create(&self.path, sidecar)?);
+            Ok(())
+        });
+        Box::new(Recorded { source, recorder: self.clone() })
+    }
+
+    /// Completes the tape; gives its number of scans.
+    ///
+    /// # Errors
+    /// When it could not be written.
+    pub fn finish(&self) -> Result<u64> {
+        let mut state = self.state();
+        let writer = state.writer.take();
+        match state.failed.take() {
+            Some(error) => Err(error),
+            None => writer.map_or(Ok(0), TapeWriter::finish),
+        }
+    }
+
+    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    fn attempt(&mut self, action: impl FnOnce(&mut Self) -> Result<()>) {
+        if self.failed.is_none() {
+            self.failed = action(self).err();
+        }
+    }
+}
+
+/// What a tape's sidecar says of this test.
+pub fn sidecar(layout: &RigLayout, calibration: &Calibration, adc: AdcProperties) -> Sidecar {
+    Sidecar {
+        adc,
+        calibration: *calibration,
+        pre_trigger_scans: PRE_TRIGGER_SCANS as u32,
+        layout_hash: layout.hash(),
+        segments: Vec::new(),
+    }
+}
+
+struct Recorded {
+    source: Box<dyn ScanSource>,
+    recorder: Recorder,
+}
+
+impl ScanSource for Recorded {
+    fn adc(&self) -> AdcProperties {
+        self.source.adc()
+    }
+
+    fn armed(&mut self, arming: u32, dof: usize) {
+        self.source.armed(arming, dof);
+        let Some(&dof) = self.recorder.dofs.get(dof) else { return };
+        if let Some(writer) = &mut self.recorder.state().writer {
+            let start = writer.scans();
+            writer.segment(Segment { start, dof });
+        }
+    }
+
+    fn next_scan(&mut self) -> Option<Scan> {
+        let scan = self.source.next_scan()?;
+        self.recorder.state().attempt(|state| match &mut state.writer {
+            Some(writer) => writer.push(&[scan]),
+            None => Ok(()),
+        });
+        Some(scan)
+    }
+}

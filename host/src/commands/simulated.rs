@@ -1,0 +1,143 @@
+//! One campaign on a simulated rig: configured over its link, tapped or played to, read out.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use massline_shared::layout::{HostLayout, RigLayout};
+use massline_shared::protocol::event::HitEvent;
+use massline_shared::protocol::message::{CampaignCommand, Status};
+use massline_shared::protocol::object::MeasurementResult;
+use massline_shared::signal::Calibration;
+
+use super::measure::judge_layout;
+use super::progress::Progress;
+use super::show;
+use crate::campaign::{Begin, Ending, Observer, Steer, begin, follow};
+use crate::client::Client;
+use crate::error::{Error, Result};
+use crate::output::Output;
+use crate::rig::{RigKind, SimulatedRig};
+
+/// A simulated rig that has not gone on for so long is stuck; without optimisation the slowest step
+/// takes a few seconds.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Which simulated rig.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct RigArgs {
+    /// Simulated rig.
+    #[arg(long, value_enum, default_value_t, value_name = "RIG")]
+    pub rig: RigKind,
+    /// Firmware image for `--rig qemu`; default: built from this checkout.
+    #[arg(long, value_name = "ELF")]
+    pub firmware: Option<PathBuf>,
+}
+
+impl RigArgs {
+    /// The image that the rig needs, as [`RigKind::firmware`] gives it.
+    ///
+    /// # Errors
+    /// When it is not there and cannot be built.
+    pub fn image(&self) -> Result<Option<PathBuf>> {
+        self.rig.firmware(self.firmware.as_deref())
+    }
+}
+
+/// The layout as the rig holds it.
+///
+/// # Errors
+/// When it has more than a rig has room for.
+pub fn narrow(layout: &HostLayout) -> Result<RigLayout> {
+    layout.cast().ok_or_else(|| {
+        Error::input("layout_too_large", "the layout has more sensors or hits than a rig takes")
+    })
+}
+
+/// Decides what is done next, as [`Observer::steer`].
+pub type Policy<'p> = dyn FnMut(&mut Client, &Status, &mut Progress) -> Result<Option<Steer>> + 'p;
+
+/// A campaign on a simulated rig.
+#[derive(Clone, Copy, Debug)]
+pub struct SimulatedCampaign<'a> {
+    /// Its name, for the person.
+    pub label: &'a str,
+    /// What is sent.
+    pub layout: &'a RigLayout,
+    /// What is sent.
+    pub calibration: &'a Calibration,
+}
+
+impl SimulatedCampaign<'_> {
+    /// Runs it to its result.
+    ///
+    /// # Errors
+    /// When the rig refuses, gets stuck or dies, or there is no answer.
+    pub fn run(
+        &self,
+        rig: &mut SimulatedRig,
+        output: &mut Output,
+        policy: &mut Policy<'_>,
+    ) -> Result<MeasurementResult> {
+        let measured = self.try_run(rig, output, policy);
+        measured.map_err(|e| rig.explain(e))
+    }
+
+    fn try_run(
+        &self,
+        rig: &mut SimulatedRig,
+        output: &mut Output,
+        policy: &mut Policy<'_>,
+    ) -> Result<MeasurementResult> {
+        let (mut client, _) = rig.connect()?;
+        client.put_calibration(self.calibration)?;
+        judge_layout(&client.put_layout(self.layout)?, self.layout, false, output)?;
+        begin(&mut client, Begin::default())?;
+        let interrupt = output.interrupt().clone();
+        let progress = Progress::new(output, self.label, self.layout, false);
+        let mut operator = Operator { progress, rig, policy };
+        let ending = follow(&mut client, &interrupt, Some(PATIENCE), &mut operator)?;
+        match ending {
+            Ending::Done(number) => {
+                let result = client.result(number)?;
+                show::require_answer(&result)?;
+                Ok(result)
+            }
+            Ending::Failed(status) => Err(show::failure(&status)),
+            Ending::Paused(_) | Ending::Aborted => {
+                Err(Error::interrupted("interrupted; the simulated rig is gone"))
+            }
+        }
+    }
+}
+
+/// Passes the prompts of the rig on to the bench or tape, and the progress to the person.
+struct Operator<'o, 'p> {
+    progress: Progress<'o>,
+    rig: &'o SimulatedRig,
+    policy: &'o mut Policy<'p>,
+}
+
+impl Observer for Operator<'_, '_> {
+    fn armed(&mut self, arming: u32, dof: usize) -> Result<()> {
+        self.rig.armed(arming, dof);
+        Ok(())
+    }
+
+    fn status(&mut self, status: &Status) {
+        self.progress.status(status);
+    }
+
+    fn hit(&mut self, hit: &HitEvent) {
+        self.progress.hit(hit);
+    }
+
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
+        let steer = (self.policy)(client, status, &mut self.progress)?;
+        self.rig.poke();
+        Ok(steer)
+    }
+
+    fn refused(&mut self, command: CampaignCommand) {
+        self.progress.refused(command);
+    }
+}

@@ -1,0 +1,112 @@
+//! `massline virtual`: a virtual rig on a pty.
+
+use std::io::{self, BufRead, IsTerminal};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use massline_shared::layout::HostLayout;
+use massline_virtual::bench::{BenchSource, TapHandle};
+use massline_virtual::flash::FlashBacking;
+use massline_virtual::pty::PtyServer;
+use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
+use massline_virtual::sampler::Timing;
+use serde_json::json;
+
+use super::bench_test::BenchArgs;
+use super::demo::LAYOUTS;
+use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
+use crate::output::Output;
+
+/// How often Ctrl-C and the rig are looked after.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// Arguments of `massline virtual`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+The path of the pty is printed on stdout. The layout says where the sensors sit on the bench and
+which mark each prompt of the rig means; measure with the same one.
+
+Examples:
+  massline virtual                            taps by itself when the rig is armed
+  massline virtual --manual                   taps when you press Enter
+  massline virtual --layout frame.toml --flash rig.bin
+  massline measure frame.toml --port /dev/pts/5")]
+pub struct Args {
+    #[command(flatten)]
+    bench: BenchArgs,
+    /// Layout; default: the first test of the demo.
+    #[arg(long, value_name = "FILE")]
+    layout: Option<PathBuf>,
+    /// Tap when Enter is pressed, not by itself.
+    #[arg(long)]
+    manual: bool,
+    /// Keep the rig's flash in this file; default: forgotten at the end.
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+    /// As fast as it computes, not in real time.
+    #[arg(long, conflicts_with = "manual")]
+    fast: bool,
+}
+
+/// Serves the rig until Ctrl-C.
+///
+/// # Errors
+/// When a file is bad or the system has no pty left; exit 130 at Ctrl-C.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let bench = args.bench.open()?;
+    let mut source = BenchSource::new(&bench, &layout(args)?, args.bench.seed)?;
+    let taps = args.manual.then(|| source.manual());
+    let mut options = VirtualRigOptions::new(Box::new(source));
+    options.timing = if args.fast { Timing::Simulated } else { Timing::RealTime };
+    if let Some(path) = &args.flash {
+        options.flash = FlashBacking::File(path.clone());
+    }
+    let rig = VirtualRig::start(options)
+        .map_err(|e| Error::input("virtual_rig", format!("the virtual rig does not start: {e}")))?;
+    let server = PtyServer::serve(rig.link())
+        .map_err(|e| Error::internal("no_pty", format!("the system gives no pty: {e}")))?;
+    let path = server.path().display().to_string();
+    output.answer(&json!({ "port": path }), |_| path.clone())?;
+    output.note(format!("massline measure LAYOUT --port {path}; Ctrl-C ends the rig"));
+    if let Some(taps) = taps {
+        output.note("Enter taps");
+        listen(taps, &rig);
+    }
+    let interrupt = output.interrupt().clone();
+    let _guard = interrupt.guard();
+    while !interrupt.pressed() {
+        if let Some(panic) = rig.panicked() {
+            return Err(Error::internal("rig_panicked", panic.to_string()));
+        }
+        std::thread::sleep(LOOK_EVERY);
+    }
+    Err(Error::interrupted("the virtual rig has ended"))
+}
+
+fn layout(args: &Args) -> Result<HostLayout> {
+    let file = match &args.layout {
+        Some(path) => LayoutFile::read(path)?,
+        None => LayoutFile::parse(LAYOUTS[0].1, LAYOUTS[0].0)?,
+    };
+    Ok(file.layout)
+}
+
+/// Taps at each line that comes on stdin.
+fn listen(taps: TapHandle, rig: &VirtualRig) {
+    let source = rig.source();
+    let prompt = io::stdin().is_terminal();
+    // Ends with the process: a read of stdin cannot be broken off.
+    std::thread::spawn(move || {
+        for line in io::stdin().lock().lines() {
+            if line.is_err() {
+                return;
+            }
+            taps.tap();
+            source.poke();
+            if prompt {
+                eprint!("tap ");
+            }
+        }
+    });
+}
