@@ -181,7 +181,7 @@ fn check(zero_of: &str, zero: f32, of: &str, sensitivity: f32) -> Result<()> {
     if !zero.is_finite() {
         return Err(bad(&format!("{zero_of}: zero_v"), zero, "the output at rest in volts"));
     }
-    if !sensitivity.is_finite() || sensitivity == 0.0 {
+    if !sensitivity.is_normal() {
         return Err(bad(&format!("{of}: sensitivity"), sensitivity, "a number that is not zero"));
     }
     Ok(())

@@ -110,7 +110,7 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
         Code::TooFewHitsForSigma => format!(
             "the scatter of at least three hits is not known for {}, so no standard deviation is \
              given; hit at least three times",
-            hit()
+            if whole { "every DOF".to_owned() } else { name("hit", subject) }
         ),
         Code::SigmaCoversScatterOnly => "the standard deviations cover the scatter between hits \
             only, not errors that stay the same during a test (placement, rotation, gain)"
