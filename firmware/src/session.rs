@@ -150,7 +150,9 @@ impl<F: NorFlash> Session<'_, F> {
                 reply.with::<GetStats>(&stats)
             }
             PutLayout::KIND => {
-                let answer = self.put_layout(reply.request::<PutLayout>()?).await?;
+                // By reference: a future keeps an argument by value twice.
+                let layout = reply.request::<PutLayout>()?;
+                let answer = self.put_layout(&layout).await?;
                 reply.with::<PutLayout>(&answer)
             }
             GetLayout::KIND => {
@@ -197,15 +199,15 @@ impl<F: NorFlash> Session<'_, F> {
         }
     }
 
-    async fn put_layout(&self, layout: RigLayout) -> Result<LayoutAnswer, Reason> {
-        let diagnostics = self.rig.check(&layout);
+    async fn put_layout(&self, layout: &RigLayout) -> Result<LayoutAnswer, Reason> {
+        let diagnostics = self.rig.check(layout);
         let hash = layout.hash();
         if hash != self.rig.layout_hash.get() {
             if !self.rig.is_idle() {
                 return Err(Reason::WrongPhase);
             }
-            self.store.lock().await.put_layout(&layout).await?;
-            self.rig.set_layout(layout);
+            self.store.lock().await.put_layout(layout).await?;
+            self.rig.set_layout(layout.clone());
             self.rig.changed();
         }
         Ok(LayoutAnswer { hash, diagnostics })

@@ -14,7 +14,7 @@ use massline_firmware::board::Link;
 
 use super::registers::{Interrupt, UART0};
 
-const BUFFER: usize = 512;
+const BUFFER: usize = 64;
 
 static RECEIVED: Pipe<CriticalSectionRawMutex, BUFFER> = Pipe::new();
 static TO_SEND: Pipe<CriticalSectionRawMutex, BUFFER> = Pipe::new();
