@@ -80,7 +80,8 @@ impl SensorSettings {
 pub struct HammerSettings {
     /// V/N.
     pub sensitivity_v_per_n: f64,
-    /// Relative gain error, 1 σ, drawn once per test.
+    /// Relative gain error, 1 σ, drawn once per test. None by default: a calibration with a known
+    /// mass leaves one error per response, that of its ratio to the hammer.
     pub gain_sigma: f64,
     /// Output at rest, V.
     pub zero_v: f64,
@@ -98,7 +99,7 @@ impl Default for HammerSettings {
     fn default() -> Self {
         Self {
             sensitivity_v_per_n: 0.0225,
-            gain_sigma: 0.005,
+            gain_sigma: 0.0,
             zero_v: 0.1,
             zero_sigma_v: 0.005,
             noise_n_per_sqrt_hz: 0.0005,
