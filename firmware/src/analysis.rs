@@ -6,7 +6,7 @@ use embassy_futures::yield_now;
 use heapless::Vec;
 use massline_shared::campaign::Outcome;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use massline_shared::identify::inertia_restraint::{self, ReferencePoint};
+use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::{Estimate, MassLines, Method, ScatterAccumulator, lower_triangle};
 use massline_shared::layout::{RigLayout, TestSettings};
 use massline_shared::mass_line::{BasisRow, Line, MassLineBasis, MassLineError, Terms};
@@ -243,7 +243,7 @@ fn solve(layout: &RigLayout, result: &MeasurementResult) -> Result<StoredEstimat
         let lines = MassLines::<f32, RESPONSES>::from_parts(&dof.accelerance, &dof.scatter, hits)?;
         Some((usize::from(dof.index), lines))
     });
-    inertia_restraint::solve(layout, mass_lines, ReferencePoint::Centroid).map(|e| stored(&e))
+    inertia_restraint::solve(layout, mass_lines, Settings::weighted()).map(|e| stored(&e))
 }
 
 fn stored(estimate: &Estimate<f32>) -> StoredEstimate {

@@ -5,15 +5,17 @@
 //! equations 3 to 5; theory, section 3). The unknowns are balanced by the characteristic length, and
 //! only the triangular factor of the equations is kept, so the memory does not grow with the hits.
 
+use core::array::from_fn;
 use core::borrow::Borrow;
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
+use super::weighting::{Weighting, whiten};
 use super::{Estimate, MassLines, ResponseInverse};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use crate::layout::{Layout, check_hits, is_finite};
+use crate::layout::{Hit, Layout, check_hits, is_finite};
 use crate::linalg::{LeastSquares, Spectrum, all_finite};
 
 /// A condition of the balanced regression matrix above this is worth a warning: errors of 1 % in the
@@ -35,11 +37,36 @@ pub enum ReferencePoint<R> {
     At(Vector3<R>),
 }
 
+/// How the equations are set up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settings<R> {
+    /// About which point.
+    pub reference: ReferencePoint<R>,
+    /// With which weights.
+    pub weighting: Weighting<R>,
+}
+
+impl<R: Real> Settings<R> {
+    /// As the rig does: about the sensors' centroid, weighted by the usual errors of placement.
+    pub fn weighted() -> Self {
+        let weighting = Weighting::Placement(super::PlacementErrors::default());
+        Self { reference: ReferencePoint::Centroid, weighting }
+    }
+}
+
+impl<R> From<ReferencePoint<R>> for Settings<R> {
+    /// Equal weights.
+    fn from(reference: ReferencePoint<R>) -> Self {
+        Self { reference, weighting: Weighting::Equal }
+    }
+}
+
 /// The ten properties from the mass lines of at least three hit DOFs.
 ///
 /// `dofs` gives the index of the hit in the layout and its mass lines; it is walked three times.
 /// The covariance is that of the scatter between the hits,
-/// `A⁺ blkdiag(M₀ G⁺ (Sⱼ/n) G⁺ᵀ M₀ᵀ) A⁺ᵀ`, when every DOF has [`HITS_FOR_SIGMA`] hits.
+/// `A⁺ blkdiag(M₀ G⁺ (Sⱼ/n) G⁺ᵀ M₀ᵀ) A⁺ᵀ`, when every DOF has [`HITS_FOR_SIGMA`] hits; `A⁺` is that
+/// of the weighted equations.
 ///
 /// # Errors
 /// Every diagnostic that keeps the data from determining the ten: too few sensors or hits, hits all
@@ -48,7 +75,7 @@ pub enum ReferencePoint<R> {
 pub fn solve<R, const S: usize, const H: usize, const CH: usize, I, B>(
     layout: &Layout<R, S, H>,
     dofs: I,
-    reference: ReferencePoint<R>,
+    settings: impl Into<Settings<R>>,
 ) -> Result<Estimate<R>, Diagnostics>
 where
     R: Real,
@@ -56,9 +83,10 @@ where
     I::IntoIter: Clone,
     B: Borrow<MassLines<R, CH>>,
 {
+    let settings = settings.into();
     let dofs = dofs.into_iter();
     check_data(layout, dofs.clone())?;
-    let reference = match reference {
+    let reference = match settings.reference {
         ReferencePoint::Centroid => layout.sensor_centroid(),
         ReferencePoint::Origin => Vector3::zeros(),
         ReferencePoint::At(point) => point,
@@ -74,15 +102,21 @@ where
     if !found.is_empty() {
         return Err(found);
     }
+    let factor = |index: usize, lines: &MassLines<R, CH>| {
+        let hit = layout.hits.get(index)?;
+        weight_factor(&settings.weighting, hit, &reference, length, lines.hits)
+    };
     let mut regression = Regression::new(length);
     for (index, lines) in dofs.clone() {
         if let Some(hit) = layout.hits.get(index) {
-            let motion = inverse.motion(&lines.borrow().accelerance);
-            regression.add(&motion, &hit.unit_force(&reference));
+            let lines = lines.borrow();
+            let motion = inverse.motion(&lines.accelerance);
+            let force = hit.unit_force(&reference);
+            regression.add_weighted(&motion, &force, factor(index, lines).as_ref());
         }
     }
     let solution = regression.solve()?;
-    let covariance = covariance(&regression, &solution.body, &inverse, dofs);
+    let covariance = covariance(&regression, &solution.body, &inverse, dofs, factor);
     let body = solution.body.shifted_to(&-reference);
     let mut estimate = Estimate {
         body,
@@ -128,9 +162,25 @@ impl<R: Real> Regression<R> {
     /// Adds the six equations of one hit from the motion `[a; α]` of the reference point and the
     /// force and torque `[F; T]` about it.
     pub fn add(&mut self, motion: &Vector6<R>, force: &Vector6<R>) {
-        let rows = regressor(&self.balance_motion(motion));
-        for (i, row) in rows.into_iter().enumerate() {
-            let right = if i < 3 { force[i] } else { force[i] / self.length };
+        self.add_weighted(motion, force, None);
+    }
+
+    /// As [`Regression::add`], with the equations multiplied by the inverse of a lower triangular
+    /// factor of their covariance.
+    fn add_weighted(
+        &mut self,
+        motion: &Vector6<R>,
+        force: &Vector6<R>,
+        factor: Option<&Matrix6<R>>,
+    ) {
+        let mut rows = regressor(&self.balance_motion(motion));
+        let mut right: [[R; 1]; 6] =
+            from_fn(|i| [if i < 3 { force[i] } else { force[i] / self.length }]);
+        if let Some(factor) = factor {
+            whiten(factor, &mut rows);
+            whiten(factor, &mut right);
+        }
+        for (row, [right]) in rows.into_iter().zip(right) {
             self.equations.push(row, right);
         }
     }
@@ -172,6 +222,32 @@ impl<R: Real> Regression<R> {
     }
 }
 
+/// The factor of the covariance of a hit's equations; none when all are believed alike.
+fn weight_factor<R: Real>(
+    weighting: &Weighting<R>,
+    hit: &Hit<R>,
+    reference: &Vector3<R>,
+    length: R,
+    hits: u16,
+) -> Option<Matrix6<R>> {
+    match weighting {
+        Weighting::Equal => None,
+        Weighting::Placement(errors) => {
+            let arm = Vector3::from(hit.position) - reference;
+            errors.factor(&arm, &Vector3::from(hit.direction), length, hits)
+        }
+    }
+}
+
+/// `C⁻¹ W C⁻ᵀ`.
+fn whiten_both_sides<R: Real>(factor: &Matrix6<R>, weight: &Matrix6<R>) -> Matrix6<R> {
+    let mut rows: [[R; 6]; 6] = from_fn(|i| from_fn(|j| weight[(i, j)]));
+    whiten(factor, &mut rows);
+    rows = from_fn(|i| from_fn(|j| rows[j][i]));
+    whiten(factor, &mut rows);
+    Matrix6::from_fn(|i, j| rows[i][j])
+}
+
 /// Covariance of theta from the scatter of the hits, everything in balanced variables until the
 /// end. `Aⱼᵀ Wⱼ Aⱼ` is summed over the hits and closed by `(Aᵀ A)⁻¹` from both sides.
 #[inline(never)]
@@ -180,6 +256,7 @@ fn covariance<R, const CH: usize, B>(
     body: &RigidBody<R>,
     inverse: &ResponseInverse<R, CH>,
     dofs: impl Iterator<Item = (usize, B)> + Clone,
+    factor: impl Fn(usize, &MassLines<R, CH>) -> Option<Matrix6<R>>,
 ) -> Option<SMatrix<R, 10, 10>>
 where
     R: Real,
@@ -199,12 +276,17 @@ where
     forces.fixed_rows_mut::<3>(3).scale_mut(length);
     let forces = balanced.mass_matrix() * forces;
     let mut sum = SMatrix::<R, 10, 10>::zeros();
-    for (_, lines) in dofs {
+    for (index, lines) in dofs {
         let lines = lines.borrow();
         let spread = forces * lines.scatter;
-        let weight: Matrix6<R> = spread * forces.transpose() / R::of(f64::from(lines.hits));
+        let mut weight: Matrix6<R> = spread * forces.transpose() / R::of(f64::from(lines.hits));
         let motion = regression.balance_motion(&inverse.motion(&lines.accelerance));
-        add_congruence(&mut sum, &regressor(&motion), &weight);
+        let mut rows = regressor(&motion);
+        if let Some(factor) = factor(index, lines) {
+            whiten(&factor, &mut rows);
+            weight = whiten_both_sides(&factor, &weight);
+        }
+        add_congruence(&mut sum, &rows, &weight);
     }
     // (AᵀA)⁻¹ S (AᵀA)⁻¹: columns, then rows by symmetry.
     for _side in 0..2 {

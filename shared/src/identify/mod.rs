@@ -5,10 +5,12 @@ pub mod inertia_restraint;
 mod estimate;
 mod mass_lines;
 mod response_inverse;
+mod weighting;
 
 pub use estimate::Estimate;
 pub use mass_lines::{MassLines, ScatterAccumulator, lower_triangle, symmetric};
 pub use response_inverse::ResponseInverse;
+pub use weighting::{PlacementErrors, Weighting};
 
 /// How the ten properties were identified, raw in a stored result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use core::fmt;
 use cortex_m_rt::entry;
 use massline_on_target::{Measured, end, measure, print};
 use massline_shared::body::RigidBody;
-use massline_shared::identify::inertia_restraint::{self, ReferencePoint};
+use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::{Estimate, MassLines, ScatterAccumulator};
 use massline_shared::layout::{
     Axis, Dof, Hit, RigLayout, Sensor, Sign, TestSettings, check_geometry,
@@ -65,7 +65,7 @@ fn main() -> ! {
     let mut estimate = None;
     let measured = measure(|| {
         let dofs = dofs.iter().map(|(dof, lines)| (*dof, lines));
-        estimate = Some(inertia_restraint::solve(&layout, dofs, ReferencePoint::Centroid));
+        estimate = Some(inertia_restraint::solve(&layout, dofs, Settings::weighted()));
     });
     say("irm_solve", measured);
     let Some(Ok(estimate)) = estimate else { panic!("the ten properties were not found") };
