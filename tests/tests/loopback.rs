@@ -328,7 +328,7 @@ fn whatever_the_host_writes_the_rig_answers_the_next_question() {
     let client = RefCell::new(connect(&rig));
     let identity = client.borrow_mut().identify().unwrap();
     let noise = proptest::collection::vec(any::<u8>(), 0..3000);
-    proptest!(ProptestConfig::with_cases(64), |(bytes in noise)| {
+    proptest!(cases(64), |(bytes in noise)| {
         rig.link().write_all(&bytes).unwrap();
         prop_assert_eq!(&client.borrow_mut().identify().unwrap(), &identity);
     });
@@ -344,14 +344,22 @@ fn well_framed_nonsense_harms_nothing() {
     let body =
         proptest::collection::vec(prop_oneof![Just(0), Just(1), Just(0xFF), any::<u8>()], 0..60);
     let requests = proptest::collection::vec((kinds, any::<u16>(), body), 1..30);
-    proptest!(ProptestConfig::with_cases(48), |(requests in requests)| {
+    proptest!(cases(48), |(requests in requests)| {
         let mut link = rig.link();
         for (kind, sequence, body) in requests {
             link.write_all(&framed(kind, sequence, &body)).unwrap();
         }
-        prop_assert_eq!(&client.borrow_mut().identify().unwrap(), &identity);
+        // By chance a refusal of nonsense has the number of the first question, but not of the next.
+        let mut client = client.borrow_mut();
+        let answer = client.identify().or_else(|_| client.identify());
+        prop_assert_eq!(&answer.unwrap(), &identity);
     });
     rig.stop().unwrap();
+}
+
+/// Failures are not kept in a file: the rig's state is part of a case.
+fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
 }
 
 /// A frame with these very bytes as its body.

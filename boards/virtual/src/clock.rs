@@ -14,8 +14,8 @@
 //! Guarantees:
 //! - Time on one thread never goes backwards and is never slower than the wall clock.
 //! - Skips of one rig are not seen by another. Times of different threads do not compare.
-//! - A timer under [`Executor::run`] wakes its task at its time or later, never before, the
-//!   earliest first; a skip over it wakes it too.
+//! - A timer under [`Executor::run`] wakes its task at its time or as soon as the thread runs after
+//!   it, never before; a skip over it wakes it too.
 //! - On any other thread a timer wakes its task at once, and the task polls until its time has come:
 //!   right, but busy.
 
@@ -173,22 +173,38 @@ impl Drop for TimersOfThread {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use embassy_futures::join::{join, join3};
+    use embassy_futures::join::{join, join4};
     use embassy_futures::select::{Either, select};
     use embassy_time::{Duration, Timer};
     use std::future::{pending, poll_fn};
 
     #[test]
     fn timers_fire_in_order_and_never_early() {
+        let hour = Duration::from_secs(3600);
+        let begin = Instant::now();
         let fired = RefCell::new(Vec::new());
-        let timer = async |ms: u64| {
-            let at = Instant::now() + Duration::from_millis(ms);
-            Timer::at(at).await;
-            assert!(Instant::now() >= at);
-            fired.borrow_mut().push(ms);
+        let timer = async |hours: u32| {
+            Timer::at(begin + hours * hour).await;
+            assert!(Instant::now() >= begin + hours * hour);
+            fired.borrow_mut().push(hours);
         };
-        Executor::default().run(join3(timer(6), timer(2), timer(4))).unwrap();
-        assert_eq!(*fired.borrow(), [2, 4, 6]);
+        let skipping = async {
+            for hours in 1..=3 {
+                embassy_futures::yield_now().await;
+                advance_to(begin + hours * hour);
+            }
+        };
+        Executor::default().run(join4(timer(3), timer(1), timer(2), skipping)).unwrap();
+        assert_eq!(*fired.borrow(), [1, 2, 3]);
+    }
+
+    #[test]
+    fn a_timer_fires_while_nobody_skips() {
+        let (begin, wall) = (Instant::now(), WallInstant::now());
+        Executor::default().run(Timer::after_millis(3)).unwrap();
+        assert!(begin.elapsed() >= Duration::from_millis(3));
+        // The rig's clock counts whole microseconds.
+        assert!(wall.elapsed() >= std::time::Duration::from_micros(2999));
     }
 
     #[test]

@@ -100,8 +100,9 @@ fn carry_to_rig(mut master: File, mut link: HostEnd, ended: &AtomicBool) {
         } else if events.contains(PollFlags::POLLHUP) {
             if link.is_plugged() {
                 link.unplug();
-                // What the last client has not read is not for the next one.
-                let _ = tcflush(&master, FlushArg::TCIOFLUSH);
+                // What the last client has not read is not for the next one, who may have opened and
+                // written already: that stays.
+                let _ = tcflush(&master, FlushArg::TCOFLUSH);
             }
             thread::sleep(LOOK_EVERY);
         } else {
@@ -199,6 +200,9 @@ mod tests {
         for _ in 0..3 {
             let mut port = open(server.path());
             assert!(said_back(&mut *port, &bytes) == bytes);
+        }
+        for _ in 0..30 {
+            assert_eq!(said_back(&mut *open(server.path()), b"at once"), b"at once");
         }
         // Open until the rig has read it: what is under way is lost when the client leaves.
         let mut port = open(server.path());
