@@ -96,18 +96,17 @@ impl Analysis<'_> {
             HitAnalysis::<f32>::new(&rig.adc, &calibration, &test, PRE_TRIGGER_SCANS)
         };
         let AnalysisMemory { scratch, force, lines, basis, single_hits, .. } = &mut *self.memory;
-        // Only the measuring loop, which is here, writes the record.
-        let record = self.record.borrow();
         // The scratch is as long as the record, so no transform fails.
-        if hit.force(&*record, scratch, force).is_err() {
+        if hit.force(&*self.record.borrow(), scratch, force).is_err() {
             return;
         }
         self.spectra.borrow_mut().add_force(force);
         let basis = fit_basis(rig, &test, |line| force[line].norm_sqr(), basis);
         let mut single = SVector::<f32, RESPONSES>::zeros();
         for response in 0..rig.adc.responses() {
+            // Only the measuring loop, which is here, writes the record: it stays as it is.
             yield_now().await;
-            if hit.response(&*record, response, scratch, lines).is_err() {
+            if hit.response(&*self.record.borrow(), response, scratch, lines).is_err() {
                 return;
             }
             self.spectra.borrow_mut().add_response(response, force, lines);

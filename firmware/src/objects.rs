@@ -160,7 +160,7 @@ fn word(header: [[u8; 4]; HEADER_WORDS], spectra: &RigSpectra, i: usize) -> [u8;
     } else if block <= 2 * RESPONSES {
         let i = i - SPECTRUM_LINES;
         let cross = spectra.cross(i / (2 * SPECTRUM_LINES), i % (2 * SPECTRUM_LINES) / 2);
-        if i % 2 == 0 { cross.re } else { cross.im }
+        if i.is_multiple_of(2) { cross.re } else { cross.im }
     } else {
         spectra.response_auto(block - 1 - 2 * RESPONSES, rest)
     };
