@@ -10,6 +10,7 @@ pub mod keyboard;
 pub mod layout;
 pub mod measure;
 pub mod progress;
+pub mod record;
 pub mod replay;
 pub mod results;
 pub mod show;
@@ -70,6 +71,8 @@ pub enum Command {
     Measure(measure::Args),
     /// List, fetch and delete the results that a rig keeps.
     Results(results::Args),
+    /// Write a tape of a rig's live scans.
+    Record(record::Args),
     /// Solve frequency responses of a universal file, offline.
     Solve(solve::Args),
     /// Run the whole rig on recorded scans.
@@ -118,6 +121,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Device(args) => device::run(&args, output),
         Command::Measure(args) => measure::run(&args, output),
         Command::Results(args) => results::run(&args, output),
+        Command::Record(args) => record::run(&args, output),
         Command::Solve(args) => solve::run(&args, output),
         Command::Replay(args) => replay::run(&args, output),
         Command::Simulate(args) => simulate::run(&args, output),

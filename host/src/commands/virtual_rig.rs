@@ -4,7 +4,7 @@ use std::io::{self, BufRead, IsTerminal};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use massline_shared::layout::HostLayout;
+use massline_shared::layout::{Dof, HostLayout};
 use massline_virtual::bench::{BenchSource, TapHandle};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::pty::PtyServer;
@@ -55,7 +55,8 @@ pub struct Args {
 /// When a file is bad or the system has no pty left; exit 130 at Ctrl-C.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let bench = args.bench.open()?;
-    let mut source = BenchSource::new(&bench, &layout(args)?, args.bench.seed)?;
+    let layout = layout(args)?;
+    let mut source = BenchSource::new(&bench, &layout, args.bench.seed)?;
     let taps = args.manual.then(|| source.manual());
     let mut options = VirtualRigOptions::new(Box::new(source));
     options.timing = if args.fast { Timing::Simulated } else { Timing::RealTime };
@@ -70,8 +71,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     output.answer(&json!({ "port": path }), |_| path.clone())?;
     output.note(format!("massline measure LAYOUT --port {path}; Ctrl-C ends the rig"));
     if let Some(taps) = taps {
-        output.note("Enter taps");
-        listen(taps, &rig);
+        output.note("Enter taps where the rig waits; a DOF such as 1:+Y and Enter taps there");
+        let dofs = layout.hits.iter().map(|hit| hit.dof).collect();
+        listen(taps, dofs, &rig);
     }
     let interrupt = output.interrupt().clone();
     let _guard = interrupt.guard();
@@ -92,15 +94,23 @@ fn layout(args: &Args) -> Result<HostLayout> {
     Ok(file.layout)
 }
 
-/// Taps at each line that comes on stdin.
-fn listen(taps: TapHandle, rig: &VirtualRig) {
+/// Taps at each line that comes on stdin: where the rig waits, or at the DOF that the line names.
+fn listen(taps: TapHandle, dofs: Vec<Dof>, rig: &VirtualRig) {
     let source = rig.source();
+    // The rig counts its armings up from zero; those of named DOFs come from the other end.
+    let mut asides = u32::MAX;
     let prompt = io::stdin().is_terminal();
     // Ends with the process: a read of stdin cannot be broken off.
     std::thread::spawn(move || {
         for line in io::stdin().lock().lines() {
-            if line.is_err() {
-                return;
+            let Ok(line) = line else { return };
+            let named = line.parse::<Dof>().ok();
+            if let Some(dof) = named.and_then(|dof| dofs.iter().position(|&d| d == dof)) {
+                asides -= 1;
+                source.armed(asides, dof);
+            } else if !line.trim().is_empty() {
+                eprintln!("the layout has no DOF {}", line.trim());
+                continue;
             }
             taps.tap();
             source.poke();

@@ -1,0 +1,167 @@
+//! `massline record`: a tape of a rig's live scans.
+//!
+//! Where the link carries them all, the stream of scans is written and the hits in it are found
+//! here; else a campaign runs in which every hit waits for its verdict until its record has been
+//! read.
+
+mod stream;
+mod triggered;
+
+use std::path::{Path, PathBuf};
+
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::message::{CampaignCommand, Identity, Phase};
+use massline_shared::signal::{CHANNELS, Calibration, PRE_TRIGGER_SCANS, Scan};
+use serde_json::json;
+
+use super::connect::PortArgs;
+use super::files;
+use super::measure::fits;
+use crate::calibration_file::CalibrationFile;
+use crate::client::Client;
+use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
+use crate::output::Output;
+use crate::tape::{Sidecar, TapeWriter};
+
+/// Arguments of `massline record`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Hit the DOFs as you are told. The tape gets a sidecar of the same name with .toml. A gap in the scans
+ends the recording with exit 4; what came before it is kept.
+With the stream, hits are found in it by the trigger of [test]; with --triggered, or where the link
+is too slow, the rig runs a campaign and each good hit's record is read.
+
+Examples:
+  massline record frame.toml --output frame.npy
+  massline record frame.toml --output frame.npy --triggered --port /dev/ttyACM0
+  massline replay frame.npy --layout frame.toml")]
+pub struct Args {
+    /// The layout file.
+    layout: PathBuf,
+    /// The tape.
+    #[arg(short, long, value_name = "OUT.npy")]
+    output: PathBuf,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Read the record of each hit in place of the stream.
+    #[arg(long)]
+    triggered: bool,
+    /// Forget a campaign that is under way or interrupted.
+    #[arg(long)]
+    restart: bool,
+    /// Zeros and sensitivities; default: what the rig keeps.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+}
+
+/// What a recording needs to know.
+struct Recording<'a> {
+    layout: &'a RigLayout,
+    calibration: &'a Calibration,
+    identity: &'a Identity,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is bad or cannot be written, the rig cannot be reached, scans are missing, or the
+/// person interrupts.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let file = LayoutFile::read(&args.layout)?;
+    let layout = files::for_rig(&file, &args.layout)?;
+    let given = match &args.calibration {
+        Some(path) => Some(CalibrationFile::read(path)?.for_layout(&file)?),
+        None => None,
+    };
+    let (mut client, identity) = args.port.connect()?;
+    fits(&layout, &identity)?;
+    clear(&mut client, args.restart)?;
+    let calibration = match given {
+        Some(calibration) => {
+            client.put_calibration(&calibration)?;
+            calibration
+        }
+        None => client.calibration()?,
+    };
+    let recording = Recording { layout: &layout, calibration: &calibration, identity: &identity };
+    let mut writer = recording.writer(&args.output)?;
+    let triggered = args.triggered || !identity.streams;
+    if triggered && !args.triggered {
+        output.note("the link is too slow for the stream: the record of each hit is read");
+    }
+    let recorded = if triggered {
+        triggered::record(&mut client, &recording, &mut writer, output)
+    } else {
+        stream::record(&mut client, &recording, &mut writer, output)
+    };
+    // What came before an error is kept.
+    let scans = writer.finish()?;
+    let segments = recorded.map_err(|e| e.within(kept(&args.output, scans)))?;
+    let value = json!({ "tape": args.output, "scans": scans, "segments": segments });
+    output.answer(&value, |_| format!("{}: {scans} scans, {segments} hits", args.output.display()))
+}
+
+/// Nothing may be under way on the rig: with `restart` it is aborted.
+fn clear(client: &mut Client, restart: bool) -> Result<()> {
+    let phase = Phase::from_raw(client.status()?.phase);
+    if matches!(phase, Some(Phase::Idle | Phase::Done | Phase::Failed)) {
+        return Ok(());
+    }
+    if !restart {
+        return Err(Error::device(
+            "another_campaign",
+            "a campaign is under way or interrupted on the rig; finish it with `massline measure`, or forget it with --restart",
+        ));
+    }
+    client.command(CampaignCommand::Abort)?;
+    Ok(())
+}
+
+fn kept(path: &Path, scans: u64) -> String {
+    format!("{} has the {scans} scans before this", path.display())
+}
+
+impl Recording<'_> {
+    fn writer(&self, path: &Path) -> Result<TapeWriter> {
+        let sidecar = Sidecar {
+            adc: self.identity.adc,
+            calibration: *self.calibration,
+            pre_trigger_scans: PRE_TRIGGER_SCANS as u32,
+            layout_hash: self.layout.hash(),
+            segments: Vec::new(),
+        };
+        TapeWriter::create(path, sidecar)
+    }
+
+    fn dof(&self, index: usize) -> String {
+        self.layout.hits.get(index).map_or_else(|| "?".into(), |hit| hit.dof.to_string())
+    }
+}
+
+/// Scans of little-endian codes; what is left of the last is dropped.
+fn scans_of(bytes: &[u8]) -> Vec<Scan> {
+    let scan = |bytes: &[u8]| {
+        let mut scan = Scan::default();
+        for (code, pair) in scan.iter_mut().zip(bytes.chunks_exact(2)) {
+            *code = u16::from_le_bytes([pair[0], pair[1]]);
+        }
+        scan
+    };
+    bytes.chunks_exact(2 * CHANNELS).map(scan).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_little_endian_and_scan_by_scan() {
+        let mut bytes: Vec<u8> = (0..40).collect();
+        bytes.push(9);
+        let scans = scans_of(&bytes);
+        assert_eq!(scans.len(), 2);
+        assert_eq!(scans[0][0], 0x0100);
+        assert_eq!(scans[1][9], 39 << 8 | 38);
+    }
+}

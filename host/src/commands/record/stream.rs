@@ -1,0 +1,220 @@
+//! A recording of all scans; the hits in it are found and graded here, as the rig would.
+
+use std::time::{Duration, Instant};
+
+use massline_shared::protocol::event::ScanBlock;
+use massline_shared::protocol::message::CampaignCommand;
+use massline_shared::signal::{
+    Capture, CaptureState, HitReport, PRE_TRIGGER_SCANS, Record, Scan, Trigger, grade,
+};
+use massline_shared::units::{Newtons, ScanIndex};
+
+use super::{Recording, scans_of};
+use crate::campaign::Steer;
+use crate::client::{Client, Event};
+use crate::commands::keyboard::Keyboard;
+use crate::error::{Error, Result};
+use crate::output::Output;
+use crate::report;
+use crate::tape::{Segment, TapeWriter};
+
+/// A rig that streams sends a block at least this often.
+const SILENCE: Duration = Duration::from_secs(5);
+/// How often keyboard and Ctrl-C are looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// Writes the stream until every DOF has its hits; gives the number of hits.
+pub(super) fn record(
+    client: &mut Client,
+    recording: &Recording<'_>,
+    writer: &mut TapeWriter,
+    output: &mut Output,
+) -> Result<u32> {
+    let interrupt = output.interrupt().clone();
+    let _guard = interrupt.guard();
+    let keyboard = if output.has_keyboard() { Keyboard::take() } else { Ok(None) };
+    let mut keyboard =
+        keyboard.map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?;
+    output.set_raw(keyboard.is_some());
+    client.set_stream(true)?;
+    let mut tape = Stream::new(recording);
+    let recorded = loop {
+        if tape.done() {
+            break Ok(());
+        }
+        tape.prompt(output);
+        let steer = match &mut keyboard {
+            Some(keyboard) => keyboard.poll(None).unwrap_or(Some(Steer::Leave)),
+            None => None,
+        };
+        if interrupt.pressed() || steer.is_some_and(|s| tape.steer(s)) {
+            break Err(Error::interrupted("the recording was interrupted"));
+        }
+        if let Err(error) = tape.listen(client, writer, output) {
+            break Err(error);
+        }
+    };
+    output.set_raw(false);
+    for segment in &tape.segments {
+        writer.segment(*segment);
+    }
+    // An error of the recording is worth more than one of its end.
+    let stopped = client.set_stream(false);
+    recorded?;
+    stopped?;
+    Ok(tape.segments.len() as u32)
+}
+
+/// How far the recording is.
+struct Stream<'r> {
+    recording: &'r Recording<'r>,
+    finder: HitFinder<'r>,
+    /// Index of the first scan, and of the next one.
+    indices: Option<(u64, u64)>,
+    heard: Instant,
+    segments: Vec<Segment>,
+    dof: usize,
+    /// Segments before those of the DOF in hand.
+    before: usize,
+    prompted: Option<(usize, usize)>,
+}
+
+impl<'r> Stream<'r> {
+    fn new(recording: &'r Recording<'r>) -> Self {
+        Self {
+            recording,
+            finder: HitFinder::new(recording),
+            indices: None,
+            heard: Instant::now(),
+            segments: Vec::new(),
+            dof: 0,
+            before: 0,
+            prompted: None,
+        }
+    }
+
+    fn done(&self) -> bool {
+        self.dof >= self.recording.layout.hits.len()
+    }
+
+    fn next_dof(&mut self) {
+        self.dof += 1;
+        self.before = self.segments.len();
+    }
+
+    fn prompt(&mut self, output: &mut Output) {
+        let place = (self.dof, self.segments.len());
+        if self.prompted != Some(place) {
+            self.prompted = Some(place);
+            let (taken, wanted) =
+                (self.segments.len() - self.before, self.recording.layout.test.hits_per_dof);
+            output.note(format!("hit {} now ({taken}/{wanted})", self.recording.dof(self.dof)));
+        }
+    }
+
+    /// True when the person wants to leave.
+    fn steer(&mut self, steer: Steer) -> bool {
+        match steer {
+            Steer::Leave | Steer::Command(CampaignCommand::Abort) => return true,
+            Steer::Command(CampaignCommand::Redo) => self.segments.truncate(self.before),
+            Steer::Command(CampaignCommand::Skip | CampaignCommand::Finish) => self.next_dof(),
+            Steer::Command(_) => {}
+        }
+        false
+    }
+
+    fn listen(
+        &mut self,
+        client: &mut Client,
+        writer: &mut TapeWriter,
+        output: &mut Output,
+    ) -> Result<()> {
+        match client.next_event(LOOK_EVERY)? {
+            Some(Event::Scans(block)) => {
+                self.heard = Instant::now();
+                self.take(&block, writer, output)
+            }
+            _ if self.heard.elapsed() > SILENCE => Err(Error::device(
+                "stream_silent",
+                format!(
+                    "the rig has sent no scans for {SILENCE:?}; `massline device stats` may tell why"
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn take(
+        &mut self,
+        block: &ScanBlock,
+        writer: &mut TapeWriter,
+        output: &mut Output,
+    ) -> Result<()> {
+        let (base, next) = self.indices.unwrap_or((block.first, block.first));
+        if block.first != next {
+            let missing = block.first.wrapping_sub(next);
+            return Err(Error::device(
+                "scans_lost",
+                format!(
+                    "{missing} scans after scan {} are missing: the link or this computer was too slow; record again, with --triggered if it happens again",
+                    next - base,
+                ),
+            ));
+        }
+        let scans = scans_of(&block.codes);
+        writer.push(&scans)?;
+        self.indices = Some((base, next + scans.len() as u64));
+        for (scan, index) in scans.iter().zip(next - base..) {
+            if let Some((start, report)) = self.finder.feed(scan, index) {
+                self.found(start, &report, output);
+            }
+        }
+        Ok(())
+    }
+
+    fn found(&mut self, start: u64, report: &HitReport, output: &mut Output) {
+        let Some(hit) = self.recording.layout.hits.get(self.dof) else { return };
+        let force = report.peak_force.0;
+        if !report.good() {
+            let reasons: Vec<_> = report.findings.iter().map(report::message).collect();
+            output.note(format!("{}  {force:.1} N  rejected: {}", hit.dof, reasons.join("; ")));
+            // The person is told again.
+            self.prompted = None;
+            return;
+        }
+        output.note(format!("{}  {force:.1} N  good", hit.dof));
+        self.segments.push(Segment { start, dof: hit.dof });
+        if self.segments.len() - self.before >= usize::from(self.recording.layout.test.hits_per_dof)
+        {
+            self.next_dof();
+        }
+    }
+}
+
+/// Finds hits in scans that follow each other.
+struct HitFinder<'r> {
+    recording: &'r Recording<'r>,
+    capture: Capture,
+    record: Box<Record>,
+}
+
+impl<'r> HitFinder<'r> {
+    fn new(recording: &'r Recording<'r>) -> Self {
+        let level = Newtons(recording.layout.test.trigger_n);
+        let trigger = Trigger::new(&recording.identity.adc, recording.calibration, level);
+        Self { recording, capture: Capture::new(trigger), record: Box::new(Record::new()) }
+    }
+
+    /// Takes the next scan; where a hit's segment starts and how the hit is graded when its record
+    /// is whole with it.
+    fn feed(&mut self, scan: &Scan, index: u64) -> Option<(u64, HitReport)> {
+        let state = self.capture.feed(&mut self.record, scan, ScanIndex(index));
+        let CaptureState::Complete { trigger_scan } = state else { return None };
+        let weakest = Newtons(self.recording.layout.test.weakest_hit_n);
+        let adc = &self.recording.identity.adc;
+        let report = grade(&self.record, adc, self.recording.calibration, weakest);
+        self.capture.arm(&mut self.record);
+        // Twice the pre-trigger scans: the trigger of a replay settles before the hit.
+        Some((trigger_scan.0.saturating_sub(2 * PRE_TRIGGER_SCANS as u64), report))
+    }
+}

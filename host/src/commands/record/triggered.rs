@@ -1,0 +1,117 @@
+//! A recording hit by hit: each record is read before its hit is accepted.
+
+use massline_shared::protocol::event::HitEvent;
+use massline_shared::protocol::message::{CampaignCommand, Phase, Status};
+use massline_shared::protocol::object::{ObjectId, ObjectKind};
+use massline_shared::signal::{PRE_TRIGGER_SCANS, Scan};
+
+use super::{Recording, scans_of};
+use crate::campaign::{Begin, Ending, Observer, Steer, begin, follow};
+use crate::client::Client;
+use crate::commands::measure::judge_layout;
+use crate::commands::progress::Progress;
+use crate::commands::show;
+use crate::error::{Error, Result};
+use crate::output::Output;
+use crate::tape::{Segment, TapeWriter};
+
+/// Runs a campaign and writes the record of every good hit; gives the number of hits.
+pub(super) fn record(
+    client: &mut Client,
+    recording: &Recording<'_>,
+    writer: &mut TapeWriter,
+    output: &mut Output,
+) -> Result<u32> {
+    let layout = recording.layout;
+    judge_layout(&client.put_layout(layout)?, layout, false, output)?;
+    begin(client, Begin { confirm: true, ..Begin::default() })?;
+    let interrupt = output.interrupt().clone();
+    let progress = Progress::new(output, "hits", layout, true);
+    let mut recorder = Recorder { progress, recording, writer, read: 0, hits: 0 };
+    let ending = follow(client, &interrupt, None, &mut recorder)?;
+    let hits = recorder.hits;
+    drop(recorder);
+    match ending {
+        Ending::Done(number) => {
+            output.note(format!("the rig keeps the result as number {number}"));
+            Ok(hits)
+        }
+        // The tape is whole all the same: that the rig finds no answer is said and no more.
+        Ending::Failed(status) => {
+            output.warn(show::failure(&status).to_string());
+            Ok(hits)
+        }
+        Ending::Paused(_) | Ending::Aborted => {
+            client.command(CampaignCommand::Abort).ok();
+            Err(Error::interrupted("the recording was interrupted"))
+        }
+    }
+}
+
+struct Recorder<'o, 'r> {
+    progress: Progress<'o>,
+    recording: &'r Recording<'r>,
+    writer: &'r mut TapeWriter,
+    /// Number of the hit whose record was read last.
+    read: u32,
+    hits: u32,
+}
+
+impl Recorder<'_, '_> {
+    fn keep(&mut self, client: &mut Client, status: &Status) -> Result<()> {
+        let object = ObjectId { kind: ObjectKind::Record as u8, number: status.last_hit };
+        let scans = scans_of(&client.download(object, |_, _| ())?);
+        let dof = self.recording.layout.hits.get(usize::from(status.dof)).map(|hit| hit.dof);
+        let Some(dof) = dof else { return Ok(()) };
+        self.writer.segment(Segment { start: self.writer.scans(), dof });
+        self.writer.push(&lead_in(&scans))?;
+        self.writer.push(&scans)
+    }
+}
+
+/// What is played before a record: its quiet beginning once more, so that a trigger that fires a
+/// scan earlier than it did still has its pre-trigger scans. The record itself is what it was.
+fn lead_in(record: &[Scan]) -> Vec<Scan> {
+    record.iter().take(PRE_TRIGGER_SCANS / 2).copied().collect()
+}
+
+impl Observer for Recorder<'_, '_> {
+    fn status(&mut self, status: &Status) {
+        // The verdict is given here, not by the person.
+        if Phase::from_raw(status.phase) != Some(Phase::Confirming) {
+            self.progress.status(status);
+        }
+    }
+
+    fn hit(&mut self, hit: &HitEvent) {
+        self.progress.hit(hit);
+    }
+
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
+        if Phase::from_raw(status.phase) != Some(Phase::Confirming) {
+            return Ok(None);
+        }
+        if status.last_hit != self.read {
+            self.keep(client, status)?;
+            self.read = status.last_hit;
+            self.hits += 1;
+        }
+        Ok(Some(Steer::Command(CampaignCommand::Accept)))
+    }
+
+    fn refused(&mut self, command: CampaignCommand) {
+        self.progress.refused(command);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lead_in_is_shorter_than_the_quiet_beginning() {
+        let record: Vec<Scan> = (0..2048_u16).map(|i| [i; 10]).collect();
+        let lead_in = lead_in(&record);
+        assert_eq!(lead_in[..], record[..PRE_TRIGGER_SCANS / 2]);
+    }
+}
