@@ -2,35 +2,34 @@
 //! fails when a budget is exceeded.
 //!
 //! ```text
-//! cargo run -p massline-tests --bin massline-budgets -- --stack-high-water 9000
+//! cargo run -p massline-tests --bin massline-budgets
 //! ```
-//! The stack's high-water mark is that of the rig after a whole campaign, from
-//! `massline device stats`; the end-to-end test leaves it in a file for `--stack-high-water-file`.
+//! Needs QEMU and the target `thumbv7em-none-eabihf`.
 
 mod counts;
 mod image;
+mod stack;
 
+use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
-use std::{env, fs};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Deserialize;
 
 fn main() -> anyhow::Result<ExitCode> {
-    let high_water = high_water(env::args().skip(1))?;
     let checkout = massline::qemu::checkout()?;
     let budgets = Budgets::read(&checkout.join("tests/budgets.toml"))?;
-    let image = image::measure(&massline::qemu::build_firmware()?)?;
+    let elf = massline::qemu::build_firmware()?;
+    let image = image::measure(&elf)?;
+    let high_water = stack::measure(&elf, checkout)?;
     let counts = counts::measure(checkout)?;
     let mut lines = vec![
         Line::new("flash, bytes", budgets.image.flash_bytes, image.flash),
         Line::new("static RAM, bytes", budgets.image.static_ram_bytes, image.static_ram),
+        Line::new("stack high water, bytes", budgets.stack.high_water_bytes, high_water),
     ];
-    if let Some(bytes) = high_water {
-        lines.push(Line::new("stack high water, bytes", budgets.stack.high_water_bytes, bytes));
-    }
     for (name, budget) in &budgets.instructions {
         let measured = counts
             .get(&format!("{name}_instructions"))
@@ -38,9 +37,6 @@ fn main() -> anyhow::Result<ExitCode> {
         lines.push(Line::new(&format!("{name}, instructions"), *budget, *measured));
     }
     println!("{}", table(&lines));
-    if high_water.is_none() {
-        println!("The stack was not measured: give --stack-high-water BYTES.");
-    }
     let exceeded = lines.iter().any(Line::exceeded);
     Ok(if exceeded { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
@@ -112,36 +108,9 @@ fn table(lines: &[Line]) -> Table {
     table
 }
 
-fn high_water(mut arguments: impl Iterator<Item = String>) -> anyhow::Result<Option<u64>> {
-    let Some(flag) = arguments.next() else { return Ok(None) };
-    let value = arguments.next().with_context(|| format!("{flag} needs a value"))?;
-    let text = match flag.as_str() {
-        "--stack-high-water" => value,
-        "--stack-high-water-file" => fs::read_to_string(&value).with_context(|| value.clone())?,
-        _ => bail!(
-            "unknown argument {flag}; there are --stack-high-water BYTES and --stack-high-water-file FILE"
-        ),
-    };
-    let bytes = text.trim().parse().with_context(|| format!("{text:?} is no number of bytes"))?;
-    Ok(Some(bytes))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn arguments(words: &[&str]) -> anyhow::Result<Option<u64>> {
-        high_water(words.iter().map(|&word| word.to_owned()))
-    }
-
-    #[test]
-    fn the_high_water_mark_is_taken_from_the_arguments() {
-        assert_eq!(arguments(&[]).unwrap(), None);
-        assert_eq!(arguments(&["--stack-high-water", "9000"]).unwrap(), Some(9000));
-        assert!(arguments(&["--stack-high-water"]).is_err());
-        assert!(arguments(&["--stack-high-water", "much"]).is_err());
-        assert!(arguments(&["--stack"]).is_err());
-    }
 
     #[test]
     fn a_budget_is_exceeded_from_the_next_byte_on() {

@@ -1,0 +1,155 @@
+//! The emulated rig from end to end: the real command line program, a pty, the Cortex-M4F firmware.
+//!
+//! Needs QEMU and the target `thumbv7em-none-eabihf`, so it is behind a feature:
+//! `cargo test -p massline --features emulated-rig --test emulated_rig`.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use massline::campaign::{Begin, Ending, Observer, begin, follow};
+use massline::client::{Client, SerialTransport};
+use massline::interrupt::Interrupt;
+use massline::layout_file::LayoutFile;
+use massline::qemu::{EmulatedRig, Feeder, build_firmware};
+use massline_shared::protocol::message::Stats;
+use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::source::ScanSource;
+use serde_json::Value;
+
+/// Never reached unless something hangs.
+const LATE: Duration = Duration::from_secs(60);
+
+/// Built once for all tests.
+static FIRMWARE: LazyLock<PathBuf> = LazyLock::new(|| build_firmware().unwrap());
+
+fn massline(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_massline"));
+    command.args(arguments);
+    command
+}
+
+/// What the program prints with `--json`.
+fn json(arguments: &[&str]) -> Value {
+    let output = massline(arguments).arg("--json").output().unwrap();
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "massline {arguments:?}: {}\n{words}", output.status);
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn firmware() -> &'static str {
+    FIRMWARE.to_str().unwrap()
+}
+
+fn example(test: u32) -> String {
+    format!("{}/examples/three-bar-test-{test}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn the_demo_is_the_same_on_the_emulated_and_on_the_virtual_rig() {
+    let emulated = json(&["demo", "--rig", "qemu", "--firmware", firmware(), "--seed", "3"]);
+    let on_host = json(&["demo", "--rig", "virtual", "--seed", "3"]);
+    assert_eq!(emulated["tests"].as_array().unwrap().len(), 4);
+    // The same functions in the same precision on the same scans: the same bits.
+    assert_eq!(emulated["tests"], on_host["tests"]);
+}
+
+#[test]
+fn a_tape_gives_the_same_results_on_the_emulated_and_on_the_virtual_rig() {
+    let directory = tempfile::tempdir().unwrap();
+    for test in 1..=4 {
+        let (layout, tape) = (example(test), directory.path().join(format!("test-{test}.npy")));
+        let tape = tape.to_str().unwrap();
+        json(&["simulate", &layout, "--tape", tape]);
+        let replay = ["replay", tape, "--layout", &layout];
+        let on_host = json(&replay);
+        let emulated = json(&[&replay[..], &["--rig", "qemu", "--firmware", firmware()]].concat());
+        assert_eq!(emulated["results"], on_host["results"], "test {test}");
+        assert_eq!(emulated["results"].as_array().unwrap().len(), 1);
+    }
+}
+
+#[test]
+fn results_and_layout_survive_a_restart_of_the_rig() {
+    let file = LayoutFile::read(Path::new(&example(1))).unwrap();
+    let layout = file.rig_layout().unwrap();
+    let bench = Bench::named("ideal").unwrap();
+    let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
+    let mut rig = EmulatedRig::start(&FIRMWARE, &source.adc()).unwrap();
+    let mut client = connect(&rig);
+    client.put_layout(&layout).unwrap();
+    begin(&mut client, Begin::default()).unwrap();
+    let mut operator = Operator(rig.feed(Box::new(source)));
+    let ending = follow(&mut client, &Interrupt::new(), Some(LATE), &mut operator).unwrap();
+    let Ending::Done(number) = ending else { panic!("{ending:?}") };
+    let (before, stats) = (client.result(number).unwrap(), client.stats().unwrap());
+    nothing_went_wrong(&stats);
+    drop((operator, client));
+
+    rig.restart().unwrap();
+    let mut client = connect(&rig);
+    assert_eq!(client.layout().unwrap(), layout);
+    assert_eq!(client.result(number).unwrap(), before);
+    assert!(client.stats().unwrap().uptime_ms < stats.uptime_ms, "it has not restarted");
+    rig.check().unwrap();
+}
+
+fn connect(rig: &EmulatedRig) -> Client {
+    let mut client = Client::new(SerialTransport::open(rig.port_path()).unwrap());
+    assert_eq!(client.identify().unwrap().board, "mps2-an386");
+    client
+}
+
+/// Tells the person at the bench what the rig waits for.
+struct Operator(Feeder);
+
+impl Observer for Operator {
+    fn armed(&mut self, arming: u32, dof: usize) -> massline::Result<()> {
+        self.0.armed(arming, dof);
+        Ok(())
+    }
+}
+
+fn nothing_went_wrong(stats: &Stats) {
+    assert_eq!(stats.scans_lost, 0);
+    assert_eq!(stats.frames_broken, 0);
+    assert_eq!(stats.frames_unsent, 0);
+    assert_eq!(stats.store_failures, 0);
+    assert!(stats.stack_high_water > 0 && stats.stack_high_water < stats.stack_size);
+}
+
+#[test]
+fn a_panic_of_the_firmware_ends_the_emulator_and_its_words_are_told() {
+    let elf = FIRMWARE.with_file_name("last_words");
+    let bench = Bench::named("ideal").unwrap();
+    let layout = LayoutFile::read(Path::new(&example(1))).unwrap().layout;
+    let adc = BenchSource::new(&bench, &layout, 1).unwrap().adc();
+    let mut rig = EmulatedRig::start(&elf, &adc).unwrap();
+    let start = Instant::now();
+    let error = loop {
+        match rig.check() {
+            Err(error) => break error,
+            Ok(()) => assert!(start.elapsed() < LATE, "the emulator goes on"),
+        }
+        thread::yield_now();
+    };
+    assert_eq!((error.code(), error.exit_code()), ("rig_died", 4));
+    let words = error.to_string();
+    assert!(
+        words.contains("last_words.rs") && words.contains("these are the last words"),
+        "{words}"
+    );
+}
+
+#[test]
+fn a_missing_emulator_is_named_with_the_command_that_installs_it() {
+    let output = massline(&["demo", "--rig", "qemu", "--firmware", firmware()])
+        .env("PATH", "")
+        .output()
+        .unwrap();
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{words}");
+    assert!(words.contains("apt-get install qemu-system-arm"), "{words}");
+}
