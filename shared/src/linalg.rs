@@ -295,23 +295,43 @@ impl<R: Real, const N: usize> LeastSquares<R, N> {
     /// The solution; `None` when the factor has a zero on its diagonal.
     pub(crate) fn solve(&self) -> Option<SVector<R, N>> {
         let mut x = SVector::from(self.right);
-        self.back_substitute(&mut x).then_some(x)
+        for i in (0..N).rev() {
+            let row = &self.factor[i];
+            if row[i] == R::zero() {
+                return None;
+            }
+            let mut sum = x[i];
+            for k in i + 1..N {
+                sum -= row[k] * x[k];
+            }
+            x[i] = sum / row[i];
+        }
+        Some(x)
     }
 
-    /// Replaces `b` by `(Aᵀ A)⁻¹ b`, A being the matrix of all rows; false when that does not
-    /// exist.
-    pub(crate) fn solve_normal(&self, b: &mut SVector<R, N>) -> bool {
-        for i in 0..N {
-            let mut sum = b[i];
-            for k in 0..i {
-                sum -= self.factor[k][i] * b[k];
-            }
-            if self.factor[i][i] == R::zero() {
-                return false;
-            }
-            b[i] = sum / self.factor[i][i];
+    /// Replaces the matrix with these rows, `B`, by `(Aᵀ A)⁻¹ B`, A being the matrix of all
+    /// equations; false when that does not exist. All columns at once, so that the inner loops run
+    /// along rows.
+    pub(crate) fn solve_normal(&self, rows: &mut [[R; N]; N]) -> bool {
+        let zero = R::zero();
+        if (0..N).any(|i| self.factor[i][i] == zero) {
+            return false;
         }
-        self.back_substitute(b)
+        for i in 0..N {
+            let (above, rest) = rows.split_at_mut(i);
+            for (k, other) in above.iter().enumerate() {
+                subtract(&mut rest[0], self.factor[k][i], other);
+            }
+            rest[0] = rest[0].map(|v| v / self.factor[i][i]);
+        }
+        for i in (0..N).rev() {
+            let (rest, below) = rows.split_at_mut(i + 1);
+            for (k, other) in (i + 1..).zip(below.iter()) {
+                subtract(&mut rest[i], self.factor[i][k], other);
+            }
+            rest[i] = rest[i].map(|v| v / self.factor[i][i]);
+        }
+        true
     }
 
     /// Root mean square of the residuals over all rows.
@@ -327,20 +347,12 @@ impl<R: Real, const N: usize> LeastSquares<R, N> {
         }
         sum * R::of(2.0)
     }
+}
 
-    fn back_substitute(&self, b: &mut SVector<R, N>) -> bool {
-        for i in (0..N).rev() {
-            let row = &self.factor[i];
-            let mut sum = b[i];
-            for k in i + 1..N {
-                sum -= row[k] * b[k];
-            }
-            if row[i] == R::zero() {
-                return false;
-            }
-            b[i] = sum / row[i];
-        }
-        true
+/// `row -= factor · other`.
+fn subtract<R: Real, const N: usize>(row: &mut [R; N], factor: R, other: &[R; N]) {
+    for (value, other) in row.iter_mut().zip(other) {
+        *value -= factor * *other;
     }
 }
 
@@ -362,9 +374,12 @@ mod tests {
         assert!((line.rms() - 0.02_f64.sqrt()).abs() < 1e-14);
         let normal = Matrix2::new(3.0, 3.0, 3.0, 5.0);
         assert!((line.log_det_normal() - f64::ln(normal.determinant())).abs() < 1e-14);
-        let mut b = SVector::from([1.0, 0.0]);
+        let mut b = [[1.0, 2.0], [0.0, -3.0]];
+        let right = Matrix2::new(1.0, 2.0, 0.0, -3.0);
         assert!(line.solve_normal(&mut b));
-        assert!((normal * b - SVector::from([1.0, 0.0])).norm() < 1e-14);
+        let solved = Matrix2::new(b[0][0], b[0][1], b[1][0], b[1][1]);
+        // Rounding times the condition, 14.
+        assert!((normal * solved - right).norm() < 1e-13);
     }
 
     #[test]
@@ -375,6 +390,7 @@ mod tests {
         assert_eq!(flat.spectrum().unwrap().rank, 1);
         let none = LeastSquares::<f32, 2>::new();
         assert!(none.solve().is_none());
+        assert!(!none.solve_normal(&mut [[1.0, 0.0], [0.0, 1.0]]));
     }
 
     proptest! {

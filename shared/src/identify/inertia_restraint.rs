@@ -288,14 +288,10 @@ where
         }
         add_congruence(&mut sum, &rows, &weight);
     }
-    // (AᵀA)⁻¹ S (AᵀA)⁻¹: columns, then rows by symmetry.
+    // (AᵀA)⁻¹ S (AᵀA)⁻¹: from the left, then from the right by symmetry.
     for _side in 0..2 {
-        for k in 0..10 {
-            let mut column: SVector<R, 10> = sum.column(k).into_owned();
-            if !regression.equations.solve_normal(&mut column) {
-                return None;
-            }
-            sum.set_column(k, &column);
+        if !regression.equations.solve_normal(&mut sum.data.0) {
+            return None;
         }
         sum.transpose_mut();
     }

@@ -74,15 +74,14 @@ pub fn predict<R: Real, const S: usize, const H: usize, const CH: usize>(
     if information.spectrum()?.rank < 10 {
         return None;
     }
-    let mut covariance = SMatrix::<R, 10, 10>::zeros();
+    let mut covariance = SMatrix::<R, 10, 10>::identity();
     let to_theta = body.dtheta_dphi();
-    for k in 0..10 {
-        let mut column = SVector::<R, 10>::zeros();
-        column[k] = R::one();
-        if !information.solve_normal(&mut column) {
-            return None;
-        }
-        covariance.set_column(k, &column.component_div(&scale).unscale(scale[k]));
+    if !information.solve_normal(&mut covariance.data.0) {
+        return None;
+    }
+    for (k, mut column) in covariance.column_iter_mut().enumerate() {
+        column.component_div_assign(&scale);
+        column.unscale_mut(scale[k]);
     }
     let covariance = to_theta * covariance * to_theta.transpose();
     let log_det_information = information.log_det_normal();
