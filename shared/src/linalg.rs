@@ -129,8 +129,10 @@ impl<R: Real, const N: usize> Bidiagonal<R, N> {
     fn bisect(&self, above: impl Fn(usize) -> bool, mut high: R) -> R {
         let half = R::of(0.5);
         let negligible = high * R::default_epsilon() * R::default_epsilon();
+        // ε^⅔ is 2e-5 in single and 4e-11 in double precision: ranks and conditions need no more.
+        let close = R::default_epsilon().cbrt().powi(2);
         let mut low = R::zero();
-        while high - low > high * R::default_epsilon() * R::of(2.0) {
+        while high - low > high * close {
             if high < negligible {
                 return R::zero();
             }
@@ -418,7 +420,7 @@ mod tests {
             if kept == 5 {
                 // Rounding times the condition, of both.
                 let condition = largest / smallest;
-                prop_assert!((found.condition / condition - 1.0).abs() < 1e-14 * condition + 1e-14);
+                prop_assert!((found.condition / condition - 1.0).abs() < 1e-14 * condition + 2e-10);
             } else {
                 prop_assert!(found.condition > 1e12);
             }
@@ -434,7 +436,8 @@ mod tests {
     fn diagonal_and_empty_matrices_have_an_obvious_spectrum() {
         let found = spectrum(&[[3.0, 0.0, 0.0], [0.0, -0.5, 0.0], [0.0, 0.0, 6.0]]).unwrap();
         assert_eq!(found.rank, 3);
-        assert!((found.condition - 12.0_f64).abs() < 1e-13);
+        // The bisection ends at ε^⅔.
+        assert!((found.condition - 12.0_f64).abs() < 12.0 * 2e-10);
         let flat = spectrum(&[[3.0_f32, 0.0], [0.0, 0.0]]).unwrap();
         assert_eq!((flat.rank, flat.condition), (1, f32::INFINITY));
         let nothing = spectrum(&[[0.0_f32; 4]; 4]).unwrap();

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 
-use super::RigidBody;
+use super::{RigidBody, second_moments};
 use crate::Real;
-use crate::linalg::symmetric_eigen3;
+use crate::linalg::{cholesky, symmetric_eigen3};
 
 /// Principal moments of inertia about the centre of mass with their axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,8 @@ impl<R: Real> RigidBody<R> {
     /// True when the mass is positive and the principal moments keep the triangle inequalities:
     /// the pseudo-inertia is positive definite (Rucker & Wensing 2022).
     pub fn is_physically_consistent(&self) -> bool {
-        self.mass > R::zero() && self.physical_margin().is_some_and(|margin| margin > R::zero())
+        // Definite exactly where all its eigenvalues, the margin the smallest, are above zero.
+        self.mass > R::zero() && cholesky(&second_moments(&self.inertia)).is_some()
     }
 }
 

@@ -102,21 +102,21 @@ where
     if !found.is_empty() {
         return Err(found);
     }
-    let factor = |index: usize, lines: &MassLines<R, CH>| {
-        let hit = layout.hits.get(index)?;
-        weight_factor(&settings.weighting, hit, &reference, length, lines.hits)
-    };
     let mut regression = Regression::new(length);
+    let mut factors = heapless::Vec::<Option<Matrix6<R>>, H>::new();
     for (index, lines) in dofs.clone() {
         if let Some(hit) = layout.hits.get(index) {
             let lines = lines.borrow();
             let motion = inverse.motion(&lines.accelerance);
             let force = hit.unit_force(&reference);
-            regression.add_weighted(&motion, &force, factor(index, lines).as_ref());
+            let factor = weight_factor(&settings.weighting, hit, &reference, length, lines.hits);
+            regression.add_weighted(&motion, &force, factor.as_ref());
+            // A hit of the layout that is given twice and finds no room is believed as any other.
+            let _ = factors.push(factor);
         }
     }
     let solution = regression.solve()?;
-    let covariance = covariance(&regression, &solution.body, &inverse, dofs, factor);
+    let covariance = covariance(&regression, &solution.body, &inverse, dofs, &factors);
     let body = solution.body.shifted_to(&-reference);
     let mut estimate = Estimate {
         body,
@@ -256,7 +256,7 @@ fn covariance<R, const CH: usize, B>(
     body: &RigidBody<R>,
     inverse: &ResponseInverse<R, CH>,
     dofs: impl Iterator<Item = (usize, B)> + Clone,
-    factor: impl Fn(usize, &MassLines<R, CH>) -> Option<Matrix6<R>>,
+    factors: &[Option<Matrix6<R>>],
 ) -> Option<SMatrix<R, 10, 10>>
 where
     R: Real,
@@ -276,18 +276,19 @@ where
     forces.fixed_rows_mut::<3>(3).scale_mut(length);
     let forces = balanced.mass_matrix() * forces;
     let mut sum = SMatrix::<R, 10, 10>::zeros();
-    for (index, lines) in dofs {
+    for (number, (_, lines)) in dofs.enumerate() {
         let lines = lines.borrow();
         let spread = forces * lines.scatter;
         let mut weight: Matrix6<R> = spread * forces.transpose() / R::of(f64::from(lines.hits));
         let motion = regression.balance_motion(&inverse.motion(&lines.accelerance));
         let mut rows = regressor(&motion);
-        if let Some(factor) = factor(index, lines) {
-            whiten(&factor, &mut rows);
-            weight = whiten_both_sides(&factor, &weight);
+        if let Some(Some(factor)) = factors.get(number) {
+            whiten(factor, &mut rows);
+            weight = whiten_both_sides(factor, &weight);
         }
         add_congruence(&mut sum, &rows, &weight);
     }
+    sum.fill_lower_triangle_with_upper_triangle();
     // (AᵀA)⁻¹ S (AᵀA)⁻¹: from the left, then from the right by symmetry.
     for _side in 0..2 {
         if !regression.equations.solve_normal(&mut sum.data.0) {
@@ -406,8 +407,8 @@ fn comment<R: Real, const S: usize, const H: usize>(
         // Four at most.
         let _ = estimate.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));
     };
-    let margin = estimate.body.physical_margin().unwrap_or(R::zero());
     if !estimate.body.is_physically_consistent() {
+        let margin = estimate.body.physical_margin().unwrap_or(R::zero());
         say(Code::NotPhysicallyConsistent, Severity::Warning, margin);
     }
     if estimate.condition > R::of(ILL_CONDITIONED) {

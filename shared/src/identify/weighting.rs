@@ -53,19 +53,22 @@ impl<R: Real> PlacementErrors<R> {
         length: R,
         hits: u16,
     ) -> Option<Matrix6<R>> {
+        // With P = I − d dᵀ: P P = P and [d]ₓ P [d]ₓᵀ = P, so few products are left.
         let across = Matrix3::identity() - direction * direction.transpose();
-        let by_position = skew(direction) * across * (-self.hit_position / length);
-        let by_direction = across * self.hit_direction;
-        let turning = skew(arm) * across * (self.hit_direction / length);
+        let lever = skew(&(arm / length));
+        let turning = lever * across;
         let averaged = R::of(f64::from(hits.max(1))).recip();
+        let lean = self.hit_direction * self.hit_direction * averaged;
+        let miss = self.hit_position / length;
+        let miss = miss * miss * averaged;
         let mut covariance = Matrix6::<R>::zeros();
-        let mut block = |i, j, block: Matrix3<R>| {
-            covariance.fixed_view_mut::<3, 3>(i, j).copy_from(&(block * averaged));
+        let mut lower = |i, j, block: Matrix3<R>| {
+            covariance.fixed_view_mut::<3, 3>(i, j).copy_from(&block);
         };
-        block(0, 0, by_direction * by_direction.transpose());
-        block(0, 3, by_direction * turning.transpose());
-        block(3, 0, turning * by_direction.transpose());
-        block(3, 3, turning * turning.transpose() + by_position * by_position.transpose());
+        // The factor reads the lower triangle only.
+        lower(0, 0, across * lean);
+        lower(3, 0, turning * lean);
+        lower(3, 3, turning * lever.transpose() * lean + across * miss);
         for i in 0..6 {
             covariance[(i, i)] += self.response * self.response;
         }
