@@ -93,7 +93,7 @@ impl Analysis<'_> {
         }
         let hit = {
             let calibration = rig.calibration.borrow();
-            HitAnalysis::<f32>::new(&rig.adc, &calibration, &test, PRE_TRIGGER_SCANS)
+            HitAnalysis::<f32>::new(&rig.adc_in_use(), &calibration, &test, PRE_TRIGGER_SCANS)
         };
         let AnalysisMemory { scratch, force, lines, basis, single_hits, .. } = &mut *self.memory;
         // The scratch is as long as the record, so no transform fails.
@@ -103,7 +103,8 @@ impl Analysis<'_> {
         self.spectra.borrow_mut().add_force(force);
         let basis = fit_basis(rig, &test, |line| force[line].norm_sqr(), basis);
         let mut single = SVector::<f32, RESPONSES>::zeros();
-        for response in 0..rig.adc.responses() {
+        let mut whole = true;
+        for response in 0..rig.adc_in_use().responses() {
             // Only the measuring loop, which is here, writes the record: it stays as it is.
             yield_now().await;
             if hit.response(&*self.record.borrow(), response, scratch, lines).is_err() {
@@ -112,11 +113,15 @@ impl Analysis<'_> {
             self.spectra.borrow_mut().add_response(response, force, lines);
             HitAnalysis::divide(lines, force);
             let fit = basis.as_ref().map(|basis| basis.fit(lines.iter().copied()));
-            if let (Ok(Ok(fit)), Some(value)) = (fit, single.get_mut(response)) {
-                *value = fit.accelerance();
+            match (fit, single.get_mut(response)) {
+                (Ok(Ok(fit)), Some(value)) => *value = fit.accelerance(),
+                _ => whole = false,
             }
         }
-        single_hits.get_or_insert_default().add(&single);
+        // A hit without mass lines of its own tells nothing about the scatter.
+        if whole {
+            single_hits.get_or_insert_default().add(&single);
+        }
     }
 
     /// Turns the averaged spectra of a DOF into its mass lines and keeps them.
@@ -136,33 +141,41 @@ impl Analysis<'_> {
             scatter: Vec::new(),
             coherence: [0.0; RESPONSES],
         };
-        if let Some(single_hits) = single_hits {
+        // One hit does not scatter, and a scatter of fewer hits than were averaged is not theirs.
+        if let Some(single_hits) = single_hits
+            && single_hits.hits() == spectra.hits()
+            && single_hits.hits() > 1
+        {
             closed.scatter.extend(lower_triangle(&single_hits.covariance(), RESPONSES));
         }
         let basis = fit_basis(rig, &test, |line| spectra.force_auto(line), basis);
-        for response in 0..rig.adc.responses() {
+        let mut whole = true;
+        for response in 0..rig.adc_in_use().responses() {
             let h1 = (0..SPECTRUM_LINES).map(|line| spectra.h1(response, line));
             match basis.as_ref().map_err(|&error| error).and_then(|basis| basis.fit(h1)) {
                 Ok(fit) => closed.accelerance[response] = fit.accelerance(),
-                Err(error) => rig.say(Diagnostic::about(
-                    code_of(error),
-                    Severity::Error,
-                    dof as u16,
-                    test.band_hz[0],
-                )),
+                Err(error) => {
+                    whole = false;
+                    rig.say(Diagnostic::about(code_of(error), Severity::Error, dof as u16, 0.0));
+                }
             }
             let band = lines_of_band(test.band_hz, resolution(rig.adc.rate.0));
             closed.coherence[response] = spectra.mean_coherence(response, band);
         }
         result.dofs.retain(|kept| kept.index != closed.index);
-        // There is room for every DOF of a layout.
-        let _ = result.dofs.push(closed);
+        // A channel without a mass line has no number; neither has its DOF then.
+        if whole {
+            // There is room for every DOF of a layout.
+            let _ = result.dofs.push(closed);
+        }
     }
 
     /// Computes the ten properties from the mass lines, into the result.
     pub fn identify(&mut self, number: u32) {
         let rig = self.rig;
         self.open_result();
+        // What an earlier try said of the store is over.
+        rig.diagnostics.borrow_mut().retain(|d| d.known_code() != Some(Code::ResultNotStored));
         self.tell_unfinished_dofs();
         let layout = rig.layout.borrow();
         let Some(layout) = layout.as_ref() else { return };
@@ -238,7 +251,8 @@ fn code_of(error: MassLineError) -> Code {
 /// The inertia restraint method on the DOFs of a result.
 fn solve(layout: &RigLayout, result: &MeasurementResult) -> Result<StoredEstimate, Diagnostics> {
     let mass_lines = result.dofs.iter().filter_map(|dof| {
-        let hits = u16::from(dof.hits);
+        // Without a scatter they count as one hit: no standard deviation can be told.
+        let hits = if dof.scatter.is_empty() { 1 } else { u16::from(dof.hits) };
         let lines = MassLines::<f32, RESPONSES>::from_parts(&dof.accelerance, &dof.scatter, hits)?;
         Some((usize::from(dof.index), lines))
     });

@@ -37,7 +37,7 @@ pub trait Sampler {
     /// Rate, resolution, channel delay.
     fn adc(&self) -> AdcProperties;
 
-    /// Starts sampling; scans of an earlier run are gone.
+    /// Starts sampling; scans of an earlier run are gone. Cancel-safe: `stop` follows.
     fn start(&mut self) -> impl Future<Output = Result<(), SampleError>>;
 
     /// Waits until `block` is full of consecutive scans; gives the index of its first.
@@ -55,7 +55,8 @@ pub trait Sampler {
 
 /// A stream of bytes to and from the host.
 pub trait Link {
-    /// From the host.
+    /// From the host. Its `read` waits for bytes and loses none when its future is dropped; while
+    /// the link is gone it waits, or gives `Ok(0)` or an error.
     type Rx: Read;
     /// To the host. `flush` returns when the bytes have left, as far as the board can tell.
     type Tx: Write;

@@ -4,7 +4,7 @@
 //! ```text
 //!            Sampler ─▶ measure ─▶ analysis ─▶ store ◀─▶ session ◀─▶ Link
 //!                          ▲          │                     │
-//!                          └───────── rig (shared state) ───┴──▶ panel ──▶ Panel
+//!                          └───────── rig (shared state) ───┴──▶ buttons ◀▶ Panel
 //! ```
 //!
 //! [`run`] is one future for any executor. All large memory is in [`Memory`], which a board places
@@ -14,6 +14,7 @@
 
 mod analysis;
 pub mod board;
+mod buttons;
 mod measure;
 mod objects;
 pub mod panel;
@@ -32,7 +33,7 @@ use massline_shared::signal::Record;
 use crate::analysis::AnalysisMemory;
 use crate::board::{Board, Link, Panel, Sampler};
 use crate::measure::Measuring;
-use crate::objects::RigSpectra;
+use crate::objects::{Objects, RigSpectra};
 use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
 use crate::store::Store;
@@ -78,13 +79,18 @@ where
     let store = Mutex::new(Store::new(flash));
     recall(&rig, &store).await;
     let (rx, tx) = link.split();
-    let session = Session { rig: &rig, store: &store, record, spectra };
+    let objects = Objects { rig: &rig, store: &store, record, spectra };
+    let session = Session { rig: &rig, store: &store, record, objects };
     let measuring =
         Measuring { sampler, rig: &rig, store: &store, record, spectra, memory: analysis };
     let store_full = async || store.lock().await.is_full();
-    join3(measuring.run(), session.run(rx, tx, session_memory), panel::run(panel, &rig, store_full))
-        .await
-        .0
+    join3(
+        measuring.run(),
+        session.run(rx, tx, session_memory),
+        buttons::run(panel, &rig, store_full),
+    )
+    .await
+    .0
 }
 
 /// Takes up what the store has kept over a restart.

@@ -12,6 +12,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::campaign::Step;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::protocol::event::HitEvent;
+use massline_shared::protocol::message::Phase;
 use massline_shared::signal::{
     CHANNELS, Capture, CaptureState, HitReport, Record, Scan, Trigger, grade,
 };
@@ -74,7 +75,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             Either::First(Err(SampleError::Overrun { lost })) => self.lose_record(dof, lost),
             Either::First(Err(SampleError::Stopped)) => {
                 self.rig.say(Diagnostic::whole(Code::SamplerStopped, Severity::Error, 0.0));
-                self.rig.campaign.borrow_mut().failed();
+                self.rig.campaign.borrow_mut().interrupted();
             }
             Either::Second(()) => {}
         }
@@ -105,6 +106,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
                     CaptureState::Broken => return Err(SampleError::Overrun { lost: 1 }),
                     CaptureState::Filling if before == CaptureState::Waiting => {
                         rig.stats.borrow_mut().triggers += 1;
+                        rig.triggered_at.set(index);
                         rig.campaign.borrow_mut().triggered();
                         rig.changed();
                     }
@@ -120,15 +122,19 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             let layout = rig.layout.borrow();
             let weakest = Newtons(layout.as_ref().map_or(0.0, |layout| layout.test.weakest_hit_n));
             let calibration = rig.calibration.borrow();
-            grade(&self.record.borrow(), &rig.adc, &calibration, weakest)
+            grade(&self.record.borrow(), &rig.adc_in_use(), &calibration, weakest)
         };
         let number = self.tell_hit(dof, trigger.0, &report);
         rig.record_of.set(Some(number));
         rig.campaign.borrow_mut().graded(report.good());
     }
 
+    /// Scans are missing. Before the hammer has touched that costs nothing but another arming.
     fn lose_record(&mut self, dof: usize, lost: u32) {
         self.rig.stats.borrow_mut().scans_lost += u64::from(lost);
+        if self.rig.campaign.borrow().phase() == Phase::Armed {
+            return;
+        }
         let mut findings = Diagnostics::new();
         note(&mut findings, Diagnostic::whole(Code::ScansLost, Severity::Error, lost as f32));
         let report = HitReport {
@@ -136,8 +142,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             peak_acceleration: MetersPerSecondSquared(0.0),
             findings,
         };
-        let scans = self.rig.stats.borrow().scans;
-        self.tell_hit(dof, scans, &report);
+        self.tell_hit(dof, self.rig.triggered_at.get(), &report);
         self.rig.campaign.borrow_mut().record_lost();
     }
 
@@ -196,6 +201,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         self.sampler.stop();
         if let Either::First(Err(SampleError::Stopped)) = done {
             self.rig.stream.set(false);
+            self.rig.say(Diagnostic::whole(Code::SamplerStopped, Severity::Error, 0.0));
         }
     }
 

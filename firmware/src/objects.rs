@@ -1,15 +1,20 @@
 //! Long things as bytes: results from the store, the record and the spectra from memory.
 
+use core::cell::{Ref, RefCell};
+
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::protocol::crc32_of_chunks;
 use massline_shared::protocol::message::Reason;
 use massline_shared::protocol::object::{
     Chunk, ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind,
 };
-use massline_shared::signal::{RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES, Spectra};
+use massline_shared::signal::{RESPONSES, Record, SPECTRUM_LINES, Spectra};
 
-use crate::session::Session;
-use crate::store::Kept;
+use crate::analysis::resolution;
+use crate::rig::Rig;
+use crate::store::{Kept, Store};
 
 /// The averaged spectra of one DOF as the rig keeps them.
 pub(crate) type RigSpectra = Spectra<f32, RESPONSES, SPECTRUM_LINES>;
@@ -20,67 +25,109 @@ const PIECE: usize = 64;
 const HEADER_WORDS: usize = 4;
 const SPECTRA_WORDS: usize = HEADER_WORDS + SPECTRUM_LINES * (1 + 3 * RESPONSES);
 
-/// Length and checksum of an object.
-pub(crate) async fn info<F: NorFlash>(
-    session: &Session<'_, F>,
-    object: ObjectId,
-) -> Result<ObjectInfo, Reason> {
-    let (length, crc) = match kind(object)? {
-        ObjectKind::Result => {
-            let kept = kept(session, object).await?;
-            (kept.entry.length, kept.crc)
-        }
-        ObjectKind::Record => {
-            let record = record(session, object)?;
-            (Record::BYTES as u32, crc_of_record(&record))
-        }
-        ObjectKind::Spectra => {
-            let spectra = spectra(session, object)?;
-            let header = header(session, &spectra);
-            let mut crc = crc32_of_chunks();
-            (0..SPECTRA_WORDS).for_each(|i| crc.update(&word(header, &spectra, i)));
-            (SPECTRA_WORDS as u32 * 4, crc.finalize())
-        }
-    };
-    Ok(ObjectInfo { length, crc })
+/// Where the objects are.
+pub(crate) struct Objects<'a, F: NorFlash> {
+    pub rig: &'a Rig,
+    pub store: &'a Mutex<NoopRawMutex, Store<F>>,
+    pub record: &'a RefCell<Record>,
+    pub spectra: &'a RefCell<RigSpectra>,
 }
 
-/// A piece of an object.
-pub(crate) async fn read<F: NorFlash>(
-    session: &Session<'_, F>,
-    request: ChunkRequest,
-) -> Result<Chunk, Reason> {
-    let ChunkRequest { object, offset, length } = request;
-    let offset = offset as usize;
-    let wanted = usize::from(length).min(MAX_CHUNK);
-    let mut bytes = heapless::Vec::new();
-    match kind(object)? {
-        ObjectKind::Result => {
-            let kept = kept(session, object).await?;
-            in_range(offset, kept.entry.length as usize)?;
-            bytes.resize(wanted, 0).map_err(|_| Reason::OutOfRange)?;
-            let read = session.store.lock().await.read_result(&kept, offset, &mut bytes).await?;
-            bytes.truncate(read);
-        }
-        ObjectKind::Record => {
-            let record = record(session, object)?;
-            in_range(offset, Record::BYTES)?;
-            bytes.resize(wanted, 0).map_err(|_| Reason::OutOfRange)?;
-            let read = record.read_bytes(offset, &mut bytes);
-            bytes.truncate(read);
-        }
-        ObjectKind::Spectra => {
-            let spectra = spectra(session, object)?;
-            in_range(offset, SPECTRA_WORDS * 4)?;
-            let header = header(session, &spectra);
-            let end = (SPECTRA_WORDS * 4).min(offset + wanted);
-            for at in offset..end {
-                // At most MAX_CHUNK bytes were asked for.
-                let _ = bytes.push(word(header, &spectra, at / 4)[at % 4]);
+impl<F: NorFlash> Objects<'_, F> {
+    /// Length and checksum of an object.
+    pub async fn info(&self, object: ObjectId) -> Result<ObjectInfo, Reason> {
+        let (length, crc) = match kind(object)? {
+            ObjectKind::Result => {
+                let kept = self.kept(object).await?;
+                (kept.entry.length, kept.crc)
+            }
+            ObjectKind::Record => {
+                let record = self.record(object)?;
+                (Record::BYTES as u32, crc_of_record(&record))
+            }
+            ObjectKind::Spectra => {
+                let spectra = self.spectra(object)?;
+                let header = self.header(&spectra);
+                let mut crc = crc32_of_chunks();
+                (0..SPECTRA_WORDS).for_each(|i| crc.update(&word(header, &spectra, i)));
+                (SPECTRA_WORDS as u32 * 4, crc.finalize())
+            }
+        };
+        Ok(ObjectInfo { length, crc })
+    }
+
+    /// A piece of an object.
+    pub async fn read(&self, request: ChunkRequest) -> Result<Chunk, Reason> {
+        let ChunkRequest { object, offset, length } = request;
+        let offset = offset as usize;
+        let wanted = usize::from(length).min(MAX_CHUNK);
+        let mut bytes = heapless::Vec::new();
+        match kind(object)? {
+            ObjectKind::Result => {
+                let kept = self.kept(object).await?;
+                in_range(offset, kept.entry.length as usize)?;
+                bytes.resize(wanted, 0).map_err(|_| Reason::OutOfRange)?;
+                let read = self.store.lock().await.read_result(&kept, offset, &mut bytes).await?;
+                bytes.truncate(read);
+            }
+            ObjectKind::Record => {
+                let record = self.record(object)?;
+                in_range(offset, Record::BYTES)?;
+                bytes.resize(wanted, 0).map_err(|_| Reason::OutOfRange)?;
+                let read = record.read_bytes(offset, &mut bytes);
+                bytes.truncate(read);
+            }
+            ObjectKind::Spectra => {
+                let spectra = self.spectra(object)?;
+                in_range(offset, SPECTRA_WORDS * 4)?;
+                let header = self.header(&spectra);
+                let end = (SPECTRA_WORDS * 4).min(offset + wanted);
+                for at in offset..end {
+                    // At most MAX_CHUNK bytes were asked for.
+                    let _ = bytes.push(word(header, &spectra, at / 4)[at % 4]);
+                }
             }
         }
+        Ok(Chunk { object, offset: offset as u32, bytes })
     }
-    Ok(Chunk { object, offset: offset as u32, bytes })
+
+    async fn kept(&self, object: ObjectId) -> Result<Kept, Reason> {
+        self.store.lock().await.find(object.number).ok_or(Reason::NotFound)
+    }
+
+    /// The record, when it holds the hit that is asked for and is not being written.
+    fn record(&self, object: ObjectId) -> Result<Ref<'_, Record>, Reason> {
+        match self.rig.record_of.get() {
+            None if self.rig.rests() => Err(Reason::NotFound),
+            None => Err(Reason::Busy),
+            Some(hit) if hit != object.number => Err(Reason::NotFound),
+            Some(_) => self.record.try_borrow().map_err(|_| Reason::Busy),
+        }
+    }
+
+    fn spectra(&self, object: ObjectId) -> Result<Ref<'_, RigSpectra>, Reason> {
+        match self.rig.spectra_of.get() {
+            Some(dof) if u32::from(dof) == object.number => {
+                self.spectra.try_borrow().map_err(|_| Reason::Busy)
+            }
+            _ => Err(Reason::NotFound),
+        }
+    }
+
+    /// dof, hits, responses, 0; lines u16, 0; resolution f32; decay f32.
+    fn header(&self, spectra: &RigSpectra) -> [[u8; 4]; HEADER_WORDS] {
+        let rig = self.rig;
+        let decay =
+            rig.layout.borrow().as_ref().map_or(0.0, |layout| layout.test.exponential_decay);
+        let lines = (SPECTRUM_LINES as u16).to_le_bytes();
+        let dof = rig.spectra_of.get().unwrap_or(0);
+        [
+            [dof, spectra.hits() as u8, rig.adc.responses() as u8, 0],
+            [lines[0], lines[1], 0, 0],
+            resolution(rig.adc.rate.0).to_le_bytes(),
+            decay.to_le_bytes(),
+        ]
+    }
 }
 
 fn kind(object: ObjectId) -> Result<ObjectKind, Reason> {
@@ -88,34 +135,6 @@ fn kind(object: ObjectId) -> Result<ObjectKind, Reason> {
         .into_iter()
         .find(|&kind| kind as u8 == object.kind)
         .ok_or(Reason::NotFound)
-}
-
-async fn kept<F: NorFlash>(session: &Session<'_, F>, object: ObjectId) -> Result<Kept, Reason> {
-    session.store.lock().await.find(object.number).ok_or(Reason::NotFound)
-}
-
-/// The record, when it holds the hit that is asked for and is not being written.
-fn record<'s, F: NorFlash>(
-    session: &'s Session<'_, F>,
-    object: ObjectId,
-) -> Result<core::cell::Ref<'s, Record>, Reason> {
-    match session.rig.record_of.get() {
-        None => Err(Reason::Busy),
-        Some(hit) if hit != object.number => Err(Reason::NotFound),
-        Some(_) => session.record.try_borrow().map_err(|_| Reason::Busy),
-    }
-}
-
-fn spectra<'s, F: NorFlash>(
-    session: &'s Session<'_, F>,
-    object: ObjectId,
-) -> Result<core::cell::Ref<'s, RigSpectra>, Reason> {
-    match session.rig.spectra_of.get() {
-        Some(dof) if u32::from(dof) == object.number => {
-            session.spectra.try_borrow().map_err(|_| Reason::Busy)
-        }
-        _ => Err(Reason::NotFound),
-    }
 }
 
 fn in_range(offset: usize, length: usize) -> Result<(), Reason> {
@@ -134,20 +153,6 @@ fn crc_of_record(record: &Record) -> u32 {
         crc.update(piece.get(..read).unwrap_or_default());
         at += read;
     }
-}
-
-/// dof, hits, responses, 0; lines u16, 0; resolution f32; decay f32.
-fn header<F: NorFlash>(session: &Session<'_, F>, spectra: &RigSpectra) -> [[u8; 4]; HEADER_WORDS] {
-    let rig = session.rig;
-    let decay = rig.layout.borrow().as_ref().map_or(0.0, |layout| layout.test.exponential_decay);
-    let lines = (SPECTRUM_LINES as u16).to_le_bytes();
-    let dof = rig.spectra_of.get().unwrap_or(0);
-    [
-        [dof, spectra.hits() as u8, rig.adc.responses() as u8, 0],
-        [lines[0], lines[1], 0, 0],
-        (rig.adc.rate.0 / RECORD_SCANS as f32).to_le_bytes(),
-        decay.to_le_bytes(),
-    ]
 }
 
 fn word(header: [[u8; 4]; HEADER_WORDS], spectra: &RigSpectra, i: usize) -> [u8; 4] {

@@ -8,7 +8,7 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use heapless::{Deque, String, Vec};
-use massline_shared::campaign::Campaign;
+use massline_shared::campaign::{Campaign, Step};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, check_geometry, check_settings};
 use massline_shared::protocol::event::HitEvent;
@@ -40,6 +40,8 @@ pub(crate) struct Rig {
     pub stats: RefCell<Stats>,
     pub hits: RefCell<Deque<HitEvent, HIT_QUEUE>>,
     pub hits_seen: Cell<u32>,
+    /// Scan of the last trigger.
+    pub triggered_at: Cell<u64>,
     /// Number of the hit whose record is whole and readable.
     pub record_of: Cell<Option<u32>>,
     /// Index of the DOF whose hits are averaged in the spectra.
@@ -81,6 +83,7 @@ impl Rig {
             stats: RefCell::new(Stats::default()),
             hits: RefCell::new(Deque::new()),
             hits_seen: Cell::new(0),
+            triggered_at: Cell::new(0),
             record_of: Cell::new(None),
             spectra_of: Cell::new(None),
             rejected_for: Cell::new(None),
@@ -99,8 +102,12 @@ impl Rig {
         self.show.signal(());
     }
 
-    /// Takes a layout into use.
+    /// Takes a layout into use; what was said of an earlier one is forgotten.
     pub fn set_layout(&self, layout: RigLayout) {
+        self.campaign.borrow_mut().forget();
+        self.diagnostics.borrow_mut().clear();
+        self.spectra_of.set(None);
+        self.rejected_for.set(None);
         self.layout_hash.set(layout.hash());
         *self.layout.borrow_mut() = Some(layout);
     }
@@ -126,6 +133,9 @@ impl Rig {
             self.start(request, store_full)?;
         } else {
             self.campaign.borrow_mut().command(command)?;
+            if command == CampaignCommand::Redo {
+                self.spectra_of.set(None);
+            }
         }
         self.steer.signal(());
         self.changed();
@@ -136,7 +146,8 @@ impl Rig {
         let layout = self.layout.borrow();
         let layout = layout.as_ref().ok_or(Reason::NoLayout)?;
         let findings = self.check(layout);
-        if findings.iter().any(Diagnostic::is_error) && !request.force {
+        let refuses = |d: &Diagnostic| d.is_error() && !(request.force && can_be_forced(d));
+        if findings.iter().any(refuses) {
             return Err(Reason::LayoutRefused);
         }
         if store_full {
@@ -222,12 +233,22 @@ impl Rig {
     /// True when layout, calibration and results may be changed: nothing is measured.
     pub fn is_idle(&self) -> bool {
         let phase = self.campaign.borrow().phase();
-        matches!(phase, Phase::Idle | Phase::Done | Phase::Failed)
+        matches!(phase, Phase::Idle | Phase::Done | Phase::Failed) && !self.stream.get()
     }
 
     /// True when nothing is sampled or computed: idle or paused.
     pub fn rests(&self) -> bool {
-        self.is_idle() || self.campaign.borrow().phase() == Phase::Paused
+        let campaign = self.campaign.borrow();
+        let paused = campaign.phase() == Phase::Paused && campaign.step() == Step::Rest;
+        paused || self.is_idle()
+    }
+
+    /// The converter with only those channels that the layout has sensors for.
+    pub fn adc_in_use(&self) -> AdcProperties {
+        let layout = self.layout.borrow();
+        let sensors = layout.as_ref().map_or(0, |layout| layout.sensors.len());
+        let responses = self.adc.responses().min(3 * sensors);
+        AdcProperties { channels: responses as u8 + 1, ..self.adc }
     }
 
     /// Adds to what is to be said about the campaign.
@@ -247,11 +268,22 @@ impl Rig {
     }
 }
 
-/// Adds a diagnostic unless it is there already; what no longer fits is left out.
+/// True for a fact of the layout that only takes the answer away; a setting that the rig cannot
+/// work with is never forced.
+fn can_be_forced(diagnostic: &Diagnostic) -> bool {
+    let never = [Code::SettingOutOfRange, Code::LayoutNotFinite, Code::AxesNotOrthonormal];
+    diagnostic.known_code().is_some_and(|code| !never.contains(&code))
+}
+
+/// Adds a diagnostic unless it is there already. In a full list an error takes the place of
+/// something lesser; anything else is left out.
 pub(crate) fn note(list: &mut Diagnostics, diagnostic: Diagnostic) {
     let same = |d: &Diagnostic| d.code == diagnostic.code && d.subject == diagnostic.subject;
-    if !list.iter().any(same) {
-        let _ = list.push(diagnostic);
+    if list.iter().any(same) || list.push(diagnostic).is_ok() || !diagnostic.is_error() {
+        return;
+    }
+    if let Some(lesser) = list.iter_mut().rev().find(|d| !d.is_error()) {
+        *lesser = diagnostic;
     }
 }
 

@@ -6,7 +6,7 @@ use core::cell::RefCell;
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
-use embassy_time::{Duration, with_timeout};
+use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
@@ -20,12 +20,17 @@ use massline_shared::protocol::message::{
 use massline_shared::protocol::{Deframer, Endpoint, Frame, MAX_FRAME, crc32, encode_frame};
 use massline_shared::signal::{CHANNELS, Calibration, Record};
 
-use crate::objects::{self, RigSpectra};
+use crate::objects::Objects;
 use crate::rig::{Rig, Streamed};
 use crate::store::Store;
 
 /// A frame that has not left after this long is given up: nobody reads.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// Events sent before the host is listened to again.
+const NEWS_AT_ONCE: usize = 8;
+/// A link that is gone, or says that it is empty, is asked again after this long.
+const LINK_PAUSE: Duration = Duration::from_millis(10);
 
 /// Bytes of a scan on the wire.
 const SCAN_BYTES: usize = 2 * CHANNELS;
@@ -61,7 +66,7 @@ pub(crate) struct Session<'a, F: NorFlash> {
     pub rig: &'a Rig,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
     pub record: &'a RefCell<Record>,
-    pub spectra: &'a RefCell<RigSpectra>,
+    pub objects: Objects<'a, F>,
 }
 
 impl<F: NorFlash> Session<'_, F> {
@@ -73,6 +78,11 @@ impl<F: NorFlash> Session<'_, F> {
         let mut bytes = [0; 64];
         loop {
             match select(rx.read(&mut bytes), self.rig.news.wait()).await {
+                // The link is gone.
+                Either::First(Ok(0) | Err(_)) => {
+                    sender.listened = false;
+                    Timer::after(LINK_PAUSE).await;
+                }
                 Either::First(Ok(n)) => {
                     let mut rest = bytes.get(..n).unwrap_or_default();
                     while !rest.is_empty() {
@@ -90,8 +100,6 @@ impl<F: NorFlash> Session<'_, F> {
                         }
                     }
                 }
-                // The link is gone; the board's `read` waits until it is back.
-                Either::First(Err(_)) => sender.listened = false,
                 Either::Second(()) => {}
             }
             self.tell(&mut news, &mut sender, event).await;
@@ -105,8 +113,10 @@ impl<F: NorFlash> Session<'_, F> {
         sender: &mut Sender<'_, impl Write>,
         event: &mut [u8; MAX_FRAME],
     ) {
-        while sender.listened {
-            let length = if let Some(hit) = self.rig.hits.borrow_mut().pop_front() {
+        for _ in 0..NEWS_AT_ONCE {
+            let length = if !sender.listened {
+                return;
+            } else if let Some(hit) = self.rig.hits.borrow_mut().pop_front() {
                 news.encode(HIT, &hit, event)
             } else if let Some(block) = news.scans(self.rig, self.record) {
                 news.encode(SCANS, &block, event)
@@ -121,6 +131,8 @@ impl<F: NorFlash> Session<'_, F> {
             };
             sender.send(event.get(..length)).await;
         }
+        // The rest after the next look at what the host wants.
+        self.rig.news.signal(());
     }
 
     /// Executes a request and encodes its answer.
@@ -136,7 +148,8 @@ impl<F: NorFlash> Session<'_, F> {
             self.rig.stats.borrow_mut().requests_refused += 1;
             reply.encode(REFUSED, &Refusal::from(reason));
         }
-        answer.of = (done.is_ok() && changes(frame.kind)).then_some(of);
+        // A refusal counts as well: what was refused must not be executed when it is sent again.
+        answer.of = changes(frame.kind).then_some(of);
     }
 
     async fn execute(&self, reply: &mut Reply<'_, '_>) -> Result<(), Reason> {
@@ -171,12 +184,12 @@ impl<F: NorFlash> Session<'_, F> {
             }
             GetObjectInfo::KIND => {
                 let object = reply.request::<GetObjectInfo>()?;
-                let info = objects::info(self, object).await?;
+                let info = self.objects.info(object).await?;
                 reply.with::<GetObjectInfo>(&info)
             }
             ReadObject::KIND => {
                 let request = reply.request::<ReadObject>()?;
-                let chunk = objects::read(self, request).await?;
+                let chunk = self.objects.read(request).await?;
                 reply.with::<ReadObject>(&chunk)
             }
             ListResults::KIND => {
@@ -226,9 +239,10 @@ impl<F: NorFlash> Session<'_, F> {
     }
 
     fn set_stream(&self, on: bool) -> Result<(), Reason> {
-        if on && (!self.rig.is_idle() || !self.rig.streams) {
+        if on && !self.rig.stream.get() && (!self.rig.is_idle() || !self.rig.streams) {
             return Err(Reason::WrongPhase);
         }
+        self.rig.streamed.set(Streamed::default());
         self.rig.stream.set(on);
         self.rig.steer.signal(());
         Ok(())
@@ -286,14 +300,14 @@ impl News {
         }
         let record = record.try_borrow().ok()?;
         let Streamed { end, held } = rig.streamed.get();
-        let oldest = end - held.min(record.len() as u64);
+        let oldest = end.checked_sub(held.min(record.len() as u64))?;
         // Scans that have left the record before they were sent are missing: the host sees the jump.
         let first = self.next_scan.map_or(oldest, |next| next.max(oldest));
         if first + SCANS > end {
             return None;
         }
         self.next_scan = Some(first + SCANS);
-        let start = record.len() - (end - first) as usize;
+        let start = record.len().checked_sub((end - first) as usize)?;
         let mut codes = Vec::new();
         codes.resize(SCAN_BLOCK_BYTES, 0).ok()?;
         record.read_bytes(start * SCAN_BYTES, &mut codes);

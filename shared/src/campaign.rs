@@ -76,7 +76,6 @@ enum State {
     Closing,
     Identifying,
     Done { result: u32 },
-    Failed,
 }
 
 /// A campaign: every hit DOF of a layout measured with a number of hits.
@@ -139,7 +138,6 @@ impl Campaign {
             State::Confirming => Phase::Confirming,
             State::Identifying => Phase::Solving,
             State::Done { .. } => Phase::Done,
-            State::Failed => Phase::Failed,
         }
     }
 
@@ -188,7 +186,7 @@ impl Campaign {
 
     /// True from the start to the end of a campaign, pauses included.
     pub fn is_running(&self) -> bool {
-        !matches!(self.state, State::Idle | State::Done { .. } | State::Failed)
+        !matches!(self.state, State::Idle | State::Done { .. })
     }
 
     /// Starts a campaign over `dofs` DOFs with `wanted` hits each. A paused one is forgotten.
@@ -219,6 +217,11 @@ impl Campaign {
         Ok(())
     }
 
+    /// Forgets the campaign that has ended: another layout is in use.
+    pub fn forget(&mut self) {
+        *self = Self { armings: self.armings, starts: self.starts, ..Self::new() };
+    }
+
     /// Executes a command of the operator, `Start` excepted: that needs the layout, see
     /// [`Campaign::start`].
     ///
@@ -244,13 +247,13 @@ impl Campaign {
                 self.state = State::Closing;
             }
             C::Pause if self.is_running() && self.state != State::Identifying => {
-                self.paused = true;
-                if matches!(self.state, State::Recording | State::Confirming) {
-                    self.wait();
-                }
+                self.interrupted();
             }
             C::Resume if self.paused => self.paused = false,
-            C::Abort if self.is_running() => self.end(State::Idle),
+            // A result that is being stored is not torn; one that could not be is given up.
+            C::Abort if self.is_running() && (self.paused || self.state != State::Identifying) => {
+                self.end(State::Idle);
+            }
             _ => return Err(Reason::WrongPhase),
         }
         Ok(())
@@ -321,13 +324,18 @@ impl Campaign {
 
     /// The result could not be kept: `Resume` tries again.
     pub fn not_stored(&mut self) {
-        self.paused = self.state == State::Identifying;
+        if self.state == State::Identifying {
+            self.paused = true;
+        }
     }
 
-    /// There is no result.
-    pub fn failed(&mut self) {
+    /// The converter does not answer: `Resume` tries again.
+    pub fn interrupted(&mut self) {
         if self.is_running() {
-            self.end(State::Failed);
+            self.paused = true;
+            if matches!(self.state, State::Recording | State::Confirming) {
+                self.wait();
+            }
         }
     }
 

@@ -160,3 +160,19 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_result_that_is_being_stored_is_not_aborted() {
+    let mut campaign = started(1, 1);
+    hit(&mut campaign, true);
+    campaign.dof_closed();
+    assert_eq!(campaign.step(), Step::Identify);
+    assert_eq!(campaign.command(C::Abort), Err(Reason::WrongPhase));
+    campaign.not_stored();
+    assert_eq!(campaign.command(C::Abort), Ok(()));
+    // What comes of the storing of the aborted one does not touch the next.
+    campaign.start(1, 1, false).unwrap();
+    campaign.command(C::Pause).unwrap();
+    campaign.not_stored();
+    assert_eq!(campaign.phase(), Phase::Paused);
+}

@@ -1,0 +1,168 @@
+//! What a host or a person can do wrong to a rig, and that the rig survives it.
+
+use std::time::Duration;
+
+use massline::client::{Client, Event, PipeTransport};
+use massline::layout_file::LayoutFile;
+use massline_shared::diagnosis::Code;
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::message::{CampaignCommand, Phase, Reason, Status};
+use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::flash::FlashBacking;
+use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
+
+const LAYOUT: &str = include_str!("../../host/examples/three-bar-test-1.toml");
+const LONG: Duration = Duration::from_secs(60);
+
+fn rig(flash: &FlashBacking) -> (VirtualRig, Client, RigLayout) {
+    let file = LayoutFile::parse(LAYOUT, "test.toml").unwrap();
+    let bench = Bench::named("ideal").unwrap();
+    let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
+    let options =
+        VirtualRigOptions { flash: flash.clone(), ..VirtualRigOptions::new(Box::new(source)) };
+    let rig = VirtualRig::start(options).unwrap();
+    let mut client = Client::new(PipeTransport::new(rig.link()));
+    client.identify().unwrap();
+    let layout = file.rig_layout().unwrap();
+    (rig, client, layout)
+}
+
+fn phase(status: &Status) -> Option<Phase> {
+    Phase::from_raw(status.phase)
+}
+
+fn wait_for(client: &mut Client, wanted: Phase) -> Status {
+    let start = std::time::Instant::now();
+    loop {
+        let status = client.status().unwrap();
+        if phase(&status) == Some(wanted) {
+            return status;
+        }
+        assert!(start.elapsed() < LONG, "{status:?}");
+    }
+}
+
+#[test]
+fn settings_that_no_rig_can_work_with_are_refused_even_by_force() {
+    let (rig, mut client, good) = rig(&FlashBacking::default());
+    for change in [
+        |l: &mut RigLayout| l.test.trigger_n = f32::NAN,
+        |l: &mut RigLayout| l.test.band_hz = [10.0, 1e30],
+        |l: &mut RigLayout| l.test.exponential_decay = f32::INFINITY,
+        |l: &mut RigLayout| l.test.hits_per_dof = 0,
+        |l: &mut RigLayout| l.sensors[1].position[2] = f32::NAN,
+        |l: &mut RigLayout| l.sensors[0].axes[1] = [0.0; 3],
+    ] {
+        let mut layout = good.clone();
+        change(&mut layout);
+        let answer = client.put_layout(&layout).unwrap();
+        assert!(answer.diagnostics.iter().any(|d| d.is_error()), "{layout:?}");
+        let refusal = client.start(false, true).unwrap_err().refusal();
+        assert_eq!(refusal, Some(Reason::LayoutRefused));
+        assert_eq!(phase(&client.status().unwrap()), Some(Phase::Idle));
+    }
+    // And the rig measures afterwards.
+    client.put_layout(&good).unwrap();
+    client.start(false, false).unwrap();
+    assert_eq!(wait_for(&mut client, Phase::Done).result, 1);
+    rig.stop().unwrap();
+}
+
+#[test]
+fn concurrent_hits_can_be_forced_and_give_a_reason_instead_of_numbers() {
+    let (rig, mut client, mut layout) = rig(&FlashBacking::default());
+    let position = layout.hits[0].position;
+    layout.hits.iter_mut().for_each(|hit| hit.position = position);
+    client.put_layout(&layout).unwrap();
+    let refusal = client.start(false, false).unwrap_err().refusal();
+    assert_eq!(refusal, Some(Reason::LayoutRefused));
+    client.start(false, true).unwrap();
+    let status = wait_for(&mut client, Phase::Done);
+    let result = client.result(status.result).unwrap();
+    assert!(result.estimates.is_empty());
+    assert_eq!(result.dofs.len(), 3);
+    let concurrent = |d: &_| massline_shared::diagnosis::Diagnostic::known_code(d);
+    assert!(result.diagnostics.iter().any(|d| concurrent(d) == Some(Code::HitsConcurrent)));
+    rig.stop().unwrap();
+}
+
+#[test]
+fn a_campaign_in_which_everything_was_skipped_has_no_mass() {
+    let flash = FlashBacking::default();
+    let (rig, mut client, layout) = rig(&flash);
+    client.put_layout(&layout).unwrap();
+    client.start(true, false).unwrap();
+    for _ in 0..layout.hits.len() {
+        wait_for(&mut client, Phase::Confirming);
+        client.command(CampaignCommand::Skip).unwrap();
+    }
+    let status = wait_for(&mut client, Phase::Done);
+    let result = client.result(status.result).unwrap();
+    assert!(result.estimates.is_empty() && result.dofs.is_empty());
+    let skipped = result.diagnostics.iter().filter(|d| d.known_code() == Some(Code::DofSkipped));
+    assert_eq!(skipped.count(), 3);
+    assert_eq!(rig.panel().mass, None);
+    rig.stop().unwrap();
+    let (rig, _client, _) = self::rig(&flash);
+    assert!(rig.wait_for(LONG, |model| model.mass.is_none()).is_some());
+    rig.stop().unwrap();
+}
+
+#[test]
+fn a_stream_that_is_started_again_has_no_old_scans() {
+    let (rig, mut client, layout) = rig(&FlashBacking::default());
+    client.put_layout(&layout).unwrap();
+    client.start(false, false).unwrap();
+    wait_for(&mut client, Phase::Done);
+    for _ in 0..3 {
+        while client.next_event(Duration::ZERO).unwrap().is_some() {}
+        client.set_stream(true).unwrap();
+        let mut next = None;
+        let mut blocks = 0;
+        while blocks < 60 {
+            let Some(event) = client.next_event(LONG).unwrap() else { panic!("no scans") };
+            if let Event::Scans(block) = event {
+                let scans = block.codes.len() as u64 / 20;
+                assert!(next.is_none_or(|next| next == block.first), "a gap without a loss");
+                next = Some(block.first + scans);
+                blocks += 1;
+            }
+        }
+        client.set_stream(false).unwrap();
+    }
+    rig.stop().unwrap();
+}
+
+#[test]
+fn a_new_layout_leaves_nothing_of_the_last_campaign() {
+    let (rig, mut client, mut layout) = rig(&FlashBacking::default());
+    client.put_layout(&layout).unwrap();
+    client.start(false, false).unwrap();
+    wait_for(&mut client, Phase::Done);
+    layout.hits.pop();
+    client.put_layout(&layout).unwrap();
+    let status = client.status().unwrap();
+    assert_eq!(phase(&status), Some(Phase::Idle));
+    assert!(status.accepted.is_empty() && status.result == 0 && status.diagnostics.is_empty());
+    rig.stop().unwrap();
+}
+
+#[test]
+fn redo_measures_the_dof_again_and_a_pause_keeps_the_others() {
+    let (rig, mut client, layout) = rig(&FlashBacking::default());
+    client.put_layout(&layout).unwrap();
+    client.start(true, false).unwrap();
+    for _ in 0..2 {
+        wait_for(&mut client, Phase::Confirming);
+        client.command(CampaignCommand::Accept).unwrap();
+    }
+    wait_for(&mut client, Phase::Confirming);
+    client.command(CampaignCommand::Redo).unwrap();
+    let status = wait_for(&mut client, Phase::Confirming);
+    assert_eq!(status.accepted[0], 0);
+    client.command(CampaignCommand::Pause).unwrap();
+    assert_eq!(phase(&client.status().unwrap()), Some(Phase::Paused));
+    let refusal = client.start(true, false).map(|status| status.accepted[0]);
+    assert_eq!(refusal.unwrap(), 0, "a start over a pause begins anew");
+    rig.stop().unwrap();
+}
