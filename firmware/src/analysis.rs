@@ -18,13 +18,8 @@ use massline_shared::signal::{
 };
 use nalgebra::{Complex, SVector};
 
-use crate::objects::RigSpectra;
 use crate::rig::{Rig, cut};
-
-/// Distance of the rig's spectral lines at a rate, Hz.
-pub(crate) fn resolution(rate: f32) -> f32 {
-    rate / RECORD_SCANS as f32
-}
+use crate::spectra::{RigSpectra, resolution};
 
 /// What the analysis keeps between two steps.
 pub(crate) struct AnalysisMemory {

@@ -20,6 +20,7 @@ mod objects;
 pub mod panel;
 mod rig;
 mod session;
+mod spectra;
 pub mod store;
 
 use core::cell::RefCell;
@@ -33,9 +34,10 @@ use massline_shared::signal::Record;
 use crate::analysis::AnalysisMemory;
 use crate::board::{Board, Link, Panel, Sampler};
 use crate::measure::Measuring;
-use crate::objects::{Objects, RigSpectra};
+use crate::objects::Objects;
 use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
+use crate::spectra::RigSpectra;
 use crate::store::Store;
 
 /// All large memory of the application, about 75 KiB. Its initial value is all zeros, so that it

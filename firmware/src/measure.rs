@@ -20,8 +20,8 @@ use massline_shared::units::{MetersPerSecondSquared, Newtons, ScanIndex};
 
 use crate::analysis::{Analysis, AnalysisMemory};
 use crate::board::{SampleError, Sampler};
-use crate::objects::RigSpectra;
 use crate::rig::{Rig, Streamed, note};
+use crate::spectra::RigSpectra;
 use crate::store::Store;
 
 /// Scans fetched at a time: 5 ms at 4 kS/s.

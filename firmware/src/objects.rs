@@ -10,14 +10,11 @@ use massline_shared::protocol::message::Reason;
 use massline_shared::protocol::object::{
     Chunk, ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind,
 };
-use massline_shared::signal::{RESPONSES, Record, SPECTRUM_LINES, Spectra};
+use massline_shared::signal::{RESPONSES, Record, SPECTRUM_LINES};
 
-use crate::analysis::resolution;
 use crate::rig::Rig;
+use crate::spectra::{RigSpectra, resolution};
 use crate::store::{Kept, Store};
-
-/// The averaged spectra of one DOF as the rig keeps them.
-pub(crate) type RigSpectra = Spectra<f32, RESPONSES, SPECTRUM_LINES>;
 
 /// Bytes of the record that are summed at a time.
 const PIECE: usize = 64;
