@@ -1,0 +1,65 @@
+//! The demo as other programs read it.
+
+use serde_json::Value;
+
+#[test]
+fn the_json_of_the_demo_has_four_tests_with_truth_and_results() {
+    let output = assert_cmd::Command::cargo_bin("massline")
+        .unwrap()
+        .args(["demo", "--bench", "ideal", "--seed", "2", "--hits", "3", "--json"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let tests = value["tests"].as_array().unwrap();
+    assert_eq!(tests.len(), 4);
+    for (k, test) in tests.iter().enumerate() {
+        assert_eq!(test["name"], format!("three-bar-test-{}", k + 1));
+        assert_eq!(test["seed"], 2);
+        let truth: Vec<f64> =
+            test["truth"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+        assert_eq!(truth.len(), 10);
+        let result = &test["results"][0];
+        assert_eq!(result["method"], "inertia-restraint");
+        let measured = result["mass_kg"]["value"].as_f64().unwrap();
+        // The share of the mass that the test reports as error is that of its own numbers.
+        let error = test["error_percent_of_scale"][0].as_f64().unwrap();
+        assert!((100.0 * (measured / truth[0] - 1.0) - error).abs() < 1e-9);
+        assert_eq!(test["mass_lines"][0]["hits"], 3);
+        assert_eq!(result["covariance"].as_array().unwrap().len(), 10);
+        let codes = result["diagnostics"].as_array().unwrap();
+        assert!(codes.iter().any(|d| d["code"] == "sigma_covers_scatter_only"), "{result}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_numbers_and_another_seed_others() {
+    let run = |seed: &str| {
+        let output = assert_cmd::Command::cargo_bin("massline")
+            .unwrap()
+            .args(["demo", "--seed", seed, "--hits", "3", "--json"])
+            .output()
+            .unwrap();
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()["tests"][0]["results"].clone()
+    };
+    assert_eq!(run("5"), run("5"));
+    assert_ne!(run("5"), run("6"));
+}
+
+#[test]
+fn the_text_says_what_the_standard_deviations_cover() {
+    let output = assert_cmd::Command::cargo_bin("massline")
+        .unwrap()
+        .args(["demo", "--hits", "3"])
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("scatter between hits only"), "{text}");
+    for name in ["three-bar-test-1", "three-bar-test-4", "summary", "J_yz"] {
+        assert!(text.contains(name), "{name}\n{text}");
+    }
+    // Progress is plain lines on stderr where that is no terminal.
+    let progress = String::from_utf8(output.stderr).unwrap();
+    assert!(progress.lines().filter(|line| line.ends_with("good")).count() >= 36, "{progress}");
+    assert!(!progress.contains('\x1b'));
+}

@@ -1,0 +1,112 @@
+//! What a replay does with segments that the rig rejects, and when a DOF runs out of them.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use massline::tape::{Segment, Sidecar, Tape, TapeWriter};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Never reached unless something hangs.
+const LATE: Duration = Duration::from_secs(120);
+
+struct Recording {
+    folder: TempDir,
+    tape: Tape,
+}
+
+impl Recording {
+    /// Three good hits at each DOF of the demo's first layout.
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let text = include_str!("../examples/three-bar-test-1.toml");
+        let text = text.replace("hits_per_dof = 5", "hits_per_dof = 3");
+        std::fs::write(folder.path().join("layout.toml"), text).unwrap();
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        let (layout, tape) = (path("layout.toml"), path("all.npy"));
+        let bench = path("bench.toml");
+        std::fs::write(&bench, "[operator]\ntoo_weak_rate = 0.0\ntoo_hard_rate = 0.0\n").unwrap();
+        let simulate = ["simulate", &layout, "--bench", &bench, "--tape", &tape, "--json"];
+        assert_cmd::Command::cargo_bin("massline")
+            .unwrap()
+            .args(simulate)
+            .timeout(LATE)
+            .assert()
+            .success();
+        let tape = Tape::read(&PathBuf::from(&tape)).unwrap();
+        assert_eq!(tape.sidecar.segments.len(), 9);
+        Self { folder, tape }
+    }
+
+    /// Replays the tape with other segments: exit code, JSON, text.
+    fn replay(&self, segments: Vec<Segment>) -> (i32, Value, String) {
+        let path = self.folder.path().join("some.npy");
+        let sidecar = Sidecar { segments, ..self.tape.sidecar.clone() };
+        let mut writer = TapeWriter::create(&path, sidecar).unwrap();
+        writer.push(&self.tape.scans).unwrap();
+        writer.finish().unwrap();
+        let output = assert_cmd::Command::cargo_bin("massline")
+            .unwrap()
+            .arg("replay")
+            .arg(&path)
+            .arg("--layout")
+            .arg(self.folder.path().join("layout.toml"))
+            .arg("--json")
+            .timeout(LATE)
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        let value = serde_json::from_slice(&output.stdout).expect(&text);
+        (output.status.code().expect(&text), value, text)
+    }
+
+    fn segments(&self) -> Vec<Segment> {
+        self.tape.sidecar.segments.clone()
+    }
+}
+
+fn hits(value: &Value) -> Vec<u64> {
+    let lines = value["mass_lines"].as_array().unwrap();
+    lines.iter().map(|line| line["hits"].as_u64().unwrap()).collect()
+}
+
+#[test]
+fn a_whole_tape_gives_every_hit() {
+    let recording = Recording::new();
+    let (exit, value, text) = recording.replay(recording.segments());
+    assert_eq!((exit, hits(&value)), (0, vec![3, 3, 3]), "{text}");
+    assert!(!text.contains("warning"), "{text}");
+}
+
+#[test]
+fn a_dof_with_fewer_hits_goes_on_with_a_warning() {
+    let recording = Recording::new();
+    let mut segments = recording.segments();
+    segments.remove(4);
+    let (exit, value, text) = recording.replay(segments);
+    assert_eq!((exit, hits(&value)), (0, vec![3, 2, 3]), "{text}");
+    assert!(text.contains("warning: 2:+Z goes on with 2 of 3 hits"), "{text}");
+    let codes: Vec<_> = value["diagnostics"].as_array().unwrap().iter().collect();
+    assert!(codes.iter().any(|d| d["code"] == "dof_finished_early"), "{value}");
+}
+
+#[test]
+fn a_segment_without_a_hit_counts_as_used_up() {
+    let recording = Recording::new();
+    let mut segments = recording.segments();
+    // The last segment plays the ringing after its tap, which touches the hammer no more.
+    segments[8].start = recording.tape.scans.len() as u64 - 500;
+    let (exit, value, text) = recording.replay(segments);
+    assert_eq!((exit, hits(&value)), (0, vec![3, 3, 2]), "{text}");
+    assert!(text.contains("a segment of 4:+X holds no hit"), "{text}");
+}
+
+#[test]
+fn a_dof_without_any_hit_cannot_determine_the_answer() {
+    let recording = Recording::new();
+    let mut segments = recording.segments();
+    segments.truncate(6);
+    let (exit, value, text) = recording.replay(segments);
+    assert_eq!((exit, &value["error"]["code"]), (3, &"dof_without_hits".into()), "{text}");
+    assert!(text.contains("4:+X"), "{text}");
+}

@@ -1,0 +1,173 @@
+//! The program against a virtual rig on a pty, as against one on a desk.
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Never reached unless something hangs.
+const LATE: Duration = Duration::from_secs(120);
+
+/// `massline virtual`, ended with its owner.
+struct Rig {
+    process: Child,
+    port: String,
+    folder: TempDir,
+}
+
+impl Rig {
+    fn start(arguments: &[&str]) -> Self {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_massline"))
+            .args(["virtual", "--bench", "ideal"])
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut port = String::new();
+        BufReader::new(process.stdout.take().unwrap()).read_line(&mut port).unwrap();
+        Self { process, port: port.trim().to_owned(), folder: tempfile::tempdir().unwrap() }
+    }
+
+    /// The first layout of the demo with this many hits at each DOF.
+    fn layout(&self, hits: u8) -> String {
+        let text = include_str!("../examples/three-bar-test-1.toml");
+        assert!(text.contains("hits_per_dof = 5"));
+        let path = self.file(&format!("layout-{hits}.toml"));
+        let text = text.replace("hits_per_dof = 5", &format!("hits_per_dof = {hits}"));
+        std::fs::write(&path, text).unwrap();
+        path.display().to_string()
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Runs a command on this rig with `--json`: its exit code and what it printed.
+    #[track_caller]
+    fn run(&self, arguments: &[&str]) -> (i32, Value) {
+        let output = assert_cmd::Command::cargo_bin("massline")
+            .unwrap()
+            .args(arguments)
+            .args(["--json", "--port", &self.port])
+            .timeout(LATE)
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let seen = format!("{text}\n{}", String::from_utf8_lossy(&output.stderr));
+        (output.status.code().expect(&seen), serde_json::from_str(&text).expect(&seen))
+    }
+}
+
+impl Drop for Rig {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+#[test]
+fn a_measured_result_can_be_listed_fetched_and_deleted() {
+    let rig = Rig::start(&["--fast"]);
+    let layout = rig.layout(3);
+    let (exit, measured) = rig.run(&["measure", &layout]);
+    assert_eq!(exit, 0, "{measured}");
+    // The ideal bench has no errors of placement: 1.23 kg to the scatter of three hits.
+    let mass = measured["results"][0]["mass_kg"]["value"].as_f64().unwrap();
+    assert!((mass / 1.23 - 1.0).abs() < 0.01, "{mass}");
+
+    let (exit, list) = rig.run(&["results", "list"]);
+    assert_eq!((exit, list["results"].as_array().unwrap().len()), (0, 1));
+    assert_eq!(list["results"][0]["layout_hash"], measured["layout_hash"]);
+    let (exit, fetched) = rig.run(&["results", "get", "1"]);
+    assert_eq!((exit, &fetched), (0, &measured));
+
+    let (exit, missing) = rig.run(&["results", "get", "7"]);
+    assert_eq!((exit, &missing["error"]["code"]), (2, &"not_found".into()));
+    assert_eq!(rig.run(&["results", "delete", "1"]).0, 0);
+    assert_eq!(rig.run(&["results", "get", "1"]).0, 2);
+    assert_eq!(rig.run(&["results", "delete", "1"]).0, 2);
+}
+
+#[test]
+fn the_rig_tells_who_it_is_and_what_it_has_counted() {
+    let rig = Rig::start(&["--fast"]);
+    let (exit, identity) = rig.run(&["device", "identify"]);
+    assert_eq!((exit, &identity["board"]), (0, &"virtual".into()));
+    assert_eq!(identity["phase"], "idle");
+    assert!(identity["result"].is_null());
+    let (exit, stats) = rig.run(&["device", "stats"]);
+    assert_eq!((exit, &stats["scans_lost"]), (0, &0.into()));
+}
+
+#[test]
+fn a_port_in_use_is_busy() {
+    let rig = Rig::start(&["--fast"]);
+    let port = massline::client::SerialTransport::open(rig.port.clone()).unwrap();
+    let (exit, error) = rig.run(&["device", "identify"]);
+    assert_eq!((exit, &error["error"]["code"]), (4, &"port_busy".into()));
+    drop(port);
+    assert_eq!(rig.run(&["device", "identify"]).0, 0);
+}
+
+#[test]
+fn after_ctrl_c_the_rig_keeps_what_is_accepted_and_goes_on_with_it() {
+    // In real time fifteen hits take many seconds: the interruption falls among them.
+    let rig = Rig::start(&[]);
+    let layout = rig.layout(5);
+    let mut measure = Command::new(env!("CARGO_BIN_EXE_massline"))
+        .args(["measure", &layout, "--json", "--port", &rig.port])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(measure.stderr.take().unwrap()).lines();
+    let good = lines.map_while(Result::ok).filter(|line| line.ends_with("good")).take(2).count();
+    assert_eq!(good, 2);
+    kill(Pid::from_raw(measure.id() as i32), Signal::SIGINT).unwrap();
+    let mut text = String::new();
+    measure.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+    assert_eq!(measure.wait().unwrap().code(), Some(130), "{text}");
+    let error: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(error["error"]["code"], "interrupted");
+
+    let (exit, identity) = rig.run(&["device", "identify"]);
+    assert_eq!((exit, &identity["phase"]), (0, &"paused".into()));
+    // Another layout does not push the interrupted campaign aside.
+    let (exit, other) = rig.run(&["measure", &rig.layout(2)]);
+    assert_eq!((exit, &other["error"]["code"]), (4, &"another_campaign".into()));
+    let (exit, result) = rig.run(&["measure", &layout]);
+    assert_eq!(exit, 0, "{result}");
+    assert!(result["mass_lines"].as_array().unwrap().iter().all(|line| line["hits"] == 5));
+    // All fifteen hits and no more were averaged; a few were rejected.
+    let (_, stats) = rig.run(&["device", "stats"]);
+    let triggers = stats["triggers"].as_u64().unwrap();
+    assert!((15..30).contains(&triggers), "{triggers}");
+}
+
+#[test]
+fn a_replay_of_recorded_hits_gives_what_the_rig_itself_had() {
+    let rig = Rig::start(&["--fast"]);
+    let layout = rig.layout(3);
+    let tape = rig.file("tape.npy").display().to_string();
+    let (exit, recorded) = rig.run(&["record", &layout, "--output", &tape, "--triggered"]);
+    assert_eq!((exit, &recorded["segments"]), (0, &9.into()));
+    let (_, own) = rig.run(&["results", "get", "1"]);
+    let replay = assert_cmd::Command::cargo_bin("massline")
+        .unwrap()
+        .args(["replay", &tape, "--layout", &layout, "--json"])
+        .timeout(LATE)
+        .output()
+        .unwrap();
+    assert_eq!(replay.status.code(), Some(0), "{}", String::from_utf8_lossy(&replay.stderr));
+    let replayed: Value = serde_json::from_slice(&replay.stdout).unwrap();
+    assert_eq!(replayed["results"], own["results"]);
+}

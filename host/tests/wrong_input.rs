@@ -1,0 +1,336 @@
+//! Whatever is wrong with arguments and files is named, with its exit code, on both streams.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use assert_cmd::Command;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A folder with a good layout and a few bad ones.
+struct Files(TempDir);
+
+const NODES: &str = "
+node = [
+    { id = 1, position_m = [0.0, 0.0, 0.0] },
+    { id = 2, position_m = [0.2, -0.2, 0.0] },
+    { id = 3, position_m = [0.2, 0.0, 0.0] },
+    { id = 4, position_m = [0.2, -0.2, 0.15] },
+    { id = 5, position_m = [0.4, 0.0, 0.0] },
+]
+";
+
+impl Files {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        let path = self.path(name);
+        std::fs::write(&path, content).unwrap();
+        path.display().to_string()
+    }
+
+    /// A layout file with these sensors and hits on [`NODES`].
+    fn layout(&self, sensors: &str, hits: &str) -> String {
+        let text = format!("sensors = {sensors}\nhits = {hits}\n{NODES}");
+        self.write("layout.toml", text)
+    }
+
+    fn good(&self) -> String {
+        let text = format!("sensors = [1, 2, 3]\nhits = {HITS}\n{NODES}");
+        self.write("good.toml", text)
+    }
+
+    /// A tape whose array has this header, with `bytes` bytes of scans and a good sidecar.
+    fn tape(&self, descr: &str, shape: &str, bytes: usize) -> String {
+        let dictionary =
+            format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
+        let mut npy = b"\x93NUMPY\x01\x00".to_vec();
+        npy.extend((dictionary.len() as u16).to_le_bytes());
+        npy.extend(dictionary.as_bytes());
+        npy.extend(vec![0; bytes]);
+        self.write(
+            "tape.toml",
+            "scan_rate_hz = 4000.0\nchannels = 10\nadc_bits = 12\nadc_reference_v = 3.0\n\
+             channel_delay_s = 1e-5\npre_trigger_scans = 80\nlayout_hash = 1\n\
+             [calibration]\nhammer = { zero_v = 0.1, sensitivity_v_per_n = 0.0225 }\n",
+        );
+        self.write("tape.npy", npy)
+    }
+
+    /// A bench without elastic modes, so that nodes may be anywhere.
+    fn rigid_bench(&self) -> String {
+        let bench = "elastic_mode = []\n[body]\nmass_kg = 1.0\n\
+                     center_of_mass_m = [0.1, -0.1, 0.0]\n\
+                     inertia_kg_m2 = [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]\n";
+        self.write("rigid.toml", bench)
+    }
+}
+
+/// Never reached unless a command that must fail runs on.
+const LATE: Duration = Duration::from_secs(120);
+const HITS: &str = r#"["1:+Y", "2:+Z", "4:+X"]"#;
+
+/// Runs with `--json`; the exit code, the error object and the text must say the same.
+#[track_caller]
+fn fails(arguments: &[&str], exit: i32, code: &str) {
+    let output = Command::cargo_bin("massline")
+        .unwrap()
+        .env_remove("MASSLINE_PORT")
+        .arg("--json")
+        .args(arguments)
+        .timeout(LATE)
+        .output()
+        .unwrap();
+    let (stdout, stderr) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let seen = format!("{arguments:?}\nstdout: {stdout}\nstderr: {stderr}");
+    assert_eq!(output.status.code(), Some(exit), "{seen}");
+    let value: Value = serde_json::from_str(&stdout).expect(&seen);
+    assert_eq!(value["error"]["exit"], exit, "{seen}");
+    assert_eq!(value["error"]["code"], code, "{seen}");
+    let message = value["error"]["message"].as_str().expect(&seen);
+    assert!(!message.is_empty() && stderr.contains(message), "{seen}");
+}
+
+#[test]
+fn usage() {
+    for arguments in [
+        &["no-such-command"][..],
+        &["demo", "--rig", "real"],
+        &["demo", "--seed", "abc"],
+        &["demo", "--hits", "0"],
+        &["layout"],
+        &["layout", "check"],
+        &["layout", "new", "extra"],
+        &["device"],
+        &["device", "identify", "--port"],
+        &["measure"],
+        &["measure", "a.toml", "b.toml"],
+        &["results", "get"],
+        &["results", "get", "0"],
+        &["results", "get", "-1"],
+        &["results", "delete", "x"],
+        &["solve", "a.toml"],
+        &["solve", "a.toml", "b.uff", "--reference-point", "here"],
+        &["replay", "a.npy"],
+        &["record", "a.toml"],
+        &["simulate", "a.toml", "--tape"],
+        &["virtual", "--manual", "--fast"],
+        &["virtual", "--seed", "1.5"],
+    ] {
+        fails(arguments, 2, "usage");
+    }
+}
+
+#[test]
+fn demo() {
+    let files = Files::new();
+    fails(&["demo", "--bench", "no-such-bench"], 2, "unknown_bench");
+    fails(&["demo", "--bench", "no-such-file.toml"], 2, "cannot_read");
+    let malformed = files.write("bench.toml", "[sensor]\nnoise = \"loud\"\n");
+    fails(&["demo", "--bench", &malformed], 2, "malformed_bench");
+    let impossible = files.write("bench.toml", "[adc]\nbits = 40\n");
+    fails(&["demo", "--bench", &impossible], 2, "malformed_bench");
+    fails(&["demo", "--firmware", "image.elf"], 2, "firmware_needs_qemu");
+    fails(&["demo", "--rig", "qemu", "--firmware", "no-such.elf"], 2, "no_firmware");
+}
+
+#[test]
+fn layouts_that_are_wrong() {
+    let files = Files::new();
+    let check = |path: &str, code: &str| fails(&["layout", "check", path], 2, code);
+    check("no-such-layout.toml", "layout_not_readable");
+    check(&files.write("l.toml", "sensors = [1, 2\n"), "layout_malformed");
+    check(&files.layout("[1, 2, 9]", HITS), "unknown_node");
+    check(&files.layout("[1, 2, 3]", r#"["1:+Y", "2:+Z", "9:+X"]"#), "unknown_node");
+    check(&files.layout("[1, 2, 2]", HITS), "two_sensors_on_one_node");
+    let skew = NODES.replace("0.15]", "0.15], axes = [[1.0, 0.0, 0.0], [0.7, 0.7, 0.0]]");
+    let skew = format!("sensors = [1, 2, 3]\nhits = {HITS}\n{skew}");
+    check(&files.write("l.toml", skew), "axes_not_orthonormal");
+    let nan = format!("sensors = [1, 2, 3]\nhits = {HITS}\n{}", NODES.replace("0.15", "nan"));
+    check(&files.write("l.toml", nan), "layout_not_finite");
+}
+
+#[test]
+fn layouts_that_cannot_determine_the_ten_properties() {
+    let files = Files::new();
+    let bench = files.rigid_bench();
+    for (sensors, hits, code) in [
+        ("[1, 2]", HITS, "fewer_than_three_sensors"),
+        ("[1, 3, 5]", HITS, "sensors_collinear"),
+        ("[1, 2, 3]", r#"["1:+Y", "2:+Z"]"#, "fewer_than_three_hits"),
+        ("[1, 2, 3]", r#"["1:+Y", "2:+Y", "4:+Y"]"#, "hits_all_parallel"),
+        ("[1, 2, 3]", r#"["2:+X", "2:+Y", "2:+Z"]"#, "hits_concurrent"),
+    ] {
+        let layout = files.layout(sensors, hits);
+        fails(&["layout", "check", &layout], 3, code);
+        // A rig refuses it as well, before anything is hit.
+        fails(&["simulate", &layout, "--bench", &bench], 3, code);
+    }
+}
+
+#[test]
+fn files_are_not_overwritten_by_layout_new() {
+    let files = Files::new();
+    let good = files.good();
+    fails(&["layout", "new", "--output", &good], 2, "cannot_write");
+    fails(&["layout", "new", "--output", "/no/such/folder/l.toml"], 2, "cannot_write");
+}
+
+#[test]
+fn ports() {
+    let files = Files::new();
+    let good = files.good();
+    let port = ["--port", "/dev/no-such-port"];
+    for arguments in [
+        &["device", "identify"][..],
+        &["device", "stats"],
+        &["results", "list"],
+        &["results", "get", "1"],
+        &["results", "delete", "1"],
+        &["measure", &good],
+        &["record", &good, "--output", "unused.npy"],
+    ] {
+        fails(&[arguments, &port].concat(), 4, "port_not_found");
+    }
+}
+
+#[test]
+fn measure() {
+    let files = Files::new();
+    fails(&["measure", "no-such-layout.toml"], 2, "layout_not_readable");
+    fails(&["measure", &files.write("l.toml", "title = 5\n")], 2, "layout_malformed");
+    let good = files.good();
+    fails(&["measure", &good, "--confirm"], 2, "no_keyboard");
+    fails(&["measure", &good, "--calibration", "no-such.toml"], 2, "calibration_malformed");
+    let four = files.layout("[1, 2, 3, 4]", HITS);
+    fails(&["measure", &four], 2, "layout_too_large");
+}
+
+#[test]
+fn solve() {
+    let files = Files::new();
+    let good = files.good();
+    let frfs = |path: &str| files.write("frfs.uff", path);
+    fails(&["solve", "no-such-layout.toml", &frfs("")], 2, "layout_not_readable");
+    fails(&["solve", &good, "no-such.uff"], 2, "uff_not_readable");
+    fails(&["solve", &good, &frfs("")], 2, "uff_corrupt");
+    fails(&["solve", &good, &frfs("no universal file at all\n")], 2, "uff_corrupt");
+    fails(&["solve", &good, &frfs("    -1\n    58\n")], 2, "uff_truncated");
+}
+
+#[test]
+fn replay() {
+    let files = Files::new();
+    let good = files.good();
+    let run = |tape: &str, code| fails(&["replay", tape, "--layout", &good], 2, code);
+    run("no-such-tape.npy", "tape_not_readable");
+    run(&files.write("tape.npy", "text"), "tape_malformed");
+    run(&files.tape("<f8", "(2, 10)", 160), "tape_wrong_type");
+    run(&files.tape(">u2", "(2, 10)", 40), "tape_wrong_type");
+    run(&files.tape("<u2", "(4, 5)", 40), "tape_wrong_shape");
+    run(&files.tape("<u2", "(20,)", 40), "tape_wrong_shape");
+    run(&files.tape("<u2", "(20, 10)", 40), "tape_truncated");
+    run(&files.tape("<u2", "(2, 10)", 40), "tape_wrong_layout");
+    std::fs::remove_file(files.path("tape.toml")).unwrap();
+    run(path_text(&files.path("tape.npy")), "sidecar_not_readable");
+    let tape = files.tape("<u2", "(2, 10)", 40);
+    fails(&["replay", &tape, "--layout", "no-such.toml"], 2, "layout_not_readable");
+}
+
+#[test]
+fn record_and_simulate() {
+    let files = Files::new();
+    let good = files.good();
+    fails(&["record", "no-such.toml", "--output", "x.npy"], 2, "layout_not_readable");
+    fails(&["simulate", "no-such.toml"], 2, "layout_not_readable");
+    fails(&["simulate", &good, "--bench", "no-such-bench"], 2, "unknown_bench");
+    // The bundled bench knows its elastic modes at its own nodes only.
+    fails(&["simulate", &files.layout("[1, 2, 5]", HITS)], 2, "bench_does_not_fit");
+    let bench = files.rigid_bench();
+    for tape in ["/no/such/folder/t.npy", path_text(&files.path("named.toml"))] {
+        let arguments = ["simulate", &good, "--bench", &bench, "--tape", tape];
+        fails(&arguments, 2, "tape_not_writable");
+    }
+    let four = files.layout("[1, 2, 3, 4]", HITS);
+    fails(&["simulate", &four], 2, "layout_too_large");
+}
+
+#[test]
+fn virtual_rig() {
+    let files = Files::new();
+    fails(&["virtual", "--bench", "no-such-bench"], 2, "unknown_bench");
+    fails(&["virtual", "--layout", "no-such.toml"], 2, "layout_not_readable");
+    let elsewhere = files.layout("[1, 2, 5]", HITS);
+    fails(&["virtual", "--layout", &elsewhere], 2, "bench_does_not_fit");
+    let folder = files.0.path().display().to_string();
+    fails(&["virtual", "--flash", &folder], 2, "virtual_rig");
+    let short = files.write("flash.bin", "not a flash");
+    fails(&["virtual", "--flash", &short], 2, "virtual_rig");
+}
+
+#[test]
+fn every_command_has_examples_in_its_help() {
+    for command in [
+        &["demo"][..],
+        &["layout"],
+        &["layout", "new"],
+        &["layout", "check"],
+        &["layout", "show"],
+        &["layout", "schema"],
+        &["device"],
+        &["device", "list"],
+        &["device", "identify"],
+        &["device", "stats"],
+        &["measure"],
+        &["results"],
+        &["results", "list"],
+        &["results", "get"],
+        &["results", "delete"],
+        &["solve"],
+        &["replay"],
+        &["record"],
+        &["simulate"],
+        &["virtual"],
+    ] {
+        let help = Command::cargo_bin("massline").unwrap().args(command).arg("--help").output();
+        let help = help.unwrap();
+        assert!(help.status.success(), "{command:?}");
+        let text = String::from_utf8(help.stdout).unwrap();
+        assert!(text.contains(&format!("  massline {}", command.join(" "))), "{command:?}\n{text}");
+    }
+}
+
+#[test]
+fn without_json_an_error_leaves_stdout_empty_and_has_no_colour_in_a_pipe() {
+    let output = Command::cargo_bin("massline")
+        .unwrap()
+        .args(["layout", "check", "no-such-layout.toml"])
+        .output()
+        .unwrap();
+    assert!(output.stdout.is_empty());
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.starts_with("error: no-such-layout.toml"), "{text}");
+    assert!(!text.contains('\x1b'));
+}
+
+#[test]
+fn a_layout_of_the_template_is_good() {
+    let files = Files::new();
+    let path = files.path("new.toml");
+    let run = |arguments: &[&str]| {
+        Command::cargo_bin("massline").unwrap().args(arguments).assert().success();
+    };
+    run(&["layout", "new", "--output", path_text(&path)]);
+    run(&["layout", "check", path_text(&path)]);
+}
+
+fn path_text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
