@@ -9,14 +9,6 @@ use crate::calibration_file::CalibrationFile;
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 
-/// A layout as the rig holds it.
-///
-/// # Errors
-/// When the file is bad or has more than any rig has room for.
-pub fn rig_layout(path: &Path) -> Result<RigLayout> {
-    for_rig(&LayoutFile::read(path)?, path)
-}
-
 /// The layout of a file as the rig holds it.
 ///
 /// # Errors
@@ -35,10 +27,10 @@ pub fn for_rig(file: &LayoutFile, path: &Path) -> Result<RigLayout> {
     })
 }
 
-/// A calibration.
+/// The calibration of a file for a layout; `None` without a file.
 ///
 /// # Errors
-/// When the file is bad.
-pub fn calibration(path: &Path) -> Result<Calibration> {
-    Ok(CalibrationFile::read(path)?.calibration)
+/// When the file is bad or lacks a calibration that the layout names.
+pub fn calibration(path: Option<&Path>, layout: &LayoutFile) -> Result<Option<Calibration>> {
+    path.map(|path| CalibrationFile::read(path)?.for_layout(layout)).transpose()
 }

@@ -15,6 +15,7 @@ use super::{hash, phase_name, show};
 use crate::campaign::{Begin, Begun, Ending, Observer, Steer, begin, follow};
 use crate::client::Client;
 use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::report;
 
@@ -54,8 +55,9 @@ pub struct Args {
 /// When a file is bad, the rig cannot be reached or refuses, the data cannot determine the answer,
 /// or the person interrupts.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let layout = files::rig_layout(&args.layout)?;
-    let calibration = args.calibration.as_deref().map(files::calibration).transpose()?;
+    let file = LayoutFile::read(&args.layout)?;
+    let layout = files::for_rig(&file, &args.layout)?;
+    let calibration = files::calibration(args.calibration.as_deref(), &file)?;
     if args.confirm && !output.has_keyboard() {
         return Err(Error::input(
             "no_keyboard",

@@ -9,7 +9,6 @@ use super::files;
 use super::progress::Progress;
 use super::show;
 use super::simulated::{RigArgs, SimulatedCampaign};
-use crate::calibration_file::CalibrationFile;
 use crate::campaign::Steer;
 use crate::client::Client;
 use crate::error::{Error, Result};
@@ -55,10 +54,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read(&args.layout)?;
     let layout = files::for_rig(&file, &args.layout)?;
     let tape = Tape::read(&args.tape)?;
-    let calibration = match &args.calibration {
-        Some(path) => CalibrationFile::read(path)?.for_layout(&file)?,
-        None => tape.sidecar.calibration,
-    };
+    let calibration =
+        files::calibration(args.calibration.as_deref(), &file)?.unwrap_or(tape.sidecar.calibration);
     let firmware = args.rig.image()?;
     let (source, warning) =
         TapeSource::new(tape, &layout).map_err(|e| e.within(args.tape.display()))?;

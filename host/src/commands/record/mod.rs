@@ -17,7 +17,6 @@ use serde_json::json;
 use super::connect::PortArgs;
 use super::files;
 use super::measure::fits;
-use crate::calibration_file::CalibrationFile;
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
@@ -70,10 +69,7 @@ struct Recording<'a> {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read(&args.layout)?;
     let layout = files::for_rig(&file, &args.layout)?;
-    let given = match &args.calibration {
-        Some(path) => Some(CalibrationFile::read(path)?.for_layout(&file)?),
-        None => None,
-    };
+    let given = files::calibration(args.calibration.as_deref(), &file)?;
     let (mut client, identity) = args.port.connect()?;
     fits(&layout, &identity)?;
     clear(&mut client, args.restart)?;
