@@ -289,11 +289,26 @@ impl Follower<'_> {
             "rig_stuck",
             format!(
                 "the rig has not gone on for {patience:?}: phase {}, DOF number {}, {} hits accepted and {} rejected; `massline device stats` may tell why",
-                crate::commands::phase_name(status.phase),
+                phase_name(status.phase),
                 u32::from(status.dof) + 1,
                 status.accepted.iter().map(|&n| u32::from(n)).sum::<u32>(),
                 status.rejected,
             ),
         )
+    }
+}
+
+/// The name of a raw phase.
+pub fn phase_name(raw: u8) -> &'static str {
+    match Phase::from_raw(raw) {
+        Some(Phase::Idle) => "idle",
+        Some(Phase::Armed) => "armed",
+        Some(Phase::Busy) => "busy",
+        Some(Phase::Confirming) => "confirming",
+        Some(Phase::Paused) => "paused",
+        Some(Phase::Solving) => "solving",
+        Some(Phase::Done) => "done",
+        Some(Phase::Failed) => "failed",
+        None => "unknown",
     }
 }

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use massline_shared::protocol::message::{Identity, Phase, Stats, Status};
+use massline_shared::protocol::message::{Identity, Stats, Status};
 use serde_json::{Value, json};
 
 use super::connect::PortArgs;
+use crate::campaign::phase_name;
 use crate::client::{PortFacts, list_ports};
 use crate::error::Result;
 use crate::output::Output;
@@ -175,21 +176,6 @@ fn stats_text(stats: &Stats) -> String {
     let lines =
         counters(stats).map(|(name, count)| format!("{:18} {count}", name.replace('_', " ")));
     lines.join("\n")
-}
-
-/// The name of a raw phase.
-pub(crate) fn phase_name(raw: u8) -> &'static str {
-    match Phase::from_raw(raw) {
-        Some(Phase::Idle) => "idle",
-        Some(Phase::Armed) => "armed",
-        Some(Phase::Busy) => "busy",
-        Some(Phase::Confirming) => "confirming",
-        Some(Phase::Paused) => "paused",
-        Some(Phase::Solving) => "solving",
-        Some(Phase::Done) => "done",
-        Some(Phase::Failed) => "failed",
-        None => "unknown",
-    }
 }
 
 /// A layout hash or calibration checksum as it is printed; `None` for 0, which stands for none.

@@ -19,7 +19,7 @@ pub mod simulated;
 pub mod solve;
 pub mod virtual_rig;
 
-pub(crate) use device::{hash, phase_name};
+pub(crate) use device::hash;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -5,7 +5,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::protocol::event::HitEvent;
 use massline_shared::protocol::message::{CampaignCommand, Phase, Status};
 
-use super::phase_name;
+use crate::campaign::phase_name;
 use crate::output::{Output, Tone};
 use crate::report;
 

@@ -7,8 +7,10 @@ use massline_fuzz::TARGETS;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Mutations of each target: a few seconds without optimisation.
-const MUTATIONS: u32 = 20_000;
+/// Mutations of each target: a few seconds, minutes with `MASSLINE_LONG`.
+fn mutations() -> u32 {
+    if std::env::var_os("MASSLINE_LONG").is_some() { 1_000_000 } else { 20_000 }
+}
 /// Mutated inputs are cut to this, so that the run stays short.
 const LONGEST: usize = 16 << 10;
 /// What the formats give a meaning to.
@@ -53,7 +55,7 @@ fn no_seeded_mutation_breaks_its_target() {
     for (seed, (name, target)) in TARGETS.into_iter().enumerate() {
         let mut rng = ChaCha8Rng::seed_from_u64(seed as u64);
         let corpus: Vec<Vec<u8>> = corpus(name).into_iter().map(|(_, bytes)| bytes).collect();
-        for round in 0..MUTATIONS {
+        for round in 0..mutations() {
             let bytes = mutated(&corpus, &mut rng);
             if panic::catch_unwind(|| target(&bytes)).is_err() {
                 let path = std::env::temp_dir().join(format!("massline-fuzz-{name}-{round}"));
