@@ -130,7 +130,8 @@ pub struct Diagnostic {
     pub severity: u8,
     /// Which sensor, hit DOF or channel (0-based), [`Diagnostic::WHOLE`] when it concerns all.
     pub subject: u16,
-    /// The number that decided, in the unit that the code's documentation gives; 0 when none.
+    /// The number that decided, in the unit that the code's documentation gives; 0 when none
+    /// or not finite.
     pub value: f32,
 }
 
@@ -145,6 +146,8 @@ impl Diagnostic {
 
     /// A diagnostic about one sensor, hit or channel.
     pub fn about(code: Code, severity: Severity, subject: u16, value: f32) -> Self {
+        // NaN is not equal to itself: a status that carries it would differ from itself for ever.
+        let value = if value.is_finite() { value } else { 0.0 };
         Self { code: code as u16, severity: severity as u8, subject, value }
     }
 
@@ -171,6 +174,16 @@ mod tests {
         for &code in Code::ALL {
             assert_eq!(Code::from_raw(code as u16), Some(code));
         }
+    }
+
+    #[test]
+    fn a_value_that_is_no_number_is_zero() {
+        for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let diagnostic = Diagnostic::whole(Code::IllConditioned, Severity::Warning, value);
+            assert_eq!(diagnostic, diagnostic);
+            assert_eq!(diagnostic.value, 0.0);
+        }
+        assert_eq!(Diagnostic::about(Code::TooWeak, Severity::Error, 2, -1.5).value, -1.5);
     }
 
     #[test]

@@ -13,7 +13,8 @@
 //! | [`mass_line`] | the constant part of an accelerance, `A + B/s² + C s²` |
 //! | [`identify`] | from mass lines to the ten properties with their covariance |
 //! | [`campaign`] | which degree of freedom is hit next, and what a verdict leads to |
-//! | [`protocol`] | messages, frames, checksums |
+//! | [`protocol`] | messages and frames |
+//! | [`checksum`] | CRC-32 |
 //! | [`diagnosis`] | the codes by which every problem is named |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -23,6 +24,7 @@ extern crate std;
 
 pub mod body;
 pub mod campaign;
+pub mod checksum;
 pub mod diagnosis;
 pub mod identify;
 pub mod layout;

@@ -35,14 +35,6 @@ unit!(
     MetersPerSecondSquared
 );
 unit!(
-    /// V/N: sensitivity of a force transducer.
-    VoltsPerNewton
-);
-unit!(
-    /// V/(m/s²): sensitivity of an accelerometer.
-    VoltsPerMeterPerSecondSquared
-);
-unit!(
     /// 1/s: decay rate of an exponential window, the real part of `s = σ + iω`.
     PerSecond
 );

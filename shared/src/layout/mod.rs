@@ -154,7 +154,7 @@ impl RigLayout {
     pub fn hash(&self) -> u32 {
         let mut bytes = [0; Self::MAX_ENCODED];
         match postcard::to_slice(self, &mut bytes) {
-            Ok(encoded) => crate::protocol::crc32(encoded),
+            Ok(encoded) => crate::checksum::crc32(encoded),
             // Cannot happen: MAX_ENCODED covers full capacity, which a test proves.
             Err(_) => 0,
         }

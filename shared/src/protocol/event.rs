@@ -4,6 +4,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::diagnosis::Diagnostics;
+use crate::signal::Record;
 
 /// Kind of a [`super::message::Status`] that is sent because it has changed.
 pub const STATUS_CHANGED: u16 = 0x4001;
@@ -33,6 +34,8 @@ pub struct HitEvent {
 
 /// Bytes of scans in a [`ScanBlock`].
 pub const SCAN_BLOCK_BYTES: usize = 1000;
+
+const _: () = assert!(SCAN_BLOCK_BYTES.is_multiple_of(Record::SCAN_BYTES), "whole scans");
 
 /// Scans of the stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::crc32;
+use crate::checksum::crc32;
 
 /// The most bytes of a message's body.
 pub const MAX_BODY: usize = 1100;

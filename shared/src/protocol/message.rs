@@ -128,9 +128,10 @@ pub enum Phase {
     Paused = 4,
     /// The ten properties are being computed and stored.
     Solving = 5,
-    /// The campaign has ended; the result is [`Status::result`].
+    /// The campaign has ended and a result is stored, with or without an answer:
+    /// [`Status::result`].
     Done = 6,
-    /// The campaign has ended without an answer; [`Status::diagnostics`] says why.
+    /// The campaign has ended without a stored result; [`Status::diagnostics`] says why.
     Failed = 7,
 }
 

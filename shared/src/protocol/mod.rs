@@ -12,6 +12,7 @@ pub mod frame;
 pub mod message;
 pub mod object;
 
+pub use crate::checksum::{crc32, crc32_of_chunks};
 pub use frame::{Deframer, Frame, FrameError, MAX_BODY, MAX_FRAME, decode_frame, encode_frame};
 pub use message::{Endpoint, Refusal};
 
@@ -19,16 +20,3 @@ pub use message::{Endpoint, Refusal};
 pub const PROTOCOL_MAJOR: u8 = 1;
 /// Raised when messages are added.
 pub const PROTOCOL_MINOR: u8 = 0;
-
-static CRC: crc::Crc<u32, crc::Table<1>> =
-    crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
-
-/// CRC-32 (ISO-HDLC) of a frame or of a whole object.
-pub fn crc32(bytes: &[u8]) -> u32 {
-    CRC.checksum(bytes)
-}
-
-/// CRC-32 over bytes that come in pieces: `update` with each, then `finalize`.
-pub fn crc32_of_chunks() -> crc::Digest<'static, u32, crc::Table<1>> {
-    CRC.digest()
-}

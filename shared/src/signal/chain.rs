@@ -60,15 +60,18 @@ pub struct Calibration {
 
 impl Calibration {
     /// Nominal sensitivity of the ADXL326 at 3 V, V/g.
-    pub const ADXL326_VOLT_PER_G: f32 = 0.057;
+    pub const ADXL326_VOLT_PER_G: f64 = 0.057;
     /// Nominal output of the ADXL326 at rest on a 3 V supply.
-    pub const ADXL326_ZERO: Volts = Volts(1.5);
+    pub const ADXL326_ZERO: Volts<f64> = Volts(1.5);
     /// Range of the ADXL326, g.
-    pub const ADXL326_RANGE_G: f32 = 16.0;
+    pub const ADXL326_RANGE_G: f64 = 16.0;
     /// Hammer with conditioner, V/N.
-    pub const HAMMER_VOLT_PER_NEWTON: f32 = 0.0225;
+    pub const HAMMER_VOLT_PER_NEWTON: f64 = 0.0225;
     /// Output of the hammer's conditioner at rest.
-    pub const HAMMER_ZERO: Volts = Volts(0.1);
+    pub const HAMMER_ZERO: Volts<f64> = Volts(0.1);
+    /// Least [`Calibration::sensor_range`], m/s²: gravity takes one g of the range, and a hit needs
+    /// room beside it.
+    pub const SMALLEST_RANGE: f32 = (2.0 * crate::STANDARD_GRAVITY) as f32;
 
     /// N (hammer) or m/s² (accelerometer) per code of a channel; 0 for a channel that does not
     /// exist or whose sensitivity is zero or not finite, so that it reads as rest.
@@ -78,10 +81,13 @@ impl Calibration {
         if scale.is_finite() { scale } else { 0.0 }
     }
 
-    /// True when every number is finite and every sensitivity is not zero.
+    /// True when every number is finite, no sensitivity is zero and the range of the sensors is
+    /// more than [`Self::SMALLEST_RANGE`].
     pub fn is_usable(&self) -> bool {
         let usable = |c: &ChannelCalibration| c.zero.0.is_finite() && c.sensitivity.is_normal();
-        self.channels.iter().all(usable) && self.sensor_range > 0.0
+        self.channels.iter().all(usable)
+            && self.sensor_range.is_finite()
+            && self.sensor_range > Self::SMALLEST_RANGE
     }
 }
 
@@ -90,13 +96,41 @@ impl Default for Calibration {
     fn default() -> Self {
         let g = crate::STANDARD_GRAVITY as f32;
         let mut channels = [ChannelCalibration {
-            zero: Self::ADXL326_ZERO,
-            sensitivity: Self::ADXL326_VOLT_PER_G / g,
+            zero: Volts(Self::ADXL326_ZERO.0 as f32),
+            sensitivity: Self::ADXL326_VOLT_PER_G as f32 / g,
         }; CHANNELS];
         channels[0] = ChannelCalibration {
-            zero: Self::HAMMER_ZERO,
-            sensitivity: Self::HAMMER_VOLT_PER_NEWTON,
+            zero: Volts(Self::HAMMER_ZERO.0 as f32),
+            sensitivity: Self::HAMMER_VOLT_PER_NEWTON as f32,
         };
-        Self { channels, sensor_range: Self::ADXL326_RANGE_G * g }
+        Self { channels, sensor_range: Self::ADXL326_RANGE_G as f32 * g }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_that_leaves_no_room_for_a_hit_or_is_no_number_is_not_usable() {
+        let usable =
+            |sensor_range| Calibration { sensor_range, ..Calibration::default() }.is_usable();
+        assert!(Calibration::default().is_usable());
+        assert!(usable(Calibration::SMALLEST_RANGE * 1.01));
+        for range in [Calibration::SMALLEST_RANGE, 9.0, 0.0, -157.0, f32::NAN, f32::INFINITY] {
+            assert!(!usable(range), "{range} m/s²");
+        }
+    }
+
+    #[test]
+    fn a_sensitivity_or_zero_that_is_no_number_is_not_usable() {
+        for bad in [0.0, f32::NAN, f32::INFINITY] {
+            let mut calibration = Calibration::default();
+            calibration.channels[4].sensitivity = bad;
+            assert!(!calibration.is_usable(), "sensitivity {bad}");
+        }
+        let mut calibration = Calibration::default();
+        calibration.channels[4].zero = Volts(f32::NAN);
+        assert!(!calibration.is_usable());
     }
 }

@@ -19,7 +19,8 @@ pub struct Record {
 impl Record {
     /// Bytes of a full record on the wire: two for each code.
     pub const BYTES: usize = RECORD_SCANS * Self::SCAN_BYTES;
-    const SCAN_BYTES: usize = 2 * CHANNELS;
+    /// Bytes of one scan on the wire.
+    pub const SCAN_BYTES: usize = 2 * CHANNELS;
 
     /// An empty record.
     pub const fn new() -> Self {
@@ -68,10 +69,15 @@ impl Record {
     pub fn read_bytes(&self, offset: usize, bytes: &mut [u8]) -> usize {
         let end = self.filled * Self::SCAN_BYTES;
         let length = bytes.len().min(end.saturating_sub(offset));
-        for (byte, place) in bytes.iter_mut().zip(offset..end) {
-            let within = place % Self::SCAN_BYTES;
-            let code = self.scan(place / Self::SCAN_BYTES).and_then(|scan| scan.get(within / 2));
-            *byte = code.map_or(0, |code| code.to_le_bytes()[within % 2]);
+        let mut rest = bytes.get_mut(..length).unwrap_or_default();
+        // The first scan may be begun in its middle, the last one end there.
+        let (mut index, mut within) = (offset / Self::SCAN_BYTES, offset % Self::SCAN_BYTES);
+        while let Some(scan) = self.scan(index).filter(|_| !rest.is_empty()) {
+            let whole = bytes_of(scan);
+            let from = whole.get(within..).unwrap_or_default();
+            let (now, later) = rest.split_at_mut(from.len().min(rest.len()));
+            now.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
+            (rest, index, within) = (later, index + 1, 0);
         }
         length
     }
@@ -86,6 +92,15 @@ impl Record {
             (older, newer)
         }
     }
+}
+
+/// The codes of a scan, little-endian.
+fn bytes_of(scan: &Scan) -> [u8; Record::SCAN_BYTES] {
+    let mut bytes = [0; Record::SCAN_BYTES];
+    for (place, code) in bytes.chunks_exact_mut(2).zip(scan) {
+        place.copy_from_slice(&code.to_le_bytes());
+    }
+    bytes
 }
 
 impl Default for Record {
@@ -157,7 +172,7 @@ mod tests {
             .collect();
         assert!(whole == expected);
 
-        for size in [1, 7, 1000, 1024] {
+        for size in [1, 7, 19, 20, 21, 64, 1000, 1024] {
             let mut bytes = Vec::new();
             let mut chunk = std::vec![0; size];
             loop {

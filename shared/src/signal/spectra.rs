@@ -122,10 +122,12 @@ impl<R: Real, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, 
         if squared.finite() { squared.min(R::one()) } else { R::zero() }
     }
 
-    /// Mean coherence of a response over lines; 0 over none.
+    /// Mean coherence of a response over those of the lines that there are; 0 over none.
     pub fn mean_coherence(&self, response: usize, lines: RangeInclusive<usize>) -> R {
         let (mut sum, mut count) = (R::zero(), R::zero());
-        for line in lines.filter(|&line| line < LINES) {
+        // A band may reach far beyond the last line.
+        let end = if lines.is_empty() { 0 } else { lines.end().saturating_add(1).min(LINES) };
+        for line in *lines.start()..end {
             sum += self.coherence(response, line);
             count += R::one();
         }
@@ -255,6 +257,18 @@ mod tests {
         }
         assert_eq!(Small::new().h1(0, 0), zero[0]);
         assert_eq!(Small::new().mean_coherence(0, 0..=3), 0.0);
+    }
+
+    #[test]
+    fn a_band_beyond_the_last_line_costs_no_more_than_the_lines() {
+        let some = [Complex::new(1.0, 2.0); 4];
+        let spectra = averaged(&[(some, some)]);
+        let band = lines_of_band([1.0, 1e300], 1.0);
+        assert_eq!(band, 1..=usize::MAX);
+        // Sums of few terms: rounding only.
+        assert!((spectra.mean_coherence(0, band) - 1.0).abs() < 1e-13);
+        assert_eq!(spectra.mean_coherence(0, 4..=usize::MAX), 0.0);
+        assert_eq!(spectra.mean_coherence(0, lines_of_band([5.0, 4.0], 1.0)), 0.0);
     }
 
     #[test]

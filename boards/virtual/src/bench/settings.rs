@@ -45,10 +45,10 @@ impl Default for SensorSettings {
             rotation_sigma_rad: 0.010,
             gain_sigma: 0.005,
             cross_axis_sigma: 0.01,
-            zero_v: f64::from(Calibration::ADXL326_ZERO.0),
+            zero_v: Calibration::ADXL326_ZERO.0,
             zero_sigma_v: 0.05,
-            sensitivity_v_per_g: 0.057,
-            range_g: f64::from(Calibration::ADXL326_RANGE_G),
+            sensitivity_v_per_g: Calibration::ADXL326_VOLT_PER_G,
+            range_g: Calibration::ADXL326_RANGE_G,
             noise_g_per_sqrt_hz: 300e-6,
             rc_corner_hz: RC_CORNER_HZ,
             rc_tolerance: 0.02,
@@ -98,9 +98,9 @@ pub struct HammerSettings {
 impl Default for HammerSettings {
     fn default() -> Self {
         Self {
-            sensitivity_v_per_n: 0.0225,
+            sensitivity_v_per_n: Calibration::HAMMER_VOLT_PER_NEWTON,
             gain_sigma: 0.0,
-            zero_v: 0.1,
+            zero_v: Calibration::HAMMER_ZERO.0,
             zero_sigma_v: 0.005,
             noise_n_per_sqrt_hz: 0.0005,
             rc_corner_hz: RC_CORNER_HZ,
