@@ -108,5 +108,5 @@ async fn recall<F: NorFlash>(
     if let Some(calibration) = store.calibration().await.filter(|kept| kept.is_usable()) {
         *rig.calibration.borrow_mut() = calibration;
     }
-    rig.last_mass.set(store.results().last().map(|kept| kept.entry.mass));
+    rig.last_mass.set(store.results().last().and_then(|kept| kept.entry.mass));
 }

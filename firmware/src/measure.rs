@@ -179,7 +179,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             analysis.identify(number);
             self.memory.encode_result()
         };
-        match store.put_result(encoded, rig.layout_hash.get(), mass.unwrap_or(0.0)).await {
+        match store.put_result(encoded, rig.layout_hash.get(), mass).await {
             Ok(number) => {
                 rig.last_mass.set(mass);
                 rig.campaign.borrow_mut().identified(number);

@@ -14,6 +14,7 @@ use massline_shared::protocol::crc32;
 use massline_shared::protocol::message::{Reason, ResultEntry};
 use massline_shared::protocol::object::MAX_CHUNK;
 use massline_shared::signal::Calibration;
+use sequential_storage::Error;
 use sequential_storage::cache::Cache;
 use sequential_storage::cache::Uncached;
 use sequential_storage::map::{MapConfig, MapStorage};
@@ -26,8 +27,9 @@ pub const MAX_RESULT: usize = 4608;
 
 const CHUNK: usize = 512;
 const CHUNKS: u16 = MAX_RESULT.div_ceil(CHUNK) as u16;
-/// Every item starts with the store's format, so that other firmware does not misread it.
-const FORMAT: u8 = 1;
+/// Every item starts with the store's format, so that other firmware does not misread it: raised
+/// whenever the encoding of an item changes.
+const FORMAT: u8 = 2;
 
 const LAYOUT: u16 = 1;
 const CALIBRATION: u16 = 2;
@@ -50,6 +52,15 @@ struct Index {
     results: Vec<Kept, RESULTS>,
 }
 
+/// Why there is no telling what the store holds.
+#[derive(Clone, Copy, Debug)]
+enum Unreadable {
+    /// The content is no store, or no longer.
+    Damaged,
+    /// The flash does not answer.
+    NoAnswer,
+}
+
 type Map<F> = MapStorage<u16, F, Cache<Uncached, Uncached, Uncached, u16>>;
 
 /// The store over a flash region that belongs to it alone.
@@ -62,7 +73,7 @@ pub struct Store<F: NorFlash> {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// A store over the whole of `flash`. A region that the map cannot use makes a store that
+    /// A store over the whole of `flash`, to be opened. A region that the map cannot use makes a store that
     /// refuses every write with [`Reason::StoreFailed`].
     pub fn new(flash: F) -> Self {
         let end = u32::try_from(flash.capacity()).unwrap_or(0);
@@ -77,20 +88,41 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Reads the index; to be called once before anything else. A region that holds something else
-    /// than this store is erased.
+    /// Reads the index; to be called once before anything else.
+    ///
+    /// * No index, or one of another format: no results. What other firmware has kept is passed
+    ///   over, item by item, and gives way to what is kept from now on.
+    /// * A region that holds no map, a map that cannot be repaired, or an index of this format that
+    ///   cannot be read: without an index no result can be found, and to begin another one over the
+    ///   old chunks would mix the two. The region is erased.
+    /// * Flash that does not answer: the content may be whole. It is kept, and until the next start
+    ///   the store shows nothing and refuses every write with [`Reason::StoreFailed`].
     pub async fn open(&mut self) {
-        match self.get(INDEX).await {
-            Ok(index) => self.index = index.unwrap_or_default(),
-            Err(_) => {
-                if let Some(map) = &mut self.map {
-                    let _ = map.erase_all().await;
-                }
+        let Some(map) = &mut self.map else { return };
+        let found = match map.fetch_item::<&[u8]>(&mut self.scratch, &INDEX).await {
+            Ok(Some([FORMAT, bytes @ ..])) => {
+                postcard::from_bytes(bytes).map_err(|_| Unreadable::Damaged)
             }
+            Ok(_) => Ok(Index::default()),
+            Err(Error::Storage { .. } | Error::LogicBug { .. }) => Err(Unreadable::NoAnswer),
+            // The rest are items that this store never writes.
+            Err(_) => Err(Unreadable::Damaged),
+        };
+        let usable = match found {
+            Ok(index) => {
+                self.index = index;
+                return;
+            }
+            Err(Unreadable::Damaged) => map.erase_all().await.is_ok(),
+            Err(Unreadable::NoAnswer) => false,
+        };
+        self.failures += 1;
+        if !usable {
+            self.map = None;
         }
     }
 
-    /// Writes that failed verification.
+    /// Writes that failed verification, and one when the index could not be read at the start.
     pub fn failures(&self) -> u32 {
         self.failures
     }
@@ -149,7 +181,7 @@ impl<F: NorFlash> Store<F> {
         &mut self,
         bytes: &[u8],
         layout_hash: u32,
-        mass: f32,
+        mass: Option<f32>,
     ) -> Result<u32, Reason> {
         let used = |slot: u8| self.index.results.iter().any(|kept| kept.slot == slot);
         let slot = (0..RESULTS as u8).find(|&slot| !used(slot)).ok_or(Reason::StoreFull)?;
@@ -258,7 +290,7 @@ impl<F: NorFlash> Store<F> {
         let mut reason = Reason::StoreFailed;
         for _ in 0..2 {
             let stored = map.store_item(&mut self.scratch, &key, &self.item.as_slice()).await;
-            if matches!(stored, Err(sequential_storage::Error::FullStorage)) {
+            if matches!(stored, Err(Error::FullStorage)) {
                 reason = Reason::StoreFull;
             }
             let kept = map.fetch_item::<&[u8]>(&mut self.scratch, &key).await;

@@ -141,8 +141,8 @@ impl CalibrationTable {
     pub(crate) fn calibration(&self) -> Result<Calibration> {
         let mut calibration = Calibration::default();
         if let Some(range) = self.sensor_range_m_per_s2 {
-            if !(range.is_finite() && range > 0.0) {
-                return Err(bad("sensor_range_m_per_s2", range, "a positive number"));
+            if !(range.is_finite() && range > Calibration::SMALLEST_RANGE) {
+                return Err(bad("sensor_range_m_per_s2", range, "more than 2 g, that is 19.6133"));
             }
             calibration.sensor_range = range;
         }
@@ -248,6 +248,9 @@ mod tests {
         };
         assert!(hammer("0.1", "0").contains("sensitivity = 0"));
         assert!(hammer("nan", "0.02").contains("zero_v"));
+        let range = "sensor_range_m_per_s2 = 19.6\n[hammer]\nzero_v = 0\nsensitivity_v_per_n = 1\n";
+        let error = CalibrationFile::parse(range, "c.toml").unwrap_err().to_string();
+        assert!(error.contains("sensor_range_m_per_s2 = 19.6"), "{error}");
         assert!(hammer("0.1", "x").starts_with("c.toml:3: "), "{}", hammer("0.1", "x"));
     }
 }

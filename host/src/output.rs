@@ -179,11 +179,6 @@ impl Output {
         bar.enable_steady_tick(Duration::from_millis(200));
         bar
     }
-
-    /// True when [`Output::bar`] is visible; else a command says its progress in plain lines.
-    pub fn has_bars(&self) -> bool {
-        self.bars
-    }
 }
 
 /// An empty table in the style of all tables of this program: lines above, under the header, below.

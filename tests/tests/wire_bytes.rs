@@ -93,7 +93,7 @@ fn status(dofs: usize) -> Status {
 }
 
 fn entry(number: u32) -> ResultEntry {
-    ResultEntry { number, layout_hash: 7, mass: 1.23, length: 1234 }
+    ResultEntry { number, layout_hash: 7, mass: (number % 2 == 1).then_some(1.23), length: 1234 }
 }
 
 fn result(dofs: usize) -> MeasurementResult {

@@ -90,7 +90,7 @@ fn table(entries: &[ResultEntry]) -> String {
         table.add_row([
             e.number.to_string(),
             hash(e.layout_hash).unwrap_or_default(),
-            format!("{:.4} kg", e.mass),
+            e.mass.map_or_else(|| "none".into(), |mass| format!("{mass:.4} kg")),
             e.length.to_string(),
         ]);
     }

@@ -92,12 +92,6 @@ impl<R: Real> RigidBody<R> {
         m
     }
 
-    /// The mass matrix about a point: force and torque about it from its acceleration and the
-    /// angular acceleration.
-    pub fn mass_matrix_at(&self, point: &Vector3<R>) -> Matrix6<R> {
-        self.shifted_to(point).mass_matrix()
-    }
-
     /// `[a_O; α]` under the force and torque `[F; T]` about the origin: `M₀⁻¹ f₀` through the
     /// centre of mass, so only the 3×3 inertia is inverted. `None` without mass or when the inertia
     /// is singular.
@@ -281,7 +275,7 @@ pub(crate) mod tests {
             let p = Vector3::from(p);
             let back = body.shifted_to(&p).shifted_to(&-p);
             prop_assert!((back.theta() - body.theta()).norm() < 1e-14);
-            let there = body.mass_matrix_at(&p);
+            let there = body.shifted_to(&p).mass_matrix();
             let inertia: Matrix3<f64> = there.fixed_view::<3, 3>(3, 3).into_owned();
             prop_assert!((inertia - body.inertia_about(&p)).norm() < 1e-14);
         }

@@ -289,8 +289,8 @@ pub struct ResultEntry {
     pub number: u32,
     /// Hash of the layout that it was measured with.
     pub layout_hash: u32,
-    /// Mass, kg.
-    pub mass: f32,
+    /// Mass, kg; `None` when the result has no answer.
+    pub mass: Option<f32>,
     /// Bytes of the result.
     pub length: u32,
 }
