@@ -21,6 +21,9 @@ use crate::source::ScanSource;
 /// trigger.
 const HAND_S: f64 = 0.03;
 
+/// Taps after one arming: whoever is not heard so often puts the hammer down until the rig arms again.
+const MOST_TAPS: u32 = 10;
+
 /// Makes scans of a layout on a bench, with an operator who follows the prompts of the rig.
 ///
 /// The scans after an arming depend on bench, layout, seed, arming, DOF and, in manual mode, on when
@@ -122,7 +125,9 @@ impl BenchSource {
         let now = self.simulation.time();
         let start = match &mut self.prompt {
             // One scan ahead, so that no touch lies in the past.
-            Prompt::Rig { next } if now + self.bench.adc.rate_hz.recip() >= *next => {
+            Prompt::Rig { next }
+                if self.taps < MOST_TAPS && now + self.bench.adc.rate_hz.recip() >= *next =>
+            {
                 let start = now.max(*next);
                 *next = start + self.bench.operator.patience_s;
                 start

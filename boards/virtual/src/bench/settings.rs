@@ -210,7 +210,8 @@ impl TapSettings {
 pub struct OperatorSettings {
     /// Rig time between *armed* and the tap, s.
     pub delay_s: f64,
-    /// Rig time after a tap that leads to nothing until the next one, s.
+    /// Rig time after a tap that leads to nothing until the next one, s; after ten such taps the
+    /// operator waits for the next arming.
     pub patience_s: f64,
     /// Share of the taps that are too weak.
     pub too_weak_rate: f64,

@@ -197,6 +197,24 @@ fn an_operator_whose_tap_goes_unheard_taps_again() {
 }
 
 #[test]
+fn an_operator_who_is_not_heard_gives_up_until_the_next_arming() {
+    let mut bench = Bench::named("default").unwrap();
+    bench.operator.patience_s = 0.3;
+    bench.operator.delay_s = 0.3;
+    let mut source = BenchSource::new(&bench, &test_one(), 8).unwrap();
+    let last_tap = |source: &BenchSource| source.last_tap().map(|tap| tap.start());
+    for arming in 1..=2 {
+        source.armed(arming, 0);
+        scans(&mut source, 4000 * 10 * 3 / 10 + 400);
+        let tenth = last_tap(&source);
+        // The simulation takes the time of a scan in steps: within one scan of the tenth patience.
+        assert!(tenth.is_some_and(|start| (start - 3.0).abs() < 1.0 / 4000.0), "{tenth:?}");
+        scans(&mut source, 4000);
+        assert_eq!(last_tap(&source), tenth);
+    }
+}
+
+#[test]
 fn a_tap_far_beside_the_mark_still_lands() {
     let mut bench = Bench::named("default").unwrap();
     bench.tap.point_sigma_m = 0.05;
