@@ -17,7 +17,7 @@ use crate::spectra::{RigSpectra, resolution};
 use crate::store::{Kept, Store};
 
 /// Bytes of the record that are summed at a time.
-const PIECE: usize = 64;
+const PIECE: usize = 4 * Record::SCAN_BYTES;
 /// Words of the spectra object: a header of four, G_FF, G_XF (re, im), G_XX.
 const HEADER_WORDS: usize = 4;
 const SPECTRA_WORDS: usize = HEADER_WORDS + SPECTRUM_LINES * (1 + 3 * RESPONSES);

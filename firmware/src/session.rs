@@ -18,7 +18,7 @@ use massline_shared::protocol::message::{
     ReadObject, Reason, Refusal, ResultPage, SetStream, Status, changes,
 };
 use massline_shared::protocol::{Deframer, Endpoint, Frame, MAX_FRAME, crc32, encode_frame};
-use massline_shared::signal::{CHANNELS, Calibration, Record};
+use massline_shared::signal::{Calibration, Record};
 
 use crate::objects::Objects;
 use crate::rig::{Rig, Streamed};
@@ -31,9 +31,6 @@ const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
 const NEWS_AT_ONCE: usize = 8;
 /// A link that is gone, or says that it is empty, is asked again after this long.
 const LINK_PAUSE: Duration = Duration::from_millis(10);
-
-/// Bytes of a scan on the wire.
-const SCAN_BYTES: usize = 2 * CHANNELS;
 
 /// What the session keeps between two frames.
 pub(crate) struct SessionMemory {
@@ -293,7 +290,7 @@ struct News {
 impl News {
     /// The next scans of the stream, when there are enough to be sent.
     fn scans(&mut self, rig: &Rig, record: &RefCell<Record>) -> Option<ScanBlock> {
-        const SCANS: u64 = (SCAN_BLOCK_BYTES / SCAN_BYTES) as u64;
+        const SCANS: u64 = (SCAN_BLOCK_BYTES / Record::SCAN_BYTES) as u64;
         if !rig.stream.get() {
             self.next_scan = None;
             return None;
@@ -310,7 +307,7 @@ impl News {
         let start = record.len().checked_sub((end - first) as usize)?;
         let mut codes = Vec::new();
         codes.resize(SCAN_BLOCK_BYTES, 0).ok()?;
-        record.read_bytes(start * SCAN_BYTES, &mut codes);
+        record.read_bytes(start * Record::SCAN_BYTES, &mut codes);
         Some(ScanBlock { first, codes })
     }
 
