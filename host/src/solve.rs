@@ -108,7 +108,8 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
         ReferencePoint::Origin => inertia_restraint::ReferencePoint::Origin,
     };
     let estimate = inertia_restraint::solve(layout, lines.iter().enumerate(), reference)
-        .map_err(|found| first_error(&found, say).unwrap_or_else(undetermined))?;
+        .map_err(|found| first_error(&found, say).unwrap_or_else(undetermined))
+        .map_err(blame_the_responses)?;
     let channels = 3 * layout.sensors.len();
     let truth = file.reference.map(|reference| Truth {
         properties: reference.properties(),
@@ -229,6 +230,20 @@ impl Solution {
             text += &format!("note: {note}\n");
         }
         text
+    }
+}
+
+/// The layout alone is good: what is missing is missing in the frequency responses.
+fn blame_the_responses(error: Error) -> Error {
+    match error {
+        Error::Undetermined { code, message } => Error::undetermined(
+            code,
+            format!(
+                "the layout is good but its frequency responses are not: {message}; check that the \
+                 file holds this object's responses and what quantity they are (--quantity)"
+            ),
+        ),
+        other => other,
     }
 }
 

@@ -185,6 +185,7 @@ impl Sampler for SourceSampler {
 
     async fn start(&mut self) -> Result<(), SampleError> {
         self.running = true;
+        self.source.lock().source.started();
         self.pace_anew();
         Ok(())
     }

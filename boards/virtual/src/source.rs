@@ -8,6 +8,9 @@ pub trait ScanSource: Send {
     /// Rate, resolution and delay of the scans.
     fn adc(&self) -> AdcProperties;
 
+    /// Sampling starts, and the rig does not wait for a hit unless [`ScanSource::armed`] follows.
+    fn started(&mut self) {}
+
     /// The person reads on the panel that the rig waits for a hit at DOF `dof` of the layout;
     /// `arming` is another number each time.
     fn armed(&mut self, arming: u32, dof: usize);

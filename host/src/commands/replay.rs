@@ -29,9 +29,9 @@ and where which DOF was hit. A rejected segment is not repeated: a DOF with at l
 goes on with a warning, with none the replay ends with exit 3.
 
 Examples:
-  massline replay frame.npy --layout frame.toml
-  massline replay frame.npy --layout frame.toml --rig qemu --json
-  massline replay frame.npy --layout frame.toml --calibration rig.toml")]
+  massline replay frame-tape.npy --layout frame.toml
+  massline replay frame-tape.npy --layout frame.toml --rig qemu --json
+  massline replay frame-tape.npy --layout frame.toml --calibration rig.toml")]
 pub struct Args {
     /// The tape; its sidecar has the same name with `.toml`.
     tape: PathBuf,

@@ -25,8 +25,8 @@ the bench. The result is printed beside the truth.
 Examples:
   massline simulate frame.toml
   massline simulate frame.toml --bench ideal --seed 5 --json
-  massline simulate frame.toml --bench box.toml --tape box.npy
-  massline replay box.npy --layout frame.toml")]
+  massline simulate frame.toml --bench box.toml --tape box-tape.npy
+  massline replay box-tape.npy --layout frame.toml")]
 pub struct Args {
     /// The layout file.
     layout: PathBuf,
@@ -61,6 +61,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let result = match &args.tape {
         None => test.run(output, |source| source)?,
         Some(path) => {
+            TapeWriter::check(path)?;
             let calibration = nominal_calibration(&bench);
             let recorder = Recorder::new(path, &layout, &calibration);
             let result = test.run(output, |source| recorder.around(source));
@@ -179,6 +180,10 @@ struct Recorded {
 impl ScanSource for Recorded {
     fn adc(&self) -> AdcProperties {
         self.source.adc()
+    }
+
+    fn started(&mut self) {
+        self.source.started();
     }
 
     fn armed(&mut self, arming: u32, dof: usize) {

@@ -185,15 +185,42 @@ pub struct TapeWriter {
 }
 
 impl TapeWriter {
+    /// Whether a tape may be written here: an earlier tape is replaced, nothing else is.
+    ///
+    /// # Errors
+    /// Exit 2 when the tape or its sidecar would replace another file, or there is no such folder.
+    pub fn check(path: &Path) -> Result<()> {
+        let refuse = |message: String| Err(Error::input("tape_not_writable", message));
+        let sidecar = sidecar_path(path);
+        if sidecar == path {
+            return refuse(format!("{}: a tape's name ends with .npy", path.display()));
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if folder.is_some_and(|folder| !folder.is_dir()) {
+            return refuse(format!("{}: there is no such folder", path.display()));
+        }
+        if sidecar.exists() && Sidecar::read(&sidecar).is_err() {
+            return refuse(format!(
+                "{} would become the sidecar of {} but is another file; give the tape another name",
+                sidecar.display(),
+                path.display(),
+            ));
+        }
+        if path.exists() && !sidecar.exists() {
+            return refuse(format!(
+                "{} is there already and no tape of this program; give the tape another name",
+                path.display(),
+            ));
+        }
+        Ok(())
+    }
+
     /// Begins a tape; `sidecar` may hold segments already.
     ///
     /// # Errors
-    /// Exit 2 when the file cannot be written.
+    /// As [`TapeWriter::check`], and exit 2 when the file cannot be written.
     pub fn create(path: &Path, sidecar: Sidecar) -> Result<Self> {
-        if sidecar_path(path) == path {
-            let message = format!("{}: a tape's name ends with .npy", path.display());
-            return Err(Error::input("tape_not_writable", message));
-        }
+        Self::check(path)?;
         let file = File::create(path).map_err(|e| not_writable(path, &e))?;
         let mut writer = Self {
             path: path.to_owned(),

@@ -240,3 +240,23 @@ fn the_layout_must_be_that_of_the_tape() {
     let error = new(&all, |s| s.adc.channels = 7).unwrap_err().to_string();
     assert!(error.contains("3 sensors and the tape 2"), "{error}");
 }
+
+#[test]
+fn a_tape_replaces_an_earlier_tape_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("frame.npy");
+    let layout = folder.path().join("frame.toml");
+    std::fs::write(&layout, "title = \"a layout\"\n").unwrap();
+    assert!(TapeWriter::create(&path, sidecar(&[])).is_err());
+    assert_eq!(std::fs::read_to_string(&layout).unwrap(), "title = \"a layout\"\n");
+    assert!(!path.exists());
+    std::fs::remove_file(&layout).unwrap();
+    for _ in 0..2 {
+        let writer = TapeWriter::create(&path, sidecar(&[])).unwrap();
+        writer.finish().unwrap();
+    }
+    std::fs::remove_file(&layout).unwrap();
+    assert!(TapeWriter::create(&path, sidecar(&[])).is_err(), "an array of someone else");
+    let nowhere = folder.path().join("none").join("frame.npy");
+    assert!(TapeWriter::check(&nowhere).is_err());
+}

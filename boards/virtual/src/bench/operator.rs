@@ -171,6 +171,10 @@ impl ScanSource for BenchSource {
         }
     }
 
+    fn started(&mut self) {
+        self.armed = None;
+    }
+
     fn armed(&mut self, arming: u32, dof: usize) {
         self.armed = Some((arming, dof));
         self.drives.clear();

@@ -32,9 +32,9 @@ With the stream, hits are found in it by the trigger of [test]; with --triggered
 is too slow, the rig runs a campaign and each good hit's record is read.
 
 Examples:
-  massline record frame.toml --output frame.npy
-  massline record frame.toml --output frame.npy --triggered --port /dev/ttyACM0
-  massline replay frame.npy --layout frame.toml")]
+  massline record frame.toml --output frame-tape.npy
+  massline record frame.toml --output frame-tape.npy --triggered --port /dev/ttyACM0
+  massline replay frame-tape.npy --layout frame.toml")]
 pub struct Args {
     /// The layout file.
     layout: PathBuf,
@@ -70,6 +70,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read(&args.layout)?;
     let layout = files::for_rig(&file, &args.layout)?;
     let given = files::calibration(args.calibration.as_deref(), &file)?;
+    TapeWriter::check(&args.output)?;
     let (mut client, identity) = args.port.connect()?;
     fits(&layout, &identity)?;
     clear(&mut client, args.restart)?;

@@ -20,6 +20,8 @@ use crate::tape::{Segment, TapeWriter};
 
 /// A rig that streams sends a block at least this often.
 const SILENCE: Duration = Duration::from_secs(5);
+/// Without a hit for this long nobody taps, s.
+const NOBODY_TAPS_S: f32 = 300.0;
 /// How often keyboard and Ctrl-C are looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
@@ -77,6 +79,8 @@ struct Stream<'r> {
     /// Segments before those of the DOF in hand.
     before: usize,
     prompted: Option<(usize, usize)>,
+    /// Index of the scan after which nobody has hit.
+    last_hit: u64,
 }
 
 impl<'r> Stream<'r> {
@@ -90,6 +94,7 @@ impl<'r> Stream<'r> {
             dof: 0,
             before: 0,
             prompted: None,
+            last_hit: 0,
         }
     }
 
@@ -167,7 +172,19 @@ impl<'r> Stream<'r> {
         for (scan, index) in scans.iter().zip(next - base..) {
             if let Some((start, report)) = self.finder.feed(scan, index) {
                 self.found(start, &report, output);
+                self.last_hit = index;
             }
+        }
+        let quiet = (next - base).saturating_sub(self.last_hit) as f32;
+        if quiet > NOBODY_TAPS_S * self.recording.identity.adc.rate.0 {
+            return Err(Error::device(
+                "nobody_taps",
+                format!(
+                    "no hit for {NOBODY_TAPS_S} s of scans; a simulated rig whose operator taps by \
+                     itself does so only in a campaign: record it with --triggered, or tap by hand \
+                     with `massline virtual --manual`"
+                ),
+            ));
         }
         Ok(())
     }

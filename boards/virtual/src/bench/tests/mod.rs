@@ -224,3 +224,19 @@ fn a_tap_far_beside_the_mark_still_lands() {
         assert!(scans(&mut source, 1300).iter().any(|s| s[0] > 200));
     }
 }
+
+#[test]
+fn an_operator_taps_for_an_arming_and_not_while_the_rig_only_streams() {
+    let mut bench = Bench::named("default").unwrap();
+    bench.operator.too_weak_rate = 0.0;
+    let mut source = BenchSource::new(&bench, &test_one(), 5).unwrap();
+    let touched =
+        |source: &mut BenchSource| scans(source, 20_000).iter().any(|scan| scan[0] > 137 + 60);
+    source.armed(1, 0);
+    assert!(touched(&mut source));
+    source.started();
+    // The ring-down of the last tap; the hammer is at rest.
+    assert!(!touched(&mut source));
+    source.armed(2, 1);
+    assert!(touched(&mut source));
+}
