@@ -34,7 +34,7 @@ pub enum ClientError {
     },
     /// The link went away and did not come back.
     #[error(
-        "{port} was lost ({reason}) and did not come back within {waited:?}; connect the rig again and repeat the command: what the rig has accepted and stored is kept"
+        "{port} was lost ({reason}) and did not come back within {waited:.0?}; connect the rig again and repeat the command: what the rig has accepted and stored is kept"
     )]
     Lost {
         /// Path of the port.

@@ -93,7 +93,9 @@ fn check(file: &LayoutFile, output: &mut Output) -> Result<()> {
     let say = |d: &Diagnostic| report::message_in(d, &file.layout);
     let good = !found.iter().any(Diagnostic::is_error);
     if !output.json() {
-        show::list(&found, say, output);
+        // The errors are told together at the end.
+        let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
+        show::list(&lesser, say, output);
         output.note(&whose);
     }
     let value = json!({
@@ -111,7 +113,6 @@ fn check(file: &LayoutFile, output: &mut Output) -> Result<()> {
             )
         });
     }
-    // The reason is in the error; the rest of what was found is on stderr already.
     Err(show::first_error(&found, say)
         .unwrap_or_else(|| Error::undetermined("layout", "the layout determines less than ten")))
 }

@@ -81,7 +81,7 @@ pub struct Bench {
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
     /// The file cannot be read.
-    #[error("{file}: {source}")]
+    #[error("{file}: the bench cannot be read: {source}; check the path")]
     Unreadable {
         /// The file.
         file: String,
