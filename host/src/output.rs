@@ -24,6 +24,8 @@ pub struct Output {
     keyboard: bool,
     raw: bool,
     interrupt: Interrupt,
+    /// What the object of an error says besides the error.
+    details: Option<Value>,
 }
 
 /// How a piece of text is shown on a terminal with colours.
@@ -64,6 +66,7 @@ impl Output {
             keyboard: io::stdin().is_terminal() && terminal,
             raw: false,
             interrupt,
+            details: None,
         }
     }
 
@@ -82,6 +85,7 @@ impl Output {
             keyboard: false,
             raw: false,
             interrupt: Interrupt::new(),
+            details: None,
         }
     }
 
@@ -156,9 +160,20 @@ impl Output {
         let head = self.toned("error:", Tone::Bad);
         self.note(format!("{head} {error}"));
         if self.json {
+            let mut value = error.to_json();
+            if let (Some(Value::Object(details)), Some(object)) =
+                (self.details.take(), value.as_object_mut())
+            {
+                object.extend(details);
+            }
             // There is nowhere to report that stdout is gone.
-            let _ = self.value(&error.to_json());
+            let _ = self.value(&value);
         }
+    }
+
+    /// Puts the keys of the object `details` beside the error that is reported next.
+    pub fn explain(&mut self, details: Value) {
+        self.details = Some(details);
     }
 
     /// `text` in colour where colours are shown.

@@ -99,7 +99,8 @@ fn check(file: &LayoutFile, output: &mut Output) -> Result<()> {
         output.note(&whose);
     }
     let value = json!({
-        "determines_all_ten": good,
+        "identifiable": good,
+        "codes": found.iter().filter_map(|d| Some(d.known_code()?.name())).collect::<Vec<_>>(),
         "diagnostics": report::diagnostics_json(&found, say),
         "layout_hash": file.hash(),
         "body": { "source": whose, "properties": body.theta().as_slice() },
@@ -113,6 +114,7 @@ fn check(file: &LayoutFile, output: &mut Output) -> Result<()> {
             )
         });
     }
+    output.explain(value);
     Err(show::first_error(&found, say)
         .unwrap_or_else(|| Error::undetermined("layout", "the layout determines less than ten")))
 }
