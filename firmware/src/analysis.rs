@@ -169,8 +169,6 @@ impl Analysis<'_> {
     pub fn identify(&mut self, number: u32) {
         let rig = self.rig;
         self.open_result();
-        // What an earlier try said of the store is over.
-        rig.diagnostics.borrow_mut().retain(|d| d.known_code() != Some(Code::ResultNotStored));
         self.tell_unfinished_dofs();
         let layout = rig.layout.borrow();
         let Some(layout) = layout.as_ref() else { return };

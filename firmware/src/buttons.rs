@@ -25,7 +25,7 @@ pub(crate) async fn run(mut panel: impl Panel, rig: &Rig, store_full: impl Async
 fn command_of(button: Button, phase: Phase) -> Option<CampaignCommand> {
     use CampaignCommand as C;
     match (button, phase) {
-        (Button::Ok, Phase::Idle | Phase::Done | Phase::Failed) => Some(C::Start),
+        (Button::Ok, Phase::Idle | Phase::Done) => Some(C::Start),
         (Button::Ok, Phase::Confirming) => Some(C::Accept),
         (Button::Ok, Phase::Paused) => Some(C::Resume),
         (Button::Back, Phase::Confirming) => Some(C::Reject),

@@ -133,8 +133,13 @@ impl Rig {
             self.start(request, store_full)?;
         } else {
             self.campaign.borrow_mut().command(command)?;
-            if command == CampaignCommand::Redo {
-                self.spectra_of.set(None);
+            match command {
+                CampaignCommand::Redo => self.spectra_of.set(None),
+                // What had interrupted the campaign is tried again.
+                CampaignCommand::Resume => {
+                    self.diagnostics.borrow_mut().retain(|d| !d.interrupts());
+                }
+                _ => {}
             }
         }
         self.steer.signal(());
@@ -233,7 +238,7 @@ impl Rig {
     /// True when layout, calibration and results may be changed: nothing is measured.
     pub fn is_idle(&self) -> bool {
         let phase = self.campaign.borrow().phase();
-        matches!(phase, Phase::Idle | Phase::Done | Phase::Failed) && !self.stream.get()
+        matches!(phase, Phase::Idle | Phase::Done) && !self.stream.get()
     }
 
     /// True when nothing is sampled or computed: idle or paused.

@@ -6,6 +6,7 @@
 
 use std::time::{Duration, Instant};
 
+use massline_shared::diagnosis::Diagnostic;
 use massline_shared::protocol::event::{HitEvent, ScanBlock};
 use massline_shared::protocol::message::{CampaignCommand, Phase, Reason, Status};
 
@@ -76,8 +77,9 @@ pub enum Steer {
 pub enum Ending {
     /// There is a result of this number.
     Done(u32),
-    /// The campaign ended without an answer; the diagnostics of the status say why.
-    Failed(Box<Status>),
+    /// The rig has interrupted the campaign itself; the diagnostics of the status say why. It can be
+    /// resumed.
+    Stopped(Box<Status>),
     /// The campaign is interrupted and can be resumed.
     Paused(Box<Status>),
     /// The campaign was aborted.
@@ -211,7 +213,9 @@ impl Follower<'_> {
                 self.drain()?;
                 Ok(Some(Ending::Done(status.result)))
             }
-            Some(Phase::Failed) => Ok(Some(Ending::Failed(Box::new(status.clone())))),
+            Some(Phase::Paused) if status.diagnostics.iter().any(Diagnostic::interrupts) => {
+                Ok(Some(Ending::Stopped(Box::new(status.clone()))))
+            }
             Some(Phase::Paused) => Ok(Some(Ending::Paused(Box::new(status.clone())))),
             Some(Phase::Idle) => Ok(Some(Ending::Aborted)),
             _ => Ok(None),
@@ -308,7 +312,6 @@ pub fn phase_name(raw: u8) -> &'static str {
         Some(Phase::Paused) => "paused",
         Some(Phase::Solving) => "solving",
         Some(Phase::Done) => "done",
-        Some(Phase::Failed) => "failed",
         None => "unknown",
     }
 }

@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 use serde_json::{Value, json};
 
 pub use message::{code_name, message, message_in};
-pub use table::{Truth, table};
+pub use table::{Truth, scale_of, table};
 
 /// One method's answer in double precision.
 #[derive(Clone, Debug, PartialEq)]

@@ -121,6 +121,13 @@ codes! {
     ScansLost = 66, "scans_lost";
 }
 
+impl Code {
+    /// True when the rig interrupts a campaign because of this, until it is told to go on.
+    pub fn interrupts(self) -> bool {
+        matches!(self, Self::ResultNotStored | Self::SamplerStopped)
+    }
+}
+
 /// One named fact with the number that decided it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnostic {
@@ -154,6 +161,11 @@ impl Diagnostic {
     /// True when there is no answer because of this.
     pub fn is_error(&self) -> bool {
         Severity::from_raw(self.severity) == Severity::Error
+    }
+
+    /// True when the rig has interrupted the campaign because of this.
+    pub fn interrupts(&self) -> bool {
+        self.known_code().is_some_and(Code::interrupts)
     }
 
     /// The code, when this program knows it.

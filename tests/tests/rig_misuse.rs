@@ -2,11 +2,16 @@
 
 use std::time::Duration;
 
+use massline::campaign::{Begin, Begun, Ending, begin, follow};
 use massline::client::{Client, Event, PipeTransport};
+use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
+use massline_firmware::board::{Board, SampleError, Sampler};
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::message::{CampaignCommand, Phase, Reason, Status};
+use massline_shared::signal::{AdcProperties, Scan};
+use massline_shared::units::ScanIndex;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
@@ -164,5 +169,75 @@ fn redo_measures_the_dof_again_and_a_pause_keeps_the_others() {
     assert_eq!(phase(&client.status().unwrap()), Some(Phase::Paused));
     let refusal = client.start(true, false).map(|status| status.accepted[0]);
     assert_eq!(refusal.unwrap(), 0, "a start over a pause begins anew");
+    rig.stop().unwrap();
+}
+
+/// A converter that stops answering once, in the middle of a campaign.
+struct StopsOnce<S> {
+    sampler: S,
+    /// Blocks until it stops.
+    left: Option<u32>,
+}
+
+impl<S: Sampler> Sampler for StopsOnce<S> {
+    fn adc(&self) -> AdcProperties {
+        self.sampler.adc()
+    }
+
+    async fn start(&mut self) -> Result<(), SampleError> {
+        self.sampler.start().await
+    }
+
+    async fn read(&mut self, block: &mut [Scan]) -> Result<ScanIndex, SampleError> {
+        match &mut self.left {
+            Some(0) => {
+                self.left = None;
+                Err(SampleError::Stopped)
+            }
+            Some(left) => {
+                *left -= 1;
+                self.sampler.read(block).await
+            }
+            None => self.sampler.read(block).await,
+        }
+    }
+
+    fn stop(&mut self) {
+        self.sampler.stop();
+    }
+}
+
+#[test]
+fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
+    let file = LayoutFile::parse(LAYOUT, "test.toml").unwrap();
+    let bench = Bench::named("ideal").unwrap();
+    let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
+    // A hit takes about 160 blocks of 20 scans: this is in the sixth.
+    let left = Some(900);
+    let rig = VirtualRig::start_application(
+        VirtualRigOptions::new(Box::new(source)),
+        async move |board| {
+            let Board { info, sampler, link, flash, panel } = board;
+            let sampler = StopsOnce { sampler, left };
+            let board = Board { info, sampler, link, flash, panel };
+            let mut memory = Box::new(massline_firmware::Memory::new());
+            massline_firmware::run(board, &mut memory).await
+        },
+    )
+    .unwrap();
+    let mut client = Client::new(PipeTransport::new(rig.link()));
+    client.put_layout(&file.rig_layout().unwrap()).unwrap();
+    let mut follow_one = |wanted: Begun| {
+        assert_eq!(begin(&mut client, Begin::default()).unwrap(), wanted);
+        follow(&mut client, &Interrupt::new(), Some(LONG), &mut ()).unwrap()
+    };
+    let Ending::Stopped(status) = follow_one(Begun::Started) else { panic!("it has stopped") };
+    assert!(status.diagnostics.iter().any(|d| d.known_code() == Some(Code::SamplerStopped)));
+    let kept: u8 = status.accepted.iter().sum();
+    assert!(kept >= 3, "{status:?}");
+    let Ending::Done(number) = follow_one(Begun::Resumed) else { panic!("it goes on") };
+    let result = client.result(number).unwrap();
+    assert_eq!(result.estimates.len(), 1);
+    assert!(!result.diagnostics.iter().any(|d| d.interrupts()));
     rig.stop().unwrap();
 }

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 use crate::output;
-use crate::report::{self, Answer, Truth};
+use crate::report::{self, Answer, Truth, scale_of};
 
 /// Symbols of the ten, in their order.
 const SYMBOLS: [&str; 10] =
@@ -37,7 +37,7 @@ impl Comparison {
     /// When the result has no answer.
     pub fn errors_percent(&self) -> Result<[f64; 10]> {
         let measured = self.answer()?.properties();
-        let scale = self.scale();
+        let scale = scale_of(self.truth[0], self.length);
         let mut errors = [0.0; 10];
         for (k, error) in errors.iter_mut().enumerate() {
             *error = 100.0 * (measured[k] - self.truth[k]) / scale[k];
@@ -87,14 +87,6 @@ impl Comparison {
         self.result.estimates.first().map(Answer::from_stored).ok_or_else(|| {
             Error::undetermined("no_answer", format!("{}: the result has no answer", self.name))
         })
-    }
-
-    fn scale(&self) -> [f64; 10] {
-        let (mass, length) = (self.truth[0], self.length);
-        let mut scale = [mass * length * length; 10];
-        scale[0] = mass;
-        scale[1..4].fill(length);
-        scale
     }
 }
 

@@ -103,8 +103,7 @@ pub fn fits(layout: &RigLayout, identity: &Identity) -> Result<()> {
 /// Another layout is only taken by a rig that is not in the middle of a campaign.
 fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) -> Result<()> {
     let status = client.status()?;
-    let resting =
-        matches!(Phase::from_raw(status.phase), Some(Phase::Idle | Phase::Done | Phase::Failed));
+    let resting = matches!(Phase::from_raw(status.phase), Some(Phase::Idle | Phase::Done));
     if resting || (status.layout_hash == layout.hash() && !restart) {
         return Ok(());
     }
@@ -166,7 +165,7 @@ pub fn finish(client: &mut Client, ending: &Ending, output: &mut Output) -> Resu
             let result = client.result(*number)?;
             show::measurement(&result, output)
         }
-        Ending::Failed(status) => Err(show::failure(status)),
+        Ending::Stopped(status) => Err(show::stopped(status)),
         Ending::Paused(status) => Err(paused(status)),
         Ending::Aborted => Err(Error::interrupted("the campaign was aborted; it has no result")),
     }

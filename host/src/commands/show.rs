@@ -38,11 +38,18 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
     }))
 }
 
-/// Why a campaign failed.
-pub fn failure(status: &Status) -> Error {
-    first_error(&status.diagnostics, report::message).unwrap_or_else(|| {
-        Error::undetermined("campaign_failed", "the campaign ended without an answer")
-    })
+/// Why the rig has interrupted a campaign by itself.
+pub fn stopped(status: &Status) -> Error {
+    let reasons: Vec<_> =
+        status.diagnostics.iter().filter(|d| d.interrupts()).map(report::message).collect();
+    let code = status.diagnostics.iter().find(|d| d.interrupts()).and_then(|d| d.known_code());
+    Error::device(
+        code.map_or("campaign_stopped", |code| code.name()),
+        format!(
+            "the rig has interrupted the campaign: {}; what is accepted is kept",
+            reasons.join("; ")
+        ),
+    )
 }
 
 /// Says every diagnostic on stderr, in the words of `say`.

@@ -102,7 +102,7 @@ impl SimulatedCampaign<'_> {
                 show::require_answer(&result)?;
                 Ok(result)
             }
-            Ending::Failed(status) => Err(show::failure(&status)),
+            Ending::Stopped(status) => Err(show::stopped(&status)),
             Ending::Paused(_) | Ending::Aborted => {
                 Err(Error::interrupted("interrupted; the simulated rig is gone"))
             }

@@ -31,12 +31,16 @@ impl Truth {
     /// What 100 % of the ten are; the mass is the expected one, else that of the answer.
     fn scale(&self, answer: &Answer) -> [f64; 10] {
         let [mass, ..] = self.properties;
-        let mass = mass.unwrap_or(answer.body.mass);
-        let mut scale = [mass * self.length * self.length; 10];
-        scale[0] = mass;
-        scale[1..4].fill(self.length);
-        scale
+        scale_of(mass.unwrap_or(answer.body.mass), self.length)
     }
+}
+
+/// The scale of errors, [m, L, L, L, m L² × 6].
+pub fn scale_of(mass: f64, length: f64) -> [f64; 10] {
+    let mut scale = [mass * length * length; 10];
+    scale[0] = mass;
+    scale[1..4].fill(length);
+    scale
 }
 
 /// The ten with units, standard deviations and, beside expected values, errors in % of scale; then

@@ -124,15 +124,16 @@ pub enum Phase {
     Busy = 2,
     /// A graded hit waits for the operator to accept or reject it.
     Confirming = 3,
-    /// A campaign is interrupted; what has been accepted is kept.
+    /// A campaign is interrupted, by the operator or by the rig itself; what has been accepted is
+    /// kept. An error in [`Status::diagnostics`] that [`Code::interrupts`] says why the rig did it.
+    ///
+    /// [`Code::interrupts`]: crate::diagnosis::Code::interrupts
     Paused = 4,
     /// The ten properties are being computed and stored.
     Solving = 5,
     /// The campaign has ended and a result is stored, with or without an answer:
     /// [`Status::result`].
     Done = 6,
-    /// The campaign has ended without a stored result; [`Status::diagnostics`] says why.
-    Failed = 7,
 }
 
 impl Phase {
@@ -146,7 +147,6 @@ impl Phase {
             Self::Paused,
             Self::Solving,
             Self::Done,
-            Self::Failed,
         ]
         .into_iter()
         .find(|&phase| phase as u8 == raw)

@@ -102,7 +102,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 /// Nothing may be under way on the rig: with `restart` it is aborted.
 fn clear(client: &mut Client, restart: bool) -> Result<()> {
     let phase = Phase::from_raw(client.status()?.phase);
-    if matches!(phase, Some(Phase::Idle | Phase::Done | Phase::Failed)) {
+    if matches!(phase, Some(Phase::Idle | Phase::Done)) {
         return Ok(());
     }
     if !restart {

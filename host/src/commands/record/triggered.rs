@@ -36,11 +36,7 @@ pub(super) fn record(
             output.note(format!("the rig keeps the result as number {number}"));
             Ok(hits)
         }
-        // The tape is whole all the same: that the rig finds no answer is said and no more.
-        Ending::Failed(status) => {
-            output.warn(show::failure(&status).to_string());
-            Ok(hits)
-        }
+        Ending::Stopped(status) => Err(show::stopped(&status)),
         Ending::Paused(_) | Ending::Aborted => {
             client.command(CampaignCommand::Abort).ok();
             Err(Error::interrupted("the recording was interrupted"))
