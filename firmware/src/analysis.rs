@@ -1,29 +1,36 @@
-//! From a record to averaged spectra, from spectra to mass lines, from mass lines to the result.
+//! From a record to averaged spectra, from spectra to mass lines, and all of it in the result.
 
 use core::cell::RefCell;
 
 use embassy_futures::yield_now;
 use heapless::Vec;
 use massline_shared::campaign::Outcome;
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use massline_shared::identify::inertia_restraint::{self, Settings};
-use massline_shared::identify::{Estimate, MassLines, Method, ScatterAccumulator, lower_triangle};
-use massline_shared::layout::{RigLayout, TestSettings};
-use massline_shared::mass_line::{BasisRow, Line, MassLineBasis, MassLineError, Terms};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::identify::{ScatterAccumulator, lower_triangle};
+use massline_shared::layout::{FrfEstimator, TestSettings};
+use massline_shared::mass_line::{
+    BasisRow, Fitting, Line, MassLineBasis, MassLineError, ResponseFits, Terms, find_band,
+    window_correlation,
+};
 use massline_shared::protocol::crc32;
-use massline_shared::protocol::object::{DofResult, MeasurementResult, StoredEstimate};
+use massline_shared::protocol::message::Measured;
+use massline_shared::protocol::object::{DofResult, MeasurementResult};
 use massline_shared::signal::{
     Calibration, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES,
     lines_of_band,
 };
 use nalgebra::{Complex, SVector};
 
+use crate::consistency;
+use crate::deadline::Deadline;
+use crate::identification;
 use crate::rig::{Rig, cut};
 use crate::spectra::{RigSpectra, resolution};
 
 /// What the analysis keeps between two steps.
 pub(crate) struct AnalysisMemory {
-    /// Samples and transform of one channel; the encoded result after the last hit.
+    /// Samples and transform of one channel; after the last hit the workspace of the fit, then the
+    /// encoded result.
     scratch: [f32; RECORD_SCANS],
     force: [Complex<f32>; SPECTRUM_LINES],
     lines: [Complex<f32>; SPECTRUM_LINES],
@@ -50,6 +57,9 @@ impl AnalysisMemory {
                 layout_hash: 0,
                 calibration: 0,
                 firmware: heapless::String::new(),
+                frf_estimator: FrfEstimator::H1,
+                terms: Terms::Abc,
+                band_automatic: false,
                 dofs: Vec::new(),
                 estimates: Vec::new(),
                 diagnostics: Vec::new(),
@@ -58,9 +68,9 @@ impl AnalysisMemory {
         }
     }
 
-    /// The result as bytes, and its mass when there is one.
-    pub fn encode_result(&mut self) -> (&[u8], Option<f32>) {
-        let mass = self.result.estimates.first().map(|estimate| estimate.properties[0]);
+    /// The result as bytes, and the mass by its best answer when there is one.
+    pub fn encode_result(&mut self) -> (&[u8], Option<Measured>) {
+        let mass = self.result.estimates.first().map(identification::mass_of);
         let room = bytemuck::cast_slice_mut(&mut self.scratch);
         // A result is at most as long as the store takes, which a test proves: it fits the room.
         let bytes = postcard::to_slice(&self.result, room).map_or(&[][..], |bytes| bytes);
@@ -79,62 +89,56 @@ pub(crate) struct Analysis<'a> {
 impl Analysis<'_> {
     /// Averages the record into the spectra of a DOF, and its own mass lines into their scatter.
     ///
-    /// Yields between channels; a channel takes about 0.2 M instructions.
+    /// Yields between channels; a channel takes about 0.2 M instructions. Deadline: [`crate::deadline::DEADLINE`]
+    /// between two yields.
     pub async fn average_hit(&mut self, dof: usize) {
         let rig = self.rig;
         let Some(test) = self.settings() else { return };
         if rig.campaign.borrow().accepted() == 0 {
             self.open_dof(dof);
         }
-        let hit = {
-            let calibration = rig.calibration.borrow();
-            HitAnalysis::<f32>::new(&rig.adc_in_use(), &calibration, &test, PRE_TRIGGER_SCANS)
-        };
-        let AnalysisMemory { scratch, force, lines, basis, single_hits, .. } = &mut *self.memory;
-        // The scratch is as long as the record, so no transform fails.
-        if hit.force(&*self.record.borrow(), scratch, force).is_err() {
+        let Some(mut hit) = HitInHand::begin(rig, self.record, self.spectra, self.memory, &test)
+        else {
             return;
-        }
-        self.spectra.borrow_mut().add_force(force);
-        let basis = fit_basis(rig, &test, |line| force[line].norm_sqr(), basis);
+        };
         let mut single = SVector::<f32, RESPONSES>::zeros();
         let mut whole = true;
         for response in 0..rig.adc_in_use().responses() {
             // Only the measuring loop, which is here, writes the record: it stays as it is.
             yield_now().await;
-            if hit.response(&*self.record.borrow(), response, scratch, lines).is_err() {
-                return;
-            }
-            self.spectra.borrow_mut().add_response(response, force, lines);
-            HitAnalysis::divide(lines, force);
-            let fit = basis.as_ref().map(|basis| basis.fit(lines.iter().copied()));
-            match (fit, single.get_mut(response)) {
-                (Ok(Ok(fit)), Some(value)) => *value = fit.accelerance(),
+            match (hit.add_response(response), single.get_mut(response)) {
+                (Some(accelerance), Some(value)) => *value = accelerance,
                 _ => whole = false,
             }
         }
         // A hit without mass lines of its own tells nothing about the scatter.
         if whole {
-            single_hits.get_or_insert_default().add(&single);
+            rig.calibration.borrow().undo_cross_axis(single.as_mut_slice());
+            let siblings = self.memory.single_hits.get_or_insert_default();
+            consistency::tell_inconsistent(rig, &test, dof, siblings, &single);
+            siblings.add(&single);
         }
     }
 
-    /// Turns the averaged spectra of a DOF into its mass lines and keeps them.
+    /// Turns the averaged spectra of a DOF into its mass lines and keeps them. Deadline: [`crate::deadline::DEADLINE`].
     pub fn close_dof(&mut self, dof: usize) {
         let rig = self.rig;
+        let _deadline = Deadline::begin(rig);
         let Some(test) = self.settings() else { return };
         self.open_result();
         let name = rig.layout.borrow().as_ref().and_then(|layout| layout.hits.get(dof).copied());
         let Some(name) = name else { return };
         let spectra = self.spectra.borrow();
-        let AnalysisMemory { basis, single_hits, result, .. } = &mut *self.memory;
+        let AnalysisMemory { scratch, basis, single_hits, result, .. } = &mut *self.memory;
         let mut closed = DofResult {
             dof: name.dof,
             index: dof as u8,
             hits: spectra.hits() as u8,
+            band_hz: test.expected_band(),
             accelerance: [0.0; RESPONSES],
+            noise: [0.0; RESPONSES],
             scatter: Vec::new(),
-            coherence: [0.0; RESPONSES],
+            coherence: (spectra.hits() > 1).then_some([0.0; RESPONSES]),
         };
         // One hit does not scatter, and a scatter of fewer hits than were averaged is not theirs.
         if let Some(single_hits) = single_hits
@@ -143,46 +147,70 @@ impl Analysis<'_> {
         {
             closed.scatter.extend(lower_triangle(&single_hits.covariance(), RESPONSES));
         }
-        let basis = fit_basis(rig, &test, |line| spectra.force_auto(line), basis);
-        let mut whole = true;
-        for response in 0..rig.adc_in_use().responses() {
-            let h1 = (0..SPECTRUM_LINES).map(|line| spectra.h1(response, line));
-            match basis.as_ref().map_err(|&error| error).and_then(|basis| basis.fit(h1)) {
-                Ok(fit) => closed.accelerance[response] = fit.accelerance(),
-                Err(error) => {
-                    whole = false;
-                    rig.say(Diagnostic::about(code_of(error), Severity::Error, dof as u16, 0.0));
+        let responses = rig.adc_in_use().responses();
+        closed.band_hz = band_of(rig, &test, &spectra, dof, &mut scratch[..SPECTRUM_LINES]);
+        let duration = RECORD_SCANS as f32 / rig.adc.rate.0;
+        let fitting = Fitting {
+            band: closed.band_hz,
+            decay: test.exponential_decay,
+            terms: test.terms,
+            correlation: window_correlation(test.exponential_decay, duration),
+        };
+        let frf = |response, line| spectra.frf(test.frf_estimator, response, line);
+        let lines = lines_of_spectra(rig, |line| spectra.force_auto(line));
+        let fits = ResponseFits::<f32, RESPONSES>::new(lines, &fitting, responses, frf, basis);
+        match &fits {
+            Ok(fits) => {
+                closed.accelerance = fits.accelerance.into();
+                closed.noise = fits.noise.into();
+                if let Some((response, part)) = fits.unsteady() {
+                    let subject = Diagnostic::response_subject(dof, response);
+                    let code = Code::NoPlateau;
+                    rig.say(Diagnostic::about(code, Severity::Warning, subject, part));
                 }
             }
-            let band = lines_of_band(test.band_hz, resolution(rig.adc.rate.0));
-            closed.coherence[response] = spectra.mean_coherence(response, band);
+            Err(error) => {
+                rig.say(Diagnostic::about(code_of(*error), Severity::Error, dof as u16, 0.0));
+            }
+        }
+        let band = lines_of_band(closed.band_hz, resolution(rig.adc.rate.0));
+        for response in 0..responses {
+            let mean = spectra.mean_coherence(response, band.clone());
+            if let (Some(coherence), Some(mean)) = (&mut closed.coherence, mean) {
+                coherence[response] = mean;
+            }
+        }
+        rig.calibration.borrow().undo_cross_axis(&mut closed.accelerance);
+        if fits.is_ok() {
+            consistency::tell_not_rigid(rig, &test, &closed.accelerance.into());
         }
         result.dofs.retain(|kept| kept.index != closed.index);
         // A channel without a mass line has no number; neither has its DOF then.
-        if whole {
+        if fits.is_ok() {
             // There is room for every DOF of a layout.
             let _ = result.dofs.push(closed);
         }
     }
 
-    /// Computes the ten properties from the mass lines, into the result.
-    pub fn identify(&mut self, number: u32) {
+    /// Computes the ten properties from the mass lines, into the result; yields as
+    /// [`identification::answer`] does.
+    pub async fn identify(&mut self, number: u32) {
         let rig = self.rig;
         self.open_result();
         self.tell_unfinished_dofs();
-        let layout = rig.layout.borrow();
-        let Some(layout) = layout.as_ref() else { return };
-        let result = &mut self.memory.result;
+        let AnalysisMemory { scratch, result, .. } = &mut *self.memory;
         result.number = number;
         result.layout_hash = rig.layout_hash.get();
         result.calibration = checksum_of(&rig.calibration.borrow());
         result.firmware = cut(rig.info.firmware);
+        if let Some(layout) = rig.layout.borrow().as_ref() {
+            result.frf_estimator = layout.test.frf_estimator;
+            result.terms = layout.test.terms;
+            result.band_automatic = layout.test.band_hz.is_none();
+        }
         result.estimates.clear();
-        match solve(layout, result) {
-            Ok(estimate) => {
-                let _ = result.estimates.push(estimate);
-            }
-            Err(reasons) => reasons.into_iter().for_each(|reason| rig.say(reason)),
+        if !rig.block.get() {
+            identification::answer(rig, result, scratch).await;
         }
         result.diagnostics = rig.diagnostics.borrow().clone();
     }
@@ -221,17 +249,93 @@ impl Analysis<'_> {
     }
 }
 
+/// A hit that is being averaged. Plain functions: what an async function computes is compiled with the
+/// board, for size.
+struct HitInHand<'a> {
+    rig: &'a Rig,
+    record: &'a RefCell<Record>,
+    spectra: &'a RefCell<RigSpectra>,
+    hit: HitAnalysis<f32>,
+    scratch: &'a mut [f32],
+    force: &'a [Complex<f32>],
+    lines: &'a mut [Complex<f32>],
+    basis: Result<MassLineBasis<'a, f32>, MassLineError>,
+}
+
+impl<'a> HitInHand<'a> {
+    /// Adds the force to the spectra of the DOF; `None` when it cannot be transformed.
+    fn begin(
+        rig: &'a Rig,
+        record: &'a RefCell<Record>,
+        spectra: &'a RefCell<RigSpectra>,
+        memory: &'a mut AnalysisMemory,
+        test: &TestSettings<f32>,
+    ) -> Option<Self> {
+        let _deadline = Deadline::begin(rig);
+        let AnalysisMemory { scratch, force, lines, basis, .. } = memory;
+        let calibration = rig.calibration.borrow();
+        let hit = HitAnalysis::new(&rig.adc_in_use(), &calibration, test, PRE_TRIGGER_SCANS);
+        // The scratch is as long as the record, so no transform fails.
+        hit.force(&*record.borrow(), scratch, force).ok()?;
+        spectra.borrow_mut().add_force(force);
+        let basis = fit_basis(rig, test, |line| force[line].norm_sqr(), basis);
+        Some(Self { rig, record, spectra, hit, scratch, force, lines, basis })
+    }
+
+    /// Adds a response to the spectra of the DOF; gives this hit's own accelerance when it has one.
+    fn add_response(&mut self, response: usize) -> Option<f32> {
+        let _deadline = Deadline::begin(self.rig);
+        self.hit.response(&*self.record.borrow(), response, self.scratch, self.lines).ok()?;
+        self.spectra.borrow_mut().add_response(response, self.force, self.lines);
+        HitAnalysis::divide(self.lines, self.force);
+        let fit = self.basis.as_ref().ok()?.fit(self.lines.iter().copied()).ok()?;
+        Some(fit.accelerance())
+    }
+}
+
 /// The factored design of the mass line fit over the rig's lines.
 fn fit_basis<'b>(
     rig: &Rig,
     test: &TestSettings<f32>,
-    weight: impl Fn(usize) -> f32,
+    weight: impl Fn(usize) -> f32 + Clone,
     workspace: &'b mut [BasisRow<f32>],
 ) -> Result<MassLineBasis<'b, f32>, MassLineError> {
+    // What a band does wrong is the same for every hit of a DOF, so it does not scatter.
+    let (band, lines) = (test.expected_band(), lines_of_spectra(rig, weight));
+    MassLineBasis::new(lines, band, test.exponential_decay, test.terms, workspace)
+}
+
+/// The rig's lines with their weights.
+fn lines_of_spectra(
+    rig: &Rig,
+    weight: impl Fn(usize) -> f32 + Clone,
+) -> impl Iterator<Item = Line<f32>> + Clone {
     let resolution = resolution(rig.adc.rate.0);
-    let line = |i: usize| Line { frequency: i as f32 * resolution, weight: weight(i) };
-    let lines = (0..SPECTRUM_LINES).map(line);
-    MassLineBasis::new(lines, test.band_hz, test.exponential_decay, Terms::Abc, workspace)
+    (0..SPECTRUM_LINES).map(move |i| Line { frequency: i as f32 * resolution, weight: weight(i) })
+}
+
+/// The band of a DOF: as set, else as its averaged spectra show it.
+fn band_of(
+    rig: &Rig,
+    test: &TestSettings<f32>,
+    spectra: &RigSpectra,
+    dof: usize,
+    squares: &mut [f32],
+) -> [f32; 2] {
+    if let Some(band) = test.band_hz {
+        return band;
+    }
+    squares.fill(0.0);
+    spectra.add_squares(rig.adc_in_use().responses(), squares);
+    let resolution = resolution(rig.adc.rate.0);
+    let frequency = |line: usize| line as f32 * resolution;
+    match find_band(squares, frequency, test.exponential_decay) {
+        Some(found) => found.ends,
+        None => {
+            rig.say(Diagnostic::about(Code::BandNotFound, Severity::Warning, dof as u16, 0.0));
+            TestSettings::usual_band()
+        }
+    }
 }
 
 fn code_of(error: MassLineError) -> Code {
@@ -241,31 +345,9 @@ fn code_of(error: MassLineError) -> Code {
     }
 }
 
-/// The inertia restraint method on the DOFs of a result.
-fn solve(layout: &RigLayout, result: &MeasurementResult) -> Result<StoredEstimate, Diagnostics> {
-    let mass_lines = result.dofs.iter().filter_map(|dof| {
-        // Without a scatter they count as one hit: no standard deviation can be told.
-        let hits = if dof.scatter.is_empty() { 1 } else { u16::from(dof.hits) };
-        let lines = MassLines::<f32, RESPONSES>::from_parts(&dof.accelerance, &dof.scatter, hits)?;
-        Some((usize::from(dof.index), lines))
-    });
-    inertia_restraint::solve(layout, mass_lines, Settings::weighted()).map(|e| stored(&e))
-}
-
-fn stored(estimate: &Estimate<f32>) -> StoredEstimate {
-    let covariance = estimate.covariance.as_ref();
-    StoredEstimate {
-        method: Method::InertiaRestraint as u8,
-        properties: estimate.theta().into(),
-        covariance: covariance.map_or(Vec::new(), |c| lower_triangle(c, 10).collect()),
-        condition: estimate.condition,
-        diagnostics: estimate.diagnostics.clone(),
-    }
-}
-
 /// Names a calibration in the results.
 pub(crate) fn checksum_of(calibration: &Calibration) -> u32 {
-    let mut bytes = [0; 128];
-    // 21 numbers of four bytes.
+    // Numbers of four bytes, which take as much encoded.
+    let mut bytes = [0; size_of::<Calibration>()];
     postcard::to_slice(calibration, &mut bytes).map_or(0, |bytes| crc32(bytes))
 }

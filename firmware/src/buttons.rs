@@ -14,7 +14,12 @@ pub(crate) async fn run(mut panel: impl Panel, rig: &Rig, store_full: impl Async
         if let Either::Second(button) = select(rig.show.wait(), panel.button()).await
             && let Some(command) = command_of(button, rig.panel().phase)
         {
-            let request = CommandRequest { command: command as u8, confirm: false, force: false };
+            let request = CommandRequest {
+                command: command as u8,
+                confirm: false,
+                force: false,
+                block: false,
+            };
             // A refused command changes nothing, and the panel goes on showing what is.
             let _ = rig.command(request, store_full().await);
         }

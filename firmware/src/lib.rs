@@ -15,6 +15,9 @@
 mod analysis;
 pub mod board;
 mod buttons;
+mod consistency;
+mod deadline;
+mod identification;
 mod measure;
 mod objects;
 pub mod panel;
@@ -106,7 +109,7 @@ async fn recall<F: NorFlash>(
         rig.set_layout(layout);
     }
     if let Some(calibration) = store.calibration().await.filter(|kept| kept.is_usable()) {
-        *rig.calibration.borrow_mut() = calibration;
+        *rig.calibration.borrow_mut() = calibration.calibration;
     }
     rig.last_mass.set(store.results().last().and_then(|kept| kept.entry.mass));
 }

@@ -11,16 +11,18 @@ use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::campaign::Step;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::layout::TestSettings;
 use massline_shared::protocol::event::HitEvent;
 use massline_shared::protocol::message::Phase;
 use massline_shared::signal::{
-    CHANNELS, Capture, CaptureState, HitReport, Record, Scan, Trigger, grade,
+    CHANNELS, Capture, CaptureState, HitReport, RECORD_SCANS, Record, Scan, Trigger, grade,
 };
-use massline_shared::units::{MetersPerSecondSquared, Newtons, ScanIndex};
+use massline_shared::units::{Newtons, ScanIndex};
 
 use crate::analysis::{Analysis, AnalysisMemory};
 use crate::board::{SampleError, Sampler};
-use crate::rig::{Rig, Streamed, note};
+use crate::deadline::Deadline;
+use crate::rig::{Reading, Rig, Streamed, note};
 use crate::spectra::RigSpectra;
 use crate::store::Store;
 
@@ -45,6 +47,9 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             let step = self.rig.campaign.borrow().step();
             match step {
                 Step::Rest if self.rig.stream.get() => self.stream().await,
+                Step::Rest if self.rig.reading.get() == Reading::Wanted => {
+                    self.take_reading().await;
+                }
                 Step::Rest => self.rig.steer.wait().await,
                 Step::AwaitHit { dof } => self.await_hit(dof).await,
                 Step::Analyse { dof } => {
@@ -82,9 +87,12 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
     }
 
     /// Fills the record; gives the scan of the trigger.
+    ///
+    /// Deadline: [`crate::deadline::DEADLINE`] between two reads.
     async fn take_record(&mut self) -> Result<ScanIndex, SampleError> {
         let rig = self.rig;
         rig.record_of.set(None);
+        rig.reading.set(Reading::None);
         let mut capture = {
             let layout = rig.layout.borrow();
             let level = Newtons(layout.as_ref().map_or(0.0, |layout| layout.test.trigger_n));
@@ -97,6 +105,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         let mut block = [[0; CHANNELS]; BLOCK];
         loop {
             let first = self.sampler.read(&mut block).await?;
+            let _deadline = Deadline::begin(rig);
             rig.stats.borrow_mut().scans += BLOCK as u64;
             let mut record = self.record.borrow_mut();
             for (scan, index) in block.iter().zip(first.0..) {
@@ -119,11 +128,14 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
     fn grade_hit(&mut self, dof: usize, trigger: ScanIndex) {
         let rig = self.rig;
         let report = {
+            let _deadline = Deadline::begin(rig);
             let layout = rig.layout.borrow();
-            let weakest = Newtons(layout.as_ref().map_or(0.0, |layout| layout.test.weakest_hit_n));
+            let test = layout.as_ref().map_or_else(TestSettings::default, |layout| layout.test);
             let calibration = rig.calibration.borrow();
-            grade(&self.record.borrow(), &rig.adc_in_use(), &calibration, weakest)
+            let (record, last) = (self.record.borrow(), rig.last_record.get());
+            grade(&record, &rig.adc_in_use(), &calibration, &test, last)
         };
+        rig.last_record.set(Some(report.fingerprint));
         let number = self.tell_hit(dof, trigger.0, &report);
         rig.record_of.set(Some(number));
         rig.campaign.borrow_mut().graded(report.good());
@@ -137,11 +149,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         }
         let mut findings = Diagnostics::new();
         note(&mut findings, Diagnostic::whole(Code::ScansLost, Severity::Error, lost as f32));
-        let report = HitReport {
-            peak_force: Newtons(0.0),
-            peak_acceleration: MetersPerSecondSquared(0.0),
-            findings,
-        };
+        let report = HitReport { findings, ..HitReport::default() };
         self.tell_hit(dof, self.rig.triggered_at.get(), &report);
         self.rig.campaign.borrow_mut().record_lost();
     }
@@ -166,19 +174,12 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
 
     /// Computes the ten properties and stores the result; without room the campaign pauses.
     async fn identify(&mut self) {
-        let mut store = self.store.lock().await;
-        let number = store.next_number();
         let rig = self.rig;
-        let (encoded, mass) = {
-            let mut analysis = Analysis {
-                rig,
-                record: self.record,
-                spectra: self.spectra,
-                memory: &mut *self.memory,
-            };
-            analysis.identify(number);
-            self.memory.encode_result()
-        };
+        // Only this loop adds results, so the number stays free while the session has the store.
+        let number = self.store.lock().await.next_number();
+        self.analysis().identify(number).await;
+        let (encoded, mass) = self.memory.encode_result();
+        let mut store = self.store.lock().await;
         match store.put_result(encoded, rig.layout_hash.get(), mass).await {
             Ok(number) => {
                 rig.last_mass.set(mass);
@@ -191,9 +192,33 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         }
     }
 
+    /// Fills the record with what the channels read now; a command breaks it off.
+    async fn take_reading(&mut self) {
+        let rig = self.rig;
+        rig.record_of.set(None);
+        self.record.borrow_mut().clear();
+        let taken = select(self.fill_record(), rig.steer.wait()).await;
+        self.sampler.stop();
+        let whole = matches!(taken, Either::First(Ok(())));
+        rig.reading.set(if whole { Reading::Held } else { Reading::None });
+    }
+
+    async fn fill_record(&mut self) -> Result<(), SampleError> {
+        self.sampler.start().await?;
+        let mut block: [Scan; BLOCK] = [[0; CHANNELS]; BLOCK];
+        for _ in 0..RECORD_SCANS.div_ceil(BLOCK) {
+            self.sampler.read(&mut block).await?;
+            self.rig.stats.borrow_mut().scans += BLOCK as u64;
+            let mut record = self.record.borrow_mut();
+            block.iter().for_each(|scan| record.push(scan));
+        }
+        Ok(())
+    }
+
     /// Puts every scan into the record, as into a ring, until a command comes.
     async fn stream(&mut self) {
         self.rig.record_of.set(None);
+        self.rig.reading.set(Reading::None);
         self.record.borrow_mut().clear();
         self.rig.streamed.set(Streamed::default());
         let rig = self.rig;
@@ -205,6 +230,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         }
     }
 
+    /// Deadline: [`crate::deadline::DEADLINE`] between two reads.
     async fn fill_ring(&mut self) -> Result<(), SampleError> {
         self.sampler.start().await?;
         let mut block: [Scan; BLOCK] = [[0; CHANNELS]; BLOCK];
@@ -218,6 +244,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
                 }
                 Err(stopped) => return Err(stopped),
             };
+            let _deadline = Deadline::begin(self.rig);
             self.rig.stats.borrow_mut().scans += BLOCK as u64;
             let mut record = self.record.borrow_mut();
             for scan in &block {

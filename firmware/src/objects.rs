@@ -8,7 +8,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::protocol::crc32_of_chunks;
 use massline_shared::protocol::message::Reason;
 use massline_shared::protocol::object::{
-    Chunk, ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind,
+    ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind,
 };
 use massline_shared::signal::{RESPONSES, Record, SPECTRUM_LINES};
 
@@ -53,39 +53,38 @@ impl<F: NorFlash> Objects<'_, F> {
         Ok(ObjectInfo { length, crc })
     }
 
-    /// A piece of an object.
-    pub async fn read(&self, request: ChunkRequest) -> Result<Chunk, Reason> {
+    /// Reads a piece of an object into the front of `room`; gives how many bytes there were.
+    ///
+    /// # Errors
+    /// Why there is no such object or piece now.
+    pub async fn read(&self, request: ChunkRequest, room: &mut [u8]) -> Result<usize, Reason> {
         let ChunkRequest { object, offset, length } = request;
         let offset = offset as usize;
         let wanted = usize::from(length).min(MAX_CHUNK);
-        let mut bytes = heapless::Vec::new();
+        let room = room.get_mut(..wanted).ok_or(Reason::OutOfRange)?;
         match kind(object)? {
             ObjectKind::Result => {
                 let kept = self.kept(object).await?;
                 in_range(offset, kept.entry.length as usize)?;
-                bytes.resize(wanted, 0).map_err(|_| Reason::OutOfRange)?;
-                let read = self.store.lock().await.read_result(&kept, offset, &mut bytes).await?;
-                bytes.truncate(read);
+                self.store.lock().await.read_result(&kept, offset, room).await
             }
             ObjectKind::Record => {
                 let record = self.record(object)?;
                 in_range(offset, Record::BYTES)?;
-                bytes.resize(wanted, 0).map_err(|_| Reason::OutOfRange)?;
-                let read = record.read_bytes(offset, &mut bytes);
-                bytes.truncate(read);
+                Ok(record.read_bytes(offset, room))
             }
             ObjectKind::Spectra => {
                 let spectra = self.spectra(object)?;
                 in_range(offset, SPECTRA_WORDS * 4)?;
                 let header = self.header(&spectra);
-                let end = (SPECTRA_WORDS * 4).min(offset + wanted);
-                for at in offset..end {
-                    // At most MAX_CHUNK bytes were asked for.
-                    let _ = bytes.push(word(header, &spectra, at / 4)[at % 4]);
+                let places = offset..SPECTRA_WORDS * 4;
+                let read = wanted.min(places.len());
+                for (byte, at) in room.iter_mut().zip(places) {
+                    *byte = word(header, &spectra, at / 4)[at % 4];
                 }
+                Ok(read)
             }
         }
-        Ok(Chunk { object, offset: offset as u32, bytes })
     }
 
     async fn kept(&self, object: ObjectId) -> Result<Kept, Reason> {

@@ -1,7 +1,7 @@
 //! What the person at the rig sees and presses, without pixels.
 
 use massline_shared::layout::Dof;
-use massline_shared::protocol::message::Phase;
+use massline_shared::protocol::message::{Measured, Phase};
 
 /// What the panel shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,8 +20,8 @@ pub struct PanelModel {
     pub dofs: u8,
     /// Raw code of what made the rig reject the last hit.
     pub rejected_for: Option<u16>,
-    /// Mass of the last result, kg.
-    pub mass: Option<f32>,
+    /// Mass by the best answer of the last result, kg.
+    pub mass: Option<Measured>,
 }
 
 impl PanelModel {

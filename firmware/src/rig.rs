@@ -10,10 +10,11 @@ use embassy_time::Instant;
 use heapless::{Deque, String, Vec};
 use massline_shared::campaign::{Campaign, Step};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, check_geometry, check_settings};
+use massline_shared::identify::Applicability;
+use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, assumed_body, check_settings};
 use massline_shared::protocol::event::HitEvent;
 use massline_shared::protocol::message::{
-    CampaignCommand, CommandRequest, Identity, Phase, Reason, Stats, Status,
+    CampaignCommand, CommandRequest, Identity, Measured, Phase, Reason, Stats, Status,
 };
 use massline_shared::protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 use massline_shared::signal::{
@@ -21,6 +22,7 @@ use massline_shared::signal::{
 };
 
 use crate::board::BoardInfo;
+use crate::identification::METHODS;
 use crate::panel::PanelModel;
 
 /// Hits that wait to be told to the host.
@@ -44,10 +46,15 @@ pub(crate) struct Rig {
     pub triggered_at: Cell<u64>,
     /// Number of the hit whose record is whole and readable.
     pub record_of: Cell<Option<u32>>,
+    /// Fingerprint of the record graded last.
+    pub last_record: Cell<Option<u32>>,
     /// Index of the DOF whose hits are averaged in the spectra.
     pub spectra_of: Cell<Option<u8>>,
     pub rejected_for: Cell<Option<u16>>,
-    pub last_mass: Cell<Option<f32>>,
+    pub last_mass: Cell<Option<Measured>>,
+    /// True when the object of the campaign is a block of known mass.
+    pub block: Cell<bool>,
+    pub reading: Cell<Reading>,
     /// True while the host wants every scan.
     pub stream: Cell<bool>,
     /// Scans taken since the stream was started, and the index of the first.
@@ -69,6 +76,17 @@ pub(crate) struct Streamed {
     pub held: u64,
 }
 
+/// A record of what the channels read without a hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reading {
+    /// The record is something else.
+    None,
+    /// It is to be taken.
+    Wanted,
+    /// It is the record.
+    Held,
+}
+
 impl Rig {
     pub fn new(info: BoardInfo, adc: AdcProperties, streams: bool) -> Self {
         Self {
@@ -85,9 +103,12 @@ impl Rig {
             hits_seen: Cell::new(0),
             triggered_at: Cell::new(0),
             record_of: Cell::new(None),
+            last_record: Cell::new(None),
             spectra_of: Cell::new(None),
             rejected_for: Cell::new(None),
             last_mass: Cell::new(None),
+            block: Cell::new(false),
+            reading: Cell::new(Reading::None),
             stream: Cell::new(false),
             streamed: Cell::new(Streamed::default()),
             steer: Signal::new(),
@@ -112,9 +133,9 @@ impl Rig {
         *self.layout.borrow_mut() = Some(layout);
     }
 
-    /// What is to be said about a layout.
+    /// What is to be said about a layout: errors when no method of the rig could give an answer.
     pub fn check(&self, layout: &RigLayout) -> Diagnostics {
-        let mut diagnostics = check_geometry(layout, None);
+        let mut diagnostics = judge(layout);
         for found in check_settings(&layout.test, self.adc.rate.0, RECORD_SCANS, SPECTRUM_LINES) {
             note(&mut diagnostics, found);
         }
@@ -150,7 +171,12 @@ impl Rig {
     fn start(&self, request: CommandRequest, store_full: bool) -> Result<(), Reason> {
         let layout = self.layout.borrow();
         let layout = layout.as_ref().ok_or(Reason::NoLayout)?;
-        let findings = self.check(layout);
+        let mut findings = self.check(layout);
+        if request.block {
+            // Hits through the centre of mass determine no ten properties, and need not.
+            findings.retain(|d| !can_be_forced(d));
+            note(&mut findings, Diagnostic::whole(Code::BlockTest, Severity::Note, 0.0));
+        }
         let refuses = |d: &Diagnostic| d.is_error() && !(request.force && can_be_forced(d));
         if findings.iter().any(refuses) {
             return Err(Reason::LayoutRefused);
@@ -164,6 +190,7 @@ impl Rig {
         let mut campaign = self.campaign.borrow_mut();
         campaign.start(layout.hits.len(), layout.test.hits_per_dof, request.confirm)?;
         *self.diagnostics.borrow_mut() = findings;
+        self.block.set(request.block);
         self.rejected_for.set(None);
         Ok(())
     }
@@ -238,7 +265,9 @@ impl Rig {
     /// True when layout, calibration and results may be changed: nothing is measured.
     pub fn is_idle(&self) -> bool {
         let phase = self.campaign.borrow().phase();
-        matches!(phase, Phase::Idle | Phase::Done) && !self.stream.get()
+        matches!(phase, Phase::Idle | Phase::Done)
+            && !self.stream.get()
+            && self.reading.get() != Reading::Wanted
     }
 
     /// True when nothing is sampled or computed: idle or paused.
@@ -273,6 +302,16 @@ impl Rig {
     }
 }
 
+/// What keeps the rig's methods from an answer under a layout. The object is not known yet: any body
+/// about the sensors and hits tells what can be told.
+#[inline(never)]
+fn judge(layout: &RigLayout) -> Diagnostics {
+    let sensors = layout.sensors.iter().map(|sensor| sensor.position);
+    let places = sensors.chain(layout.hits.iter().map(|hit| hit.position));
+    let body = assumed_body(None, places);
+    Applicability::new(layout, &body, &METHODS).diagnostics
+}
+
 /// True for a fact of the layout that only takes the answer away; a setting that the rig cannot
 /// work with is never forced.
 fn can_be_forced(diagnostic: &Diagnostic) -> bool {
@@ -280,11 +319,15 @@ fn can_be_forced(diagnostic: &Diagnostic) -> bool {
     diagnostic.known_code().is_some_and(|code| !never.contains(&code))
 }
 
-/// Adds a diagnostic unless it is there already. In a full list an error takes the place of
-/// something lesser; anything else is left out.
+/// Adds a diagnostic; one that is there already becomes as grave as this one. In a full list an error
+/// takes the place of something lesser; anything else is left out.
 pub(crate) fn note(list: &mut Diagnostics, diagnostic: Diagnostic) {
-    let same = |d: &Diagnostic| d.code == diagnostic.code && d.subject == diagnostic.subject;
-    if list.iter().any(same) || list.push(diagnostic).is_ok() || !diagnostic.is_error() {
+    let same = |d: &&mut Diagnostic| d.code == diagnostic.code && d.subject == diagnostic.subject;
+    if let Some(known) = list.iter_mut().find(same) {
+        known.severity = known.severity.max(diagnostic.severity);
+        return;
+    }
+    if list.push(diagnostic).is_ok() || !diagnostic.is_error() {
         return;
     }
     if let Some(lesser) = list.iter_mut().rev().find(|d| !d.is_error()) {

@@ -10,18 +10,24 @@ use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::event::{HIT, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
 use massline_shared::protocol::message::{
-    ANSWER, Command, DeleteResult, GetCalibration, GetIdentity, GetLayout, GetObjectInfo, GetStats,
-    GetStatus, LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout, REFUSED,
-    ReadObject, Reason, Refusal, ResultPage, SetStream, Status, changes,
+    ANSWER, Command, DeleteResult, GetCalibration, GetIdentity, GetLayout, GetObjectInfo,
+    GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest, ListResults, MAX_CHANGE_ANSWER,
+    PutCalibration, PutLayout, REFUSED, ReadObject, Reason, Refusal, ResultPage, SetStream,
+    StaticReading, Status, TakeReading, changes,
 };
-use massline_shared::protocol::{Deframer, Endpoint, Frame, MAX_FRAME, crc32, encode_frame};
-use massline_shared::signal::{Calibration, Record};
+use massline_shared::protocol::object::{ChunkRef, ChunkRequest};
+use massline_shared::protocol::{
+    Deframer, Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame,
+};
+use massline_shared::signal::Record;
+use serde::de::DeserializeOwned;
 
 use crate::objects::Objects;
-use crate::rig::{Rig, Streamed};
+use crate::rig::{Reading, Rig, Streamed};
 use crate::store::Store;
 
 /// A frame that has not left after this long is given up: nobody reads.
@@ -35,27 +41,27 @@ const LINK_PAUSE: Duration = Duration::from_millis(10);
 /// What the session keeps between two frames.
 pub(crate) struct SessionMemory {
     deframer: Deframer,
-    answer: Answer,
-    event: [u8; MAX_FRAME],
+    /// The answer or the event that is being sent.
+    out: [u8; MAX_FRAME],
+    done: Done,
 }
 
 impl SessionMemory {
     pub const fn new() -> Self {
-        Self { deframer: Deframer::new(), answer: Answer::NONE, event: [0; MAX_FRAME] }
+        Self { deframer: Deframer::new(), out: [0; MAX_FRAME], done: Done::NOTHING }
     }
 }
 
-/// The last answer, kept so that a request which changes the rig is executed once however often it
-/// arrives.
-struct Answer {
-    frame: [u8; MAX_FRAME],
-    length: usize,
-    /// Kind, sequence and body checksum of the request, when it changed the rig.
-    of: Option<(u16, u16, u32)>,
+/// The last request when it changed the rig, and its answer: kept so that it is executed once however
+/// often it arrives.
+struct Done {
+    /// Kind, sequence and body checksum of the request.
+    request: Option<(u16, u16, u32)>,
+    answer: Vec<u8, MAX_CHANGE_ANSWER>,
 }
 
-impl Answer {
-    const NONE: Self = Self { frame: [0; MAX_FRAME], length: 0, of: None };
+impl Done {
+    const NOTHING: Self = Self { request: None, answer: Vec::new() };
 }
 
 /// What the session sees of the rest of the rig.
@@ -69,7 +75,7 @@ pub(crate) struct Session<'a, F: NorFlash> {
 impl<F: NorFlash> Session<'_, F> {
     /// Serves the link for ever.
     pub async fn run(&self, mut rx: impl Read, tx: impl Write, memory: &mut SessionMemory) -> ! {
-        let SessionMemory { deframer, answer, event } = memory;
+        let SessionMemory { deframer, out, done } = memory;
         let mut sender = Sender { tx, broken: true, listened: false, rig: self.rig };
         let mut news = News::default();
         let mut bytes = [0; 64];
@@ -88,9 +94,9 @@ impl<F: NorFlash> Session<'_, F> {
                         match frame {
                             Some(Ok(frame)) => {
                                 self.rig.stats.borrow_mut().frames_in += 1;
-                                self.answer(frame, answer).await;
+                                let answer = self.answer(frame, out, done).await;
                                 sender.listened = true;
-                                sender.send(answer.frame.get(..answer.length)).await;
+                                sender.send(answer).await;
                             }
                             Some(Err(_)) => self.rig.stats.borrow_mut().frames_broken += 1,
                             None => {}
@@ -99,7 +105,7 @@ impl<F: NorFlash> Session<'_, F> {
                 }
                 Either::Second(()) => {}
             }
-            self.tell(&mut news, &mut sender, event).await;
+            self.tell(&mut news, &mut sender, out).await;
         }
     }
 
@@ -108,45 +114,56 @@ impl<F: NorFlash> Session<'_, F> {
         &self,
         news: &mut News,
         sender: &mut Sender<'_, impl Write>,
-        event: &mut [u8; MAX_FRAME],
+        out: &mut [u8; MAX_FRAME],
     ) {
         for _ in 0..NEWS_AT_ONCE {
             let length = if !sender.listened {
                 return;
             } else if let Some(hit) = self.rig.hits.borrow_mut().pop_front() {
-                news.encode(HIT, &hit, event)
+                news.encode(HIT, &hit, out)
             } else if let Some(block) = news.scans(self.rig, self.record) {
-                news.encode(SCANS, &block, event)
+                news.encode(SCANS, &block, out)
             } else {
                 let status = self.rig.status();
                 if news.status.as_ref() == Some(&status) {
                     return;
                 }
-                let length = news.encode(STATUS_CHANGED, &status, event);
+                let length = news.encode(STATUS_CHANGED, &status, out);
                 news.status = Some(status);
                 length
             };
-            sender.send(event.get(..length)).await;
+            sender.send(out.get(..length)).await;
         }
         // The rest after the next look at what the host wants.
         self.rig.news.signal(());
     }
 
-    /// Executes a request and encodes its answer.
-    async fn answer(&self, frame: Frame<'_>, answer: &mut Answer) {
-        let of = (frame.kind, frame.sequence, crc32(frame.body));
-        if answer.of == Some(of) {
+    /// Executes a request; gives its framed answer.
+    async fn answer<'m>(
+        &self,
+        frame: Frame<'_>,
+        out: &'m mut [u8; MAX_FRAME],
+        done: &'m mut Done,
+    ) -> Option<&'m [u8]> {
+        let request = (frame.kind, frame.sequence, crc32(frame.body));
+        if done.request == Some(request) {
             self.rig.stats.borrow_mut().requests_repeated += 1;
-            return;
+            return Some(&done.answer);
         }
-        let mut reply = Reply { frame, out: answer };
-        let done = self.execute(&mut reply).await;
-        if let Err(reason) = done {
+        let mut reply = Reply { frame, out, length: 0 };
+        if let Err(reason) = self.execute(&mut reply).await {
             self.rig.stats.borrow_mut().requests_refused += 1;
             reply.encode(REFUSED, &Refusal::from(reason));
         }
+        let length = reply.length;
+        let answer = out.get(..length)?;
         // A refusal counts as well: what was refused must not be executed when it is sent again.
-        answer.of = changes(frame.kind).then_some(of);
+        done.request = changes(frame.kind).then_some(request);
+        if done.request.is_some() {
+            // Every answer to a change fits, which a test of the protocol proves.
+            done.answer = Vec::from_slice(answer).unwrap_or_default();
+        }
+        Some(answer)
     }
 
     async fn execute(&self, reply: &mut Reply<'_, '_>) -> Result<(), Reason> {
@@ -160,9 +177,7 @@ impl<F: NorFlash> Session<'_, F> {
                 reply.with::<GetStats>(&stats)
             }
             PutLayout::KIND => {
-                // By reference: a future keeps an argument by value twice.
-                let layout = reply.request::<PutLayout>()?;
-                let answer = self.put_layout(&layout).await?;
+                let answer = self.put_layout(reply.frame.body).await?;
                 reply.with::<PutLayout>(&answer)
             }
             GetLayout::KIND => {
@@ -170,10 +185,13 @@ impl<F: NorFlash> Session<'_, F> {
                 reply.with::<GetLayout>(layout.as_ref().ok_or(Reason::NoLayout)?)
             }
             PutCalibration::KIND => {
-                self.put_calibration(reply.request::<PutCalibration>()?).await?;
+                self.put_calibration(reply.frame.body).await?;
                 reply.with::<PutCalibration>(&())
             }
-            GetCalibration::KIND => reply.with::<GetCalibration>(&rig.calibration.borrow()),
+            GetCalibration::KIND => {
+                let record = self.calibration().await;
+                reply.with::<GetCalibration>(&record)
+            }
             Command::KIND => {
                 let store_full = self.store.lock().await.is_full();
                 rig.command(reply.request::<Command>()?, store_full)?;
@@ -186,8 +204,9 @@ impl<F: NorFlash> Session<'_, F> {
             }
             ReadObject::KIND => {
                 let request = reply.request::<ReadObject>()?;
-                let chunk = self.objects.read(request).await?;
-                reply.with::<ReadObject>(&chunk)
+                let read = self.objects.read(request, reply.out).await?;
+                reply.with_chunk(request, read);
+                Ok(())
             }
             ListResults::KIND => {
                 let page = self.list(reply.request::<ListResults>()?).await;
@@ -201,6 +220,23 @@ impl<F: NorFlash> Session<'_, F> {
                 self.store.lock().await.delete_result(number).await?;
                 reply.with::<DeleteResult>(&())
             }
+            TakeReading::KIND => {
+                if !rig.is_idle() {
+                    return Err(Reason::WrongPhase);
+                }
+                rig.reading.set(Reading::Wanted);
+                rig.steer.signal(());
+                reply.with::<TakeReading>(&())
+            }
+            GetReading::KIND => {
+                match rig.reading.get() {
+                    Reading::None => return Err(Reason::NotFound),
+                    Reading::Wanted => return Err(Reason::Busy),
+                    Reading::Held => {}
+                }
+                let record = self.record.try_borrow().map_err(|_| Reason::Busy)?;
+                reply.with::<GetReading>(&StaticReading::of(&record))
+            }
             SetStream::KIND => {
                 self.set_stream(reply.request::<SetStream>()?)?;
                 reply.with::<SetStream>(&())
@@ -209,35 +245,49 @@ impl<F: NorFlash> Session<'_, F> {
         }
     }
 
-    async fn put_layout(&self, layout: &RigLayout) -> Result<LayoutAnswer, Reason> {
-        let diagnostics = self.rig.check(layout);
-        let hash = layout.hash();
+    /// Takes a layout. It is decoded before and after the flash is written, so that it needs no
+    /// memory meanwhile.
+    async fn put_layout(&self, body: &[u8]) -> Result<LayoutAnswer, Reason> {
+        let hash = decode::<RigLayout>(body)?.hash();
         if hash != self.rig.layout_hash.get() {
             if !self.rig.is_idle() {
                 return Err(Reason::WrongPhase);
             }
-            self.store.lock().await.put_layout(layout).await?;
-            self.rig.set_layout(layout.clone());
+            self.store.lock().await.put_layout(body).await?;
+            self.rig.set_layout(decode(body)?);
             self.rig.changed();
         }
+        let layout = self.rig.layout.borrow();
+        let diagnostics = self.rig.check(layout.as_ref().ok_or(Reason::NoLayout)?);
         Ok(LayoutAnswer { hash, diagnostics })
     }
 
-    async fn put_calibration(&self, calibration: Calibration) -> Result<(), Reason> {
-        if !calibration.is_usable() {
+    async fn put_calibration(&self, body: &[u8]) -> Result<(), Reason> {
+        if !decode::<CalibrationRecord>(body)?.is_usable() {
             return Err(Reason::Malformed);
         }
         if !self.rig.is_idle() {
             return Err(Reason::WrongPhase);
         }
-        self.store.lock().await.put_calibration(&calibration).await?;
-        *self.rig.calibration.borrow_mut() = calibration;
+        self.store.lock().await.put_calibration(body).await?;
+        *self.rig.calibration.borrow_mut() = decode::<CalibrationRecord>(body)?.calibration;
         Ok(())
+    }
+
+    /// The calibration in force; where it comes from is kept in the store alone.
+    async fn calibration(&self) -> CalibrationRecord {
+        let kept = self.store.lock().await.calibration().await;
+        let calibration = *self.rig.calibration.borrow();
+        CalibrationRecord { calibration, ..kept.unwrap_or_default() }
     }
 
     fn set_stream(&self, on: bool) -> Result<(), Reason> {
         if on && !self.rig.stream.get() && (!self.rig.is_idle() || !self.rig.streams) {
             return Err(Reason::WrongPhase);
+        }
+        if on == self.rig.stream.get() {
+            // Nothing changes: a record that is being taken is not disturbed.
+            return Ok(());
         }
         self.rig.streamed.set(Streamed::default());
         self.rig.stream.set(on);
@@ -255,15 +305,24 @@ impl<F: NorFlash> Session<'_, F> {
     }
 }
 
+/// The message of a whole body.
+fn decode<T: DeserializeOwned>(body: &[u8]) -> Result<T, Reason> {
+    match postcard::take_from_bytes(body) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(Reason::Malformed),
+    }
+}
+
 /// A request and where its answer goes.
 struct Reply<'f, 'o> {
     frame: Frame<'f>,
-    out: &'o mut Answer,
+    out: &'o mut [u8; MAX_FRAME],
+    length: usize,
 }
 
 impl Reply<'_, '_> {
     fn request<E: Endpoint>(&self) -> Result<E::Request, Reason> {
-        postcard::from_bytes(self.frame.body).map_err(|_| Reason::Malformed)
+        decode(self.frame.body)
     }
 
     fn with<E: Endpoint>(&mut self, response: &E::Response) -> Result<(), Reason> {
@@ -271,10 +330,17 @@ impl Reply<'_, '_> {
         Ok(())
     }
 
+    /// Answers with the bytes of an object that stand at the front of `out`.
+    fn with_chunk(&mut self, request: ChunkRequest, read: usize) {
+        let bytes = self.out.get(..read).unwrap_or_default();
+        let chunk = ChunkRef { object: request.object, offset: request.offset, bytes };
+        let plain = PlainFrame::new(ReadObject::KIND | ANSWER, self.frame.sequence, &chunk);
+        self.length = plain.map_or(0, |plain| plain.stuff(self.out));
+    }
+
     fn encode<T: serde::Serialize>(&mut self, kind: u16, body: &T) {
-        let encoded = encode_frame(kind, self.frame.sequence, body, &mut self.out.frame);
         // Every message fits a frame, which a test of the protocol proves.
-        self.out.length = encoded.unwrap_or(0);
+        self.length = encode_frame(kind, self.frame.sequence, body, self.out).unwrap_or(0);
     }
 }
 

@@ -9,15 +9,14 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::crc32;
-use massline_shared::protocol::message::{Reason, ResultEntry};
-use massline_shared::protocol::object::MAX_CHUNK;
-use massline_shared::signal::Calibration;
+use massline_shared::protocol::message::{Measured, Reason, ResultEntry};
 use sequential_storage::Error;
 use sequential_storage::cache::Cache;
 use sequential_storage::cache::Uncached;
-use sequential_storage::map::{MapConfig, MapStorage};
+use sequential_storage::map::{MapConfig, MapStorage, SerializationError, Value};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Results that the store holds.
@@ -27,9 +26,14 @@ pub const MAX_RESULT: usize = 4608;
 
 const CHUNK: usize = 512;
 const CHUNKS: u16 = MAX_RESULT.div_ceil(CHUNK) as u16;
+/// The most bytes of an item: the layout is the longest.
+const MAX_ITEM: usize = RigLayout::MAX_ENCODED;
+const _: () = assert!(CHUNK <= MAX_ITEM && MAX_INDEX <= MAX_ITEM, "the layout is the longest");
+/// Room for an item with its format and key, in whole words of any flash.
+const SCRATCH: usize = MAX_ITEM + 64;
 /// Every item starts with the store's format, so that other firmware does not misread it: raised
 /// whenever the encoding of an item changes.
-const FORMAT: u8 = 2;
+const FORMAT: u8 = 3;
 
 const LAYOUT: u16 = 1;
 const CALIBRATION: u16 = 2;
@@ -46,7 +50,12 @@ pub struct Kept {
     slot: u8,
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+/// The most bytes of an entry of the index: four integers of at most five bytes, the mass that there
+/// may be with its sigma, and the slot.
+const MAX_KEPT: usize = 4 * 5 + 2 * 5 + 1;
+const MAX_INDEX: usize = 5 + 1 + RESULTS * MAX_KEPT;
+
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct Index {
     last_number: u32,
     results: Vec<Kept, RESULTS>,
@@ -61,14 +70,37 @@ enum Unreadable {
     NoAnswer,
 }
 
+/// An item as it lies in flash.
+#[derive(Clone, Copy, PartialEq)]
+struct Item<'a> {
+    format: u8,
+    bytes: &'a [u8],
+}
+
+impl<'a> Value<'a> for Item<'a> {
+    fn serialize_into(&self, buffer: &mut [u8]) -> Result<usize, SerializationError> {
+        let length = 1 + self.bytes.len();
+        let too_small = SerializationError::BufferTooSmall;
+        let (format, bytes) =
+            buffer.get_mut(..length).and_then(<[u8]>::split_first_mut).ok_or(too_small)?;
+        *format = self.format;
+        bytes.copy_from_slice(self.bytes);
+        Ok(length)
+    }
+
+    fn deserialize_from(buffer: &'a [u8]) -> Result<(Self, usize), SerializationError> {
+        let (&format, bytes) = buffer.split_first().ok_or(SerializationError::InvalidData)?;
+        Ok((Self { format, bytes }, buffer.len()))
+    }
+}
+
 type Map<F> = MapStorage<u16, F, Cache<Uncached, Uncached, Uncached, u16>>;
 
 /// The store over a flash region that belongs to it alone.
 pub struct Store<F: NorFlash> {
     map: Option<Map<F>>,
     index: Index,
-    scratch: [u8; MAX_CHUNK + 64],
-    item: Vec<u8, { MAX_CHUNK + 1 }>,
+    scratch: [u8; SCRATCH],
     failures: u32,
 }
 
@@ -79,13 +111,7 @@ impl<F: NorFlash> Store<F> {
         let end = u32::try_from(flash.capacity()).unwrap_or(0);
         let config = MapConfig::try_new(0..end).ok();
         let map = config.map(|config| MapStorage::new(flash, config, Cache::new_uncached()));
-        Self {
-            map,
-            index: Index::default(),
-            scratch: [0; MAX_CHUNK + 64],
-            item: Vec::new(),
-            failures: 0,
-        }
+        Self { map, index: Index::default(), scratch: [0; SCRATCH], failures: 0 }
     }
 
     /// Reads the index; to be called once before anything else.
@@ -99,8 +125,8 @@ impl<F: NorFlash> Store<F> {
     ///   the store shows nothing and refuses every write with [`Reason::StoreFailed`].
     pub async fn open(&mut self) {
         let Some(map) = &mut self.map else { return };
-        let found = match map.fetch_item::<&[u8]>(&mut self.scratch, &INDEX).await {
-            Ok(Some([FORMAT, bytes @ ..])) => {
+        let found = match map.fetch_item::<Item<'_>>(&mut self.scratch, &INDEX).await {
+            Ok(Some(Item { format: FORMAT, bytes })) => {
                 postcard::from_bytes(bytes).map_err(|_| Unreadable::Damaged)
             }
             Ok(_) => Ok(Index::default()),
@@ -132,25 +158,26 @@ impl<F: NorFlash> Store<F> {
         self.get(LAYOUT).await.ok().flatten()
     }
 
-    /// Keeps a layout.
+    /// Keeps a layout, given by its postcard bytes: a decoded one would stay in memory beside them
+    /// while the flash is written.
     ///
     /// # Errors
     /// When the flash does not keep it.
-    pub async fn put_layout(&mut self, layout: &RigLayout) -> Result<(), Reason> {
-        self.put(LAYOUT, layout).await
+    pub async fn put_layout(&mut self, encoded: &[u8]) -> Result<(), Reason> {
+        self.put(LAYOUT, encoded).await
     }
 
     /// The kept calibration.
-    pub async fn calibration(&mut self) -> Option<Calibration> {
+    pub async fn calibration(&mut self) -> Option<CalibrationRecord> {
         self.get(CALIBRATION).await.ok().flatten()
     }
 
-    /// Keeps a calibration.
+    /// Keeps a calibration, given by its postcard bytes.
     ///
     /// # Errors
     /// When the flash does not keep it.
-    pub async fn put_calibration(&mut self, calibration: &Calibration) -> Result<(), Reason> {
-        self.put(CALIBRATION, calibration).await
+    pub async fn put_calibration(&mut self, encoded: &[u8]) -> Result<(), Reason> {
+        self.put(CALIBRATION, encoded).await
     }
 
     /// All results, in the order of their numbers.
@@ -181,7 +208,7 @@ impl<F: NorFlash> Store<F> {
         &mut self,
         bytes: &[u8],
         layout_hash: u32,
-        mass: Option<f32>,
+        mass: Option<Measured>,
     ) -> Result<u32, Reason> {
         let used = |slot: u8| self.index.results.iter().any(|kept| kept.slot == slot);
         let slot = (0..RESULTS as u8).find(|&slot| !used(slot)).ok_or(Reason::StoreFull)?;
@@ -189,17 +216,18 @@ impl<F: NorFlash> Store<F> {
             return Err(Reason::StoreFull);
         }
         for (i, chunk) in (0_u16..).zip(bytes.chunks(CHUNK)) {
-            self.put_bytes(chunk_key(slot, i), chunk).await?;
+            self.put(chunk_key(slot, i), chunk).await?;
         }
         let number = self.next_number();
         let entry = ResultEntry { number, layout_hash, mass, length: bytes.len() as u32 };
-        let mut index = self.index.clone();
-        index.last_number = number;
-        index
-            .results
-            .push(Kept { entry, crc: crc32(bytes), slot })
-            .map_err(|_| Reason::StoreFull)?;
-        self.put_index(index).await?;
+        let kept = Kept { entry, crc: crc32(bytes), slot };
+        self.index.results.push(kept).map_err(|_| Reason::StoreFull)?;
+        self.index.last_number = number;
+        if let Err(reason) = self.put_index().await {
+            self.index.results.pop();
+            self.index.last_number = number - 1;
+            return Err(reason);
+        }
         Ok(number)
     }
 
@@ -208,10 +236,15 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`Reason::NotFound`], or [`Reason::StoreFailed`].
     pub async fn delete_result(&mut self, number: u32) -> Result<(), Reason> {
-        let mut index = self.index.clone();
-        let at = index.results.iter().position(|kept| kept.entry.number == number);
-        index.results.remove(at.ok_or(Reason::NotFound)?);
-        self.put_index(index).await
+        let at = self.index.results.iter().position(|kept| kept.entry.number == number);
+        let at = at.ok_or(Reason::NotFound)?;
+        let kept = self.index.results.remove(at);
+        if let Err(reason) = self.put_index().await {
+            // There is room: it stood there before.
+            let _ = self.index.results.insert(at, kept);
+            return Err(reason);
+        }
+        Ok(())
     }
 
     /// Reads part of a result into `out`, from `offset` on; gives how many bytes there were.
@@ -243,10 +276,10 @@ impl<F: NorFlash> Store<F> {
         Ok(end.saturating_sub(offset))
     }
 
-    async fn put_index(&mut self, index: Index) -> Result<(), Reason> {
-        self.put(INDEX, &index).await?;
-        self.index = index;
-        Ok(())
+    async fn put_index(&mut self) -> Result<(), Reason> {
+        let mut encoded = [0; MAX_INDEX];
+        let encoded = postcard::to_slice(&self.index, &mut encoded);
+        self.put(INDEX, encoded.map_err(|_| Reason::StoreFull)?).await
     }
 
     async fn get<T: DeserializeOwned>(&mut self, key: u16) -> Result<Option<T>, ()> {
@@ -256,45 +289,24 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    async fn put<T: Serialize>(&mut self, key: u16, value: &T) -> Result<(), Reason> {
-        self.item.clear();
-        self.item.resize(self.item.capacity(), 0).map_err(|_| Reason::StoreFull)?;
-        let room = self.item.get_mut(1..).ok_or(Reason::StoreFull)?;
-        let length = postcard::to_slice(value, room).map_err(|_| Reason::StoreFull)?.len();
-        self.item.truncate(1 + length);
-        self.put_item(key).await
-    }
-
-    async fn put_bytes(&mut self, key: u16, bytes: &[u8]) -> Result<(), Reason> {
-        self.item.clear();
-        self.item.push(FORMAT).map_err(|_| Reason::StoreFull)?;
-        self.item.extend_from_slice(bytes).map_err(|_| Reason::StoreFull)?;
-        self.put_item(key).await
-    }
-
     async fn get_bytes(&mut self, key: u16) -> Result<Option<&[u8]>, ()> {
         let Some(map) = &mut self.map else { return Ok(None) };
-        let item = map.fetch_item::<&[u8]>(&mut self.scratch, &key).await.map_err(|_| ())?;
-        Ok(item.and_then(|item| match item {
-            [FORMAT, bytes @ ..] => Some(bytes),
-            _ => None,
-        }))
+        let item = map.fetch_item::<Item<'_>>(&mut self.scratch, &key).await.map_err(|_| ())?;
+        Ok(item.filter(|item| item.format == FORMAT).map(|item| item.bytes))
     }
 
-    /// Writes the item in hand and reads it back; tries once more before it gives up.
-    async fn put_item(&mut self, key: u16) -> Result<(), Reason> {
-        if let Some(format) = self.item.first_mut() {
-            *format = FORMAT;
-        }
+    /// Writes an item and reads it back; tries once more before it gives up.
+    async fn put(&mut self, key: u16, bytes: &[u8]) -> Result<(), Reason> {
         let Some(map) = &mut self.map else { return Err(Reason::StoreFailed) };
+        let item = Item { format: FORMAT, bytes };
         let mut reason = Reason::StoreFailed;
         for _ in 0..2 {
-            let stored = map.store_item(&mut self.scratch, &key, &self.item.as_slice()).await;
+            let stored = map.store_item(&mut self.scratch, &key, &item).await;
             if matches!(stored, Err(Error::FullStorage)) {
                 reason = Reason::StoreFull;
             }
-            let kept = map.fetch_item::<&[u8]>(&mut self.scratch, &key).await;
-            if matches!(kept, Ok(Some(kept)) if kept == self.item.as_slice()) {
+            let kept = map.fetch_item::<Item<'_>>(&mut self.scratch, &key).await;
+            if matches!(kept, Ok(Some(kept)) if kept == item) {
                 return Ok(());
             }
             self.failures += 1;

@@ -1,23 +1,39 @@
-//! The calibration file: zeros and sensitivities of the hammer and the sensors, in TOML.
+//! The calibration file: zeros and sensitivities of the hammer and the sensors, and where they come
+//! from, in TOML.
 //!
 //! ```toml
+//! method = "tumble-and-block"    # data-sheet, tumble, block, tumble-and-block or other
+//! date = "2026-03-14"
+//! temperature_c = 21.5
 //! sensor_range_m_per_s2 = 156.9
 //!
+//! [sigma]                        # what the calibration has achieved, relative, 1 σ
+//! gain = 0.0005
+//! cross_axis = 0.002
+//! hammer_gain = 0.0015
+//!
 //! [hammer]
+//! id = "H1"
 //! zero_v = 0.1
 //! sensitivity_v_per_n = 0.0225
+//! rc_corner_hz = 497.4           # of the low-pass; 0 without one, nominal when left out
 //!
 //! [[sensor]]                     # in the order of the rig's inputs
-//! id = "A17"                     # a layout may name it
+//! id = "A17"                     # name or serial number; a layout may name it
 //! zero_v = [1.5, 1.5, 1.5]
 //! sensitivity_v_per_m_per_s2 = [0.00581, 0.00581, 0.00581]
+//! rc_corner_hz = [497.4, 497.4, 497.4]
+//! # What channel x reads of an acceleration along y, over its own sensitivity, and so on.
+//! cross_axis = { xy = 0.01, xz = 0.0, yx = 0.0, yz = 0.0, zx = 0.0, zy = -0.005 }
 //! ```
-//! Sensors that are not there have the nominal values of the data sheet.
+//! All but `[hammer]` may be left out. Sensors that are not there have the nominal values of the data
+//! sheet, sensors without `cross_axis` none.
 
 use std::path::Path;
 
-use massline_shared::signal::{Calibration, ChannelCalibration};
-use massline_shared::units::Volts;
+use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
+use massline_shared::signal::{Calibration, ChannelCalibration, CrossAxis};
+use massline_shared::units::{Hertz, Volts};
 use serde::{Deserialize, Serialize};
 
 use crate::layout_file::LayoutFile;
@@ -28,14 +44,12 @@ const MALFORMED: &str = "calibration_malformed";
 /// Sensors of a rig.
 const SENSORS: usize = massline_shared::layout::RIG_SENSORS;
 
-/// A calibration with the names of its sensors.
+/// A calibration file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationFile {
-    /// Zeros and sensitivities, the sensors in the order of the file.
-    pub calibration: Calibration,
-    /// Names of the sensors in the order of the file.
-    pub ids: Vec<Option<String>>,
-    /// Sensors of the file beyond those that fit into `calibration`.
+    /// The calibration, the sensors in the order of the file.
+    pub record: CalibrationRecord,
+    /// All sensors of the file, also those beyond the inputs of a rig.
     sensors: Vec<SensorTable>,
 }
 
@@ -43,7 +57,15 @@ pub struct CalibrationFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CalibrationTable {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    method: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    date: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    temperature_c: Option<f32>,
     sensor_range_m_per_s2: Option<f32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sigma: Option<CalibrationSigma>,
     hammer: HammerTable,
     #[serde(default)]
     sensor: Vec<SensorTable>,
@@ -52,8 +74,12 @@ pub(crate) struct CalibrationTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct HammerTable {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    id: Option<String>,
     zero_v: f32,
     sensitivity_v_per_n: f32,
+    #[serde(default = "nominal_corner")]
+    rc_corner_hz: f32,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,6 +89,18 @@ struct SensorTable {
     id: Option<String>,
     zero_v: [f32; 3],
     sensitivity_v_per_m_per_s2: [f32; 3],
+    #[serde(default = "nominal_corners")]
+    rc_corner_hz: [f32; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    cross_axis: Option<CrossAxis>,
+}
+
+fn nominal_corner() -> f32 {
+    Calibration::RC_CORNER.0 as f32
+}
+
+fn nominal_corners() -> [f32; 3] {
+    [nominal_corner(); 3]
 }
 
 impl CalibrationFile {
@@ -80,9 +118,8 @@ impl CalibrationFile {
     /// As [`CalibrationFile::read`].
     pub fn parse(text: &str, file: &str) -> Result<Self> {
         let table: CalibrationTable = toml_file::parse(text, file, MALFORMED)?;
-        let calibration = table.calibration().map_err(|e| e.within(file))?;
-        let ids = table.sensor.iter().map(|s| s.id.clone()).collect();
-        Ok(Self { calibration, ids, sensors: table.sensor })
+        let record = table.record().map_err(|e| e.within(file))?;
+        Ok(Self { record, sensors: table.sensor })
     }
 
     /// The calibration for a layout: where a sensor of the layout names a calibration, that one,
@@ -90,13 +127,13 @@ impl CalibrationFile {
     ///
     /// # Errors
     /// Exit 2 when the layout names a calibration that the file does not have.
-    pub fn for_layout(&self, layout: &LayoutFile) -> Result<Calibration> {
-        let mut calibration = self.calibration;
+    pub fn for_layout(&self, layout: &LayoutFile) -> Result<CalibrationRecord> {
+        let mut record = self.record.clone();
         for (k, sensor) in layout.sensors.iter().take(SENSORS).enumerate() {
             let Some(wanted) = &sensor.calibration else { continue };
             let found = self.sensors.iter().find(|s| s.id.as_ref() == Some(wanted));
             let found = found.ok_or_else(|| {
-                let known: Vec<_> = self.ids.iter().flatten().map(String::as_str).collect();
+                let ids = self.sensors.iter().filter_map(|s| s.id.as_deref());
                 Error::input(
                     "calibration_unknown",
                     format!(
@@ -104,90 +141,199 @@ impl CalibrationFile {
                          calibration file does not have (it has: {}); add [[sensor]] with id = \
                          \"{wanted}\"",
                         k + 1,
-                        known.join(", ")
+                        ids.collect::<Vec<_>>().join(", ")
                     ),
                 )
             })?;
-            found.write(k, &mut calibration);
+            found.write(k, &mut record)?;
         }
-        Ok(calibration)
+        Ok(record)
     }
 }
 
 /// The TOML text of a calibration.
-pub fn to_toml(calibration: &Calibration) -> String {
-    // Numbers and tables only: this cannot fail.
-    toml::to_string(&CalibrationTable::of(calibration)).unwrap_or_default()
+pub fn to_toml(record: &CalibrationRecord) -> String {
+    let mut table = CalibrationTable::of(&record.calibration);
+    let text = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+    table.method = Some(record.method().name().into());
+    table.date = text(&record.date);
+    table.temperature_c = record.temperature;
+    table.sigma = Some(record.sigma);
+    table.hammer.id = text(&record.hammer);
+    for (sensor, id) in table.sensor.iter_mut().zip(&record.sensors) {
+        sensor.id = text(id);
+    }
+    // Texts, numbers and tables only: this cannot fail.
+    toml::to_string(&table).unwrap_or_default()
 }
 
 impl CalibrationTable {
+    /// The numbers alone.
     pub(crate) fn of(calibration: &Calibration) -> Self {
         let [hammer, sensors @ ..] = &calibration.channels;
         let sensor = sensors
             .chunks_exact(3)
-            .map(|axes| SensorTable {
+            .zip(&calibration.cross_axis)
+            .map(|(axes, cross_axis)| SensorTable {
                 id: None,
                 zero_v: [0, 1, 2].map(|k| axes[k].zero.0),
                 sensitivity_v_per_m_per_s2: [0, 1, 2].map(|k| axes[k].sensitivity),
+                rc_corner_hz: [0, 1, 2].map(|k| axes[k].corner.0),
+                cross_axis: (*cross_axis != CrossAxis::default()).then_some(*cross_axis),
             })
             .collect();
         Self {
+            method: None,
+            date: None,
+            temperature_c: None,
             sensor_range_m_per_s2: Some(calibration.sensor_range),
-            hammer: HammerTable { zero_v: hammer.zero.0, sensitivity_v_per_n: hammer.sensitivity },
+            sigma: None,
+            hammer: HammerTable {
+                id: None,
+                zero_v: hammer.zero.0,
+                sensitivity_v_per_n: hammer.sensitivity,
+                rc_corner_hz: hammer.corner.0,
+            },
             sensor,
         }
     }
 
     pub(crate) fn calibration(&self) -> Result<Calibration> {
-        let mut calibration = Calibration::default();
+        Ok(self.record()?.calibration)
+    }
+
+    fn record(&self) -> Result<CalibrationRecord> {
+        let mut record = CalibrationRecord::from(Calibration::default());
         if let Some(range) = self.sensor_range_m_per_s2 {
             if !(range.is_finite() && range > Calibration::SMALLEST_RANGE) {
                 return Err(bad("sensor_range_m_per_s2", range, "more than 2 g, that is 19.6133"));
             }
-            calibration.sensor_range = range;
+            record.calibration.sensor_range = range;
         }
+        self.read_origin(&mut record)?;
         let hammer = &self.hammer;
-        check("hammer", hammer.zero_v, "hammer", hammer.sensitivity_v_per_n)?;
-        calibration.channels[0] = ChannelCalibration {
+        check("hammer", hammer.zero_v, hammer.sensitivity_v_per_n, hammer.rc_corner_hz)?;
+        record.hammer = short("hammer: id", hammer.id.as_deref())?;
+        record.calibration.channels[0] = ChannelCalibration {
             zero: Volts(hammer.zero_v),
             sensitivity: hammer.sensitivity_v_per_n,
+            corner: Hertz(hammer.rc_corner_hz),
         };
         for (k, sensor) in self.sensor.iter().enumerate() {
-            let name = format!("sensor {}", k + 1);
-            for (zero, sensitivity) in
-                sensor.zero_v.into_iter().zip(sensor.sensitivity_v_per_m_per_s2)
-            {
-                check(&name, zero, &name, sensitivity)?;
-            }
-            sensor.write(k, &mut calibration);
+            sensor.check(k)?;
+            sensor.write(k, &mut record)?;
         }
-        Ok(calibration)
+        Ok(record)
     }
+
+    fn read_origin(&self, record: &mut CalibrationRecord) -> Result<()> {
+        if let Some(name) = &self.method {
+            let named = CalibrationMethod::ALL.into_iter().find(|m| m.name() == name);
+            let known = CalibrationMethod::ALL.map(CalibrationMethod::name).join(", ");
+            let method = named
+                .ok_or_else(|| bad("method", format!("\"{name}\""), &format!("one of {known}")))?;
+            record.method = method as u8;
+        }
+        if let Some(sigma) = self.sigma {
+            if !sigma.is_usable() {
+                return Err(bad("sigma", format!("{sigma:?}"), "numbers that are not negative"));
+            }
+            record.sigma = sigma;
+        }
+        if let Some(date) = &self.date {
+            record.date = parse_date(date)?;
+        }
+        if let Some(temperature) = self.temperature_c {
+            if !temperature.is_finite() {
+                return Err(bad("temperature_c", temperature, "degrees Celsius, or leave it out"));
+            }
+            record.temperature = Some(temperature);
+        }
+        Ok(())
+    }
+}
+
+/// A day as the calibration holds it.
+///
+/// # Errors
+/// Exit 2 when the text is no day of the form `yyyy-mm-dd`.
+pub fn parse_date(text: &str) -> Result<heapless::String<10>> {
+    let wrong = || bad("date", format!("\"{text}\""), "a day as yyyy-mm-dd");
+    let parts: Vec<&str> = text.split('-').collect();
+    let [year, month, day] = parts[..] else { return Err(wrong()) };
+    let number = |text: &str, digits: usize| {
+        let sound = text.len() == digits && text.bytes().all(|b| b.is_ascii_digit());
+        sound.then(|| text.parse::<u32>().ok()).flatten()
+    };
+    let (month, day) = (number(month, 2), number(day, 2));
+    let sound = number(year, 4).is_some()
+        && month.is_some_and(|m| (1..=12).contains(&m))
+        && day.is_some_and(|d| (1..=31).contains(&d));
+    text.try_into().ok().filter(|_| sound).ok_or_else(wrong)
+}
+
+/// A name or serial number as the calibration holds it; `key` says whose.
+///
+/// # Errors
+/// Exit 2 when it is too long.
+pub fn short(key: &str, text: Option<&str>) -> Result<heapless::String<12>> {
+    let text = text.unwrap_or_default();
+    text.try_into().map_err(|_| bad(key, format!("\"{text}\""), "at most 12 letters"))
 }
 
 impl SensorTable {
-    /// Becomes the sensor of place `k`; nothing when the rig has no such place.
-    fn write(&self, k: usize, calibration: &mut Calibration) {
-        let channels = calibration.channels.iter_mut().skip(1 + 3 * k);
-        for (channel, (zero, sensitivity)) in
-            channels.zip(self.zero_v.into_iter().zip(self.sensitivity_v_per_m_per_s2))
-        {
-            *channel = ChannelCalibration { zero: Volts(zero), sensitivity };
+    fn check(&self, k: usize) -> Result<()> {
+        let name = format!("sensor {}", k + 1);
+        for (zero, sensitivity, corner) in self.axes() {
+            check(&name, zero, sensitivity, corner)?;
         }
+        if let Some(cross_axis) = &self.cross_axis
+            && !cross_axis.is_usable()
+        {
+            let wanted = format!("numbers between -{0} and {0}", CrossAxis::LARGEST);
+            return Err(bad(&format!("{name}: cross_axis"), format!("{cross_axis:?}"), &wanted));
+        }
+        Ok(())
+    }
+
+    /// Becomes the sensor of place `k`; nothing when the rig has no such place.
+    fn write(&self, k: usize, record: &mut CalibrationRecord) -> Result<()> {
+        let (Some(cross_axis), Some(id)) =
+            (record.calibration.cross_axis.get_mut(k), record.sensors.get_mut(k))
+        else {
+            return Ok(());
+        };
+        *cross_axis = self.cross_axis.unwrap_or_default();
+        *id = short(&format!("sensor {}: id", k + 1), self.id.as_deref())?;
+        let channels = record.calibration.channels.iter_mut().skip(1 + 3 * k);
+        for (channel, (zero, sensitivity, corner)) in channels.zip(self.axes()) {
+            *channel = ChannelCalibration { zero: Volts(zero), sensitivity, corner: Hertz(corner) };
+        }
+        Ok(())
+    }
+
+    /// Zero, sensitivity and corner of each axis.
+    fn axes(&self) -> [(f32, f32, f32); 3] {
+        [0, 1, 2]
+            .map(|k| (self.zero_v[k], self.sensitivity_v_per_m_per_s2[k], self.rc_corner_hz[k]))
     }
 }
 
-fn check(zero_of: &str, zero: f32, of: &str, sensitivity: f32) -> Result<()> {
+fn check(of: &str, zero: f32, sensitivity: f32, corner: f32) -> Result<()> {
     if !zero.is_finite() {
-        return Err(bad(&format!("{zero_of}: zero_v"), zero, "the output at rest in volts"));
+        return Err(bad(&format!("{of}: zero_v"), zero, "the output at rest in volts"));
     }
     if !sensitivity.is_normal() {
         return Err(bad(&format!("{of}: sensitivity"), sensitivity, "a number that is not zero"));
     }
+    if !(corner == 0.0 || corner.is_normal() && corner > 0.0) {
+        let wanted = "the corner of the low-pass in Hz, or 0 without one";
+        return Err(bad(&format!("{of}: rc_corner_hz"), corner, wanted));
+    }
     Ok(())
 }
 
-fn bad(key: &str, value: f32, wanted: &str) -> Error {
+fn bad(key: &str, value: impl std::fmt::Display, wanted: &str) -> Error {
     Error::input(MALFORMED, format!("{key} = {value} cannot be; give {wanted}"))
 }
 
@@ -195,25 +341,36 @@ fn bad(key: &str, value: f32, wanted: &str) -> Error {
 mod tests {
     use super::*;
 
-    fn calibration() -> Calibration {
-        let mut calibration = Calibration::default();
+    fn calibration() -> CalibrationRecord {
+        let mut record = CalibrationRecord {
+            method: CalibrationMethod::Tumble as u8,
+            date: "2026-02-28".try_into().unwrap(),
+            hammer: "H1".try_into().unwrap(),
+            temperature: Some(-3.5),
+            ..CalibrationRecord::default()
+        };
+        record.sensors[1] = "A17".try_into().unwrap();
+        record.sigma.gain = 0.0007;
+        let calibration = &mut record.calibration;
+        calibration.cross_axis[1].zx = -0.0123;
         for (k, channel) in calibration.channels.iter_mut().enumerate() {
             channel.zero.0 += 0.001 * k as f32;
             channel.sensitivity *= 1.0 + 0.01 * k as f32;
+            channel.corner.0 += k as f32;
         }
-        calibration
+        record
     }
 
     #[test]
     fn what_is_written_reads_back_exactly() {
         let text = to_toml(&calibration());
-        assert_eq!(CalibrationFile::parse(&text, "c.toml").unwrap().calibration, calibration());
+        assert_eq!(CalibrationFile::parse(&text, "c.toml").unwrap().record, calibration());
     }
 
     #[test]
     fn missing_sensors_are_nominal() {
         let text = "[hammer]\nzero_v = 0.2\nsensitivity_v_per_n = 0.02\n";
-        let read = CalibrationFile::parse(text, "c.toml").unwrap().calibration;
+        let read = CalibrationFile::parse(text, "c.toml").unwrap().record.calibration;
         assert_eq!(read.channels[1..], Calibration::default().channels[1..]);
         assert_eq!(read.channels[0].zero, Volts(0.2));
     }
@@ -233,7 +390,7 @@ mod tests {
             LayoutFile::parse(&example.replacen("sensors = [1, 2, 3]", sensors, 1), "l").unwrap()
         };
         let chosen = layout("sensors = [{ node = 1, calibration = \"d\" }, 2, 3]");
-        let gains = file.for_layout(&chosen).unwrap().channels.map(|c| c.sensitivity);
+        let gains = file.for_layout(&chosen).unwrap().calibration.channels.map(|c| c.sensitivity);
         assert_eq!(gains[1..], [4.0, 4.0, 4.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0]);
         let unknown = layout("sensors = [{ node = 1, calibration = \"x\" }, 2, 3]");
         let error = file.for_layout(&unknown).unwrap_err();
@@ -248,9 +405,33 @@ mod tests {
         };
         assert!(hammer("0.1", "0").contains("sensitivity = 0"));
         assert!(hammer("nan", "0.02").contains("zero_v"));
+        let corner = hammer("0.1", "0.02\nrc_corner_hz = -3");
+        assert!(corner.contains("hammer: rc_corner_hz = -3"), "{corner}");
         let range = "sensor_range_m_per_s2 = 19.6\n[hammer]\nzero_v = 0\nsensitivity_v_per_n = 1\n";
         let error = CalibrationFile::parse(range, "c.toml").unwrap_err().to_string();
         assert!(error.contains("sensor_range_m_per_s2 = 19.6"), "{error}");
         assert!(hammer("0.1", "x").starts_with("c.toml:3: "), "{}", hammer("0.1", "x"));
+    }
+
+    #[test]
+    fn where_it_comes_from_is_checked_too() {
+        let error = |line: &str| {
+            let text = format!("{line}\n[hammer]\nzero_v = 0\nsensitivity_v_per_n = 1\n");
+            CalibrationFile::parse(&text, "c.toml").unwrap_err().to_string()
+        };
+        for date in ["2026-13-01", "2026-1-1", "14.3.2026", "2026-03-32", "yesterday", "+026-01-01"]
+        {
+            assert!(error(&format!("date = \"{date}\"")).contains(date), "{date}");
+        }
+        assert!(error("method = \"guess\"").contains("tumble-and-block"));
+        assert!(error("temperature_c = nan").contains("temperature_c"));
+        let sigma = "sigma = { gain = -1.0, cross_axis = 0.0, hammer_gain = 0.0 }";
+        assert!(error(sigma).contains("sigma"));
+        let sensor = "[[sensor]]\nid = \"a name that is long\"\nzero_v = [1, 1, 1]\n\
+                      sensitivity_v_per_m_per_s2 = [1, 1, 1]";
+        assert!(error(sensor).contains("at most 12"), "{}", error(sensor));
+        let sensor = "[[sensor]]\nzero_v = [1, 1, 1]\nsensitivity_v_per_m_per_s2 = [1, 1, 1]\n\
+                      cross_axis = { xy = 0.5, xz = 0, yx = 0, yz = 0, zx = 0, zy = 0 }";
+        assert!(error(sensor).contains("cross_axis"), "{}", error(sensor));
     }
 }

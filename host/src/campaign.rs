@@ -95,6 +95,8 @@ pub struct Begin {
     pub force: bool,
     /// Forget an interrupted campaign.
     pub restart: bool,
+    /// The object is a block of known mass: mass lines only.
+    pub block: bool,
 }
 
 /// What [`begin`] found.
@@ -125,14 +127,18 @@ pub fn begin(client: &mut Client, how: Begin) -> Result<Begun, ClientError> {
         }
         Some(Phase::Armed | Phase::Busy | Phase::Confirming | Phase::Paused | Phase::Solving) => {
             client.command(CampaignCommand::Abort)?;
-            client.start(how.confirm, how.force)?;
+            start(client, how)?;
             Ok(Begun::Started)
         }
         _ => {
-            client.start(how.confirm, how.force)?;
+            start(client, how)?;
             Ok(Begun::Started)
         }
     }
+}
+
+fn start(client: &mut Client, how: Begin) -> Result<Status, ClientError> {
+    if how.block { client.start_block(how.confirm) } else { client.start(how.confirm, how.force) }
 }
 
 /// Follows the campaign that runs until it ends.

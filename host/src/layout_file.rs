@@ -6,16 +6,21 @@
 //! concurrent hits) is no matter of this module: `massline_shared::layout` diagnoses it.
 
 mod error;
+mod gains;
+mod known;
+mod policy;
 mod raw;
 mod resolve;
 mod template;
 
 use std::path::Path;
 
-use massline_shared::layout::{HostLayout, RigLayout};
+use massline_shared::layout::{Dof, HostLayout, RigLayout};
 
 pub(crate) use error::Place;
 pub use error::{Fault, LayoutFileError, Place as LayoutPlace};
+pub use gains::StatedGains;
+pub use known::Uncertainty;
 pub use template::{SCHEMA, TEMPLATE};
 
 /// Longest layout file that is read, bytes.
@@ -30,18 +35,16 @@ pub struct LayoutFile {
     pub nodes: Vec<Node>,
     /// What is known of each sensor beyond its place, in the order of `layout.sensors`.
     pub sensors: Vec<SensorDetails>,
-    /// What is known of each hit beyond its place, in the order of `layout.hits`.
-    pub hits: Vec<HitDetails>,
-    /// Standard deviations of whatever is not exact.
+    /// What holds for sensors and hits that do not say otherwise.
     pub uncertainty: Uncertainty,
-    /// A mass known before the test.
-    pub prior_mass_kg: Option<Known>,
+    /// Which gains of the budget the file states itself.
+    pub stated: StatedGains,
     /// Expected values to compare with.
     pub reference: Option<Reference>,
 }
 
 /// A numbered point of the object.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Node {
     /// Its number.
     pub id: u16,
@@ -49,15 +52,10 @@ pub struct Node {
     pub position: [f64; 3],
     /// Local x, y and z axis, unit vectors of the body frame.
     pub axes: [[f64; 3]; 3],
-}
-
-/// A value and its standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
-    /// The value.
-    pub value: f64,
-    /// Its standard deviation.
-    pub sigma: f64,
+    /// True where a sensor can be glued.
+    pub can_carry_sensor: bool,
+    /// The DOFs that a hammer reaches.
+    pub can_hit: Vec<Dof>,
 }
 
 /// What is known of a sensor beyond its place.
@@ -65,76 +63,6 @@ pub struct Known {
 pub struct SensorDetails {
     /// Name of its calibration.
     pub calibration: Option<String>,
-    /// Mass that it adds to the object, kg.
-    pub attached_mass_kg: f64,
-    /// Its own standard deviations where the file gives them, else those of `[uncertainty]`.
-    pub uncertainty: SensorUncertainty,
-}
-
-/// Standard deviations of a sensor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorUncertainty {
-    /// Position, m.
-    pub position_m: f64,
-    /// Rotation about each axis, rad.
-    pub rotation_rad: f64,
-    /// Gain of each axis, relative.
-    pub gain: f64,
-    /// Cross-axis sensitivity, relative.
-    pub cross_axis: f64,
-}
-
-/// What is known of a hit beyond its place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HitDetails {
-    /// Scatter of the point of action from hit to hit, m.
-    pub position_m: f64,
-    /// Scatter of the direction from hit to hit, rad.
-    pub direction_rad: f64,
-    /// Error of the mark on the object, the same for all hits on it, m.
-    pub node_position_m: f64,
-    /// Error of the local axes at the mark, the same for all hits on it, rad.
-    pub node_direction_rad: f64,
-}
-
-/// The `[uncertainty]` table: standard deviations of whatever is not exact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Uncertainty {
-    /// Scatter of the hit point from hit to hit, m.
-    pub hit_position_m: f64,
-    /// Scatter of the hit direction from hit to hit, rad.
-    pub hit_direction_rad: f64,
-    /// Sensor position, m.
-    pub sensor_position_m: f64,
-    /// Sensor rotation about each axis, rad.
-    pub sensor_rotation_rad: f64,
-    /// Sensor gain, relative.
-    pub gain: f64,
-    /// Sensor cross-axis sensitivity, relative.
-    pub cross_axis: f64,
-    /// Hammer gain, relative.
-    pub hammer_gain: f64,
-    /// Position of a mark, m.
-    pub node_position_m: f64,
-    /// Direction at a mark, rad.
-    pub node_direction_rad: f64,
-}
-
-impl Default for Uncertainty {
-    /// The defaults of theory, section 9 (marks: section 4).
-    fn default() -> Self {
-        Self {
-            hit_position_m: 0.003,
-            hit_direction_rad: 0.050,
-            sensor_position_m: 0.0015,
-            sensor_rotation_rad: 0.015,
-            gain: 0.01,
-            cross_axis: 0.01,
-            hammer_gain: 0.02,
-            node_position_m: 0.001,
-            node_direction_rad: 0.010,
-        }
-    }
 }
 
 /// The `[reference]` table: expected values, each when known.

@@ -11,25 +11,39 @@
 //! | [`layout_file`] | the layout TOML |
 //! | [`calibration_file`] | the calibration TOML |
 //! | [`uff`] | universal files, dataset 58 |
+//! | [`identification`] | from mass lines to the ten, by every method |
+//! | [`design`] | what a layout promises, and better ones |
 //! | [`solve`] | the offline solver |
+//! | [`single_fault`] | which mistake explains data that contradict their budget |
+//! | [`monte_carlo`] | many tests on the bench against truth and bound |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
 //! | [`tape`] | recorded scans |
+//! | [`recording`] | hammer data of other systems: LVM, CSV, UFF, NumPy |
+//! | [`hits`] | grades the hits of a recording |
 //! | [`rig`] | simulated rigs, virtual or emulated |
 //! | [`qemu`] | the emulated rig |
 #![deny(unsafe_code)]
 
 mod bounded;
+pub mod calibration;
 pub mod calibration_file;
 pub mod campaign;
 pub mod client;
 pub mod commands;
+pub mod design;
 pub mod error;
+pub mod hits;
+pub mod identification;
 pub mod interrupt;
 pub mod layout_file;
+pub mod monte_carlo;
+mod npy;
 pub mod output;
 pub mod qemu;
+pub mod recording;
 pub mod report;
 pub mod rig;
+pub mod single_fault;
 pub mod solve;
 pub mod tape;
 mod toml_file;

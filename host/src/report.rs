@@ -4,18 +4,27 @@
 //! centre of mass in body axes, tensor elements; the covariance is in the order
 //! [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz], SI.
 
+mod details;
 mod message;
 mod table;
 
 use massline_shared::body::{Principal, RigidBody};
 use massline_shared::diagnosis::{Diagnostic, Severity};
-use massline_shared::identify::Method;
+use massline_shared::identify::{Consistency, Estimate, Method};
+use massline_shared::layout::{HostLayout, PROPERTIES};
 use massline_shared::protocol::object::{COVARIANCE, DofResult, MeasurementResult, StoredEstimate};
 use nalgebra::{Matrix3, SMatrix, SVector};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
+use crate::identification::Identification;
+
+pub use details::{details_json, details_text};
 pub use message::{code_name, message, message_in};
+pub(crate) use table::ROWS;
 pub use table::{Truth, scale_of, table};
+
+/// Half of a 95 % interval of a normal variable, in standard deviations.
+pub const HALF_WIDTH_95: f64 = 1.959_963_985;
 
 /// One method's answer in double precision.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,11 +37,25 @@ pub struct Answer {
     pub covariance: Option<SMatrix<f64, 10, 10>>,
     /// Condition of the balanced regression matrix.
     pub condition: f64,
+    /// Whether the data agree with their error budget, for a method that knows one.
+    pub consistency: Option<Consistency<f64>>,
     /// What is to be said about it.
     pub diagnostics: Vec<Diagnostic>,
 }
 
 impl Answer {
+    /// Of an estimate.
+    pub fn of(method: Method, estimate: &Estimate<f64>) -> Self {
+        Self {
+            method: method.name(),
+            body: estimate.body,
+            covariance: estimate.covariance,
+            condition: estimate.condition,
+            consistency: estimate.consistency,
+            diagnostics: estimate.diagnostics.to_vec(),
+        }
+    }
+
     /// From what a rig has stored.
     pub fn from_stored(stored: &StoredEstimate) -> Self {
         let theta = SVector::from(stored.properties.map(f64::from));
@@ -42,6 +65,10 @@ impl Answer {
             body: RigidBody::from_theta(&theta),
             covariance: symmetric(&lower),
             condition: f64::from(stored.condition),
+            consistency: stored.consistency.map(|c| Consistency {
+                chi_squared: f64::from(c.chi_squared),
+                degrees_of_freedom: c.degrees_of_freedom,
+            }),
             diagnostics: stored.diagnostics.to_vec(),
         }
     }
@@ -59,6 +86,16 @@ impl Answer {
     /// Principal moments and axes; `None` when a number is not finite.
     pub fn principal(&self) -> Option<Principal<f64>> {
         self.body.principal()
+    }
+
+    /// Lower and upper end of the 95 % interval of each of the ten.
+    pub fn intervals(&self) -> Option<[[f64; 2]; 10]> {
+        let (values, sigma) = (self.properties(), self.sigma()?);
+        let ends = |k: usize| {
+            let half = HALF_WIDTH_95 * sigma[k];
+            [values[k] - half, values[k] + half]
+        };
+        Some(std::array::from_fn(ends))
     }
 
     /// An entry of `results`.
@@ -81,6 +118,9 @@ impl Answer {
                 "sigma": sigma.map(|s| [s[1], s[2], s[3]]),
             },
             "inertia_kg_m2": { "value": rows(&self.body.inertia), "sigma": sigma_tensor },
+            "interval95": self.intervals().map(|ends| {
+                PROPERTIES.iter().map(|name| (*name).to_owned()).zip(ends.map(|e| json!(e))).collect::<Map<_, _>>()
+            }),
             "covariance": self.covariance.map(|c| {
                 (0..10).map(|i| c.row(i).iter().copied().collect::<Vec<_>>()).collect::<Vec<_>>()
             }),
@@ -91,6 +131,11 @@ impl Answer {
             "principal_axes": principal.map(|p| rows(&p.axes)),
             "physically_consistent": self.body.is_physically_consistent(),
             "condition": self.condition,
+            "chi_squared": self.consistency.map(|c| json!({
+                "value": c.chi_squared,
+                "degrees_of_freedom": c.degrees_of_freedom,
+                "reduced": c.reduced(),
+            })),
             "diagnostics": diagnostics_json(&self.diagnostics, message),
         })
     }
@@ -110,6 +155,52 @@ pub fn diagnostics_json(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> Strin
         .collect()
 }
 
+/// Puts what was identified into an object of results: the methods without an answer as
+/// `not_applicable` and as warnings of `diagnostics`, what was found out as `details`.
+pub fn add_identification(value: &mut Value, found: &Identification, layout: &HostLayout) {
+    let say = |d: &Diagnostic| message_in(d, layout);
+    let refused = found.not_applicable.iter();
+    value["not_applicable"] = json!(
+        refused
+            .map(|(method, reasons)| json!({
+                "method": method.name(),
+                "codes": reasons.iter().map(code_name).collect::<Vec<_>>(),
+            }))
+            .collect::<Vec<_>>()
+    );
+    let mut diagnostics = diagnostics_json(&found.warnings(), say);
+    if let Some(Value::Array(others)) = value.get("diagnostics") {
+        diagnostics.extend(others.iter().cloned());
+    }
+    value["diagnostics"] = json!(diagnostics);
+    value["details"] = json!(found.details.as_ref().map(|d| details_json(d, layout)));
+}
+
+/// Every answer as a table, why others are missing, and what was found out.
+pub fn identification_text(
+    found: &Identification,
+    layout: &HostLayout,
+    truth: Option<&Truth>,
+) -> String {
+    let mut text: String = found.answers.iter().map(|answer| table(answer, truth) + "\n").collect();
+    text += &found_out_text(found, layout);
+    text
+}
+
+/// Why answers are missing, and what was found out.
+pub fn found_out_text(found: &Identification, layout: &HostLayout) -> String {
+    let say = |d: &Diagnostic| message_in(d, layout);
+    let mut text = String::new();
+    for (method, reasons) in &found.not_applicable {
+        let reasons: Vec<String> = reasons.iter().map(say).collect();
+        text += &format!("warning: {} is not applicable: {}\n", method.name(), reasons.join("; "));
+    }
+    if let Some(details) = &found.details {
+        text += &details_text(details, layout);
+    }
+    text
+}
+
 /// A result of a rig as JSON: `results` with one entry a method, the layout's hash, the
 /// calibration's checksum, the firmware's version, the mass lines.
 pub fn measurement_json(result: &MeasurementResult) -> Value {
@@ -121,7 +212,11 @@ pub fn measurement_json(result: &MeasurementResult) -> Value {
         "layout_hash": result.layout_hash,
         "calibration": result.calibration,
         "firmware": result.firmware.as_str(),
+        "frf_estimator": result.frf_estimator.name(),
+        "terms": result.terms.name(),
+        "band_automatic": result.band_automatic,
         "mass_lines": result.dofs.iter().map(dof_json).collect::<Vec<_>>(),
+        "notes": notes(result),
         "diagnostics": diagnostics_json(&result.diagnostics, message),
     })
 }
@@ -130,7 +225,10 @@ fn dof_json(dof: &DofResult) -> Value {
     json!({
         "dof": dof.dof.to_string(),
         "hits": dof.hits,
+        "band_hz": dof.band_hz,
         "accelerance_m_per_s2_per_n": dof.accelerance,
+        "noise_m_per_s2_per_n": dof.noise,
+        // Null for a single hit, where it is one by definition.
         "coherence": dof.coherence,
     })
 }
@@ -150,8 +248,47 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
     for estimate in &result.estimates {
         text += &table(&Answer::from_stored(estimate), None);
     }
+    text += &format!("mass lines ({}) of {}, ", result.terms.name(), result.frf_estimator.name());
+    text += &bands_text(result);
+    for note in notes(result) {
+        text += &format!("note: {note}\n");
+    }
     text += &sentences(&result.diagnostics, message);
     text
+}
+
+/// The band of every DOF, once when they are alike.
+fn bands_text(result: &MeasurementResult) -> String {
+    let ends = |[low, high]: [f32; 2]| format!("{low:.1} to {high:.1} Hz");
+    let origin = if result.band_automatic { "found from the data" } else { "as set" };
+    let first = result.dofs.first().map(|dof| dof.band_hz);
+    match first {
+        Some(band) if result.dofs.iter().all(|dof| dof.band_hz == band) => {
+            format!("over {}, {origin}\n", ends(band))
+        }
+        Some(_) => {
+            let each = result.dofs.iter().map(|dof| format!("{} {}", dof.dof, ends(dof.band_hz)));
+            format!("{origin} over {}\n", each.collect::<Vec<_>>().join(", "))
+        }
+        None => format!("band {origin}\n"),
+    }
+}
+
+/// What is missing in the numbers and why.
+fn notes(result: &MeasurementResult) -> Vec<String> {
+    let single: Vec<String> = result
+        .dofs
+        .iter()
+        .filter(|dof| dof.coherence.is_none())
+        .map(|dof| dof.dof.to_string())
+        .collect();
+    if single.is_empty() {
+        return Vec::new();
+    }
+    vec![format!(
+        "no coherence is given for {}: of a single hit it is 1 by definition and says nothing",
+        single.join(", ")
+    )]
 }
 
 /// Diagnostics as lines of text.
@@ -181,6 +318,8 @@ fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
 mod tests {
     use super::*;
     use massline_shared::diagnosis::Code;
+    use massline_shared::layout::FrfEstimator;
+    use massline_shared::mass_line::Terms;
 
     fn stored() -> StoredEstimate {
         let mut covariance = heapless::Vec::new();
@@ -197,6 +336,7 @@ mod tests {
             properties: [2.0, 0.5, 0.25, -0.125, 3.0, 2.0, 4.0, 0.0, 0.0, 0.0],
             covariance,
             condition: 8.0,
+            consistency: None,
             diagnostics: [scatter].into_iter().collect(),
         }
     }
@@ -207,6 +347,9 @@ mod tests {
             layout_hash: 0xABCD,
             calibration: 3,
             firmware: "0.1.0".try_into().unwrap(),
+            frf_estimator: FrfEstimator::H1,
+            terms: Terms::Abc,
+            band_automatic: false,
             dofs: heapless::Vec::new(),
             estimates: [stored()].into_iter().collect(),
             diagnostics: heapless::Vec::new(),

@@ -2,25 +2,30 @@
 //! properties, in double precision.
 //!
 //! For every sensor axis and hit of the layout the file must hold one frequency response function.
-//! Its accelerance is fitted by a mass line with equal weights over the band; the inertia restraint
-//! method takes it from there. A function that is stored with an opposite direction is used negated.
+//! Its accelerance is fitted by a mass line with equal weights over the band; [`identification`] takes
+//! it from there, with every averaged over the hits that `[test]` asks for. A function that is stored
+//! with an opposite direction is used negated.
+//!
+//! [`identification`]: crate::identification
 
 mod frfs;
 
 use std::path::Path;
 
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic};
-use massline_shared::identify::{Method, inertia_restraint};
-use massline_shared::layout::{LayoutReport, assumed_body};
-use massline_shared::real::Real;
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics};
+use massline_shared::identify::{Applicability, MassLines, Method, inertia_restraint};
+use massline_shared::layout::{HostLayout, assumed_body};
 use nalgebra::{SVector, Vector3};
 use serde_json::{Value, json};
 
+use crate::identification::{self, CHANNELS, Identification, MeasuredLines, Selection, identify};
 use crate::layout_file::{LayoutFile, Reference};
-use crate::report::{self, Answer, Truth, diagnostics_json, message_in};
+use crate::report::{self, Answer, Truth, message_in};
+use crate::single_fault::{Examination, Meant};
 use crate::uff::{Quantity, UffFile};
 use crate::{Error, Result};
+use frfs::{FittedLines, Responses};
 
 /// The point about which the equations are set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,26 +54,35 @@ pub struct Options {
     pub reference_point: ReferencePoint,
     /// What the responses are, when the file does not say so or is wrong.
     pub quantity: Option<Quantity>,
+    /// Which methods.
+    pub selection: Selection,
 }
 
 /// What the offline solver answers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// The ten.
-    pub answer: Answer,
+    /// The ten by every method, and what was found out.
+    pub identification: Identification,
+    /// Which single mistake explains the data, if they contradict the layout.
+    pub examination: Examination,
     /// Mass line accelerances, (m/s²)/N: hit by hit, channel by channel (sensor 1 x, y, z, …).
     pub mass_lines: Vec<Vec<f64>>,
+    /// Standard deviations of the mass lines from the scatter of the spectral lines about the model,
+    /// (m/s²)/N, in the same order.
+    pub noise: Vec<Vec<f64>>,
     /// The point about which the equations were set up.
     pub reference_point: ReferencePoint,
     /// Band of the mass lines, Hz.
     pub band_hz: [f64; 2],
+    /// What is to be said about the mass lines.
+    pub diagnostics: Vec<Diagnostic>,
     /// Hash of the layout, when it fits a rig.
     pub layout_hash: Option<u32>,
     /// Expected values to compare with.
     pub truth: Option<Truth>,
     /// What the layout was checked with and what the file was read with.
     pub notes: Vec<String>,
-    hits: Vec<String>,
+    layout: HostLayout,
 }
 
 /// Solves a layout file with a universal file.
@@ -93,7 +107,7 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
     let layout = &file.layout;
     let (body, about_body) = body_for_checks(file);
     let say = |d: &Diagnostic| message_in(d, layout);
-    let checked = LayoutReport::new(layout, Some(&body));
+    let checked = Applicability::new(layout, &body, options.selection.methods());
     if let Some(error) = first_error(&checked.diagnostics, say) {
         return Err(match error {
             Error::Undetermined { code, message } => {
@@ -102,14 +116,33 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
             other => other,
         });
     }
-    let lines = frfs::mass_lines(layout, uff, options.quantity)?;
+    let responses = Responses::of(layout, uff, options.quantity)?;
+    let FittedLines { lines, band_hz, diagnostics } = responses.mass_lines(layout)?;
     let reference = match options.reference_point {
         ReferencePoint::Centroid => inertia_restraint::ReferencePoint::Centroid,
         ReferencePoint::Origin => inertia_restraint::ReferencePoint::Origin,
     };
-    let estimate = inertia_restraint::solve(layout, lines.iter().enumerate(), reference)
-        .map_err(|found| first_error(&found, say).unwrap_or_else(undetermined))
-        .map_err(blame_the_responses)?;
+    let measured: MeasuredLines = lines.iter().cloned().enumerate().collect();
+    let how = identification::Options {
+        selection: options.selection,
+        inertia_restraint: reference.into(),
+    };
+    let meant = Meant::of_file(file);
+    let examination = meant.examine(&measured);
+    let said = |found: Diagnostics| {
+        let error = first_error(&found, say).unwrap_or_else(undetermined);
+        blame_the_responses(error, &examination, layout)
+    };
+    let identification = if options.selection == Selection::Only(Method::GlobalFit) {
+        let linear =
+            inertia_restraint::solve(layout, lines.iter().enumerate(), how.inertia_restraint);
+        let start = linear.map_err(said)?.body;
+        let found = responses.global_fit(layout, band_hz, &start)?.map_err(said)?;
+        let answers = vec![Answer::of(Method::GlobalFit, &found.estimate)];
+        Identification { answers, not_applicable: Vec::new(), details: None }
+    } else {
+        identify(layout, &measured, &how).map_err(said)?
+    };
     let channels = 3 * layout.sensors.len();
     let truth = file.reference.map(|reference| Truth {
         properties: reference.properties(),
@@ -118,28 +151,22 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
     let mut notes = uff.notes.clone();
     notes.push(about_body);
     Ok(Solution {
-        answer: Answer {
-            method: Method::InertiaRestraint.name(),
-            body: estimate.body,
-            covariance: estimate.covariance,
-            condition: estimate.condition.to_f64(),
-            diagnostics: estimate.diagnostics.to_vec(),
-        },
-        mass_lines: lines
-            .iter()
-            .map(|l| l.accelerance.iter().take(channels).copied().collect())
-            .collect(),
+        identification,
+        examination,
+        mass_lines: by_hit(&lines, channels, |lines| &lines.accelerance),
+        noise: by_hit(&lines, channels, |lines| &lines.noise),
         reference_point: options.reference_point,
-        band_hz: layout.test.band_hz,
+        band_hz,
+        diagnostics,
         layout_hash: file.hash(),
         truth,
         notes,
-        hits: layout.hits.iter().map(|hit| hit.dof.to_string()).collect(),
+        layout: layout.clone(),
     })
 }
 
 /// The body that a layout is checked with, and a sentence that says where it comes from: `[reference]`
-/// as far as it is given, else the mass of `[prior]` or 1 kg, the centroid of the nodes, `m L² I`.
+/// as far as it is given, else the mass of `[prior]` or 1 kg, near the centroid of the nodes, `m L² I`.
 pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
     let none = Reference { mass_kg: None, center_of_mass_m: None, inertia_kg_m2: None };
     let reference = file.reference.unwrap_or(none);
@@ -147,10 +174,10 @@ pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
         let body = RigidBody::from_theta(&SVector::from(ten));
         return (body, "the layout was checked with the body of [reference]".into());
     }
-    let prior = file.prior_mass_kg.map(|known| known.value);
+    let prior = file.layout.priors.iter().find(|p| p.property == 0).map(|known| known.value);
     let mass = reference.mass_kg.or(prior);
     let nodes = file.nodes.iter().map(|node| node.position);
-    let mut body = assumed_body(&file.layout, mass, nodes);
+    let mut body = assumed_body(mass, nodes);
     let mass_from = match (reference.mass_kg, prior) {
         (Some(_), _) => "the mass of [reference]",
         (None, Some(_)) => "the mass of [prior]",
@@ -161,11 +188,11 @@ pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
             body.center_of_mass = Vector3::from(center);
             "the centre of mass of [reference]"
         }
-        None => "an assumed centre of mass at the centroid of the nodes",
+        None => "an assumed centre of mass near the centroid of the nodes",
     };
     let text = format!(
-        "the layout was checked with {mass_from}, {center_from} and an assumed inertia m L² I; give \
-         [reference] to check it with the body itself"
+        "the layout was checked with {mass_from}, {center_from} and an assumed inertia m L² I, L being the \
+         extent of the nodes; give [reference] to check it with the body itself"
     );
     (body, text)
 }
@@ -195,37 +222,66 @@ pub(crate) fn first_error(
     })
 }
 
+/// A quantity of the channels in use, hit by hit.
+fn by_hit(
+    lines: &[MassLines<f64, CHANNELS>],
+    channels: usize,
+    quantity: fn(&MassLines<f64, CHANNELS>) -> &SVector<f64, CHANNELS>,
+) -> Vec<Vec<f64>> {
+    lines.iter().map(|hit| quantity(hit).iter().take(channels).copied().collect()).collect()
+}
+
 fn undetermined() -> Error {
     Error::undetermined("no_answer", "the data do not determine the ten properties")
 }
 
 impl Solution {
+    /// The best method's answer.
+    pub fn answer(&self) -> Option<&Answer> {
+        self.identification.answers.first()
+    }
+
     /// One object, as all results are printed.
     pub fn to_json(&self) -> Value {
-        json!({
-            "results": [self.answer.to_json()],
+        let lines = self.layout.hits.iter().zip(&self.mass_lines).zip(&self.noise);
+        let mut value = json!({
+            "results": self.identification.answers.iter().map(Answer::to_json).collect::<Vec<_>>(),
             "layout_hash": self.layout_hash,
             "calibration": null,
             "firmware": null,
             "reference_point": self.reference_point.name(),
             "band_hz": self.band_hz,
-            "mass_lines": self.hits.iter().zip(&self.mass_lines).map(|(dof, lines)| json!({
-                "dof": dof,
+            "band_automatic": self.layout.test.band_hz.is_none(),
+            // The responses are there already.
+            "frf_estimator": null,
+            "terms": self.layout.test.terms.name(),
+            "mass_lines": lines.map(|((hit, lines), noise)| json!({
+                "dof": hit.dof.to_string(),
                 "accelerance_m_per_s2_per_n": lines,
+                "noise_m_per_s2_per_n": noise,
             })).collect::<Vec<_>>(),
             "notes": self.notes,
-            "diagnostics": diagnostics_json(&[], report::message),
-        })
+            "diagnostics":
+                report::diagnostics_json(&self.diagnostics, |d| message_in(d, &self.layout)),
+        });
+        report::add_identification(&mut value, &self.identification, &self.layout);
+        self.examination.add_to(&mut value, &self.layout);
+        value
     }
 
     /// For people.
     pub fn to_text(&self) -> String {
-        let [low, high] = self.band_hz;
-        let mut text = report::table(&self.answer, self.truth.as_ref());
+        let [low, high] = self.band_hz.map(|end| (end * 10.0).round() / 10.0);
+        let mut text =
+            report::identification_text(&self.identification, &self.layout, self.truth.as_ref());
+        text += &self.examination.to_text(&self.layout);
         text += &format!(
-            "mass lines over {low} to {high} Hz, equal weights; equations about the {}\n",
+            "mass lines ({}) over {low} to {high} Hz{}, equal weights; linear equations about the {}\n",
+            self.layout.test.terms.name(),
+            if self.layout.test.band_hz.is_none() { ", found from the responses" } else { "" },
             self.reference_point.name()
         );
+        text += &report::sentences(&self.diagnostics, |d| message_in(d, &self.layout));
         for note in &self.notes {
             text += &format!("note: {note}\n");
         }
@@ -233,16 +289,22 @@ impl Solution {
     }
 }
 
-/// The layout alone is good: what is missing is missing in the frequency responses.
-fn blame_the_responses(error: Error) -> Error {
+/// The layout alone is good: what is missing is missing in the frequency responses, or one of them is
+/// not what the layout says.
+fn blame_the_responses(error: Error, examination: &Examination, layout: &HostLayout) -> Error {
     match error {
-        Error::Undetermined { code, message } => Error::undetermined(
-            code,
-            format!(
-                "the layout is good but its frequency responses are not: {message}; check that the \
-                 file holds this object's responses and what quantity they are (--quantity)"
-            ),
-        ),
+        Error::Undetermined { code, message } => {
+            let mistakes = examination.to_text(layout);
+            let mistakes = mistakes.trim_end().replace('\n', "; ");
+            Error::undetermined(
+                code,
+                format!(
+                    "the layout is good but its frequency responses are not: {message}; check that \
+                     the file holds this object's responses and what quantity they are \
+                     (--quantity); {mistakes}"
+                ),
+            )
+        }
         other => other,
     }
 }

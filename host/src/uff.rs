@@ -193,6 +193,18 @@ impl Function {
         self.function_type == function::FREQUENCY_RESPONSE
     }
 
+    /// True for a record over time.
+    pub fn is_time_response(&self) -> bool {
+        self.function_type == function::TIME_RESPONSE
+    }
+
+    /// The ordinate of a record over time: forces in N, motions in m, m/s and m/s² by the units of
+    /// dataset 164, anything else as it stands.
+    pub fn time_samples(&self) -> Vec<f64> {
+        let factor = units::time_factor(self);
+        self.ordinate.iter().map(|y| y.re * factor).collect()
+    }
+
     /// An error about this function.
     pub(crate) fn error(&self, fault: UffFault) -> UffError {
         UffError { dataset: self.dataset, line: self.line, byte: self.byte, fault }

@@ -162,8 +162,6 @@ fn layouts_that_cannot_determine_the_ten_properties() {
     let files = Files::new();
     let bench = files.rigid_bench();
     for (sensors, hits, code) in [
-        ("[1, 2]", HITS, "fewer_than_three_sensors"),
-        ("[1, 3, 5]", HITS, "sensors_collinear"),
         ("[1, 2, 3]", r#"["1:+Y", "2:+Z"]"#, "fewer_than_three_hits"),
         ("[1, 2, 3]", r#"["1:+Y", "2:+Y", "4:+Y"]"#, "hits_all_parallel"),
         ("[1, 2, 3]", r#"["2:+X", "2:+Y", "2:+Z"]"#, "hits_concurrent"),
@@ -173,6 +171,41 @@ fn layouts_that_cannot_determine_the_ten_properties() {
         // A rig refuses it as well, before anything is hit.
         fails(&["simulate", &layout, "--bench", &bench], 3, code);
     }
+}
+
+#[test]
+fn suggestions() {
+    let files = Files::new();
+    let good = files.good();
+    fails(&["layout", "suggest", "no-such-layout.toml"], 2, "layout_not_readable");
+    let too_many = ["layout", "suggest", &good, "--sensors"];
+    fails(&[&too_many[..], &["6"]].concat(), 2, "too_few_candidates");
+    fails(&["layout", "suggest", &good, "--hits", "16"], 2, "too_few_candidates");
+    for option in ["--sensors", "--hits", "--starts", "--hits-per-dof", "--noise"] {
+        for value in ["-1", "0", "1e9", "many"] {
+            fails(&["layout", "suggest", &good, option, value], 2, "usage");
+        }
+    }
+    fails(&["layout", "suggest", &good, "--keep-sensors", "--keep-hits"], 2, "usage");
+    fails(&["layout", "suggest", &good, "--write", &good], 2, "cannot_write");
+    let forbidden = NODES.replace("] },", "], can_hit = [], can_carry_sensor = false },");
+    let forbidden = format!("sensors = [1, 2, 3]\nhits = {HITS}\n{forbidden}");
+    let forbidden = files.write("forbidden.toml", forbidden);
+    fails(&["layout", "suggest", &forbidden], 2, "too_few_candidates");
+    fails(&["layout", "suggest", &forbidden, "--keep-sensors"], 2, "too_few_candidates");
+    let sideways = NODES.replace("] },", "], can_hit = [\"sideways\"] },");
+    let sideways = format!("sensors = [1, 2, 3]\nhits = {HITS}\n{sideways}");
+    fails(&["layout", "suggest", &files.write("l.toml", sideways)], 2, "layout_malformed");
+    let line = "sensors = [1, 2, 3]\nhits = [\"1:+Y\", \"2:+Z\", \"3:+X\"]\nnode = [
+        { id = 1, position_m = [0.0, 0.0, 0.0] },
+        { id = 2, position_m = [0.1, 0.0, 0.0] },
+        { id = 3, position_m = [0.3, 0.0, 0.0] },
+    ]
+    [reference]
+    center_of_mass_m = [0.13, 0.0, 0.0]
+    ";
+    let line = files.write("line.toml", line);
+    fails(&["layout", "suggest", &line], 3, "ten_parameters_not_identifiable");
 }
 
 #[test]
@@ -282,6 +315,7 @@ fn every_command_has_examples_in_its_help() {
         &["layout"],
         &["layout", "new"],
         &["layout", "check"],
+        &["layout", "suggest"],
         &["layout", "show"],
         &["layout", "schema"],
         &["device"],

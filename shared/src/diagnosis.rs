@@ -75,7 +75,8 @@ codes! {
     HitsConcurrent = 6, "hits_concurrent";
     /// All lines of action pass the centre of mass within 2 % of L.
     HitsThroughCentreOfMass = 7, "hits_through_centre_of_mass";
-    /// The balanced regression matrix has a rank below ten (relative cut 1e-6).
+    /// The balanced regression matrix, or that of the readings' slopes by the ten, has a rank below ten
+    /// (relative cut 1e-6).
     TenParametersNotIdentifiable = 8, "ten_parameters_not_identifiable";
     /// Two sensors stand on the same node.
     TwoSensorsOnOneNode = 9, "two_sensors_on_one_node";
@@ -83,7 +84,7 @@ codes! {
     UnknownNode = 10, "unknown_node";
     /// Local axes are not of unit length or not orthogonal.
     AxesNotOrthonormal = 11, "axes_not_orthonormal";
-    /// A number of the layout is NaN or infinite.
+    /// A number of the layout is NaN or infinite, or a standard deviation or mass is negative.
     LayoutNotFinite = 12, "layout_not_finite";
     /// A setting of the `[test]` table lies outside what the rig can do.
     SettingOutOfRange = 13, "setting_out_of_range";
@@ -112,13 +113,75 @@ codes! {
     ResultNotStored = 42, "result_not_stored";
     /// The converter of the rig does not answer.
     SamplerStopped = 43, "sampler_stopped";
+    /// The object was a block of known mass: the result calibrates, and has no ten properties.
+    BlockTest = 52, "block_test";
+    /// The residuals are larger than the stated uncertainties allow (χ² over its degrees of freedom; by
+    /// chance in one test of a thousand).
+    DataContradictBudget = 44, "data_contradict_budget";
+    /// The sensor that would have to be wrong by most of its stated uncertainties (root mean square).
+    SensorStrainsBudget = 45, "sensor_strains_budget";
+    /// The hit that would have to be wrong by most of its stated uncertainties (root mean square).
+    HitStrainsBudget = 46, "hit_strains_budget";
+    /// The best fit was no physical body (its margin in kg m²); the best physical one is given.
+    HeldToConsistency = 47, "held_to_consistency";
+    /// The fit did not settle within its steps (zero: it left what can be computed).
+    NotConverged = 48, "not_converged";
+    /// The object would have no mass without what hangs on it (what is left, kg).
+    AttachedTooHeavy = 49, "attached_too_heavy";
+    /// The identified mass is not positive (kg).
+    MassNotPositive = 50, "mass_not_positive";
+    /// The mass line of a response moves with the ends of the band. Subject: DOF and response
+    /// ([`Diagnostic::response`]). Value: by which part of the motion of the DOF.
+    NoPlateau = 53, "no_plateau";
+    /// The data show no band between suspension and elastic modes, so the usual one is used. Subject: the
+    /// DOF.
+    BandNotFound = 54, "band_not_found";
 
-    /// A channel reached the end of its range: ADC rail or sensor range.
+    /// A channel reached the end of its range: ADC rail, sensor range, or a flat top in what was
+    /// clipped before. Subject: the channel. Value: the extreme from rest, N or m/s².
     Overload = 64, "overload";
-    /// The peak force is below the smallest that gives a usable response.
+    /// The peak force is below the smallest that gives a usable response. Value: the peak, N.
     TooWeak = 65, "too_weak";
-    /// Scans were lost while the record was taken.
+    /// Scans were lost while the record was taken. Value: how many.
     ScansLost = 66, "scans_lost";
+    /// The next hit may clip: a channel came near the end of its range. Subject: the channel. Value:
+    /// the share of the range.
+    TooHard = 67, "too_hard";
+    /// The hammer touched twice. Value: the lesser peak over the greater.
+    DoubleHit = 68, "double_hit";
+    /// The force hardly excites the top of the band. Value: its level there against 0 Hz, dB.
+    ForceSpectrumLow = 69, "force_spectrum_low";
+    /// A channel moved before the hit. Subject: the channel. Value: the standard deviation before the
+    /// hit over the peak.
+    PreTriggerNotQuiet = 70, "pre_trigger_not_quiet";
+    /// The record ends before force or response are over. Subject: the channel. Value: what is left
+    /// at the end over the peak.
+    ClippedRecord = 71, "clipped_record";
+    /// Too few scans before the hit to know the rest value. Value: how many.
+    TriggerTooEarly = 72, "trigger_too_early";
+    /// The same record as the hit before.
+    DuplicateHit = 73, "duplicate_hit";
+    /// A hit differs from the others at its DOF. Subject: the DOF. Value: the relative distance of
+    /// its responses per force from theirs.
+    HitInconsistent = 74, "hit_inconsistent";
+    /// No motion of a rigid body is what a sensor reads. Subject: the sensor. Value: its part of the
+    /// residual over the norm of all readings.
+    MotionNotRigid = 75, "motion_not_rigid";
+
+    /// One sensor whose axes are reversed, swapped or turned explains the data. Value: χ².
+    SensorAxesSuspect = 112, "sensor_axes_suspect";
+    /// The cables of two sensors, swapped, explain the data. Value: χ².
+    CablesSwapped = 113, "cables_swapped";
+    /// One hit DOF that was hit at another node explains the data. Value: χ².
+    HitAtWrongNode = 114, "hit_at_wrong_node";
+    /// One hit DOF that was hit from the other side explains the data. Value: χ².
+    HitReversed = 115, "hit_reversed";
+    /// All accelerances are wrong by one factor (the value) against what is known of the object.
+    CommonScale = 116, "common_scale";
+    /// The data contradict the budget and no single mistake explains them. Value: the least χ².
+    NoSingleFaultExplains = 117, "no_single_fault_explains";
+    /// Single mistakes that the data would not show. Value: how many.
+    FaultsNotVisible = 118, "faults_not_visible";
 }
 
 impl Code {
@@ -127,6 +190,9 @@ impl Code {
         matches!(self, Self::ResultNotStored | Self::SamplerStopped)
     }
 }
+
+/// Responses that a subject can tell apart: more than any solver has.
+const RESPONSES_OF_A_DOF: usize = 32;
 
 /// One named fact with the number that decided it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -156,6 +222,17 @@ impl Diagnostic {
         // NaN is not equal to itself: a status that carries it would differ from itself for ever.
         let value = if value.is_finite() { value } else { 0.0 };
         Self { code: code as u16, severity: severity as u8, subject, value }
+    }
+
+    /// The subject of a diagnostic about one response due to one hit DOF, both 0-based.
+    pub fn response_subject(dof: usize, response: usize) -> u16 {
+        (dof * RESPONSES_OF_A_DOF + response) as u16
+    }
+
+    /// DOF and response of a subject made by [`Diagnostic::response_subject`].
+    pub fn response(&self) -> (usize, usize) {
+        let subject = usize::from(self.subject);
+        (subject / RESPONSES_OF_A_DOF, subject % RESPONSES_OF_A_DOF)
     }
 
     /// True when there is no answer because of this.

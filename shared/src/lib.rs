@@ -9,9 +9,11 @@
 //! | [`units`] | newtypes of the physical quantities that cross an interface |
 //! | [`body`] | the ten rigid body properties and their transforms |
 //! | [`layout`] | where sensors sit and hits land; kinematics; diagnosis of a layout |
+//! | [`design`] | which sensors and hits to choose among candidates |
 //! | [`signal`] | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
 //! | [`mass_line`] | the constant part of an accelerance, `A + B/s² + C s²` |
 //! | [`identify`] | from mass lines to the ten properties with their covariance |
+//! | [`calibration`] | sensors and hammer from what they read of a known input |
 //! | [`campaign`] | which degree of freedom is hit next, and what a verdict leads to |
 //! | [`protocol`] | messages and frames |
 //! | [`checksum`] | CRC-32 |
@@ -23,8 +25,10 @@
 extern crate std;
 
 pub mod body;
+pub mod calibration;
 pub mod campaign;
 pub mod checksum;
+pub mod design;
 pub mod diagnosis;
 pub mod identify;
 pub mod layout;

@@ -229,6 +229,22 @@ pub(crate) fn cholesky<R: Real, const N: usize>(m: &SMatrix<R, N, N>) -> Option<
     Some(c)
 }
 
+/// `C⁻¹` of a lower triangular `C` without a zero on its diagonal.
+pub(crate) fn invert_lower<R: Real, const N: usize>(c: &SMatrix<R, N, N>) -> SMatrix<R, N, N> {
+    let mut inverse = SMatrix::<R, N, N>::zeros();
+    for j in 0..N {
+        inverse[(j, j)] = c[(j, j)].recip();
+        for i in j + 1..N {
+            let mut sum = R::zero();
+            for k in j..i {
+                sum += c[(i, k)] * inverse[(k, j)];
+            }
+            inverse[(i, j)] = -sum / c[(i, i)];
+        }
+    }
+    inverse
+}
+
 /// Solves `C x = b` in place for a lower triangular `C` without a zero on its diagonal.
 pub(crate) fn forward_substitute<R: Real, const N: usize>(
     c: &SMatrix<R, N, N>,
@@ -238,6 +254,20 @@ pub(crate) fn forward_substitute<R: Real, const N: usize>(
         let mut sum = b[i];
         for k in 0..i {
             sum -= c[(i, k)] * b[k];
+        }
+        b[i] = sum / c[(i, i)];
+    }
+}
+
+/// Solves `Cᵀ x = b` in place for a lower triangular `C` without a zero on its diagonal.
+pub(crate) fn back_substitute_transposed<R: Real, const N: usize>(
+    c: &SMatrix<R, N, N>,
+    b: &mut SVector<R, N>,
+) {
+    for i in (0..N).rev() {
+        let mut sum = b[i];
+        for k in i + 1..N {
+            sum -= c[(k, i)] * b[k];
         }
         b[i] = sum / c[(i, i)];
     }
@@ -289,9 +319,40 @@ impl<R: Real, const N: usize> LeastSquares<R, N> {
         self.rows += 1;
     }
 
+    /// What is left for the last `M` unknowns when the others are eliminated.
+    pub(crate) fn last<const M: usize>(&self) -> LeastSquares<R, M> {
+        const { assert!(M <= N, "unknowns of these equations") };
+        let mut rest = LeastSquares::new();
+        for k in 0..M {
+            rest.factor[k].copy_from_slice(&self.factor[N - M + k][N - M..]);
+            rest.right[k] = self.right[N - M + k];
+        }
+        rest.residual = self.residual;
+        rest.rows = self.rows;
+        rest
+    }
+
+    /// Lengths of the columns of the matrix of all rows.
+    pub(crate) fn column_norms(&self) -> [R; N] {
+        core::array::from_fn(|k| {
+            self.factor.iter().fold(R::zero(), |sum, row| sum + row[k] * row[k]).sqrt()
+        })
+    }
+
     /// Rank and condition of the matrix of all rows.
     pub(crate) fn spectrum(&self) -> Option<Spectrum<R>> {
         spectrum(&self.factor)
+    }
+
+    /// The same with every unknown in such a unit that its column has the length one.
+    pub(crate) fn spectrum_of_unit_columns(&self) -> Option<Spectrum<R>> {
+        let mut factor = self.factor;
+        for (k, norm) in self.column_norms().into_iter().enumerate() {
+            if norm > R::zero() {
+                factor.iter_mut().for_each(|row| row[k] /= norm);
+            }
+        }
+        spectrum(&factor)
     }
 
     /// The solution; `None` when the factor has a zero on its diagonal.
@@ -340,15 +401,6 @@ impl<R: Real, const N: usize> LeastSquares<R, N> {
     pub(crate) fn rms(&self) -> R {
         (self.residual / R::of(self.rows.max(1) as f64)).sqrt()
     }
-
-    /// `ln det(Aᵀ A)`.
-    pub(crate) fn log_det_normal(&self) -> R {
-        let mut sum = R::zero();
-        for k in 0..N {
-            sum += self.factor[k][k].abs().ln();
-        }
-        sum * R::of(2.0)
-    }
 }
 
 /// `row -= factor · other`.
@@ -375,7 +427,6 @@ mod tests {
         assert!((solution[0] - 1.0).abs() < 1e-14 && (solution[1] - 2.0).abs() < 1e-14);
         assert!((line.rms() - 0.02_f64.sqrt()).abs() < 1e-14);
         let normal = Matrix2::new(3.0, 3.0, 3.0, 5.0);
-        assert!((line.log_det_normal() - f64::ln(normal.determinant())).abs() < 1e-14);
         let mut b = [[1.0, 2.0], [0.0, -3.0]];
         let right = Matrix2::new(1.0, 2.0, 0.0, -3.0);
         assert!(line.solve_normal(&mut b));

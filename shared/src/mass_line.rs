@@ -10,7 +10,14 @@
 //! [`MassLineBasis::fit`] costs about twenty multiplications a line and channel.
 #![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
+mod band;
+mod responses;
+
+pub use band::{ABOVE_SUSPENSION, BELOW_ELASTIC, FoundBand, find_band};
+pub use responses::{Fitting, ResponseFits, UNSTEADY};
+
 use nalgebra::Complex;
+use serde::{Deserialize, Serialize};
 
 use crate::Real;
 
@@ -18,7 +25,8 @@ use crate::Real;
 pub const MAX_TERMS: usize = 3;
 
 /// Which terms are fitted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Terms {
     /// A alone.
     A,
@@ -30,6 +38,18 @@ pub enum Terms {
 }
 
 impl Terms {
+    /// Every choice.
+    pub const ALL: [Self; 3] = [Self::A, Self::Ab, Self::Abc];
+
+    /// The name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::A => "a",
+            Self::Ab => "ab",
+            Self::Abc => "abc",
+        }
+    }
+
     /// How many: 1, 2 or 3.
     pub fn count(self) -> usize {
         match self {
@@ -83,15 +103,23 @@ impl core::error::Error for MassLineError {}
 /// What one line keeps of the factored design; the workspace of [`MassLineBasis`] is a slice of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BasisRow<R> {
-    root_weight: R,
-    /// Orthonormal over the real and imaginary rows of all lines.
+    /// Orthonormal over the real and imaginary rows of all lines. The first is the root of the
+    /// line's weight over a constant.
     re: [R; MAX_TERMS],
-    im: [R; MAX_TERMS],
+    /// Of the second and third term: the constant is real.
+    im: [R; MAX_TERMS - 1],
+}
+
+impl<R: Real> BasisRow<R> {
+    /// Imaginary part of a term's column.
+    fn im(&self, term: usize) -> R {
+        if term == 0 { R::zero() } else { self.im[term - 1] }
+    }
 }
 
 impl BasisRow<f32> {
     /// All zeros, for a static workspace.
-    pub const EMPTY: Self = Self { root_weight: 0.0, re: [0.0; MAX_TERMS], im: [0.0; MAX_TERMS] };
+    pub const EMPTY: Self = Self { re: [0.0; MAX_TERMS], im: [0.0; MAX_TERMS - 1] };
 }
 
 /// The design of the fit, factored: `W^½ [1, ω_r²/s², s²/ω_r²] = Q R` with orthonormal Q.
@@ -103,6 +131,8 @@ pub struct MassLineBasis<'a, R> {
     terms: usize,
     /// The imaginary parts are fitted too.
     complex: bool,
+    /// Over the first column of Q: the roots of the weights.
+    root_weight: R,
     /// `R⁻¹`, upper triangular.
     inverse: [[R; MAX_TERMS]; MAX_TERMS],
     /// What turns the scaled coefficients into A, B and C.
@@ -164,7 +194,8 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         let rows = workspace.get_mut(..count).ok_or(MassLineError::WorkspaceTooSmall)?;
         let inverse = orthonormalise(rows, terms, complex).ok_or(MassLineError::BandTooNarrow)?;
         let scale = [R::one(), reference, R::one() / reference];
-        Ok(Self { rows, skipped, terms, complex, inverse, scale })
+        let root_weight = R::one() / inverse[0][0];
+        Ok(Self { rows, skipped, terms, complex, root_weight, inverse, scale })
     }
 
     /// Lines within the band.
@@ -187,9 +218,9 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         let mut projection = [zero; MAX_TERMS];
         let mut count = 0;
         for (row, h) in self.rows.iter().zip(h.clone()) {
-            let (re, im) = (row.root_weight * h.re, row.root_weight * h.im);
+            let (re, im) = self.weighted(row, h);
             for (k, sum) in projection.iter_mut().enumerate() {
-                *sum += row.re[k] * re + row.im[k] * im;
+                *sum += row.re[k] * re + row.im(k) * im;
             }
             count += 1;
         }
@@ -198,10 +229,10 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         }
         let mut residual = zero;
         for (row, h) in self.rows.iter().zip(h) {
-            let (mut re, mut im) = (row.root_weight * h.re, row.root_weight * h.im);
+            let (mut re, mut im) = self.weighted(row, h);
             for (k, p) in projection.iter().enumerate() {
                 re -= row.re[k] * *p;
-                im -= row.im[k] * *p;
+                im -= row.im(k) * *p;
             }
             residual += re * re;
             if self.complex {
@@ -223,6 +254,12 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
             count += 1;
         }
         (count == self.rows.len()).then(|| sum / R::of(count as f64))
+    }
+
+    /// An accelerance times the root of its line's weight.
+    fn weighted(&self, row: &BasisRow<R>, h: Complex<R>) -> (R, R) {
+        let root = row.re[0] * self.root_weight;
+        (root * h.re, root * h.im)
     }
 
     fn coefficients(&self, projection: &[R; MAX_TERMS], residual: R) -> MassLine<R> {
@@ -285,10 +322,10 @@ fn fill<R: Real>(
             if count == 0 {
                 first = omega;
             }
-            row.root_weight = line.weight.sqrt();
+            row.re[0] = line.weight.sqrt();
             // The plain s² until the scale is known.
             row.re[1] = decay * decay - omega * omega;
-            row.im[1] = decay * omega * R::of(2.0);
+            row.im[0] = decay * omega * R::of(2.0);
             sum += line.weight;
             count += 1;
         } else {
@@ -303,7 +340,7 @@ fn fill<R: Real>(
         return Err(MassLineError::NotFinite);
     }
     // A band that begins at 0 Hz is scaled by its last line alone.
-    let last = (last.re[1] * last.re[1] + last.im[1] * last.im[1]).sqrt();
+    let last = (last.re[1] * last.re[1] + last.im[0] * last.im[0]).sqrt();
     let from = (decay * decay + first * first).sqrt();
     let reference = if from > R::zero() { from * last.sqrt() } else { last };
     if reference <= R::zero() || !reference.finite() {
@@ -311,14 +348,13 @@ fn fill<R: Real>(
     }
     let to_mean_one = (R::of(count as f64) / sum).sqrt();
     for row in rows {
-        row.root_weight *= to_mean_one;
-        let w = row.root_weight;
-        let (re, im) = (row.re[1] / reference, row.im[1] / reference);
+        let w = row.re[0] * to_mean_one;
+        let (re, im) = (row.re[1] / reference, row.im[0] / reference);
         // At s = 0 the suspension's term has no value: such a line says nothing.
         let norm = re * re + im * im;
         let over = if norm > R::zero() { w / norm } else { R::zero() };
         row.re = [w, re * over, re * w];
-        row.im = [R::zero(), -im * over, im * w];
+        row.im = [-im * over, im * w];
     }
     Ok((skipped, count, reference))
 }
@@ -334,14 +370,13 @@ fn orthonormalise<R: Real>(
     let zero = R::zero();
     for row in rows.iter_mut() {
         if !complex {
-            row.im = [zero; MAX_TERMS];
+            row.im = [zero; MAX_TERMS - 1];
         }
-        for k in terms..MAX_TERMS {
-            (row.re[k], row.im[k]) = (zero, zero);
-        }
+        row.re[terms..].fill(zero);
+        row.im[terms - 1..].fill(zero);
     }
     let dot = |rows: &[BasisRow<R>], i: usize, k: usize| {
-        rows.iter().fold(zero, |sum, r| sum + r.re[i] * r.re[k] + r.im[i] * r.im[k])
+        rows.iter().fold(zero, |sum, r| sum + r.re[i] * r.re[k] + r.im(i) * r.im(k))
     };
     let mut factor = [[zero; MAX_TERMS]; MAX_TERMS];
     for k in 0..terms {
@@ -352,7 +387,7 @@ fn orthonormalise<R: Real>(
                 factor[i][k] += part;
                 for r in rows.iter_mut() {
                     r.re[k] -= part * r.re[i];
-                    r.im[k] -= part * r.im[i];
+                    r.im[k - 1] -= part * r.im(i);
                 }
             }
         }
@@ -364,7 +399,9 @@ fn orthonormalise<R: Real>(
         factor[k][k] = norm;
         for r in rows.iter_mut() {
             r.re[k] /= norm;
-            r.im[k] /= norm;
+            if k > 0 {
+                r.im[k - 1] /= norm;
+            }
         }
     }
     let mut inverse = [[zero; MAX_TERMS]; MAX_TERMS];

@@ -52,7 +52,7 @@ fn settings_that_no_rig_can_work_with_are_refused_even_by_force() {
     let (rig, mut client, good) = rig(&FlashBacking::default());
     for change in [
         |l: &mut RigLayout| l.test.trigger_n = f32::NAN,
-        |l: &mut RigLayout| l.test.band_hz = [10.0, 1e30],
+        |l: &mut RigLayout| l.test.band_hz = Some([10.0, 1e30]),
         |l: &mut RigLayout| l.test.exponential_decay = f32::INFINITY,
         |l: &mut RigLayout| l.test.hits_per_dof = 0,
         |l: &mut RigLayout| l.sensors[1].position[2] = f32::NAN,
@@ -70,6 +70,31 @@ fn settings_that_no_rig_can_work_with_are_refused_even_by_force() {
     client.put_layout(&good).unwrap();
     client.start(false, false).unwrap();
     assert_eq!(wait_for(&mut client, Phase::Done).result, 1);
+    rig.stop().unwrap();
+}
+
+#[test]
+fn a_layout_that_leaves_no_method_is_refused_with_its_code() {
+    let (rig, mut client, good) = rig(&FlashBacking::default());
+    type Spoil = fn(&mut RigLayout);
+    let cases: [(Spoil, Code); 4] = [
+        (|l| l.sensors.truncate(1), Code::TenParametersNotIdentifiable),
+        (|l| l.hits.truncate(2), Code::FewerThanThreeHits),
+        (|l| l.hits.iter_mut().for_each(|h| h.direction = [0.0, 0.0, 1.0]), Code::HitsAllParallel),
+        (|l| l.hits.iter_mut().for_each(|h| h.position = [0.2, 0.0, 0.0]), Code::HitsConcurrent),
+    ];
+    for (spoil, code) in cases {
+        let mut layout = good.clone();
+        spoil(&mut layout);
+        let answer = client.put_layout(&layout).unwrap();
+        let named = |d: &massline_shared::diagnosis::Diagnostic| {
+            d.is_error() && d.known_code() == Some(code)
+        };
+        assert!(answer.diagnostics.iter().any(named), "{answer:?}");
+        let refusal = client.start(false, false).unwrap_err().refusal();
+        assert_eq!(refusal, Some(Reason::LayoutRefused));
+        assert_eq!(phase(&client.status().unwrap()), Some(Phase::Idle));
+    }
     rig.stop().unwrap();
 }
 
@@ -237,7 +262,7 @@ fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
     assert!(kept >= 3, "{status:?}");
     let Ending::Done(number) = follow_one(Begun::Resumed) else { panic!("it goes on") };
     let result = client.result(number).unwrap();
-    assert_eq!(result.estimates.len(), 1);
+    assert_eq!(result.estimates.len(), 2);
     assert!(!result.diagnostics.iter().any(|d| d.interrupts()));
     rig.stop().unwrap();
 }

@@ -3,12 +3,13 @@
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use massline_firmware::store::{MAX_RESULT, RESULTS, Store};
-use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sign, TestSettings};
-use massline_shared::protocol::message::Reason;
-use massline_shared::signal::Calibration;
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sign};
+use massline_shared::protocol::message::{Measured, Reason};
 use massline_virtual::flash::{Flash, FlashBacking, FlashError, PAGE_BYTES};
 use sequential_storage::cache::Cache;
 use sequential_storage::map::{MapConfig, MapStorage};
+use serde::Serialize;
 
 fn open(backing: &FlashBacking) -> Store<Flash> {
     open_over(Flash::open(backing).unwrap())
@@ -20,16 +21,18 @@ fn open_over<F: NorFlash>(flash: F) -> Store<F> {
     store
 }
 
+const MASS: Measured = Measured { value: 1.25, sigma: Some(0.01) };
+
+fn encoded<T: Serialize>(value: &T) -> Vec<u8> {
+    postcard::to_stdvec(value).unwrap()
+}
+
 fn layout(title: &str) -> RigLayout {
     let dof = Dof { node: 4, sign: Sign::Plus, axis: Axis::X };
     RigLayout {
         title: title.try_into().unwrap(),
-        gravity: None,
-        sensors: heapless::Vec::new(),
-        hits: [Hit { dof, position: [0.1, 0.2, 0.3], direction: [1.0, 0.0, 0.0] }]
-            .into_iter()
-            .collect(),
-        test: TestSettings::default(),
+        hits: [Hit::new(dof, [0.1, 0.2, 0.3], [1.0, 0.0, 0.0])].into_iter().collect(),
+        ..RigLayout::default()
     }
 }
 
@@ -53,21 +56,22 @@ fn read_whole<F: NorFlash>(store: &mut Store<F>, number: u32, piece: usize) -> V
 #[test]
 fn layout_calibration_and_results_survive_a_restart() {
     let flash = FlashBacking::default();
-    let mut calibration = Calibration::default();
-    calibration.channels[3].sensitivity *= 1.01;
+    let mut calibration = CalibrationRecord::default();
+    calibration.calibration.channels[3].sensitivity *= 1.01;
+    calibration.date = "2026-03-14".try_into().unwrap();
     let mut store = open(&flash);
     block_on(async {
-        store.put_layout(&layout("first")).await.unwrap();
-        store.put_layout(&layout("second")).await.unwrap();
-        store.put_calibration(&calibration).await.unwrap();
-        store.put_result(&bytes_of(1), 77, Some(1.25)).await.unwrap();
+        store.put_layout(&encoded(&layout("first"))).await.unwrap();
+        store.put_layout(&encoded(&layout("second"))).await.unwrap();
+        store.put_calibration(&encoded(&calibration)).await.unwrap();
+        store.put_result(&bytes_of(1), 77, Some(MASS)).await.unwrap();
     });
     drop(store);
     let mut store = open(&flash);
     assert_eq!(block_on(store.layout()), Some(layout("second")));
     assert_eq!(block_on(store.calibration()), Some(calibration));
     let entry = store.find(1).unwrap().entry;
-    assert_eq!((entry.layout_hash, entry.mass), (77, Some(1.25)));
+    assert_eq!((entry.layout_hash, entry.mass), (77, Some(MASS)));
     for piece in [1, 100, 512, 1024, 4000] {
         assert_eq!(read_whole(&mut store, 1, piece), bytes_of(1), "pieces of {piece}");
     }
@@ -127,11 +131,19 @@ struct Failing {
     writes: Option<usize>,
     /// Of a write that fails, this many bytes have reached the flash.
     torn: usize,
+    /// After a write that failed all others fail.
+    worn: bool,
 }
 
 impl Failing {
     fn over(backing: &FlashBacking) -> Self {
-        Self { flash: Flash::open(backing).unwrap(), reads: None, writes: None, torn: 0 }
+        Self {
+            flash: Flash::open(backing).unwrap(),
+            reads: None,
+            writes: None,
+            torn: 0,
+            worn: false,
+        }
     }
 }
 
@@ -172,6 +184,9 @@ impl NorFlash for Failing {
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         if due(&mut self.writes) {
             self.flash.write(offset, &bytes[..self.torn.min(bytes.len())]).await?;
+            if self.worn {
+                self.writes = Some(0);
+            }
             return Err(FlashError::File);
         }
         self.flash.write(offset, bytes).await
@@ -182,7 +197,7 @@ impl NorFlash for Failing {
 fn flash_that_does_not_answer_at_the_start_keeps_its_content_and_takes_no_writes() {
     let flash = FlashBacking::default();
     let mut store = open(&flash);
-    block_on(store.put_layout(&layout("kept"))).unwrap();
+    block_on(store.put_layout(&encoded(&layout("kept")))).unwrap();
     block_on(store.put_result(&bytes_of(1), 77, None)).unwrap();
     drop(store);
     // The first read, and some of those that follow until the index is found.
@@ -191,7 +206,7 @@ fn flash_that_does_not_answer_at_the_start_keeps_its_content_and_takes_no_writes
         assert!(store.results().is_empty(), "read {read}");
         assert_eq!(store.failures(), 1, "read {read}");
         assert_eq!(block_on(store.put_result(&[1], 0, None)), Err(Reason::StoreFailed));
-        assert_eq!(block_on(store.put_layout(&layout("lost"))), Err(Reason::StoreFailed));
+        assert_eq!(block_on(store.put_layout(&encoded(&layout("lost")))), Err(Reason::StoreFailed));
         drop(store);
         let mut store = open(&flash);
         assert_eq!(block_on(store.layout()), Some(layout("kept")), "read {read}");
@@ -221,6 +236,25 @@ fn a_write_that_fails_is_done_again_and_shows_no_half_of_a_result() {
     assert!(disturbed >= 16, "{disturbed}");
 }
 
+#[test]
+fn flash_that_takes_no_more_writes_leaves_the_list_of_results_as_it_was() {
+    let flash = FlashBacking::default();
+    block_on(open(&flash).put_result(&bytes_of(1), 0, None)).unwrap();
+    // Three chunks and the index take at least two writes each.
+    for write in 0..8 {
+        let worn = |write| Failing { writes: Some(write), worn: true, ..Failing::over(&flash) };
+        let mut store = open_over(worn(write));
+        let stored = block_on(store.put_result(&bytes_of(2), 0, None));
+        assert_eq!(stored, Err(Reason::StoreFailed), "write {write}");
+        assert_eq!((store.results().len(), store.next_number()), (1, 2), "write {write}");
+        let mut store = open_over(worn(0));
+        let before = store.results().to_vec();
+        assert_eq!(block_on(store.delete_result(1)), Err(Reason::StoreFailed));
+        assert_eq!(store.results(), before);
+        assert_eq!(read_whole(&mut store, 1, 1024), bytes_of(1), "write {write}");
+    }
+}
+
 /// Writes an item straight into the map of the store.
 fn put_raw(backing: &FlashBacking, key: u16, bytes: &[u8]) {
     let flash = Flash::open(backing).unwrap();
@@ -243,11 +277,11 @@ fn an_index_of_other_firmware_is_passed_over() {
 #[test]
 fn an_index_that_cannot_be_read_does_not_begin_another_one_over_the_old_chunks() {
     const INDEX: u16 = 3;
-    const FORMAT: u8 = 2;
+    const FORMAT: u8 = 3;
     let flash = FlashBacking::default();
     let mut store = open(&flash);
     block_on(store.put_result(&bytes_of(1), 0, None)).unwrap();
-    block_on(store.put_layout(&layout("old"))).unwrap();
+    block_on(store.put_layout(&encoded(&layout("old")))).unwrap();
     drop(store);
     // A last number that never ends.
     put_raw(&flash, INDEX, &[FORMAT, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF]);

@@ -7,18 +7,22 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use heapless::{String, Vec};
+use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::identify::Consistency;
 use massline_shared::identify::Method;
 use massline_shared::layout::{
-    Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign, TestSettings,
+    Attached, Axis, Dof, FrfEstimator, Hit, MAX_ATTACHED, Prior, RIG_HITS, RIG_SENSORS, RigLayout,
+    Sensor, Sign,
 };
+use massline_shared::mass_line::Terms;
 use massline_shared::protocol::event::{
     HIT, HitEvent, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock,
 };
 use massline_shared::protocol::message::*;
 use massline_shared::protocol::object::*;
 use massline_shared::protocol::{Deframer, Endpoint, MAX_FRAME, encode_frame};
-use massline_shared::signal::{AdcProperties, Calibration, RESPONSES};
+use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES};
 use massline_shared::units::{Hertz, Seconds, Volts};
 use serde::Serialize;
 
@@ -35,21 +39,37 @@ fn dof(node: u16) -> Dof {
 }
 
 fn layout(sensors: usize, hits: usize) -> RigLayout {
-    let sensor = |i: usize| Sensor {
-        node: i as u16 + 1,
-        position: [0.1, -0.2, i as f32],
-        axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        senses_gravity: true,
-    };
-    let hit =
-        |i: usize| Hit { dof: dof(i as u16), position: [0.0; 3], direction: [0.0, 0.0, -1.0] };
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let sensor = |i: usize| Sensor::new(i as u16 + 1, [0.1, -0.2, i as f32], axes);
+    let hit = |i: usize| Hit::new(dof(i as u16), [0.0; 3], [0.0, 0.0, -1.0]);
     RigLayout {
         title: text("three-bar frame, with a title of forty-eight byt"),
         gravity: Some([0.0, 0.0, -9.80665]),
         sensors: (0..sensors).map(sensor).collect(),
         hits: (0..hits).map(hit).collect(),
-        test: TestSettings::default(),
+        priors: (0..10).map(|property| Prior { property, value: 1.5, sigma: 0.25 }).collect(),
+        attached: (0..MAX_ATTACHED)
+            .map(|_| Attached::point(0.5, 0.125, [1.0, 2.0, -1.0]))
+            .collect(),
+        ..RigLayout::default()
     }
+}
+
+fn calibration() -> CalibrationRecord {
+    let mut record = CalibrationRecord {
+        method: CalibrationMethod::TumbleAndBlock as u8,
+        date: text("2026-03-14"),
+        hammer: text("hammer 12345"),
+        sensors: [text("A17"), text(""), text("sensor 12345")],
+        temperature: Some(21.5),
+        ..CalibrationRecord::default()
+    };
+    record.calibration.cross_axis[1].yz = -0.015625;
+    record
+}
+
+fn reading() -> StaticReading {
+    StaticReading { scans: 2048, mean: [2047.75; CHANNELS], deviation: [0.625; CHANNELS] }
 }
 
 fn identity() -> Identity {
@@ -93,7 +113,8 @@ fn status(dofs: usize) -> Status {
 }
 
 fn entry(number: u32) -> ResultEntry {
-    ResultEntry { number, layout_hash: 7, mass: (number % 2 == 1).then_some(1.23), length: 1234 }
+    let mass = Measured { value: 1.23, sigma: Some(0.005) };
+    ResultEntry { number, layout_hash: 7, mass: (number % 2 == 1).then_some(mass), length: 1234 }
 }
 
 fn result(dofs: usize) -> MeasurementResult {
@@ -101,15 +122,18 @@ fn result(dofs: usize) -> MeasurementResult {
         dof: dof(i as u16),
         index: i as u8,
         hits: 5,
+        band_hz: [10.0, 120.0],
         accelerance: [0.5; RESPONSES],
+        noise: [0.001; RESPONSES],
         scatter: (0..SCATTER).map(|_| 1e-6).collect(),
-        coherence: [0.999; RESPONSES],
+        coherence: Some([0.999; RESPONSES]),
     };
     let estimate = StoredEstimate {
         method: Method::InertiaRestraint as u8,
         properties: [1.0; 10],
         covariance: (0..COVARIANCE).map(|_| 1e-9).collect(),
         condition: 20.0,
+        consistency: Some(Consistency { chi_squared: 21.5, degrees_of_freedom: 17 }),
         diagnostics: diagnostics(1),
     };
     MeasurementResult {
@@ -117,6 +141,9 @@ fn result(dofs: usize) -> MeasurementResult {
         layout_hash: 7,
         calibration: 8,
         firmware: text("0.1.0"),
+        frf_estimator: FrfEstimator::H1,
+        terms: Terms::Abc,
+        band_automatic: false,
         dofs: (0..dofs).map(one).collect(),
         estimates: Vec::from_slice(&[estimate]).unwrap(),
         diagnostics: diagnostics(1),
@@ -142,8 +169,12 @@ fn answer<E: Endpoint>(message: E::Response) -> std::vec::Vec<u8> {
 }
 
 fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
-    let command =
-        CommandRequest { command: CampaignCommand::Start as u8, confirm: true, force: false };
+    let command = CommandRequest {
+        command: CampaignCommand::Start as u8,
+        confirm: true,
+        force: false,
+        block: false,
+    };
     let chunk_request = ChunkRequest { object: object(), offset: 1024, length: 512 };
     let chunk =
         Chunk { object: object(), offset: 1024, bytes: Vec::from_slice(&[1, 2, 0, 3]).unwrap() };
@@ -170,10 +201,10 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("PutLayout answer", answer::<PutLayout>(accepted)),
         ("GetLayout request", request::<GetLayout>(())),
         ("GetLayout answer", answer::<GetLayout>(layout(1, 1))),
-        ("PutCalibration request", request::<PutCalibration>(Calibration::default())),
+        ("PutCalibration request", request::<PutCalibration>(calibration())),
         ("PutCalibration answer", answer::<PutCalibration>(())),
         ("GetCalibration request", request::<GetCalibration>(())),
-        ("GetCalibration answer", answer::<GetCalibration>(Calibration::default())),
+        ("GetCalibration answer", answer::<GetCalibration>(calibration())),
         ("Command request", request::<Command>(command)),
         ("Command answer", answer::<Command>(status(1))),
         ("GetObjectInfo request", request::<GetObjectInfo>(object())),
@@ -186,6 +217,10 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("DeleteResult answer", answer::<DeleteResult>(())),
         ("SetStream request", request::<SetStream>(true)),
         ("SetStream answer", answer::<SetStream>(())),
+        ("TakeReading request", request::<TakeReading>(())),
+        ("TakeReading answer", answer::<TakeReading>(())),
+        ("GetReading request", request::<GetReading>(())),
+        ("GetReading answer", answer::<GetReading>(reading())),
         ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),
         ("event: status changed", frame(STATUS_CHANGED, &status(2))),
         ("event: hit", frame(HIT, &hit)),
@@ -243,15 +278,48 @@ fn the_largest_of_each_growing_message_fits_a_frame() {
     let mut identity = identity();
     identity.last_panic = text(&"p".repeat(96));
     answer::<GetIdentity>(identity);
-    let mut full = status(RIG_HITS);
-    full.diagnostics = diagnostics(16);
-    answer::<GetStatus>(full);
-    let bytes = (0..MAX_CHUNK).map(|_| 0xFF).collect();
-    answer::<ReadObject>(Chunk { object: object(), offset: u32::MAX, bytes });
+    answer::<GetStatus>(full_status());
+    let bytes: Vec<u8, MAX_CHUNK> = (0..MAX_CHUNK).map(|_| 0xFF).collect();
+    let (object, offset) = (ObjectId { kind: u8::MAX, number: u32::MAX }, u32::MAX);
+    let chunk = ChunkRef { object, offset, bytes: &bytes };
+    let sent = frame(ReadObject::KIND | ANSWER, &chunk);
+    assert_eq!(sent, answer::<ReadObject>(Chunk { object, offset, bytes }));
     let entries = (0..16).map(|i| entry(u32::MAX - i)).collect();
     answer::<ListResults>(ResultPage { entries, more: true });
     let codes = (0..SCAN_BLOCK_BYTES).map(|_| 0xFF).collect();
     frame(SCANS, &ScanBlock { first: u64::MAX, codes });
+}
+
+fn full_status() -> Status {
+    Status {
+        armings: u32::MAX,
+        accepted: Vec::from_slice(&[u8::MAX; RIG_HITS]).unwrap(),
+        rejected: u16::MAX,
+        last_hit: u32::MAX,
+        layout_hash: u32::MAX,
+        result: u32::MAX,
+        diagnostics: (0..16)
+            .map(|_| Diagnostic { code: u16::MAX, severity: 2, subject: u16::MAX, value: 1.0 })
+            .collect(),
+        ..status(0)
+    }
+}
+
+#[test]
+fn the_largest_answer_to_a_change_is_kept_for_a_repetition() {
+    let Status { diagnostics, .. } = full_status();
+    let largest = [
+        answer::<Command>(full_status()),
+        answer::<PutLayout>(LayoutAnswer { hash: u32::MAX, diagnostics }),
+        answer::<PutCalibration>(()),
+        answer::<DeleteResult>(()),
+        answer::<SetStream>(()),
+        answer::<TakeReading>(()),
+        frame(REFUSED, &Refusal { reason: u16::MAX }),
+    ];
+    assert!(largest.iter().all(|bytes| bytes.len() <= MAX_CHANGE_ANSWER));
+    let changing = ENDPOINTS.iter().filter(|(.., changes)| *changes).count();
+    assert_eq!(largest.len(), changing + 1, "every request that changes the rig, and a refusal");
 }
 
 #[test]

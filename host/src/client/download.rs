@@ -89,7 +89,7 @@ impl Client {
     }
 
     /// Asks again while the rig is busy with the object.
-    fn patiently<T>(
+    pub(super) fn patiently<T>(
         &mut self,
         mut ask: impl FnMut(&mut Self) -> Result<T, ClientError>,
     ) -> Result<T, ClientError> {

@@ -5,17 +5,18 @@ use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::time::{Duration, Instant};
 
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::event::{HIT, HitEvent, SCANS, STATUS_CHANGED, ScanBlock};
 use massline_shared::protocol::message::{
     ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, ENDPOINTS, GetCalibration,
-    GetIdentity, GetLayout, GetStats, GetStatus, Identity, LayoutAnswer, ListRequest, ListResults,
-    PutCalibration, PutLayout, REFUSED, ResultEntry, SetStream, Stats, Status,
+    GetIdentity, GetLayout, GetReading, GetStats, GetStatus, Identity, LayoutAnswer, ListRequest,
+    ListResults, PutCalibration, PutLayout, REFUSED, ResultEntry, SetStream, StaticReading, Stats,
+    Status, TakeReading,
 };
 use massline_shared::protocol::{
     Deframer, Endpoint, Frame, MAX_FRAME, PROTOCOL_MAJOR, Refusal, encode_frame,
 };
-use massline_shared::signal::Calibration;
 
 use super::{ClientError, Transport};
 
@@ -240,7 +241,7 @@ impl Client {
     ///
     /// # Errors
     /// As [`Client::ask`].
-    pub fn put_calibration(&mut self, calibration: &Calibration) -> Result<(), ClientError> {
+    pub fn put_calibration(&mut self, calibration: &CalibrationRecord) -> Result<(), ClientError> {
         self.ask::<PutCalibration>(calibration)
     }
 
@@ -248,7 +249,7 @@ impl Client {
     ///
     /// # Errors
     /// As [`Client::ask`].
-    pub fn calibration(&mut self) -> Result<Calibration, ClientError> {
+    pub fn calibration(&mut self) -> Result<CalibrationRecord, ClientError> {
         self.ask::<GetCalibration>(&())
     }
 
@@ -261,6 +262,7 @@ impl Client {
             command: command as u8,
             confirm: false,
             force: false,
+            block: false,
         })
     }
 
@@ -274,7 +276,31 @@ impl Client {
             command: CampaignCommand::Start as u8,
             confirm,
             force,
+            block: false,
         })
+    }
+
+    /// Starts a campaign on a block of known mass: mass lines only. With `confirm` every hit waits for
+    /// a verdict.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn start_block(&mut self, confirm: bool) -> Result<Status, ClientError> {
+        self.ask::<Command>(&CommandRequest {
+            command: CampaignCommand::Start as u8,
+            confirm,
+            force: false,
+            block: true,
+        })
+    }
+
+    /// What the channels read now, without a hit.
+    ///
+    /// # Errors
+    /// As [`Client::ask`]; refused with `NotFound` when scans were lost.
+    pub fn static_reading(&mut self) -> Result<StaticReading, ClientError> {
+        self.ask::<TakeReading>(&())?;
+        self.patiently(|client| client.ask::<GetReading>(&()))
     }
 
     /// All results that the rig keeps.

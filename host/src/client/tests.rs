@@ -254,7 +254,7 @@ fn another_protocol_major_is_named_with_both_versions() {
 
 #[test]
 fn the_list_of_results_is_read_page_by_page() {
-    let entry = |number| ResultEntry { number, layout_hash: 1, mass: Some(1.0), length: 9 };
+    let entry = |number| ResultEntry { number, layout_hash: 1, mass: None, length: 9 };
     let mut client = FakeRig::new(move |f| {
         let ListRequest { after } = postcard::from_bytes(f.body).unwrap();
         let entries = [entry(after + 1), entry(after + 2)].into_iter().collect();

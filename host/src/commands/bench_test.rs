@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use massline_shared::STANDARD_GRAVITY;
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::HostLayout;
 use massline_shared::protocol::object::MeasurementResult;
 use massline_shared::signal::{Calibration, ChannelCalibration};
-use massline_shared::units::Volts;
-use massline_virtual::bench::{Bench, BenchError, BenchSource};
+use massline_shared::units::{Hertz, Volts};
+use massline_virtual::bench::{Bench, BenchError, BenchSource, Fault};
 use massline_virtual::source::ScanSource;
 
 use super::simulated::{SimulatedCampaign, narrow};
@@ -18,13 +19,18 @@ use crate::rig::{RigKind, SimulatedRig};
 /// Which bench.
 #[derive(Clone, Debug, clap::Args)]
 pub struct BenchArgs {
-    /// Bench: `default`, `ideal` (no errors of placement, rotation, cross-axis and gain) or a TOML
-    /// file.
+    /// Bench: `default`, `ideal` (no errors of placement, rotation, cross-axis and gain),
+    /// `uncalibrated` (parts out of the box), `block` (to calibrate them with) or a TOML file.
     #[arg(long, value_name = "NAME|FILE", default_value = "default")]
     pub bench: String,
     /// Seed of everything random on the bench.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// A mistake on the bench: `flip:2y` (axis of sensor 2), `swap:1,2` (cables), `swap:2x,2z` (wires),
+    /// `rotate:3:z90` (sensor glued turned), `hit:2:4` (second DOF hit at node 4), `reverse:2` (hit from
+    /// the other side), `scale:1.1` (all sensors). May be repeated.
+    #[arg(long, value_name = "FAULT")]
+    pub fault: Vec<Fault>,
 }
 
 impl BenchArgs {
@@ -33,7 +39,9 @@ impl BenchArgs {
     /// # Errors
     /// When there is none of this name, or the file is bad.
     pub fn open(&self) -> Result<Bench> {
-        Ok(Bench::open(&self.bench)?)
+        let mut bench = Bench::open(&self.bench)?;
+        bench.faults.extend(&self.fault);
+        Ok(bench)
     }
 }
 
@@ -77,12 +85,23 @@ impl BenchTest<'_> {
         output: &mut Output,
         wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
     ) -> Result<MeasurementResult> {
+        self.run_with(&nominal_calibration(self.bench).into(), output, wrap)
+    }
+
+    /// Runs the test with a calibration of its own.
+    ///
+    /// # Errors
+    /// As [`BenchTest::run`].
+    pub fn run_with(
+        &self,
+        calibration: &CalibrationRecord,
+        output: &mut Output,
+        wrap: impl FnOnce(Box<dyn ScanSource>) -> Box<dyn ScanSource>,
+    ) -> Result<MeasurementResult> {
         let source = BenchSource::new(self.bench, self.layout, self.seed)?;
         let mut rig = SimulatedRig::start(self.rig, self.firmware, wrap(Box::new(source)))?;
         let layout = narrow(self.layout)?;
-        let calibration = nominal_calibration(self.bench);
-        let campaign =
-            SimulatedCampaign { label: self.label, layout: &layout, calibration: &calibration };
+        let campaign = SimulatedCampaign { label: self.label, layout: &layout, calibration };
         campaign.run(&mut rig, output, &mut |_, _, _| Ok(None))
     }
 
@@ -98,12 +117,14 @@ pub fn nominal_calibration(bench: &Bench) -> Calibration {
     let accelerometer = ChannelCalibration {
         zero: Volts(sensor.zero_v as f32),
         sensitivity: (sensor.sensitivity_v_per_g / STANDARD_GRAVITY) as f32,
+        corner: Hertz(sensor.rc_corner_hz as f32),
     };
     let mut calibration = Calibration::default();
     calibration.channels.fill(accelerometer);
     calibration.channels[0] = ChannelCalibration {
         zero: Volts(hammer.zero_v as f32),
         sensitivity: hammer.sensitivity_v_per_n as f32,
+        corner: Hertz(hammer.rc_corner_hz as f32),
     };
     calibration.sensor_range = (sensor.range_g * STANDARD_GRAVITY) as f32;
     calibration

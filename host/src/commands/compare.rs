@@ -11,9 +11,9 @@ use crate::report::{self, Answer, Truth, scale_of};
 const SYMBOLS: [&str; 10] =
     ["m", "c_x", "c_y", "c_z", "J_xx", "J_yy", "J_zz", "J_xy", "J_xz", "J_yz"];
 
-/// What the sd of a rig's result covers.
-pub const SIGMA_NOTE: &str = "sd covers the scatter between hits only, not errors that stay the \
-                              same during a test (placement, rotation, gain)";
+/// What the sd of a rig's answers covers.
+pub const SIGMA_NOTE: &str = "sd of maximum likelihood covers the whole error budget of the layout, \
+                              that of inertia restraint the scatter between hits only";
 
 /// A measured test of known truth.
 #[derive(Clone, Debug)]
@@ -111,6 +111,8 @@ pub fn summary(comparisons: &[Comparison]) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use massline_shared::layout::FrfEstimator;
+    use massline_shared::mass_line::Terms;
     use massline_shared::protocol::object::StoredEstimate;
 
     const TRUTH: [f64; 10] = [2.0, 0.1, 0.2, 0.3, 0.01, 0.02, 0.03, 0.001, 0.002, 0.003];
@@ -123,6 +125,7 @@ mod tests {
             properties,
             covariance: heapless::Vec::new(),
             condition: 10.0,
+            consistency: None,
             diagnostics: heapless::Vec::new(),
         };
         Comparison {
@@ -135,6 +138,9 @@ mod tests {
                 layout_hash: 1,
                 calibration: 1,
                 firmware: heapless::String::new(),
+                frf_estimator: FrfEstimator::H1,
+                terms: Terms::Abc,
+                band_automatic: false,
                 dofs: heapless::Vec::new(),
                 estimates: [estimate].into_iter().collect(),
                 diagnostics: heapless::Vec::new(),

@@ -149,11 +149,12 @@ fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
     text
 }
 
-fn counters(stats: &Stats) -> [(&'static str, u64); 14] {
+fn counters(stats: &Stats) -> [(&'static str, u64); 15] {
     [
         ("uptime_ms", stats.uptime_ms),
         ("scans", stats.scans),
         ("scans_lost", stats.scans_lost),
+        ("deadlines_missed", stats.deadlines_missed.into()),
         ("triggers", stats.triggers.into()),
         ("frames_in", stats.frames_in.into()),
         ("frames_broken", stats.frames_broken.into()),

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout};
-use massline_shared::signal::Calibration;
 
 use crate::calibration_file::CalibrationFile;
 use crate::error::{Error, Result};
@@ -31,6 +31,6 @@ pub fn for_rig(file: &LayoutFile, path: &Path) -> Result<RigLayout> {
 ///
 /// # Errors
 /// When the file is bad or lacks a calibration that the layout names.
-pub fn calibration(path: Option<&Path>, layout: &LayoutFile) -> Result<Option<Calibration>> {
+pub fn calibration(path: Option<&Path>, layout: &LayoutFile) -> Result<Option<CalibrationRecord>> {
     path.map(|path| CalibrationFile::read(path)?.for_layout(layout)).transpose()
 }

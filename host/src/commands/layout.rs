@@ -1,17 +1,17 @@
-//! `massline layout`: start, check and look at a layout file.
+//! `massline layout`: start, check, better and look at a layout file.
+
+mod check;
+mod suggest;
 
 use std::path::PathBuf;
 
-use massline_shared::diagnosis::Diagnostic;
-use massline_shared::layout::{HostLayout, LayoutReport};
+use massline_shared::layout::{HitPolicy, HostLayout};
 use serde_json::{Value, json};
 
-use super::{hash, show};
+use super::hash;
 use crate::error::{Error, Result};
 use crate::layout_file::{LayoutFile, SCHEMA, TEMPLATE};
 use crate::output::{self, Output};
-use crate::report;
-use crate::solve::body_for_checks;
 
 /// Arguments of `massline layout`.
 #[derive(Debug, clap::Args)]
@@ -19,6 +19,7 @@ use crate::solve::body_for_checks;
 Examples:
   massline layout new > frame.toml
   massline layout check frame.toml
+  massline layout suggest frame.toml --hits 5
   massline layout show frame.toml --json
   massline layout schema > layout.schema.json")]
 pub struct Args {
@@ -38,13 +39,9 @@ enum Command {
         output: Option<PathBuf>,
     },
     /// Can this layout determine all ten properties? Exit 3 when not.
-    #[command(
-        after_help = "Examples:\n  massline layout check frame.toml\n  massline layout check frame.toml --json"
-    )]
-    Check {
-        /// The layout file.
-        layout: PathBuf,
-    },
+    Check(check::Args),
+    /// Choose better sensors and hits among the nodes of a layout.
+    Suggest(suggest::Args),
     /// Print the layout resolved: positions and directions in the body frame.
     #[command(after_help = "Examples:\n  massline layout show frame.toml")]
     Show {
@@ -59,7 +56,7 @@ enum Command {
 /// Runs the command.
 ///
 /// # Errors
-/// When the file is bad, or with `check` the layout cannot determine the ten properties.
+/// When the file is bad, or with `check` and `suggest` nothing determines the ten properties.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     match &args.command {
         Command::New { output: None } => {
@@ -69,7 +66,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             create(path)?;
             output.answer(&json!({ "written": path }), |_| format!("{} written", path.display()))
         }
-        Command::Check { layout } => check(&LayoutFile::read(layout)?, output),
+        Command::Check(args) => check::run(args, output),
+        Command::Suggest(args) => suggest::run(args, output),
         Command::Show { layout } => {
             let file = LayoutFile::read(layout)?;
             output.answer(&show_json(&file), |_| show_text(&file))
@@ -85,38 +83,6 @@ fn create(path: &PathBuf) -> Result<()> {
     };
     let mut file = std::fs::File::create_new(path).map_err(cannot)?;
     file.write_all(TEMPLATE.as_bytes()).map_err(cannot)
-}
-
-fn check(file: &LayoutFile, output: &mut Output) -> Result<()> {
-    let (body, whose) = body_for_checks(file);
-    let found = LayoutReport::new(&file.layout, Some(&body)).diagnostics;
-    let say = |d: &Diagnostic| report::message_in(d, &file.layout);
-    let good = !found.iter().any(Diagnostic::is_error);
-    if !output.json() {
-        // The errors are told together at the end.
-        let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
-        show::list(&lesser, say, output);
-        output.note(&whose);
-    }
-    let value = json!({
-        "identifiable": good,
-        "codes": found.iter().filter_map(|d| Some(d.known_code()?.name())).collect::<Vec<_>>(),
-        "diagnostics": report::diagnostics_json(&found, say),
-        "layout_hash": file.hash(),
-        "body": { "source": whose, "properties": body.theta().as_slice() },
-    });
-    if good {
-        return output.answer(&value, |_| {
-            format!(
-                "{} sensors, {} hits: this layout determines all ten properties",
-                file.layout.sensors.len(),
-                file.layout.hits.len(),
-            )
-        });
-    }
-    output.explain(value);
-    Err(show::first_error(&found, say)
-        .unwrap_or_else(|| Error::undetermined("layout", "the layout determines less than ten")))
 }
 
 fn show_json(file: &LayoutFile) -> Value {
@@ -144,6 +110,10 @@ fn show_json(file: &LayoutFile) -> Value {
             })
         })
         .collect();
+    let policy: serde_json::Map<_, _> = HitPolicy::CODES
+        .into_iter()
+        .map(|code| (code.name().into(), layout.test.policy.verdict(code).name().into()))
+        .collect();
     json!({
         "title": layout.title.as_str(),
         "layout_hash": file.hash(),
@@ -153,12 +123,15 @@ fn show_json(file: &LayoutFile) -> Value {
         "hits": hits,
         "test": {
             "hits_per_dof": layout.test.hits_per_dof,
-            "band_hz": layout.test.band_hz,
+            "band_hz": layout.test.band_hz.map_or("auto".into(), |band| json!(band)),
+            "frf_estimator": layout.test.frf_estimator.name(),
+            "terms": layout.test.terms.name(),
             "exponential_decay": layout.test.exponential_decay,
             "force_window_s": layout.test.force_window_s,
             "trigger_n": layout.test.trigger_n,
             "weakest_hit_n": layout.test.weakest_hit_n,
         },
+        "policy": policy,
     })
 }
 
@@ -175,10 +148,10 @@ fn show_text(file: &LayoutFile) -> String {
         table.add_row(["hit".into(), h.dof.to_string(), millimeters(h.position), direction]);
     }
     let gravity = layout.gravity.map_or("not given".into(), vector);
-    let [low, high] = layout.test.band_hz;
+    let band = layout.test.band_hz;
+    let band = band.map_or("from the data".into(), |[low, high]| format!("{low} to {high} Hz"));
     format!(
-        "{}\n{table}\ngravity {gravity} m/s², L = {:.1} mm, {} hits per DOF, band {low} to {high} Hz, \
-         hash {}",
+        "{}\n{table}\ngravity {gravity} m/s², L = {:.1} mm, {} hits per DOF, band {band}, hash {}",
         layout.title,
         layout.characteristic_length() * 1e3,
         layout.test.hits_per_dof,

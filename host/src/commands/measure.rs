@@ -16,9 +16,11 @@ use crate::campaign::phase_name;
 use crate::campaign::{Begin, Begun, Ending, Observer, Steer, begin, follow};
 use crate::client::Client;
 use crate::error::{Error, Result};
+use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::report;
+use crate::single_fault::Meant;
 
 /// Arguments of `massline measure`.
 #[derive(Debug, clap::Args)]
@@ -56,8 +58,8 @@ pub struct Args {
 /// When a file is bad, the rig cannot be reached or refuses, the data cannot determine the answer,
 /// or the person interrupts.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let file = LayoutFile::read(&args.layout)?;
-    let layout = files::for_rig(&file, &args.layout)?;
+    let mut file = LayoutFile::read(&args.layout)?;
+    files::for_rig(&file, &args.layout)?;
     let calibration = files::calibration(args.calibration.as_deref(), &file)?;
     if args.confirm && !output.has_keyboard() {
         return Err(Error::input(
@@ -66,23 +68,31 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         ));
     }
     let (mut client, identity) = args.port.connect()?;
+    let kept = client.calibration()?;
+    file.believe(calibration.as_ref().unwrap_or(&kept));
+    let layout = files::for_rig(&file, &args.layout)?;
     fits(&layout, &identity)?;
     make_room(&mut client, &layout, args.restart)?;
     let answer = client.put_layout(&layout)?;
     judge_layout(&answer, &layout, args.force, output)?;
     if let Some(calibration) = calibration
-        && client.calibration()? != calibration
+        && kept != calibration
     {
         client.put_calibration(&calibration)?;
     }
-    let how = Begin { confirm: args.confirm, force: args.force, restart: args.restart };
+    let how = Begin {
+        confirm: args.confirm,
+        force: args.force,
+        restart: args.restart,
+        ..Begin::default()
+    };
     match begin(&mut client, how)? {
         Begun::Started => {}
         Begun::Resumed => output.note("goes on with the interrupted campaign"),
         Begun::Joined => output.note("joins the campaign that is under way"),
     }
     let ending = watch(&mut client, &layout, output)?;
-    finish(&mut client, &ending, output)
+    finish(&mut client, &ending, &Meant::of_file(&file), output)
 }
 
 /// A layout that the rig has no inputs or memory for is refused before anything is sent.
@@ -101,7 +111,7 @@ pub fn fits(layout: &RigLayout, identity: &Identity) -> Result<()> {
 }
 
 /// Another layout is only taken by a rig that is not in the middle of a campaign.
-fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) -> Result<()> {
+pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) -> Result<()> {
     let status = client.status()?;
     let resting = matches!(Phase::from_raw(status.phase), Some(Phase::Idle | Phase::Done));
     if resting || (status.layout_hash == layout.hash() && !restart) {
@@ -138,7 +148,12 @@ pub fn judge_layout(
     Ok(())
 }
 
-fn watch(client: &mut Client, layout: &RigLayout, output: &mut Output) -> Result<Ending> {
+/// Follows the campaign that runs, with a person at the keyboard.
+pub(super) fn watch(
+    client: &mut Client,
+    layout: &RigLayout,
+    output: &mut Output,
+) -> Result<Ending> {
     let interrupt = output.interrupt().clone();
     let keyboard = if output.has_keyboard() {
         let taken = Keyboard::take();
@@ -159,11 +174,11 @@ fn watch(client: &mut Client, layout: &RigLayout, output: &mut Output) -> Result
 }
 
 /// The result, or why there is none.
-pub fn finish(client: &mut Client, ending: &Ending, output: &mut Output) -> Result<()> {
+fn finish(client: &mut Client, ending: &Ending, meant: &Meant, output: &mut Output) -> Result<()> {
     match ending {
         Ending::Done(number) => {
             let result = client.result(*number)?;
-            show::measurement(&result, output)
+            show::measurement(&result, Some(meant), Selection::All, output)
         }
         Ending::Stopped(status) => Err(show::stopped(status)),
         Ending::Paused(status) => Err(paused(status)),
@@ -171,7 +186,7 @@ pub fn finish(client: &mut Client, ending: &Ending, output: &mut Output) -> Resu
     }
 }
 
-fn paused(status: &Status) -> Error {
+pub(super) fn paused(status: &Status) -> Error {
     let accepted: u32 = status.accepted.iter().map(|&n| u32::from(n)).sum();
     Error::interrupted(format!(
         "the campaign is interrupted; the rig keeps the {accepted} accepted hits: the same command goes on, --restart begins anew"

@@ -1,14 +1,18 @@
 //! The subcommands: arguments, help, dispatch.
 
 pub mod bench_test;
+pub mod calibrate;
 pub mod compare;
 pub mod connect;
 pub mod demo;
 pub mod device;
 pub mod files;
+pub mod hits;
 pub mod keyboard;
 pub mod layout;
 pub mod measure;
+mod method;
+pub mod monte_carlo;
 pub mod progress;
 pub mod record;
 pub mod replay;
@@ -69,10 +73,14 @@ pub enum Command {
     Device(device::Args),
     /// Measure with a rig: send the layout, follow the hits, fetch the result.
     Measure(measure::Args),
+    /// Calibrate sensors and hammer, keep calibrations, see whether one still holds.
+    Calibrate(calibrate::Args),
     /// List, fetch and delete the results that a rig keeps.
     Results(results::Args),
     /// Write a tape of a rig's live scans.
     Record(record::Args),
+    /// Grade the hits of recorded hammer data.
+    Hits(hits::Args),
     /// Solve frequency responses of a universal file, offline.
     Solve(solve::Args),
     /// Run the whole rig on recorded scans.
@@ -120,8 +128,10 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Layout(args) => layout::run(&args, output),
         Command::Device(args) => device::run(&args, output),
         Command::Measure(args) => measure::run(&args, output),
+        Command::Calibrate(args) => calibrate::run(&args, output),
         Command::Results(args) => results::run(&args, output),
         Command::Record(args) => record::run(&args, output),
+        Command::Hits(args) => hits::run(&args, output),
         Command::Solve(args) => solve::run(&args, output),
         Command::Replay(args) => replay::run(&args, output),
         Command::Simulate(args) => simulate::run(&args, output),

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use massline_shared::protocol::message::{CampaignCommand, Phase, Status};
 
 use super::files;
+use super::method::MethodArgs;
 use super::progress::Progress;
 use super::show;
 use super::simulated::{RigArgs, SimulatedCampaign};
@@ -15,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::rig::SimulatedRig;
+use crate::single_fault::Meant;
 use crate::tape::{Tape, TapeProgress, TapeSource};
 
 /// A rig that is still armed so long after the end of a segment has found no hit in it.
@@ -30,6 +32,7 @@ goes on with a warning, with none the replay ends with exit 3.
 
 Examples:
   massline replay frame-tape.npy --layout frame.toml
+  massline replay frame-tape.npy --layout frame.toml --method ml
   massline replay frame-tape.npy --layout frame.toml --rig qemu --json
   massline replay frame-tape.npy --layout frame.toml --calibration rig.toml")]
 pub struct Args {
@@ -43,6 +46,8 @@ pub struct Args {
     calibration: Option<PathBuf>,
     #[command(flatten)]
     rig: RigArgs,
+    #[command(flatten)]
+    method: MethodArgs,
 }
 
 /// Runs the command.
@@ -54,8 +59,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read(&args.layout)?;
     let layout = files::for_rig(&file, &args.layout)?;
     let tape = Tape::read(&args.tape)?;
-    let calibration =
-        files::calibration(args.calibration.as_deref(), &file)?.unwrap_or(tape.sidecar.calibration);
+    let calibration = files::calibration(args.calibration.as_deref(), &file)?
+        .unwrap_or_else(|| tape.sidecar.calibration.into());
     let firmware = args.rig.image()?;
     let (source, warning) =
         TapeSource::new(tape, &layout).map_err(|e| e.within(args.tape.display()))?;
@@ -69,7 +74,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let mut player = Player { tape: progress, silent_since: None };
     let result = campaign
         .run(&mut rig, output, &mut |client, status, shown| player.steer(client, status, shown))?;
-    show::measurement(&result, output)
+    show::measurement(&result, Some(&Meant::of_file(&file)), args.method.selection(), output)
 }
 
 /// Decides what becomes of a DOF whose segments are used up.

@@ -1,12 +1,14 @@
 //! `massline results`: what the rig keeps.
 
-use massline_shared::protocol::message::ResultEntry;
+use massline_shared::protocol::message::{Measured, ResultEntry};
 use serde_json::json;
 
 use super::connect::PortArgs;
 use super::{hash, show};
 use crate::error::Result;
+use crate::identification::Selection;
 use crate::output::{self, Output};
+use crate::single_fault::Meant;
 
 /// Arguments of `massline results`.
 #[derive(Debug, clap::Args)]
@@ -60,7 +62,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
                     json!({
                         "number": e.number,
                         "layout_hash": e.layout_hash,
-                        "mass_kg": e.mass,
+                        "mass_kg": e.mass.map(|mass| mass.value),
+                        "mass_sigma_kg": e.mass.and_then(|mass| mass.sigma),
                         "bytes": e.length,
                     })
                 })
@@ -70,13 +73,23 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Command::Get { number, port } => {
             let (mut client, _) = port.connect()?;
             let result = client.result(*number)?;
-            show::measurement(&result, output)
+            // The rig keeps one layout, which may not be that of an older result.
+            let layout = client.layout().ok().filter(|kept| kept.hash() == result.layout_hash);
+            let meant = layout.and_then(|kept| kept.cast()).map(Meant::of_layout);
+            show::measurement(&result, meant.as_ref(), Selection::All, output)
         }
         Command::Delete { number, port } => {
             let (mut client, _) = port.connect()?;
             client.delete_result(*number)?;
             output.answer(&json!({ "deleted": number }), |_| format!("result {number} deleted"))
         }
+    }
+}
+
+fn mass_text(mass: Measured) -> String {
+    match mass.sigma {
+        Some(sigma) => format!("{:.4} ± {sigma:.4} kg", mass.value),
+        None => format!("{:.4} kg", mass.value),
     }
 }
 
@@ -90,7 +103,7 @@ fn table(entries: &[ResultEntry]) -> String {
         table.add_row([
             e.number.to_string(),
             hash(e.layout_hash).unwrap_or_default(),
-            e.mass.map_or_else(|| "none".into(), |mass| format!("{mass:.4} kg")),
+            e.mass.map_or_else(|| "none".into(), mass_text),
             e.length.to_string(),
         ]);
     }

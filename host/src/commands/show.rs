@@ -1,21 +1,73 @@
 //! Results and diagnostics as the commands print them.
 
 use massline_shared::diagnosis::{Diagnostic, Severity};
+use massline_shared::identify::inertia_restraint::Settings;
 use massline_shared::protocol::message::Status;
 use massline_shared::protocol::object::MeasurementResult;
+use serde_json::json;
 
 use crate::error::{Error, Result};
+use crate::identification::{Options, Selection, identify, lines_of};
 use crate::output::{Output, Tone};
 use crate::report;
+use crate::single_fault::Meant;
 pub(crate) use crate::solve::first_error;
 
-/// Prints a result of a rig.
+/// Prints a result of a rig; with the layout that it was measured with, also what the fit finds out
+/// when its mass lines are solved again in double precision.
 ///
 /// # Errors
-/// Exit 3 when the result has no answer.
-pub fn measurement(result: &MeasurementResult, output: &mut Output) -> Result<()> {
-    require_answer(result)?;
-    output.answer(&report::measurement_json(result), |_| report::measurement_text(result))
+/// Exit 3 when the result has no answer by the selected methods.
+pub fn measurement(
+    result: &MeasurementResult,
+    meant: Option<&Meant>,
+    selection: Selection,
+    output: &mut Output,
+) -> Result<()> {
+    let result = selected(result, selection);
+    if let Err(error) = require_answer(&result) {
+        if let Some(meant) = meant {
+            look_for_mistakes(&result, meant, output);
+        }
+        return Err(error);
+    }
+    let found = meant.and_then(|Meant { layout, .. }| {
+        let options = Options { selection, inertia_restraint: Settings::weighted() };
+        let found = identify(layout, &lines_of(&result, layout), &options).ok()?;
+        Some((found, layout))
+    });
+    let mut value = report::measurement_json(&result);
+    let mut text = report::measurement_text(&result);
+    if let Some((found, layout)) = &found {
+        report::add_identification(&mut value, found, layout);
+        text += &report::found_out_text(found, layout);
+    }
+    if let Some(meant) = meant {
+        let examination = meant.examine_result(&result);
+        examination.add_to(&mut value, &meant.layout);
+        text += &examination.to_text(&meant.layout);
+    }
+    output.answer(&value, |_| text)
+}
+
+/// Says which single mistake may have kept a test from an answer, beside the error that follows.
+pub fn look_for_mistakes(result: &MeasurementResult, meant: &Meant, output: &mut Output) {
+    let examination = meant.examine_result(result);
+    let mut details = json!({});
+    examination.add_to(&mut details, &meant.layout);
+    output.explain(details);
+    if !output.json() {
+        output.note(examination.to_text(&meant.layout).trim_end());
+    }
+}
+
+/// The result with the answers of the selected methods alone.
+fn selected(result: &MeasurementResult, selection: Selection) -> MeasurementResult {
+    let mut result = result.clone();
+    if let Selection::Only(method) = selection {
+        result.estimates.retain(|estimate| estimate.method == method as u8);
+    }
+    result
 }
 
 /// A result without an answer is an error that says why.

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HostLayout, RigLayout};
 use massline_shared::protocol::event::HitEvent;
 use massline_shared::protocol::message::{CampaignCommand, Status};
 use massline_shared::protocol::object::MeasurementResult;
-use massline_shared::signal::Calibration;
 
 use super::measure::judge_layout;
 use super::progress::Progress;
@@ -17,6 +17,7 @@ use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
+use crate::single_fault::Meant;
 
 /// A simulated rig that has not gone on for so long is stuck; without optimisation the slowest step
 /// takes a few seconds.
@@ -64,7 +65,7 @@ pub struct SimulatedCampaign<'a> {
     /// What is sent.
     pub layout: &'a RigLayout,
     /// What is sent.
-    pub calibration: &'a Calibration,
+    pub calibration: &'a CalibrationRecord,
 }
 
 impl SimulatedCampaign<'_> {
@@ -96,10 +97,16 @@ impl SimulatedCampaign<'_> {
         let progress = Progress::new(output, self.label, self.layout, false);
         let mut operator = Operator { progress, rig, policy };
         let ending = follow(&mut client, &interrupt, Some(PATIENCE), &mut operator)?;
+        drop(operator);
         match ending {
             Ending::Done(number) => {
                 let result = client.result(number)?;
-                show::require_answer(&result)?;
+                if let Err(error) = show::require_answer(&result) {
+                    if let Some(layout) = self.layout.cast() {
+                        show::look_for_mistakes(&result, &Meant::of_layout(layout), output);
+                    }
+                    return Err(error);
+                }
                 Ok(result)
             }
             Ending::Stopped(status) => Err(show::stopped(&status)),

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use massline_shared::identify::Method;
 
 use crate::error::Result;
+use crate::identification::Selection;
 use crate::output::Output;
 use crate::solve::{Options, ReferencePoint, solve_files};
 use crate::uff::Quantity;
@@ -13,11 +15,16 @@ use crate::uff::Quantity;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Reads UFF dataset 58, ASCII and binary: frequency responses of every hit DOF at every sensor of the
-layout. Weights are equal; the band is that of [test], else 10 to 120 Hz.
+layout. Weights are equal; band and terms are those of [test], else 10 to 120 Hz and A, B/s², C s². The
+errors of placement are averaged over test.hits_per_dof hits. Maximum likelihood and inertia restraint
+answer; global-fit fits body and suspension to all lines of the band, for objects whose suspension modes
+are near the band.
 
 Examples:
   massline solve frame.toml frame.uff
-  massline solve frame.toml frame.uff --reference-point origin --json
+  massline solve frame.toml frame.uff --method ml
+  massline solve wheel.toml wheel.uff --method global-fit
+  massline solve frame.toml frame.uff --method irm --reference-point origin --json
   massline solve frame.toml frame.unv --quantity receptance")]
 pub struct Args {
     /// The layout file.
@@ -30,6 +37,20 @@ pub struct Args {
     /// What the responses are, where the file does not say.
     #[arg(long, value_enum, value_name = "QUANTITY")]
     quantity: Option<Response>,
+    /// One method alone; default: maximum likelihood, then inertia restraint.
+    #[arg(long, value_enum, value_name = "METHOD")]
+    method: Option<SolveMethod>,
+}
+
+/// A method as an argument.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SolveMethod {
+    /// Inertia restraint: linear, of the literature.
+    Irm,
+    /// Maximum likelihood with the complete error budget.
+    Ml,
+    /// Body and suspension fitted to all lines of the band.
+    GlobalFit,
 }
 
 /// A reference point as an argument.
@@ -62,6 +83,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         reference_point: match args.reference_point {
             Point::Centroid => ReferencePoint::Centroid,
             Point::Origin => ReferencePoint::Origin,
+        },
+        selection: match args.method {
+            None => Selection::All,
+            Some(SolveMethod::Irm) => Selection::Only(Method::InertiaRestraint),
+            Some(SolveMethod::Ml) => Selection::Only(Method::MaximumLikelihood),
+            Some(SolveMethod::GlobalFit) => Selection::Only(Method::GlobalFit),
         },
         quantity: args.quantity.map(|quantity| match quantity {
             Response::Accelerance => Quantity::Acceleration,

@@ -139,6 +139,14 @@ pub enum Fault {
         /// What is written.
         text: String,
     },
+    /// A direction that cannot be read.
+    #[error(
+        "\"{text}\" is not a direction; write sign and local axis, for example \"+X\" or \"-Z\""
+    )]
+    Direction {
+        /// What is written.
+        text: String,
+    },
     /// Two hits have one DOF.
     #[error("the hit {dof} is there twice; remove one (the rig repeats hits by itself)")]
     DuplicatedHit {

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use massline_shared::layout::FrfEstimator;
+use massline_shared::mass_line::Terms;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
@@ -22,9 +24,13 @@ pub(super) struct RawLayout {
     #[serde(default)]
     pub(super) test: Option<RawTest>,
     #[serde(default)]
+    pub(super) policy: RawPolicy,
+    #[serde(default)]
     pub(super) uncertainty: Option<RawUncertainty>,
     #[serde(default)]
     pub(super) prior: Option<RawPrior>,
+    #[serde(default)]
+    pub(super) attached: Vec<RawAttached>,
     #[serde(default)]
     pub(super) reference: Option<RawReference>,
 }
@@ -40,6 +46,10 @@ pub(super) struct RawNode {
     pub(super) position_m: Spanned<[f64; 3]>,
     #[serde(default)]
     pub(super) axes: Option<Spanned<RawAxes>>,
+    #[serde(default)]
+    pub(super) can_carry_sensor: Option<bool>,
+    #[serde(default)]
+    pub(super) can_hit: Option<Vec<Spanned<String>>>,
 }
 
 /// An entry of `sensors` when it is a table.
@@ -54,7 +64,7 @@ pub(super) struct RawSensorTable {
     #[serde(default)]
     pub(super) calibration: Option<String>,
     #[serde(default)]
-    pub(super) attached_mass_kg: Option<f64>,
+    pub(super) attached_mass_kg: Option<RawMass>,
     #[serde(default)]
     pub(super) uncertainty: Option<RawSensorUncertainty>,
 }
@@ -90,16 +100,62 @@ pub(super) struct RawHitUncertainty {
     pub(super) node_direction_rad: Option<f64>,
 }
 
+/// `band_hz`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected [lowest, highest] in Hz, or \"auto\"")]
+pub(super) enum RawBand {
+    /// From the data.
+    Named(RawBandName),
+    /// Lower and upper end, Hz.
+    Ends([f64; 2]),
+}
+
+/// A band that is no pair of numbers.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawBandName {
+    /// From the data.
+    Auto,
+}
+
 /// `[test]`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawTest {
     pub(super) hits_per_dof: Option<Spanned<i64>>,
-    pub(super) band_hz: Option<Spanned<[f64; 2]>>,
+    pub(super) band_hz: Option<Spanned<RawBand>>,
     pub(super) exponential_decay_per_s: Option<Spanned<f64>>,
     pub(super) force_window_s: Option<Spanned<f64>>,
     pub(super) trigger_n: Option<Spanned<f64>>,
     pub(super) weakest_hit_n: Option<Spanned<f64>>,
+    pub(super) frf_estimator: Option<FrfEstimator>,
+    pub(super) terms: Option<Terms>,
+}
+
+/// `[policy]`: what is done with a hit that has a fault.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPolicy {
+    pub(super) overload: Option<RawVerdict>,
+    pub(super) too_weak: Option<RawVerdict>,
+    pub(super) too_hard: Option<RawVerdict>,
+    pub(super) double_hit: Option<RawVerdict>,
+    pub(super) force_spectrum_low: Option<RawVerdict>,
+    pub(super) pre_trigger_not_quiet: Option<RawVerdict>,
+    pub(super) clipped_record: Option<RawVerdict>,
+    pub(super) trigger_too_early: Option<RawVerdict>,
+    pub(super) duplicate_hit: Option<RawVerdict>,
+    pub(super) hit_inconsistent: Option<RawVerdict>,
+    pub(super) motion_not_rigid: Option<RawVerdict>,
+}
+
+/// A verdict by its name.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawVerdict {
+    Keep,
+    Warn,
+    Reject,
 }
 
 /// `[uncertainty]`.
@@ -118,10 +174,38 @@ pub(super) struct RawUncertainty {
 }
 
 /// `[prior]`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case, reason = "the names of the properties")]
+pub(super) struct RawPrior {
+    pub(super) mass_kg: Option<Spanned<RawKnown>>,
+    pub(super) cx_m: Option<Spanned<RawKnown>>,
+    pub(super) cy_m: Option<Spanned<RawKnown>>,
+    pub(super) cz_m: Option<Spanned<RawKnown>>,
+    pub(super) Jxx_kg_m2: Option<Spanned<RawKnown>>,
+    pub(super) Jyy_kg_m2: Option<Spanned<RawKnown>>,
+    pub(super) Jzz_kg_m2: Option<Spanned<RawKnown>>,
+    pub(super) Jxy_kg_m2: Option<Spanned<RawKnown>>,
+    pub(super) Jxz_kg_m2: Option<Spanned<RawKnown>>,
+    pub(super) Jyz_kg_m2: Option<Spanned<RawKnown>>,
+}
+
+/// A mass: a number in kg, or with its standard deviation.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged, expecting = "a mass in kg, or { value = 0.004, sigma = 0.0002 }")]
+pub(super) enum RawMass {
+    Number(f64),
+    Known(RawKnown),
+}
+
+/// An `[[attached]]`: a body that hangs on the object but does not belong to it.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RawPrior {
+pub(super) struct RawAttached {
     pub(super) mass_kg: Spanned<RawKnown>,
+    pub(super) center_of_mass_m: Spanned<[f64; 3]>,
+    #[serde(default)]
+    pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
 }
 
 /// A known value and its standard deviation.

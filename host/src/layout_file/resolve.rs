@@ -3,16 +3,19 @@
 use std::ops::Range;
 
 use massline_shared::layout::{
-    Dof, HOST_HITS, HOST_SENSORS, Hit, HostLayout, Sensor, TestSettings,
+    Axis, Dof, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout, Sensor, SensorUncertainty,
+    Sign, TestSettings,
 };
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
 
 use super::error::{Fault, LayoutFileError, Place};
-use super::raw::{RawAxes, RawHit, RawLayout, RawNode, RawReference, RawSensor, RawTest};
-use super::{
-    HitDetails, Known, LayoutFile, Node, Reference, SensorDetails, SensorUncertainty, Uncertainty,
+use super::known::{Uncertainty, attached, priors, sensor_mass};
+use super::policy::policy;
+use super::raw::{
+    RawAxes, RawBand, RawBandName, RawHit, RawLayout, RawNode, RawReference, RawSensor, RawTest,
 };
+use super::{LayoutFile, Node, Reference, SensorDetails, StatedGains};
 
 /// How far an axis may be from unit length or orthogonality: what four typed digits cause.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -30,19 +33,24 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn fault(&self, span: Range<usize>, key: &str, fault: Fault) -> LayoutFileError {
+    pub(super) fn fault(&self, span: Range<usize>, key: &str, fault: Fault) -> LayoutFileError {
         let place = Place::of(self.file, self.text, Some(span), key);
         LayoutFileError::Fault { place, fault }
     }
 
-    fn finite(&self, span: Range<usize>, key: &str, values: &[f64]) -> Result<(), LayoutFileError> {
+    pub(super) fn finite(
+        &self,
+        span: Range<usize>,
+        key: &str,
+        values: &[f64],
+    ) -> Result<(), LayoutFileError> {
         match values.iter().find(|v| !v.is_finite()) {
             Some(&value) => Err(self.fault(span, key, Fault::NotFinite { value })),
             None => Ok(()),
         }
     }
 
-    fn within(
+    pub(super) fn within(
         &self,
         value: &Spanned<f64>,
         key: &str,
@@ -62,17 +70,26 @@ impl Source<'_> {
 /// Checks everything and resolves nodes and axes.
 pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile, LayoutFileError> {
     let nodes = nodes(&raw.node, source)?;
-    let uncertainty = uncertainty(&raw, source)?;
+    let uncertainty = Uncertainty::of(&raw, source)?;
     let mut layout = HostLayout {
         title: title(raw.title.as_ref(), source)?,
         gravity: gravity(raw.gravity.as_ref(), source)?,
-        sensors: heapless::Vec::new(),
-        hits: heapless::Vec::new(),
-        test: test(raw.test.as_ref(), source)?,
+        test: TestSettings { policy: policy(&raw.policy), ..test(raw.test.as_ref(), source)? },
+        hammer_gain: uncertainty.hammer_gain,
+        priors: priors(&raw, source)?,
+        ..HostLayout::default()
     };
     let mut sensors = Vec::new();
+    let mut masses = Vec::new();
+    let general = raw.uncertainty.as_ref();
+    let mut stated = StatedGains {
+        hammer: general.is_some_and(|u| u.hammer_gain.is_some()),
+        sensors: Vec::new(),
+    };
     for entry in raw.sensors.get_ref() {
-        let (sensor, details) = sensor(entry, &nodes, &uncertainty, source)?;
+        let (sensor, details) = sensor(entry, &nodes, &uncertainty.sensor, source)?;
+        let mass = sensor_mass(entry.get_ref().0.attached_mass_kg, &entry.span(), source)?;
+        masses.push(mass);
         if layout.sensors.iter().any(|s| s.node == sensor.node) {
             let node = i64::from(sensor.node);
             let fault = Fault::TwoSensorsOnOneNode { node };
@@ -84,10 +101,14 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
             source.fault(entry.span(), "sensors", fault)
         })?;
         sensors.push(details);
+        let own = entry.get_ref().0.uncertainty.unwrap_or_default();
+        stated.sensors.push([
+            own.gain.is_some() || general.is_some_and(|u| u.gain.is_some()),
+            own.cross_axis.is_some() || general.is_some_and(|u| u.cross_axis.is_some()),
+        ]);
     }
-    let mut hits = Vec::new();
     for entry in raw.hits.get_ref() {
-        let (hit, details) = hit(entry, &nodes, &uncertainty, source)?;
+        let hit = hit(entry, &nodes, &uncertainty.hit, source)?;
         if layout.hits.iter().any(|h| h.dof == hit.dof) {
             let fault = Fault::DuplicatedHit { dof: hit.dof.to_string() };
             return Err(source.fault(entry.span(), "hits", fault));
@@ -97,11 +118,11 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
             let fault = Fault::TooMany { what: "hits", count, most: HOST_HITS };
             source.fault(entry.span(), "hits", fault)
         })?;
-        hits.push(details);
     }
-    let prior_mass_kg = prior(&raw, source)?;
+    let weighed = layout.sensors.iter().zip(&masses).filter_map(|(s, mass)| Some((s, (*mass)?)));
+    layout.attached = attached(&raw.attached, weighed, source)?;
     let reference = raw.reference.as_ref().map(|r| reference(r, source)).transpose()?;
-    Ok(LayoutFile { layout, nodes, sensors, hits, uncertainty, prior_mass_kg, reference })
+    Ok(LayoutFile { layout, nodes, sensors, uncertainty, stated, reference })
 }
 
 fn title(
@@ -144,9 +165,34 @@ fn nodes(raw: &[RawNode], source: &Source<'_>) -> Result<Vec<Node>, LayoutFileEr
                 source.fault(axes.span(), "node.axes", fault)
             })?,
         };
-        nodes.push(Node { id, position: *node.position_m.get_ref(), axes });
+        nodes.push(Node {
+            id,
+            position: *node.position_m.get_ref(),
+            axes,
+            can_carry_sensor: node.can_carry_sensor.unwrap_or(true),
+            can_hit: can_hit(id, node.can_hit.as_deref(), source)?,
+        });
     }
     Ok(nodes)
+}
+
+/// The DOFs of a node that a hammer reaches; all six when nothing is said.
+fn can_hit(
+    node: u16,
+    raw: Option<&[Spanned<String>]>,
+    source: &Source<'_>,
+) -> Result<Vec<Dof>, LayoutFileError> {
+    let Some(raw) = raw else {
+        let dofs = |sign| Axis::ALL.map(|axis| Dof { node, sign, axis });
+        return Ok([dofs(Sign::Plus), dofs(Sign::Minus)].concat());
+    };
+    let read = |direction: &Spanned<String>| {
+        format!("{node}:{}", direction.get_ref().trim()).parse().map_err(|_| {
+            let fault = Fault::Direction { text: direction.get_ref().clone() };
+            source.fault(direction.span(), "node.can_hit", fault)
+        })
+    };
+    raw.iter().map(read).collect()
 }
 
 /// x, y and z = x × y from x and y, which are given in the frame `within`.
@@ -212,7 +258,7 @@ fn amount(
 fn sensor(
     entry: &Spanned<RawSensor>,
     nodes: &[Node],
-    general: &Uncertainty,
+    general: &SensorUncertainty<f64>,
     source: &Source<'_>,
 ) -> Result<(Sensor<f64>, SensorDetails), LayoutFileError> {
     let RawSensor(raw) = entry.get_ref();
@@ -229,21 +275,18 @@ fn sensor(
     let position = own.sensor_position_m;
     let rotation = own.sensor_rotation_rad;
     let uncertainty = SensorUncertainty {
-        position_m: amount(position, general.sensor_position_m, "sensors.uncertainty")?,
-        rotation_rad: amount(rotation, general.sensor_rotation_rad, "sensors.uncertainty")?,
+        position: amount(position, general.position, "sensors.uncertainty")?,
+        rotation: amount(rotation, general.rotation, "sensors.uncertainty")?,
         gain: amount(own.gain, general.gain, "sensors.uncertainty")?,
         cross_axis: amount(own.cross_axis, general.cross_axis, "sensors.uncertainty")?,
     };
-    let details = SensorDetails {
-        calibration: raw.calibration.clone(),
-        attached_mass_kg: amount(raw.attached_mass_kg, 0.0, "sensors.attached_mass_kg")?,
-        uncertainty,
-    };
+    let details = SensorDetails { calibration: raw.calibration.clone() };
     let sensor = Sensor {
         node: node.id,
         position: node.position,
         axes,
         senses_gravity: raw.senses_gravity.unwrap_or(true),
+        uncertainty,
     };
     Ok((sensor, details))
 }
@@ -251,9 +294,9 @@ fn sensor(
 fn hit(
     entry: &Spanned<RawHit>,
     nodes: &[Node],
-    general: &Uncertainty,
+    general: &HitUncertainty<f64>,
     source: &Source<'_>,
-) -> Result<(Hit<f64>, HitDetails), LayoutFileError> {
+) -> Result<Hit<f64>, LayoutFileError> {
     let RawHit(raw) = entry.get_ref();
     let span = entry.span();
     let dof: Dof = raw
@@ -273,13 +316,13 @@ fn hit(
     });
     let own = raw.uncertainty.unwrap_or_default();
     let amount = |value, default| amount(value, default, &span, "hits.uncertainty", source);
-    let details = HitDetails {
-        position_m: amount(own.hit_position_m, general.hit_position_m)?,
-        direction_rad: amount(own.hit_direction_rad, general.hit_direction_rad)?,
-        node_position_m: amount(own.node_position_m, general.node_position_m)?,
-        node_direction_rad: amount(own.node_direction_rad, general.node_direction_rad)?,
+    let uncertainty = HitUncertainty {
+        position: amount(own.hit_position_m, general.position)?,
+        direction: amount(own.hit_direction_rad, general.direction)?,
+        node_position: amount(own.node_position_m, general.node_position)?,
+        node_direction: amount(own.node_direction_rad, general.node_direction)?,
     };
-    Ok((Hit { dof, position: node.position, direction }, details))
+    Ok(Hit { dof, position: node.position, direction, uncertainty })
 }
 
 fn test(raw: Option<&RawTest>, source: &Source<'_>) -> Result<TestSettings<f64>, LayoutFileError> {
@@ -294,15 +337,10 @@ fn test(raw: Option<&RawTest>, source: &Source<'_>) -> Result<TestSettings<f64>,
             })?;
     }
     if let Some(band) = &raw.band_hz {
-        let [low, high] = *band.get_ref();
-        source.finite(band.span(), "test.band_hz", &[low, high])?;
-        if low <= 0.0 || high <= low {
-            let value = if low <= 0.0 { low } else { high };
-            let wanted = "[lowest, highest] frequency in Hz, 0 < lowest < highest";
-            let fault = Fault::OutOfRange { value, wanted };
-            return Err(source.fault(band.span(), "test.band_hz", fault));
-        }
-        test.band_hz = [low, high];
+        test.band_hz = match *band.get_ref() {
+            RawBand::Named(RawBandName::Auto) => None,
+            RawBand::Ends(ends) => Some(band_ends(ends, band.span(), source)?),
+        };
     }
     let positive = "a positive number";
     if let Some(v) = &raw.exponential_decay_per_s {
@@ -319,43 +357,23 @@ fn test(raw: Option<&RawTest>, source: &Source<'_>) -> Result<TestSettings<f64>,
     if let Some(v) = &raw.weakest_hit_n {
         test.weakest_hit_n = source.within(v, "test.weakest_hit_n", |v| v > 0.0, positive)?;
     }
+    test.frf_estimator = raw.frf_estimator.unwrap_or(test.frf_estimator);
+    test.terms = raw.terms.unwrap_or(test.terms);
     Ok(test)
 }
 
-fn uncertainty(raw: &RawLayout, source: &Source<'_>) -> Result<Uncertainty, LayoutFileError> {
-    let mut all = Uncertainty::default();
-    let Some(raw) = &raw.uncertainty else { return Ok(all) };
-    let entries = [
-        (&raw.hit_position_m, &mut all.hit_position_m, "uncertainty.hit_position_m"),
-        (&raw.hit_direction_rad, &mut all.hit_direction_rad, "uncertainty.hit_direction_rad"),
-        (&raw.sensor_position_m, &mut all.sensor_position_m, "uncertainty.sensor_position_m"),
-        (&raw.sensor_rotation_rad, &mut all.sensor_rotation_rad, "uncertainty.sensor_rotation_rad"),
-        (&raw.gain, &mut all.gain, "uncertainty.gain"),
-        (&raw.cross_axis, &mut all.cross_axis, "uncertainty.cross_axis"),
-        (&raw.hammer_gain, &mut all.hammer_gain, "uncertainty.hammer_gain"),
-        (&raw.node_position_m, &mut all.node_position_m, "uncertainty.node_position_m"),
-        (&raw.node_direction_rad, &mut all.node_direction_rad, "uncertainty.node_direction_rad"),
-    ];
-    for (from, to, key) in entries {
-        if let Some(v) = from {
-            *to = source.within(v, key, |v| v >= 0.0, "zero or a positive number")?;
-        }
+fn band_ends(
+    [low, high]: [f64; 2],
+    span: Range<usize>,
+    source: &Source<'_>,
+) -> Result<[f64; 2], LayoutFileError> {
+    source.finite(span.clone(), "test.band_hz", &[low, high])?;
+    if low <= 0.0 || high <= low {
+        let value = if low <= 0.0 { low } else { high };
+        let wanted = "[lowest, highest] frequency in Hz, 0 < lowest < highest";
+        return Err(source.fault(span, "test.band_hz", Fault::OutOfRange { value, wanted }));
     }
-    Ok(all)
-}
-
-fn prior(raw: &RawLayout, source: &Source<'_>) -> Result<Option<Known>, LayoutFileError> {
-    let Some(raw) = &raw.prior else { return Ok(None) };
-    let known = *raw.mass_kg.get_ref();
-    let span = raw.mass_kg.span();
-    source.finite(span.clone(), "prior.mass_kg", &[known.value, known.sigma])?;
-    for value in [known.value, known.sigma] {
-        if value <= 0.0 {
-            let fault = Fault::OutOfRange { value, wanted: "positive numbers for value and sigma" };
-            return Err(source.fault(span, "prior.mass_kg", fault));
-        }
-    }
-    Ok(Some(Known { value: known.value, sigma: known.sigma }))
+    Ok([low, high])
 }
 
 fn reference(raw: &RawReference, source: &Source<'_>) -> Result<Reference, LayoutFileError> {
@@ -384,7 +402,7 @@ fn reference(raw: &RawReference, source: &Source<'_>) -> Result<Reference, Layou
 }
 
 /// Why a tensor belongs to no body: `tr(J)/2·I − J` must be positive semidefinite.
-fn tensor_fault(tensor: &Matrix3<f64>) -> Option<Fault> {
+pub(super) fn tensor_fault(tensor: &Matrix3<f64>) -> Option<Fault> {
     let trace = tensor.trace();
     if (tensor - tensor.transpose()).amax() > SYMMETRY_TOLERANCE * trace.abs() {
         return Some(Fault::NotSymmetric);

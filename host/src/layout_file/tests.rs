@@ -1,6 +1,9 @@
 use massline_shared::diagnosis::Code;
+use massline_shared::layout::{DEFAULT_HAMMER_GAIN, HitUncertainty, Prior, SensorUncertainty};
 
 use super::*;
+use massline_shared::layout::FrfEstimator;
+use massline_shared::mass_line::Terms;
 
 const GOOD: &str = include_str!("../../examples/three-bar-test-1.toml");
 
@@ -72,7 +75,10 @@ fn the_template_is_a_valid_layout() {
     let file = parse(TEMPLATE).unwrap();
     assert_eq!(file.layout.sensors.len(), 3);
     // The template says that it shows the defaults.
-    assert_eq!(file.uncertainty, Uncertainty::default());
+    let layout = &file.layout;
+    assert!(layout.sensors.iter().all(|s| s.uncertainty == SensorUncertainty::default()));
+    assert!(layout.hits.iter().all(|h| h.uncertainty == HitUncertainty::default()));
+    assert_eq!(layout.hammer_gain, DEFAULT_HAMMER_GAIN);
     assert_eq!(file.layout.test, massline_shared::layout::TestSettings::default());
 }
 
@@ -81,14 +87,15 @@ fn the_template_s_comments_are_valid_too() {
     let mut text = String::new();
     for line in TEMPLATE.lines() {
         let bare = line.strip_prefix("# ").unwrap_or(line);
-        let is_table = ["[prior]", "[reference]"].contains(&bare);
+        let is_table = ["[prior]", "[[attached]]", "[reference]"].contains(&bare);
         let is_entry = ["mass_kg =", "center_of_mass_m =", "inertia_kg_m2 =", "    [", "]", "axes"];
         let is_value = line.starts_with("# ") && is_entry.iter().any(|e| bare.starts_with(e));
         text += if is_table || is_value && !bare.contains("the sensor's") { bare } else { line };
         text.push('\n');
     }
     let file = parse(&text).unwrap();
-    assert_eq!(file.prior_mass_kg, Some(Known { value: 1.23, sigma: 0.001 }));
+    assert_eq!(*file.layout.priors, [Prior { property: 0, value: 1.23, sigma: 0.001 }]);
+    assert_eq!(file.layout.attached.len(), 1);
     assert!(file.reference.unwrap().complete().is_some());
 }
 
@@ -99,9 +106,11 @@ fn the_schema_knows_the_keys_that_the_reader_knows() {
         ("", "/properties"),
         ("[[node]]\n", "/properties/node/items/properties"),
         ("[test]\n", "/properties/test/properties"),
+        ("[policy]\n", "/properties/policy/properties"),
         ("[uncertainty]\n", "/properties/uncertainty/properties"),
         ("[prior]\n", "/properties/prior/properties"),
-        ("[prior.mass_kg]\n", "/properties/prior/properties/mass_kg/properties"),
+        ("[prior.mass_kg]\n", "/$defs/known/properties"),
+        ("[[attached]]\n", "/properties/attached/items/properties"),
         ("[reference]\n", "/properties/reference/properties"),
         ("[[sensors]]\n", "/$defs/sensor/properties"),
         ("[[sensors]]\nuncertainty.", "/$defs/sensor/properties/uncertainty/properties"),
@@ -120,6 +129,28 @@ fn the_schema_knows_the_keys_that_the_reader_knows() {
         known.sort_unstable();
         assert_eq!(read, known, "{table}");
     }
+}
+
+#[test]
+fn the_policy_of_the_template_is_the_default_one() {
+    use massline_shared::layout::HitPolicy;
+    let policy = parse(TEMPLATE).unwrap().layout.test.policy;
+    for code in HitPolicy::CODES {
+        assert_eq!(policy.verdict(code), HitPolicy::default_verdict(code), "{}", code.name());
+        assert!(TEMPLATE.contains(&format!("\n{} = ", code.name())), "{}", code.name());
+    }
+}
+
+#[test]
+fn a_policy_changes_the_verdict_of_its_code_alone() {
+    use massline_shared::diagnosis::Code;
+    use massline_shared::layout::{HitPolicy, Verdict};
+    let text = format!("{}\n[policy]\ndouble_hit = \"keep\"\n", GOOD);
+    let policy = parse(&text).unwrap().layout.test.policy;
+    assert_eq!(policy, HitPolicy::default().with(Code::DoubleHit, Verdict::Keep));
+    let wrong = text.replace("\"keep\"", "\"ignore\"");
+    let message = parse(&wrong).unwrap_err().to_string();
+    assert!(message.contains("`keep`, `warn`, `reject`"), "{message}");
 }
 
 #[test]
@@ -152,11 +183,11 @@ fn entries_may_be_tables() {
     assert_eq!(sensor.axes, [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     assert!(!sensor.senses_gravity);
     assert_eq!(file.sensors[0].calibration.as_deref(), Some("A17"));
-    assert_eq!(file.sensors[0].attached_mass_kg, 0.002);
-    assert_eq!(file.sensors[0].uncertainty.gain, 0.05);
-    assert_eq!(file.sensors[1].uncertainty.gain, Uncertainty::default().gain);
+    assert_eq!(file.layout.attached[0].phi[0], 0.002);
+    assert_eq!(sensor.uncertainty.gain, 0.05);
+    assert_eq!(file.layout.sensors[1].uncertainty.gain, 0.01);
     assert_eq!(file.layout.hits[0].direction, [0.0, -1.0, 0.0]);
-    assert_eq!(file.hits[0].position_m, 0.001);
+    assert_eq!(file.layout.hits[0].uncertainty.position, 0.001);
 }
 
 #[test]
@@ -239,6 +270,13 @@ fn numbers_that_cannot_be_are_named() {
     assert!(message(&with("-9.80665", "-inf"), 4).contains("gravity"));
     assert!(message(&with("[10.0, 120.0]", "[120.0, 10.0]"), 26).contains("band_hz"));
     assert!(message(&with("hits_per_dof = 5", "hits_per_dof = 0"), 25).contains("from 1 to 255"));
+    assert!(message(&with("[10.0, 120.0]", "\"wide\""), 26).contains("\"auto\""));
+    assert_eq!(parse(&with("[10.0, 120.0]", "\"auto\"")).unwrap().layout.test.band_hz, None);
+    let terms = with("hits_per_dof = 5", "terms = \"abcd\"");
+    assert!(message(&terms, 25).contains("`a`, `ab`, `abc`"), "{}", message(&terms, 25));
+    let text = with("hits_per_dof = 5", "frf_estimator = \"hv\"\nterms = \"ab\"");
+    let test = parse(&text).unwrap().layout.test;
+    assert_eq!((test.frf_estimator, test.terms), (FrfEstimator::Hv, Terms::Ab));
     assert!(message(&with("id = 4", "id = 70000"), 21).contains("65535"));
     assert!(message(&with("1:+Y", "1:up"), 6).contains("1:up"));
     assert!(message(&with("mass_kg = 1.23", "mass_kg = -1.23"), 30).contains("positive mass"));
@@ -267,4 +305,29 @@ fn bytes_that_are_no_text_are_named() {
 fn a_file_that_is_not_there_is_named() {
     let error = LayoutFile::read(Path::new("no/such/layout.toml")).unwrap_err().to_string();
     assert!(error.contains("no/such/layout.toml"), "{error}");
+}
+
+#[test]
+fn gains_that_the_file_does_not_state_are_those_of_the_calibration() {
+    use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
+    let sensors = "sensors = [{ node = 1, uncertainty = { gain = 0.03 } }, 2, 3]";
+    let example = include_str!("../../examples/three-bar-test-1.toml");
+    let text = example.replacen("sensors = [1, 2, 3]", sensors, 1);
+    let mut file = LayoutFile::parse(&text, "l").unwrap();
+    let as_written = file.clone();
+    let sigma = CalibrationSigma { gain: 0.25, cross_axis: 0.125, hammer_gain: 0.0 };
+    let mut record = CalibrationRecord { sigma, ..CalibrationRecord::default() };
+    file.believe(&record);
+    assert_eq!(file, as_written, "data sheets change nothing");
+    record.method = CalibrationMethod::Block as u8;
+    file.believe(&record);
+    let budget = |k: usize| file.layout.sensors[k].uncertainty;
+    assert_eq!((budget(0).gain, budget(0).cross_axis), (0.03, 0.125));
+    assert_eq!((budget(1).gain, budget(2).gain), (0.25, 0.25));
+    assert_eq!(file.layout.hammer_gain, 0.0);
+    let stated = "[uncertainty]\ngain = 0.5\ncross_axis = 0.25\nhammer_gain = 0.0625\n";
+    let mut file = LayoutFile::parse(&format!("{example}\n{stated}"), "l").unwrap();
+    let as_written = file.clone();
+    file.believe(&record);
+    assert_eq!(file, as_written, "what is stated stays");
 }

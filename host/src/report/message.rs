@@ -47,14 +47,16 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
     };
     match code {
         Code::FewerThanThreeSensors => "fewer than three triaxial sensors cannot tell the six \
-            motions of the body; put three on nodes that are not on one line"
+            motions of the body, which the inertia restraint method needs; put three on nodes that \
+            are not on one line, or rely on maximum likelihood with its wider intervals"
             .into(),
         Code::SensorsCollinear => "the sensors stand on one line (within 2 %), so the rotation \
-            about that line is not seen; move one sensor away from the line"
+            about that line is not seen, which the inertia restraint method needs; move one sensor \
+            away from the line, or rely on maximum likelihood with its wider intervals"
             .into(),
         Code::ResponseRankDeficient => {
-            "the sensors do not tell all six motions of the body; check \
-            their positions and axes, or spread them"
+            "the sensors do not tell all six motions of the body, which the inertia restraint method \
+            needs; check their positions and axes, or spread them"
                 .into()
         }
         Code::FewerThanThreeHits => "fewer than three hit DOFs leave some of the ten properties \
@@ -75,7 +77,7 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
              hardly turn the body and the inertia does not show; hit further out"
         ),
         Code::TenParametersNotIdentifiable => "these hits and sensors do not determine all ten \
-            properties; add a hit at another point in another direction"
+            properties; two sensors at least are needed, and hits at other points in other directions"
             .into(),
         Code::TwoSensorsOnOneNode => {
             format!("{} shares its place with another; give it a node of its own", sensor())
@@ -103,6 +105,21 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
         Code::FrfMissing => {
             format!("{} has no frequency response; measure it or take it out of the layout", hit())
         }
+        Code::NoPlateau => {
+            let (dof, response) = d.response();
+            let (sensor, axis) = (name("sensor", response / 3), ["x", "y", "z"][response % 3]);
+            format!(
+                "due to {}, the mass line of {sensor}, axis {axis}, moves by {percent:.1} % of the motion \
+                 when the ends of the band are left out: it is no plateau; let test.band_hz stay farther \
+                 from suspension and elastic modes, or be \"auto\"",
+                name("hit", dof)
+            )
+        }
+        Code::BandNotFound => format!(
+            "the data of {} show no band between suspension and elastic modes; 10 to 120 Hz is used: \
+             hang the object softer, or set test.band_hz",
+            hit()
+        ),
         Code::BandTooNarrow => format!(
             "the band holds {value:.0} spectral lines, too few for the mass line; widen \
              test.band_hz or take more lines"
@@ -139,9 +156,40 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
             (massline results delete) and resume"
                 .into()
         }
+        Code::BlockTest => "a block of known mass was hit: this calibrates, and has no ten \
+            properties; see `massline calibrate`"
+            .into(),
         Code::SamplerStopped => "the converter of the rig does not answer; switch the rig off and \
             on again"
             .into(),
+        Code::DataContradictBudget => format!(
+            "the data contradict the stated uncertainties (χ² is {value:.1} times what it should be): \
+             something is wrong by more than [uncertainty] says; look for a wrong node, axis or sign"
+        ),
+        Code::SensorStrainsBudget => format!(
+            "{} would have to be off by {value:.1} times its stated uncertainties; check its node, \
+             axes and cable",
+            sensor()
+        ),
+        Code::HitStrainsBudget => format!(
+            "{} would have to be off by {value:.1} times its stated uncertainties; check its node, \
+             direction and sign",
+            hit()
+        ),
+        Code::HeldToConsistency => "the best fit was no physical body; the best physical one is \
+            given, at the edge of what a body can be: its standard deviations are rough"
+            .into(),
+        Code::NotConverged => "the fit did not settle, so there is no number: the data contradict the \
+            layout, its uncertainties or its [prior]; check nodes, axes and signs of sensors and hits"
+            .into(),
+        Code::AttachedTooHeavy => format!(
+            "what hangs on the object weighs more than was measured ({value:+.3} kg would be left); check \
+             the attached masses of the sensors and [[attached]]"
+        ),
+        Code::MassNotPositive => format!(
+            "the identified mass is {value:.3} kg, so the data belong to no body; check signs and axes of \
+             sensors and hits, and what the responses are"
+        ),
         Code::Overload => {
             let (channel, unit) = channel(d.subject);
             format!("{channel} reached the end of its range ({value:.1} {unit}); hit more gently")
@@ -150,6 +198,59 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
             format!("the peak force of {value:.1} N is too small for a clear response; hit harder")
         }
         Code::ScansLost => "scans were lost while the record was taken; hit again".into(),
+        Code::TooHard => format!(
+            "{} came to {percent:.0} % of its range, so the next hit may clip; hit more gently",
+            channel(d.subject).0
+        ),
+        Code::DoubleHit => format!(
+            "the hammer touched twice (a second peak of {percent:.0} % of the first); hold it \
+             loosely and hit again"
+        ),
+        Code::ForceSpectrumLow => format!(
+            "the force hardly excites the top of the band ({value:.0} dB against 0 Hz); take a \
+             harder tip or lower test.band_hz"
+        ),
+        Code::PreTriggerNotQuiet => format!(
+            "{} moved before the hit ({percent:.1} % of the peak); wait until the object hangs \
+             still",
+            channel(d.subject).0
+        ),
+        Code::ClippedRecord => format!(
+            "the record ends before {} is over ({percent:.0} % of the peak are left); take the \
+             hammer away after the hit, or record for longer",
+            channel(d.subject).0
+        ),
+        Code::TriggerTooEarly => format!(
+            "only {value:.0} scans lie before the hit, too few to know what rest is; record with a \
+             longer pre-trigger"
+        ),
+        Code::DuplicateHit => "this is the record of the hit before once more; hit again".into(),
+        Code::HitInconsistent => format!(
+            "at {} one hit differs from the others by {percent:.0} %; hit the same point in the same \
+             direction every time",
+            hit()
+        ),
+        Code::MotionNotRigid => format!(
+            "{} does not move with the others as a rigid body ({percent:.0} % of the readings are \
+             left over); check its axes, cable, gain and glue",
+            sensor()
+        ),
+        Code::SensorAxesSuspect => {
+            format!("{} has its axes reversed, swapped or turned (χ² {value:.1})", sensor())
+        }
+        Code::CablesSwapped => format!("the cables of two sensors are swapped (χ² {value:.1})"),
+        Code::HitAtWrongNode => format!("{} landed on another node (χ² {value:.1})", hit()),
+        Code::HitReversed => format!("{} came from the other side (χ² {value:.1})", hit()),
+        Code::CommonScale => format!(
+            "all accelerances are {value:.3} times what they should be; hammer and sensors cannot be \
+             told apart"
+        ),
+        Code::NoSingleFaultExplains => format!(
+            "the data contradict the budget and no single mistake explains them (χ² {value:.1})"
+        ),
+        Code::FaultsNotVisible => {
+            format!("{value:.0} single mistakes would not show in these data")
+        }
     }
 }
 

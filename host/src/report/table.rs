@@ -2,10 +2,10 @@
 
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
 
-use super::{Answer, message, sentences};
+use super::{Answer, HALF_WIDTH_95, message, sentences};
 
 /// Symbol, unit and factor to that unit, in the order of the ten.
-const ROWS: [(&str, &str, f64); 10] = [
+pub(crate) const ROWS: [(&str, &str, f64); 10] = [
     ("m", "kg", 1.0),
     ("c_x", "mm", 1e3),
     ("c_y", "mm", 1e3),
@@ -48,7 +48,7 @@ pub fn scale_of(mass: f64, length: f64) -> [f64; 10] {
 pub fn table(answer: &Answer, truth: Option<&Truth>) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none()));
-    let mut header = vec!["", "value", "± sd", "unit"];
+    let mut header = vec!["", "value", "± sd", "± 95 %", "unit"];
     if truth.is_some() {
         header.extend(["expected", "error, % of scale"]);
     }
@@ -57,8 +57,12 @@ pub fn table(answer: &Answer, truth: Option<&Truth>) -> String {
     for (k, ((symbol, unit, factor), value)) in
         ROWS.into_iter().zip(answer.properties()).enumerate()
     {
-        let sd = sigma.map_or("-".to_owned(), |s| format!("{:.4}", s[k] * factor));
-        let mut row = vec![symbol.to_owned(), format!("{:.4}", value * factor), sd, unit.into()];
+        let spread = |widths: f64| {
+            sigma.map_or("-".to_owned(), |s| format!("{:.4}", widths * s[k] * factor))
+        };
+        let (sd, half) = (spread(1.0), spread(HALF_WIDTH_95));
+        let mut row =
+            vec![symbol.to_owned(), format!("{:.4}", value * factor), sd, half, unit.into()];
         if let Some(truth) = truth {
             match truth.properties[k] {
                 Some(expected) => {
@@ -70,7 +74,7 @@ pub fn table(answer: &Answer, truth: Option<&Truth>) -> String {
         }
         table.add_row(row);
     }
-    for column in [1, 2, 4, 5] {
+    for column in [1, 2, 3, 5, 6] {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
         }
@@ -111,6 +115,7 @@ mod tests {
             body: RigidBody::from_theta(&SVector::from(theta)),
             covariance: None,
             condition: 8.0,
+            consistency: None,
             diagnostics: Vec::new(),
         }
     }

@@ -1,76 +1,203 @@
 //! From the functions of a universal file to the mass lines of a layout.
 
+use massline_shared::body::RigidBody;
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::MassLines;
-use massline_shared::layout::{Axis, Dof, HOST_SENSORS, HostLayout, Sensor};
-use massline_shared::mass_line::{BasisRow, Line, MassLineBasis, MassLineError, Terms};
-use nalgebra::{Complex, SVector};
+use massline_shared::identify::global_fit::{self, FrequencyResponses};
+use massline_shared::layout::{Axis, Dof, Hit, HostLayout, Sensor};
+use massline_shared::mass_line::{
+    BasisRow, Fitting, Line, MassLineError, ResponseFits, Terms, find_band,
+};
+use nalgebra::{Complex, Matrix6};
 
+use crate::identification::CHANNELS;
 use crate::uff::{Frf, Function, NodeDirection, Quantity, UffFault, UffFile};
 use crate::{Error, Result};
 
-/// Channels that the host solves for.
-pub(super) const CHANNELS: usize = 3 * HOST_SENSORS;
-
-/// The mass lines of every hit of the layout.
-pub(super) fn mass_lines(
-    layout: &HostLayout,
-    uff: &UffFile,
-    quantity: Option<Quantity>,
-) -> Result<Vec<MassLines<f64, CHANNELS>>> {
-    let mut all = Vec::new();
-    for hit in &layout.hits {
-        let mut accelerance = SVector::<f64, CHANNELS>::zeros();
-        let places = layout.sensors.iter().flat_map(|sensor| Axis::ALL.map(|axis| (sensor, axis)));
-        for (to, (sensor, axis)) in accelerance.iter_mut().zip(places) {
-            *to = mass_line(layout, uff, quantity, sensor, axis, hit.dof)?;
-        }
-        all.push(MassLines::without_scatter(accelerance));
-    }
-    Ok(all)
+/// The frequency responses of a layout: hit by hit, sensor by sensor, axis by axis.
+pub(super) struct Responses {
+    hits: Vec<Vec<Response>>,
 }
 
-/// The mass line of one sensor axis due to one hit.
-fn mass_line(
-    layout: &HostLayout,
+/// What the mass lines of a layout are, and over which band.
+pub(super) struct FittedLines {
+    pub(super) lines: Vec<MassLines<f64, CHANNELS>>,
+    pub(super) band_hz: [f64; 2],
+    /// Bands that end in modes.
+    pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+/// One frequency response with the directions of the layout.
+struct Response {
+    name: String,
+    dataset: usize,
+    /// Frequencies in Hz, ascending, and accelerances.
+    points: Vec<(f64, Complex<f64>)>,
+}
+
+impl Responses {
+    /// Finds the function of every sensor axis and hit.
+    pub(super) fn of(
+        layout: &HostLayout,
+        uff: &UffFile,
+        quantity: Option<Quantity>,
+    ) -> Result<Self> {
+        let of_hit = |hit: &Hit<f64>| {
+            let places =
+                layout.sensors.iter().flat_map(|sensor| Axis::ALL.map(|axis| (sensor, axis)));
+            places.map(|(sensor, axis)| response(uff, quantity, sensor, axis, hit.dof)).collect()
+        };
+        let hits = layout.hits.iter().map(of_hit).collect::<Result<_>>()?;
+        Ok(Self { hits })
+    }
+
+    /// The mass lines of every hit of the layout.
+    pub(super) fn mass_lines(&self, layout: &HostLayout) -> Result<FittedLines> {
+        let band_hz = match layout.test.band_hz {
+            Some(band) => band,
+            None => self.find_band()?,
+        };
+        let fitting =
+            Fitting { band: band_hz, decay: 0.0, terms: layout.test.terms, correlation: 1.0 };
+        let mut all = FittedLines { lines: Vec::new(), band_hz, diagnostics: Vec::new() };
+        for (dof, responses) in self.hits.iter().enumerate() {
+            let mut fits = ResponseFits::<f64, CHANNELS>::zeros(responses.len());
+            for (channel, response) in responses.iter().enumerate() {
+                fits.set(channel, &response.fit(&fitting)?);
+            }
+            if let Some((channel, part)) = fits.unsteady() {
+                let subject = Diagnostic::response_subject(dof, channel);
+                let part = part as f32;
+                all.diagnostics.push(Diagnostic::about(
+                    Code::NoPlateau,
+                    Severity::Warning,
+                    subject,
+                    part,
+                ));
+            }
+            let hits = u16::from(layout.test.hits_per_dof);
+            let lines = MassLines::without_scatter(fits.accelerance).with_noise(fits.noise);
+            all.lines.push(MassLines { hits, ..lines });
+        }
+        Ok(all)
+    }
+
+    /// Body and suspension together, from all lines of the band.
+    pub(super) fn global_fit(
+        &self,
+        layout: &HostLayout,
+        band_hz: [f64; 2],
+        start: &RigidBody<f64>,
+    ) -> Result<std::result::Result<global_fit::Solution<f64>, Diagnostics>> {
+        let frequencies = self.common_frequencies()?;
+        let inside: Vec<usize> = (0..frequencies.len())
+            .filter(|&k| band_hz[0] <= frequencies[k] && frequencies[k] <= band_hz[1])
+            .collect();
+        let of_line = |&k: &usize| {
+            let channels = 0..self.hits.first().map_or(0, Vec::len);
+            channels
+                .flat_map(move |channel| self.hits.iter().map(move |hit| hit[channel].points[k].1))
+        };
+        let accelerance: Vec<_> = inside.iter().flat_map(of_line).collect();
+        let frequencies: Vec<f64> = inside.iter().map(|&k| frequencies[k]).collect();
+        let channels = 3 * layout.sensors.len();
+        let data = FrequencyResponses::new(&frequencies, &accelerance, channels, self.hits.len());
+        let data =
+            data.ok_or_else(|| Error::input("frf_missing", "a response has too few lines"))?;
+        let settings = global_fit::Settings {
+            decay: 0.0,
+            damping: false,
+            elastic: layout.test.terms == Terms::Abc,
+            correlation: 1.0,
+        };
+        let mut workspace = vec![Matrix6::zeros(); frequencies.len()];
+        Ok(global_fit::solve(layout, &data, start, &settings, &mut workspace))
+    }
+
+    /// The band that all responses together show.
+    fn find_band(&self) -> Result<[f64; 2]> {
+        let frequencies = self.common_frequencies()?;
+        let mut squares = vec![0.0; frequencies.len()];
+        for response in self.hits.iter().flatten() {
+            for (sum, (_, h)) in squares.iter_mut().zip(&response.points) {
+                *sum += h.norm_sqr();
+            }
+        }
+        let found = find_band(&squares, |line| frequencies[line], 0.0);
+        found.map(|found| found.ends).ok_or_else(|| {
+            Error::input(
+                "band_not_found",
+                "the responses show no band between suspension and elastic modes; set test.band_hz",
+            )
+        })
+    }
+
+    /// The frequencies of all responses.
+    fn common_frequencies(&self) -> Result<Vec<f64>> {
+        let of = |response: &Response| response.points.iter().map(|(f, _)| *f).collect::<Vec<_>>();
+        let mut all = self.hits.iter().flatten();
+        let first = all.next().map(of).unwrap_or_default();
+        match all.find(|response| of(response) != first) {
+            None => Ok(first),
+            Some(other) => Err(Error::input(
+                "frequencies_differ",
+                format!(
+                    "the frequency response of {} (dataset {}) has other lines than the first; export all \
+                     with the same lines, or set test.band_hz and use --method ml or irm",
+                    other.name, other.dataset
+                ),
+            )),
+        }
+    }
+}
+
+impl Response {
+    /// Its mass line.
+    fn fit(&self, fitting: &Fitting<f64>) -> Result<ResponseFits<f64, 1>> {
+        let lines = self.points.iter().map(|&(frequency, _)| Line { frequency, weight: 1.0 });
+        let mut rows = vec![BasisRow::default(); self.points.len()];
+        let h = |_, line: usize| self.points[line].1;
+        ResponseFits::new(lines, fitting, 1, h, &mut rows).map_err(|error| {
+            let [low, high] = fitting.band;
+            let code = match error {
+                MassLineError::BandTooNarrow => "band_too_narrow",
+                MassLineError::NotFinite => "data_not_finite",
+                _ => "uff_corrupt",
+            };
+            let inside = self.points.iter().filter(|(f, _)| low <= *f && *f <= high).count();
+            let message = format!(
+                "the frequency response of {} (dataset {}) has {inside} lines within {low} to {high} Hz: \
+                 {error}; change test.band_hz or export more lines",
+                self.name, self.dataset,
+            );
+            Error::input(code, message)
+        })
+    }
+}
+
+/// The response of one sensor axis due to one hit.
+fn response(
     uff: &UffFile,
     quantity: Option<Quantity>,
     sensor: &Sensor<f64>,
     axis: Axis,
     hit: Dof,
-) -> Result<f64> {
+) -> Result<Response> {
     let function = find(uff, sensor.node, axis, hit)?;
     let frf = function.accelerance(quantity)?;
     let sign = sign(function.response) * sign(function.reference) * hit.sign.factor();
-    let points = band(&frf, layout.test.band_hz);
-    if let Some((f, _)) = points.iter().find(|(f, h)| !(f.is_finite() && is_finite(h))) {
-        let message = format!(
-            "the frequency response of {} (dataset {}) is NaN or infinite at {f} Hz; measure or \
-             export it again",
-            name(sensor.node, axis, hit),
-            function.dataset
-        );
-        return Err(Error::input("data_not_finite", message));
+    let (name, dataset) = (name(sensor.node, axis, hit), function.dataset);
+    let points = points(&frf, sign);
+    match points.iter().find(|(f, h)| !(f.is_finite() && is_finite(h))) {
+        None => Ok(Response { name, dataset, points }),
+        Some((f, _)) => {
+            let message = format!(
+                "the frequency response of {name} (dataset {dataset}) is NaN or infinite at {f} Hz; \
+                 measure or export it again"
+            );
+            Err(Error::input("data_not_finite", message))
+        }
     }
-    let lines = || points.iter().map(|&(frequency, _)| Line { frequency, weight: 1.0 });
-    let mut rows = vec![BasisRow::default(); points.len()];
-    let fit = MassLineBasis::new(lines(), layout.test.band_hz, 0.0, Terms::Abc, &mut rows)
-        .and_then(|basis| basis.fit(points.iter().map(|&(_, h)| h)));
-    fit.map(|line| sign * line.accelerance()).map_err(|error| {
-        let [low, high] = layout.test.band_hz;
-        let code = match error {
-            MassLineError::BandTooNarrow => "band_too_narrow",
-            MassLineError::NotFinite => "data_not_finite",
-            _ => "uff_corrupt",
-        };
-        let message = format!(
-            "the frequency response of {} (dataset {}) has {} lines within {low} to {high} Hz: \
-             {error}; change test.band_hz or export more lines",
-            name(sensor.node, axis, hit),
-            function.dataset,
-            points.len()
-        );
-        Error::input(code, message)
-    })
 }
 
 /// The one function of a sensor axis and hit.
@@ -113,15 +240,11 @@ fn find(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Result<&Function> {
     }
 }
 
-/// Frequencies and accelerances within the band, ascending.
-fn band(frf: &Frf, [low, high]: [f64; 2]) -> Vec<(f64, Complex<f64>)> {
-    let mut points: Vec<_> = frf
-        .frequency_hz
-        .iter()
-        .copied()
-        .zip(frf.accelerance.iter().copied())
-        .filter(|(f, _)| !(*f < low || *f > high))
-        .collect();
+/// Frequencies and accelerances above 0 Hz, ascending.
+fn points(frf: &Frf, sign: f64) -> Vec<(f64, Complex<f64>)> {
+    let pairs = frf.frequency_hz.iter().copied().zip(frf.accelerance.iter().copied());
+    // At 0 Hz a receptance has no accelerance.
+    let mut points: Vec<_> = pairs.filter(|(f, _)| *f != 0.0).map(|(f, h)| (f, h * sign)).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     points
 }

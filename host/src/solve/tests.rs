@@ -1,4 +1,6 @@
 use super::*;
+use massline_shared::identify::Method;
+use massline_shared::layout::LayoutReport;
 
 /// The layouts and universal files that `tests/data/uff/generate.py` wrote with pyuff from the golden
 /// cases; the layouts' `[reference]` is the expected answer about the origin.
@@ -8,7 +10,12 @@ macro_rules! data {
     };
 }
 
-const ORIGIN: Options = Options { reference_point: ReferencePoint::Origin, quantity: None };
+/// As the golden cases of the linear method.
+const ORIGIN: Options = Options {
+    reference_point: ReferencePoint::Origin,
+    quantity: None,
+    selection: Selection::Only(Method::InertiaRestraint),
+};
 
 fn layout(bytes: &[u8]) -> LayoutFile {
     LayoutFile::parse_bytes(bytes, "layout.toml").unwrap()
@@ -25,7 +32,7 @@ fn worst(solution: &Solution) -> f64 {
     let mut scale = [expected[0] * truth.length * truth.length; 10];
     scale[0] = expected[0];
     scale[1..4].fill(truth.length);
-    let got = solution.answer.properties();
+    let got = solution.answer().unwrap().properties();
     (0..10).map(|k| (got[k] - expected[k]).abs() / scale[k]).fold(0.0, f64::max)
 }
 
@@ -54,7 +61,7 @@ fn single_precision_costs_a_hundred_thousandth() {
 
 #[test]
 fn noise_makes_the_reference_point_matter_and_exact_data_do_not() {
-    let centroid = Options::default();
+    let centroid = Options { reference_point: ReferencePoint::Centroid, ..ORIGIN };
     let exact = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &centroid).unwrap();
     // The golden tolerance times ten, as above.
     assert!(worst(&exact) < 1e-8);
@@ -66,7 +73,7 @@ fn noise_makes_the_reference_point_matter_and_exact_data_do_not() {
 fn the_condition_is_that_of_the_golden_case() {
     let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &ORIGIN).unwrap();
     // a_irm_01: cond 20.577235, tolerance 1e-6 relative.
-    assert!((solution.answer.condition / 20.577_235_148_582_1 - 1.0).abs() < 1e-6);
+    assert!((solution.answer().unwrap().condition / 20.577_235_148_582_1 - 1.0).abs() < 1e-6);
 }
 
 #[test]
@@ -197,4 +204,58 @@ fn the_json_is_that_of_all_results() {
     assert_eq!(json["mass_lines"][0]["dof"], "1:+Y");
     let text = solution.to_text();
     assert!(text.contains("error, % of scale") && text.contains("10 to 120 Hz"), "{text}");
+}
+
+#[test]
+fn both_methods_answer_the_best_first() {
+    let both = Options { reference_point: ReferencePoint::Origin, ..Options::default() };
+    let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &both).unwrap();
+    let methods: Vec<_> = solution.identification.answers.iter().map(|a| a.method).collect();
+    assert_eq!(methods, ["maximum-likelihood", "inertia-restraint"]);
+    // Exact data: what is left is where the fit stops, 1e-5 standard deviations of a few per cent.
+    assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
+    let details = solution.identification.details.as_ref().unwrap();
+    assert_eq!((details.learned.sensors.len(), details.learned.hits.len()), (3, 3));
+}
+
+#[test]
+fn two_sensors_leave_maximum_likelihood_alone() {
+    let text = std::str::from_utf8(data!("a_irm_01.toml")).unwrap();
+    let text = text.replacen("sensors = [1, 2, 3]", "sensors = [1, 2]", 1);
+    let uff = &data!("a_irm_01.binary.uff")[..];
+    let solution = case(text.as_bytes(), uff, &Options::default()).unwrap();
+    assert_eq!(solution.answer().unwrap().method, "maximum-likelihood");
+    assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
+    let json = solution.to_json();
+    assert_eq!(json["results"].as_array().unwrap().len(), 1);
+    assert_eq!(json["not_applicable"][0]["method"], "inertia-restraint");
+    assert_eq!(json["diagnostics"][0]["code"], "fewer_than_three_sensors");
+    assert_eq!(json["diagnostics"][0]["severity"], "warning");
+    let error = case(text.as_bytes(), uff, &ORIGIN).unwrap_err();
+    assert_eq!((error.exit_code(), error.code()), (3, "fewer_than_three_sensors"));
+}
+
+#[test]
+fn the_band_is_found_where_the_layout_leaves_it_to_the_data() {
+    let text = std::str::from_utf8(data!("a_irm_01.toml")).unwrap().to_owned();
+    let text = text + "\n[test]\nband_hz = \"auto\"\nterms = \"ab\"\n";
+    let uff = UffFile::parse(data!("a_irm_01.binary.uff")).unwrap();
+    let solved = solve(&layout(text.as_bytes()), &uff, &ORIGIN);
+    // The file has the plain mass lines of 10 to 120 Hz, without modes: three times its beginning to 0.4 of
+    // its end are the lines of 30 and 40 Hz.
+    let error = solved.unwrap_err();
+    assert_eq!(error.code(), "band_too_narrow");
+    assert!(error.to_string().contains("2 lines within 30 to 48 Hz"), "{error}");
+}
+
+#[test]
+fn the_global_fit_gives_what_the_channel_fits_give_on_plain_mass_lines() {
+    let selection = Selection::Only(Method::GlobalFit);
+    let options = Options { selection, ..ORIGIN };
+    let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &options).unwrap();
+    assert_eq!(solution.answer().unwrap().method, "global-fit");
+    // The file has 12 digits, which parts of K₀ that are hardly seen magnify.
+    assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
+    let json = solution.to_json();
+    assert_eq!((&json["terms"], &json["band_automatic"]), (&json!("abc"), &json!(false)));
 }

@@ -1,7 +1,4 @@
 //! NumPy's array file, as far as a tape needs it: two dimensions of little-endian u16.
-//!
-//! The format: `\x93NUMPY`, version, length of the header (two bytes in version 1, four later), a
-//! Python dictionary as text, the data.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -11,9 +8,9 @@ use massline_shared::signal::{CHANNELS, Scan};
 use thiserror::Error;
 
 use super::{Sidecar, sidecar_path};
+use crate::npy::{Header, HeaderError, MAGIC};
 use crate::{Error, Result};
 
-const MAGIC: &[u8] = b"\x93NUMPY";
 /// Bytes before the data in a file that this program writes.
 const HEADER: usize = 128;
 /// Bytes of a scan.
@@ -22,12 +19,8 @@ const SCAN: usize = 2 * CHANNELS;
 /// Why bytes are no tape.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub(super) enum NpyError {
-    #[error("this is no NumPy array file (.npy); a tape begins with the bytes \\x93NUMPY")]
-    NoNpy,
-    #[error("NumPy format version {0} is not known; save it with numpy.save")]
-    Version(u8),
-    #[error("the NumPy header cannot be read: {0}; save the array again with numpy.save")]
-    Header(&'static str),
+    #[error(transparent)]
+    Header(#[from] HeaderError),
     #[error(
         "the array's type is {0}; a tape is little-endian u16, '<u2': save \
          array.astype('<u2')"
@@ -58,8 +51,8 @@ impl From<NpyError> for Error {
 
 /// Reads the scans of an array file.
 pub(super) fn scans(bytes: &[u8]) -> Result<Vec<Scan>, NpyError> {
-    let (header, data) = header(bytes)?;
-    let wanted = header.check()?;
+    let (header, data) = Header::read(bytes)?;
+    let wanted = scans_in(&header)?;
     let data = wanted
         .checked_mul(SCAN as u64)
         .and_then(|length| usize::try_from(length).ok())
@@ -78,87 +71,16 @@ pub(super) fn scans(bytes: &[u8]) -> Result<Vec<Scan>, NpyError> {
     Ok(data.chunks_exact(SCAN).map(scan).collect())
 }
 
-/// The header's dictionary and the data behind it.
-fn header(bytes: &[u8]) -> Result<(Header, &[u8]), NpyError> {
-    let rest = bytes.strip_prefix(MAGIC).ok_or(NpyError::NoNpy)?;
-    let short = NpyError::Header("the file ends in it");
-    let (version, rest) = rest.split_at_checked(2).ok_or(short.clone())?;
-    let (length, rest) = match version {
-        [1, _] => {
-            let (length, rest) = rest.split_first_chunk::<2>().ok_or(short.clone())?;
-            (usize::from(u16::from_le_bytes(*length)), rest)
-        }
-        [2 | 3, _] => {
-            let (length, rest) = rest.split_first_chunk::<4>().ok_or(short.clone())?;
-            let length = u32::from_le_bytes(*length);
-            (usize::try_from(length).unwrap_or(usize::MAX), rest)
-        }
-        [other, ..] => return Err(NpyError::Version(*other)),
-        [] => return Err(short),
+/// The number of scans of an array.
+fn scans_in(header: &Header) -> Result<u64, NpyError> {
+    if header.descr != "<u2" {
+        return Err(NpyError::Type(header.descr.clone()));
+    }
+    let scans = match header.sizes().as_deref() {
+        Some(&[scans, channels]) if channels == CHANNELS as u64 && scans > 0 => scans,
+        _ => return Err(NpyError::Shape(header.shape.clone())),
     };
-    let (text, data) = rest.split_at_checked(length).ok_or(short)?;
-    Ok((Header::parse(&String::from_utf8_lossy(text))?, data))
-}
-
-/// The dictionary of a header; each value as it is written.
-struct Header {
-    descr: String,
-    fortran_order: String,
-    shape: String,
-}
-
-impl Header {
-    fn parse(text: &str) -> Result<Self, NpyError> {
-        let value = |key: &str| {
-            let quoted = [format!("'{key}'"), format!("\"{key}\"")];
-            let at = quoted.iter().find_map(|k| text.find(k.as_str()).map(|at| at + k.len()));
-            let rest = text.get(at?..)?.trim_start().strip_prefix(':')?.trim_start();
-            // To the comma or brace outside of brackets and quotes.
-            let mut depth = 0_u32;
-            let mut quote = None;
-            for (at, c) in rest.char_indices() {
-                match (quote, c) {
-                    (Some(open), c) if c == open => quote = None,
-                    (Some(_), _) => {}
-                    (None, '\'' | '"') => quote = Some(c),
-                    (None, '(' | '[') => depth += 1,
-                    (None, ')' | ']') => depth = depth.saturating_sub(1),
-                    (None, ',' | '}') if depth == 0 => return Some(rest.get(..at)?.trim().into()),
-                    _ => {}
-                }
-            }
-            None
-        };
-        Ok(Self {
-            descr: value("descr").ok_or(NpyError::Header("'descr' is missing"))?,
-            fortran_order: value("fortran_order")
-                .ok_or(NpyError::Header("'fortran_order' is missing"))?,
-            shape: value("shape").ok_or(NpyError::Header("'shape' is missing"))?,
-        })
-    }
-
-    /// The number of scans.
-    fn check(&self) -> Result<u64, NpyError> {
-        let descr = self.descr.trim_matches(['\'', '"']);
-        if descr != "<u2" {
-            return Err(NpyError::Type(self.descr.clone()));
-        }
-        let wrong = || NpyError::Shape(self.shape.clone());
-        let inner = self.shape.strip_prefix('(').and_then(|s| s.strip_suffix(')'));
-        let mut sizes = Vec::new();
-        for size in inner.ok_or_else(wrong)?.split(',').map(str::trim).filter(|s| !s.is_empty()) {
-            sizes.push(size.parse::<u64>().map_err(|_| wrong())?);
-        }
-        let &[scans, channels] = sizes.as_slice() else { return Err(wrong()) };
-        if channels != CHANNELS as u64 || scans == 0 {
-            return Err(wrong());
-        }
-        match self.fortran_order.as_str() {
-            "False" => Ok(scans),
-            "True" => Err(NpyError::Order),
-            _ => Err(NpyError::Header("'fortran_order' is neither True nor False")),
-        }
-    }
+    if header.fortran_order { Err(NpyError::Order) } else { Ok(scans) }
 }
 
 /// The header for a number of scans, [`HEADER`] bytes.

@@ -8,6 +8,8 @@ use super::units::UnitSystem;
 use super::values::{Binary, Shape, read_ascii, read_binary, real};
 use super::{AxisProperties, Function, NodeDirection};
 
+/// The function type of a record over time.
+pub(super) const TIME_RESPONSE: i64 = 1;
 /// The function type of a frequency response function.
 pub(super) const FREQUENCY_RESPONSE: i64 = 4;
 

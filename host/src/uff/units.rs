@@ -102,6 +102,15 @@ pub(super) fn read_units(
     Ok(system)
 }
 
+/// What brings the ordinate of a record over time to SI by dataset 164.
+pub(super) fn time_factor(function: &Function) -> f64 {
+    match function.numerator_axis.data_type {
+        9 | 13 => 1.0 / function.units.force,
+        8 | 11 | 12 => 1.0 / function.units.length,
+        _ => 1.0,
+    }
+}
+
 /// What brings `function` to SI: by `quantity` and dataset 164, or by what its records say.
 pub(super) fn conversion(
     function: &Function,

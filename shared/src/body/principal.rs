@@ -32,6 +32,21 @@ impl<R: Real> RigidBody<R> {
         Some((moments[0] + moments[1] - moments[2]) * R::of(0.5))
     }
 
+    /// The nearest body, in a sense, that is physically consistent: the eigenvalues of `½ tr(J) I − J`
+    /// are raised to `part` of the largest (theory, section 4). `None` without mass or when no
+    /// eigenvalue is positive.
+    pub fn made_consistent(&self, part: R) -> Option<Self> {
+        let (moments, axes) = symmetric_eigen3(&second_moments(&self.inertia))?;
+        let largest = moments[2];
+        if self.mass <= R::zero() || largest <= R::zero() {
+            return None;
+        }
+        let raised = moments.map(|moment| moment.max(largest * part));
+        let second = axes * Matrix3::from_diagonal(&raised) * axes.transpose();
+        let inertia = Matrix3::from_diagonal_element(second.trace()) - second;
+        Some(Self { inertia, ..*self })
+    }
+
     /// True when the mass is positive and the principal moments keep the triangle inequalities:
     /// the pseudo-inertia is positive definite (Rucker & Wensing 2022).
     pub fn is_physically_consistent(&self) -> bool {

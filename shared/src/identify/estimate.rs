@@ -2,6 +2,8 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
+use serde::{Deserialize, Serialize};
+
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::Diagnostics;
@@ -17,12 +19,38 @@ pub struct Estimate<R> {
     pub rank: usize,
     /// Condition of the balanced regression matrix.
     pub condition: R,
-    /// Condition of the balanced response matrix.
-    pub response_condition: R,
-    /// Root mean square of the residuals of the balanced equations, a force on a unit force.
+    /// Condition of the balanced response matrix, for a method that inverts it.
+    pub response_condition: Option<R>,
+    /// Root mean square of the residuals: of balanced equations a force on a unit force, of maximum
+    /// likelihood in standard deviations, of the global fit in (m/s²)/N.
     pub rms: R,
+    /// Whether the data agree with their error budget, for a method that knows one.
+    pub consistency: Option<Consistency<R>>,
     /// What is to be said about the answer; no errors.
     pub diagnostics: Diagnostics,
+}
+
+/// How well the data agree with their error budget.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Consistency<R> {
+    /// Weighted square of the residuals, priors included.
+    pub chi_squared: R,
+    /// Equations minus unknowns: what it is in the mean.
+    pub degrees_of_freedom: u16,
+}
+
+impl<R: Real> Consistency<R> {
+    /// χ² over the degrees of freedom: one in the mean.
+    pub fn reduced(&self) -> R {
+        self.chi_squared / R::of(f64::from(self.degrees_of_freedom.max(1)))
+    }
+
+    /// How many standard deviations of a normal variable a larger χ² is as unlikely as (Wilson &
+    /// Hilferty 1931).
+    pub fn surprise(&self) -> R {
+        let spread = R::of(2.0 / (9.0 * f64::from(self.degrees_of_freedom.max(1))));
+        (self.reduced().max(R::zero()).cbrt() - (R::one() - spread)) / spread.sqrt()
+    }
 }
 
 impl<R: Real> Estimate<R> {

@@ -64,8 +64,10 @@ impl<R> From<ReferencePoint<R>> for Settings<R> {
 /// The ten properties from the mass lines of at least three hit DOFs.
 ///
 /// `dofs` gives the index of the hit in the layout and its mass lines; it is walked three times.
+/// What hangs on the object ([`Layout::attached`]) is taken off the answer.
+///
 /// The covariance is that of the scatter between the hits,
-/// `A⁺ blkdiag(M₀ G⁺ (Sⱼ/n) G⁺ᵀ M₀ᵀ) A⁺ᵀ`, when every DOF has [`HITS_FOR_SIGMA`] hits; `A⁺` is that
+/// `A⁺ blkdiag(M₀ G⁺ (Sⱼ/n) G⁺ᵀ M₀ᵀ) A⁺ᵀ`, when every DOF has [`HITS_FOR_SIGMA`] hits that do; `A⁺` is that
 /// of the weighted equations.
 ///
 /// # Errors
@@ -116,6 +118,9 @@ where
         }
     }
     let solution = regression.solve()?;
+    if solution.body.mass <= R::zero() {
+        return Err(fatal(Code::MassNotPositive, solution.body.mass));
+    }
     let covariance = covariance(&regression, &solution.body, &inverse, dofs, &factors);
     let body = solution.body.shifted_to(&-reference);
     let mut estimate = Estimate {
@@ -123,10 +128,13 @@ where
         covariance,
         rank: solution.rank,
         condition: solution.condition,
-        response_condition: inverse.condition,
+        response_condition: Some(inverse.condition),
         rms: solution.rms,
+        consistency: None,
         diagnostics: Diagnostics::new(),
     };
+    super::attached::take_off(&mut estimate, &layout.attached)
+        .map_err(|left| fatal(Code::AttachedTooHeavy, left))?;
     comment(&mut estimate, layout);
     Ok(estimate)
 }
@@ -262,7 +270,10 @@ where
     R: Real,
     B: Borrow<MassLines<R, CH>>,
 {
-    if dofs.clone().any(|(_, lines)| lines.borrow().hits < HITS_FOR_SIGMA) {
+    let scatters = |lines: &MassLines<R, CH>| {
+        lines.hits >= HITS_FOR_SIGMA && lines.scatter.iter().any(|v| *v != R::zero())
+    };
+    if !dofs.clone().all(|(_, lines)| scatters(lines.borrow())) {
         return None;
     }
     let length = regression.length;
@@ -366,20 +377,7 @@ where
     if !is_finite(layout) {
         return Err(fatal(Code::LayoutNotFinite, R::zero()));
     }
-    let mut found = Diagnostics::new();
-    for (index, lines) in dofs {
-        let lines = lines.borrow();
-        let code = if layout.hits.get(index).is_none() {
-            Code::UnknownNode
-        } else if !(all_finite(&lines.accelerance) && all_finite(&lines.scatter)) {
-            Code::DataNotFinite
-        } else {
-            continue;
-        };
-        // Sixteen are enough to say.
-        let _ = found.push(Diagnostic::about(code, Severity::Error, index as u16, 0.0));
-    }
-    if found.is_empty() { Ok(()) } else { Err(found) }
+    super::check_mass_lines(layout, dofs)
 }
 
 fn fatal<R: Real>(code: Code, value: R) -> Diagnostics {
@@ -392,6 +390,9 @@ fn rank_deficient(sensors: usize, rank: usize) -> Diagnostics {
     let mut found = Diagnostics::new();
     if sensors < 3 {
         found = fatal::<f32>(Code::FewerThanThreeSensors, sensors as f32);
+    } else if rank == 5 {
+        // Three triaxial sensors miss one motion only: the rotation about the line that they stand on.
+        found = fatal::<f32>(Code::SensorsCollinear, 0.0);
     }
     let deficient = Diagnostic::whole(Code::ResponseRankDeficient, Severity::Error, rank as f32);
     let _ = found.push(deficient);

@@ -1,14 +1,23 @@
 //! The measured input of an identification: the mass lines of one hit DOF with their scatter.
 
+use core::borrow::Borrow;
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::layout::Layout;
+use crate::linalg::all_finite;
 
 /// Mass line accelerances of one hit DOF, response by response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MassLines<R, const CH: usize> {
     /// Accelerance A of every response, averaged over the hits, (m/s²)/N; zero beyond the last.
     pub accelerance: SVector<R, CH>,
+    /// Standard deviation of each averaged accelerance by the noise of the spectral lines about the
+    /// fit, corrected by [`window_correlation`](crate::mass_line::window_correlation), (m/s²)/N:
+    /// placement is not in it, as it moves all lines together. Zero when not known.
+    pub noise: SVector<R, CH>,
     /// Sample covariance of the single hits' accelerances, ((m/s²)/N)².
     pub scatter: SMatrix<R, CH, CH>,
     /// Hits averaged.
@@ -16,23 +25,41 @@ pub struct MassLines<R, const CH: usize> {
 }
 
 impl<R: Real, const CH: usize> MassLines<R, CH> {
-    /// Of accelerances whose scatter is not known, as from a file.
+    /// Of accelerances of which neither noise nor scatter is known.
     pub fn without_scatter(accelerance: SVector<R, CH>) -> Self {
-        Self { accelerance, scatter: SMatrix::zeros(), hits: 1 }
+        Self { accelerance, noise: SVector::zeros(), scatter: SMatrix::zeros(), hits: 1 }
     }
 
-    /// From stored numbers: as many accelerances as there are responses, and the lower triangle of
-    /// the scatter row by row, empty when there is none. `None` when they do not fit together.
-    pub fn from_parts(accelerance: &[R], lower: &[R], hits: u16) -> Option<Self> {
+    /// The same with the standard deviations of the noise.
+    pub fn with_noise(self, noise: SVector<R, CH>) -> Self {
+        Self { noise, ..self }
+    }
+
+    /// The same in another precision.
+    pub fn cast<Q: Real>(&self) -> MassLines<Q, CH> {
+        let to = |v: R| Q::of(v.to_f64());
+        MassLines {
+            accelerance: self.accelerance.map(to),
+            noise: self.noise.map(to),
+            scatter: self.scatter.map(to),
+            hits: self.hits,
+        }
+    }
+
+    /// From stored numbers: as many accelerances and standard deviations of their noise as there are
+    /// responses, and the lower triangle of the scatter row by row. Noise and scatter are empty when
+    /// they are not known. `None` when they do not fit together.
+    pub fn from_parts(accelerance: &[R], noise: &[R], lower: &[R], hits: u16) -> Option<Self> {
         let count = accelerance.len();
-        if count > CH || !(lower.is_empty() || lower.len() == count * (count + 1) / 2) {
+        let fits = |length, whole| length == 0 || length == whole;
+        let triangle = count * (count + 1) / 2;
+        if count > CH || !fits(noise.len(), count) || !fits(lower.len(), triangle) {
             return None;
         }
         let mut lines = Self::without_scatter(SVector::<R, CH>::zeros());
         lines.hits = hits;
-        for (to, from) in lines.accelerance.iter_mut().zip(accelerance) {
-            *to = *from;
-        }
+        lines.accelerance.rows_mut(0, count).copy_from_slice(accelerance);
+        lines.noise.rows_mut(0, noise.len()).copy_from_slice(noise);
         fill_symmetric(&mut lines.scatter, lower.iter().copied());
         Some(lines)
     }
@@ -80,19 +107,32 @@ impl<R: Real, const CH: usize> ScatterAccumulator<R, CH> {
         &self.mean
     }
 
+    /// Relative distance of the mass lines of another hit from the mean, `|A − mean| / |mean|`; `None`
+    /// without hits.
+    pub fn distance(&self, accelerance: &SVector<R, CH>) -> Option<R> {
+        let distance = (accelerance - self.mean).norm() / self.mean.norm();
+        (self.hits > 0 && distance.finite()).then_some(distance)
+    }
+
+    /// Relative scatter of the hits, `(tr Cov)^½ / |mean|`; zero with fewer than two hits.
+    pub fn spread(&self) -> R {
+        self.covariance().trace().sqrt() / self.mean.norm()
+    }
+
     /// Sample covariance, zero with fewer than two hits.
     pub fn covariance(&self) -> SMatrix<R, CH, CH> {
         self.outer / R::of(f64::from(self.hits.max(2) - 1))
     }
 
-    /// The mass lines with the mean of the single hits as accelerance.
+    /// The mass lines with the mean of the single hits as accelerance, of unknown noise.
     pub fn mass_lines(&self) -> MassLines<R, CH> {
         self.mass_lines_at(self.mean)
     }
 
-    /// The mass lines with an accelerance from averaged spectra.
+    /// The mass lines with an accelerance from averaged spectra, of unknown noise.
     pub fn mass_lines_at(&self, accelerance: SVector<R, CH>) -> MassLines<R, CH> {
-        MassLines { accelerance, scatter: self.covariance(), hits: self.hits }
+        let scatter = self.covariance();
+        MassLines { scatter, hits: self.hits, ..MassLines::without_scatter(accelerance) }
     }
 }
 
@@ -100,6 +140,34 @@ impl<R: Real, const CH: usize> Default for ScatterAccumulator<R, CH> {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Errors for every DOF that the layout does not have, and for numbers that are not finite.
+pub(crate) fn check_mass_lines<R, const S: usize, const H: usize, const CH: usize, B>(
+    layout: &Layout<R, S, H>,
+    dofs: impl Iterator<Item = (usize, B)>,
+) -> Result<(), Diagnostics>
+where
+    R: Real,
+    B: Borrow<MassLines<R, CH>>,
+{
+    let mut found = Diagnostics::new();
+    for (index, lines) in dofs {
+        let lines = lines.borrow();
+        let finite = all_finite(&lines.accelerance)
+            && all_finite(&lines.scatter)
+            && all_finite(&lines.noise);
+        let code = if layout.hits.get(index).is_none() {
+            Code::UnknownNode
+        } else if !finite {
+            Code::DataNotFinite
+        } else {
+            continue;
+        };
+        // Sixteen are enough to say.
+        let _ = found.push(Diagnostic::about(code, Severity::Error, index as u16, 0.0));
+    }
+    if found.is_empty() { Ok(()) } else { Err(found) }
 }
 
 /// The lower triangle of the first `count` rows of a symmetric matrix, row by row, as it is stored.
@@ -165,15 +233,31 @@ mod tests {
         for k in 0..4 {
             sums.add(&SVector::from_fn(|i, _| if i < 6 { (i * k) as f32 } else { 0.0 }));
         }
-        let lines = sums.mass_lines();
+        let noise = SVector::from_fn(|i, _| if i < 6 { 0.1 + i as f32 } else { 0.0 });
+        let lines = sums.mass_lines().with_noise(noise);
         let lower: std::vec::Vec<_> = lower_triangle(&lines.scatter, 6).collect();
         let accelerance = &lines.accelerance.as_slice()[..6];
-        assert_eq!(MassLines::from_parts(accelerance, &lower, 4), Some(lines.clone()));
-        assert_eq!(MassLines::<f32, 9>::from_parts(accelerance, &lower[1..], 4), None);
-        assert_eq!(MassLines::<f32, 4>::from_parts(accelerance, &[], 4), None);
+        let noise = &lines.noise.as_slice()[..6];
+        assert_eq!(MassLines::from_parts(accelerance, noise, &lower, 4), Some(lines.clone()));
+        assert_eq!(MassLines::<f32, 9>::from_parts(accelerance, noise, &lower[1..], 4), None);
+        assert_eq!(MassLines::<f32, 9>::from_parts(accelerance, &noise[1..], &lower, 4), None);
+        assert_eq!(MassLines::<f32, 4>::from_parts(accelerance, noise, &[], 4), None);
         let whole: std::vec::Vec<_> = lower_triangle(&lines.scatter, 9).collect();
         assert_eq!(symmetric(&whole), Some(lines.scatter));
         assert_eq!(symmetric::<f32, 9>(&lower), None);
+    }
+
+    #[test]
+    fn a_hit_is_as_far_from_the_others_as_from_their_mean() {
+        let mut sums = ScatterAccumulator::<f64, 2>::new();
+        assert_eq!(sums.distance(&SVector::from([1.0, 0.0])), None);
+        sums.add(&SVector::from([3.0, 3.9]));
+        sums.add(&SVector::from([3.0, 4.1]));
+        // From (3, 4) to (0, 0) and to (3, 9), over 5.
+        assert_eq!(sums.distance(&SVector::zeros()), Some(1.0));
+        assert!((sums.distance(&SVector::from([3.0, 9.0])).unwrap() - 1.0).abs() < 1e-15);
+        // Two hits 0.1 from their mean have the variance 0.02.
+        assert!((sums.spread() - 0.02_f64.sqrt() / 5.0).abs() < 1e-15);
     }
 
     #[test]

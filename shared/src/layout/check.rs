@@ -217,26 +217,39 @@ pub fn check_hits<'a, R: Real>(
     found
 }
 
-/// A body to check a layout with when nothing better is known: the given mass or 1 kg, centre of
-/// mass at the mean of the node positions, inertia `m L² I`.
-pub fn assumed_body<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
+/// From the mean of the nodes to an assumed centre of mass, over L.
+const BESIDE: [f64; 3] = [0.060, -0.048, 0.064];
+
+/// A body to check a layout with when nothing better is known: the given mass or 1 kg, inertia
+/// `m L² I` with the size L of [`extent`], centre of mass a tenth of L beside the mean of the nodes.
+///
+/// Beside it, in no special direction, because a body of which nothing is known is in no special
+/// place: the mean of nodes in a plane lies in that plane, and a layout that determines almost every
+/// body could not determine one there.
+pub fn assumed_body<R: Real>(
     mass: Option<R>,
-    nodes: impl Iterator<Item = [R; 3]>,
+    nodes: impl Iterator<Item = [R; 3]> + Clone,
 ) -> RigidBody<R> {
     let mass = mass.unwrap_or(R::one());
-    let mut sum = Vector3::zeros();
-    let mut count = R::zero();
-    for node in nodes {
-        sum += Vector3::from(node);
-        count += R::one();
-    }
-    let length = layout.characteristic_length();
+    let (centroid, length) = extent(nodes);
+    let beside = Vector3::from(BESIDE.map(R::of)) * length;
     RigidBody {
         mass,
-        center_of_mass: sum / count.max(R::one()),
+        center_of_mass: centroid + beside,
         inertia: Matrix3::from_diagonal_element(mass * length * length),
     }
+}
+
+/// Mean of the nodes and their root mean square distance from it, m; one metre when they are in one
+/// point.
+pub fn extent<R: Real>(nodes: impl Iterator<Item = [R; 3]> + Clone) -> (Vector3<R>, R) {
+    let count = R::of(nodes.clone().count().max(1) as f64);
+    let sum = nodes.clone().fold(Vector3::zeros(), |sum, node| sum + Vector3::from(node));
+    let centroid = sum / count;
+    let squares =
+        nodes.fold(R::zero(), |sum, node| sum + (Vector3::from(node) - centroid).norm_squared());
+    let length = (squares / count).sqrt();
+    (centroid, if length > R::zero() { length } else { R::one() })
 }
 
 fn error<R: Real>(found: &mut Diagnostics, code: Code, value: R) {
@@ -244,13 +257,32 @@ fn error<R: Real>(found: &mut Diagnostics, code: Code, value: R) {
     let _ = found.push(Diagnostic::whole(code, Severity::Error, value.to_f32()));
 }
 
-/// True when no number of sensors, hits and gravity is NaN or infinite.
+/// True when no number of a layout is NaN or infinite, no standard deviation is negative, and priors
+/// and attached bodies are such.
 pub(crate) fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> bool {
     let gravity = layout.gravity.iter().flatten();
     let sensors =
         layout.sensors.iter().flat_map(|s| s.position.iter().chain(s.axes.iter().flatten()));
     let hits = layout.hits.iter().flat_map(|h| h.position.iter().chain(h.direction.iter()));
-    gravity.chain(sensors).chain(hits).all(|v| v.finite())
+    let attached = layout.attached.iter().flat_map(|a| a.phi.iter());
+    let deviations = layout.sensors.iter().flat_map(|s| {
+        let u = &s.uncertainty;
+        [u.position, u.rotation, u.gain, u.cross_axis]
+    });
+    let marks = layout.hits.iter().flat_map(|h| {
+        let u = &h.uncertainty;
+        [u.position, u.direction, u.node_position, u.node_direction]
+    });
+    let masses = layout.attached.iter().map(|a| a.relative_sigma);
+    let mut deviations = deviations.chain(marks).chain(masses).chain([layout.hammer_gain]);
+    let zero = R::zero();
+    gravity.chain(sensors).chain(hits).chain(attached).all(|v| v.finite())
+        && deviations.all(|v| v.finite() && v >= zero)
+        && layout
+            .priors
+            .iter()
+            .all(|p| p.property < 10 && p.value.finite() && p.sigma.finite() && p.sigma > zero)
+        && layout.attached.iter().all(|a| a.phi[0] > zero)
 }
 
 fn stand_together<R: Real>(a: &Sensor<R>, b: &Sensor<R>) -> bool {

@@ -96,6 +96,20 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         })
     }
 
+    /// One row of [`Layout::response_matrix_at`] about the origin, as a column; zero for a channel that
+    /// does not exist.
+    pub fn response_row_at(&self, channel: usize, s: Complex<R>) -> Vector6<Complex<R>> {
+        let Some(sensor) = self.sensors.get(channel / 3) else { return Vector6::zeros() };
+        let rigid = sensor.response_rows(&Vector3::zeros());
+        let gravity = sensor.gravity_rows(&Vector3::from(self.gravity.unwrap_or([R::zero(); 3])));
+        let inverse = Complex::new(R::one(), R::zero()) / (s * s);
+        let axis = channel % 3;
+        Vector6::from_fn(|j, _| {
+            let g = gravity[(axis, j)];
+            Complex::new(rigid[(axis, j)] + inverse.re * g, inverse.im * g)
+        })
+    }
+
     /// Accelerance of every response under the hit of this index, of a body without suspension:
     /// one column of `G M₀⁻¹ F₀`, (m/s²)/N. `None` when the hit does not exist or the body has no
     /// inertia.

@@ -9,20 +9,28 @@
 mod check;
 mod dof;
 mod kinematics;
-mod prediction;
+mod policy;
 mod settings;
+mod uncertainty;
 
 pub(crate) use check::is_finite;
-pub use check::{AXES_TOLERANCE, LayoutReport, NEARLY, assumed_body, check_geometry, check_hits};
+pub use check::{
+    AXES_TOLERANCE, LayoutReport, NEARLY, assumed_body, check_geometry, check_hits, extent,
+};
 pub use dof::{Axis, Dof, DofError, Sign};
 pub use kinematics::sensor_shift;
-pub use prediction::{Budget, Prediction, predict};
-pub use settings::{Setting, check_settings};
+pub use policy::{HitPolicy, Verdict};
+pub use settings::{FrfEstimator, Setting, check_settings};
+pub use uncertainty::{
+    Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, PROPERTIES, Prior,
+    SensorUncertainty,
+};
 
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 use crate::Real;
+use crate::mass_line::Terms;
 
 /// Triaxial sensors that the rig has inputs for.
 pub const RIG_SENSORS: usize = 3;
@@ -50,6 +58,8 @@ pub struct Sensor<R> {
     pub axes: [[R; 3]; 3],
     /// False for sensors that do not feel gravity (laser, camera).
     pub senses_gravity: bool,
+    /// How well it is mounted and calibrated.
+    pub uncertainty: SensorUncertainty<R>,
 }
 
 /// A degree of freedom that the hammer excites.
@@ -61,6 +71,8 @@ pub struct Hit<R> {
     pub position: [R; 3],
     /// Unit vector along which the force on the body acts, body frame.
     pub direction: [R; 3],
+    /// How well the hammer meets it.
+    pub uncertainty: HitUncertainty<R>,
 }
 
 /// How the test is run: the `[test]` table.
@@ -68,8 +80,9 @@ pub struct Hit<R> {
 pub struct TestSettings<R> {
     /// Accepted hits wanted at each DOF.
     pub hits_per_dof: u8,
-    /// Lower and upper end of the band of the mass line fit, Hz, inclusive.
-    pub band_hz: [R; 2],
+    /// Lower and upper end of the band of the mass line fit, Hz, inclusive; `None` when it is to be found
+    /// from the data.
+    pub band_hz: Option<[R; 2]>,
     /// Decay rate σ of the exponential window, 1/s.
     pub exponential_decay: R,
     /// Half width of the force window about the peak of the force, s.
@@ -78,6 +91,12 @@ pub struct TestSettings<R> {
     pub trigger_n: R,
     /// A hit whose peak force is below this is too weak, N.
     pub weakest_hit_n: R,
+    /// How the averaged spectra become frequency responses.
+    pub frf_estimator: FrfEstimator,
+    /// Terms of the mass line.
+    pub terms: Terms,
+    /// What is done with a hit that has a fault.
+    pub policy: HitPolicy,
 }
 
 impl<R: Real> Default for TestSettings<R> {
@@ -85,11 +104,42 @@ impl<R: Real> Default for TestSettings<R> {
     fn default() -> Self {
         Self {
             hits_per_dof: 5,
-            band_hz: [R::of(10.0), R::of(120.0)],
+            band_hz: Some(Self::usual_band()),
             exponential_decay: R::of(10.0),
             force_window_s: R::of(0.012),
             trigger_n: R::of(3.0),
             weakest_hit_n: R::of(8.0),
+            frf_estimator: FrfEstimator::default(),
+            terms: Terms::default(),
+            policy: HitPolicy::default(),
+        }
+    }
+}
+
+impl<R: Real> TestSettings<R> {
+    /// The band where none is given, and where the data show none: 10 to 120 Hz.
+    pub fn usual_band() -> [R; 2] {
+        [R::of(10.0), R::of(120.0)]
+    }
+
+    /// The band before the data are seen: as given, else the usual one.
+    pub fn expected_band(&self) -> [R; 2] {
+        self.band_hz.unwrap_or_else(Self::usual_band)
+    }
+
+    /// The same settings in another precision.
+    pub fn cast<Q: Real>(&self) -> TestSettings<Q> {
+        let to = |v: R| Q::of(v.to_f64());
+        TestSettings {
+            hits_per_dof: self.hits_per_dof,
+            band_hz: self.band_hz.map(|band| band.map(to)),
+            exponential_decay: to(self.exponential_decay),
+            force_window_s: to(self.force_window_s),
+            trigger_n: to(self.trigger_n),
+            weakest_hit_n: to(self.weakest_hit_n),
+            frf_estimator: self.frf_estimator,
+            terms: self.terms,
+            policy: self.policy,
         }
     }
 }
@@ -107,6 +157,43 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub hits: Vec<Hit<R>, HITS>,
     /// How the test is run.
     pub test: TestSettings<R>,
+    /// Standard deviation of the hammer's gain against the sensors', relative.
+    pub hammer_gain: R,
+    /// What is known of the object before the test.
+    pub priors: Vec<Prior<R>, 10>,
+    /// What hangs on the object and is subtracted from the result.
+    pub attached: Vec<Attached<R>, MAX_ATTACHED>,
+}
+
+impl<R: Real> Sensor<R> {
+    /// A sensor that feels gravity, with the usual uncertainty.
+    pub fn new(node: u16, position: [R; 3], axes: [[R; 3]; 3]) -> Self {
+        let uncertainty = SensorUncertainty::default();
+        Self { node, position, axes, senses_gravity: true, uncertainty }
+    }
+}
+
+impl<R: Real> Hit<R> {
+    /// A hit with the usual uncertainty.
+    pub fn new(dof: Dof, position: [R; 3], direction: [R; 3]) -> Self {
+        Self { dof, position, direction, uncertainty: HitUncertainty::default() }
+    }
+}
+
+impl<R: Real, const S: usize, const H: usize> Default for Layout<R, S, H> {
+    /// Without sensors and hits.
+    fn default() -> Self {
+        Self {
+            title: String::new(),
+            gravity: None,
+            sensors: Vec::new(),
+            hits: Vec::new(),
+            test: TestSettings::default(),
+            hammer_gain: R::of(DEFAULT_HAMMER_GAIN),
+            priors: Vec::new(),
+            attached: Vec::new(),
+        }
+    }
 }
 
 impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
@@ -120,13 +207,18 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
                 position: s.position.map(to),
                 axes: s.axes.map(|axis| axis.map(to)),
                 senses_gravity: s.senses_gravity,
+                uncertainty: s.uncertainty.cast(),
             };
             sensors.push(sensor).ok()?;
         }
         let mut hits = Vec::new();
         for h in &self.hits {
-            let hit =
-                Hit { dof: h.dof, position: h.position.map(to), direction: h.direction.map(to) };
+            let hit = Hit {
+                dof: h.dof,
+                position: h.position.map(to),
+                direction: h.direction.map(to),
+                uncertainty: h.uncertainty.cast(),
+            };
             hits.push(hit).ok()?;
         }
         Some(Layout {
@@ -134,21 +226,17 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             gravity: self.gravity.map(|g| g.map(to)),
             sensors,
             hits,
-            test: TestSettings {
-                hits_per_dof: self.test.hits_per_dof,
-                band_hz: self.test.band_hz.map(to),
-                exponential_decay: to(self.test.exponential_decay),
-                force_window_s: to(self.test.force_window_s),
-                trigger_n: to(self.test.trigger_n),
-                weakest_hit_n: to(self.test.weakest_hit_n),
-            },
+            test: self.test.cast(),
+            hammer_gain: to(self.hammer_gain),
+            priors: self.priors.iter().map(Prior::cast).collect(),
+            attached: self.attached.iter().map(Attached::cast).collect(),
         })
     }
 }
 
 impl RigLayout {
     /// The most bytes that an encoded rig layout takes.
-    pub const MAX_ENCODED: usize = 960;
+    pub const MAX_ENCODED: usize = 1152;
 
     /// The name of this layout on the wire and in files: CRC-32 over its encoded bytes.
     pub fn hash(&self) -> u32 {
@@ -186,7 +274,6 @@ pub(crate) mod tests {
     pub(crate) fn bar_layout() -> Layout<f64, 3, 4> {
         let dofs = [("1:+Y", 1), ("2:+Z", 2), ("4:+X", 0)];
         Layout {
-            title: String::new(),
             gravity: Some([0.0, 0.0, -9.80665]),
             sensors: (0..3).map(|i| sensor(i as u16 + 1, NODES[i])).collect(),
             hits: dofs
@@ -195,16 +282,17 @@ pub(crate) mod tests {
                     let dof: Dof = name.parse().unwrap();
                     let mut direction = [0.0; 3];
                     direction[axis] = 1.0;
-                    Hit { dof, position: NODES[usize::from(dof.node) - 1], direction }
+                    let position = NODES[usize::from(dof.node) - 1];
+                    Hit::new(dof, position, direction)
                 })
                 .collect(),
-            test: TestSettings::default(),
+            ..Layout::default()
         }
     }
 
     /// A sensor along the body's axes.
     pub(crate) fn sensor(node: u16, position: [f64; 3]) -> Sensor<f64> {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        Sensor { node, position, axes, senses_gravity: true }
+        Sensor::new(node, position, axes)
     }
 }

@@ -1,8 +1,37 @@
 //! Check of the `[test]` table against what a rig can do.
 
+use serde::{Deserialize, Serialize};
+
 use super::TestSettings;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+
+/// How the spectra averaged over the hits of a DOF become its frequency responses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FrfEstimator {
+    /// `G_XF/G_FF`: right when the noise is on the responses.
+    #[default]
+    H1,
+    /// `G_XX/G_FX`: right when the noise is on the force.
+    H2,
+    /// The geometric mean of both.
+    Hv,
+}
+
+impl FrfEstimator {
+    /// Every estimator.
+    pub const ALL: [Self; 3] = [Self::H1, Self::H2, Self::Hv];
+
+    /// The name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::H1 => "h1",
+            Self::H2 => "h2",
+            Self::Hv => "hv",
+        }
+    }
+}
 
 /// Names a setting as the subject of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +97,8 @@ pub fn check_settings<R: Real>(
 ) -> Diagnostics {
     let mut found = Diagnostics::new();
     let resolution = rate / R::of(record.max(1) as f64);
-    let [lower, upper] = settings.band_hz;
+    // A band that is found suits the data.
+    let [lower, upper] = settings.band_hz.unwrap_or_else(|| [resolution, resolution + resolution]);
     let last_line = resolution * R::of(lines.saturating_sub(1) as f64);
     let highest = (rate / R::of(2.5)).min(last_line);
     let duration = R::of(record as f64) / rate;
@@ -95,7 +125,7 @@ pub fn check_settings<R: Real>(
             let _ = found.push(out);
         }
     }
-    if found.is_empty() {
+    if found.is_empty() && settings.band_hz.is_some() {
         let inside = (0..lines)
             .map(|line| resolution * R::of(line as f64))
             .filter(|&f| lower <= f && f <= upper)
@@ -129,17 +159,22 @@ mod tests {
     }
 
     #[test]
+    fn a_band_from_the_data_is_no_setting_out_of_range() {
+        assert!(wrong(&TestSettings { band_hz: None, ..TestSettings::default() }).is_empty());
+    }
+
+    #[test]
     fn every_setting_out_of_range_is_named() {
         let good = TestSettings::<f32>::default();
         let bad = f32::NAN;
         assert_eq!(wrong(&TestSettings { hits_per_dof: 0, ..good }), [Setting::HitsPerDof]);
         assert_eq!(wrong(&TestSettings { hits_per_dof: 51, ..good }), [Setting::HitsPerDof]);
         for band in [[0.0, 100.0], [-1.0, 100.0], [100.0, 100.0], [120.0, 10.0], [bad, 100.0]] {
-            assert_eq!(wrong(&TestSettings { band_hz: band, ..good }), [Setting::BandLower]);
+            assert_eq!(wrong(&TestSettings { band_hz: Some(band), ..good }), [Setting::BandLower]);
         }
         // 128 lines of 1.95 Hz end at 248 Hz.
         for band in [[10.0, 260.0], [10.0, f32::INFINITY], [10.0, bad]] {
-            assert_eq!(wrong(&TestSettings { band_hz: band, ..good }), [Setting::BandUpper]);
+            assert_eq!(wrong(&TestSettings { band_hz: Some(band), ..good }), [Setting::BandUpper]);
         }
         for decay in [-1.0, bad] {
             let settings = TestSettings { exponential_decay: decay, ..good };
@@ -155,16 +190,18 @@ mod tests {
 
     #[test]
     fn the_band_ends_below_the_rate_over_two_and_a_half() {
-        let settings = TestSettings::<f32> { band_hz: [10.0, 1601.0], ..TestSettings::default() };
+        let settings =
+            TestSettings::<f32> { band_hz: Some([10.0, 1601.0]), ..TestSettings::default() };
         let found = check_settings(&settings, 4000.0, 2048, 1025);
         assert_eq!(found[0].subject, Setting::BandUpper as u16);
-        let settings = TestSettings { band_hz: [10.0, 1600.0], ..settings };
+        let settings = TestSettings { band_hz: Some([10.0, 1600.0]), ..settings };
         assert!(check_settings(&settings, 4000.0, 2048, 1025).is_empty());
     }
 
     #[test]
     fn a_band_of_three_lines_is_too_narrow() {
-        let settings = TestSettings::<f32> { band_hz: [10.0, 16.0], ..TestSettings::default() };
+        let settings =
+            TestSettings::<f32> { band_hz: Some([10.0, 16.0]), ..TestSettings::default() };
         let found = check_settings(&settings, 4000.0, 2048, 128);
         assert_eq!(found[0].known_code(), Some(Code::BandTooNarrow));
         assert_eq!(found[0].value, 3.0);

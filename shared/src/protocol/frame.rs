@@ -5,7 +5,7 @@ use core::fmt;
 use crate::checksum::crc32;
 
 /// The most bytes of a message's body.
-pub const MAX_BODY: usize = 1100;
+pub const MAX_BODY: usize = 1200;
 const HEADER: usize = 4;
 const CHECKSUM: usize = 4;
 const MAX_PLAIN: usize = HEADER + MAX_BODY + CHECKSUM;
@@ -52,6 +52,43 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
+/// A frame before it is stuffed: 1.1 kB of stack that no longer borrow the message, which may stand
+/// in the very buffer that the frame goes into.
+pub struct PlainFrame {
+    bytes: [u8; MAX_PLAIN],
+    length: usize,
+}
+
+impl PlainFrame {
+    /// Header, postcard bytes of `message`, checksum.
+    ///
+    /// # Errors
+    /// [`FrameError::BadBody`] when the message takes more than [`MAX_BODY`] bytes.
+    pub fn new<T: serde::Serialize + ?Sized>(
+        kind: u16,
+        sequence: u16,
+        message: &T,
+    ) -> Result<Self, FrameError> {
+        let mut bytes = [0; MAX_PLAIN];
+        bytes[..2].copy_from_slice(&kind.to_le_bytes());
+        bytes[2..HEADER].copy_from_slice(&sequence.to_le_bytes());
+        let body = postcard::to_slice(message, &mut bytes[HEADER..HEADER + MAX_BODY])
+            .map_err(|_| FrameError::BadBody)?
+            .len();
+        let end = HEADER + body;
+        let checksum = crc32(&bytes[..end]);
+        bytes[end..end + CHECKSUM].copy_from_slice(&checksum.to_le_bytes());
+        Ok(Self { bytes, length: end + CHECKSUM })
+    }
+
+    /// Writes the frame into `out`, its closing zero included; gives its length.
+    pub fn stuff(&self, out: &mut [u8; MAX_FRAME]) -> usize {
+        let length = cobs::encode(&self.bytes[..self.length], &mut out[..MAX_FRAME - 1]);
+        out[length] = 0;
+        length + 1
+    }
+}
+
 /// Writes a frame with the postcard bytes of `message` into `out`, gives its length.
 ///
 /// # Errors
@@ -62,18 +99,7 @@ pub fn encode_frame<T: serde::Serialize + ?Sized>(
     message: &T,
     out: &mut [u8; MAX_FRAME],
 ) -> Result<usize, FrameError> {
-    let mut plain = [0; MAX_PLAIN];
-    plain[..2].copy_from_slice(&kind.to_le_bytes());
-    plain[2..HEADER].copy_from_slice(&sequence.to_le_bytes());
-    let body = postcard::to_slice(message, &mut plain[HEADER..HEADER + MAX_BODY])
-        .map_err(|_| FrameError::BadBody)?
-        .len();
-    let end = HEADER + body;
-    let checksum = crc32(&plain[..end]);
-    plain[end..end + CHECKSUM].copy_from_slice(&checksum.to_le_bytes());
-    let length = cobs::encode(&plain[..end + CHECKSUM], &mut out[..MAX_FRAME - 1]);
-    out[length] = 0;
-    Ok(length + 1)
+    Ok(PlainFrame::new(kind, sequence, message)?.stuff(out))
 }
 
 /// Unstuffs `bytes` (what stood between two zeros) in place and checks it.

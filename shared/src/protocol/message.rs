@@ -3,9 +3,10 @@
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+use crate::calibration::CalibrationRecord;
 use crate::diagnosis::Diagnostics;
 use crate::layout::{RIG_HITS, RigLayout};
-use crate::signal::{AdcProperties, Calibration};
+use crate::signal::{AdcProperties, CHANNELS, Record};
 
 /// Binds a request, its kind and its answer. The answer's kind is the request's with
 /// [`ANSWER`] set.
@@ -57,9 +58,9 @@ endpoints! {
     /// Which layout is kept?
     GetLayout = 5: () => RigLayout;
     /// Take this calibration and keep it.
-    PutCalibration = 6, changes: Calibration => ();
+    PutCalibration = 6, changes: CalibrationRecord => ();
     /// Which calibration is kept?
-    GetCalibration = 7: () => Calibration;
+    GetCalibration = 7: () => CalibrationRecord;
     /// Steer the campaign.
     Command = 8, changes: CommandRequest => Status;
     /// How long is an object, and what is its checksum?
@@ -72,7 +73,15 @@ endpoints! {
     DeleteResult = 12, changes: u32 => ();
     /// Start or stop the stream of scans.
     SetStream = 13, changes: bool => ();
+    /// Take a record of what the channels read now, without a hit.
+    TakeReading = 14, changes: () => ();
+    /// What did they read? Refused with [`Reason::Busy`] while the record is taken, and with
+    /// [`Reason::NotFound`] when there is none or something else has been recorded since.
+    GetReading = 15: () => StaticReading;
 }
+
+/// The most bytes of the framed answer to a request that changes the rig.
+pub const MAX_CHANGE_ANSWER: usize = 256;
 
 /// True when a request of this kind changes the rig.
 pub fn changes(kind: u16) -> bool {
@@ -187,6 +196,9 @@ pub struct Stats {
     pub scans: u64,
     /// Scans lost: the sampler overran.
     pub scans_lost: u64,
+    /// Times that the rig computed for longer than its deadline allows before it looked after
+    /// scans, link and panel again.
+    pub deadlines_missed: u32,
     /// Triggers.
     pub triggers: u32,
     /// Frames received whole.
@@ -273,6 +285,45 @@ pub struct CommandRequest {
     pub confirm: bool,
     /// With `Start`: begin although the layout has an error.
     pub force: bool,
+    /// With `Start`: the object is a block of known mass. The layout need not determine ten
+    /// properties, none are looked for, and the result is marked by
+    /// [`Code::BlockTest`](crate::diagnosis::Code::BlockTest).
+    pub block: bool,
+}
+
+/// What the channels read while nothing was hit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StaticReading {
+    /// How many scans.
+    pub scans: u32,
+    /// Mean of every channel, codes.
+    pub mean: [f32; CHANNELS],
+    /// Standard deviation of the scans of every channel, codes.
+    pub deviation: [f32; CHANNELS],
+}
+
+impl StaticReading {
+    /// Of all scans of a record; zeros of an empty one.
+    pub fn of(record: &Record) -> Self {
+        let scans = record.len() as u32;
+        let mut reading = Self { scans, mean: [0.0; CHANNELS], deviation: [0.0; CHANNELS] };
+        let count = u64::from(scans.max(1));
+        for (channel, (mean, deviation)) in
+            reading.mean.iter_mut().zip(&mut reading.deviation).enumerate()
+        {
+            let (mut sum, mut squares) = (0_u64, 0_u64);
+            for code in record.channel(channel) {
+                sum += u64::from(code);
+                squares += u64::from(code) * u64::from(code);
+            }
+            *mean = (sum as f64 / count as f64) as f32;
+            // Exact: n² times the variance of 2048 codes of 16 bits has 54 bits.
+            let spread = count * squares - sum * sum;
+            let variance = spread as f64 / (count * count.saturating_sub(1).max(1)) as f64;
+            *deviation = libm::sqrt(variance) as f32;
+        }
+        reading
+    }
 }
 
 /// Results after a number.
@@ -282,6 +333,15 @@ pub struct ListRequest {
     pub after: u32,
 }
 
+/// A number with its uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// The number.
+    pub value: f32,
+    /// Its standard deviation; `None` when it cannot be told.
+    pub sigma: Option<f32>,
+}
+
 /// One line of the list of results.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResultEntry {
@@ -289,8 +349,8 @@ pub struct ResultEntry {
     pub number: u32,
     /// Hash of the layout that it was measured with.
     pub layout_hash: u32,
-    /// Mass, kg; `None` when the result has no answer.
-    pub mass: Option<f32>,
+    /// Mass by the best of its answers, kg; `None` when the result has none.
+    pub mass: Option<Measured>,
     /// Bytes of the result.
     pub length: u32,
 }
@@ -360,5 +420,35 @@ pub struct Refusal {
 impl From<Reason> for Refusal {
     fn from(reason: Reason) -> Self {
         Self { reason: reason as u16 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_static_reading_has_mean_and_deviation_of_every_channel() {
+        let mut record = Record::new();
+        assert_eq!(StaticReading::of(&record).mean, [0.0; CHANNELS]);
+        for n in 0..1000_u16 {
+            // Alternating by the number of the channel about 1000 codes.
+            let sign = if n % 2 == 0 { 1 } else { -1 };
+            record.push(&core::array::from_fn(|k| (1000 + sign * k as i32) as u16));
+        }
+        let reading = StaticReading::of(&record);
+        assert_eq!(reading.scans, 1000);
+        for k in 0..CHANNELS {
+            assert_eq!(reading.mean[k], 1000.0);
+            // The sample deviation of ±k: k √(n/(n − 1)).
+            let expected = k as f32 * (1000.0_f32 / 999.0).sqrt();
+            assert!((reading.deviation[k] - expected).abs() < 1e-5);
+        }
+        let mut extreme = Record::new();
+        (0..5000_u16)
+            .for_each(|n| extreme.push(&[if n % 2 == 0 { 0 } else { u16::MAX }; CHANNELS]));
+        let reading = StaticReading::of(&extreme);
+        assert_eq!(reading.mean[9], 32_767.5);
+        assert!((reading.deviation[9] / 32_767.5 - 1.0).abs() < 1e-3);
     }
 }

@@ -13,7 +13,9 @@ pub mod message;
 pub mod object;
 
 pub use crate::checksum::{crc32, crc32_of_chunks};
-pub use frame::{Deframer, Frame, FrameError, MAX_BODY, MAX_FRAME, decode_frame, encode_frame};
+pub use frame::{
+    Deframer, Frame, FrameError, MAX_BODY, MAX_FRAME, PlainFrame, decode_frame, encode_frame,
+};
 pub use message::{Endpoint, Refusal};
 
 /// A rig and a host understand each other when this is equal.

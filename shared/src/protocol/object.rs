@@ -4,7 +4,9 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::diagnosis::Diagnostics;
-use crate::layout::{Dof, RIG_HITS};
+use crate::identify::Consistency;
+use crate::layout::{Dof, FrfEstimator, RIG_HITS};
+use crate::mass_line::Terms;
 use crate::signal::RESPONSES;
 
 /// The most bytes of one chunk.
@@ -65,6 +67,17 @@ pub struct Chunk {
     pub bytes: Vec<u8, MAX_CHUNK>,
 }
 
+/// A [`Chunk`] to be sent, with the same bytes on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ChunkRef<'a> {
+    /// Of which object.
+    pub object: ObjectId,
+    /// Where it stands in the object.
+    pub offset: u32,
+    /// The bytes, at most [`MAX_CHUNK`].
+    pub bytes: &'a [u8],
+}
+
 /// Elements of the lower triangle of a symmetric matrix over the responses.
 pub const SCATTER: usize = RESPONSES * (RESPONSES + 1) / 2;
 /// Elements of the lower triangle of a 10 × 10 matrix.
@@ -79,12 +92,17 @@ pub struct DofResult {
     pub index: u8,
     /// Hits averaged.
     pub hits: u8,
+    /// Lower and upper end of the band of its mass lines, Hz.
+    pub band_hz: [f32; 2],
     /// Mass line accelerance of each response from the averaged spectra, (m/s²)/N.
     pub accelerance: [f32; RESPONSES],
+    /// Standard deviation of each accelerance from the scatter of the spectral lines about the model,
+    /// corrected for the window, (m/s²)/N.
+    pub noise: [f32; RESPONSES],
     /// Sample covariance of the single hits' mass lines, lower triangle row by row, ((m/s²)/N)².
     pub scatter: Vec<f32, SCATTER>,
-    /// Mean coherence over the band, response by response.
-    pub coherence: [f32; RESPONSES],
+    /// Mean coherence over the band, response by response; none of a single hit, where it says nothing.
+    pub coherence: Option<[f32; RESPONSES]>,
 }
 
 /// One method's answer.
@@ -99,6 +117,8 @@ pub struct StoredEstimate {
     pub covariance: Vec<f32, COVARIANCE>,
     /// Condition of the balanced regression matrix.
     pub condition: f32,
+    /// Whether the data agree with their error budget, for a method that knows one.
+    pub consistency: Option<Consistency<f32>>,
     /// What is to be said about the estimate.
     pub diagnostics: Diagnostics,
 }
@@ -114,6 +134,12 @@ pub struct MeasurementResult {
     pub calibration: u32,
     /// Firmware that computed it, `major.minor.patch`.
     pub firmware: heapless::String<16>,
+    /// How the averaged spectra became frequency responses.
+    pub frf_estimator: FrfEstimator,
+    /// Terms of the mass lines.
+    pub terms: Terms,
+    /// True when the bands were found from the data.
+    pub band_automatic: bool,
     /// Mass lines, DOF by DOF.
     pub dofs: Vec<DofResult, RIG_HITS>,
     /// The answers, one a method, the best first; empty when there is none.

@@ -15,7 +15,8 @@ use crate::layout::TestSettings;
 ///
 /// A channel's lines are `X(s) = Δt Σ (x_n − rest) e^{−s n Δt}` at `s = σ + iω`,
 /// `ω = 2π l rate/points`, in N s or (m/s²) s, `rest` the mean of its pre-trigger readings. A record
-/// shorter than the transform is followed by zeros.
+/// shorter than the transform is followed by zeros. The lines are corrected for the channel's low-pass
+/// and for its delay after the hammer.
 ///
 /// ```
 /// # use massline_shared::signal::*;
@@ -47,6 +48,8 @@ pub struct HitAnalysis<R> {
     channel_delay: R,
     /// N or m/s² per reading.
     scale: [R; CHANNELS],
+    /// Time constants of the low-passes, s; zero without one.
+    lag: [R; CHANNELS],
     /// σ, 1/s.
     decay: R,
     /// Scans on either side of the peak that the force window passes.
@@ -65,10 +68,12 @@ impl<R: RealFft> HitAnalysis<R> {
     ) -> Self {
         let of = |value: f32| R::of(f64::from(value));
         let scale = core::array::from_fn(|channel| of(calibration.per_code(adc, channel)));
+        let corners = calibration.channels.map(|channel| of(channel.corner.0));
         Self::of_signals(of(adc.rate.0), of(adc.channel_delay.0), scale, test, pre_trigger)
+            .with_corners(corners)
     }
 
-    /// For any signals: `rate` readings per second, channel `k` taken `k · channel_delay` seconds
+    /// For any signals, without low-passes: `rate` readings per second, channel `k` taken `k · channel_delay` seconds
     /// after channel 0, `scale` N or m/s² per reading.
     pub fn of_signals(
         rate: R,
@@ -80,7 +85,18 @@ impl<R: RealFft> HitAnalysis<R> {
         // A width that is no number becomes 0.
         let half_width = (test.force_window_s * rate).to_f64() as usize;
         let rest = rest_scans(pre_trigger);
-        Self { rate, channel_delay, scale, decay: test.exponential_decay, half_width, rest }
+        let lag = [R::zero(); CHANNELS];
+        Self { rate, channel_delay, scale, lag, decay: test.exponential_decay, half_width, rest }
+    }
+
+    /// The same for channels behind first order low-passes of these corner frequencies, Hz; zero
+    /// where there is none.
+    pub fn with_corners(self, corners: [R; CHANNELS]) -> Self {
+        let lag = corners.map(|corner| {
+            let lag = R::one() / (R::two_pi() * corner);
+            if lag.finite() { lag } else { R::zero() }
+        });
+        Self { lag, ..self }
     }
 
     /// Distance of the lines of a transform of `points` samples, Hz.
@@ -88,7 +104,7 @@ impl<R: RealFft> HitAnalysis<R> {
         self.rate / R::of(points as f64)
     }
 
-    /// The lines of the force. `scratch` is as long as the transform.
+    /// The lines of the force, corrected for its low-pass. `scratch` is as long as the transform.
     ///
     /// # Errors
     /// When `scratch` is no power of two, shorter than the record or than twice the lines.
@@ -111,10 +127,12 @@ impl<R: RealFft> HitAnalysis<R> {
         }
         window::force(samples, peak.0, self.half_width);
         self.exponential(samples, R::zero(), HAMMER);
-        R::real_fft(scratch, lines)
+        R::real_fft(scratch, lines)?;
+        self.undo_low_pass(HAMMER, scratch.len(), lines);
+        Ok(())
     }
 
-    /// The lines of a response, 0 the first, corrected for its delay after the hammer.
+    /// The lines of a response, 0 the first, corrected for its low-pass and its delay after the hammer.
     ///
     /// # Errors
     /// As [`Self::force`].
@@ -130,6 +148,7 @@ impl<R: RealFft> HitAnalysis<R> {
         let rest = mean(samples.get(..self.rest).unwrap_or(samples));
         self.exponential(samples, rest, channel);
         R::real_fft(scratch, lines)?;
+        self.undo_low_pass(channel, scratch.len(), lines);
         self.undo_delay(channel, scratch.len(), lines);
         Ok(())
     }
@@ -145,6 +164,20 @@ impl<R: RealFft> HitAnalysis<R> {
     fn exponential(&self, samples: &mut [R], rest: R, channel: usize) {
         let scale = self.scale.get(channel).copied().unwrap_or_else(R::zero);
         window::exponential(samples, rest, scale / self.rate, self.decay / self.rate);
+    }
+
+    /// A first order low-pass of the corner `f` reads `X(s)/(1 + s/2πf)`: amplitude and phase are
+    /// undone together, at `s = σ + iω` because that is where the windowed lines are.
+    fn undo_low_pass(&self, channel: usize, points: usize, lines: &mut [Complex<R>]) {
+        let lag = self.lag.get(channel).copied().unwrap_or_else(R::zero);
+        if lag == R::zero() {
+            return;
+        }
+        let per_line = R::two_pi() * self.resolution(points) * lag;
+        let re = R::one() + self.decay * lag;
+        for (line, value) in lines.iter_mut().enumerate() {
+            *value *= Complex::new(re, per_line * R::of(line as f64));
+        }
     }
 
     /// Channel `k` reads `x(t + kτ)`, whose lines are `e^{skτ} X(s)`: so they are multiplied by
@@ -274,6 +307,63 @@ mod tests {
         // The other sign: |e^{2skτ} − 1|, twice as much but for the curvature of the exponential.
         let other_sign = worst_error::<f64>(delay, -delay);
         assert!((other_sign / uncorrected - 2.0).abs() < 0.02, "{other_sign}");
+    }
+
+    /// What a first order low-pass of the corner `f` makes of a signal that is sampled 64 times as
+    /// fast as it is read: the exact step for an input that is linear between two samples.
+    fn low_passed(corner: f64, signal: impl Fn(f64) -> f64) -> Vec<f64> {
+        const FINER: usize = 64;
+        let step = 1.0 / (4000.0 * FINER as f64);
+        let tau = 1.0 / (2.0 * PI * corner);
+        let keep = (-step / tau).exp();
+        let slope = (step - tau * (1.0 - keep)) / step;
+        let (mut out, mut read) = (0.0, Vec::new());
+        for n in 0..RECORD_SCANS * FINER {
+            if n % FINER == 0 {
+                read.push(out);
+            }
+            let t = n as f64 * step;
+            out = keep * out + (1.0 - keep - slope) * signal(t) + slope * signal(t + step);
+        }
+        read
+    }
+
+    /// Largest relative error of H up to 120 Hz of a response equal to the force, both low-passed.
+    fn low_pass_error<R: RealFft>(corners: [f64; 2], corrected: [f64; 2]) -> f64 {
+        let signals = corners
+            .map(|corner| low_passed(corner, tap).into_iter().map(R::of).collect::<Vec<R>>());
+        let record = [&signals[0][..], &signals[1][..]];
+        let test = TestSettings { force_window_s: R::of(0.4), ..TestSettings::default() };
+        let mut of_channels = [R::zero(); CHANNELS];
+        of_channels[..2].copy_from_slice(&corrected.map(R::of));
+        let analysis =
+            HitAnalysis::of_signals(R::of(4000.0), R::zero(), [R::one(); CHANNELS], &test, 40)
+                .with_corners(of_channels);
+        let mut scratch = vec![R::zero(); RECORD_SCANS];
+        let (mut force, mut lines) = (zeros(), zeros());
+        analysis.force(&record, &mut scratch, &mut force).unwrap();
+        analysis.response(&record, 0, &mut scratch, &mut lines).unwrap();
+        HitAnalysis::divide(&mut lines, &force);
+        let error = |h: &Complex<R>| Complex::new(h.re.to_f64() - 1.0, h.im.to_f64()).norm();
+        lines[..62].iter().map(error).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn low_passes_of_different_corners_are_taken_out_in_amplitude_and_phase() {
+        let corners = [497.4, 340.0];
+        // s/ω of both corners at line 61, 119 Hz, with σ = 10 1/s.
+        let s = Complex::new(10.0, 2.0 * PI * 61.0 * 4000.0 / 2048.0);
+        let [hammer, sensor] = corners.map(|corner| s / (2.0 * PI * corner) + 1.0);
+        let uncorrected = low_pass_error::<f64>(corners, [0.0, 0.0]);
+        assert!((uncorrected / (hammer / sensor - 1.0).norm() - 1.0).abs() < 1e-3, "{uncorrected}");
+        // What is left in f64 is the tap between the fine samples, (π/5 ms · 4 µs)²/12 = 5e-7.
+        assert!(low_pass_error::<f64>(corners, corners) < 1e-6);
+        assert!(low_pass_error::<f32>(corners, corners) < 1e-5);
+        // Corners that differ by the sign of their lag double the error, as a wrong phase would.
+        let wrong = low_pass_error::<f64>(corners, [corners[1], corners[0]]);
+        assert!((wrong / uncorrected - 2.0).abs() < 0.2, "{wrong}");
+        // The same on both cancels.
+        assert!(low_pass_error::<f64>([497.4; 2], [0.0; 2]) < 1e-12);
     }
 
     /// Lines of a channel by the definition, one sum for each.

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::CHANNELS;
+use nalgebra::{Matrix3, Vector3};
+
+use super::{CHANNELS, RESPONSES};
+use crate::Real;
 use crate::units::{Hertz, Seconds, Volts};
 
 /// The hammer's channel; response `k` is channel `k + 1`.
@@ -40,20 +43,67 @@ impl AdcProperties {
     }
 }
 
-/// Zero and sensitivity of one channel.
+/// Zero, sensitivity and low-pass of one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChannelCalibration {
     /// Output at zero force or zero acceleration.
     pub zero: Volts,
     /// V/N for the hammer, V/(m/s²) for an accelerometer.
     pub sensitivity: f32,
+    /// Corner frequency of its first order low-pass, which is taken out; zero where it is not known, as
+    /// with all channels alike, or where there is none.
+    pub corner: Hertz,
 }
+
+/// What one channel of a triaxial sensor reads of the two axes that are not its own, over what it
+/// reads of its own: `xy` is channel x, acceleration along y.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CrossAxis {
+    /// Channel x, along y.
+    pub xy: f32,
+    /// Channel x, along z.
+    pub xz: f32,
+    /// Channel y, along x.
+    pub yx: f32,
+    /// Channel y, along z.
+    pub yz: f32,
+    /// Channel z, along x.
+    pub zx: f32,
+    /// Channel z, along y.
+    pub zy: f32,
+}
+
+impl CrossAxis {
+    /// Each is below this: the axes of a sensor are distinct.
+    pub const LARGEST: f32 = 0.3;
+
+    /// Ones on the diagonal, the cross-axis sensitivities beside it: what the channels read, scaled by
+    /// their sensitivities, of an acceleration.
+    pub fn matrix<R: Real>(&self) -> Matrix3<R> {
+        let of = |value: f32| R::of(f64::from(value));
+        let Self { xy, xz, yx, yz, zx, zy } = *self;
+        Matrix3::new(1.0, xy, xz, yx, 1.0, yz, zx, zy, 1.0).map(of)
+    }
+
+    /// True when every number is below [`Self::LARGEST`].
+    pub fn is_usable(&self) -> bool {
+        let Self { xy, xz, yx, yz, zx, zy } = *self;
+        // False for NaN.
+        [xy, xz, yx, yz, zx, zy].iter().all(|v| v.abs() < Self::LARGEST)
+    }
+}
+
+/// Triaxial sensors of a scan.
+const SENSORS: usize = RESPONSES / 3;
 
 /// Zeros and sensitivities of all channels: the hammer, then sensor 1 x, y, z, …
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Channel by channel.
     pub channels: [ChannelCalibration; CHANNELS],
+    /// Sensor by sensor.
+    pub cross_axis: [CrossAxis; SENSORS],
     /// An accelerometer is overloaded beyond this, m/s².
     pub sensor_range: f32,
 }
@@ -69,6 +119,9 @@ impl Calibration {
     pub const HAMMER_VOLT_PER_NEWTON: f64 = 0.0225;
     /// Output of the hammer's conditioner at rest.
     pub const HAMMER_ZERO: Volts<f64> = Volts(0.1);
+    /// Corner of the low-pass that 10 nF make with the 32 kΩ of an ADXL326's output; the hammer has
+    /// the same.
+    pub const RC_CORNER: Hertz<f64> = Hertz(1.0 / (core::f64::consts::TAU * 32e3 * 10e-9));
     /// Least [`Calibration::sensor_range`], m/s²: gravity takes one g of the range, and a hit needs
     /// room beside it.
     pub const SMALLEST_RANGE: f32 = (2.0 * crate::STANDARD_GRAVITY) as f32;
@@ -81,11 +134,58 @@ impl Calibration {
         if scale.is_finite() { scale } else { 0.0 }
     }
 
-    /// True when every number is finite, no sensitivity is zero and the range of the sensors is
-    /// more than [`Self::SMALLEST_RANGE`].
+    /// Takes the cross-axis sensitivities out of what the sensors read, in place: three numbers a
+    /// sensor, in the order of the channels, in m/s² by [`Self::per_code`] or any quantity that is
+    /// linear in these readings and the same linear for all channels, as frequency responses and
+    /// mass lines are. What is left over of a sensor without three numbers stays.
+    pub fn undo_cross_axis<R: Real>(&self, readings: &mut [R]) {
+        for (axes, cross_axis) in readings.chunks_exact_mut(3).zip(&self.cross_axis) {
+            // Diagonally dominant when it is usable, so it has an inverse.
+            let Some(inverse) = cross_axis.matrix::<R>().try_inverse() else { continue };
+            let read = Vector3::from_column_slice(axes);
+            axes.copy_from_slice((inverse * read).as_slice());
+        }
+    }
+
+    /// Sensitivity of a sensor, V/(m/s²): row `k` is what its channel `k` puts out for each of its axes.
+    /// Zero for a sensor that does not exist.
+    pub fn sensor_sensitivity(&self, sensor: usize) -> Matrix3<f64> {
+        let Some(cross_axis) = self.cross_axis.get(sensor) else { return Matrix3::zeros() };
+        let mut matrix = cross_axis.matrix();
+        for (k, mut row) in matrix.row_iter_mut().enumerate() {
+            row *= f64::from(self.channels[1 + 3 * sensor + k].sensitivity);
+        }
+        matrix
+    }
+
+    /// Takes the sensitivity of a sensor in the form of [`Self::sensor_sensitivity`]; without effect for
+    /// a sensor that does not exist.
+    pub fn set_sensor_sensitivity(&mut self, sensor: usize, matrix: &Matrix3<f64>) {
+        let Some(cross_axis) = self.cross_axis.get_mut(sensor) else { return };
+        for k in 0..3 {
+            self.channels[1 + 3 * sensor + k].sensitivity = matrix[(k, k)] as f32;
+        }
+        let relative = |row, column| (matrix[(row, column)] / matrix[(row, row)]) as f32;
+        *cross_axis = CrossAxis {
+            xy: relative(0, 1),
+            xz: relative(0, 2),
+            yx: relative(1, 0),
+            yz: relative(1, 2),
+            zx: relative(2, 0),
+            zy: relative(2, 1),
+        };
+    }
+
+    /// True when every number is finite, no sensitivity is zero, no corner is negative, no cross-axis
+    /// sensitivity reaches [`CrossAxis::LARGEST`] and the range of the sensors is more than
+    /// [`Self::SMALLEST_RANGE`].
     pub fn is_usable(&self) -> bool {
-        let usable = |c: &ChannelCalibration| c.zero.0.is_finite() && c.sensitivity.is_normal();
+        let usable = |c: &ChannelCalibration| {
+            let low_pass = c.corner.0 == 0.0 || c.corner.0.is_normal() && c.corner.0 > 0.0;
+            c.zero.0.is_finite() && c.sensitivity.is_normal() && low_pass
+        };
         self.channels.iter().all(usable)
+            && self.cross_axis.iter().all(CrossAxis::is_usable)
             && self.sensor_range.is_finite()
             && self.sensor_range > Self::SMALLEST_RANGE
     }
@@ -98,12 +198,15 @@ impl Default for Calibration {
         let mut channels = [ChannelCalibration {
             zero: Volts(Self::ADXL326_ZERO.0 as f32),
             sensitivity: Self::ADXL326_VOLT_PER_G as f32 / g,
+            corner: Hertz(Self::RC_CORNER.0 as f32),
         }; CHANNELS];
         channels[0] = ChannelCalibration {
             zero: Volts(Self::HAMMER_ZERO.0 as f32),
             sensitivity: Self::HAMMER_VOLT_PER_NEWTON as f32,
+            ..channels[0]
         };
-        Self { channels, sensor_range: Self::ADXL326_RANGE_G as f32 * g }
+        let cross_axis = [CrossAxis::default(); SENSORS];
+        Self { channels, cross_axis, sensor_range: Self::ADXL326_RANGE_G as f32 * g }
     }
 }
 
@@ -123,6 +226,44 @@ mod tests {
     }
 
     #[test]
+    fn cross_axis_sensitivities_are_taken_out_of_what_the_sensors_read() {
+        let mut calibration = Calibration::default();
+        #[rustfmt::skip]
+        let sensitivity = Matrix3::new(
+            6.1e-3, 4e-5, -6e-5,
+            3e-5, 5.6e-3, 2e-5,
+            -5e-5, 1e-5, 5.9e-3,
+        );
+        calibration.set_sensor_sensitivity(1, &sensitivity);
+        assert!(calibration.is_usable());
+        // Kept in single precision.
+        let kept = calibration.sensor_sensitivity(1);
+        assert!((kept - sensitivity).amax() < 1e-9, "{kept}");
+        let truth = Vector3::new(1.0, -2.0, 0.5);
+        let volts = sensitivity * truth;
+        let mut readings = [0.0; 8];
+        readings[..3].copy_from_slice(truth.as_slice());
+        for k in 0..3 {
+            readings[3 + k] = volts[k] / f64::from(calibration.channels[4 + k].sensitivity);
+        }
+        // The two readings of a sensor that is not whole stay as they are.
+        readings[6..].copy_from_slice(&[3.0, 4.0]);
+        calibration.undo_cross_axis(&mut readings);
+        for (k, expected) in [1.0, -2.0, 0.5, 1.0, -2.0, 0.5, 3.0, 4.0].into_iter().enumerate() {
+            assert!((readings[k] - expected).abs() < 1e-6, "{k}: {}", readings[k]);
+        }
+    }
+
+    #[test]
+    fn a_cross_axis_sensitivity_that_makes_two_axes_one_is_not_usable() {
+        for bad in [CrossAxis::LARGEST, -0.5, f32::NAN, f32::INFINITY] {
+            let mut calibration = Calibration::default();
+            calibration.cross_axis[2].zy = bad;
+            assert!(!calibration.is_usable(), "{bad}");
+        }
+    }
+
+    #[test]
     fn a_sensitivity_or_zero_that_is_no_number_is_not_usable() {
         for bad in [0.0, f32::NAN, f32::INFINITY] {
             let mut calibration = Calibration::default();
@@ -132,5 +273,10 @@ mod tests {
         let mut calibration = Calibration::default();
         calibration.channels[4].zero = Volts(f32::NAN);
         assert!(!calibration.is_usable());
+        for (corner, usable) in [(0.0, true), (497.4, true), (-1.0, false), (f32::NAN, false)] {
+            let mut calibration = Calibration::default();
+            calibration.channels[4].corner = Hertz(corner);
+            assert_eq!(calibration.is_usable(), usable, "{corner} Hz");
+        }
     }
 }

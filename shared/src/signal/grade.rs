@@ -1,10 +1,24 @@
 //! Is this hit good enough to be averaged?
 //!
-//! Each grading is one function below that adds its findings; [`grade`] runs them all.
+//! Each grading is one function below that adds its findings; [`HitGrader::grade`] runs them all. What
+//! a finding means for the hit is the [policy](crate::layout::HitPolicy) of the test.
+//!
+//! Nothing is kept of a record but a few numbers: a record is read two to three times instead.
+
+mod channel;
+mod force;
+#[cfg(test)]
+mod tests;
+
+pub use channel::ChannelRange;
+
+use channel::{Extreme, Survey, flat_top};
 
 use super::chain::HAMMER;
-use super::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, Record};
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Readings, Record};
+use crate::Real;
+use crate::diagnosis::{Code, Diagnostic, Diagnostics};
+use crate::layout::{HitPolicy, TestSettings};
 use crate::units::{MetersPerSecondSquared, Newtons};
 
 /// Pre-trigger readings that make the rest value of a channel.
@@ -15,15 +29,16 @@ pub(super) const fn rest_scans(pre_trigger: usize) -> usize {
 }
 
 /// What was found about one hit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct HitReport {
     /// Largest force, from rest.
     pub peak_force: Newtons,
     /// Largest magnitude of any response, from rest.
     pub peak_acceleration: MetersPerSecondSquared,
-    /// What is wrong: [`Code::Overload`] about a channel (0 the hammer) with the force or
-    /// acceleration that it shows, N or m/s²; [`Code::TooWeak`] with the peak force, N.
+    /// What was found, with the number that decided; channels as subjects, 0 the hammer.
     pub findings: Diagnostics,
+    /// Tells this record from others.
+    pub fingerprint: u32,
 }
 
 impl HitReport {
@@ -31,15 +46,9 @@ impl HitReport {
     pub fn good(&self) -> bool {
         !self.findings.iter().any(Diagnostic::is_error)
     }
-
-    fn reject(&mut self, code: Code, channel: usize, value: f32) {
-        let finding = Diagnostic::about(code, Severity::Error, channel as u16, value);
-        // A channel has one finding and the hit a few: they fit. A lost one leaves it rejected.
-        let _ = self.findings.push(finding);
-    }
 }
 
-/// Grades a complete record.
+/// Grades the complete record of a hit on the rig; `last` is the fingerprint of the hit before.
 ///
 /// A sensor may feel gravity at rest, so 2 % less than its range less 1 g is an overload from rest:
 /// 14.7 g of 16 g.
@@ -47,232 +56,279 @@ pub fn grade(
     record: &Record,
     adc: &AdcProperties,
     calibration: &Calibration,
-    weakest_hit: Newtons,
+    test: &TestSettings<f32>,
+    last: Option<u32>,
 ) -> HitReport {
-    let mut report = HitReport {
-        peak_force: Newtons(0.0),
-        peak_acceleration: MetersPerSecondSquared(0.0),
-        findings: Diagnostics::new(),
-    };
-    for channel in 0..=adc.responses() {
-        let extremes = Extremes::of(record, channel);
-        let (highest, lowest) = extremes.span(calibration.per_code(adc, channel));
-        if channel == HAMMER {
-            report.peak_force = Newtons(highest);
-        } else {
-            let peak = &mut report.peak_acceleration.0;
-            *peak = peak.max(highest).max(-lowest);
-        }
-        overload(&mut report, record, adc, calibration, channel, &extremes);
+    let mut ranges = [ChannelRange::<f32>::EMPTY; CHANNELS];
+    for (channel, range) in ranges.iter_mut().enumerate() {
+        *range = ChannelRange::of_rig(adc, calibration, channel);
     }
-    too_weak(&mut report, weakest_hit);
-    report
-}
-
-/// Lowest, highest and rest code of a channel.
-struct Extremes {
-    low: u16,
-    high: u16,
-    rest: f32,
-}
-
-impl Extremes {
-    fn of(record: &Record, channel: usize) -> Self {
-        let (mut low, mut high, mut sum) = (u16::MAX, 0, 0_u32);
-        for code in record.channel(channel).take(rest_scans(PRE_TRIGGER_SCANS)) {
-            sum += u32::from(code);
-        }
-        record.channel(channel).for_each(|code| {
-            low = low.min(code);
-            high = high.max(code);
-        });
-        let rest = sum as f32 / rest_scans(PRE_TRIGGER_SCANS).min(record.len()).max(1) as f32;
-        Self { low: low.min(high), high, rest }
-    }
-
-    /// Highest and lowest value from rest, in units.
-    fn span(&self, per_code: f32) -> (f32, f32) {
-        let a = (f32::from(self.high) - self.rest) * per_code;
-        let b = (f32::from(self.low) - self.rest) * per_code;
-        (a.max(b), a.min(b))
-    }
-}
-
-/// The ADC stands at a rail, or the sensor at the end of its range.
-///
-/// A sensor that clips does not pass its range. Where that shows from rest depends on the gravity
-/// that it feels at rest, and on its true gain. So it is overloaded when it comes as far from rest as
-/// gravity leaves it for certain, or not quite so far with a flat top there.
-fn overload(
-    report: &mut HitReport,
-    record: &Record,
-    adc: &AdcProperties,
-    calibration: &Calibration,
-    channel: usize,
-    extremes: &Extremes,
-) {
-    let per_code = calibration.per_code(adc, channel);
-    let certain =
-        (calibration.sensor_range - crate::STANDARD_GRAVITY as f32) * (1.0 - RANGE_MARGIN);
-    let mut worst: Option<f32> = None;
-    for code in [extremes.high, extremes.low] {
-        let value = (f32::from(code) - extremes.rest) * per_code;
-        let share = value.abs() / certain;
-        let railed = code == 0 || code >= adc.full_scale();
-        let clipped = channel != HAMMER
-            && (share >= 1.0
-                || (share >= FLAT_TOP_SHARE && flat_top(record, channel, code, per_code)));
-        if (railed || clipped) && worst.is_none_or(|worst| value.abs() > worst.abs()) {
-            worst = Some(value);
-        }
-    }
-    if let Some(value) = worst {
-        report.reject(Code::Overload, channel, value);
-    }
+    let in_use = ranges.get(..=adc.responses()).unwrap_or(&ranges);
+    let rate = adc.rate.0;
+    HitGrader { ranges: in_use, rate, pre_trigger: PRE_TRIGGER_SCANS, test, last }.grade(record)
 }
 
 /// Noise, and the filter after the sensor, keep a clipped signal within 2 % of where it clips.
 const RANGE_MARGIN: f32 = 0.02;
-/// From this share on a flat top is a clipped sensor: the gain of an uncalibrated ADXL326 is up to
-/// 10 % less than nominal.
-const FLAT_TOP_SHARE: f32 = 0.85;
-/// Scans within [`FLAT_TOP_NOISE`] of the extreme that make a flat top. A half sine of 5 ms and
-/// 12 g stays there for 0.3 ms, one or two scans at 4 kS/s.
-const FLAT_TOP_SCANS: usize = 4;
-/// Noise of a clipped signal about its end, m/s²: 0.04 g, four standard deviations of an ADXL326
-/// with 10 nF; three codes at 12 bit.
-const FLAT_TOP_NOISE: f32 = 0.04 * crate::STANDARD_GRAVITY as f32;
+/// Most noise of an ADXL326 with 10 nF, four standard deviations as specified, m/s²: 0.04 g.
+const SENSOR_NOISE: f32 = 0.04 * crate::STANDARD_GRAVITY as f32;
 
-/// True when the channel stays at `extreme` for several scans.
-fn flat_top(record: &Record, channel: usize, extreme: u16, per_code: f32) -> bool {
-    let noise = (FLAT_TOP_NOISE / per_code.abs()) as u16;
-    let mut run = 0;
-    record.channel(channel).any(|code| {
-        run = if code.abs_diff(extreme) <= noise { run + 1 } else { 0 };
-        run >= FLAT_TOP_SCANS
-    })
-}
+impl ChannelRange<f32> {
+    const EMPTY: Self =
+        Self { scale: 0.0, rails: [0.0; 2], range: 0.0, resolution: 0.0, noise: 0.0 };
 
-/// The force is too small for a response above the noise.
-fn too_weak(report: &mut HitReport, weakest_hit: Newtons) {
-    let peak = report.peak_force;
-    if peak < weakest_hit {
-        report.reject(Code::TooWeak, HAMMER, peak.0);
+    /// A channel of the rig.
+    fn of_rig(adc: &AdcProperties, calibration: &Calibration, channel: usize) -> Self {
+        let scale = calibration.per_code(adc, channel);
+        let sensor = calibration.sensor_range - crate::STANDARD_GRAVITY as f32;
+        let (range, noise) = match channel {
+            HAMMER => (f32::INFINITY, 0.0),
+            _ => (sensor * (1.0 - RANGE_MARGIN), SENSOR_NOISE),
+        };
+        let rails = [0.0, f32::from(adc.full_scale())];
+        Self { scale, rails, range, resolution: scale.abs(), noise }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::signal::tests::{ADC, code};
-    use crate::signal::{CHANNELS, RECORD_SCANS};
-    use std::boxed::Box;
-    use std::vec::Vec;
+/// How the hits of one test are graded.
+#[derive(Clone, Copy, Debug)]
+pub struct HitGrader<'a, R> {
+    /// The channels in use, the hammer first.
+    pub ranges: &'a [ChannelRange<R>],
+    /// Scans per second.
+    pub rate: R,
+    /// Scans of a record before the hit.
+    pub pre_trigger: usize,
+    /// Band, windows, weakest hit and policy of the test.
+    pub test: &'a TestSettings<R>,
+    /// Fingerprint of the hit before.
+    pub last: Option<u32>,
+}
 
-    const G: f32 = crate::STANDARD_GRAVITY as f32;
+/// From this share of its range on a channel may clip at the next hit: people vary by a tenth.
+const NEAR_RANGE: f64 = 0.9;
+/// A force whose level at the top of the band is lower than this, dB, hardly excites it.
+const LOWEST_SPECTRUM: f64 = -20.0;
+/// Standard deviation before the hit over the peak that is no longer quiet.
+const NOT_QUIET: f64 = 0.02;
+/// Force at the end of the record over its peak from which the hammer is still there.
+const FORCE_LEFT: f64 = 0.05;
+/// Windowed response at the end of the record over its peak that is cut off.
+const RESPONSE_LEFT: f64 = 0.1;
+/// Fewer scans before the hit do not tell the rest value.
+const FEWEST_PRE_TRIGGER: usize = 16;
 
-    /// A record of `value(channel, scan)` in N and m/s², as the rig's ADC would read it.
-    fn record(value: impl Fn(usize, usize) -> f32) -> Box<Record> {
-        let mut record = Box::new(Record::new());
-        for i in 0..RECORD_SCANS {
-            record.push(&core::array::from_fn(|k| code(k, value(k, i))));
-        }
-        record
-    }
-
-    fn graded(value: impl Fn(usize, usize) -> f32) -> HitReport {
-        grade(&record(value), &ADC, &Calibration::default(), Newtons(8.0))
-    }
-
-    fn codes(report: &HitReport) -> Vec<(Code, u16)> {
-        report.findings.iter().map(|f| (f.known_code().unwrap(), f.subject)).collect()
-    }
-
-    /// A half sine over scans 80 to 100.
-    fn half_sine(peak: f32, i: usize) -> f32 {
-        let t = i as f32 - 80.0;
-        if (0.0..=20.0).contains(&t) {
-            peak * (core::f32::consts::PI * t / 20.0).sin()
-        } else {
-            0.0
-        }
-    }
-
-    /// A hit of 30 N to which channel 4 answers with `peak`, cut at `limit`.
-    fn answered(peak: f32, limit: f32) -> HitReport {
-        graded(|k, i| match k {
-            HAMMER => half_sine(30.0, i),
-            4 => half_sine(peak, i).clamp(-limit, limit),
-            _ => half_sine(5.0, i),
-        })
-    }
-
-    #[test]
-    fn a_good_hit_has_no_findings_and_its_peaks() {
-        let report = answered(-90.0, f32::MAX);
-        assert!(report.good() && report.findings.is_empty());
-        // Half a code: 0.016 N and 0.06 m/s².
-        assert!((report.peak_force.0 - 30.0).abs() < 0.02);
-        assert!((report.peak_acceleration.0 - 90.0).abs() < 0.07);
-    }
-
-    #[test]
-    fn a_weak_hit_is_rejected() {
-        let report = graded(|k, i| if k == HAMMER { half_sine(7.5, i) } else { 0.0 });
-        assert_eq!(codes(&report), [(Code::TooWeak, 0)]);
-        assert!(!report.good());
-    }
-
-    #[test]
-    fn a_rail_at_either_end_of_any_channel_is_an_overload() {
-        for channel in 0..CHANNELS {
-            for value in [1e3, -1e3] {
-                let report = graded(|k, i| match k {
-                    k if k == channel && i == 90 => value,
-                    HAMMER => half_sine(30.0, i),
-                    _ => 0.0,
-                });
-                assert_eq!(codes(&report), [(Code::Overload, channel as u16)]);
-                assert_eq!(report.findings[0].value > 0.0, value > 0.0);
+impl<R: Real> HitGrader<'_, R> {
+    /// Grades a complete record.
+    pub fn grade<D: Readings<R> + ?Sized>(&self, record: &D) -> HitReport {
+        let mut found = Findings { policy: self.test.policy, list: Diagnostics::new() };
+        let mut force = None;
+        let mut whole = true;
+        let mut largest = Largest::default();
+        for (channel, range) in self.ranges.iter().enumerate() {
+            let survey = Survey::of(record, channel, range.scale, rest_scans(self.pre_trigger));
+            let overloaded = overload(&mut found, record, channel, range, &survey);
+            if !overloaded {
+                largest.share.offer(channel, share_of_range(channel, range, &survey));
+            }
+            if channel == HAMMER {
+                force = Some(survey);
+                whole = !overloaded;
+                continue;
+            }
+            largest.peak.offer(channel, survey.peak());
+            largest.end.offer(channel, survey.end_spread);
+            if survey.spread > range.noise {
+                largest.spread.offer(channel, survey.spread);
             }
         }
-    }
-
-    #[test]
-    fn a_channel_that_is_not_in_use_is_not_graded() {
-        let adc = AdcProperties { channels: 7, ..ADC };
-        let record =
-            record(|k, i| if k == HAMMER { half_sine(30.0, i) } else { 1e3 * (k / 7) as f32 });
-        let report = grade(&record, &adc, &Calibration::default(), Newtons(8.0));
-        assert!(report.good(), "{report:?}");
-        assert_eq!(report.peak_acceleration.0, 0.0);
-    }
-
-    #[test]
-    fn a_sensor_that_clips_at_its_range_is_an_overload() {
-        for sign in [1.0, -1.0] {
-            assert_eq!(codes(&answered(sign * 25.0 * G, 16.0 * G)), [(Code::Overload, 4)]);
+        too_hard(&mut found, largest.share);
+        if let Some(force) = &force {
+            self.force(&mut found, record, force, whole);
+            not_quiet(&mut found, force, &largest);
+            self.clipped(&mut found, record.scans(), force, &largest);
+        }
+        if self.pre_trigger < FEWEST_PRE_TRIGGER {
+            found.add(Code::TriggerTooEarly, HAMMER, self.pre_trigger as f32);
+        }
+        let fingerprint = fingerprint(record);
+        if self.last == Some(fingerprint) {
+            found.add(Code::DuplicateHit, HAMMER, 0.0);
+        }
+        HitReport {
+            peak_force: Newtons(force.map_or(0.0, |force| force.highest.value.to_f32())),
+            peak_acceleration: MetersPerSecondSquared(largest.peak.value.to_f32()),
+            findings: found.list,
+            fingerprint,
         }
     }
 
-    #[test]
-    fn a_sensor_that_feels_gravity_clips_nearer_to_rest() {
-        // It stands at 1 g: 15 g more are its end, wherever its zero is.
-        for sign in [1.0, -1.0] {
-            assert_eq!(codes(&answered(sign * 25.0 * G, 15.0 * G)), [(Code::Overload, 4)]);
+    /// Too weak, without the top of the band, or double; what is not `whole` because it was clipped
+    /// has no peaks to compare.
+    fn force<D: Readings<R> + ?Sized>(
+        &self,
+        found: &mut Findings,
+        record: &D,
+        force: &Survey<R>,
+        whole: bool,
+    ) {
+        let peak = force.highest.value;
+        if peak < self.test.weakest_hit_n {
+            found.add(Code::TooWeak, HAMMER, peak.to_f32());
+        }
+        let scale = self.ranges.first().map_or_else(R::one, |range| range.scale);
+        let second = force::second_peak(record, scale, force);
+        if whole && second > R::zero() {
+            found.add(Code::DoubleHit, HAMMER, second.to_f32());
+        }
+        let half_width = (self.test.force_window_s * self.rate).to_f64() as usize;
+        let top = self.test.expected_band()[1];
+        let drop = force::spectrum_drop(record, force, half_width, top, self.rate);
+        if let Some(drop) = drop.filter(|&drop| drop < R::of(LOWEST_SPECTRUM)) {
+            found.add(Code::ForceSpectrumLow, HAMMER, drop.to_f32());
         }
     }
 
-    #[test]
-    fn a_sensor_that_clips_early_shows_by_its_flat_top() {
-        // Its gain is 10 % less than its calibration says: it stops at 13.5 g from rest.
-        assert_eq!(codes(&answered(16.0 * G, 13.5 * G)), [(Code::Overload, 4)]);
-    }
-
-    #[test]
-    fn a_strong_hit_that_does_not_clip_is_good() {
-        for peak in [14.5, 13.5, -14.5] {
-            assert!(answered(peak * G, f32::MAX).good());
+    /// The record ends before the hammer has left, or before the windowed response is over.
+    fn clipped(&self, found: &mut Findings, scans: usize, force: &Survey<R>, largest: &Largest<R>) {
+        let peak = force.highest.value;
+        if peak > R::zero() && force.end_mean > peak * R::of(FORCE_LEFT) {
+            found.add(Code::ClippedRecord, HAMMER, (force.end_mean / peak).to_f32());
+            return;
+        }
+        let duration = R::of(scans.saturating_sub(force.highest.at) as f64) / self.rate;
+        let left = largest.end.value * (-self.test.exponential_decay * duration).exp();
+        if left > largest.peak.value * R::of(RESPONSE_LEFT) {
+            let left = left / largest.peak.value;
+            found.add(Code::ClippedRecord, largest.end.channel, left.to_f32());
         }
     }
+}
+
+/// Findings with the severity that the policy gives them.
+struct Findings {
+    policy: HitPolicy,
+    list: Diagnostics,
+}
+
+impl Findings {
+    fn add(&mut self, code: Code, channel: usize, value: f32) {
+        let severity = self.policy.verdict(code).severity();
+        // Ten channels overloaded and one finding of every other code are more than ever come
+        // together; what is too much is left out, and the hit is rejected by what is there.
+        let _ = self.list.push(Diagnostic::about(code, severity, channel as u16, value));
+    }
+}
+
+/// A value and the channel that has it.
+#[derive(Clone, Copy)]
+struct Worst<R> {
+    channel: usize,
+    value: R,
+}
+
+impl<R: Real> Worst<R> {
+    fn none() -> Self {
+        Self { channel: HAMMER, value: R::zero() }
+    }
+
+    fn offer(&mut self, channel: usize, value: R) {
+        if value > self.value {
+            *self = Self { channel, value };
+        }
+    }
+}
+
+/// The largest of all responses; of `share` also the hammer.
+struct Largest<R> {
+    peak: Worst<R>,
+    /// Standard deviation before the hit, where it is more than noise.
+    spread: Worst<R>,
+    /// Standard deviation at the end.
+    end: Worst<R>,
+    /// Extreme over the range.
+    share: Worst<R>,
+}
+
+impl<R: Real> Default for Largest<R> {
+    fn default() -> Self {
+        let none = Worst::none();
+        Self { peak: none, spread: none, end: none, share: none }
+    }
+}
+
+/// The converter stands at a rail, the sensor at the end of its range, or the signal on a plateau
+/// because something before the converter was at its end.
+///
+/// A sensor that clips does not pass its range. Where that shows from rest depends on the gravity
+/// that it feels at rest, and on its true gain: so as far from rest as gravity leaves it for certain,
+/// or less with a flat top there.
+fn overload<R: Real, D: Readings<R> + ?Sized>(
+    found: &mut Findings,
+    record: &D,
+    channel: usize,
+    range: &ChannelRange<R>,
+    survey: &Survey<R>,
+) -> bool {
+    let clipped = |extreme: &Extreme<R>| {
+        let [low, high] = range.rails;
+        extreme.reading <= low
+            || extreme.reading >= high
+            || extreme.value.abs() >= range.range
+            || flat_top(record, channel, range, survey, extreme)
+    };
+    let mut worst: Option<R> = None;
+    for extreme in [survey.highest, survey.lowest] {
+        if clipped(&extreme) && worst.is_none_or(|worst| extreme.value.abs() > worst.abs()) {
+            worst = Some(extreme.value);
+        }
+    }
+    if let Some(value) = worst {
+        found.add(Code::Overload, channel, value.to_f32());
+    }
+    worst.is_some()
+}
+
+/// The larger extreme over what range and rail leave from rest; 0 when neither is known. Of a hammer
+/// only a push counts.
+fn share_of_range<R: Real>(channel: usize, range: &ChannelRange<R>, survey: &Survey<R>) -> R {
+    let share = |extreme: &Extreme<R>| {
+        let rail = if extreme.reading > survey.rest { range.rails[1] } else { range.rails[0] };
+        let room = ((rail - survey.rest) * range.scale).abs().min(range.range);
+        if room > R::zero() { extreme.value.abs() / room } else { R::zero() }
+    };
+    let push = share(&survey.highest);
+    if channel == HAMMER { push } else { push.max(share(&survey.lowest)) }
+}
+
+fn too_hard<R: Real>(found: &mut Findings, share: Worst<R>) {
+    if share.value >= R::of(NEAR_RANGE) {
+        found.add(Code::TooHard, share.channel, share.value.to_f32());
+    }
+}
+
+/// Force or response moved before the hit: each against its own peak, a response against the largest
+/// of all.
+fn not_quiet<R: Real>(found: &mut Findings, force: &Survey<R>, largest: &Largest<R>) {
+    let hammer = Worst { channel: HAMMER, value: force.spread };
+    for (unrest, peak) in [(hammer, force.highest.value), (largest.spread, largest.peak.value)] {
+        if peak > R::zero() && unrest.value > peak * R::of(NOT_QUIET) {
+            let share = unrest.value / peak;
+            found.add(Code::PreTriggerNotQuiet, unrest.channel, share.to_f32());
+            return;
+        }
+    }
+}
+
+/// FNV-1a (Fowler, Noll, Vo) over the readings of the hammer and the first response in single
+/// precision: noise makes two hits differ.
+fn fingerprint<R: Real, D: Readings<R> + ?Sized>(record: &D) -> u32 {
+    const OFFSET: u32 = 0x811c_9dc5;
+    const PRIME: u32 = 0x0100_0193;
+    let bits = record.readings(HAMMER, 0).chain(record.readings(HAMMER + 1, 0));
+    bits.fold(OFFSET, |hash, reading| {
+        let bits = reading.to_f32().to_bits();
+        // The exponent and first digits of a code are in the upper half.
+        (hash ^ bits ^ (bits >> 16)).wrapping_mul(PRIME)
+    })
 }

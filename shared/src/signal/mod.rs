@@ -13,16 +13,21 @@ mod fft;
 mod grade;
 mod readings;
 mod record;
+mod siblings;
 mod spectra;
 mod trigger;
 pub mod window;
 
 pub use analysis::HitAnalysis;
-pub use chain::{AdcProperties, Calibration, ChannelCalibration, HAMMER};
+pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
 pub use fft::{FftError, RealFft};
-pub use grade::{HitReport, grade};
+pub use grade::{ChannelRange, HitGrader, HitReport, grade};
 pub use readings::Readings;
 pub use record::Record;
+pub use siblings::{
+    MOST_SIBLINGS, best_consistent, inconsistent_among, inconsistent_from, median_distance,
+    relative_distance,
+};
 pub use spectra::{Spectra, lines_of_band};
 pub use trigger::{Capture, CaptureState, EdgeTrigger, Trigger};
 

@@ -1,5 +1,6 @@
 //! The record of one hit.
 
+use super::readings::{extremes, reading_of};
 use super::{CHANNELS, RECORD_SCANS, Readings, Scan};
 use crate::Real;
 
@@ -60,8 +61,9 @@ impl Record {
 
     /// The codes of one channel, the oldest first; empty for a channel that does not exist.
     pub fn channel(&self, channel: usize) -> impl Iterator<Item = u16> + '_ {
-        let (older, newer) = self.halves();
-        older.iter().chain(newer).filter_map(move |scan| scan.get(channel).copied())
+        let (older, newer) = if channel < CHANNELS { self.halves() } else { (&[][..], &[][..]) };
+        let channel = channel.min(CHANNELS - 1);
+        older.iter().chain(newer).map(move |scan| scan[channel])
     }
 
     /// Copies the bytes from `offset` on into `bytes` and says how many: scan by scan, oldest first,
@@ -119,6 +121,22 @@ impl<R: Real> Readings<R> for Record {
         let first = older.copy_channel(channel, samples);
         first + newer.copy_channel(channel, samples.get_mut(first..).unwrap_or(&mut []))
     }
+
+    fn readings(&self, channel: usize, from: usize) -> impl Iterator<Item = R> + '_ {
+        let (older, newer) = self.halves();
+        let rest = from.saturating_sub(older.len());
+        older.readings(channel, from).chain(newer.readings(channel, rest))
+    }
+
+    fn extremes(&self, channel: usize) -> Option<[(usize, R); 2]> {
+        // Codes compare in half the instructions of floating point numbers.
+        let found = extremes(self.channel(channel).enumerate())?;
+        Some(found.map(|(at, code)| (at, reading_of(code))))
+    }
+
+    fn reading(&self, channel: usize, scan: usize) -> Option<R> {
+        self.scan(scan)?.get(channel).map(|&code| reading_of(code))
+    }
 }
 
 #[cfg(test)]
@@ -158,7 +176,13 @@ mod tests {
             let mut readings = [0.0_f64; RECORD_SCANS];
             assert_eq!(record.copy_channel(k, &mut readings), record.len());
             assert!(readings.iter().zip(&column).all(|(&x, &code)| x == f64::from(code)));
+            for from in [0, 1, 899, 900, RECORD_SCANS - 900, RECORD_SCANS - 1, RECORD_SCANS] {
+                let rest: Vec<f64> = Readings::readings(&*record, k, from).collect();
+                assert_eq!(rest, readings[from..], "channel {k} from scan {from}");
+                assert_eq!(Readings::reading(&*record, k, from), readings.get(from).copied());
+            }
         }
+        assert_eq!(Readings::<f32>::readings(&*record, CHANNELS, 0).count(), 0);
         assert_eq!(record.channel(CHANNELS).count(), 0);
     }
 

@@ -5,11 +5,14 @@ use core::ops::RangeInclusive;
 use nalgebra::Complex;
 
 use crate::Real;
+use crate::layout::FrfEstimator;
 
 /// Auto and cross spectra of force and responses, and what follows from them.
 ///
 /// `G_FF = mean |F|²`, `G_XF = mean X F*`, `G_XX = mean |X|²` over the hits, `F` in N s and `X` in
-/// (m/s²) s. `H1 = G_XF/G_FF`, coherence `γ² = |G_XF|²/(G_FF G_XX)`.
+/// (m/s²) s. `H1 = G_XF/G_FF` and `H2 = G_XX/G_FX`, with noise on the responses or on the force alone
+/// the least squares estimates of H, and `Hv = √(G_XX/G_FF) · G_XF/|G_XF|` between them, their geometric
+/// mean; coherence `γ² = |G_XF|²/(G_FF G_XX) = H1/H2`.
 ///
 /// 14 KiB for nine responses, 128 lines and `f32`. All zero bytes when empty, so a static one lies
 /// in `.bss`.
@@ -113,6 +116,27 @@ impl<R: Real, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, 
         ratio(self.cross(response, line), self.force_auto(line))
     }
 
+    /// H by one of the estimators, (m/s²)/N; 0 where there is no force.
+    pub fn frf(&self, estimator: FrfEstimator, response: usize, line: usize) -> Complex<R> {
+        let h1 = self.h1(response, line);
+        let coherence = self.coherence(response, line);
+        match estimator {
+            FrfEstimator::H1 => h1,
+            FrfEstimator::H2 => ratio(h1, coherence),
+            FrfEstimator::Hv => ratio(h1, coherence.sqrt()),
+        }
+    }
+
+    /// Squares of the accelerances of the first `responses` responses, summed line by line into
+    /// `squares`: what [`find_band`](crate::mass_line::find_band) looks for modes in.
+    pub fn add_squares(&self, responses: usize, squares: &mut [R]) {
+        for (line, sum) in squares.iter_mut().enumerate() {
+            for response in 0..responses {
+                *sum += self.h1(response, line).norm_sqr();
+            }
+        }
+    }
+
     /// `γ²`, from 0 to 1; 0 where there is no force or no response.
     pub fn coherence(&self, response: usize, line: usize) -> R {
         let cross = self.cross(response, line);
@@ -122,8 +146,12 @@ impl<R: Real, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, 
         if squared.finite() { squared.min(R::one()) } else { R::zero() }
     }
 
-    /// Mean coherence of a response over those of the lines that there are; 0 over none.
-    pub fn mean_coherence(&self, response: usize, lines: RangeInclusive<usize>) -> R {
+    /// Mean coherence of a response over those of the lines that there are; 0 over none. `None` with
+    /// fewer than two hits: then it is one whatever was measured, and says nothing.
+    pub fn mean_coherence(&self, response: usize, lines: RangeInclusive<usize>) -> Option<R> {
+        if self.hits < 2 {
+            return None;
+        }
         let (mut sum, mut count) = (R::zero(), R::zero());
         // A band may reach far beyond the last line.
         let end = if lines.is_empty() { 0 } else { lines.end().saturating_add(1).min(LINES) };
@@ -131,7 +159,7 @@ impl<R: Real, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, 
             sum += self.coherence(response, line);
             count += R::one();
         }
-        if count > R::zero() { sum / count } else { R::zero() }
+        Some(if count > R::zero() { sum / count } else { R::zero() })
     }
 
     fn mean(&self, sum: Option<&R>) -> R {
@@ -207,10 +235,39 @@ mod tests {
             prop_assert_eq!(usize::from(spectra.hits()), hits.len());
             for line in 0..4 {
                 // Sums of few terms: rounding only.
-                prop_assert!((spectra.h1(0, line) - gain).norm() < 1e-13 * gain.norm());
+                for estimator in FrfEstimator::ALL {
+                    let h = spectra.frf(estimator, 0, line);
+                    prop_assert!((h - gain).norm() < 1e-13 * gain.norm(), "{estimator:?}");
+                }
                 prop_assert!((spectra.coherence(0, line) - 1.0).abs() < 1e-13);
             }
-            prop_assert!((spectra.mean_coherence(0, 0..=3) - 1.0).abs() < 1e-13);
+            match spectra.mean_coherence(0, 0..=3) {
+                Some(mean) => prop_assert!((mean - 1.0).abs() < 1e-13),
+                None => prop_assert_eq!(hits.len(), 1),
+            }
+        }
+
+        #[test]
+        fn noise_in_the_force_leaves_h2_at_the_least_squares_gain_and_hv_between(
+            hits in prop::collection::vec((lines(), lines()), 3..6),
+        ) {
+            let spectra = averaged(&hits);
+            for line in 0..4 {
+                prop_assume!(spectra.coherence(0, line) > 1e-3);
+                // The definition of H2: it minimises Σ|F − X/H|².
+                let left = |h: Complex<f64>| -> f64 {
+                    hits.iter().map(|(f, x)| (f[line] - x[line] / h).norm_sqr()).sum()
+                };
+                let h2 = spectra.frf(FrfEstimator::H2, 0, line);
+                for aside in [Complex::new(1.01, 0.0), Complex::new(1.0, -0.01)] {
+                    prop_assert!(left(h2) <= left(h2 * aside));
+                    prop_assert!(left(h2) <= left(h2 / aside));
+                }
+                // Geometric mean with the phase of both. Rounding only.
+                let (h1, hv) = (spectra.h1(0, line), spectra.frf(FrfEstimator::Hv, 0, line));
+                prop_assert!((hv * hv - h1 * h2).norm() < 1e-12 * hv.norm_sqr());
+                prop_assert!((hv * h1.conj()).im.abs() < 1e-12 * hv.norm_sqr());
+            }
         }
 
         #[test]
@@ -256,19 +313,19 @@ mod tests {
             assert_eq!(spectra.coherence(0, 1), 0.0);
         }
         assert_eq!(Small::new().h1(0, 0), zero[0]);
-        assert_eq!(Small::new().mean_coherence(0, 0..=3), 0.0);
+        assert_eq!(Small::new().mean_coherence(0, 0..=3), None);
     }
 
     #[test]
     fn a_band_beyond_the_last_line_costs_no_more_than_the_lines() {
         let some = [Complex::new(1.0, 2.0); 4];
-        let spectra = averaged(&[(some, some)]);
+        let spectra = averaged(&[(some, some), (some, some)]);
         let band = lines_of_band([1.0, 1e300], 1.0);
         assert_eq!(band, 1..=usize::MAX);
         // Sums of few terms: rounding only.
-        assert!((spectra.mean_coherence(0, band) - 1.0).abs() < 1e-13);
-        assert_eq!(spectra.mean_coherence(0, 4..=usize::MAX), 0.0);
-        assert_eq!(spectra.mean_coherence(0, lines_of_band([5.0, 4.0], 1.0)), 0.0);
+        assert!((spectra.mean_coherence(0, band).unwrap() - 1.0).abs() < 1e-13);
+        assert_eq!(spectra.mean_coherence(0, 4..=usize::MAX), Some(0.0));
+        assert_eq!(spectra.mean_coherence(0, lines_of_band([5.0, 4.0], 1.0)), Some(0.0));
     }
 
     #[test]

@@ -4,7 +4,9 @@
 //! With cargo-fuzz: `RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir tests/fuzz --features libfuzzer
 //! --sanitizer none uff`.
 
+use massline::hits;
 use massline::layout_file::LayoutFile;
+use massline::recording::Recording;
 use massline::tape::{Sidecar, scans_of_npy};
 use massline::uff::{Encoding, Frf, Quantity, UffFile, write};
 use massline_shared::layout::LayoutReport;
@@ -19,8 +21,13 @@ use massline_shared::protocol::object::{Chunk, ChunkRequest, MeasurementResult, 
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 4] =
-    [("deframer", fuzz_deframer), ("uff", fuzz_uff), ("layout", fuzz_layout), ("tape", fuzz_tape)];
+pub const TARGETS: [Target; 5] = [
+    ("deframer", fuzz_deframer),
+    ("uff", fuzz_uff),
+    ("layout", fuzz_layout),
+    ("tape", fuzz_tape),
+    ("recording", fuzz_recording),
+];
 
 /// The deframer, and every message that a body could be.
 ///
@@ -38,7 +45,8 @@ pub fn fuzz_deframer(bytes: &[u8]) {
         let _ = postcard::from_bytes::<Stats>(&body).is_ok();
         let _ = postcard::from_bytes::<massline_shared::layout::RigLayout>(&body).is_ok();
         let _ = postcard::from_bytes::<LayoutAnswer>(&body).is_ok();
-        let _ = postcard::from_bytes::<massline_shared::signal::Calibration>(&body).is_ok();
+        let _ =
+            postcard::from_bytes::<massline_shared::calibration::CalibrationRecord>(&body).is_ok();
         let _ = postcard::from_bytes::<CommandRequest>(&body).is_ok();
         let _ = postcard::from_bytes::<ObjectInfo>(&body).is_ok();
         let _ = postcard::from_bytes::<ChunkRequest>(&body).is_ok();
@@ -161,4 +169,18 @@ pub fn fuzz_tape(bytes: &[u8]) {
         let again = Sidecar::parse(&sidecar.to_toml(), "again.toml");
         assert!(again.as_ref() == Ok(&sidecar), "{again:?}");
     }
+}
+
+/// The readers of recordings, and the grading of what they take.
+///
+/// # Panics
+/// When more samples are read than the bytes hold, or a hit comes without a verdict.
+pub fn fuzz_recording(bytes: &[u8]) {
+    let Ok(recording) = Recording::parse(bytes) else { return };
+    let samples: usize = recording.segments.iter().flat_map(|s| &s.0).map(Vec::len).sum();
+    assert!(samples <= bytes.len());
+    let options = hits::Options { rate_hz: Some(4000.0), ..hits::Options::default() };
+    let Ok(found) = hits::grade(&recording, &options) else { return };
+    assert!(found.hits.iter().all(|hit| !hit.verdict().is_empty()));
+    let _ = (found.to_json(), found.to_text());
 }

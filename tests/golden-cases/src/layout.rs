@@ -1,11 +1,13 @@
 //! `g_layout_`: diagnosis, ranks, conditions and the bound of a layout. And the layout that the other
 //! cases read from their inputs.
 
+use heapless::Vec;
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::Diagnostic;
+use massline_shared::identify::maximum_likelihood::{Bound, RIG_WORKSPACE, bound};
 use massline_shared::layout::{
-    Axis, Budget, Dof, Hit, Layout, LayoutReport, Sensor, Sign, TestSettings, predict,
+    Axis, Dof, Hit, HitUncertainty, Layout, LayoutReport, Sensor, SensorUncertainty, Sign,
 };
 use nalgebra::SVector;
 
@@ -19,33 +21,69 @@ pub(crate) const RESPONSES: usize = 9;
 impl<R: Real> Check<'_, '_, R> {
     /// Sensors, hits and gravity of the inputs.
     pub fn layout(&self) -> Option<GoldenLayout<R>> {
-        let mut layout = GoldenLayout {
-            title: heapless::String::new(),
+        Some(GoldenLayout {
             gravity: self.input_array::<3>("gravity"),
-            sensors: heapless::Vec::new(),
-            hits: heapless::Vec::new(),
-            test: TestSettings::default(),
-        };
-        let mut positions = self.input("sensors.p")?;
-        let mut axes = self.input("sensors.R")?;
-        let count = self.case.array("inputs.sensors.p")?.shape.first().copied()?;
-        for node in (1..).take(count) {
-            let position = triple(&mut positions)?;
+            sensors: self.sensors("sensors.p", "sensors.R")?,
+            hits: self.hits("hits.q", "hits.d")?,
+            ..GoldenLayout::default()
+        })
+    }
+
+    /// Sensors by the inputs that hold their positions and axes; `None` when there are more than `N`.
+    pub(crate) fn sensors<const N: usize>(
+        &self,
+        positions: &str,
+        axes: &str,
+    ) -> Option<Vec<Sensor<R>, N>> {
+        let (mut positions, mut axes) = (self.input(positions)?, self.input(axes)?);
+        let mut sensors = Vec::new();
+        while let Some(position) = triple(&mut positions) {
             let [a, b, c] = [triple(&mut axes)?, triple(&mut axes)?, triple(&mut axes)?];
             // The columns of R are the axes.
             let axes = core::array::from_fn(|axis| [a[axis], b[axis], c[axis]]);
-            let sensor = Sensor { node, position, axes, senses_gravity: true };
-            layout.sensors.push(sensor).ok()?;
+            let node = sensors.len() as u16 + 1;
+            sensors.push(Sensor::new(node, position, axes)).ok()?;
         }
-        let mut points = self.input("hits.q")?;
-        let mut directions = self.input("hits.d")?;
-        let count = self.case.array("inputs.hits.q")?.shape.first().copied()?;
-        for node in (101..).take(count) {
-            let dof = Dof { node, sign: Sign::Plus, axis: Axis::X };
-            let (position, direction) = (triple(&mut points)?, triple(&mut directions)?);
-            layout.hits.push(Hit { dof, position, direction }).ok()?;
+        Some(sensors)
+    }
+
+    /// Hits by the inputs that hold their points and directions; `None` when there are more than `N`.
+    pub(crate) fn hits<const N: usize>(
+        &self,
+        points: &str,
+        directions: &str,
+    ) -> Option<Vec<Hit<R>, N>> {
+        let (mut points, mut directions) = (self.input(points)?, self.input(directions)?);
+        let mut hits = Vec::new();
+        while let Some(point) = triple(&mut points) {
+            let dof = Dof { node: hits.len() as u16 + 101, sign: Sign::Plus, axis: Axis::X };
+            hits.push(Hit::new(dof, point, triple(&mut directions)?)).ok()?;
         }
-        Some(layout)
+        Some(hits)
+    }
+
+    /// The bound with the noise and the hit errors of the inputs, averaged over `hits` hits at each DOF,
+    /// and nothing else wrong.
+    pub(crate) fn bound(
+        &self,
+        layout: &GoldenLayout<R>,
+        body: &RigidBody<R>,
+        hits: u16,
+    ) -> Option<Bound<R>> {
+        let mut layout = GoldenLayout { hammer_gain: R::zero(), ..layout.clone() };
+        for sensor in &mut layout.sensors {
+            sensor.uncertainty = SensorUncertainty::none();
+        }
+        for hit in &mut layout.hits {
+            hit.uncertainty = HitUncertainty {
+                position: self.input_number("sig_q")?,
+                direction: self.input_number("sig_d")?,
+                ..HitUncertainty::none()
+            };
+        }
+        let sigma = self.input_number("sigma")? / R::of(f64::from(hits)).sqrt();
+        let noise = |_| SVector::<R, RESPONSES>::repeat(sigma);
+        bound(&layout, body, noise, hits, &mut [R::zero(); RIG_WORKSPACE])
     }
 }
 
@@ -62,15 +100,10 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     check.numbers("rank_A", &[whole(report.rank_a?)]);
     check.numbers("cond_G", &[report.condition_g]);
     check.numbers("cond_A", &[report.condition_a?]);
-    let budget = Budget {
-        accelerance: check.input_number("sigma")?,
-        hit_position: check.input_number("sig_q")?,
-        hit_direction: check.input_number("sig_d")?,
-        hits: check.case.number("inputs.n_hits")? as u16,
-    };
-    if let Some(prediction) = predict::<R, 3, 4, RESPONSES>(&layout, &body, &budget) {
-        check.numbers("sd", prediction.sigma().as_slice());
-        check.numbers("logdet_info", &[prediction.log_det_information]);
+    let hits = check.case.number("inputs.n_hits")? as u16;
+    if let Some(bound) = check.bound(&layout, &body, hits) {
+        check.numbers("sd", bound.sigma().as_slice());
+        check.numbers("logdet_info", &[bound.log_det_information]);
     }
     Some(())
 }

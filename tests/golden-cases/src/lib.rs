@@ -14,10 +14,13 @@
 
 mod case;
 mod chain;
+mod design;
+mod global_fit;
 mod gravity;
 mod inertia_restraint;
 mod layout;
 mod mass_line;
+mod maximum_likelihood;
 mod params;
 
 pub use case::{Array, CASES, Case, Check, Report, Rule, Values};
@@ -42,9 +45,13 @@ pub fn run<R: RealFft + Default>(case: &'static Case, report: &mut Report<'_>) {
     let done = match case.method {
         "params" => params::run(&mut check),
         "irm" => inertia_restraint::run(&mut check),
+        "ml" => maximum_likelihood::run(&mut check),
+        "ml_full" => maximum_likelihood::run_full(&mut check),
         "massline" => mass_line::run(&mut check),
+        "global_fit" => global_fit::run(&mut check),
         "gravity" => gravity::run(&mut check),
         "layout" => layout::run(&mut check),
+        "d_optimal" => design::run(&mut check),
         "chain" => chain::run(&mut check),
         _ => None,
     };

@@ -7,6 +7,7 @@ use massline_shared::signal::{CHANNELS, Scan};
 use rand_chacha::ChaCha8Rng;
 
 use super::Bench;
+use super::coasting::Held;
 use super::errors::{TestErrors, normal};
 
 /// One value per channel.
@@ -98,6 +99,26 @@ impl Chain {
         }
         self.output = std::array::from_fn(|k| step_of(&self.whole, k));
         self.input = input;
+    }
+
+    /// What the chain holds at this point of the grid.
+    pub(super) fn held(&self) -> Held {
+        Held { input: self.input, output: self.output }
+    }
+
+    /// Puts the chain where [`Chain::held`] was.
+    pub(super) fn hold(&mut self, held: &Held) {
+        (self.input, self.output) = (held.input, held.output);
+    }
+
+    /// The largest inputs.
+    pub(super) fn range(&self) -> &Channels {
+        &self.range
+    }
+
+    /// The same chain that never clips.
+    pub(super) fn without_limits(&self) -> Self {
+        Self { range: [f64::INFINITY; CHANNELS], ..self.clone() }
     }
 
     /// The outputs while nothing moves.

@@ -110,6 +110,16 @@ impl Oscillators {
         self.states.fill([0.0; 2]);
     }
 
+    /// Displacement and velocity of every mode.
+    pub(super) fn states_mut(&mut self) -> &mut [[f64; 2]] {
+        &mut self.states
+    }
+
+    /// Displacement and velocity of every mode.
+    pub(super) fn states(&self) -> &[[f64; 2]] {
+        &self.states
+    }
+
     /// Advances by one interval; modal forces at its beginning and end.
     pub fn advance(&mut self, before: &[f64], after: &[f64]) {
         let forces = before.iter().zip(after);

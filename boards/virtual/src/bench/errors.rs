@@ -63,6 +63,16 @@ impl TestErrors {
     }
 }
 
+impl TestErrors {
+    /// The same sensors glued anew.
+    pub(super) fn mount_again(&mut self, bench: &Bench, rng: &mut ChaCha8Rng) {
+        for sensor in &mut self.sensors {
+            sensor.position = normal_vector(rng) * bench.sensor.position_sigma_m;
+            sensor.rotation = normal_vector(rng) * bench.sensor.rotation_sigma_rad;
+        }
+    }
+}
+
 /// A standard normal number.
 pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     rng.sample(StandardNormal)

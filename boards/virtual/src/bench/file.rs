@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::Bench;
 use super::body::BodyTable;
+use super::faults::Fault;
 use super::locate::{BenchFileError, Located};
 use super::settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
 use super::suspension::rigid_modes;
@@ -16,6 +17,11 @@ use super::suspension::rigid_modes;
 pub const DEFAULT: &str = include_str!("../../benches/default.toml");
 /// The default bench without errors of placement, rotation, cross-axis and gain.
 pub const IDEAL: &str = include_str!("../../benches/ideal.toml");
+
+/// The default bench with sensors and hammer out of the box.
+pub const UNCALIBRATED: &str = include_str!("../../benches/uncalibrated.toml");
+/// The calibration block.
+pub const BLOCK: &str = include_str!("../../benches/block.toml");
 
 /// How the object hangs.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,6 +116,8 @@ struct BenchFile {
     title: String,
     #[serde(default = "standard_gravity")]
     gravity_m_s2: [f64; 3],
+    #[serde(default)]
+    mounting: u16,
     body: Option<BodyTable>,
     suspension: Option<SuspensionTable>,
     node: Option<Vec<Node>>,
@@ -124,6 +132,8 @@ struct BenchFile {
     tap: TapSettings,
     #[serde(default)]
     operator: OperatorSettings,
+    #[serde(default)]
+    faults: Vec<Fault>,
 }
 
 fn standard_gravity() -> [f64; 3] {
@@ -192,6 +202,8 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
         adc: file.adc,
         tap: file.tap,
         operator: file.operator,
+        mounting: file.mounting,
+        faults: file.faults,
     };
     check_elastic(&bench, &at)?;
     rigid_modes(&bench.body, &bench.suspension, &bench.gravity)

@@ -19,7 +19,9 @@
 //! | [`dynamics`] | modal superposition |
 //! | [`chain`] | clipping, low-pass, noise, converter |
 //! | [`errors`] | what a test has wrong for good |
+//! | [`faults`] | plain mistakes: a reversed axis, swapped cables, a hit at the wrong node |
 //! | [`taps`] | good and bad taps |
+//! | [`tumble`] | the sensors in the hand, at rest |
 //! | [`operator`] | the person, and the bench as a source of scans |
 
 use std::path::Path;
@@ -30,8 +32,10 @@ use nalgebra::Vector3;
 
 pub mod body;
 pub mod chain;
+mod coasting;
 pub mod dynamics;
 pub mod errors;
+pub mod faults;
 pub mod file;
 mod locate;
 pub mod operator;
@@ -39,12 +43,15 @@ pub mod settings;
 mod simulation;
 pub mod suspension;
 pub mod taps;
+pub mod tumble;
 
 #[cfg(test)]
 mod tests;
 
+pub use faults::Fault;
 pub use locate::BenchFileError;
 pub use operator::{BenchSource, TapHandle};
+pub use tumble::{TumbleHandle, TumbleSource};
 
 use file::{ElasticMode, Node, Suspension};
 use settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
@@ -75,6 +82,11 @@ pub struct Bench {
     pub tap: TapSettings,
     /// Bad taps and timing.
     pub operator: OperatorSettings,
+    /// Which gluing of the sensors: another number, other errors of position and rotation of the same
+    /// sensors.
+    pub mounting: u16,
+    /// What the person has done wrong.
+    pub faults: Vec<Fault>,
 }
 
 /// Why there is no bench, or why a layout cannot be measured on it.
@@ -106,6 +118,16 @@ pub enum BenchError {
          shape in every [[elastic_mode]], or write elastic_mode = []"
     )]
     NodeWithoutShape(u16),
+    /// A fault about something that the layout does not have.
+    #[error(
+        "{fault}: there is no such {missing}; sensors and hits are counted from 1 in the order of the layout"
+    )]
+    FaultWithoutSubject {
+        /// The fault.
+        fault: Fault,
+        /// What is not there.
+        missing: &'static str,
+    },
     /// The layout has a node elsewhere than the bench.
     #[error(
         "node {node} lies at {layout:?} m in the layout and at {bench:?} m on the bench, whose elastic modes are known there only"
@@ -131,10 +153,11 @@ impl Bench {
     }
 
     /// The bundled benches.
-    pub const NAMES: [&'static str; 2] = ["default", "ideal"];
+    pub const NAMES: [&'static str; 4] = ["default", "ideal", "uncalibrated", "block"];
 
-    /// A bundled bench: `default`, or `ideal` without errors of placement, rotation, cross-axis and
-    /// gain.
+    /// A bundled bench: `default`; `ideal` without errors of placement, rotation, cross-axis and gain;
+    /// `uncalibrated` with the gain errors of parts out of the box; or `block`, the calibration block
+    /// with the sensors and the hammer of `uncalibrated`.
     ///
     /// # Errors
     /// When there is none of this name.
@@ -142,6 +165,8 @@ impl Bench {
         let text = match name {
             "default" => file::DEFAULT,
             "ideal" => file::IDEAL,
+            "uncalibrated" => file::UNCALIBRATED,
+            "block" => file::BLOCK,
             _ => return Err(BenchError::UnknownName(name.to_string())),
         };
         Self::parse(text, name)

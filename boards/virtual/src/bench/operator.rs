@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use massline_shared::layout::HostLayout;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::{Hertz, Seconds, Volts};
-use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::dynamics::check_node;
 use super::errors::TestErrors;
+use super::faults;
 use super::simulation::{Drive, Simulation};
 use super::taps::Tap;
 use super::{Bench, BenchError};
@@ -72,19 +72,24 @@ enum Prompt {
 const NOISE: u64 = 0;
 const TAPS: u64 = 1;
 /// Stream of the errors of the test: no arming has this number.
-const TEST: u64 = u64::MAX;
+pub(super) const TEST: u64 = u64::MAX;
+/// Streams of the mountings, 1 to 65535.
+const MOUNTINGS: u64 = TEST - 0x10_0000;
 
 impl BenchSource {
     /// A bench whose operator taps on their own (*auto*).
     ///
     /// # Errors
-    /// When the layout has more sensors than the rig has channels, or uses a node at which the elastic
-    /// modes of the bench are not known.
+    /// When the layout has more sensors than the rig has channels or uses a node at which the elastic
+    /// modes of the bench are not known, or a fault is about something that the layout does not have.
     pub fn new(bench: &Bench, layout: &HostLayout, seed: u64) -> Result<Self, BenchError> {
-        let errors = TestErrors::draw(bench, layout.sensors.len(), &mut stream(seed, TEST));
+        faults::check(bench, layout)?;
+        let errors = errors_of(bench, layout.sensors.len(), seed);
         let mut simulation = Simulation::new(bench, layout, &errors)?;
-        for hit in &layout.hits {
-            check_node(bench, hit.dof.node, hit.position)?;
+        for (dof, _) in layout.hits.iter().enumerate() {
+            if let Some((node, point, _)) = faults::mark(bench, layout, dof) {
+                check_node(bench, node, point.into())?;
+            }
         }
         let mut noise = stream(seed, TEST - 1);
         simulation.reset(&mut noise);
@@ -144,16 +149,17 @@ impl BenchSource {
     /// Prepares a tap at the DOF that the rig waits for.
     fn tap(&mut self, start: f64) {
         let Some((arming, dof)) = self.armed else { return };
-        let Some(hit) = self.layout.hits.get(dof) else { return };
-        let mark = (Vector3::from(hit.position), Vector3::from(hit.direction));
+        let Some((node, point, direction)) = faults::mark(&self.bench, &self.layout, dof) else {
+            return;
+        };
         let mut rng = stream(self.seed, purpose(arming, dof, TAPS + u64::from(self.taps)));
         self.taps += 1;
-        let tap = Tap::draw(&self.bench, dof, mark, start, &mut rng);
+        let tap = Tap::draw(&self.bench, dof, (point, direction), start, &mut rng);
         self.last_tap = Some(tap.clone());
         let now = self.simulation.time();
         self.drives.retain(|d| d.tap.end() >= now);
         // Cannot fail: `new` has refused layouts with a node that the bench does not know.
-        if let Ok(drive) = self.simulation.drive(&self.bench, hit.dof.node, tap) {
+        if let Ok(drive) = self.simulation.drive(&self.bench, node, tap) {
             self.drives.push(drive);
         }
     }
@@ -161,14 +167,7 @@ impl BenchSource {
 
 impl ScanSource for BenchSource {
     fn adc(&self) -> AdcProperties {
-        let adc = &self.bench.adc;
-        AdcProperties {
-            rate: Hertz(adc.rate_hz as f32),
-            channels: 1 + 3 * self.layout.sensors.len() as u8,
-            bits: adc.bits,
-            reference: Volts(adc.reference_v as f32),
-            channel_delay: Seconds(adc.channel_delay_s as f32),
-        }
+        adc_of(&self.bench, self.layout.sensors.len())
     }
 
     fn started(&mut self) {
@@ -193,12 +192,34 @@ impl ScanSource for BenchSource {
     }
 }
 
+/// What a test with the first `sensors` sensors has wrong for good.
+fn errors_of(bench: &Bench, sensors: usize, seed: u64) -> TestErrors {
+    let mut errors = TestErrors::draw(bench, sensors, &mut stream(seed, TEST));
+    if bench.mounting > 0 {
+        let mounting = MOUNTINGS + u64::from(bench.mounting);
+        errors.mount_again(bench, &mut stream(seed, mounting));
+    }
+    errors
+}
+
+/// The converter of a bench with `sensors` sensors.
+pub(super) fn adc_of(bench: &Bench, sensors: usize) -> AdcProperties {
+    let adc = &bench.adc;
+    AdcProperties {
+        rate: Hertz(adc.rate_hz as f32),
+        channels: 1 + 3 * sensors as u8,
+        bits: adc.bits,
+        reference: Volts(adc.reference_v as f32),
+        channel_delay: Seconds(adc.channel_delay_s as f32),
+    }
+}
+
 fn purpose(arming: u32, dof: usize, purpose: u64) -> u64 {
     // 24 bits of arming, 8 of DOF, 32 of purpose: no two share a stream.
     (u64::from(arming) & 0x00ff_ffff) << 40 | (dof as u64 & 0xff) << 32 | (purpose & 0xffff_ffff)
 }
 
-fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
+pub(super) fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stream);
     rng

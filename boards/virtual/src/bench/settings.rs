@@ -225,6 +225,16 @@ pub struct OperatorSettings {
     pub double_rate: f64,
     /// Time between the two, from and to, s.
     pub double_gap_s: [f64; 2],
+    /// Share of the taps before which the hammer brushes the object.
+    pub grazing_rate: f64,
+    /// Share of the taps after which the hammer stays on the object.
+    pub leaning_rate: f64,
+    /// Share of the taps as with a soft tip: five times as long.
+    pub soft_rate: f64,
+    /// Share of the taps that land 80 mm beside the mark.
+    pub astray_rate: f64,
+    /// Tilt of each position of a tumble test about each of two axes, 1 σ, rad.
+    pub tilt_sigma_rad: f64,
 }
 
 impl Default for OperatorSettings {
@@ -238,19 +248,42 @@ impl Default for OperatorSettings {
             too_hard_n: [150.0, 200.0],
             double_rate: 0.0,
             double_gap_s: [0.03, 0.08],
+            grazing_rate: 0.0,
+            leaning_rate: 0.0,
+            soft_rate: 0.0,
+            astray_rate: 0.0,
+            tilt_sigma_rad: 0.003,
         }
     }
 }
 
 impl OperatorSettings {
+    /// Shares of the taps that go wrong: too weak, too hard, double, grazing, leaning, soft, astray.
+    pub(super) fn rates(&self) -> [f64; 7] {
+        [
+            self.too_weak_rate,
+            self.too_hard_rate,
+            self.double_rate,
+            self.grazing_rate,
+            self.leaning_rate,
+            self.soft_rate,
+            self.astray_rate,
+        ]
+    }
+
     pub(super) fn problem(&self) -> Problem {
-        let share = self.too_weak_rate + self.too_hard_rate + self.double_rate;
+        let share: f64 = self.rates().into_iter().sum();
         first_problem(&[
             (self.delay_s, "delay_s", Sign::NotNegative),
             (self.patience_s, "patience_s", Sign::Positive),
             (self.too_weak_rate, "too_weak_rate", Sign::NotNegative),
             (self.too_hard_rate, "too_hard_rate", Sign::NotNegative),
             (self.double_rate, "double_rate", Sign::NotNegative),
+            (self.grazing_rate, "grazing_rate", Sign::NotNegative),
+            (self.leaning_rate, "leaning_rate", Sign::NotNegative),
+            (self.soft_rate, "soft_rate", Sign::NotNegative),
+            (self.astray_rate, "astray_rate", Sign::NotNegative),
+            (self.tilt_sigma_rad, "tilt_sigma_rad", Sign::NotNegative),
         ])
         .or(range_problem(self.too_weak_n, "too_weak_n"))
         .or(range_problem(self.too_hard_n, "too_hard_n"))

@@ -18,7 +18,40 @@ pub enum TapKind {
     TooHard,
     /// The hammer bounces: a second tap follows.
     Double,
+    /// The hammer brushes the object before it strikes.
+    Grazing,
+    /// The hammer stays on the object.
+    Leaning,
+    /// As with a soft tip.
+    Soft,
+    /// Beside the mark.
+    Astray,
 }
+
+impl TapKind {
+    /// What goes wrong, in the order of [`OperatorSettings::rates`](super::settings::OperatorSettings).
+    const WRONG: [Self; 7] = [
+        Self::TooWeak,
+        Self::TooHard,
+        Self::Double,
+        Self::Grazing,
+        Self::Leaning,
+        Self::Soft,
+        Self::Astray,
+    ];
+}
+
+/// Force with which a hammer brushes the object, N: it does not trigger.
+const GRAZE_N: f64 = 2.0;
+/// Time from that to the strike, s: within the scans before the trigger.
+const GRAZE_S: f64 = 0.012;
+/// Share of the peak with which a hammer leans on the object, and how long, s.
+const LEAN: f64 = 0.3;
+const LEAN_S: f64 = 2.0;
+/// How much longer a soft tip touches.
+const SOFT: f64 = 5.0;
+/// How far a tap goes astray, m.
+const ASTRAY_M: f64 = 0.08;
 
 /// One contact of the hammer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,9 +114,9 @@ impl Tap {
         let direction = (along + across * normal_vector(rng) * tap.direction_sigma_rad).normalize();
         let kind = kind(bench, rng.random());
         let range = match kind {
-            TapKind::Good | TapKind::Double => tap.force_n,
             TapKind::TooWeak => operator.too_weak_n,
             TapKind::TooHard => operator.too_hard_n,
+            _ => tap.force_n,
         };
         let contact = Contact {
             // Not in step with the scans.
@@ -96,7 +129,20 @@ impl Tap {
             duration: within(tap.duration_s, rng.random()),
             peak: contact.peak * within([0.3, 0.7], rng.random()),
         };
-        let contacts = if kind == TapKind::Double { vec![contact, bounce] } else { vec![contact] };
+        let contacts = match kind {
+            TapKind::Double => vec![contact, bounce],
+            TapKind::Grazing => {
+                let graze = Contact { peak: GRAZE_N, ..contact };
+                vec![graze, Contact { start: contact.start + GRAZE_S, ..contact }]
+            }
+            TapKind::Leaning => {
+                vec![contact, Contact { duration: LEAN_S, peak: LEAN * contact.peak, ..contact }]
+            }
+            TapKind::Soft => vec![Contact { duration: SOFT * contact.duration, ..contact }],
+            _ => vec![contact],
+        };
+        let beside = (across * Vector3::repeat(1.0)).normalize();
+        let point = if kind == TapKind::Astray { point + beside * ASTRAY_M } else { point };
         Self { dof, kind, point, direction, contacts }
     }
 
@@ -117,15 +163,14 @@ impl Tap {
 }
 
 fn kind(bench: &Bench, draw: f64) -> TapKind {
-    let operator = &bench.operator;
-    let weak = operator.too_weak_rate;
-    let hard = weak + operator.too_hard_rate;
-    match draw {
-        d if d < weak => TapKind::TooWeak,
-        d if d < hard => TapKind::TooHard,
-        d if d < hard + operator.double_rate => TapKind::Double,
-        _ => TapKind::Good,
+    let mut below = 0.0;
+    for (kind, rate) in TapKind::WRONG.into_iter().zip(bench.operator.rates()) {
+        below += rate;
+        if draw < below {
+            return kind;
+        }
     }
+    TapKind::Good
 }
 
 fn within([low, high]: [f64; 2], draw: f64) -> f64 {

@@ -77,9 +77,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let calibration = match given {
         Some(calibration) => {
             client.put_calibration(&calibration)?;
-            calibration
+            calibration.calibration
         }
-        None => client.calibration()?,
+        None => client.calibration()?.calibration,
     };
     let recording = Recording { layout: &layout, calibration: &calibration, identity: &identity };
     let mut writer = recording.writer(&args.output)?;

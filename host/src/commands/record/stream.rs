@@ -213,13 +213,16 @@ struct HitFinder<'r> {
     recording: &'r Recording<'r>,
     capture: Capture,
     record: Box<Record>,
+    /// Fingerprint of the record graded last.
+    last_record: Option<u32>,
 }
 
 impl<'r> HitFinder<'r> {
     fn new(recording: &'r Recording<'r>) -> Self {
         let level = Newtons(recording.layout.test.trigger_n);
         let trigger = Trigger::new(&recording.identity.adc, recording.calibration, level);
-        Self { recording, capture: Capture::new(trigger), record: Box::new(Record::new()) }
+        let (capture, record) = (Capture::new(trigger), Box::new(Record::new()));
+        Self { recording, capture, record, last_record: None }
     }
 
     /// Takes the next scan; where a hit's segment starts and how the hit is graded when its record
@@ -227,9 +230,10 @@ impl<'r> HitFinder<'r> {
     fn feed(&mut self, scan: &Scan, index: u64) -> Option<(u64, HitReport)> {
         let state = self.capture.feed(&mut self.record, scan, ScanIndex(index));
         let CaptureState::Complete { trigger_scan } = state else { return None };
-        let weakest = Newtons(self.recording.layout.test.weakest_hit_n);
-        let adc = &self.recording.identity.adc;
-        let report = grade(&self.record, adc, self.recording.calibration, weakest);
+        let (adc, test) = (&self.recording.identity.adc, &self.recording.layout.test);
+        let calibration = self.recording.calibration;
+        let report = grade(&self.record, adc, calibration, test, self.last_record);
+        self.last_record = Some(report.fingerprint);
         self.capture.arm(&mut self.record);
         // Twice the pre-trigger scans: the trigger of a replay settles before the hit.
         Some((trigger_scan.0.saturating_sub(2 * PRE_TRIGGER_SCANS as u64), report))

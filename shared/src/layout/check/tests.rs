@@ -135,14 +135,18 @@ fn a_body_that_cannot_turn_is_no_body_to_check_with() {
 }
 
 #[test]
-fn the_assumed_body_sits_at_the_mean_of_the_nodes() {
-    let layout = bar_layout();
-    let nodes = [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]];
-    let body = assumed_body(&layout, None, nodes.into_iter());
-    assert_eq!((body.mass, body.center_of_mass), (1.0, Vector3::new(0.5, 1.0, 1.5)));
-    let heavy = assumed_body(&layout, Some(2.0), nodes.into_iter());
-    let length = layout.characteristic_length();
-    assert_eq!(heavy.inertia, Matrix3::from_diagonal_element(2.0 * length * length));
+fn the_assumed_body_sits_near_the_mean_of_the_nodes() {
+    let nodes = [[0.0_f64, 0.0, 0.0], [1.0, 2.0, 3.0]];
+    let body = assumed_body(None, nodes.into_iter());
+    // Half their distance.
+    let length = 14_f64.sqrt() / 2.0;
+    let beside = (body.center_of_mass - Vector3::new(0.5, 1.0, 1.5)).norm();
+    // A tenth of L, but for rounding.
+    assert!(body.mass == 1.0 && (beside - 0.1 * length).abs() < 1e-14);
+    let heavy = assumed_body(Some(2.0), nodes.into_iter());
+    assert!((heavy.inertia - Matrix3::from_diagonal_element(7.0)).norm() < 1e-14);
+    let point = assumed_body(None, [[1.0, 2.0, 3.0]].into_iter());
+    assert_eq!(point.inertia, Matrix3::identity(), "of a metre when nothing has an extent");
 }
 
 proptest! {

@@ -21,11 +21,19 @@ mod on_target {
         end(single && double)
     }
 
-    /// Runs all cases; true when there are some and all pass.
+    /// Runs all cases that a rig has a use for; true when there are some and all pass.
     fn run_all<R: RealFft + Default>(precision: &str) -> bool {
-        let bad = CASES.iter().filter(|case| !passes::<R>(case, precision)).count();
-        print(format_args!("{precision}: {} cases, {bad} bad", CASES.len()));
-        !CASES.is_empty() && bad == 0
+        let cases = || CASES.iter().filter(|case| has_a_use(case));
+        let (count, bad) =
+            (cases().count(), cases().filter(|case| !passes::<R>(case, precision)).count());
+        print(format_args!("{precision}: {count} cases, {bad} bad"));
+        count > 0 && bad == 0
+    }
+
+    /// Layouts are designed on the host, and body and suspension are fitted together there: both would
+    /// take minutes in emulated double precision.
+    fn has_a_use(case: &Case) -> bool {
+        !["d_optimal", "global_fit"].contains(&case.method)
     }
 
     fn passes<R: RealFft + Default>(case: &'static Case, precision: &str) -> bool {

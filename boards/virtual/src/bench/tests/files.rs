@@ -62,6 +62,7 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         ("x = 1", 1, "x", "unknown field"),
         ("\n[sensor]\ngain = 0.1", 3, "sensor.gain", "unknown field"),
         ("[sensor]\n\nrange_g = \"a\"", 3, "sensor.range_g", "invalid type"),
+        ("title = \"a\"\nfaults = [\"flip:2w\"]", 2, "faults", "\"flip:2w\" is no fault"),
         ("[sensor]\nrange_g = -1", 2, "sensor.range_g", "must be positive"),
         ("[adc]\nbits = 40", 2, "adc.bits", "between 8 and 16"),
         ("[adc]\nchannel_delay_s = 1e-3", 2, "adc.channel_delay_s", "next scan"),

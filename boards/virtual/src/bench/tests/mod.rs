@@ -1,9 +1,11 @@
 //! The bench as a whole: what its scans say of the object.
 
+mod calibration;
+mod faults;
 mod files;
 mod physics;
 
-use massline_shared::layout::{Dof, Hit, HostLayout, Sensor, TestSettings};
+use massline_shared::layout::{Dof, Hit, HostLayout, Sensor};
 use massline_shared::signal::{CHANNELS, Scan};
 use nalgebra::{Matrix3, Vector3};
 
@@ -13,7 +15,7 @@ use crate::source::ScanSource;
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 fn sensor(node: u16, position: [f64; 3]) -> Sensor<f64> {
-    Sensor { node, position, axes: IDENTITY, senses_gravity: true }
+    Sensor::new(node, position, IDENTITY)
 }
 
 /// One of the paper's tests on the nodes of the default bench.
@@ -23,18 +25,18 @@ fn layout(sensors: [u16; 3], hits: [&str; 3]) -> HostLayout {
     let hit = |name: &str| {
         let dof: Dof = name.parse().unwrap();
         let direction = IDENTITY[dof.axis.index()].map(|v| v * dof.sign.factor());
-        Hit { dof, position: position(dof.node), direction }
+        Hit::new(dof, position(dof.node), direction)
     };
     HostLayout {
         title: "three-bar".try_into().unwrap(),
         gravity: Some(bench.gravity.into()),
         sensors: sensors.iter().map(|&n| sensor(n, position(n))).collect(),
         hits: hits.into_iter().map(hit).collect(),
-        test: TestSettings::default(),
+        ..HostLayout::default()
     }
 }
 
-fn test_one() -> HostLayout {
+pub(super) fn test_one() -> HostLayout {
     layout([1, 2, 3], ["1:+Y", "2:+Z", "4:+X"])
 }
 

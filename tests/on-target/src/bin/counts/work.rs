@@ -6,14 +6,13 @@ use cortex_m_rt::entry;
 use massline_on_target::{Measured, end, measure, print};
 use massline_shared::body::RigidBody;
 use massline_shared::identify::inertia_restraint::{self, Settings};
-use massline_shared::identify::{Estimate, MassLines, ScatterAccumulator};
-use massline_shared::layout::{
-    Axis, Dof, Hit, RigLayout, Sensor, Sign, TestSettings, check_geometry,
-};
-use massline_shared::mass_line::{BasisRow, Line, MassLineBasis, MassLineError, Terms};
+use massline_shared::identify::maximum_likelihood::{Fit, Progress};
+use massline_shared::identify::{Applicability, Estimate, MassLines, Method, ScatterAccumulator};
+use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RigLayout, Sensor, Sign, TestSettings};
+use massline_shared::mass_line::{BasisRow, Line, MassLineBasis, MassLineError};
 use massline_shared::signal::{
-    AdcProperties, CHANNELS, Calibration, FftError, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS,
-    RESPONSES, Record, SPECTRUM_LINES, Spectra,
+    AdcProperties, CHANNELS, Calibration, FftError, HitAnalysis, HitReport, PRE_TRIGGER_SCANS,
+    RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES, Spectra, grade,
 };
 use massline_shared::units::{Hertz, Seconds, Volts};
 use nalgebra::{Complex, ComplexField, SVector};
@@ -47,13 +46,21 @@ fn main() -> ! {
         lines: [ZERO; SPECTRUM_LINES],
         basis: [BasisRow::default(); SPECTRUM_LINES],
     };
-    let layout = layout();
+    let layout = layout(3);
     let body = body();
 
-    say("layout_check", measure(|| assert!(check_geometry(&layout, None).is_empty())));
+    let check = || Applicability::new(&layout, &body, &[Method::InertiaRestraint]);
+    say("layout_check", measure(|| assert!(check().diagnostics.is_empty())));
 
     let truth = accelerance(&layout, &body, 0);
     record_a_hit(&mut memory.record, &truth);
+    let test = TestSettings::<f32>::default();
+    let mut report = HitReport::default();
+    let measured = measure(|| {
+        report = grade(&memory.record, &ADC, &Calibration::default(), &test, None);
+    });
+    say("hit_grading", measured);
+    assert!(report.findings.is_empty());
     let mut single = None;
     let measured = measure(|| single = Some(analyse(&mut memory)));
     say("hit_analysis", measured);
@@ -70,7 +77,48 @@ fn main() -> ! {
     say("irm_solve", measured);
     let Some(Ok(estimate)) = estimate else { panic!("the ten properties were not found") };
     judge(&estimate, &body);
+    for hits in [5, 9, RIG_HITS] {
+        say_fit(&mut memory.scratch, hits, &body, &estimate.body);
+    }
     end(true)
+}
+
+/// Maximum likelihood with so many hit DOFs, from the answer of the inertia restraint method. Sensors
+/// and hits are not where the layout says, so that the fit has something to do.
+fn say_fit(workspace: &mut [f32], hits: usize, body: &RigidBody<f32>, start: &RigidBody<f32>) {
+    let layout = layout(hits);
+    let mut displaced = layout.clone();
+    for (i, sensor) in displaced.sensors.iter_mut().enumerate() {
+        sensor.position[i] += 0.001;
+    }
+    for (j, hit) in displaced.hits.iter_mut().enumerate() {
+        hit.position[j % 3] += 0.002;
+    }
+    let lines: [_; RIG_HITS] =
+        core::array::from_fn(|dof| mass_lines(&accelerance(&displaced, body, dof.min(hits - 1))));
+    let dofs = || lines.iter().take(hits).enumerate();
+    let mut fit = None;
+    let started = measure(|| fit = Some(Fit::start(&layout, dofs(), Some(start))));
+    let Some(Ok(mut fit)) = fit else { panic!("the fit did not start") };
+    let (mut whole, mut largest) = (started.instructions, started);
+    let mut add = |part: Measured| {
+        whole += part.instructions;
+        largest.instructions = largest.instructions.max(part.instructions);
+        largest.stack = largest.stack.max(part.stack);
+    };
+    let mut progress = Ok(Progress::Going);
+    while progress == Ok(Progress::Going) {
+        add(measure(|| progress = fit.step(&layout, dofs(), workspace)));
+    }
+    assert!(progress.is_ok(), "the fit did not settle: {progress:?}");
+    let mut estimate = None;
+    add(measure(|| estimate = Some(fit.answer(&layout, dofs(), workspace))));
+    let Some(Ok(estimate)) = estimate else { panic!("the fit has no answer") };
+    let within = estimate.sigma().map(|sigma| sigma * 3.0);
+    let error = (estimate.theta() - body.theta()).abs();
+    assert!(within.is_some_and(|within| error <= within), "the fit is {error} off");
+    say(format_args!("ml_solve_{hits}"), Measured { instructions: whole, ..largest });
+    say(format_args!("ml_step_{hits}"), largest);
 }
 
 /// As the firmware does with a hit.
@@ -85,8 +133,13 @@ fn analyse(memory: &mut Memory) -> Result<SVector<f32, RESPONSES>, Failure> {
         .iter()
         .enumerate()
         .map(|(i, f)| Line { frequency: i as f32 * resolution, weight: f.norm_sqr() });
-    let basis =
-        MassLineBasis::new(weighted, test.band_hz, test.exponential_decay, Terms::Abc, basis)?;
+    let basis = MassLineBasis::new(
+        weighted,
+        test.expected_band(),
+        test.exponential_decay,
+        test.terms,
+        basis,
+    )?;
     let mut single = SVector::zeros();
     for response in 0..RESPONSES {
         hit.response(record, response, scratch, lines)?;
@@ -141,7 +194,9 @@ fn mass_lines(truth: &SVector<f32, RESPONSES>) -> MassLines<f32, RESPONSES> {
             truth[response] + 0.005 * ((hit * 5 + response * 3) % 7) as f32 - 0.015
         }));
     }
-    hits.mass_lines_at(*truth)
+    let mut lines = hits.mass_lines_at(*truth);
+    lines.noise.fill(0.005);
+    lines
 }
 
 fn accelerance(layout: &RigLayout, body: &RigidBody<f32>, dof: usize) -> SVector<f32, RESPONSES> {
@@ -154,33 +209,36 @@ fn body() -> RigidBody<f32> {
     ]))
 }
 
-fn layout() -> RigLayout {
+/// The frame with the first of its hit DOFs: those of its first test, then others.
+fn layout(hits: usize) -> RigLayout {
     const NODES: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [0.20785, -0.19902, 0.0], [0.20785, 0.0, 0.0]];
     const FREE_END: [f32; 3] = [0.20785, -0.19902, 0.14913];
     const AXES: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let sensor = |node: usize| Sensor {
-        node: node as u16 + 1,
-        position: NODES[node],
-        axes: AXES,
-        senses_gravity: true,
-    };
-    let hit = |node, axis, position, direction| Hit {
-        dof: Dof { node, axis, sign: Sign::Plus },
-        position,
-        direction,
+    let sensor = |node: usize| Sensor::new(node as u16 + 1, NODES[node], AXES);
+    let hit = |node, axis, position, direction| {
+        Hit::new(Dof { node, axis, sign: Sign::Plus }, position, direction)
     };
     RigLayout {
-        title: Default::default(),
         gravity: Some([0.0, 0.0, -9.80665]),
         sensors: (0..3).map(sensor).collect(),
         hits: [
             hit(1, Axis::Y, NODES[0], AXES[1]),
             hit(2, Axis::Z, NODES[1], AXES[2]),
             hit(4, Axis::X, FREE_END, AXES[0]),
+            hit(4, Axis::Y, FREE_END, AXES[1]),
+            hit(1, Axis::Z, NODES[0], AXES[2]),
+            hit(3, Axis::Y, NODES[2], AXES[1]),
+            hit(2, Axis::X, NODES[1], AXES[0]),
+            hit(3, Axis::Z, NODES[2], AXES[2]),
+            hit(1, Axis::X, NODES[0], AXES[0]),
+            hit(4, Axis::Z, FREE_END, AXES[2]),
+            hit(2, Axis::Y, NODES[1], AXES[1]),
+            hit(3, Axis::X, NODES[2], AXES[0]),
         ]
         .into_iter()
+        .take(hits)
         .collect(),
-        test: TestSettings::default(),
+        ..RigLayout::default()
     }
 }
 

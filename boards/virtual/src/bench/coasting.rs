@@ -1,0 +1,125 @@
+//! Motion without a force, a whole scan at a time.
+//!
+//! Between taps nothing clips and no force acts, so what comes out at the next scan is a linear
+//! function of what the oscillators and low-passes hold now. The factors are found by stepping a
+//! simulation through one scan from every unit state; the numbers are those of the steps up to
+//! rounding.
+
+use massline_shared::signal::CHANNELS;
+
+use super::chain::Channels;
+use super::simulation::Simulation;
+
+/// Readings beyond this part of the range of a sensor are left to the steps, which clip.
+const CERTAINLY_WITHIN: f64 = 0.5;
+
+/// The factors of one scan.
+#[derive(Clone, Debug)]
+pub(super) struct Coasting {
+    /// Displacement and velocity of a mode from both, mode by mode.
+    modes: Vec<[[f64; 2]; 2]>,
+    /// What is sampled, what the low-passes hold at the end, and what goes into them there.
+    sampled: Outputs,
+    held: Outputs,
+    input: Outputs,
+}
+
+/// One value a channel as a function of the state.
+#[derive(Clone, Debug)]
+struct Outputs {
+    /// Of displacement and velocity of each mode.
+    by_state: Vec<[Channels; 2]>,
+    /// Of what the channel's low-pass holds.
+    by_held: Channels,
+    /// At rest.
+    constant: Channels,
+}
+
+/// What the chain holds at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Held {
+    /// Input at the last point of the grid.
+    pub(super) input: Channels,
+    /// Output of the low-pass there.
+    pub(super) output: Channels,
+}
+
+impl Coasting {
+    /// Of a simulation.
+    pub(super) fn of(simulation: &Simulation) -> Self {
+        let modes = simulation.states().len();
+        let probe = simulation.without_limits();
+        let zero = vec![[0.0; 2]; modes];
+        // At rest the input is what the sensors read of gravity.
+        let rest = probe.clone().free_scan(&zero, [0.0; CHANNELS]);
+        let bare = probe.without_gravity_at_rest();
+        let by_held = bare.clone().free_scan(&zero, [1.0; CHANNELS]);
+        let outputs = |pick: fn(&Scanned) -> Channels| Outputs {
+            by_state: Vec::new(),
+            by_held: pick(&by_held),
+            constant: pick(&rest),
+        };
+        let mut coasting = Self {
+            modes: vec![[[0.0; 2]; 2]; modes],
+            sampled: outputs(|s| s.sampled),
+            held: outputs(|s| s.held.output),
+            input: outputs(|s| s.held.input),
+        };
+        for mode in 0..modes {
+            let responses = [0, 1].map(|component| {
+                let mut state = zero.clone();
+                state[mode][component] = 1.0;
+                let scanned = bare.clone().free_scan(&state, [0.0; CHANNELS]);
+                for row in 0..2 {
+                    coasting.modes[mode][row][component] = scanned.states[mode][row];
+                }
+                scanned
+            });
+            coasting.sampled.by_state.push([0, 1].map(|c| responses[c].sampled));
+            coasting.held.by_state.push([0, 1].map(|c| responses[c].held.output));
+            coasting.input.by_state.push([0, 1].map(|c| responses[c].held.input));
+        }
+        coasting
+    }
+
+    /// True when no reading is near the end of its range.
+    pub(super) fn admits(held: &Held, range: &Channels) -> bool {
+        held.input.iter().zip(range).all(|(x, range)| x.abs() < CERTAINLY_WITHIN * range)
+    }
+
+    /// Moves states and chain on by one scan; what is sampled in it.
+    pub(super) fn scan(&self, states: &mut [[f64; 2]], held: &mut Held) -> Channels {
+        let sampled = self.sampled.of(states, &held.output);
+        *held = Held {
+            output: self.held.of(states, &held.output),
+            input: self.input.of(states, &held.output),
+        };
+        for (state, rows) in states.iter_mut().zip(&self.modes) {
+            *state = rows.map(|[of_q, of_v]| of_q * state[0] + of_v * state[1]);
+        }
+        sampled
+    }
+}
+
+impl Outputs {
+    fn of(&self, states: &[[f64; 2]], held: &Channels) -> Channels {
+        let mut values = self.constant;
+        for k in 0..CHANNELS {
+            values[k] += self.by_held[k] * held[k];
+        }
+        for ([q, v], [by_q, by_v]) in states.iter().zip(&self.by_state) {
+            for k in 0..CHANNELS {
+                values[k] += by_q[k] * q + by_v[k] * v;
+            }
+        }
+        values
+    }
+}
+
+/// What one scan of free motion leaves.
+#[derive(Clone, Debug)]
+pub(super) struct Scanned {
+    pub(super) sampled: Channels,
+    pub(super) held: Held,
+    pub(super) states: Vec<[f64; 2]>,
+}

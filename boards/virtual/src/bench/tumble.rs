@@ -1,0 +1,119 @@
+//! The sensors of a bench at rest in one's hand: the six positions of a tumble test.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use massline_shared::calibration::tumble::Position;
+use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES, Scan};
+use nalgebra::Vector3;
+use rand_chacha::ChaCha8Rng;
+
+use super::chain::{Chain, Channels};
+use super::errors::{TestErrors, normal};
+use super::operator::{TEST, adc_of, stream};
+use super::{Bench, BenchError};
+use crate::source::ScanSource;
+
+/// Makes scans of the sensors of a bench while they lie still, all side by side on one square block
+/// that is turned from position to position.
+///
+/// The sensors are those of [`super::BenchSource`] under the same seed. Each position is tilted a
+/// little, always in the same way under one seed.
+#[derive(Debug)]
+pub struct TumbleSource {
+    bench: Bench,
+    sensors: usize,
+    seed: u64,
+    errors: TestErrors,
+    chain: Chain,
+    noise: ChaCha8Rng,
+    handle: TumbleHandle,
+    /// Index of the position that the chain has settled in.
+    settled: Option<usize>,
+}
+
+/// Turns the block, from any thread.
+#[derive(Clone, Debug, Default)]
+pub struct TumbleHandle(Arc<AtomicUsize>);
+
+impl TumbleHandle {
+    /// The block lies in this position from the next scan on.
+    pub fn turn_to(&self, position: Position) {
+        let index = Position::ALL.iter().position(|&p| p == position).unwrap_or(0);
+        self.0.store(index, Ordering::Relaxed);
+    }
+}
+
+/// Streams of the tilts: no arming has these numbers.
+const TILTS: u64 = TEST - 0x1000;
+
+impl TumbleSource {
+    /// The first `sensors` sensors of a bench, in the first of [`Position::ALL`].
+    ///
+    /// # Errors
+    /// When a rig does not have as many channels.
+    pub fn new(bench: &Bench, sensors: usize, seed: u64) -> Result<Self, BenchError> {
+        if sensors * 3 > RESPONSES {
+            return Err(BenchError::TooManySensors(sensors));
+        }
+        let errors = TestErrors::draw(bench, sensors, &mut stream(seed, TEST));
+        Ok(Self {
+            bench: bench.clone(),
+            sensors,
+            seed,
+            chain: Chain::new(bench, &errors),
+            errors,
+            noise: stream(seed, TEST - 1),
+            handle: TumbleHandle::default(),
+            settled: None,
+        })
+    }
+
+    /// Turns the block.
+    pub fn handle(&self) -> TumbleHandle {
+        self.handle.clone()
+    }
+
+    /// What the sensors have for good.
+    pub fn errors(&self) -> &TestErrors {
+        &self.errors
+    }
+
+    /// What the channels are exposed to in a position, m/s².
+    fn input(&self, index: usize) -> Channels {
+        let position = Position::ALL[index];
+        let mut rng = stream(self.seed, TILTS + index as u64);
+        let mut up = position.up::<f64>();
+        for across in 1..3 {
+            let axis = (position.axis.index() + across) % 3;
+            up[axis] = normal(&mut rng) * self.bench.operator.tilt_sigma_rad;
+        }
+        let specific_force: Vector3<f64> = up.normalize() * self.bench.gravity.norm();
+        let mut input = [0.0; CHANNELS];
+        for (channels, sensor) in input[1..].chunks_exact_mut(3).zip(&self.errors.sensors) {
+            channels.copy_from_slice((sensor.sensitivity * specific_force).as_slice());
+        }
+        input
+    }
+}
+
+impl ScanSource for TumbleSource {
+    fn adc(&self) -> AdcProperties {
+        adc_of(&self.bench, self.sensors)
+    }
+
+    fn started(&mut self) {}
+
+    fn armed(&mut self, _: u32, _: usize) {}
+
+    fn next_scan(&mut self) -> Option<Scan> {
+        let index = self.handle.0.load(Ordering::Relaxed);
+        if self.settled != Some(index) {
+            let input = self.input(index);
+            self.chain.settle(&input, &mut self.noise);
+            self.settled = Some(index);
+        }
+        let output = self.chain.at_rest();
+        Some(self.chain.convert(&output, &mut self.noise))
+    }
+}

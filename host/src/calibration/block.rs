@@ -1,0 +1,118 @@
+//! The result of a block test, and what it says of hammer and sensors.
+
+use massline_shared::calibration::block::{
+    BlockError, BlockHit, BlockMass, ForceRatio, SensorRatio, force_ratio, sensor_ratios,
+};
+use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
+use massline_shared::identify::MassLines;
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::object::MeasurementResult;
+use massline_shared::signal::{HAMMER, RESPONSES};
+use nalgebra::Vector3;
+
+use crate::error::{Error, Result};
+
+/// The hits of a block test.
+pub type Hits = Vec<BlockHit<f64, RESPONSES>>;
+
+/// What a block test has found, relative to the calibration that it was measured with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Sensor by sensor, against the hammer.
+    pub sensors: Vec<SensorRatio<f64>>,
+    /// The hammer against the sensors; only when these are known by a tumble test.
+    pub hammer: Option<ForceRatio<f64>>,
+}
+
+impl From<BlockError> for Error {
+    fn from(error: BlockError) -> Self {
+        Self::undetermined("block_test", error.to_string())
+    }
+}
+
+/// The hits of a result, with the directions of the layout that it was measured with.
+///
+/// # Errors
+/// Exit 3 when a DOF is not one of the layout or has no mass lines.
+pub fn hits_of(result: &MeasurementResult, layout: &RigLayout) -> Result<Hits> {
+    let mut hits = Hits::new();
+    for dof in &result.dofs {
+        let of_layout = layout.hits.get(usize::from(dof.index));
+        let hit = of_layout.filter(|hit| hit.dof == dof.dof).ok_or_else(|| {
+            Error::undetermined(
+                "another_layout",
+                format!("DOF {} of the result is not one of the layout", dof.dof),
+            )
+        })?;
+        let accelerance = dof.accelerance.map(f64::from);
+        let scatter: Vec<f64> = dof.scatter.iter().map(|&v| f64::from(v)).collect();
+        let count = if scatter.is_empty() { 1 } else { u16::from(dof.hits) };
+        let noise = dof.noise.map(f64::from);
+        let lines =
+            MassLines::from_parts(&accelerance, &noise, &scatter, count).ok_or_else(|| {
+                Error::undetermined("no_mass_lines", format!("DOF {} has no mass lines", dof.dof))
+            })?;
+        hits.push(BlockHit { direction: Vector3::from(hit.direction.map(f64::from)), lines });
+    }
+    Ok(hits)
+}
+
+impl Block {
+    /// From the hits, measured with `record` in force.
+    ///
+    /// # Errors
+    /// Exit 3 when the hits do not determine a calibration.
+    pub fn of(
+        hits: &[BlockHit<f64, RESPONSES>],
+        layout: &RigLayout,
+        record: &CalibrationRecord,
+        block: BlockMass<f64>,
+    ) -> Result<Self> {
+        let count = layout.sensors.len();
+        let sensors = layout.sensors.iter().enumerate().map(|(k, sensor)| {
+            let axes = sensor.axes.map(|axis| axis.map(f64::from));
+            Ok(sensor_ratios(hits, k, &axes, block)?)
+        });
+        let sensors = sensors.collect::<Result<Vec<_>>>()?;
+        let known = record.method().knows_sensors();
+        let hammer = known.then(|| force_ratio(hits, count, block)).transpose()?;
+        Ok(Self { sensors, hammer })
+    }
+
+    /// What has been achieved. With known sensors their own stays, and the hammer's is that of its
+    /// ratio; else the ratio's is that of the sensors, and the hammer has none.
+    pub fn sigma(&self, before: &CalibrationSigma) -> CalibrationSigma {
+        if let Some(hammer) = &self.hammer {
+            let relative = hammer.sigma / hammer.ratio;
+            return CalibrationSigma { hammer_gain: relative as f32, ..*before };
+        }
+        let (mut gain, mut cross_axis) = (0.0_f64, 0.0_f64);
+        for SensorRatio { ratio, sigma } in &self.sensors {
+            for row in 0..3 {
+                for column in 0..3 {
+                    let relative = (sigma[(row, column)] / ratio[(row, row)]).abs();
+                    let largest = if row == column { &mut gain } else { &mut cross_axis };
+                    *largest = largest.max(relative);
+                }
+            }
+        }
+        CalibrationSigma { gain: gain as f32, cross_axis: cross_axis as f32, hammer_gain: 0.0 }
+    }
+
+    /// Becomes part of the calibration that it was measured with.
+    pub fn write(&self, record: &mut CalibrationRecord) {
+        record.sigma = self.sigma(&record.sigma);
+        let calibration = &mut record.calibration;
+        if let Some(hammer) = &self.hammer {
+            let sensitivity = f64::from(calibration.channels[HAMMER].sensitivity);
+            calibration.channels[HAMMER].sensitivity = (sensitivity / hammer.ratio) as f32;
+            record.method = CalibrationMethod::TumbleAndBlock as u8;
+            return;
+        }
+        for (k, sensor) in self.sensors.iter().enumerate() {
+            let sensitivity = calibration.sensor_sensitivity(k) * sensor.ratio;
+            calibration.set_sensor_sensitivity(k, &sensitivity);
+        }
+        record.method = CalibrationMethod::Block as u8;
+    }
+}

@@ -1,0 +1,77 @@
+//! Has the calibration drifted? A block test against the calibration in force.
+
+use massline_shared::calibration::block::SensorRatio;
+
+/// How one channel stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Within the tolerance, as far as this test can see.
+    Good,
+    /// Off by more than the tolerance, and by more than chance.
+    Drifted,
+    /// The test is too coarse for the tolerance: more hits are needed.
+    Unclear,
+}
+
+impl Verdict {
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Drifted => "drifted",
+            Self::Unclear => "unclear",
+        }
+    }
+}
+
+/// One channel of one sensor against the hammer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drift {
+    /// 0-based.
+    pub sensor: usize,
+    /// 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// Response over the hammer's, minus one.
+    pub drift: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Whether it matters.
+    pub verdict: Verdict,
+}
+
+/// Every channel, judged by `tolerance` (relative).
+pub fn drifts(sensors: &[SensorRatio<f64>], tolerance: f64) -> Vec<Drift> {
+    let mut all = Vec::new();
+    for (sensor, SensorRatio { ratio, sigma }) in sensors.iter().enumerate() {
+        for axis in 0..3 {
+            let (drift, sigma) = (ratio[(axis, axis)] - 1.0, sigma[(axis, axis)]);
+            all.push(Drift { sensor, axis, drift, sigma, verdict: judge(drift, sigma, tolerance) });
+        }
+    }
+    all
+}
+
+/// Three standard deviations are more than chance; a test that is to see the tolerance must have less
+/// than three quarters of it, for a standard deviation from few hits is itself uncertain.
+fn judge(drift: f64, sigma: f64, tolerance: f64) -> Verdict {
+    if drift.abs() > tolerance && drift.abs() > 3.0 * sigma {
+        Verdict::Drifted
+    } else if drift.abs() > tolerance || sigma > 0.75 * tolerance {
+        Verdict::Unclear
+    } else {
+        Verdict::Good
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drift_is_judged_by_tolerance_and_sigma() {
+        assert_eq!(judge(0.002, 0.003, 0.01), Verdict::Good);
+        assert_eq!(judge(-0.03, 0.003, 0.01), Verdict::Drifted);
+        assert_eq!(judge(0.012, 0.005, 0.01), Verdict::Unclear);
+        assert_eq!(judge(0.0, 0.02, 0.01), Verdict::Unclear);
+    }
+}

@@ -1,0 +1,240 @@
+//! `massline calibrate block` and `massline calibrate verify`: the hanging block.
+
+use std::num::NonZeroU8;
+use std::path::PathBuf;
+
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::calibration::block::BlockMass;
+use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::object::MeasurementResult;
+
+use super::rig::{OnBlock, RigArgs};
+use super::{OriginArgs, report, store};
+use crate::calibration::block::{Block, hits_of};
+use crate::calibration::verify::{Verdict, drifts};
+use crate::campaign::{Begin, Begun, Ending, begin};
+use crate::commands::measure::{fits, make_room, paused};
+use crate::commands::{show, simulated::narrow};
+use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
+use crate::output::Output;
+
+/// The layout of the block when none is given.
+pub const LAYOUT: &str = include_str!("../../../examples/block.toml");
+
+/// The block and how it is hit.
+#[derive(Clone, Debug, clap::Args)]
+pub struct BlockArgs {
+    #[command(flatten)]
+    rig: RigArgs,
+    /// Mass of the block with everything glued to it, kg.
+    #[arg(long, value_name = "KG", allow_negative_numbers = true)]
+    mass: f64,
+    /// Its standard deviation, kg.
+    #[arg(long, value_name = "KG", default_value_t = 0.001)]
+    mass_sigma: f64,
+    /// Layout with the block's centre of mass as origin; default: a plate of 160 x 160 x 10 mm with
+    /// three sensors around the middle of its top, hit from both sides along each axis.
+    #[arg(long, value_name = "FILE")]
+    layout: Option<PathBuf>,
+    /// Forget a campaign that is under way or interrupted.
+    #[arg(long)]
+    restart: bool,
+}
+
+/// Arguments of `massline calibrate block`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Hang the block from soft cords like any object, glue the sensors near its centre of mass, and hit it
+through the centre of mass, as hard as the channels allow: 2 kg and 60 to 100 N. After a tumble test
+this gives the hammer's own sensitivity; without one, the sensors against the hammer. The rig keeps
+every accepted hit: after Ctrl-C the same command goes on.
+
+Examples:
+  massline calibrate block --mass 2.000 --mass-sigma 0.001
+  massline calibrate block --mass 1.512 --layout my-block.toml --hits 8 --port /dev/ttyACM0
+  massline calibrate block --mass 2.000 --rig virtual --seed 7 --flash rig.bin")]
+pub struct Args {
+    #[command(flatten)]
+    block: BlockArgs,
+    #[command(flatten)]
+    origin: OriginArgs,
+    /// Hits per direction; default: as the layout says.
+    #[arg(long, value_name = "N")]
+    hits: Option<NonZeroU8>,
+    /// Compute and print, but leave the calibration on the rig as it is.
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Arguments of `massline calibrate verify`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A block test with few hits, compared with what the rig keeps. Exit 0 when every channel is within the
+tolerance, 3 when one has drifted or the hits scatter too much to say.
+
+Examples:
+  massline calibrate verify --mass 2.000
+  massline calibrate verify --mass 2.000 --tolerance 0.01 --hits 10 --json")]
+pub struct VerifyArgs {
+    #[command(flatten)]
+    block: BlockArgs,
+    /// Hits per direction.
+    #[arg(long, value_name = "N", default_value = "4")]
+    hits: NonZeroU8,
+    /// Drift that matters, relative.
+    #[arg(long, value_name = "RATIO", default_value_t = 0.02)]
+    tolerance: f64,
+}
+
+/// Runs `calibrate block`.
+///
+/// # Errors
+/// When the rig cannot be reached or refuses, or the hits determine no calibration.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let origin = args.origin.origin()?;
+    let test = args.block.test(args.hits)?;
+    let mut rig = args.block.rig.on_block(&test.file.layout)?;
+    let before = rig.client.calibration()?;
+    let found = test.run(&mut rig, &before, output)?;
+    let mut record = before;
+    found.write(&mut record);
+    origin.write(&mut record);
+    if !args.dry_run {
+        store(&mut rig.client, &record)?;
+    }
+    if let Some(hammer) = found.hammer.filter(|hammer| !hammer.is_consistent()) {
+        output.warn(format!(
+            "the directions disagree by {:.2} %: a sensor is not what its tumble test says, or hits \
+             do not pass the centre of mass",
+            100.0 * hammer.departure.0,
+        ));
+    }
+    let mut value = report::record_json(&record);
+    value["block"] = report::block_json(&found);
+    value["stored"] = (!args.dry_run).into();
+    output.answer(&value, |_| report::block_text(&found, &record))
+}
+
+/// Runs `calibrate verify`.
+///
+/// # Errors
+/// As [`run`]; exit 3 when the calibration has drifted.
+pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
+    if !(args.tolerance > 0.0 && args.tolerance < 1.0) {
+        return Err(Error::input("tolerance_out_of_range", "--tolerance must lie between 0 and 1"));
+    }
+    let test = args.block.test(Some(args.hits))?;
+    let mut rig = args.block.rig.on_block(&test.file.layout)?;
+    let record = rig.client.calibration()?;
+    let found = test.run(&mut rig, &record, output)?;
+    let all = drifts(&found.sensors, args.tolerance);
+    let value = report::drifts_json(&all, &record);
+    let worst = all.iter().max_by_key(|d| match d.verdict {
+        Verdict::Good => 0,
+        Verdict::Unclear => 1,
+        Verdict::Drifted => 2,
+    });
+    let text = report::drifts_text(&all);
+    let error = match worst.map(|d| d.verdict) {
+        None | Some(Verdict::Good) => return output.answer(&value, |_| text),
+        Some(Verdict::Drifted) => Error::undetermined(
+            "calibration_drifted",
+            "the calibration no longer holds: calibrate again",
+        ),
+        Some(Verdict::Unclear) => Error::undetermined(
+            "drift_unclear",
+            "these hits scatter too much to say whether it holds: use more --hits, or a larger \
+             --tolerance",
+        ),
+    };
+    if !output.json() {
+        output.text(text)?;
+    }
+    output.explain(value);
+    Err(error)
+}
+
+impl BlockArgs {
+    fn test(&self, hits: Option<NonZeroU8>) -> Result<BlockTest> {
+        let sound = self.mass.is_finite() && self.mass > 0.0 && self.mass_sigma >= 0.0;
+        if !sound || self.mass_sigma >= 0.1 * self.mass {
+            return Err(Error::input(
+                "mass_out_of_range",
+                "--mass must be positive and --mass-sigma below a tenth of it, both in kg",
+            ));
+        }
+        let mut file = match &self.layout {
+            Some(path) => LayoutFile::read(path)?,
+            None => LayoutFile::parse(LAYOUT, "block.toml")?,
+        };
+        if let Some(hits) = hits {
+            file.layout.test.hits_per_dof = hits.get();
+        }
+        let layout = narrow(&file.layout)?;
+        let mass = BlockMass { mass: self.mass, sigma: self.mass_sigma };
+        Ok(BlockTest { file, layout, mass, restart: self.restart })
+    }
+}
+
+/// A block test on any rig.
+#[derive(Clone, Debug)]
+pub struct BlockTest {
+    /// The layout, as the bench takes it.
+    pub file: LayoutFile,
+    /// The layout, as the rig takes it.
+    pub layout: RigLayout,
+    /// The block.
+    pub mass: BlockMass<f64>,
+    /// Forget a campaign that is under way.
+    pub restart: bool,
+}
+
+impl BlockTest {
+    /// Runs the campaign and computes; `record` is the calibration in force.
+    ///
+    /// # Errors
+    /// When the rig refuses or is stuck, the person interrupts, or the hits determine no calibration.
+    pub fn run(
+        &self,
+        rig: &mut OnBlock,
+        record: &CalibrationRecord,
+        output: &mut Output,
+    ) -> Result<Block> {
+        fits(&self.layout, &rig.identity)?;
+        make_room(&mut rig.client, &self.layout, self.restart)?;
+        rig.client.put_layout(&self.layout)?;
+        let how = Begin { block: true, restart: self.restart, ..Begin::default() };
+        match begin(&mut rig.client, how)? {
+            Begun::Started => {}
+            Begun::Resumed => output.note("goes on with the interrupted block test"),
+            Begun::Joined => output.note("joins the block test that is under way"),
+        }
+        let result = match rig.follow(&self.layout, output)? {
+            Ending::Done(number) => rig.client.result(number)?,
+            Ending::Stopped(status) => return Err(show::stopped(&status)),
+            Ending::Paused(status) => return Err(paused(&status)),
+            Ending::Aborted => {
+                return Err(Error::interrupted("the block test was aborted; nothing has changed"));
+            }
+        };
+        require_block(&result)?;
+        Block::of(&hits_of(&result, &self.layout)?, &self.layout, record, self.mass)
+    }
+}
+
+/// The campaign that was joined may have been one on an object.
+fn require_block(result: &MeasurementResult) -> Result<()> {
+    let is_block = |d: &Diagnostic| d.known_code() == Some(Code::BlockTest);
+    if result.diagnostics.iter().any(is_block) {
+        return Ok(());
+    }
+    Err(Error::undetermined(
+        "no_block_test",
+        format!(
+            "result {} was measured on an object, not on a block; begin anew with --restart",
+            result.number,
+        ),
+    ))
+}

@@ -1,0 +1,188 @@
+//! `massline calibrate demo`: both tests on the simulated bench, and a measurement before and after.
+
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::calibration::block::BlockMass;
+use massline_shared::calibration::tumble::TumbleLimits;
+use massline_shared::signal::HAMMER;
+use massline_virtual::bench::{Bench, TumbleSource};
+use serde_json::json;
+
+use super::block::{BlockTest, LAYOUT};
+use super::rig::{InHand, OnBlock};
+use super::{report, store, tumble};
+use crate::calibration::tumble::TumbleReadings;
+use crate::commands::bench_test::{BenchTest, nominal_calibration};
+use crate::commands::compare::Comparison;
+use crate::commands::demo::LAYOUTS;
+use crate::commands::simulated::narrow;
+use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
+use crate::output::{self, Output, Tone};
+use crate::rig::RigKind;
+
+/// Arguments of `massline calibrate demo`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Sensors and hammer out of the box, 5 % and 2 % beside their data sheets (1 σ): a tumble test, a block of
+2 kg, and the four tests of `massline demo` with the data sheets and with the calibration.
+
+Examples:
+  massline calibrate demo
+  massline calibrate demo --seed 7 --json")]
+pub struct Args {
+    /// Seed of everything random on the bench.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the rig does not start or gets stuck.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let found = calibrate(args.seed, output)?;
+    let bench = Bench::named("uncalibrated")?;
+    let errors = sensitivity_errors(&bench, args.seed, &found)?;
+    let before = nominal_calibration(&bench).into();
+    let mut rows = Vec::new();
+    for (name, text) in LAYOUTS {
+        let [before, after] = [&before, &found].map(|calibration| {
+            error_of_scale(&bench, (name, text), args.seed, calibration, output)
+        });
+        rows.push((name, before?, after?));
+    }
+    let value = json!({
+        "calibration": report::record_json(&found),
+        "largest_error_percent": { "gain": errors.gain, "cross_axis": errors.cross_axis, "hammer": errors.hammer },
+        "tests": rows.iter().map(|(name, before, after)| json!({
+            "name": name,
+            "rms_error_percent_of_scale": { "data_sheet": before, "calibrated": after },
+        })).collect::<Vec<_>>(),
+    });
+    output.answer(&value, |output| {
+        let mut table = output::table();
+        table.set_header(["test", "data sheet, % of scale rms", "calibrated"]);
+        for (name, before, after) in &rows {
+            table.add_row([(*name).to_owned(), format!("{before:.3}"), format!("{after:.3}")]);
+        }
+        format!(
+            "{}\n{}\nlargest error of the calibration: gain {:.3} %, cross-axis {:.3} %, hammer {:.3} %\n\n{}\n{table}",
+            output.toned("calibration", Tone::Strong),
+            report::record_text(&found),
+            errors.gain,
+            errors.cross_axis,
+            errors.hammer,
+            output.toned("before and after", Tone::Strong),
+        )
+    })
+}
+
+/// Both tests on the bundled block, through virtual rigs.
+///
+/// # Errors
+/// When a rig does not start, refuses or gets stuck, or a test determines no calibration.
+pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
+    let bench = Bench::named("block")?;
+    let file = LayoutFile::parse(LAYOUT, "block.toml")?;
+    let limits = TumbleLimits::default();
+    let directory = tempfile::tempdir()
+        .map_err(|e| Error::internal("no_temporary_file", format!("no temporary folder: {e}")))?;
+    let flash = directory.path().join("flash.bin");
+    let mut record = {
+        let mut rig = InHand::on_bench(&bench, file.layout.sensors.len(), seed, Some(&flash))?;
+        let mut readings = TumbleReadings::new(&directory.path().join("tumble.toml"));
+        tumble::take(&mut rig, &mut readings, &limits, output)?;
+        let mut record = nominal_calibration(&bench).into();
+        let found = readings.solve(&limits)?;
+        tumble::judge_level(&found, &limits)?;
+        found.write(&mut record);
+        store(&mut rig.client, &record)?;
+        record
+    };
+    let mut rig = OnBlock::on_bench(&bench, &file.layout, seed, Some(&flash))?;
+    let mass = BlockMass { mass: bench.truth().mass, sigma: 0.001 };
+    let layout = narrow(&file.layout)?;
+    let test = BlockTest { file, layout, mass, restart: false };
+    // What the rig has kept over its restart.
+    let kept = rig.client.calibration()?;
+    test.run(&mut rig, &kept, output)?.write(&mut record);
+    store(&mut rig.client, &record)?;
+    Ok(record)
+}
+
+/// How far a calibration is from the truth of a bench, %.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensitivityErrors {
+    /// Largest of the sensitivities of the axes.
+    pub gain: f64,
+    /// Largest of the cross-axis sensitivities, of the sensitivity of their channel.
+    pub cross_axis: f64,
+    /// Of the hammer.
+    pub hammer: f64,
+}
+
+/// How far `record` is from the sensors and the hammer that the bench has under this seed.
+///
+/// # Errors
+/// When the bench has no such sensors.
+pub fn sensitivity_errors(
+    bench: &Bench,
+    seed: u64,
+    record: &CalibrationRecord,
+) -> Result<SensitivityErrors> {
+    let source = TumbleSource::new(bench, record.sensors.len(), seed)?;
+    let truth = source.errors();
+    let nominal = nominal_calibration(bench);
+    let mut errors = SensitivityErrors { gain: 0.0, cross_axis: 0.0, hammer: 0.0 };
+    for (k, sensor) in truth.sensors.iter().enumerate() {
+        let found = record.calibration.sensor_sensitivity(k);
+        let true_one = nominal.sensor_sensitivity(k) * sensor.sensitivity;
+        for row in 0..3 {
+            for column in 0..3 {
+                let off = (found - true_one)[(row, column)] / true_one[(row, row)];
+                let largest = if row == column { &mut errors.gain } else { &mut errors.cross_axis };
+                *largest = largest.max(100.0 * off.abs());
+            }
+        }
+    }
+    let hammer = |calibration: &massline_shared::signal::Calibration| {
+        f64::from(calibration.channels[HAMMER].sensitivity)
+    };
+    let true_hammer = hammer(&nominal) * (1.0 + truth.hammer_gain);
+    errors.hammer = 100.0 * (hammer(&record.calibration) / true_hammer - 1.0).abs();
+    Ok(errors)
+}
+
+/// Root mean square over the ten of what a test on the bench has wrong, % of scale.
+///
+/// # Errors
+/// When the rig gets stuck or there is no answer.
+pub fn error_of_scale(
+    bench: &Bench,
+    (name, text): (&str, &str),
+    seed: u64,
+    calibration: &CalibrationRecord,
+    output: &mut Output,
+) -> Result<f64> {
+    let mut file = LayoutFile::parse(text, name)?;
+    file.believe(calibration);
+    let layout = file.layout;
+    let test = BenchTest {
+        label: name,
+        layout: &layout,
+        bench,
+        seed,
+        rig: RigKind::Virtual,
+        firmware: None,
+    };
+    let result = test.run_with(calibration, output, |source| source)?;
+    let comparison = Comparison {
+        name: name.into(),
+        seed,
+        truth: test.truth(),
+        length: layout.characteristic_length(),
+        result,
+    };
+    let errors = comparison.errors_percent()?;
+    Ok((errors.iter().map(|e| e * e).sum::<f64>() / 10.0).sqrt())
+}

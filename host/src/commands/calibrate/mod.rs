@@ -1,0 +1,112 @@
+//! `massline calibrate`: from sensors and a hammer out of the box to a calibration on the rig.
+
+pub mod block;
+pub mod demo;
+pub mod keep;
+mod report;
+pub mod rig;
+pub mod tumble;
+
+use massline_shared::calibration::CalibrationRecord;
+
+use crate::calibration::{Origin, day};
+use crate::calibration_file::{parse_date, short};
+use crate::error::Result;
+use crate::output::Output;
+
+/// Arguments of `massline calibrate`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Two tests, in this order; each is stored on the rig when it is done.
+  tumble   hold the sensors still with each axis up and down: zero, sensitivity, cross-axis
+  block    hit a hanging block of known mass: the hammer against the sensors
+The block test alone gives the ratio of the sensors to the hammer, which is all that a measurement
+needs, but its cross-axis sensitivities know the direction of the hits no better than the person.
+
+Examples:
+  massline calibrate tumble --temperature 21
+  massline calibrate block --mass 2.000 --mass-sigma 0.001
+  massline calibrate verify --mass 2.000      does it still hold?
+  massline calibrate pull rig.toml            keep it in a file
+  massline calibrate demo                     watch it on the simulated bench")]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// Six positions at rest: zero, sensitivity and cross-axis matrix of every sensor.
+    Tumble(tumble::Args),
+    /// A hanging block of known mass: the hammer against the sensors.
+    Block(block::Args),
+    /// A quick block test against the calibration on the rig. Exit 3 when it has drifted.
+    Verify(block::VerifyArgs),
+    /// Print the calibration on the rig.
+    Show(keep::ShowArgs),
+    /// Write the calibration on the rig to a file.
+    Pull(keep::PullArgs),
+    /// Store the calibration of a file on the rig.
+    Push(keep::PushArgs),
+    /// Calibrate on the simulated bench, and measure before and after.
+    Demo(demo::Args),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is bad, the rig cannot be reached or refuses, the data determine no calibration, the
+/// calibration has drifted, or the person interrupts.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    match &args.command {
+        Command::Tumble(args) => tumble::run(args, output),
+        Command::Block(args) => block::run(args, output),
+        Command::Verify(args) => block::verify(args, output),
+        Command::Show(args) => keep::show(args, output),
+        Command::Pull(args) => keep::pull(args, output),
+        Command::Push(args) => keep::push(args, output),
+        Command::Demo(args) => demo::run(args, output),
+    }
+}
+
+/// What is noted with a calibration.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct OriginArgs {
+    /// Day of the calibration, yyyy-mm-dd; default: today.
+    #[arg(long, value_name = "DAY")]
+    date: Option<String>,
+    /// Temperature, °C.
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    temperature: Option<f32>,
+    /// Name or serial number of the hammer, at most 12 letters.
+    #[arg(long, value_name = "ID")]
+    hammer_id: Option<String>,
+    /// Names or serial numbers of the sensors in the order of the inputs, at most 12 letters each.
+    #[arg(long, value_name = "ID,ID,ID", value_delimiter = ',')]
+    sensor_ids: Vec<String>,
+}
+
+impl OriginArgs {
+    fn origin(&self) -> Result<Origin> {
+        let date = self.date.as_deref().map_or_else(|| Ok(day::today()), parse_date)?;
+        let sensors = self.sensor_ids.iter().map(|id| short("--sensor-ids", Some(id)));
+        Ok(Origin {
+            date,
+            temperature: self.temperature.filter(|t| t.is_finite()),
+            hammer: short("--hammer-id", self.hammer_id.as_deref())?,
+            sensors: sensors.collect::<Result<_>>()?,
+        })
+    }
+}
+
+/// Stores a calibration on a rig and reads it back.
+fn store(client: &mut crate::client::Client, record: &CalibrationRecord) -> Result<()> {
+    client.put_calibration(record)?;
+    if client.calibration()? == *record {
+        return Ok(());
+    }
+    Err(crate::Error::device(
+        "calibration_not_kept",
+        "the rig gives back another calibration than it was sent; `massline device stats` may tell why",
+    ))
+}

@@ -1,0 +1,181 @@
+//! Calibrations as text and JSON.
+
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::calibration::block::SensorRatio;
+use nalgebra::Matrix3;
+use serde_json::{Value, json};
+
+use crate::calibration::block::Block;
+use crate::calibration::tumble::Tumble;
+use crate::calibration::verify::Drift;
+use crate::output;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A calibration.
+pub(super) fn record_json(record: &CalibrationRecord) -> Value {
+    let calibration = &record.calibration;
+    let [hammer, axes @ ..] = &calibration.channels;
+    let sensors: Vec<_> = axes
+        .chunks_exact(3)
+        .enumerate()
+        .map(|(k, axes)| {
+            json!({
+                "id": record.sensors.get(k).map(|id| id.as_str()),
+                "zero_v": axes.iter().map(|axis| axis.zero.0).collect::<Vec<_>>(),
+                "sensitivity_v_per_m_per_s2": rows(&calibration.sensor_sensitivity(k)),
+            })
+        })
+        .collect();
+    json!({
+        "method": record.method().name(),
+        "date": record.date.as_str(),
+        "temperature_c": record.temperature,
+        "sigma": {
+            "gain": record.sigma.gain,
+            "cross_axis": record.sigma.cross_axis,
+            "hammer_gain": record.sigma.hammer_gain,
+        },
+        "hammer": {
+            "id": record.hammer.as_str(),
+            "zero_v": hammer.zero.0,
+            "sensitivity_v_per_n": hammer.sensitivity,
+        },
+        "sensors": sensors,
+    })
+}
+
+/// A calibration as a table.
+pub(super) fn record_text(record: &CalibrationRecord) -> String {
+    let calibration = &record.calibration;
+    let mut table = output::table();
+    table.set_header(["", "", "zero, V", "sensitivity", "cross-axis, %"]);
+    let hammer = calibration.channels[0];
+    table.add_row([
+        format!("hammer {}", record.hammer),
+        String::new(),
+        format!("{:.4}", hammer.zero.0),
+        format!("{:.4} mV/N", 1e3 * hammer.sensitivity),
+        String::new(),
+    ]);
+    for (k, id) in record.sensors.iter().enumerate() {
+        let matrix = calibration.cross_axis[k].matrix::<f64>();
+        for (a, axis) in AXES.iter().enumerate() {
+            let channel = calibration.channels[1 + 3 * k + a];
+            let [first, second] = [(a + 1) % 3, (a + 2) % 3];
+            let cross = |b: usize| format!("{} {:+.2}", AXES[b], 100.0 * matrix[(a, b)]);
+            table.add_row([
+                if a == 0 { format!("sensor {} {id}", k + 1) } else { String::new() },
+                (*axis).into(),
+                format!("{:.4}", channel.zero.0),
+                format!("{:.4} mV/(m/s²)", 1e3 * channel.sensitivity),
+                format!("{}  {}", cross(first), cross(second)),
+            ]);
+        }
+    }
+    let sigma = record.sigma;
+    let date = if record.date.is_empty() { "day not known" } else { record.date.as_str() };
+    let temperature = record.temperature.map_or(String::new(), |t| format!(", {t:.1} °C"));
+    format!(
+        "{table}\n{} ({date}{temperature}); 1 σ: gain {:.2} %, cross-axis {:.2} %, hammer {:.2} %",
+        record.method().name(),
+        100.0 * sigma.gain,
+        100.0 * sigma.cross_axis,
+        100.0 * sigma.hammer_gain,
+    )
+}
+
+/// What a tumble test has found.
+pub(super) fn tumble_json(found: &Tumble) -> Value {
+    let sensors: Vec<_> = found
+        .sensors
+        .iter()
+        .map(|sensor| {
+            json!({
+                "zero_v": sensor.zero.as_slice(),
+                "zero_sigma_v": sensor.zero_sigma.as_slice(),
+                "sensitivity_v_per_m_per_s2": rows(&sensor.sensitivity),
+                "sensitivity_sigma_v_per_m_per_s2": rows(&sensor.sensitivity_sigma),
+                "tilt_rad": sensor.tilt,
+            })
+        })
+        .collect();
+    json!({ "sensors": sensors })
+}
+
+pub(super) fn tumble_text(found: &Tumble, record: &CalibrationRecord) -> String {
+    let tilts = found.sensors.iter().map(|s| format!("{:.1}", 1e3 * s.tilt)).collect::<Vec<_>>();
+    format!(
+        "{}\npositions tilted by {} mrad rms; the hammer is the next: massline calibrate block",
+        record_text(record),
+        tilts.join(", "),
+    )
+}
+
+/// What a block test has found, relative to the calibration before it.
+pub(super) fn block_json(found: &Block) -> Value {
+    let sensors: Vec<_> = found
+        .sensors
+        .iter()
+        .map(|SensorRatio { ratio, sigma }| json!({ "ratio": rows(ratio), "sigma": rows(sigma) }))
+        .collect();
+    let hammer = found.hammer.map(|hammer| {
+        json!({
+            "ratio": hammer.ratio,
+            "sigma": hammer.sigma,
+            "largest_departure": hammer.departure.0,
+            "consistent": hammer.is_consistent(),
+        })
+    });
+    json!({ "sensors": sensors, "hammer": hammer })
+}
+
+pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
+    let said = match &found.hammer {
+        Some(hammer) => {
+            format!("true force over the force before: {:.4} ± {:.4}", hammer.ratio, hammer.sigma,)
+        }
+        None => {
+            "sensors against the hammer; a tumble test before it would tell both apart and know \
+                 the cross-axis sensitivities better"
+                .into()
+        }
+    };
+    format!("{}\n{said}", record_text(record))
+}
+
+/// How every channel stands.
+pub(super) fn drifts_json(all: &[Drift], record: &CalibrationRecord) -> Value {
+    let channels: Vec<_> = all
+        .iter()
+        .map(|d| {
+            json!({
+                "sensor": d.sensor + 1,
+                "axis": AXES[d.axis],
+                "drift": d.drift,
+                "sigma": d.sigma,
+                "verdict": d.verdict.name(),
+            })
+        })
+        .collect();
+    json!({ "channels": channels, "calibrated": record.date.as_str() })
+}
+
+pub(super) fn drifts_text(all: &[Drift]) -> String {
+    let mut table = output::table();
+    table.set_header(["sensor", "axis", "drift, %", "± sd", "verdict"]);
+    for d in all {
+        table.add_row([
+            (d.sensor + 1).to_string(),
+            AXES[d.axis].into(),
+            format!("{:+.2}", 100.0 * d.drift),
+            format!("{:.2}", 100.0 * d.sigma),
+            d.verdict.name().into(),
+        ]);
+    }
+    table.to_string()
+}
+
+fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix[(row, column)]))
+}

@@ -1,0 +1,222 @@
+//! The rig that is calibrated: one at a port, or a virtual one with a bench.
+
+use std::io::{self, BufRead};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use massline_shared::calibration::tumble::Position;
+use massline_shared::layout::HostLayout;
+use massline_shared::protocol::event::HitEvent;
+use massline_shared::protocol::message::{Identity, Status};
+use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
+use massline_virtual::flash::FlashBacking;
+use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
+use massline_virtual::source::ScanSource;
+
+use crate::campaign::{Ending, Observer, follow};
+use crate::client::{Client, PipeTransport};
+use crate::commands::connect::PortArgs;
+use crate::commands::measure::watch;
+use crate::commands::progress::Progress;
+use crate::error::{Error, Result};
+use crate::output::Output;
+
+/// A virtual rig that has not gone on for so long is stuck.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Which rig.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct RigArgs {
+    #[command(flatten)]
+    port: PortArgs,
+    /// Use a simulated rig in place of one at a port.
+    #[arg(long, value_enum, value_name = "RIG", conflicts_with = "port")]
+    rig: Option<Simulated>,
+    /// Seed of everything random on the simulated bench: the same sensors under the same seed.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "rig")]
+    seed: u64,
+    /// Bench of the simulated rig: a bundled one or a TOML file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "block", requires = "rig")]
+    bench: String,
+    /// Keep the flash of the simulated rig in this file; default: forgotten at the end.
+    #[arg(long, value_name = "FILE", requires = "rig")]
+    flash: Option<PathBuf>,
+}
+
+/// A simulated rig.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Simulated {
+    /// The firmware application on a thread of this process.
+    Virtual,
+}
+
+/// Sensors that a virtual rig has.
+const SENSORS: usize = massline_shared::layout::RIG_SENSORS;
+
+impl RigArgs {
+    /// The rig with its sensors in somebody's hand.
+    ///
+    /// # Errors
+    /// When there is no rig, or the bench is bad.
+    pub fn in_hand(&self) -> Result<InHand> {
+        let Some(Simulated::Virtual) = self.rig else {
+            let (client, identity) = self.port.connect()?;
+            return Ok(InHand { client, identity, turner: Turner::Person, _rig: None });
+        };
+        InHand::on_bench(&Bench::open(&self.bench)?, SENSORS, self.seed, self.flash.as_deref())
+    }
+
+    /// The rig with its sensors on the block.
+    ///
+    /// # Errors
+    /// When there is no rig, the bench is bad, or the layout does not fit it.
+    pub fn on_block(&self, layout: &HostLayout) -> Result<OnBlock> {
+        let Some(Simulated::Virtual) = self.rig else {
+            let (client, identity) = self.port.connect()?;
+            return Ok(OnBlock { client, identity, rig: None });
+        };
+        OnBlock::on_bench(&Bench::open(&self.bench)?, layout, self.seed, self.flash.as_deref())
+    }
+}
+
+fn start(
+    source: Box<dyn ScanSource>,
+    flash: Option<&Path>,
+) -> Result<(VirtualRig, Client, Identity)> {
+    let mut options = VirtualRigOptions::new(source);
+    if let Some(path) = flash {
+        options.flash = FlashBacking::File(path.to_owned());
+    }
+    let rig = VirtualRig::start(options)
+        .map_err(|e| Error::input("virtual_rig", format!("the virtual rig does not start: {e}")))?;
+    let mut client = Client::new(PipeTransport::new(rig.link()));
+    let identity = client.identify()?;
+    Ok((rig, client, identity))
+}
+
+/// A rig whose sensors are turned from position to position.
+#[derive(Debug)]
+pub struct InHand {
+    /// The rig.
+    pub client: Client,
+    /// Who it is.
+    pub identity: Identity,
+    turner: Turner,
+    /// Runs as long as this lives.
+    _rig: Option<VirtualRig>,
+}
+
+/// Who turns the sensors.
+#[derive(Debug)]
+enum Turner {
+    /// A person, who presses Enter when it is done.
+    Person,
+    /// The bench.
+    Bench(TumbleHandle),
+}
+
+impl InHand {
+    /// The first `sensors` sensors of a bench, on a virtual rig; `flash` as a file or in memory.
+    ///
+    /// # Errors
+    /// When the bench has too many sensors or the rig does not start.
+    pub fn on_bench(
+        bench: &Bench,
+        sensors: usize,
+        seed: u64,
+        flash: Option<&Path>,
+    ) -> Result<Self> {
+        let source = TumbleSource::new(bench, sensors, seed)?;
+        let turner = Turner::Bench(source.handle());
+        let (rig, client, identity) = start(Box::new(source), flash)?;
+        Ok(Self { client, identity, turner, _rig: Some(rig) })
+    }
+
+    /// Returns when the sensors lie in this position.
+    ///
+    /// # Errors
+    /// When there is nobody to turn them.
+    pub fn turn_to(&mut self, position: Position, prompt: &str, output: &mut Output) -> Result<()> {
+        match &self.turner {
+            Turner::Bench(handle) => {
+                handle.turn_to(position);
+                Ok(())
+            }
+            Turner::Person => {
+                output.note(prompt);
+                let mut line = String::new();
+                match io::stdin().lock().read_line(&mut line) {
+                    Ok(read) if read > 0 => Ok(()),
+                    _ => Err(Error::input(
+                        "no_keyboard",
+                        "a person must say when the sensors lie in their position, and stdin has \
+                         ended: run this in a terminal; what has been read is kept",
+                    )),
+                }
+            }
+        }
+    }
+
+    /// True when a person can put right what was wrong with a reading.
+    pub fn can_repeat(&self) -> bool {
+        matches!(self.turner, Turner::Person)
+    }
+}
+
+/// A rig whose sensors are glued to a hanging block.
+#[derive(Debug)]
+pub struct OnBlock {
+    /// The rig.
+    pub client: Client,
+    /// Who it is.
+    pub identity: Identity,
+    /// The one that the bench taps for by itself.
+    rig: Option<VirtualRig>,
+}
+
+impl OnBlock {
+    /// The block of a bench, on a virtual rig; `flash` as a file or in memory.
+    ///
+    /// # Errors
+    /// When the layout does not fit the bench or the rig does not start.
+    pub fn on_bench(
+        bench: &Bench,
+        layout: &HostLayout,
+        seed: u64,
+        flash: Option<&Path>,
+    ) -> Result<Self> {
+        let source = BenchSource::new(bench, layout, seed)?;
+        let (rig, client, identity) = start(Box::new(source), flash)?;
+        Ok(Self { client, identity, rig: Some(rig) })
+    }
+
+    /// Follows the campaign that runs.
+    ///
+    /// # Errors
+    /// When the rig cannot be reached or is stuck.
+    pub fn follow(
+        &mut self,
+        layout: &massline_shared::layout::RigLayout,
+        output: &mut Output,
+    ) -> Result<Ending> {
+        if self.rig.is_none() {
+            return watch(&mut self.client, layout, output);
+        }
+        let interrupt = output.interrupt().clone();
+        let progress = Progress::new(output, "block", layout, false);
+        follow(&mut self.client, &interrupt, Some(PATIENCE), &mut Looker(progress))
+    }
+}
+
+/// Shows the progress of a bench that taps by itself.
+struct Looker<'o>(Progress<'o>);
+
+impl Observer for Looker<'_> {
+    fn status(&mut self, status: &Status) {
+        self.0.status(status);
+    }
+
+    fn hit(&mut self, hit: &HitEvent) {
+        self.0.hit(hit);
+    }
+}

@@ -1,0 +1,146 @@
+//! `massline calibrate tumble`: the six positions.
+
+use std::path::PathBuf;
+
+use massline_shared::calibration::tumble::{Position, TumbleLimits};
+
+use super::rig::{InHand, RigArgs};
+use super::{OriginArgs, report, store};
+use crate::calibration::tumble::{RestReading, Tumble, TumbleReadings, check_rest};
+use crate::error::{Error, Result};
+use crate::output::Output;
+
+/// Arguments of `massline calibrate tumble`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Fix all sensors side by side on a square block, along its edges, and put it on a level table. Each of
+its six faces comes down once. A reading takes half a second. Every reading is kept in a file until
+the calibration is stored: after Ctrl-C the same command goes on.
+
+Examples:
+  massline calibrate tumble
+  massline calibrate tumble --gravity 9.7803 --temperature 24.5 --sensor-ids A17,A18,A21
+  massline calibrate tumble --rig virtual --seed 7 --flash rig.bin")]
+pub struct Args {
+    #[command(flatten)]
+    rig: RigArgs,
+    #[command(flatten)]
+    origin: OriginArgs,
+    /// Local acceleration of gravity, m/s²; it differs by 0.3 % between equator and pole.
+    #[arg(long, value_name = "M_PER_S2", default_value_t = massline_shared::STANDARD_GRAVITY)]
+    gravity: f64,
+    /// A position that is tilted by more than this is refused, rad.
+    #[arg(long, value_name = "RAD", default_value_t = 0.02)]
+    tilt: f64,
+    /// Keep the readings in this file until they are six.
+    #[arg(long, value_name = "FILE", default_value = "massline-tumble.toml")]
+    readings: PathBuf,
+    /// Forget the readings of an interrupted test.
+    #[arg(long)]
+    restart: bool,
+    /// Compute and print, but leave the rig as it is.
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the rig cannot be reached or refuses, or the readings determine no calibration.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let limits = args.limits()?;
+    let origin = args.origin.origin()?;
+    let mut readings = TumbleReadings::open(&args.readings)?;
+    if args.restart {
+        readings.forget();
+    }
+    let mut rig = args.rig.in_hand()?;
+    if readings.positions().next().is_some() {
+        output.note(format!("goes on with the readings of {}", args.readings.display()));
+    }
+    take(&mut rig, &mut readings, &limits, output)?;
+    let found = readings.solve(&limits)?;
+    judge_level(&found, &limits)?;
+    let mut record = rig.client.calibration()?;
+    found.write(&mut record);
+    origin.write(&mut record);
+    if !args.dry_run {
+        store(&mut rig.client, &record)?;
+        readings.forget();
+    }
+    let mut value = report::record_json(&record);
+    value["tumble"] = report::tumble_json(&found);
+    value["stored"] = (!args.dry_run).into();
+    output.answer(&value, |_| report::tumble_text(&found, &record))
+}
+
+impl Args {
+    fn limits(&self) -> Result<TumbleLimits<f64>> {
+        let sound = (9.7..9.9).contains(&self.gravity);
+        if !sound {
+            return Err(Error::input(
+                "gravity_out_of_range",
+                format!("--gravity {} is on no place of the earth; give it in m/s²", self.gravity),
+            ));
+        }
+        Ok(TumbleLimits { gravity: self.gravity, tilt: self.tilt, ..TumbleLimits::default() })
+    }
+}
+
+/// Reads every position that is wanted still.
+///
+/// # Errors
+/// When the rig refuses, or a simulated one does not lie still.
+pub fn take(
+    rig: &mut InHand,
+    readings: &mut TumbleReadings,
+    limits: &TumbleLimits<f64>,
+    output: &mut Output,
+) -> Result<()> {
+    let wanted = readings.wanted();
+    let bar = output.bar(wanted.len() as u64, "positions");
+    for position in wanted {
+        let reading = loop {
+            bar.suspend(|| rig.turn_to(position, &prompt(position), output))?;
+            let reading = RestReading::of(&rig.client.static_reading()?, &rig.identity.adc);
+            match check_rest(&reading, position, limits) {
+                Err(moved) if rig.can_repeat() => bar.suspend(|| output.warn(moved.to_string())),
+                other => break other.map(|()| reading)?,
+            }
+        };
+        readings.add(position, reading)?;
+        bar.suspend(|| output.note(format!("{position}  read")));
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(())
+}
+
+fn prompt(position: Position) -> String {
+    let name = position.name();
+    let way = if name.starts_with('+') { "up" } else { "down" };
+    format!("turn the sensors so that {} points {way}, let go, and press Enter", &name[1..])
+}
+
+/// Refuses positions that were not level.
+///
+/// # Errors
+/// Exit 3 with the sensor and axis that are off most.
+pub fn judge_level(found: &Tumble, limits: &TumbleLimits<f64>) -> Result<()> {
+    if found.is_level(limits) {
+        return Ok(());
+    }
+    let worst =
+        found.sensors.iter().zip(1..).max_by(|(a, _), (b, _)| a.worst.1.total_cmp(&b.worst.1));
+    let Some((sensor, number)) = worst else { return Ok(()) };
+    let (axis, angle) = sensor.worst;
+    Err(Error::undetermined(
+        "position_tilted",
+        format!(
+            "sensor {number}: with {axis:?} up and down the readings are off by {:.1} mrad, a sign \
+             that one of the two positions is tilted by twice that; read them again on a level table \
+             (--restart), or allow it by --tilt",
+            1e3 * angle,
+        ),
+    ))
+}

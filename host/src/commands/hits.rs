@@ -1,0 +1,128 @@
+//! `massline hits`: grades recorded hammer data.
+
+use std::path::PathBuf;
+
+use massline_shared::diagnosis::Code;
+use massline_shared::layout::{HitPolicy, TestSettings, Verdict};
+
+use crate::error::{Error, Result};
+use crate::hits::{Options, grade};
+use crate::output::Output;
+use crate::recording::Recording;
+
+/// Arguments of `massline hits`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Reads LabVIEW measurement (.lvm, decimal point or comma), CSV (; tab or comma, with or without names),
+UFF time records (dataset 58, type 1) and NumPy arrays ((segments,) samples, channels). A file of several
+segments has a hit in each; a continuous one is cut by the trigger. Force in N, responses in m/s².
+
+Examples:
+  massline hits impact.lvm
+  massline hits taps.csv --force Hammer --rate-hz 4000 --force-range-n 120
+  massline hits taps.npy --rate-hz 51200 --policy double_hit=warn --json")]
+pub struct Args {
+    /// The recording.
+    file: PathBuf,
+    /// Column of the force: its name, or its number from 1 (a time column does not count).
+    #[arg(long, value_name = "COLUMN")]
+    force: Option<String>,
+    /// Readings per second, where the file does not say.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate_hz: Option<f64>,
+    /// The hammer is overloaded from this force on, N.
+    #[arg(long, value_name = "N", value_parser = positive)]
+    force_range_n: Option<f64>,
+    /// A response is overloaded from this distance from rest on, m/s².
+    #[arg(long, value_name = "M_S2", value_parser = positive)]
+    response_range_m_s2: Option<f64>,
+    /// Force at which a hit begins, N.
+    #[arg(long, value_name = "N", value_parser = positive, default_value_t = 3.0)]
+    trigger_n: f64,
+    /// A hit with a smaller peak is too weak, N.
+    #[arg(long, value_name = "N", value_parser = positive, default_value_t = 8.0)]
+    weakest_hit_n: f64,
+    /// Quiet time before a hit of a continuous recording, s.
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.02)]
+    pre_trigger_s: f64,
+    /// Length of the record of a hit in a continuous recording, s.
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.512)]
+    record_s: f64,
+    /// Ends of the band that the force must excite and in which hits are compared, Hz.
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = positive,
+          default_values_t = [10.0, 120.0])]
+    band_hz: Vec<f64>,
+    /// Half width of the force window about the peak, s.
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.012)]
+    force_window_s: f64,
+    /// Decay rate of the exponential window, 1/s.
+    #[arg(long, value_name = "PER_S", value_parser = not_negative, default_value_t = 10.0)]
+    exponential_decay_per_s: f64,
+    /// What is done with a fault: CODE=keep, warn or reject; may be given several times.
+    #[arg(long, value_name = "CODE=VERDICT", value_parser = policy_entry)]
+    policy: Vec<(Code, Verdict)>,
+    /// Hits to keep at most: the most consistent ones.
+    #[arg(long, value_name = "COUNT")]
+    keep: Option<usize>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Exit 2 when the file or an option is bad, or there is no hit in it.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let hits = grade(&Recording::read(&args.file)?, &options(args)?)
+        .map_err(|error| error.within(args.file.display()))?;
+    output.answer(&hits.to_json(), |_| hits.to_text())
+}
+
+fn options(args: &Args) -> Result<Options> {
+    let band_hz = match args.band_hz.as_slice() {
+        &[low, high] if low < high => [low, high],
+        _ => {
+            return Err(Error::input("usage", "--band-hz: give LOW and HIGH, LOW below HIGH"));
+        }
+    };
+    let policy = args
+        .policy
+        .iter()
+        .fold(HitPolicy::default(), |policy, &(code, verdict)| policy.with(code, verdict));
+    Ok(Options {
+        force: args.force.clone(),
+        rate_hz: args.rate_hz,
+        force_range_n: args.force_range_n,
+        response_range: args.response_range_m_s2,
+        pre_trigger_s: args.pre_trigger_s,
+        record_s: args.record_s,
+        keep: args.keep,
+        test: TestSettings {
+            band_hz: Some(band_hz),
+            exponential_decay: args.exponential_decay_per_s,
+            force_window_s: args.force_window_s,
+            trigger_n: args.trigger_n,
+            weakest_hit_n: args.weakest_hit_n,
+            policy,
+            ..TestSettings::default()
+        },
+    })
+}
+
+fn positive(text: &str) -> std::result::Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| "a positive number is wanted".into())
+}
+
+fn not_negative(text: &str) -> std::result::Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
+    value.ok_or_else(|| "zero or a positive number is wanted".into())
+}
+
+fn policy_entry(text: &str) -> std::result::Result<(Code, Verdict), String> {
+    let (name, verdict) = text.split_once('=').ok_or("write CODE=VERDICT")?;
+    let code = HitPolicy::CODES.into_iter().find(|code| code.name() == name).ok_or_else(|| {
+        let codes: Vec<_> = HitPolicy::CODES.iter().map(|code| code.name()).collect();
+        format!("no such code; one of {}", codes.join(", "))
+    })?;
+    let verdict = Verdict::from_name(verdict).ok_or("keep, warn or reject is wanted")?;
+    Ok((code, verdict))
+}

@@ -1,0 +1,84 @@
+//! `massline layout check`: what a layout promises before anything is glued.
+
+use std::path::PathBuf;
+
+use massline_shared::design::DEFAULT_NOISE;
+use massline_shared::diagnosis::Diagnostic;
+use serde_json::json;
+
+use super::super::show;
+use crate::design::{Outlook, report};
+use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
+use crate::output::Output;
+use crate::report::{diagnostics_json, message_in};
+
+/// Arguments of `massline layout check`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Predicts the standard deviations of the ten under the error budget of [uncertainty] (the Cramér-Rao
+bound, which maximum likelihood reaches), for the body of [reference], else an assumed one. % of scale
+are % of [m, L, L, L, m L² × 6] with L the root mean square distance of the sensors from their centroid.
+Exit 3 when no method can determine all ten; a warning when only the inertia restraint method cannot.
+
+Examples:
+  massline layout check frame.toml
+  massline layout check frame.toml --json
+  massline layout check frame.toml --noise 0.002")]
+pub struct Args {
+    /// The layout file.
+    layout: PathBuf,
+    #[command(flatten)]
+    noise: NoiseArgs,
+}
+
+/// The noise to predict with.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct NoiseArgs {
+    /// Standard deviation of one accelerance of one hit by noise, over 1/mass.
+    #[arg(long, value_name = "PART", default_value_t = DEFAULT_NOISE, allow_negative_numbers = true, value_parser = positive)]
+    pub noise: f64,
+}
+
+fn positive(text: &str) -> std::result::Result<f64, String> {
+    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    let good = value.is_finite() && value > 0.0 && value <= 1.0;
+    good.then_some(value).ok_or_else(|| "give a part above 0 and up to 1, such as 0.005".into())
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the file is bad, or the layout cannot determine the ten properties.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let file = LayoutFile::read(&args.layout)?;
+    let outlook = Outlook::of(&file, args.noise.noise);
+    let found = &outlook.applicability.diagnostics;
+    let say = |d: &Diagnostic| message_in(d, &file.layout);
+    let mut value = report::outlook_json(&outlook, &file);
+    value["codes"] = found.iter().filter_map(|d| Some(d.known_code()?.name())).collect();
+    value["diagnostics"] = json!(diagnostics_json(found, say));
+    value["layout_hash"] = json!(file.hash());
+    value["noise"] = json!(args.noise.noise);
+    if !output.json() {
+        // The errors are told together at the end.
+        let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
+        show::list(&lesser, say, output);
+        output.note(&outlook.whose);
+    }
+    if outlook.promise.is_some() {
+        return output.answer(&value, |_| {
+            format!(
+                "{} sensors, {} hits: this layout determines all ten properties\n{}",
+                file.layout.sensors.len(),
+                file.layout.hits.len(),
+                report::outlook_text(&outlook, &file).trim_end(),
+            )
+        });
+    }
+    output.explain(value);
+    Err(show::first_error(found, say).unwrap_or_else(|| {
+        let text = "the information about the ten is singular; spread sensors and hits";
+        Error::undetermined("ten_parameters_not_identifiable", text)
+    }))
+}

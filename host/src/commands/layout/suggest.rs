@@ -1,0 +1,196 @@
+//! `massline layout suggest`: better sensors and hits among the nodes of a layout file.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use massline_shared::diagnosis::Diagnostic;
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, RIG_HITS, RIG_SENSORS};
+use serde_json::json;
+use toml_edit::{Array, DocumentMut, Item, Table, Value};
+
+use super::super::show;
+use super::check::NoiseArgs;
+use crate::design::{Options, Wanted, report, suggest};
+use crate::error::{Error, Result};
+use crate::layout_file::{LayoutFile, MAX_BYTES};
+use crate::output::Output;
+use crate::report::{diagnostics_json, message_in};
+
+/// Arguments of `massline layout suggest`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Candidates are all [[node]]s of the file and the directions of their local axes, except where a node
+says otherwise: `can_carry_sensor = false`, `can_hit = [\"+X\", \"-Z\"]`. The suggestion has the least sum
+of the ten variances over the squares of [m, L, L, L, m L² × 6] under the error budget of [uncertainty],
+for the body of [reference], else an assumed one; L is the root mean square distance of the nodes from
+their centroid. Exchange search from the file's own layout and several random ones; equal seeds give
+equal suggestions.
+
+Examples:
+  massline layout suggest frame.toml
+  massline layout suggest frame.toml --sensors 3 --hits 5 --write better.toml
+  massline layout suggest frame.toml --keep-sensors --hits 6
+  massline layout suggest frame.toml --starts 40 --seed 7 --json")]
+pub struct Args {
+    /// The layout file with the candidate nodes.
+    layout: PathBuf,
+    /// Sensors wanted; default: as many as the file has, 3 when it has none.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=HOST_SENSORS as i64))]
+    sensors: Option<u8>,
+    /// Hit DOFs wanted; default: as many as the file has, 5 when it has none.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=HOST_HITS as i64))]
+    hits: Option<u8>,
+    /// Accepted hits at each DOF; default: those of [test].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=50))]
+    hits_per_dof: Option<u8>,
+    /// The sensors are glued already: only hits are chosen.
+    #[arg(long, conflicts_with = "sensors")]
+    keep_sensors: bool,
+    /// The hits are given: only sensors are chosen.
+    #[arg(long, conflicts_with_all = ["hits", "keep_sensors"])]
+    keep_hits: bool,
+    #[command(flatten)]
+    noise: NoiseArgs,
+    /// Random starts of the search.
+    #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    starts: u32,
+    /// Seed of the random starts.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write the file with the suggested sensors and hits to a new file; everything else, comments
+    /// too, stays.
+    #[arg(long, value_name = "FILE")]
+    write: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the file is bad or has too few candidates, none determine the ten, the new file cannot be
+/// written, or on Ctrl-C.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let file = LayoutFile::read(&args.layout)?;
+    let options = options(args, &file);
+    let bar = output.bar(u64::from(args.starts), "starts");
+    let found = suggest(&file, &options, output.interrupt(), |done| bar.set_position(done));
+    bar.finish_and_clear();
+    let suggestion = found.map_err(|error| error.within(args.layout.display()))?;
+    if let Some(path) = &args.write {
+        write(&args.layout, path, &suggestion.layout)?;
+    }
+    let layout = &suggestion.layout;
+    let say = |d: &Diagnostic| message_in(d, layout);
+    let found = &suggestion.applicability.diagnostics;
+    let mut value = report::suggestion_json(&suggestion);
+    value["codes"] = found.iter().filter_map(|d| Some(d.known_code()?.name())).collect();
+    value["diagnostics"] = json!(diagnostics_json(found, say));
+    value["noise"] = json!(args.noise.noise);
+    value["seed"] = json!(args.seed);
+    value["starts"] = json!(args.starts);
+    value["written"] = json!(args.write);
+    if !output.json() {
+        show::list(found, say, output);
+        output.note(&suggestion.whose);
+        if layout.sensors.len() > RIG_SENSORS || layout.hits.len() > RIG_HITS {
+            output.note(format!(
+                "a rig takes {RIG_SENSORS} sensors and {RIG_HITS} hits; only `massline solve` takes more"
+            ));
+        }
+        if let Some(path) = &args.write {
+            output.note(format!("{} written", path.display()));
+        }
+    }
+    output.answer(&value, |_| {
+        format!("{}{}", report::suggestion_text(&suggestion), report::lines(layout))
+    })
+}
+
+fn options(args: &Args, file: &LayoutFile) -> Options {
+    let wanted = |keep, given: Option<u8>, present: usize, usual| {
+        let present = if present == 0 { usual } else { present };
+        if keep { Wanted::Keep } else { Wanted::Best(given.map_or(present, usize::from)) }
+    };
+    let layout = &file.layout;
+    Options {
+        sensors: wanted(args.keep_sensors, args.sensors, layout.sensors.len(), 3),
+        hits: wanted(args.keep_hits, args.hits, layout.hits.len(), 5),
+        hits_per_dof: args.hits_per_dof.unwrap_or(layout.test.hits_per_dof),
+        noise: args.noise.noise,
+        starts: args.starts,
+        seed: args.seed,
+    }
+}
+
+/// Copies a layout file with other sensors and hits; an existing file is not touched.
+fn write(from: &Path, to: &Path, layout: &HostLayout) -> Result<()> {
+    let cannot = |path: &Path, e: &dyn std::fmt::Display| {
+        Error::input("cannot_write", format!("{} cannot be written: {e}", path.display()))
+    };
+    let bytes = crate::bounded::read(from, MAX_BYTES).map_err(|e| cannot(to, &e))?;
+    let text = edited(&String::from_utf8_lossy(&bytes), layout).map_err(|e| cannot(to, &e))?;
+    let mut file = std::fs::File::create_new(to).map_err(|e| cannot(to, &e))?;
+    file.write_all(text.as_bytes()).map_err(|e| cannot(to, &e))
+}
+
+/// The text of a layout file with these sensors, hits and hits per DOF. Entries that stay keep what
+/// they say.
+fn edited(text: &str, layout: &HostLayout) -> std::result::Result<String, toml_edit::TomlError> {
+    let mut document: DocumentMut = text.parse()?;
+    let nodes = layout.sensors.iter().map(|s| Value::from(i64::from(s.node)));
+    replace(&mut document, "sensors", "node", nodes.collect());
+    let dofs = layout.hits.iter().map(|h| Value::from(h.dof.to_string()));
+    replace(&mut document, "hits", "dof", dofs.collect());
+    let hits_per_dof = i64::from(layout.test.hits_per_dof);
+    let present = document.get("test").and_then(|test| test.get("hits_per_dof")?.as_integer());
+    if present.unwrap_or(5) != hits_per_dof {
+        let test = document.entry("test").or_insert(Item::Table(Table::new()));
+        match test.get_mut("hits_per_dof").and_then(Item::as_value_mut) {
+            Some(value) => {
+                let decor = value.decor().clone();
+                *value = hits_per_dof.into();
+                *value.decor_mut() = decor;
+            }
+            None => test["hits_per_dof"] = toml_edit::value(hits_per_dof),
+        }
+    }
+    Ok(document.to_string())
+}
+
+/// Replaces the list under `list`; an old entry, or its member `name`, that says the same as a new one
+/// is kept.
+fn replace(document: &mut DocumentMut, list: &str, name: &str, new: Vec<Value>) {
+    let same = |a: &Value, b: &Value| match (a.as_str(), b.as_str()) {
+        (Some(a), Some(b)) => a.trim() == b,
+        _ => a.as_integer().is_some() && a.as_integer() == b.as_integer(),
+    };
+    let old: Vec<Value> = match document.get(list) {
+        Some(Item::Value(Value::Array(array))) => array.iter().cloned().collect(),
+        Some(Item::ArrayOfTables(tables)) => {
+            tables.iter().map(|table| table.clone().into_inline_table().into()).collect()
+        }
+        _ => Vec::new(),
+    };
+    let says = |entry: &Value, value: &Value| {
+        let inner = entry.as_inline_table().and_then(|table| table.get(name));
+        same(inner.unwrap_or(entry), value)
+    };
+    let entries = new.into_iter().map(|value| {
+        let mut entry = old.iter().find(|entry| says(entry, &value)).cloned().unwrap_or(value);
+        entry.decor_mut().clear();
+        entry
+    });
+    let array: Array = entries.collect();
+    let mut value = Value::Array(array);
+    match document.get_mut(list) {
+        Some(Item::Value(present)) => {
+            *value.decor_mut() = present.decor().clone();
+            *present = value;
+        }
+        _ => {
+            document.insert(list, Item::Value(value));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,119 @@
+//! `massline simulate --runs`: how good a layout is over many tests.
+
+use std::num::{NonZeroU64, NonZeroUsize};
+use std::path::Path;
+
+use clap::ValueEnum;
+use serde_json::json;
+
+use super::bench_test::{BenchArgs, nominal_calibration};
+use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
+use crate::monte_carlo::measurement::TestLayout;
+use crate::monte_carlo::{MonteCarlo, Study, believe_bench, report};
+use crate::output::{Output, Tone};
+
+/// How often, and with which budget.
+#[derive(Clone, Debug, clap::Args)]
+pub struct MonteCarloArgs {
+    /// Repeat the test so often, without a rig, and compare with the Cramér-Rao bound.
+    #[arg(long, value_name = "N", conflicts_with_all = ["rig", "firmware"])]
+    pub runs: Option<NonZeroU64>,
+    /// Error budget that the methods believe in and the bound is computed with.
+    #[arg(long, value_enum, default_value_t, value_name = "BUDGET", requires = "runs")]
+    budget: Budget,
+    /// Threads; default: all cores.
+    #[arg(long, value_name = "N", requires = "runs")]
+    threads: Option<NonZeroUsize>,
+}
+
+/// An error budget as an argument.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Budget {
+    /// The [uncertainty] of the layout, as a real test has to.
+    #[default]
+    Layout,
+    /// The standard deviations with which the bench draws its errors.
+    Bench,
+}
+
+impl Budget {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Layout => "layout",
+            Self::Bench => "bench",
+        }
+    }
+}
+
+/// Runs the study.
+///
+/// # Errors
+/// When the layout does not fit the rig or the bench, no method has an answer, or on Ctrl-C; what is
+/// done by then is printed all the same.
+pub fn run(
+    path: &Path,
+    file: &LayoutFile,
+    bench: &BenchArgs,
+    args: &MonteCarloArgs,
+    runs: NonZeroU64,
+    output: &mut Output,
+) -> Result<()> {
+    let seed = bench.seed;
+    let bench = bench.open()?;
+    let mut layout: TestLayout = file.layout.cast().ok_or_else(|| {
+        let text = "the layout has more sensors or hits than a rig takes";
+        Error::input("layout_too_large", text).within(path.display())
+    })?;
+    if args.budget == Budget::Bench {
+        believe_bench(&mut layout, &bench);
+    }
+    let calibration = nominal_calibration(&bench);
+    let monte_carlo = MonteCarlo {
+        bench: &bench,
+        layout: &layout,
+        calibration: &calibration,
+        seed,
+        runs: runs.get(),
+        threads: args.threads,
+    };
+    let bar = output.bar(runs.get(), "runs");
+    let study = monte_carlo.run(output.interrupt(), |done| bar.set_position(done))?;
+    bar.finish_and_clear();
+    let mut value = report::to_json(&study);
+    value["seed"] = json!(seed);
+    value["bench"] = json!(bench.title);
+    value["budget"] = json!(args.budget.name());
+    let Some(error) = shortcoming(&study) else {
+        return output.answer(&value, |output| to_text(&study, file, output));
+    };
+    // What there is, is told all the same; as JSON within the one object of the error.
+    if output.json() {
+        output.explain(value);
+    } else {
+        let text = to_text(&study, file, output);
+        output.text(text)?;
+    }
+    Err(error.within(path.display()))
+}
+
+fn to_text(study: &Study, file: &LayoutFile, output: &Output) -> String {
+    let heading = output.toned(&file.layout.title, Tone::Strong);
+    format!("{heading}\n{}", report::to_text(study))
+}
+
+/// Why a study is not what was asked for.
+fn shortcoming(study: &Study) -> Option<Error> {
+    if study.runs < study.wanted {
+        let done = format!("interrupted after {} of {} runs", study.runs, study.wanted);
+        return Some(Error::interrupted(done));
+    }
+    let unanswered = study.methods.iter().all(|method| method.answers == 0);
+    unanswered.then(|| {
+        let reason = study.unmeasured.map_or_else(
+            || "no method has an answer in any run; see massline layout check".to_owned(),
+            |(_, first)| first.to_string(),
+        );
+        Error::undetermined("no_answer", reason)
+    })
+}

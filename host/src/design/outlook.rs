@@ -1,0 +1,121 @@
+//! What a layout promises, what limits it, and what one sensor or hit more or less would do.
+
+use massline_shared::design::{Criterion, Part, parts, total};
+use massline_shared::identify::maximum_likelihood::workspace;
+use massline_shared::identify::{Applicability, Method};
+use massline_shared::layout::{Dof, HOST_HITS, HOST_SENSORS, HostLayout};
+
+use super::{Candidates, criterion_for};
+use crate::identification::CHANNELS;
+use crate::layout_file::LayoutFile;
+
+/// The methods, best first.
+pub(super) const METHODS: [Method; 2] = [Method::MaximumLikelihood, Method::InertiaRestraint];
+
+/// The uncertainty that a layout promises.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Promise {
+    /// Standard deviations of the ten, SI units.
+    pub sigma: [f64; 10],
+    /// The same in % of [m, L, L, L, m L² × 6].
+    pub percent_of_scale: [f64; 10],
+    /// Their root mean square.
+    pub total_percent_of_scale: f64,
+}
+
+/// What is known of a layout before anything is measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outlook {
+    /// Which methods are left, ranks and conditions.
+    pub applicability: Applicability<f64>,
+    /// The promise; `None` when the ten cannot be told.
+    pub promise: Option<Promise>,
+    /// What limits it, cause by cause; empty without a promise.
+    pub parts: Vec<Part<f64>>,
+    /// What one more or less would do; `None` without a promise.
+    pub advice: Option<Advice>,
+    /// What is predicted with.
+    pub criterion: Criterion<f64>,
+    /// Whose body that is.
+    pub whose: String,
+}
+
+/// Total uncertainty, in % of scale, of layouts that differ by one sensor or hit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Advice {
+    /// The further hit that helps most, and the total with it.
+    pub further_hit: Option<(Dof, f64)>,
+    /// The node for a further sensor that helps most, and the total with it.
+    pub further_sensor: Option<(u16, f64)>,
+    /// The total without each of the hits; `None` where the ten cannot be told without it.
+    pub without_hits: Vec<Option<f64>>,
+    /// The total without each of the sensors.
+    pub without_sensors: Vec<Option<f64>>,
+}
+
+impl Promise {
+    /// Of a layout; `None` when it does not determine the ten.
+    pub(super) fn of(criterion: &Criterion<f64>, layout: &HostLayout) -> Option<Self> {
+        let mut memory = memory();
+        criterion.cost::<HOST_SENSORS, HOST_HITS, CHANNELS>(layout, &mut memory)?;
+        let bound = criterion.bound::<HOST_SENSORS, HOST_HITS, CHANNELS>(layout, &mut memory)?;
+        let relative = bound.sigma().component_div(&criterion.scale);
+        Some(Self {
+            sigma: bound.sigma().into(),
+            percent_of_scale: (relative * 100.0).into(),
+            total_percent_of_scale: percent(relative.norm_squared()),
+        })
+    }
+}
+
+impl Outlook {
+    /// Of a layout file, with `noise` relative to 1/m.
+    pub fn of(file: &LayoutFile, noise: f64) -> Self {
+        let layout = &file.layout;
+        let (criterion, whose) = criterion_for(file, layout.characteristic_length(), noise);
+        let applicability = Applicability::new(layout, &criterion.body, &METHODS);
+        let possible = METHODS.iter().any(|&method| applicability.admits(method));
+        let promise = if possible { Promise::of(&criterion, layout) } else { None };
+        let parts = promise.and_then(|_| {
+            parts::<f64, HOST_SENSORS, HOST_HITS, CHANNELS>(&criterion, layout, &mut memory())
+        });
+        Self {
+            applicability,
+            promise,
+            parts: parts.map_or(Vec::new(), |parts| parts.to_vec()),
+            advice: promise.map(|_| Advice::of(&criterion, file)),
+            criterion,
+            whose,
+        }
+    }
+}
+
+impl Advice {
+    fn of(criterion: &Criterion<f64>, file: &LayoutFile) -> Self {
+        const S: usize = HOST_SENSORS;
+        const H: usize = HOST_HITS;
+        let (layout, more) = (&file.layout, Candidates::of(file).beyond(file));
+        let memory = &mut memory();
+        let hit = criterion.best_further_hit::<S, H, CHANNELS>(layout, more.hits, memory);
+        let sensor = criterion.best_further_sensor::<S, H, CHANNELS>(layout, more.sensors, memory);
+        let percents = |cost: Option<f64>| cost.map(percent);
+        let without_hits = criterion.costs_without_hits::<S, H, CHANNELS>(layout, memory);
+        let without_sensors = criterion.costs_without_sensors::<S, H, CHANNELS>(layout, memory);
+        Self {
+            further_hit: hit.map(|(hit, cost)| (hit.dof, percent(cost))),
+            further_sensor: sensor.map(|(sensor, cost)| (sensor.node, percent(cost))),
+            without_hits: without_hits.into_iter().map(percents).collect(),
+            without_sensors: without_sensors.into_iter().map(percents).collect(),
+        }
+    }
+}
+
+/// What the bound of a [`HostLayout`] needs to be worked out in.
+fn memory() -> Vec<f64> {
+    vec![0.0; workspace(HOST_SENSORS)]
+}
+
+/// The sum of relative variances as one number for people.
+pub(super) fn percent(cost: f64) -> f64 {
+    100.0 * total(cost)
+}

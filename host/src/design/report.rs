@@ -1,0 +1,230 @@
+//! Predictions of layouts as JSON and as text.
+
+use massline_shared::design::Part;
+use massline_shared::identify::{Applicability, Method};
+use massline_shared::layout::{HostLayout, PROPERTIES, RIG_SENSORS};
+use serde_json::{Map, Value, json};
+
+use super::outlook::METHODS;
+use super::{Advice, Outlook, Promise, Suggestion};
+use crate::layout_file::LayoutFile;
+use crate::output::{align_right, table};
+use crate::report::ROWS;
+
+/// Causes with less than this part are not worth a line.
+const WORTH_SAYING: f64 = 0.005;
+
+/// What is known of a layout, without its diagnostics.
+pub fn outlook_json(outlook: &Outlook, file: &LayoutFile) -> Value {
+    let Outlook { applicability, promise, .. } = outlook;
+    let mut value = promise_json(promise.as_ref());
+    value["identifiable"] = json!(promise.is_some());
+    value["rank"] = json!(applicability.rank);
+    value["condition"] = json!(applicability.condition);
+    value["methods"] = methods_json(applicability);
+    value["causes"] = outlook.parts.iter().map(part_json).collect();
+    value["advice"] = outlook.advice.as_ref().map_or(Value::Null, |a| advice_json(a, file));
+    value["noise_m_per_s2_per_n"] = json!(outlook.criterion.noise);
+    value["scale"] = ten(|k| json!(outlook.criterion.scale[k]));
+    value["body"] = json!({
+        "source": outlook.whose,
+        "properties": outlook.criterion.body.theta().as_slice(),
+    });
+    value
+}
+
+/// A suggestion, without its diagnostics.
+pub fn suggestion_json(suggestion: &Suggestion) -> Value {
+    let mut value = promise_json(Some(&suggestion.promise));
+    let layout = &suggestion.layout;
+    value["sensors"] = layout.sensors.iter().map(|s| json!(s.node)).collect();
+    value["hits"] = layout.hits.iter().map(|h| json!(h.dof.to_string())).collect();
+    value["hits_per_dof"] = json!(layout.test.hits_per_dof);
+    value["candidates"] = json!({
+        "sensors": suggestion.candidates.sensors.len(),
+        "hits": suggestion.candidates.hits.len(),
+    });
+    value["methods"] = methods_json(&suggestion.applicability);
+    value["condition"] = json!(suggestion.applicability.condition);
+    value["characteristic_length_m"] = json!(suggestion.length);
+    value["before"] = promise_json(suggestion.before.as_ref());
+    value["body"] = json!({ "source": suggestion.whose });
+    value
+}
+
+fn promise_json(promise: Option<&Promise>) -> Value {
+    json!({
+        "sigma": ten(|k| json!(promise.map(|p| p.sigma[k]))),
+        "percent_of_scale": ten(|k| json!(promise.map(|p| p.percent_of_scale[k]))),
+        "total_percent_of_scale": promise.map(|p| p.total_percent_of_scale),
+    })
+}
+
+fn ten(of: impl Fn(usize) -> Value) -> Value {
+    let members: Map<String, Value> =
+        PROPERTIES.iter().enumerate().map(|(k, name)| ((*name).to_owned(), of(k))).collect();
+    Value::Object(members)
+}
+
+fn methods_json(applicability: &Applicability<f64>) -> Value {
+    let methods = METHODS.iter().map(|&method| {
+        let obstacles: Vec<_> = applicability.obstacles(method).map(|code| code.name()).collect();
+        json!({
+            "method": method.name(),
+            "applicable": obstacles.is_empty(),
+            "blocked_by": obstacles,
+        })
+    });
+    methods.collect()
+}
+
+fn part_json(part: &Part<f64>) -> Value {
+    json!({
+        "cause": part.cause.name(),
+        "share": part.share,
+        "shares": ten(|k| json!(part.shares[k])),
+    })
+}
+
+fn advice_json(advice: &Advice, file: &LayoutFile) -> Value {
+    let layout = &file.layout;
+    let hits = layout.hits.iter().zip(&advice.without_hits);
+    let sensors = layout.sensors.iter().zip(&advice.without_sensors);
+    json!({
+        "further_hit": advice.further_hit.map(|(dof, total)| json!({
+            "dof": dof.to_string(), "total_percent_of_scale": total,
+        })),
+        "further_sensor": advice.further_sensor.map(|(node, total)| json!({
+            "node": node, "total_percent_of_scale": total,
+        })),
+        "without_hits": hits.map(|(hit, total)| json!({
+            "dof": hit.dof.to_string(), "total_percent_of_scale": total,
+        })).collect::<Vec<_>>(),
+        "without_sensors": sensors.map(|(sensor, total)| json!({
+            "node": sensor.node, "total_percent_of_scale": total,
+        })).collect::<Vec<_>>(),
+    })
+}
+
+/// What a layout promises, for people.
+pub fn outlook_text(outlook: &Outlook, file: &LayoutFile) -> String {
+    let Outlook { applicability, promise: Some(promise), .. } = outlook else {
+        return String::new();
+    };
+    let mut rows = table();
+    rows.set_header(["", "± sd", "unit", "% of scale", "mostly from"]);
+    for (k, (symbol, unit, factor)) in ROWS.into_iter().enumerate() {
+        rows.add_row([
+            symbol.to_owned(),
+            format!("{:.4}", promise.sigma[k] * factor),
+            unit.to_owned(),
+            format!("{:.3}", promise.percent_of_scale[k]),
+            most(&outlook.parts, |part| part.shares[k], 2),
+        ]);
+    }
+    align_right(&mut rows, [1, 3]);
+    let mut text = format!(
+        "{rows}\nall ten: {:.3} % of scale (root mean square); {}\n",
+        promise.total_percent_of_scale,
+        most(&outlook.parts, |part| part.share, usize::MAX),
+    );
+    text += &format!(
+        "rank {} of 10, condition {:.3}; {}\n",
+        applicability.rank,
+        applicability.condition,
+        methods_text(applicability),
+    );
+    if let Some(advice) = &outlook.advice {
+        text += &advice_text(advice, file);
+    }
+    text
+}
+
+/// The causes with the largest parts.
+fn most(parts: &[Part<f64>], share: impl Fn(&Part<f64>) -> f64, count: usize) -> String {
+    let mut parts: Vec<_> = parts.iter().filter(|part| share(part) > WORTH_SAYING).collect();
+    parts.sort_by(|a, b| share(b).total_cmp(&share(a)));
+    let words = parts.iter().take(count).map(|part| {
+        format!("{} {:.0} %", part.cause.name().replace('_', " "), 100.0 * share(part))
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+fn methods_text(applicability: &Applicability<f64>) -> String {
+    let say = |method: &Method| {
+        let mut obstacles = applicability.obstacles(*method);
+        match obstacles.next() {
+            None => format!("{} applies", method.name()),
+            Some(code) => format!("{} does not apply ({})", method.name(), code.name()),
+        }
+    };
+    METHODS.iter().map(say).collect::<Vec<_>>().join(", ")
+}
+
+fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
+    let layout = &file.layout;
+    let mut text = String::new();
+    if let Some((dof, total)) = advice.further_hit {
+        text += &format!("a further hit helps most at {dof}: {total:.3} %\n");
+    }
+    if let Some((node, total)) = advice.further_sensor {
+        let beyond = if layout.sensors.len() < RIG_SENSORS {
+            String::new()
+        } else {
+            format!(" (a rig has inputs for {RIG_SENSORS})")
+        };
+        text += &format!("a further sensor helps most on node {node}: {total:.3} %{beyond}\n");
+    }
+    if let Some((hit, total)) = least(&layout.hits, &advice.without_hits) {
+        text += &format!("the hit worth least is {}: {total:.3} % without it\n", hit.dof);
+    }
+    if let Some((sensor, total)) = least(&layout.sensors, &advice.without_sensors) {
+        let node = sensor.node;
+        text += &format!("the sensor worth least is on node {node}: {total:.3} % without it\n");
+    }
+    text
+}
+
+/// What can be missed best; `None` when nothing can be missed.
+fn least<'a, T>(all: &'a [T], totals: &[Option<f64>]) -> Option<(&'a T, f64)> {
+    let known = all.iter().zip(totals).filter_map(|(one, total)| Some((one, (*total)?)));
+    known.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// What a suggestion promises beside what the file's own layout does, for people.
+pub fn suggestion_text(suggestion: &Suggestion) -> String {
+    let Suggestion { promise, before, .. } = suggestion;
+    let mut rows = table();
+    rows.set_header(["", "± sd now", "± sd suggested", "unit", "% of scale now", "suggested"]);
+    for (k, (symbol, unit, factor)) in ROWS.into_iter().enumerate() {
+        let now = |of: fn(&Promise) -> &[f64; 10], factor: f64, digits: usize| {
+            before.as_ref().map_or("-".into(), |p| format!("{:.digits$}", of(p)[k] * factor))
+        };
+        rows.add_row([
+            symbol.to_owned(),
+            now(|p| &p.sigma, factor, 4),
+            format!("{:.4}", promise.sigma[k] * factor),
+            unit.to_owned(),
+            now(|p| &p.percent_of_scale, 1.0, 3),
+            format!("{:.3}", promise.percent_of_scale[k]),
+        ]);
+    }
+    align_right(&mut rows, [1, 2, 4, 5]);
+    let now = match before {
+        Some(before) => format!("{:.3} %", before.total_percent_of_scale),
+        None => "not determined".to_owned(),
+    };
+    format!(
+        "{rows}\nall ten: {:.3} % of scale (root mean square; L = {:.1} mm, of the nodes), now {now}\n{}\n",
+        promise.total_percent_of_scale,
+        suggestion.length * 1e3,
+        methods_text(&suggestion.applicability),
+    )
+}
+
+/// The lines of a layout file, ready to paste.
+pub fn lines(layout: &HostLayout) -> String {
+    let sensors: Vec<_> = layout.sensors.iter().map(|s| s.node.to_string()).collect();
+    let hits: Vec<_> = layout.hits.iter().map(|h| format!("\"{}\"", h.dof)).collect();
+    format!("sensors = [{}]\nhits = [{}]", sensors.join(", "), hits.join(", "))
+}

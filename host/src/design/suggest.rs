@@ -1,0 +1,270 @@
+//! Sensors and hits chosen among the nodes of a layout file.
+
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc;
+
+use massline_shared::design::{Choice, Counts, Criterion, Found, Search, SearchError};
+use massline_shared::identify::Applicability;
+use massline_shared::identify::maximum_likelihood::workspace;
+use massline_shared::layout::{
+    HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS, extent,
+};
+
+use super::outlook::METHODS;
+use super::{Candidates, Promise, criterion_for};
+use crate::error::{Error, Result};
+use crate::identification::CHANNELS;
+use crate::interrupt::Interrupt;
+use crate::layout_file::LayoutFile;
+
+/// How many of something are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// Exactly those of the file.
+    Keep,
+    /// So many of the candidates.
+    Best(usize),
+}
+
+/// What to search for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Sensors.
+    pub sensors: Wanted,
+    /// Hit DOFs.
+    pub hits: Wanted,
+    /// Accepted hits at each DOF.
+    pub hits_per_dof: u8,
+    /// Noise of one accelerance of one hit, relative to 1/m.
+    pub noise: f64,
+    /// Random starts.
+    pub starts: u32,
+    /// Equal seeds give equal suggestions.
+    pub seed: u64,
+}
+
+/// A layout that promises more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suggestion {
+    /// The file's layout with other sensors and hits.
+    pub layout: HostLayout,
+    /// What it promises.
+    pub promise: Promise,
+    /// What the file's own layout promises in the same scale; `None` when it does not determine the
+    /// ten.
+    pub before: Option<Promise>,
+    /// What is to be said about it; no errors.
+    pub applicability: Applicability<f64>,
+    /// What was chosen among.
+    pub candidates: Candidates,
+    /// L of the scale: root mean square distance of the nodes from their centroid, m.
+    pub length: f64,
+    /// Whose body it is for.
+    pub whose: String,
+}
+
+/// The sensors and hits among the nodes of a file that promise the least sum of relative variances;
+/// `progress` hears of every start that is done. All cores search; the answer does not depend on how
+/// many there are.
+///
+/// # Errors
+/// Exit 2 when there are fewer candidates than are wanted, exit 3 when no choice of them determines
+/// the ten, 130 on Ctrl-C.
+pub fn suggest(
+    file: &LayoutFile,
+    options: &Options,
+    interrupt: &Interrupt,
+    progress: impl FnMut(u64),
+) -> Result<Suggestion> {
+    let mut candidates = Candidates::of(file);
+    let wanted = Counts {
+        sensors: narrow(&mut candidates.sensors, options.sensors, &file.layout.sensors),
+        hits: narrow(&mut candidates.hits, options.hits, &file.layout.hits),
+    };
+    enough(wanted, &candidates)?;
+    let (_, length) = extent(file.nodes.iter().map(|node| node.position));
+    let (criterion, whose) = criterion_for(file, length, options.noise);
+    let mut empty = file.layout.clone();
+    empty.sensors.clear();
+    empty.hits.clear();
+    empty.test.hits_per_dof = options.hits_per_dof;
+    let job = Job { file, criterion: &criterion, candidates: &candidates, empty: &empty };
+    let search = Search {
+        candidates: Counts { sensors: candidates.sensors.len(), hits: candidates.hits.len() },
+        wanted,
+        starts: options.starts,
+        seed: options.seed,
+    };
+    let layout = if wanted.sensors <= RIG_SENSORS && wanted.hits <= RIG_HITS {
+        job.search::<RIG_SENSORS, RIG_HITS, { 3 * RIG_SENSORS }>(&search, interrupt, progress)?
+    } else {
+        job.search::<HOST_SENSORS, HOST_HITS, CHANNELS>(&search, interrupt, progress)?
+    };
+    let layout = layout.ok_or_else(nothing)?;
+    let applicability = Applicability::new(&layout, &criterion.body, &METHODS);
+    if !METHODS.iter().any(|&method| applicability.admits(method)) {
+        return Err(nothing());
+    }
+    Ok(Suggestion {
+        promise: Promise::of(&criterion, &layout).ok_or_else(nothing)?,
+        before: Promise::of(&criterion, &file.layout),
+        layout,
+        applicability,
+        candidates,
+        length,
+        whose,
+    })
+}
+
+/// How many are wanted; kept ones become the only candidates.
+fn narrow<T: Copy>(candidates: &mut Vec<T>, wanted: Wanted, present: &[T]) -> usize {
+    match wanted {
+        Wanted::Best(count) => count,
+        Wanted::Keep => {
+            *candidates = present.to_vec();
+            present.len()
+        }
+    }
+}
+
+fn enough(wanted: Counts, candidates: &Candidates) -> Result<()> {
+    let few = |what: &str, wanted: usize, there: usize, how: &str| {
+        let text = format!(
+            "{wanted} {what} are wanted and the nodes have places for {there}; add [[node]]s, {how}, \
+             or want fewer"
+        );
+        Err(Error::input("too_few_candidates", text))
+    };
+    let (sensors, hits) = (candidates.sensors.len(), candidates.hits.len());
+    if wanted.sensors > sensors {
+        return few("sensors", wanted.sensors, sensors, "allow more (can_carry_sensor)");
+    }
+    if wanted.hits > hits {
+        return few("hit DOFs", wanted.hits, hits, "allow more (can_hit)");
+    }
+    Ok(())
+}
+
+fn nothing() -> Error {
+    Error::undetermined(
+        "ten_parameters_not_identifiable",
+        "no choice of these nodes determines the ten properties: the lines of the hits must not all \
+         meet in one point and the nodes must not all be on one line; add nodes elsewhere, allow more \
+         directions (can_hit), or want more sensors and hits",
+    )
+}
+
+/// What every start needs.
+struct Job<'a> {
+    file: &'a LayoutFile,
+    criterion: &'a Criterion<f64>,
+    candidates: &'a Candidates,
+    /// The file's layout without sensors and hits.
+    empty: &'a HostLayout,
+}
+
+impl Job<'_> {
+    /// The best layout of all starts in the capacity that is just enough, which is several times
+    /// faster; `None` when no choice determines the ten.
+    fn search<const S: usize, const H: usize, const CH: usize>(
+        &self,
+        search: &Search,
+        interrupt: &Interrupt,
+        mut progress: impl FnMut(u64),
+    ) -> Result<Option<HostLayout>> {
+        let empty: Layout<f64, S, H> = self.empty.cast().ok_or_else(nothing)?;
+        let first = self.present::<S, H>(search);
+        // The file's own layout is one start more.
+        let starts = search.starts + u32::from(first.is_some());
+        let start = |index: u32| match index.checked_sub(search.starts) {
+            None => search.start(index),
+            Some(_) => first.clone().ok_or(SearchError::NothingFound),
+        };
+        let _guard = interrupt.guard();
+        let next = AtomicU32::new(0);
+        let (done, results) = mpsc::channel();
+        let threads = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        let mut found = std::thread::scope(|scope| {
+            for _ in 0..threads {
+                let (done, next, empty) = (done.clone(), &next, &empty);
+                let start = &start;
+                scope.spawn(move || {
+                    let mut memory = vec![0.0; workspace(S)];
+                    while !interrupt.pressed() {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        if index >= starts {
+                            break;
+                        }
+                        let cost = |choice: &Choice<S, H>| {
+                            let layout = self.layout(empty, choice);
+                            self.criterion.cost::<S, H, CH>(&layout, &mut memory)
+                        };
+                        let found = start(index).map(|start| search.improve(start, cost));
+                        // The receiver lives as long as the threads do.
+                        let _ = done.send((index, found));
+                    }
+                });
+            }
+            drop(done);
+            let mut found = Vec::new();
+            for result in results {
+                found.push(result);
+                progress(found.len() as u64);
+            }
+            found
+        });
+        if found.len() < starts as usize {
+            let text = format!("interrupted after {} of {starts} starts", found.len());
+            return Err(Error::interrupted(text));
+        }
+        // In the order of the starts, whichever thread was first.
+        found.sort_by_key(|&(index, _)| index);
+        let mut best: Option<Found<f64, S, H>> = None;
+        for (_, found) in found {
+            let found = found.map_err(|e| Error::input("too_few_candidates", e.to_string()))?;
+            if let Some(found) = found
+                && best.as_ref().is_none_or(|best| found.cost < best.cost)
+            {
+                best = Some(found);
+            }
+        }
+        Ok(best.and_then(|best| self.layout(&empty, &ordered(best.choice)).cast()))
+    }
+
+    /// The file's own sensors and hits as a choice, when they are candidates and as many as wanted.
+    fn present<const S: usize, const H: usize>(&self, search: &Search) -> Option<Choice<S, H>> {
+        let layout = &self.file.layout;
+        let mut choice = Choice::default();
+        for sensor in &layout.sensors {
+            let index = self.candidates.sensors.iter().position(|s| s.node == sensor.node)?;
+            choice.sensors.push(index).ok()?;
+        }
+        for hit in &layout.hits {
+            let index = self.candidates.hits.iter().position(|h| h.dof == hit.dof)?;
+            choice.hits.push(index).ok()?;
+        }
+        let counts = Counts { sensors: choice.sensors.len(), hits: choice.hits.len() };
+        (counts == search.wanted).then_some(choice)
+    }
+
+    fn layout<const S: usize, const H: usize>(
+        &self,
+        empty: &Layout<f64, S, H>,
+        choice: &Choice<S, H>,
+    ) -> Layout<f64, S, H> {
+        let Candidates { sensors, hits } = self.candidates;
+        Layout {
+            sensors: choice.sensors.iter().filter_map(|&i| sensors.get(i).copied()).collect(),
+            hits: choice.hits.iter().filter_map(|&j| hits.get(j).copied()).collect(),
+            ..empty.clone()
+        }
+    }
+}
+
+/// In the order of the candidates, which is that of the nodes.
+fn ordered<const S: usize, const H: usize>(mut choice: Choice<S, H>) -> Choice<S, H> {
+    choice.sensors.sort_unstable();
+    choice.hits.sort_unstable();
+    choice
+}

@@ -1,0 +1,227 @@
+//! Grades the hits of a recording: each by itself, then against the others.
+
+mod cut;
+mod report;
+
+use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::layout::TestSettings;
+use massline_shared::signal::{
+    CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport, MOST_SIBLINGS,
+    best_consistent, inconsistent_among, median_distance, relative_distance,
+};
+use nalgebra::Complex;
+
+use crate::error::{Error, Result};
+use crate::recording::{Channel, Recording};
+
+/// How a recording is graded; `None` is what the file says or what is not known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Name or number (from 1) of the column of the force.
+    pub force: Option<String>,
+    /// Readings per second where the file does not say, or says otherwise.
+    pub rate_hz: Option<f64>,
+    /// The hammer is overloaded from this force on, N.
+    pub force_range_n: Option<f64>,
+    /// A sensor is overloaded from this distance from rest on, m/s².
+    pub response_range: Option<f64>,
+    /// Before the trigger, s: of a continuous recording.
+    pub pre_trigger_s: f64,
+    /// Length of the record of a hit, s: of a continuous recording.
+    pub record_s: f64,
+    /// Hits to keep at most.
+    pub keep: Option<usize>,
+    /// Trigger, band, windows, weakest hit and policy.
+    pub test: TestSettings<f64>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            force: None,
+            rate_hz: None,
+            force_range_n: None,
+            response_range: None,
+            // Those of the rig: 80 and 2048 scans at 4 kS/s.
+            pre_trigger_s: 0.02,
+            record_s: 0.512,
+            keep: None,
+            test: TestSettings::default(),
+        }
+    }
+}
+
+/// The hits of a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hits {
+    /// In the order of the file.
+    pub hits: Vec<Hit>,
+    /// The channels as graded: the force first.
+    pub channels: Vec<Channel>,
+}
+
+/// A graded hit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hit {
+    /// Segment of the file, or the count of the hit in a continuous recording, from 0.
+    pub segment: usize,
+    /// Time of the first touch, s after the beginning of the segment or the recording.
+    pub start_s: f64,
+    /// What was found.
+    pub report: HitReport,
+    /// Median relative distance of its responses per force from the other hits that are not
+    /// rejected.
+    pub distance: Option<f64>,
+    /// True when the hit belongs to the best consistent set.
+    pub kept: bool,
+}
+
+/// One hit cut out of a recording.
+struct CutHit {
+    segment: usize,
+    start_s: f64,
+    /// Samples before the touch.
+    pre_trigger: usize,
+    /// The force, then the responses.
+    channels: Vec<Vec<f64>>,
+}
+
+/// Grades the hits of a recording.
+///
+/// # Errors
+/// Exit 2 when there is no force, response or rate, or no hit at all.
+pub fn grade(recording: &Recording, options: &Options) -> Result<Hits> {
+    let order = cut::channel_order(recording, options)?;
+    let rate = cut::rate(recording, options)?;
+    let cut = cut::hits(recording, &order, rate, options)?;
+    let mut hits: Vec<Hit> = Vec::new();
+    for hit in &cut {
+        let ranges = ranges(hit, options);
+        let grader = HitGrader {
+            ranges: &ranges,
+            rate,
+            pre_trigger: hit.pre_trigger,
+            test: &options.test,
+            last: hits.last().map(|last| last.report.fingerprint),
+        };
+        let signals: Vec<&[f64]> = hit.channels.iter().map(Vec::as_slice).collect();
+        hits.push(Hit {
+            segment: hit.segment,
+            start_s: hit.start_s,
+            report: grader.grade(signals.as_slice()),
+            distance: None,
+            kept: false,
+        });
+    }
+    compare(&mut hits, &cut, rate, options)?;
+    let channels = order.iter().filter_map(|&k| recording.channels.get(k).cloned()).collect();
+    Ok(Hits { hits, channels })
+}
+
+/// What is known of the channels of a hit.
+fn ranges(hit: &CutHit, options: &Options) -> Vec<ChannelRange<f64>> {
+    let range = |k: usize| if k == 0 { options.force_range_n } else { options.response_range };
+    hit.channels
+        .iter()
+        .enumerate()
+        .map(|(k, samples)| ChannelRange {
+            scale: 1.0,
+            rails: [f64::NEG_INFINITY, f64::INFINITY],
+            range: range(k).unwrap_or(f64::INFINITY),
+            resolution: resolution(samples),
+            noise: 0.0,
+        })
+        .collect()
+}
+
+/// The smallest step between two samples that differ.
+fn resolution(samples: &[f64]) -> f64 {
+    let steps = samples.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let least = steps.filter(|&step| step > 0.0).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
+/// Compares the hits that are not rejected with each other.
+fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Result<()> {
+    let mut lines = Vec::new();
+    let mut good = 0_u64;
+    for (k, (hit, cut)) in hits.iter().zip(cut).enumerate().take(MOST_SIBLINGS) {
+        if hit.report.good() {
+            good |= 1 << k;
+        }
+        lines.push(FrfLines::of(cut, rate, &options.test).map_err(not_transformed)?);
+    }
+    let distance = |a: usize, b: usize| match (lines.get(a), lines.get(b)) {
+        (Some(a), Some(b)) => a.distance(b),
+        _ => 0.0,
+    };
+    let wanted = options.keep.unwrap_or(MOST_SIBLINGS);
+    let limit = inconsistent_among(good, &distance);
+    let kept = best_consistent(good, wanted, limit, &distance);
+    for (k, hit) in hits.iter_mut().enumerate().take(MOST_SIBLINGS) {
+        if (good >> k) & 1 == 0 {
+            continue;
+        }
+        // Against those that agree: bad ones among the others do not count.
+        hit.distance = median_distance(k, kept, &distance);
+        hit.kept = (kept >> k) & 1 == 1;
+        if let Some(far) = hit.distance.filter(|&far| far > limit) {
+            let severity = options.test.policy.verdict(Code::HitInconsistent).severity();
+            let found = Diagnostic::about(Code::HitInconsistent, severity, k as u16, far as f32);
+            // A hit that is not rejected has few findings.
+            let _ = hit.report.findings.push(found);
+            hit.kept &= !found.is_error();
+        }
+    }
+    Ok(())
+}
+
+fn not_transformed(error: FftError) -> Error {
+    Error::internal("fft", format!("the hit was not transformed: {error}"))
+}
+
+/// The responses per force of a hit over the band, with |F|² as weights.
+struct FrfLines {
+    weight: Vec<f64>,
+    /// Response after response.
+    frf: Vec<Vec<Complex<f64>>>,
+}
+
+impl FrfLines {
+    fn of(
+        hit: &CutHit,
+        rate: f64,
+        test: &TestSettings<f64>,
+    ) -> std::result::Result<Self, FftError> {
+        let samples = hit.channels.iter().map(Vec::len).min().unwrap_or(0);
+        let points = samples.next_power_of_two().max(4);
+        let analysis = HitAnalysis::of_signals(rate, 0.0, [1.0; CHANNELS], test, hit.pre_trigger);
+        let resolution = analysis.resolution(points);
+        let line = |frequency: f64| (frequency / resolution) as usize;
+        let [low, high] = test.expected_band();
+        let end = (line(high) + 1).min(points / 2);
+        let band = (line(low) + 1).min(end)..end;
+        let signals: Vec<&[f64]> = hit.channels.iter().map(|c| &c[..samples]).collect();
+        let record = signals.as_slice();
+        let zero = Complex::new(0.0, 0.0);
+        let (mut force, mut lines) = (vec![zero; end], vec![zero; end]);
+        let mut scratch = vec![0.0; points];
+        analysis.force(record, &mut scratch, &mut force)?;
+        let of_band = |all: &[Complex<f64>]| all.get(band.clone()).unwrap_or_default().to_vec();
+        let mut frf = Vec::new();
+        for response in 0..hit.channels.len().saturating_sub(1) {
+            analysis.response(record, response, &mut scratch, &mut lines)?;
+            HitAnalysis::divide(&mut lines, &force);
+            frf.push(of_band(&lines));
+        }
+        Ok(Self { weight: of_band(&force).iter().map(|f| f.norm_sqr()).collect(), frf })
+    }
+
+    fn distance(&self, other: &Self) -> f64 {
+        let pairs = self.frf.iter().zip(&other.frf).flat_map(|(a, b)| {
+            let weights = self.weight.iter().zip(&other.weight).map(|(a, b)| (a * b).sqrt());
+            a.iter().zip(b).zip(weights).map(|((&a, &b), weight)| (a, b, weight))
+        });
+        relative_distance(pairs)
+    }
+}

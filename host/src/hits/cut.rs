@@ -1,0 +1,174 @@
+//! Which channel is the force, how fast was it sampled, and where are the hits?
+
+use massline_shared::signal::{CHANNELS, EdgeTrigger};
+
+use super::{CutHit, Options};
+use crate::error::{Error, Result};
+use crate::recording::{Channel, Recording, Segment};
+
+/// Fewer samples than this are no hit.
+const SHORTEST: usize = 32;
+/// Samples that tell the rest of a segment before its hit is found.
+const FIRST: usize = 8;
+
+/// The channels in the order of grading: the force, then the responses.
+pub(super) fn channel_order(recording: &Recording, options: &Options) -> Result<Vec<usize>> {
+    let count = recording.channels.len();
+    let force = match &options.force {
+        Some(wanted) => named(recording, wanted)?,
+        None => found(recording)?,
+    };
+    if count < 2 {
+        return Err(Error::input(
+            "no_response",
+            "the recording has one channel; force and at least one response are needed",
+        ));
+    }
+    if count > CHANNELS {
+        let message = format!(
+            "the recording has {count} channels; at most {CHANNELS} are graded together, export \
+             fewer"
+        );
+        return Err(Error::input("too_many_channels", message));
+    }
+    Ok([force].into_iter().chain((0..count).filter(|&k| k != force)).collect())
+}
+
+/// The channel of a name or a number from 1.
+fn named(recording: &Recording, wanted: &str) -> Result<usize> {
+    let channels = &recording.channels;
+    let number = wanted.parse::<usize>().ok().and_then(|n| n.checked_sub(1));
+    let place = channels
+        .iter()
+        .position(|channel| channel.name.eq_ignore_ascii_case(wanted))
+        .or(number.filter(|&n| n < channels.len()));
+    place.ok_or_else(|| {
+        let message =
+            format!("there is no channel \"{wanted}\"; the recording has {}", list(channels));
+        Error::input("no_force", message)
+    })
+}
+
+/// The channel that is a force by its name or unit; the first when none has either.
+fn found(recording: &Recording) -> Result<usize> {
+    let channels = &recording.channels;
+    let is_force = |channel: &Channel| {
+        let (name, unit) = (channel.name.to_lowercase(), channel.unit.to_lowercase());
+        ["force", "hammer", "kraft"].iter().any(|word| name.contains(word))
+            || ["n", "newton", "newtons"].contains(&unit.as_str())
+    };
+    if let Some(force) = channels.iter().position(is_force) {
+        return Ok(force);
+    }
+    if channels.iter().all(|channel| channel.name.is_empty()) {
+        return Ok(0);
+    }
+    let message = format!(
+        "no channel is a force by its name or unit; the recording has {}: say which with --force",
+        list(channels)
+    );
+    Err(Error::input("no_force", message))
+}
+
+fn list(channels: &[Channel]) -> String {
+    let name = |(k, channel): (usize, &Channel)| match channel.name.as_str() {
+        "" => format!("{}", k + 1),
+        name => format!("{} \"{name}\"", k + 1),
+    };
+    channels.iter().enumerate().map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// Readings per second.
+pub(super) fn rate(recording: &Recording, options: &Options) -> Result<f64> {
+    let rate = options.rate_hz.or(recording.rate_hz).filter(|rate| rate.is_finite() && *rate > 0.0);
+    rate.ok_or_else(|| {
+        Error::input(
+            "no_rate",
+            "the recording does not say how fast it was sampled; say so with --rate-hz",
+        )
+    })
+}
+
+/// A hit for each segment, or what the trigger finds in a single one.
+pub(super) fn hits(
+    recording: &Recording,
+    order: &[usize],
+    rate: f64,
+    options: &Options,
+) -> Result<Vec<CutHit>> {
+    let hits = match recording.segments.as_slice() {
+        [whole] => continuous(whole, order, rate, options),
+        segments => {
+            let mut hits = Vec::new();
+            for (k, segment) in segments.iter().enumerate() {
+                hits.push(segmented(k, segment, order, rate, options)?);
+            }
+            hits
+        }
+    };
+    if hits.is_empty() {
+        let message = format!(
+            "no hit of {} N or more after {} s of quiet was found; lower --trigger-n or \
+             --pre-trigger-s, or say with --force which channel is the force",
+            options.test.trigger_n, options.pre_trigger_s
+        );
+        return Err(Error::input("no_hit", message));
+    }
+    Ok(hits)
+}
+
+fn segmented(
+    k: usize,
+    segment: &Segment,
+    order: &[usize],
+    rate: f64,
+    options: &Options,
+) -> Result<CutHit> {
+    let samples = segment.samples();
+    if samples < SHORTEST {
+        let message = format!("segment {k} has {samples} samples; a hit needs at least {SHORTEST}");
+        return Err(Error::input("recording_too_short", message));
+    }
+    let channels = channels_of(segment, order, 0..samples);
+    let force = channels.first().map_or(&[][..], Vec::as_slice);
+    let first = force.get(..FIRST).unwrap_or_default();
+    let rest = first.iter().sum::<f64>() / FIRST as f64;
+    let level = rest + options.test.trigger_n;
+    // Without a touch the grading finds the hit too weak.
+    let touch = force.iter().position(|&f| f >= level).unwrap_or(samples / 2);
+    Ok(CutHit { segment: k, start_s: touch as f64 / rate, pre_trigger: touch, channels })
+}
+
+fn continuous(whole: &Segment, order: &[usize], rate: f64, options: &Options) -> Vec<CutHit> {
+    let scans = |seconds: f64| (seconds * rate).round().max(0.0) as usize;
+    let before = scans(options.pre_trigger_s).max(1);
+    let length = scans(options.record_s).max(before + SHORTEST);
+    let force = order.first().and_then(|&k| whole.0.get(k)).map_or(&[][..], Vec::as_slice);
+    let mut hits: Vec<CutHit> = Vec::new();
+    let mut trigger = EdgeTrigger::new(options.test.trigger_n, before);
+    let mut end = 0;
+    for (n, &sample) in force.iter().enumerate() {
+        if n == end {
+            trigger.arm();
+        }
+        if !trigger.feed(sample) {
+            continue;
+        }
+        let start = n.saturating_sub(before);
+        end = (start + length).min(force.len());
+        hits.push(CutHit {
+            segment: hits.len(),
+            start_s: n as f64 / rate,
+            pre_trigger: n - start,
+            channels: channels_of(whole, order, start..end),
+        });
+    }
+    hits
+}
+
+fn channels_of(segment: &Segment, order: &[usize], range: std::ops::Range<usize>) -> Vec<Vec<f64>> {
+    let samples = |&k: &usize| {
+        segment.0.get(k).and_then(|c| c.get(range.clone())).unwrap_or_default().to_vec()
+    };
+    order.iter().map(samples).collect()
+}

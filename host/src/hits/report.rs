@@ -1,0 +1,122 @@
+//! Graded hits as JSON and as a table.
+
+use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use serde_json::{Value, json};
+
+use super::{Hit, Hits};
+use crate::output;
+use crate::report::{code_name, message};
+
+impl Hit {
+    /// `rejected`, `warning` or `accepted`: by its gravest finding.
+    pub fn verdict(&self) -> &'static str {
+        let gravest =
+            self.report.findings.iter().map(|found| Severity::from_raw(found.severity)).max();
+        match gravest {
+            Some(Severity::Error) => "rejected",
+            Some(Severity::Warning) => "warning",
+            Some(Severity::Note) | None => "accepted",
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        let findings: Vec<Value> = self.report.findings.iter().map(finding_json).collect();
+        let codes: Vec<String> = self.report.findings.iter().map(code_name).collect();
+        json!({
+            "segment": self.segment,
+            "verdict": self.verdict(),
+            "codes": codes,
+            "findings": findings,
+            "start_s": self.start_s,
+            "peak_force_n": self.report.peak_force.0,
+            "peak_response_m_s2": self.report.peak_acceleration.0,
+            "distance_relative": self.distance,
+            "kept": self.kept,
+        })
+    }
+}
+
+/// A finding with the number that decided, whose key names its unit.
+fn finding_json(found: &Diagnostic) -> Value {
+    let mut object = json!({
+        "code": code_name(found),
+        "severity": Severity::from_raw(found.severity).name(),
+    });
+    let key = match found.known_code() {
+        Some(Code::Overload) if found.subject == 0 => "extreme_n",
+        Some(Code::Overload) => "extreme_m_s2",
+        Some(Code::TooWeak) => "peak_force_n",
+        Some(Code::ForceSpectrumLow) => "level_db",
+        Some(Code::TriggerTooEarly) => "pre_trigger_scans",
+        Some(Code::HitInconsistent) => "distance_relative",
+        Some(Code::DoubleHit) => "second_peak_relative",
+        _ => "share_relative",
+    };
+    if let Some(object) = object.as_object_mut() {
+        object.insert(key.into(), found.value.into());
+        let is_channel = found.known_code() != Some(Code::HitInconsistent);
+        if is_channel {
+            object.insert("channel".into(), found.subject.into());
+        }
+    }
+    object
+}
+
+impl Hits {
+    /// `{"hits":[{"segment":0,"verdict":"accepted","codes":[],…}]}`.
+    pub fn to_json(&self) -> Value {
+        json!({ "hits": self.hits.iter().map(Hit::to_json).collect::<Vec<_>>() })
+    }
+
+    /// A table of the hits, and a sentence for each finding.
+    pub fn to_text(&self) -> String {
+        let mut table = output::table();
+        table.set_header([
+            "segment",
+            "start, s",
+            "force, N",
+            "response, m/s²",
+            "distance",
+            "verdict",
+            "codes",
+        ]);
+        let mut sentences = String::new();
+        for hit in &self.hits {
+            let codes: Vec<String> = hit.report.findings.iter().map(code_name).collect();
+            table.add_row([
+                hit.segment.to_string(),
+                format!("{:.4}", hit.start_s),
+                format!("{:.1}", hit.report.peak_force.0),
+                format!("{:.1}", hit.report.peak_acceleration.0),
+                hit.distance.map_or("-".into(), |d| format!("{:.1} %", 100.0 * d)),
+                hit.verdict().into(),
+                codes.join(", "),
+            ]);
+            for found in &hit.report.findings {
+                sentences += &format!("segment {}: {}\n", hit.segment, self.sentence(found));
+            }
+        }
+        let kept = self.hits.iter().filter(|hit| hit.kept).map(|hit| hit.segment.to_string());
+        let kept: Vec<String> = kept.collect();
+        let kept = if kept.is_empty() { "none".to_owned() } else { kept.join(", ") };
+        format!("{table}\n{sentences}best consistent set: {kept}")
+    }
+
+    /// The sentence of a finding, with the channels of this recording.
+    fn sentence(&self, found: &Diagnostic) -> String {
+        let name = self.channels.get(usize::from(found.subject)).map(|channel| &channel.name);
+        match (found.known_code(), name) {
+            (Some(Code::HitInconsistent), _) => format!(
+                "its responses per force are {:.0} % away from those of the other hits; hit the \
+                 same point in the same direction every time",
+                100.0 * found.value
+            ),
+            (Some(Code::Overload | Code::PreTriggerNotQuiet | Code::ClippedRecord), Some(name))
+                if found.subject > 0 && !name.is_empty() =>
+            {
+                format!("\"{name}\": {}", message(found))
+            }
+            _ => message(found),
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! The ten properties from mass lines in double precision: every method that the layout admits, and
+//! what the fit found out on the way.
+
+use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity};
+use massline_shared::identify::inertia_restraint::{self, Settings};
+use massline_shared::identify::influence::{Influence, influences};
+use massline_shared::identify::maximum_likelihood::{self, Learned, workspace};
+use massline_shared::identify::{MassLines, Method};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
+use massline_shared::protocol::object::{DofResult, MeasurementResult};
+
+use crate::report::Answer;
+
+/// Channels that the host solves for.
+pub const CHANNELS: usize = 3 * HOST_SENSORS;
+
+/// Mass lines of the hit DOFs that were measured, with their index in the layout.
+pub type MeasuredLines = Vec<(usize, MassLines<f64, CHANNELS>)>;
+
+/// Which methods are wanted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Selection {
+    /// All that answer from mass lines, the best first.
+    #[default]
+    All,
+    /// One.
+    Only(Method),
+}
+
+impl Selection {
+    /// The methods, the best first.
+    pub fn methods(&self) -> &[Method] {
+        match self {
+            Self::All => &[Method::MaximumLikelihood, Method::InertiaRestraint],
+            Self::Only(method) => core::slice::from_ref(method),
+        }
+    }
+}
+
+/// How to identify.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// The methods.
+    pub selection: Selection,
+    /// How the inertia restraint method sets up its equations.
+    pub inertia_restraint: Settings<f64>,
+}
+
+/// The answers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// One a method, in the order that was asked for.
+    pub answers: Vec<Answer>,
+    /// The methods without an answer, and why.
+    pub not_applicable: Vec<(Method, Diagnostics)>,
+    /// What the fit of maximum likelihood found out.
+    pub details: Option<Details>,
+}
+
+impl Identification {
+    /// Why methods are missing, which others make up for.
+    pub fn warnings(&self) -> Vec<Diagnostic> {
+        let reasons = self.not_applicable.iter().flat_map(|(_, reasons)| reasons);
+        reasons.map(|d| Diagnostic { severity: Severity::Warning as u8, ..*d }).collect()
+    }
+}
+
+/// What the fit of maximum likelihood found out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Details {
+    /// Causes of error.
+    pub learned: Learned<f64, HOST_SENSORS, HOST_HITS>,
+    /// What each hit DOF and sensor does to the answer.
+    pub influences: Vec<Influence<f64>>,
+}
+
+/// Every method that is wanted and admitted.
+///
+/// # Errors
+/// When none has an answer: the diagnostics of the method that asks for least.
+pub fn identify(
+    layout: &HostLayout,
+    lines: &MeasuredLines,
+    options: &Options,
+) -> Result<Identification, Diagnostics> {
+    let dofs = || lines.iter().map(|(index, lines)| (*index, lines));
+    let linear = inertia_restraint::solve(layout, dofs(), options.inertia_restraint);
+    let mut found =
+        Identification { answers: Vec::new(), not_applicable: Vec::new(), details: None };
+    let mut refusal = None;
+    for &method in options.selection.methods() {
+        let answer = match method {
+            // It answers from spectral lines.
+            Method::GlobalFit => continue,
+            Method::InertiaRestraint => linear.as_ref().map_err(Clone::clone).map(|estimate| {
+                found.answers.push(Answer::of(method, estimate));
+            }),
+            Method::MaximumLikelihood => {
+                let mut memory = vec![0.0; workspace(HOST_SENSORS)];
+                let start = linear.as_ref().ok().map(|estimate| &estimate.body);
+                maximum_likelihood::solve(layout, dofs(), start, &mut memory).map(|solution| {
+                    found.answers.push(Answer::of(method, &solution.estimate));
+                    let mut of_each = Vec::new();
+                    influences(layout, dofs(), &solution, &mut memory, |i| of_each.push(i));
+                    let learned = solution.learned;
+                    found.details = Some(Details { learned, influences: of_each });
+                })
+            }
+        };
+        if let Err(reasons) = answer {
+            refusal.get_or_insert_with(|| reasons.clone());
+            found.not_applicable.push((method, reasons));
+        }
+    }
+    match refusal {
+        Some(reasons) if found.answers.is_empty() => Err(reasons),
+        _ => Ok(found),
+    }
+}
+
+/// The mass lines of a stored result; DOFs whose numbers do not fit together are left out.
+pub fn lines_of(result: &MeasurementResult, layout: &HostLayout) -> MeasuredLines {
+    let channels = 3 * layout.sensors.len();
+    let wide = |values: &[f32]| values.iter().copied().map(f64::from).collect::<Vec<_>>();
+    let of_dof = |dof: &DofResult| {
+        let accelerance = wide(dof.accelerance.get(..channels)?);
+        let noise = wide(dof.noise.get(..channels)?);
+        // The first rows of the triangle are those of the channels in use.
+        let scatter = wide(dof.scatter.get(..channels * (channels + 1) / 2).unwrap_or_default());
+        let hits = u16::from(dof.hits);
+        let lines = MassLines::from_parts(&accelerance, &noise, &scatter, hits)?;
+        Some((usize::from(dof.index), lines))
+    };
+    result.dofs.iter().filter_map(of_dof).collect()
+}

@@ -1,0 +1,190 @@
+//! The tables `[uncertainty]`, `[prior]` and `[[attached]]`: what is not exact, what is known before
+//! the test, and what hangs on the object beside itself.
+
+use std::ops::Range;
+
+use massline_shared::body::RigidBody;
+use massline_shared::layout::{
+    Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, Sensor, SensorUncertainty,
+};
+use nalgebra::{Matrix3, Vector3};
+use toml::Spanned;
+
+use super::error::{Fault, LayoutFileError};
+use super::raw::{RawAttached, RawKnown, RawLayout, RawMass, RawPrior};
+use super::resolve::{Source, tensor_fault};
+
+/// Standard deviation of an attached mass that is given as a number alone, relative.
+const ATTACHED_SIGMA: f64 = 0.05;
+
+/// The `[uncertainty]` table: what holds for sensors and hits that do not say otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uncertainty {
+    /// Of a sensor.
+    pub sensor: SensorUncertainty<f64>,
+    /// Of a hit.
+    pub hit: HitUncertainty<f64>,
+    /// Of the hammer's gain against the sensors', relative.
+    pub hammer_gain: f64,
+}
+
+impl Uncertainty {
+    pub(super) fn of(raw: &RawLayout, source: &Source<'_>) -> Result<Self, LayoutFileError> {
+        let mut all = Self {
+            sensor: SensorUncertainty::default(),
+            hit: HitUncertainty::default(),
+            hammer_gain: DEFAULT_HAMMER_GAIN,
+        };
+        let Some(raw) = &raw.uncertainty else { return Ok(all) };
+        let Self { sensor, hit, hammer_gain } = &mut all;
+        let entries = [
+            (&raw.hit_position_m, &mut hit.position, "uncertainty.hit_position_m"),
+            (&raw.hit_direction_rad, &mut hit.direction, "uncertainty.hit_direction_rad"),
+            (&raw.sensor_position_m, &mut sensor.position, "uncertainty.sensor_position_m"),
+            (&raw.sensor_rotation_rad, &mut sensor.rotation, "uncertainty.sensor_rotation_rad"),
+            (&raw.gain, &mut sensor.gain, "uncertainty.gain"),
+            (&raw.cross_axis, &mut sensor.cross_axis, "uncertainty.cross_axis"),
+            (&raw.hammer_gain, hammer_gain, "uncertainty.hammer_gain"),
+            (&raw.node_position_m, &mut hit.node_position, "uncertainty.node_position_m"),
+            (&raw.node_direction_rad, &mut hit.node_direction, "uncertainty.node_direction_rad"),
+        ];
+        for (from, to, key) in entries {
+            if let Some(v) = from {
+                *to = source.within(v, key, |v| v >= 0.0, "zero or a positive number")?;
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// The `[prior]` table.
+pub(super) fn priors(
+    raw: &RawLayout,
+    source: &Source<'_>,
+) -> Result<heapless::Vec<Prior<f64>, 10>, LayoutFileError> {
+    let mut priors = heapless::Vec::new();
+    let Some(raw) = &raw.prior else { return Ok(priors) };
+    for (property, (entry, key, positive)) in (0..).zip(prior_entries(raw)) {
+        let Some(entry) = entry else { continue };
+        let RawKnown { value, sigma } = *entry.get_ref();
+        check_known(entry, key, positive, source)?;
+        // One for each of ten properties.
+        let _ = priors.push(Prior { property, value, sigma });
+    }
+    Ok(priors)
+}
+
+/// The entries in the order of `theta`, their keys, and whether the value must be positive.
+fn prior_entries(raw: &RawPrior) -> [(&Option<Spanned<RawKnown>>, &'static str, bool); 10] {
+    [
+        (&raw.mass_kg, "prior.mass_kg", true),
+        (&raw.cx_m, "prior.cx_m", false),
+        (&raw.cy_m, "prior.cy_m", false),
+        (&raw.cz_m, "prior.cz_m", false),
+        (&raw.Jxx_kg_m2, "prior.Jxx_kg_m2", true),
+        (&raw.Jyy_kg_m2, "prior.Jyy_kg_m2", true),
+        (&raw.Jzz_kg_m2, "prior.Jzz_kg_m2", true),
+        (&raw.Jxy_kg_m2, "prior.Jxy_kg_m2", false),
+        (&raw.Jxz_kg_m2, "prior.Jxz_kg_m2", false),
+        (&raw.Jyz_kg_m2, "prior.Jyz_kg_m2", false),
+    ]
+}
+
+fn check_known(
+    entry: &Spanned<RawKnown>,
+    key: &str,
+    positive: bool,
+    source: &Source<'_>,
+) -> Result<(), LayoutFileError> {
+    let RawKnown { value, sigma } = *entry.get_ref();
+    source.finite(entry.span(), key, &[value, sigma])?;
+    if positive && value <= 0.0 {
+        let fault = Fault::OutOfRange { value, wanted: "a positive value" };
+        return Err(source.fault(entry.span(), key, fault));
+    }
+    if sigma <= 0.0 {
+        let wanted = "a positive sigma (one standard deviation)";
+        return Err(source.fault(entry.span(), key, Fault::OutOfRange { value: sigma, wanted }));
+    }
+    Ok(())
+}
+
+/// The mass that a sensor adds to the object, kg, and its standard deviation over it.
+pub(super) fn sensor_mass(
+    raw: Option<RawMass>,
+    span: &Range<usize>,
+    source: &Source<'_>,
+) -> Result<Option<(f64, f64)>, LayoutFileError> {
+    let key = "sensors.attached_mass_kg";
+    let (mass, sigma) = match raw {
+        None => return Ok(None),
+        Some(RawMass::Number(mass)) => (mass, ATTACHED_SIGMA * mass),
+        Some(RawMass::Known(known)) => (known.value, known.sigma),
+    };
+    source.finite(span.clone(), key, &[mass, sigma])?;
+    for value in [mass, sigma] {
+        if value < 0.0 {
+            let fault = Fault::OutOfRange { value, wanted: "zero or a positive mass in kg" };
+            return Err(source.fault(span.clone(), key, fault));
+        }
+    }
+    Ok((mass > 0.0).then(|| (mass, sigma / mass)))
+}
+
+/// The bodies of `[[attached]]` and, as one body, the masses of the sensors.
+pub(super) fn attached<'a>(
+    raw: &[RawAttached],
+    sensors: impl Iterator<Item = (&'a Sensor<f64>, (f64, f64))>,
+    source: &Source<'_>,
+) -> Result<heapless::Vec<Attached<f64>, MAX_ATTACHED>, LayoutFileError> {
+    let mut all = heapless::Vec::new();
+    if let Some(instruments) = together(sensors) {
+        // The first of an empty list.
+        let _ = all.push(instruments);
+    }
+    for body in raw {
+        let span = body.mass_kg.span();
+        all.push(attached_body(body, source)?).map_err(|_| {
+            let most = MAX_ATTACHED - 1;
+            let fault = Fault::TooMany { what: "attached bodies", count: raw.len(), most };
+            source.fault(span, "attached", fault)
+        })?;
+    }
+    Ok(all)
+}
+
+/// Point masses as one body. Weighed on one scale they are wrong together, so their standard
+/// deviations add up.
+fn together<'a>(
+    sensors: impl Iterator<Item = (&'a Sensor<f64>, (f64, f64))>,
+) -> Option<Attached<f64>> {
+    let mut sum = Attached { phi: [0.0; 10], relative_sigma: 0.0 };
+    let mut sigma = 0.0;
+    for (sensor, (mass, relative_sigma)) in sensors {
+        let point = Attached::point(mass, relative_sigma, sensor.position);
+        for (to, from) in sum.phi.iter_mut().zip(point.phi) {
+            *to += from;
+        }
+        sigma += mass * relative_sigma;
+    }
+    let mass = sum.phi[0];
+    (mass > 0.0).then(|| Attached { relative_sigma: sigma / mass, ..sum })
+}
+
+fn attached_body(raw: &RawAttached, source: &Source<'_>) -> Result<Attached<f64>, LayoutFileError> {
+    check_known(&raw.mass_kg, "attached.mass_kg", true, source)?;
+    let center = &raw.center_of_mass_m;
+    source.finite(center.span(), "attached.center_of_mass_m", center.get_ref())?;
+    let mut inertia = Matrix3::zeros();
+    if let Some(tensor) = &raw.inertia_kg_m2 {
+        let key = "attached.inertia_kg_m2";
+        source.finite(tensor.span(), key, tensor.get_ref().as_flattened())?;
+        inertia = Matrix3::from(*tensor.get_ref()).transpose();
+        if let Some(fault) = tensor_fault(&inertia) {
+            return Err(source.fault(tensor.span(), key, fault));
+        }
+    }
+    let RawKnown { value: mass, sigma } = *raw.mass_kg.get_ref();
+    let body = RigidBody { mass, center_of_mass: Vector3::from(*center.get_ref()), inertia };
+    Ok(Attached { phi: body.phi().into(), relative_sigma: sigma / mass })
+}

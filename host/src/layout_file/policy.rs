@@ -1,0 +1,29 @@
+//! The `[policy]` table: what is done with a hit that has a fault.
+
+use massline_shared::diagnosis::Code;
+use massline_shared::layout::{HitPolicy, Verdict};
+
+use super::raw::{RawPolicy, RawVerdict};
+
+/// The policy of the rig; what the table leaves out keeps its default.
+pub(super) fn policy(raw: &RawPolicy) -> HitPolicy {
+    let entries = [
+        (raw.overload, Code::Overload),
+        (raw.too_weak, Code::TooWeak),
+        (raw.too_hard, Code::TooHard),
+        (raw.double_hit, Code::DoubleHit),
+        (raw.force_spectrum_low, Code::ForceSpectrumLow),
+        (raw.pre_trigger_not_quiet, Code::PreTriggerNotQuiet),
+        (raw.clipped_record, Code::ClippedRecord),
+        (raw.trigger_too_early, Code::TriggerTooEarly),
+        (raw.duplicate_hit, Code::DuplicateHit),
+        (raw.hit_inconsistent, Code::HitInconsistent),
+        (raw.motion_not_rigid, Code::MotionNotRigid),
+    ];
+    entries.into_iter().fold(HitPolicy::default(), |policy, (verdict, code)| match verdict {
+        Some(RawVerdict::Keep) => policy.with(code, Verdict::Keep),
+        Some(RawVerdict::Warn) => policy.with(code, Verdict::Warn),
+        Some(RawVerdict::Reject) => policy.with(code, Verdict::Reject),
+        None => policy,
+    })
+}

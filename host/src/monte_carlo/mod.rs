@@ -1,0 +1,255 @@
+//! Many tests on the bench, each from ADC codes to the ten properties, against the truth and the
+//! Cramér-Rao bound.
+//!
+//! ```text
+//! seed ─▶ run 1, 2, … N: bench ─▶ ADC codes ─▶ record ─▶ grade ─▶ spectra ─▶ mass lines ─▶ every method
+//!                                                                                              │
+//!                          bias, rms error / bound, coverage of the intervals ◀────────────────┘
+//! ```
+//! A run is what the rig does, by the same pure functions, in double precision: the rig's single
+//! precision moves an estimate by a small part of its standard deviation. Every run has a seed of its
+//! own, made of the study's seed and the number of the run, so the answer does not depend on how many
+//! threads there are.
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`measurement`] | one test on the bench, without a rig |
+//! | [`statistics`] | what many runs say of a method |
+//! | [`report`] | as JSON and as tables |
+
+pub mod measurement;
+pub mod report;
+pub mod statistics;
+
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc;
+
+use massline_shared::identify::inertia_restraint::{self, Settings};
+use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
+use massline_shared::identify::{Estimate, Method};
+use massline_shared::layout::{HitUncertainty, SensorUncertainty};
+use massline_shared::signal::{Calibration, RESPONSES};
+use massline_virtual::bench::{Bench, BenchError, BenchSource};
+use nalgebra::SVector;
+
+use crate::interrupt::Interrupt;
+use measurement::{Measurement, TestLayout, Unmeasured, measure};
+use statistics::{Answered, MethodStatistics};
+
+/// The methods that are compared.
+pub const METHODS: [Method; 2] = [Method::MaximumLikelihood, Method::InertiaRestraint];
+
+/// What is repeated.
+#[derive(Clone, Copy, Debug)]
+pub struct MonteCarlo<'a> {
+    /// The object and the chain.
+    pub bench: &'a Bench,
+    /// Where sensors and marks are meant to be, and the budget that the methods believe in.
+    pub layout: &'a TestLayout,
+    /// What the rig believes of its channels.
+    pub calibration: &'a Calibration,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// How often.
+    pub runs: u64,
+    /// Threads; all cores of the machine without a number.
+    pub threads: Option<NonZeroUsize>,
+}
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Study {
+    /// Runs that were wanted.
+    pub wanted: u64,
+    /// Runs that were completed: all, unless Ctrl-C was pressed.
+    pub runs: u64,
+    /// Runs without mass lines, and the first one's reason.
+    pub unmeasured: Option<(u64, Unmeasured)>,
+    /// Hits over all runs that were rejected and repeated.
+    pub rejected_hits: u64,
+    /// Method by method.
+    pub methods: Vec<MethodStatistics>,
+}
+
+/// One run.
+#[derive(Debug)]
+struct Run {
+    measured: Result<Measurement, Unmeasured>,
+    /// Method by method, as in [`METHODS`].
+    answers: [Option<Answered>; METHODS.len()],
+}
+
+impl MonteCarlo<'_> {
+    /// Runs until all are done or the user presses Ctrl-C; `progress` hears of every run that is done.
+    ///
+    /// # Errors
+    /// When the layout cannot be measured on the bench.
+    pub fn run(
+        &self,
+        interrupt: &Interrupt,
+        mut progress: impl FnMut(u64),
+    ) -> Result<Study, BenchError> {
+        // What is wrong with one seed is wrong with all.
+        self.source(0)?;
+        let _guard = interrupt.guard();
+        let next = AtomicU64::new(0);
+        let (done, results) = mpsc::channel();
+        let mut runs = std::thread::scope(|scope| {
+            for _ in 0..self.threads() {
+                let (done, next) = (done.clone(), &next);
+                scope.spawn(move || {
+                    while !interrupt.pressed() {
+                        let number = next.fetch_add(1, Ordering::Relaxed);
+                        if number >= self.runs {
+                            break;
+                        }
+                        let Ok(run) = self.one(number) else { break };
+                        // The receiver lives as long as the threads do.
+                        let _ = done.send((number, run));
+                    }
+                });
+            }
+            drop(done);
+            let mut runs = Vec::new();
+            for result in results {
+                runs.push(result);
+                progress(runs.len() as u64);
+            }
+            runs
+        });
+        // Sums in the order of the runs, whichever thread was first.
+        runs.sort_by_key(|&(number, _)| number);
+        let runs: Vec<Run> = runs.into_iter().map(|(_, run)| run).collect();
+        Ok(self.study(&runs))
+    }
+
+    fn threads(&self) -> usize {
+        let all = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        self.threads.map_or_else(all, NonZeroUsize::get)
+    }
+
+    fn source(&self, number: u64) -> Result<BenchSource, BenchError> {
+        let layout = self.layout.cast().unwrap_or_default();
+        BenchSource::new(self.bench, &layout, seed_of_run(self.seed, number))
+    }
+
+    fn one(&self, number: u64) -> Result<Run, BenchError> {
+        let mut source = self.source(number)?;
+        let measured = measure(&mut source, self.layout, self.calibration);
+        let answers = METHODS.map(|method| solve(method, self.layout, measured.as_ref().ok()?));
+        Ok(Run { measured, answers })
+    }
+
+    /// The Cramér-Rao bound at the truth, under the layout's budget and the noise that the mass line
+    /// fits have told in the mean.
+    fn bound(&self, runs: &[Run]) -> Option<[f64; 10]> {
+        let noise = mean_noise(runs, self.layout.hits.len());
+        let noise = |index: usize| noise.get(index).copied().unwrap_or_else(SVector::zeros);
+        let hits = u16::from(self.layout.test.hits_per_dof);
+        let mut workspace = [0.0; RIG_WORKSPACE];
+        let truth = self.bench.truth();
+        let bound = maximum_likelihood::bound(self.layout, &truth, noise, hits, &mut workspace)?;
+        Some(bound.sigma().into())
+    }
+
+    fn study(&self, runs: &[Run]) -> Study {
+        let truth: [f64; 10] = self.bench.truth().theta().into();
+        let bound = self.bound(runs);
+        let methods = METHODS.iter().enumerate().map(|(m, &method)| {
+            let answers: Vec<_> = runs.iter().map(|run| run.answers[m]).collect();
+            MethodStatistics::of(method, &answers, &truth, bound.as_ref())
+        });
+        let failed = || runs.iter().filter_map(|run| run.measured.as_ref().err());
+        let measured = runs.iter().filter_map(|run| run.measured.as_ref().ok());
+        Study {
+            wanted: self.runs,
+            runs: runs.len() as u64,
+            unmeasured: failed().next().map(|&first| (failed().count() as u64, first)),
+            rejected_hits: measured.map(|m| u64::from(m.rejected)).sum(),
+            methods: methods.collect(),
+        }
+    }
+}
+
+/// Mean over the runs of the variances that the mass line fits tell, as standard deviations, hit DOF
+/// by hit DOF.
+fn mean_noise(runs: &[Run], dofs: usize) -> Vec<SVector<f64, RESPONSES>> {
+    let mut sums = vec![(0.0, SVector::<f64, RESPONSES>::zeros()); dofs];
+    let measured = runs.iter().filter_map(|run| run.measured.as_ref().ok());
+    for (index, lines) in measured.flat_map(|measured| &measured.dofs) {
+        if let Some((count, sum)) = sums.get_mut(*index) {
+            *count += 1.0;
+            *sum += lines.noise.map(|sigma| sigma * sigma);
+        }
+    }
+    sums.into_iter().map(|(count, sum)| sum.map(|v| (v / f64::max(count, 1.0)).sqrt())).collect()
+}
+
+/// The budget of the layout becomes the true one of the bench, which has no errors of the marks.
+pub fn believe_bench(layout: &mut TestLayout, bench: &Bench) {
+    for sensor in &mut layout.sensors {
+        sensor.uncertainty = SensorUncertainty {
+            position: bench.sensor.position_sigma_m,
+            rotation: bench.sensor.rotation_sigma_rad,
+            gain: bench.sensor.gain_sigma,
+            cross_axis: bench.sensor.cross_axis_sigma,
+        };
+    }
+    for hit in &mut layout.hits {
+        hit.uncertainty = HitUncertainty {
+            position: bench.tap.point_sigma_m,
+            direction: bench.tap.direction_sigma_rad,
+            ..HitUncertainty::none()
+        };
+    }
+    layout.hammer_gain = bench.hammer.gain_sigma;
+}
+
+/// The seed of a run: SplitMix64 (Steele, Lea, Flood 2014) at place `number` of the sequence that
+/// begins with `seed`.
+pub fn seed_of_run(seed: u64, number: u64) -> u64 {
+    let mut z = seed.wrapping_add(number.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+fn solve(method: Method, layout: &TestLayout, measured: &Measurement) -> Option<Answered> {
+    let dofs = measured.dofs.iter().map(|(index, lines)| (*index, lines));
+    let irm = || inertia_restraint::solve(layout, dofs.clone(), Settings::weighted());
+    let estimate = match method {
+        Method::InertiaRestraint => irm(),
+        Method::MaximumLikelihood => {
+            let start = irm().ok().map(|estimate| estimate.body);
+            let mut workspace = [0.0; RIG_WORKSPACE];
+            maximum_likelihood::solve(layout, dofs.clone(), start.as_ref(), &mut workspace)
+                .map(|solution| solution.estimate)
+        }
+        // It needs all spectral lines, which a rig does not keep.
+        Method::GlobalFit => return None,
+    };
+    estimate.ok().as_ref().map(answered)
+}
+
+fn answered(estimate: &Estimate<f64>) -> Answered {
+    Answered {
+        properties: estimate.theta().into(),
+        sigma: estimate.sigma().map(|sigma| sigma.into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seeds_of_runs_follow_splitmix64() {
+        // The first three outputs of the published generator from state 1234567.
+        let seeds = [0, 1, 2].map(|number| seed_of_run(1_234_567, number));
+        assert_eq!(
+            seeds,
+            [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423]
+        );
+    }
+}

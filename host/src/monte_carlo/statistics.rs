@@ -1,0 +1,165 @@
+//! What many runs say of a method: bias, scatter against the bound, honesty of the intervals.
+
+use massline_shared::identify::Method;
+
+/// Standard deviations on either side of a 95 % interval.
+pub const INTERVAL_95: f64 = 1.96;
+
+/// One method's answer in one run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answered {
+    /// [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz], SI.
+    pub properties: [f64; 10],
+    /// Their standard deviations; `None` when the method cannot tell.
+    pub sigma: Option<[f64; 10]>,
+}
+
+/// A method over all runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodStatistics {
+    /// The method.
+    pub method: Method,
+    /// Runs with an answer; all numbers below are over these.
+    pub answers: usize,
+    /// Runs in which the method had no answer.
+    pub unanswered: usize,
+    /// The ten, in the order of `theta`; none without an answer.
+    pub properties: Vec<PropertyStatistics>,
+}
+
+/// One property over all runs of a method; SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PropertyStatistics {
+    /// The bench's value.
+    pub truth: f64,
+    /// Mean error.
+    pub bias: f64,
+    /// Root mean square error, the bias included.
+    pub rms: f64,
+    /// Cramér-Rao bound of the standard deviation; `None` when the layout has none.
+    pub bound: Option<f64>,
+    /// Share of the answers with a standard deviation whose 95 % interval holds the truth; `None`
+    /// when there are none.
+    pub coverage95: Option<f64>,
+}
+
+impl PropertyStatistics {
+    /// Root mean square error over the bound.
+    pub fn ratio(&self) -> Option<f64> {
+        self.bound.map(|bound| self.rms / bound)
+    }
+}
+
+impl MethodStatistics {
+    /// From the runs' answers, in the order of the runs.
+    pub fn of(
+        method: Method,
+        answers: &[Option<Answered>],
+        truth: &[f64; 10],
+        bound: Option<&[f64; 10]>,
+    ) -> Self {
+        let answered: Vec<&Answered> = answers.iter().flatten().collect();
+        let properties = if answered.is_empty() {
+            Vec::new()
+        } else {
+            (0..10).map(|k| property(&answered, k, truth[k], bound.map(|b| b[k]))).collect()
+        };
+        Self {
+            method,
+            answers: answered.len(),
+            unanswered: answers.len() - answered.len(),
+            properties,
+        }
+    }
+
+    /// Geometric mean over the ten of error over bound.
+    pub fn geometric_mean_ratio(&self) -> Option<f64> {
+        let ratios = self.ratios()?;
+        Some((ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp())
+    }
+
+    /// Largest error over bound of the ten.
+    pub fn worst_ratio(&self) -> Option<f64> {
+        Some(self.ratios()?.into_iter().fold(0.0, f64::max))
+    }
+
+    /// Share of all intervals, the ten together, that hold the truth.
+    pub fn pooled_coverage95(&self) -> Option<f64> {
+        let shares: Option<Vec<f64>> = self.properties.iter().map(|p| p.coverage95).collect();
+        let shares = shares.filter(|shares| !shares.is_empty())?;
+        Some(shares.iter().sum::<f64>() / shares.len() as f64)
+    }
+
+    fn ratios(&self) -> Option<Vec<f64>> {
+        let ratios: Option<Vec<f64>> =
+            self.properties.iter().map(PropertyStatistics::ratio).collect();
+        ratios.filter(|ratios| !ratios.is_empty())
+    }
+}
+
+fn property(
+    answered: &[&Answered],
+    k: usize,
+    truth: f64,
+    bound: Option<f64>,
+) -> PropertyStatistics {
+    let count = answered.len() as f64;
+    let errors = answered.iter().map(|a| a.properties[k] - truth);
+    let bias = errors.clone().sum::<f64>() / count;
+    let rms = (errors.clone().map(|e| e * e).sum::<f64>() / count).sqrt();
+    let held: Vec<bool> = answered
+        .iter()
+        .zip(errors)
+        .filter_map(|(a, error)| Some(error.abs() <= INTERVAL_95 * a.sigma.as_ref()?[k]))
+        .collect();
+    let coverage95 = (!held.is_empty())
+        .then(|| held.iter().filter(|&&holds| holds).count() as f64 / held.len() as f64);
+    PropertyStatistics { truth, bias, rms, bound, coverage95 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRUTH: [f64; 10] = [1.0; 10];
+
+    fn answer(error: f64, sigma: Option<f64>) -> Option<Answered> {
+        Some(Answered { properties: TRUTH.map(|v| v + error), sigma: sigma.map(|s| [s; 10]) })
+    }
+
+    fn statistics(answers: &[Option<Answered>], bound: Option<f64>) -> MethodStatistics {
+        let bound = bound.map(|b| [b; 10]);
+        MethodStatistics::of(Method::InertiaRestraint, answers, &TRUTH, bound.as_ref())
+    }
+
+    #[test]
+    fn bias_and_rms_are_those_of_the_errors() {
+        let s = statistics(&[answer(0.5, None), answer(-0.25, None)], Some(0.125));
+        let p = s.properties[3];
+        // Exact in binary but for the root.
+        assert_eq!(p.bias, 0.125);
+        assert!((p.rms - 0.15625_f64.sqrt()).abs() < 1e-15);
+        assert!((s.worst_ratio().unwrap() - 0.15625_f64.sqrt() / 0.125).abs() < 1e-14);
+        assert!((s.geometric_mean_ratio().unwrap() - s.worst_ratio().unwrap()).abs() < 1e-14);
+        assert_eq!(s.pooled_coverage95(), None);
+    }
+
+    #[test]
+    fn an_interval_holds_the_truth_within_196_sigma() {
+        let runs = [answer(0.195, Some(0.1)), answer(0.197, Some(0.1)), answer(9.0, None), None];
+        let s = statistics(&runs, None);
+        assert_eq!((s.answers, s.unanswered), (3, 1));
+        assert_eq!(s.properties[0].coverage95, Some(0.5));
+        assert_eq!(s.pooled_coverage95(), Some(0.5));
+        assert_eq!(s.worst_ratio(), None);
+    }
+
+    #[test]
+    fn without_answers_there_are_no_numbers() {
+        let s = statistics(&[None, None], Some(1.0));
+        assert_eq!((s.answers, s.unanswered), (0, 2));
+        assert!(s.properties.is_empty());
+        assert_eq!(s.geometric_mean_ratio(), None);
+        assert_eq!(s.pooled_coverage95(), None);
+    }
+}

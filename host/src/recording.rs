@@ -1,0 +1,213 @@
+//! Hammer data as other systems record them: force and responses over time.
+//!
+//! | format | known by | reader |
+//! | --- | --- | --- |
+//! | LabVIEW measurement | `LabVIEW Measurement` in the first line | [`lvm`] |
+//! | universal file, dataset 58, function type 1 | a line `    -1` at the beginning | [`uff`] |
+//! | NumPy array (segments,) samples, channels | `\x93NUMPY` | [`npy`] |
+//! | text with a column for each channel | anything else that is text | [`csv`] |
+//!
+//! All give a [`Recording`]. The readers take any bytes: they never panic, and never allocate more
+//! than a small multiple of their number.
+
+mod csv;
+mod lvm;
+mod npy;
+mod number;
+mod uff;
+
+use std::path::Path;
+
+use thiserror::Error;
+
+/// Longest recording that is read, bytes.
+pub const MAX_BYTES: u64 = 1 << 28;
+
+/// Channels over time, in one piece or in several.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// Readings per second, when the file says.
+    pub rate_hz: Option<f64>,
+    /// What each channel is; a channel without a name is empty.
+    pub channels: Vec<Channel>,
+    /// The pieces of the file; one when it is continuous.
+    pub segments: Vec<Segment>,
+}
+
+/// What a channel is.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Channel {
+    /// Its name in the file.
+    pub name: String,
+    /// Its unit in the file.
+    pub unit: String,
+}
+
+/// A piece of a recording: the samples of every channel, all alike in number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Segment(pub Vec<Vec<f64>>);
+
+/// Why bytes are no recording.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RecordingError {
+    /// Nothing in it.
+    #[error("the file is empty; export the measurement again")]
+    Empty,
+    /// None of the formats.
+    #[error(
+        "the format is not known; LabVIEW measurement (.lvm), CSV, universal files with dataset 58 \
+         and NumPy arrays (.npy) are read"
+    )]
+    UnknownFormat,
+    /// A line with another number of columns.
+    #[error(
+        "line {line}: {found} columns where {wanted} are expected; every line needs one value for \
+         each channel"
+    )]
+    Ragged {
+        /// The line, from 1.
+        line: usize,
+        /// Its columns.
+        found: usize,
+        /// Those of the lines before.
+        wanted: usize,
+    },
+    /// Text where a number should be.
+    #[error(
+        "line {line}, column {column}: \"{text}\" is not a number with decimal {decimal}; check the \
+         decimal sign and the columns of the export"
+    )]
+    NotANumber {
+        /// The line, from 1.
+        line: usize,
+        /// The column, from 1.
+        column: usize,
+        /// What stands there.
+        text: String,
+        /// The decimal sign that is expected.
+        decimal: &'static str,
+    },
+    /// NaN or infinity.
+    #[error(
+        "{place}, channel {channel}: the value is {value}; cut the recording where the signal is \
+         lost"
+    )]
+    NotFinite {
+        /// Where, for people.
+        place: String,
+        /// The channel, from 1.
+        channel: usize,
+        /// The value.
+        value: f64,
+    },
+    /// The file ends too early.
+    #[error("the file is truncated: {wanted} should come; copy or export it again")]
+    Truncated {
+        /// What is missing.
+        wanted: String,
+    },
+    /// A header that cannot be.
+    #[error("line {line}: {fault}")]
+    Header {
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong and what to do.
+        fault: String,
+    },
+    /// An array of another kind.
+    #[error("{0}")]
+    Array(String),
+    /// A universal file that cannot be read.
+    #[error(transparent)]
+    Uff(#[from] crate::uff::UffError),
+}
+
+impl RecordingError {
+    /// The stable word of this error in JSON.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Empty => "recording_empty",
+            Self::UnknownFormat => "recording_unknown_format",
+            Self::Truncated { .. } => "recording_truncated",
+            Self::NotFinite { .. } => "data_not_finite",
+            Self::Uff(error) => error.fault.code(),
+            _ => "recording_malformed",
+        }
+    }
+}
+
+impl From<RecordingError> for crate::Error {
+    fn from(error: RecordingError) -> Self {
+        Self::input(error.code(), error.to_string())
+    }
+}
+
+impl Recording {
+    /// Reads a file of any of the formats.
+    ///
+    /// # Errors
+    /// When it cannot be read, is of no known format, truncated or malformed; the message names the
+    /// file and the place.
+    pub fn read(path: &Path) -> crate::Result<Self> {
+        let file = path.display();
+        let bytes = crate::bounded::read(path, MAX_BYTES).map_err(|error| {
+            let message = format!("{file}: the file cannot be read: {error}; check the path");
+            crate::Error::input("recording_not_readable", message)
+        })?;
+        Self::parse(&bytes).map_err(|error| crate::Error::from(error).within(file))
+    }
+
+    /// Reads the bytes of a file of any of the formats.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn parse(bytes: &[u8]) -> Result<Self, RecordingError> {
+        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let recording = if text.trim_ascii().is_empty() {
+            Err(RecordingError::Empty)
+        } else if bytes.starts_with(crate::npy::MAGIC) {
+            npy::read(bytes)
+        } else if text.trim_ascii_start().starts_with(b"LabVIEW Measurement") {
+            lvm::read(&String::from_utf8_lossy(text))
+        } else if text.starts_with(b"    -1") {
+            uff::read(bytes)
+        } else {
+            match std::str::from_utf8(text) {
+                Ok(text) if !text.contains('\0') => csv::read(text),
+                _ => Err(RecordingError::UnknownFormat),
+            }
+        }?;
+        recording.checked()
+    }
+
+    /// Refuses channels of different length and values that are no numbers.
+    fn checked(self) -> Result<Self, RecordingError> {
+        let count = self.channels.len();
+        if self.segments.iter().all(|segment| segment.samples() == 0) || count == 0 {
+            return Err(RecordingError::Empty);
+        }
+        for (k, segment) in self.segments.iter().enumerate() {
+            for (channel, samples) in segment.0.iter().enumerate() {
+                if let Some(at) = samples.iter().position(|value| !value.is_finite()) {
+                    let value = samples.get(at).copied().unwrap_or(f64::NAN);
+                    let place = format!("segment {k}, sample {at}");
+                    return Err(RecordingError::NotFinite { place, channel: channel + 1, value });
+                }
+            }
+        }
+        Ok(self)
+    }
+}
+
+impl Segment {
+    /// Samples of each channel.
+    pub fn samples(&self) -> usize {
+        self.0.iter().map(Vec::len).min().unwrap_or(0)
+    }
+
+    /// From rows of one value for each of `channels`.
+    fn of_rows(rows: &[f64], channels: usize) -> Self {
+        let column = |k: usize| rows.iter().skip(k).step_by(channels.max(1)).copied().collect();
+        Self((0..channels).map(column).collect())
+    }
+}

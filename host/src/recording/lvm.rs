@@ -1,0 +1,218 @@
+//! LabVIEW measurement files (.lvm): text, a header for the file and one for each segment.
+
+use super::number::Decimal;
+use super::{Channel, Recording, RecordingError, Segment};
+
+const END_OF_HEADER: &str = "***End_of_Header***";
+
+/// How the X values stand in the file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum XColumns {
+    /// An empty first column.
+    No,
+    /// The first column.
+    One,
+    /// A column before each channel.
+    Multi,
+}
+
+/// What the header of the file says.
+struct Format {
+    separator: char,
+    decimal: Decimal,
+    x_columns: XColumns,
+}
+
+/// What the header of a segment says.
+#[derive(Default)]
+struct SegmentHeader {
+    channels: usize,
+    samples: Option<usize>,
+    units: Vec<String>,
+    delta: Option<f64>,
+}
+
+/// Lines with their numbers, from 1.
+type Lines<'t> =
+    std::iter::Peekable<std::iter::Zip<std::ops::RangeFrom<usize>, std::str::Lines<'t>>>;
+
+/// Reads the text of a file.
+pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
+    let mut lines: Lines<'_> = (1..).zip(text.lines()).peekable();
+    let format = file_header(&mut lines)?;
+    let mut recording = Recording { rate_hz: None, channels: Vec::new(), segments: Vec::new() };
+    loop {
+        while lines.peek().is_some_and(|(_, line)| line.trim().is_empty()) {
+            lines.next();
+        }
+        let Some(&(line, _)) = lines.peek() else { break };
+        let header = segment_header(&mut lines, &format)?;
+        let names = names(&mut lines, &format, &header, line)?;
+        let expected =
+            if recording.segments.is_empty() { header.channels } else { recording.channels.len() };
+        if header.channels != expected {
+            let fault = format!(
+                "a segment of {} channels after one of {expected}; export segments of the same \
+                 channels",
+                header.channels
+            );
+            return Err(RecordingError::Header { line, fault });
+        }
+        if recording.segments.is_empty() {
+            recording.channels = names;
+            recording.rate_hz = header.delta.filter(|d| *d > 0.0).map(f64::recip);
+        }
+        recording.segments.push(data(&mut lines, &format, &header)?);
+    }
+    if recording.segments.is_empty() {
+        let wanted = "the first segment".to_owned();
+        return Err(RecordingError::Truncated { wanted });
+    }
+    Ok(recording)
+}
+
+/// Reads to the first end of header.
+fn file_header(lines: &mut Lines<'_>) -> Result<Format, RecordingError> {
+    let mut format = Format { separator: '\t', decimal: Decimal::Point, x_columns: XColumns::One };
+    for (line, text) in lines {
+        let (key, value) = entry(text);
+        let unknown = |known: &str| {
+            let fault = format!("{key} is \"{value}\"; {known} are read");
+            Err(RecordingError::Header { line, fault })
+        };
+        match key {
+            END_OF_HEADER => return Ok(format),
+            "Separator" => match value {
+                "Tab" => format.separator = '\t',
+                "Comma" => format.separator = ',',
+                "Semicolon" => format.separator = ';',
+                _ => return unknown("Tab, Comma and Semicolon"),
+            },
+            "Decimal_Separator" => match value {
+                "." => format.decimal = Decimal::Point,
+                "," | "" => format.decimal = Decimal::Comma,
+                _ => return unknown("point and comma"),
+            },
+            "X_Columns" => match value {
+                "No" => format.x_columns = XColumns::No,
+                "One" => format.x_columns = XColumns::One,
+                "Multi" => format.x_columns = XColumns::Multi,
+                _ => return unknown("No, One and Multi"),
+            },
+            _ => {}
+        }
+    }
+    Err(RecordingError::Truncated { wanted: format!("the line {END_OF_HEADER}") })
+}
+
+/// Key and value of a header line, whatever separates them.
+fn entry(line: &str) -> (&str, &str) {
+    let line = line.trim();
+    let at = line.find(['\t', ';', ',']).unwrap_or(line.len());
+    let (key, rest) = line.split_at_checked(at).unwrap_or((line, ""));
+    let mut rest = rest.chars();
+    rest.next();
+    (key, rest.as_str().trim_end_matches(['\t', ';']).trim())
+}
+
+fn segment_header(lines: &mut Lines<'_>, format: &Format) -> Result<SegmentHeader, RecordingError> {
+    let mut header = SegmentHeader::default();
+    for (line, text) in lines {
+        let mut fields = text.split(format.separator).map(str::trim);
+        let key = fields.next().unwrap_or_default();
+        let mut first = || fields.next().unwrap_or_default();
+        let count = |text: &str| {
+            text.parse::<usize>().map_err(|_| RecordingError::Header {
+                line,
+                fault: format!("{key} is \"{text}\"; it should be a whole number"),
+            })
+        };
+        match key {
+            END_OF_HEADER => {
+                if header.channels == 0 {
+                    let fault = "the segment's header tells no Channels; export it again".into();
+                    return Err(RecordingError::Header { line, fault });
+                }
+                return Ok(header);
+            }
+            "Channels" => header.channels = count(first())?,
+            "Samples" => header.samples = Some(count(first())?),
+            "Delta_X" => header.delta = Some(format.decimal.value(first(), line, 1)?),
+            "Y_Unit_Label" => header.units = fields.map(str::to_owned).collect(),
+            _ => {}
+        }
+    }
+    Err(RecordingError::Truncated { wanted: format!("the line {END_OF_HEADER} of a segment") })
+}
+
+/// Columns before the value of channel `k`, its own included.
+fn column_of(k: usize, x_columns: XColumns) -> usize {
+    match x_columns {
+        XColumns::No | XColumns::One => 1 + k,
+        XColumns::Multi => 2 * k + 1,
+    }
+}
+
+fn names(
+    lines: &mut Lines<'_>,
+    format: &Format,
+    header: &SegmentHeader,
+    line: usize,
+) -> Result<Vec<Channel>, RecordingError> {
+    let Some((at, text)) = lines.next() else {
+        return Err(RecordingError::Truncated { wanted: "the names of the channels".into() });
+    };
+    let fields: Vec<&str> = text.split(format.separator).map(str::trim).collect();
+    if header.channels > fields.len() {
+        let fault = format!(
+            "the header in line {line} tells {} channels, {} columns have names",
+            header.channels,
+            fields.len().saturating_sub(1)
+        );
+        return Err(RecordingError::Header { line: at, fault });
+    }
+    let text = |from: Option<&&str>| from.map_or_else(String::new, |text| (*text).to_owned());
+    Ok((0..header.channels)
+        .map(|k| Channel {
+            name: text(fields.get(column_of(k, format.x_columns))),
+            unit: header.units.get(k).cloned().unwrap_or_default(),
+        })
+        .collect())
+}
+
+/// The rows of a segment, to an empty line or the end of the file.
+fn data(
+    lines: &mut Lines<'_>,
+    format: &Format,
+    header: &SegmentHeader,
+) -> Result<Segment, RecordingError> {
+    let mut rows = Vec::new();
+    let mut samples = 0_usize;
+    while header.samples.is_none_or(|all| samples < all) {
+        let Some(&(line, text)) = lines.peek() else { break };
+        if text.trim().is_empty() || text.starts_with("Channels") {
+            break;
+        }
+        lines.next();
+        // LabVIEW leaves the empty first column out when a line would begin with it, in some
+        // versions; then there are just the values.
+        let fields: Vec<&str> = text.split(format.separator).collect();
+        let bare = format.x_columns == XColumns::No && fields.len() == header.channels;
+        for k in 0..header.channels {
+            let column = if bare { k } else { column_of(k, format.x_columns) };
+            let Some(field) = fields.get(column) else {
+                let wanted = column_of(header.channels - 1, format.x_columns) + 1;
+                return Err(RecordingError::Ragged { line, found: fields.len(), wanted });
+            };
+            rows.push(format.decimal.value(field, line, column)?);
+        }
+        samples += 1;
+    }
+    match header.samples {
+        Some(wanted) if wanted > samples => {
+            let wanted = format!("{wanted} samples of a segment ({samples} are there)");
+            Err(RecordingError::Truncated { wanted })
+        }
+        _ => Ok(Segment::of_rows(&rows, header.channels)),
+    }
+}

@@ -1,0 +1,58 @@
+//! Time records of a universal file: dataset 58 with function type 1. A DOF that comes again begins
+//! the next segment.
+
+use super::{Channel, Recording, RecordingError, Segment};
+use crate::uff::{Function, UffFile};
+
+/// Reads the bytes of a file.
+pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
+    let file = UffFile::parse(bytes)?;
+    let records: Vec<&Function> = file.functions.iter().filter(|f| f.is_time_response()).collect();
+    let Some(first) = records.first() else {
+        let text = "the file holds no time records (dataset 58, function type 1); export these, or \
+                    give frequency responses to `massline solve`";
+        return Err(RecordingError::Array(text.into()));
+    };
+    let per_segment = records
+        .iter()
+        .skip(1)
+        .position(|f| f.response == first.response && f.numerator_axis == first.numerator_axis)
+        .map_or(records.len(), |at| at + 1);
+    let channels = records.iter().take(per_segment).map(|f| f.time_channel()).collect();
+    let mut segments = Vec::new();
+    for group in records.chunks(per_segment) {
+        if group.len() < per_segment {
+            let wanted = format!("{per_segment} records of the last segment");
+            return Err(RecordingError::Truncated { wanted });
+        }
+        let length = group.first().map_or(0, |f| f.ordinate.len());
+        if let Some(other) = group.iter().find(|f| f.ordinate.len() != length) {
+            let found = other.ordinate.len();
+            return Err(RecordingError::Ragged { line: other.line, found, wanted: length });
+        }
+        segments.push(Segment(group.iter().map(|f| f.time_samples()).collect()));
+    }
+    Ok(Recording { rate_hz: rate(first), channels, segments })
+}
+
+impl Function {
+    fn time_channel(&self) -> Channel {
+        let name = match self.numerator_axis.data_type {
+            9 | 13 => "force",
+            8 => "displacement",
+            11 => "velocity",
+            12 => "acceleration",
+            _ => "",
+        };
+        let name = format!("{name} {}:{}", self.response.node, self.response.direction);
+        Channel { name: name.trim().to_owned(), unit: self.numerator_axis.unit.clone() }
+    }
+}
+
+/// Readings per second of an even abscissa.
+fn rate(function: &Function) -> Option<f64> {
+    let (first, last) = (function.abscissa.first()?, function.abscissa.last()?);
+    let steps = function.abscissa.len().checked_sub(1)?;
+    let rate = steps as f64 / (last - first);
+    (rate.is_finite() && rate > 0.0).then_some(rate)
+}

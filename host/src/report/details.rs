@@ -1,0 +1,127 @@
+//! What a fit found out about sensors, hammer and hits, and what each of them does to the answer.
+
+use massline_shared::identify::influence::{Influence, Subject};
+use massline_shared::identify::maximum_likelihood::{LearnedHit, LearnedSensor, Learnt};
+use massline_shared::layout::{HostLayout, PROPERTIES};
+use serde_json::{Value, json};
+
+use crate::identification::Details;
+use crate::output;
+
+/// A subject that moves a property by more than this many standard deviations is worth a word.
+const WORTH_A_WORD: f64 = 1.0;
+
+/// Everything that was found out, with units in the names.
+pub fn details_json(details: &Details, layout: &HostLayout) -> Value {
+    let learned = &details.learned;
+    json!({
+        "hammer_gain": learnt_json(&learned.hammer_gain),
+        "sensors": learned.sensors.iter().zip(&layout.sensors).map(|(found, sensor)| json!({
+            "node": sensor.node,
+            "sensitivity": found.sensitivity.map(|row| row.map(|l| learnt_json(&l))),
+            "rotation_rad": found.rotation.map(|l| learnt_json(&l)),
+            "position_m": found.position.map(|l| learnt_json(&l)),
+            "strain": found.strain,
+        })).collect::<Vec<_>>(),
+        "hits": learned.hits.iter().map(|found| json!({
+            "dof": hit_name(layout, found.index),
+            "position_m": found.position.map(|l| learnt_json(&l)),
+            "direction_rad": found.direction.map(|l| learnt_json(&l)),
+            "strain": found.strain,
+            "misfit": found.misfit,
+        })).collect::<Vec<_>>(),
+        "influence": details.influences.iter().map(|i| influence_json(i, layout)).collect::<Vec<_>>(),
+    })
+}
+
+fn learnt_json(learnt: &Learnt<f64>) -> Value {
+    json!({ "value": learnt.value, "sigma": learnt.sigma })
+}
+
+fn influence_json(influence: &Influence<f64>, layout: &HostLayout) -> Value {
+    let (kind, name) = match influence.subject {
+        Subject::Hit(index) => ("hit", json!(hit_name(layout, index))),
+        Subject::Sensor(index) => ("sensor", json!(sensor_node(layout, index))),
+    };
+    json!({
+        kind: name,
+        "shift_sigma": influence.shift.as_slice(),
+        "sigma_ratio_without": influence.worth,
+        "chi_squared": influence.share.chi_squared,
+        "equations": influence.share.degrees_of_freedom,
+    })
+}
+
+/// For people: a table of the sensors, one of the hits, and the subjects that move the answer most.
+pub fn details_text(details: &Details, layout: &HostLayout) -> String {
+    let learned = &details.learned;
+    let mut sensors = output::table();
+    sensors.set_header(["sensor", "gain, %", "rotation, mrad", "position, mm", "strain"]);
+    for (found, sensor) in learned.sensors.iter().zip(&layout.sensors) {
+        sensors.add_row(sensor_row(found, sensor.node));
+    }
+    let mut hits = output::table();
+    hits.set_header(["hit", "landed off by, mm", "leaned by, mrad", "strain"]);
+    for found in &learned.hits {
+        hits.add_row(hit_row(found, &hit_name(layout, found.index)));
+    }
+    let hammer = learned.hammer_gain;
+    let mut text = format!(
+        "What the fit found out (± what is left unknown; strain: in units of the stated uncertainty)\n\
+         {sensors}\n{hits}\nhammer gain: {:+.2} ± {:.2} %\n",
+        100.0 * hammer.value,
+        100.0 * hammer.sigma
+    );
+    for influence in details.influences.iter().filter(|i| i.largest_shift() > WORTH_A_WORD) {
+        text += &influence_line(influence, layout);
+    }
+    text
+}
+
+fn sensor_row(found: &LearnedSensor<f64>, node: u16) -> [String; 5] {
+    let gains = [0, 1, 2].map(|k| found.sensitivity[k][k]);
+    [
+        node.to_string(),
+        triple(&gains, 100.0),
+        triple(&found.rotation, 1e3),
+        triple(&found.position, 1e3),
+        format!("{:.2}", found.strain),
+    ]
+}
+
+fn hit_row(found: &LearnedHit<f64>, name: &str) -> [String; 4] {
+    let strain = found.strain.max(found.misfit);
+    [
+        name.into(),
+        triple(&found.position, 1e3),
+        triple(&found.direction, 1e3),
+        format!("{strain:.2}"),
+    ]
+}
+
+/// Three values and the largest of their standard deviations.
+fn triple(learnt: &[Learnt<f64>; 3], factor: f64) -> String {
+    let [x, y, z] = learnt.map(|l| format!("{:+.2}", l.value * factor));
+    let sigma = learnt.iter().map(|l| l.sigma * factor).fold(0.0, f64::max);
+    format!("{x} {y} {z} ± {sigma:.2}")
+}
+
+fn influence_line(influence: &Influence<f64>, layout: &HostLayout) -> String {
+    let name = match influence.subject {
+        Subject::Hit(index) => format!("hit {}", hit_name(layout, index)),
+        Subject::Sensor(index) => format!("the sensor on node {}", sensor_node(layout, index)),
+    };
+    let (property, shift) = PROPERTIES
+        .iter()
+        .zip(influence.shift.iter())
+        .fold(("", 0.0_f64), |most, (p, s)| if s.abs() > most.1.abs() { (p, *s) } else { most });
+    format!("without {name}, {property} would move by {shift:+.1} sd\n")
+}
+
+fn hit_name(layout: &HostLayout, index: usize) -> String {
+    layout.hits.get(index).map_or_else(String::new, |hit| hit.dof.to_string())
+}
+
+fn sensor_node(layout: &HostLayout, index: usize) -> u16 {
+    layout.sensors.get(index).map_or(0, |sensor| sensor.node)
+}

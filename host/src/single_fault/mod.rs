@@ -1,0 +1,289 @@
+//! After a campaign: which single mistake explains data that contradict the error budget, and which
+//! mistakes the data would not show.
+//!
+//! | χ² of the layout as it was meant | what is done |
+//! | --- | --- |
+//! | agrees with the budget | nothing is suspected; with a known mass a common scale is tried |
+//! | contradicts the budget | every mistake is fitted, the one of the least χ² is named |
+//!
+//! Mistakes whose χ² is hardly larger than the least are named beside it: the data do not tell them
+//! apart.
+
+mod report;
+mod words;
+
+use massline_shared::identify::inertia_restraint::{self, Settings};
+use massline_shared::identify::maximum_likelihood::{self, Learnt, workspace};
+use massline_shared::identify::single_fault::{DECISIVE, Explained, SingleFault};
+use massline_shared::identify::{Consistency, MassLines};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
+use massline_shared::protocol::object::MeasurementResult;
+use massline_shared::signal::RESPONSES;
+use nalgebra::{SMatrix, SVector};
+
+use crate::identification::{CHANNELS, lines_of};
+use crate::layout_file::LayoutFile;
+
+/// Tied mistakes that are named.
+const MOST_NAMED: usize = 8;
+
+/// Mass lines of hit DOFs, by their index in the layout.
+pub type DofLines<const CH: usize> = [(usize, MassLines<f64, CH>)];
+
+/// A test as it was meant: its layout, and the points that could be hit by mistake.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Meant {
+    /// The layout.
+    pub layout: HostLayout,
+    /// Numbers and positions of the nodes, body frame, m.
+    pub nodes: Vec<(u16, [f64; 3])>,
+}
+
+impl Meant {
+    /// With all nodes of a layout file.
+    pub fn of_file(file: &LayoutFile) -> Self {
+        let nodes = file.nodes.iter().map(|node| (node.id, node.position)).collect();
+        Self { layout: file.layout.clone(), nodes }
+    }
+
+    /// With the nodes of its sensors and hits, as a rig keeps them.
+    pub fn of_layout(layout: HostLayout) -> Self {
+        let sensors = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
+        let hits = layout.hits.iter().map(|hit| (hit.dof.node, hit.position));
+        let mut nodes: Vec<_> = sensors.chain(hits).collect();
+        nodes.sort_by_key(|&(node, _)| node);
+        nodes.dedup_by_key(|&mut (node, _)| node);
+        Self { layout, nodes }
+    }
+
+    /// Looks for single mistakes in mass lines.
+    pub fn examine<const CH: usize>(&self, lines: &DofLines<CH>) -> Examination {
+        examine(&self.layout, &self.nodes, lines)
+    }
+
+    /// Looks for single mistakes in what a rig has measured.
+    pub fn examine_result(&self, result: &MeasurementResult) -> Examination {
+        self.examine(&lines_of(result, &self.layout))
+    }
+}
+
+/// A mistake with the χ² of its fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Suspect {
+    /// The mistake.
+    pub fault: SingleFault<f64>,
+    /// χ² under it.
+    pub consistency: Consistency<f64>,
+    /// Of a common scale: the accelerances over what they should be.
+    pub scale: Option<Learnt<f64>>,
+}
+
+/// What the data say of single mistakes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// The layout as it was meant agrees with the data.
+    NothingSuspicious,
+    /// One mistake explains the data, or several that the data do not tell apart: the least χ² first.
+    Suspected(Vec<Suspect>),
+    /// The data contradict the budget, and no single mistake changes that.
+    Unexplained,
+}
+
+/// What the search has found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Examination {
+    /// χ² of the layout as it was meant; `None` when that fit has no answer.
+    pub plain: Option<Consistency<f64>>,
+    /// What is suspected.
+    pub verdict: Verdict,
+    /// The best mistake that is not suspected.
+    pub runner_up: Option<Suspect>,
+    /// Mistakes that were fitted.
+    pub tested: usize,
+    /// Mistakes that these data would not show; `None` when it was not looked for: without a fit of
+    /// the layout as it was meant that agrees with the data, and in layouts larger than a rig's, where
+    /// it takes too long.
+    pub hidden: Option<Vec<SingleFault<f64>>>,
+}
+
+/// Looks for single mistakes in a test. `nodes` are the points that could have been hit, with their
+/// positions in the body frame, m.
+///
+pub fn examine<const CH: usize>(
+    layout: &HostLayout,
+    nodes: &[(u16, [f64; 3])],
+    lines: &DofLines<CH>,
+) -> Examination {
+    // A layout of the rig is fitted twenty times faster in matrices of its size.
+    let small = layout.cast::<f64, RIG_SENSORS, RIG_HITS>();
+    match small {
+        Some(small) => {
+            let lines = resized::<CH, RESPONSES>(lines);
+            Search::<RIG_SENSORS, RIG_HITS, RESPONSES>::new(&small, nodes, &lines).examine(true)
+        }
+        None => {
+            let lines = resized::<CH, CHANNELS>(lines);
+            Search::<HOST_SENSORS, HOST_HITS, CHANNELS>::new(layout, nodes, &lines).examine(false)
+        }
+    }
+}
+
+/// The same with room for another number of responses.
+fn resized<const FROM: usize, const TO: usize>(
+    lines: &DofLines<FROM>,
+) -> Vec<(usize, MassLines<f64, TO>)> {
+    let of = |v: &SVector<f64, FROM>| SVector::from_fn(|k, _| v.get(k).copied().unwrap_or(0.0));
+    let resize = |lines: &MassLines<f64, FROM>| MassLines {
+        accelerance: of(&lines.accelerance),
+        noise: of(&lines.noise),
+        scatter: SMatrix::from_fn(|i, j| lines.scatter.get((i, j)).copied().unwrap_or(0.0)),
+        hits: lines.hits,
+    };
+    lines.iter().map(|(index, lines)| (*index, resize(lines))).collect()
+}
+
+struct Search<'a, const S: usize, const H: usize, const CH: usize> {
+    layout: &'a Layout<f64, S, H>,
+    nodes: &'a [(u16, [f64; 3])],
+    lines: &'a DofLines<CH>,
+}
+
+impl<'a, const S: usize, const H: usize, const CH: usize> Search<'a, S, H, CH> {
+    fn new(
+        layout: &'a Layout<f64, S, H>,
+        nodes: &'a [(u16, [f64; 3])],
+        lines: &'a DofLines<CH>,
+    ) -> Self {
+        Self { layout, nodes, lines }
+    }
+
+    fn examine(&self, with_hidden: bool) -> Examination {
+        let start = inertia_restraint::solve(self.layout, self.dofs(), Settings::weighted());
+        let start = start.ok().map(|estimate| estimate.body);
+        let mut room = self.room();
+        let plain =
+            maximum_likelihood::solve(self.layout, self.dofs(), start.as_ref(), &mut room).ok();
+        let plain = plain.map(|solution| solution.estimate);
+        let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
+        let agrees = consistency.is_some_and(|c| !contradicts(&c));
+        let mut suspects = if agrees {
+            // Anything else would show in χ²; a common scale is one number against a known one.
+            self.tested(|fault| *fault == SingleFault::CommonScale)
+        } else {
+            self.tested(|_| true)
+        };
+        suspects.sort_by(|a, b| a.consistency.chi_squared.total_cmp(&b.consistency.chi_squared));
+        let tested = suspects.len();
+        let (named, others) = split(&suspects, consistency.as_ref());
+        let verdict = match (named.is_empty(), agrees) {
+            (true, true) => Verdict::NothingSuspicious,
+            (true, false) => Verdict::Unexplained,
+            (false, _) => Verdict::Suspected(named),
+        };
+        let hidden = plain.filter(|_| agrees && with_hidden).map(|estimate| {
+            let faults = SingleFault::all(self.layout, self.nodes)
+                .filter(|fault| involves_measured(fault, self.lines));
+            let faults: Vec<_> = faults.collect();
+            self.in_parallel(&faults, |fault, room| {
+                let shown = fault.shows(self.layout, &estimate.body, self.dofs(), room);
+                shown.is_some_and(|c| !is_shown(fault, &c)).then_some(*fault)
+            })
+        });
+        Examination {
+            plain: consistency,
+            verdict,
+            runner_up: others.first().copied(),
+            tested,
+            hidden,
+        }
+    }
+
+    /// The fits of all mistakes that are wanted.
+    fn tested(&self, wanted: impl Fn(&SingleFault<f64>) -> bool) -> Vec<Suspect> {
+        let faults = SingleFault::all(self.layout, self.nodes)
+            .filter(|fault| wanted(fault) && involves_measured(fault, self.lines));
+        let faults: Vec<_> = faults.collect();
+        self.in_parallel(&faults, |fault, room| {
+            let Explained { consistency, scale } = fault.test(self.layout, self.dofs(), room)?;
+            Some(Suspect { fault: *fault, consistency, scale })
+        })
+    }
+
+    fn dofs(
+        &self,
+    ) -> impl Iterator<Item = (usize, &'a MassLines<f64, CH>)> + Clone + use<'a, S, H, CH> {
+        self.lines.iter().map(|(index, lines)| (*index, lines))
+    }
+
+    fn room(&self) -> Vec<f64> {
+        vec![0.0; workspace(self.layout.sensors.len())]
+    }
+
+    /// What `act` makes of each, in their order, on all cores.
+    fn in_parallel<T: Send>(
+        &self,
+        faults: &[SingleFault<f64>],
+        act: impl Fn(&SingleFault<f64>, &mut [f64]) -> Option<T> + Sync,
+    ) -> Vec<T> {
+        let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
+        let share = faults.len().div_ceil(threads).max(1);
+        std::thread::scope(|scope| {
+            let parts: Vec<_> = faults
+                .chunks(share)
+                .map(|part| {
+                    let act = &act;
+                    scope.spawn(move || {
+                        let mut room = self.room();
+                        part.iter().filter_map(|fault| act(fault, &mut room)).collect::<Vec<T>>()
+                    })
+                })
+                .collect();
+            // A thread that panicked has told why; what the others found is kept.
+            parts.into_iter().filter_map(|part| part.join().ok()).flatten().collect()
+        })
+    }
+}
+
+/// A mistake at a hit DOF that was not measured is nothing to look for.
+fn involves_measured<const CH: usize>(fault: &SingleFault<f64>, lines: &DofLines<CH>) -> bool {
+    match fault {
+        SingleFault::HitAtNode { hit, .. } | SingleFault::HitReversed { hit } => {
+            lines.iter().any(|(index, _)| index == hit)
+        }
+        _ => true,
+    }
+}
+
+/// Those that explain the data, the best first, and the rest.
+///
+/// A mistake explains them when it makes χ² decisively smaller, to what chance allows. Mistakes whose
+/// χ² is not decisively larger are as good.
+fn split<'s>(
+    ascending: &'s [Suspect],
+    plain: Option<&Consistency<f64>>,
+) -> (Vec<Suspect>, &'s [Suspect]) {
+    let plain = plain.map_or(f64::INFINITY, |c| c.chi_squared);
+    let explains = |best: &Suspect| {
+        plain - best.consistency.chi_squared >= DECISIVE && !contradicts(&best.consistency)
+    };
+    let Some(best) = ascending.first().filter(|best| explains(best)) else {
+        return (Vec::new(), ascending);
+    };
+    let limit = best.consistency.chi_squared + DECISIVE;
+    let tied = ascending.iter().take_while(|s| s.consistency.chi_squared < limit).count();
+    let (named, others) = ascending.split_at(tied);
+    (named.iter().take(MOST_NAMED).copied().collect(), others)
+}
+
+/// The fit contradicts the budget: χ² that chance exceeds in one of a thousand tests.
+fn contradicts(consistency: &Consistency<f64>) -> bool {
+    consistency.surprise() > maximum_likelihood::CONTRADICTION
+}
+
+/// Whether a mistake would be seen: one number against a known one for a common scale, else χ².
+fn is_shown(fault: &SingleFault<f64>, consistency: &Consistency<f64>) -> bool {
+    if *fault == SingleFault::CommonScale {
+        return true;
+    }
+    contradicts(consistency)
+}

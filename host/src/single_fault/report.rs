@@ -1,0 +1,173 @@
+//! An examination as JSON, as diagnostics and as sentences.
+
+use massline_shared::diagnosis::{Code, Severity};
+use massline_shared::identify::Consistency;
+use massline_shared::identify::single_fault::SingleFault;
+use massline_shared::layout::HostLayout;
+use serde_json::{Value, json};
+
+use super::{Examination, Suspect, Verdict, words};
+
+/// Hidden mistakes that a text names; the JSON names all.
+const MOST_TOLD: usize = 6;
+
+impl Examination {
+    /// One object: what is suspected with its χ², the runner-up, and what the data would not show.
+    pub fn to_json(&self, layout: &HostLayout) -> Value {
+        let suspect = |s: &Suspect| suspect_json(s, layout);
+        let suspects: Vec<Value> = self.suspects().iter().map(suspect).collect();
+        json!({
+            "verdict": match self.verdict {
+                Verdict::NothingSuspicious => "nothing_suspicious",
+                Verdict::Suspected(_) => "suspected",
+                Verdict::Unexplained => "unexplained",
+            },
+            "chi_squared": self.plain.map(|c| c.chi_squared),
+            "degrees_of_freedom": self.plain.map(|c| c.degrees_of_freedom),
+            "tested": self.tested,
+            "suspects": suspects,
+            "runner_up": self.runner_up.as_ref().map(suspect),
+            "not_visible": self.hidden.as_ref().map(|hidden| {
+                hidden.iter().map(|fault| fault_json(fault, layout)).collect::<Vec<_>>()
+            }),
+        })
+    }
+
+    /// What is to be said among the diagnostics of a result: `{"code":…,"severity":…,"message":…}`.
+    pub fn diagnostics_json(&self, layout: &HostLayout) -> Vec<Value> {
+        self.said(layout)
+            .into_iter()
+            .map(|(code, severity, message)| {
+                json!({ "code": code.name(), "severity": severity.name(), "message": message })
+            })
+            .collect()
+    }
+
+    /// Puts the examination into a result's object: `single_faults`, and what is to be said among
+    /// `diagnostics`.
+    pub fn add_to(&self, value: &mut Value, layout: &HostLayout) {
+        value["single_faults"] = self.to_json(layout);
+        let said = self.diagnostics_json(layout);
+        match &mut value["diagnostics"] {
+            Value::Array(diagnostics) => diagnostics.extend(said),
+            other => *other = Value::Array(said),
+        }
+    }
+
+    /// For people, a line each.
+    pub fn to_text(&self, layout: &HostLayout) -> String {
+        let said = self.said(layout);
+        let mut text = String::new();
+        if self.verdict == Verdict::NothingSuspicious
+            && let Some(plain) = self.plain
+        {
+            text +=
+                &format!("single mistakes: nothing suspicious ({})\n", chi_squared_text(&plain));
+        }
+        for (_, severity, message) in said {
+            text += &format!("{}: {message}\n", severity.name());
+        }
+        text
+    }
+
+    fn suspects(&self) -> &[Suspect] {
+        match &self.verdict {
+            Verdict::Suspected(suspects) => suspects,
+            _ => &[],
+        }
+    }
+
+    fn said(&self, layout: &HostLayout) -> Vec<(Code, Severity, String)> {
+        let mut said = Vec::new();
+        if let [best, tied @ ..] = self.suspects() {
+            let message = self.suspicion(best, tied, layout);
+            said.push((words::code(&best.fault), Severity::Warning, message));
+        }
+        if self.verdict == Verdict::Unexplained {
+            let best = self.runner_up.as_ref().map_or(String::new(), |best| {
+                format!("; the best of them: {}", with_chi_squared(best, layout))
+            });
+            let message = format!(
+                "the data contradict the layout and its budget ({}) and no single mistake explains \
+                 them{best}; look for several mistakes, or widen [uncertainty]",
+                self.plain_text()
+            );
+            said.push((Code::NoSingleFaultExplains, Severity::Warning, message));
+        }
+        if let Some(hidden) = self.hidden.as_ref().filter(|hidden| !hidden.is_empty()) {
+            let message = hidden_text(hidden, layout);
+            said.push((Code::FaultsNotVisible, Severity::Note, message));
+        }
+        said
+    }
+
+    fn suspicion(&self, best: &Suspect, tied: &[Suspect], layout: &HostLayout) -> String {
+        let mut text = format!(
+            "{}: that explains the data, {} instead of {}",
+            words::suspect_clause(best, layout),
+            chi_squared_text(&best.consistency),
+            self.plain_text()
+        );
+        for other in tied {
+            text += &format!("; not told apart from it: {}", with_chi_squared(other, layout));
+        }
+        if let Some(next) = &self.runner_up {
+            text += &format!("; next best: {}", with_chi_squared(next, layout));
+        }
+        text + "; put it right and measure again, or correct the layout"
+    }
+
+    fn plain_text(&self) -> String {
+        self.plain.as_ref().map_or("no fit at all".into(), chi_squared_text)
+    }
+}
+
+fn chi_squared_text(consistency: &Consistency<f64>) -> String {
+    format!("χ² {:.1} of {}", consistency.chi_squared, consistency.degrees_of_freedom)
+}
+
+fn with_chi_squared(suspect: &Suspect, layout: &HostLayout) -> String {
+    let clause = words::suspect_clause(suspect, layout);
+    format!("{clause} ({})", chi_squared_text(&suspect.consistency))
+}
+
+fn hidden_text(hidden: &[SingleFault<f64>], layout: &HostLayout) -> String {
+    let named: Vec<String> =
+        hidden.iter().take(MOST_TOLD).map(|fault| words::clause(fault, layout)).collect();
+    let more = match hidden.len().saturating_sub(MOST_TOLD) {
+        0 => String::new(),
+        more => format!("; and {more} more"),
+    };
+    format!("these data would not show it if {}{more}", named.join("; if "))
+}
+
+fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> Value {
+    let mut value = fault_json(&suspect.fault, layout);
+    value["chi_squared"] = json!(suspect.consistency.chi_squared);
+    value["message"] = json!(words::suspect_clause(suspect, layout));
+    if let Some(scale) = suspect.scale {
+        value["scale"] = json!({ "value": scale.value, "sigma": scale.sigma });
+    }
+    value
+}
+
+/// Sensors and hits are counted from 1, as in the layout's messages.
+fn fault_json(fault: &SingleFault<f64>, layout: &HostLayout) -> Value {
+    let mut value = json!({
+        "code": words::code(fault).name(),
+        "message": words::clause(fault, layout),
+    });
+    match fault {
+        SingleFault::SensorAxes { sensor, .. } => value["sensor"] = json!(sensor + 1),
+        SingleFault::CablesSwapped { sensors } => {
+            value["sensors"] = json!(sensors.map(|sensor| sensor + 1));
+        }
+        SingleFault::HitAtNode { hit, node, .. } => {
+            value["hit"] = json!(hit + 1);
+            value["node"] = json!(node);
+        }
+        SingleFault::HitReversed { hit } => value["hit"] = json!(hit + 1),
+        SingleFault::CommonScale => {}
+    }
+    value
+}

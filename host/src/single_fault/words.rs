@@ -1,0 +1,123 @@
+//! Mistakes in the words of a layout.
+
+use massline_shared::diagnosis::Code;
+use massline_shared::identify::single_fault::{AxisMap, SingleFault};
+use massline_shared::layout::{Axis, HostLayout, Sign};
+
+use super::Suspect;
+
+/// The stable name of a kind of mistake.
+pub(super) fn code(fault: &SingleFault<f64>) -> Code {
+    match fault {
+        SingleFault::SensorAxes { .. } => Code::SensorAxesSuspect,
+        SingleFault::CablesSwapped { .. } => Code::CablesSwapped,
+        SingleFault::HitAtNode { .. } => Code::HitAtWrongNode,
+        SingleFault::HitReversed { .. } => Code::HitReversed,
+        SingleFault::CommonScale => Code::CommonScale,
+    }
+}
+
+/// What is wrong, in a clause.
+pub(super) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
+    match fault {
+        SingleFault::SensorAxes { sensor, reads } => {
+            format!("{} {}", sensor_name(*sensor, layout), axes_clause(reads))
+        }
+        SingleFault::CablesSwapped { sensors: [a, b] } => {
+            format!("the cables of sensors {} and {} are swapped", a + 1, b + 1)
+        }
+        SingleFault::HitAtNode { hit, node, .. } => {
+            format!("{} landed on node {node}", hit_name(*hit, layout))
+        }
+        SingleFault::HitReversed { hit } => {
+            format!("{} came from the other side", hit_name(*hit, layout))
+        }
+        SingleFault::CommonScale => "all accelerances are wrong by one factor".into(),
+    }
+}
+
+/// The same with the number that a fit has found.
+pub(super) fn suspect_clause(suspect: &Suspect, layout: &HostLayout) -> String {
+    match suspect.scale {
+        Some(scale) => format!(
+            "all accelerances are {:.4} ± {:.4} times what they should be; hammer and sensors cannot \
+             be told apart",
+            scale.value, scale.sigma
+        ),
+        None => clause(&suspect.fault, layout),
+    }
+}
+
+fn sensor_name(sensor: usize, layout: &HostLayout) -> String {
+    match layout.sensors.get(sensor) {
+        Some(s) => format!("sensor {} (on node {})", sensor + 1, s.node),
+        None => format!("sensor {}", sensor + 1),
+    }
+}
+
+fn hit_name(hit: usize, layout: &HostLayout) -> String {
+    match layout.hits.get(hit) {
+        Some(h) => format!("hit {} ({})", hit + 1, h.dof),
+        None => format!("hit {}", hit + 1),
+    }
+}
+
+fn axes_clause(reads: &AxisMap) -> String {
+    let kept = |k: usize| reads.0[k] == (Sign::Plus, Axis::ALL[k]);
+    let letters = ["x", "y", "z"];
+    let changed: Vec<usize> = (0..3).filter(|&k| !kept(k)).collect();
+    match changed[..] {
+        [k] => format!("has its {} axis reversed", letters[k]),
+        [a, b] if reads.0[a] == (Sign::Plus, Axis::ALL[b]) && !reads.is_turn() => {
+            format!("has the wires of {} and {} swapped", letters[a], letters[b])
+        }
+        [a, b] => {
+            // The axis that is kept is that of the turn, and the next one shows its sense.
+            let about = 3 - a - b;
+            let next = (about + 1) % 3;
+            let degrees = match reads.0[next] {
+                (Sign::Minus, axis) if axis.index() == next => "180",
+                (Sign::Plus, _) => "+90",
+                (Sign::Minus, _) => "-90",
+            };
+            format!("is turned about its {} axis by {degrees}°", letters[about])
+        }
+        _ => {
+            let read = reads.0.map(|(sign, axis)| {
+                let minus = if sign == Sign::Minus { "-" } else { "" };
+                format!("{minus}{}", letters[axis.index()])
+            });
+            format!("is turned: its x, y, z read {}", read.join(", "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_are_told_as_a_person_would() {
+        use {Axis::*, Sign::*};
+        for (reads, expected) in [
+            ([(Plus, X), (Minus, Y), (Plus, Z)], "has its y axis reversed"),
+            ([(Plus, Z), (Plus, Y), (Plus, X)], "has the wires of x and z swapped"),
+            ([(Plus, Y), (Minus, X), (Plus, Z)], "is turned about its z axis by +90°"),
+            ([(Minus, Y), (Plus, X), (Plus, Z)], "is turned about its z axis by -90°"),
+            ([(Plus, X), (Plus, Z), (Minus, Y)], "is turned about its x axis by +90°"),
+            ([(Minus, Z), (Plus, Y), (Plus, X)], "is turned about its y axis by +90°"),
+            ([(Minus, X), (Plus, Y), (Minus, Z)], "is turned about its y axis by 180°"),
+            ([(Plus, Y), (Plus, Z), (Plus, X)], "is turned: its x, y, z read y, z, x"),
+        ] {
+            assert_eq!(axes_clause(&AxisMap(reads)), expected);
+        }
+    }
+
+    #[test]
+    fn no_two_mistakes_with_axes_are_told_alike() {
+        let mut told: Vec<String> = AxisMap::mistakes().map(|map| axes_clause(&map)).collect();
+        told.sort();
+        told.dedup();
+        assert_eq!(told.len(), AxisMap::mistakes().count());
+    }
+}

@@ -1,0 +1,276 @@
+//! `massline hits` on the recorded hammer data of a third party, and on whatever is no recording.
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const RATE: f64 = 51_200.0;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/pyfrf-impact").join(name)
+}
+
+fn run(arguments: &[&str]) -> (i32, Value, String) {
+    let output =
+        Command::cargo_bin("massline").unwrap().arg("--json").arg("hits").args(arguments).output();
+    let output = output.unwrap();
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    let value = serde_json::from_str(&stdout).unwrap_or(Value::Null);
+    (output.status.code().unwrap_or(-1), value, stderr)
+}
+
+/// Segment, verdict and codes of every hit.
+#[track_caller]
+fn verdicts(arguments: &[&str]) -> Vec<(u64, String, Vec<String>)> {
+    let (exit, value, stderr) = run(arguments);
+    assert_eq!(exit, 0, "{stderr}");
+    let of = |hit: &Value| {
+        let codes = hit["codes"].as_array().unwrap().iter();
+        let codes = codes.map(|code| code.as_str().unwrap().to_owned()).collect();
+        (hit["segment"].as_u64().unwrap(), hit["verdict"].as_str().unwrap().to_owned(), codes)
+    };
+    value["hits"].as_array().unwrap().iter().map(of).collect()
+}
+
+/// What the record's own description says of its five hits.
+fn expected() -> Vec<(u64, String, Vec<String>)> {
+    let hit = |segment, verdict: &str, codes: &[&str]| {
+        (segment, verdict.to_owned(), codes.iter().map(|&code| code.to_owned()).collect())
+    };
+    vec![
+        hit(0, "rejected", &["overload"]),
+        hit(1, "accepted", &[]),
+        hit(2, "rejected", &["double_hit"]),
+        hit(3, "accepted", &[]),
+        hit(4, "accepted", &[]),
+    ]
+}
+
+/// The segments of the real record: rows of force and response.
+fn segments() -> Vec<Vec<[f64; 2]>> {
+    const SAMPLES: usize = 4608;
+    let file = std::fs::read(data("impact2_response0.npy")).unwrap();
+    let values = &file[file.len() - 5 * SAMPLES * 2 * 8..];
+    let rows: Vec<[f64; 2]> = values
+        .chunks_exact(16)
+        .map(|row| [0, 8].map(|at| f64::from_le_bytes(row[at..at + 8].try_into().unwrap())))
+        .collect();
+    rows.chunks_exact(SAMPLES).map(<[_]>::to_vec).collect()
+}
+
+#[test]
+fn the_real_record_is_graded_as_described_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, content: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        path.display().to_string()
+    };
+    let npy = data("impact2_response0.npy").display().to_string();
+    assert_eq!(verdicts(&[&npy, "--rate-hz", "51200"]), expected());
+
+    let lvm = data("impact2_response0.lvm").display().to_string();
+    assert_eq!(verdicts(&[&lvm]), expected());
+    let comma = std::fs::read_to_string(&lvm).unwrap().replace('.', ",");
+    assert_eq!(verdicts(&[&write("comma.lvm", &comma)]), expected());
+
+    let mut uff = String::new();
+    for segment in segments() {
+        for (channel, data_type) in [(0, 13), (1, 12)] {
+            uff += &time_record(&segment, channel, data_type);
+        }
+    }
+    assert_eq!(verdicts(&[&write("impact.uff", &uff)]), expected());
+}
+
+/// A dataset 58 with a record over time, ASCII, double precision, even abscissa.
+fn time_record(segment: &[[f64; 2]], channel: usize, data_type: i32) -> String {
+    let mut text = format!("    -1\n    58\n{}", "NONE\n".repeat(5));
+    text += &format!(
+        "    1         0    0         0 {:10} {:9}   3 {:10} {:9}   3\n",
+        "NONE",
+        channel + 1,
+        "NONE",
+        1
+    );
+    let points = segment.len();
+    text +=
+        &format!("{:10}{points:10}{:10}{:13.5e}{:13.5e}{:13.5e}\n", 4, 1, 0.0, RATE.recip(), 0.0);
+    let axis = |kind: i32| format!("{kind:10}    0    0    0 {:20} {:20}\n", "NONE", "NONE");
+    text += &(axis(17) + &axis(data_type) + &axis(0) + &axis(0));
+    for row in segment.chunks(4) {
+        row.iter().for_each(|values| text += &format!("{:20.11e}", values[channel]));
+        text.push('\n');
+    }
+    text + "    -1\n"
+}
+
+#[test]
+fn a_continuous_text_file_is_cut_into_its_hits() {
+    let folder = tempfile::tempdir().unwrap();
+    // The hits with 20 ms of rest before each, in German spelling and in English.
+    let (mut german, mut english) = (String::from("Zeit [s];Kraft [N];a [m/s²]\n"), String::new());
+    let mut n = 0;
+    for segment in segments() {
+        let rest = segment[..40].iter().cycle().take(1100);
+        for [force, response] in rest.chain(&segment) {
+            let row = [f64::from(n) / RATE, *force, *response].map(|v| format!("{v:.7}"));
+            german += &(row.join(";").replace('.', ",") + "\n");
+            english += &(row.join(",") + "\r\n");
+            n += 1;
+        }
+    }
+    for text in [german, english] {
+        let path = folder.path().join("taps.csv");
+        std::fs::write(&path, text).unwrap();
+        let path = path.display().to_string();
+        let found = verdicts(&[&path, "--record-s", "0.09"]);
+        assert_eq!(found, expected());
+    }
+}
+
+#[test]
+fn a_policy_changes_the_verdict_and_keep_the_number_of_hits() {
+    let npy = data("impact2_response0.npy").display().to_string();
+    let found = verdicts(&[&npy, "--rate-hz", "51200", "--policy", "double_hit=warn"]);
+    assert_eq!(found[2].1, "warning");
+    let (_, value, _) = run(&[&npy, "--rate-hz", "51200", "--keep", "2"]);
+    let kept = value["hits"].as_array().unwrap().iter().filter(|hit| hit["kept"] == true).count();
+    assert_eq!(kept, 2);
+    // The hammer's range is given: the good hits of 154 to 177 N come near 180 N.
+    let found = verdicts(&[&npy, "--rate-hz", "51200", "--force-range-n", "180"]);
+    assert!(found[1].2.contains(&"too_hard".to_owned()), "{found:?}");
+}
+
+/// A file of bad content must end with exit 2, this code and a message with these words.
+struct Bad<'a> {
+    name: &'a str,
+    content: Vec<u8>,
+    arguments: &'a [&'a str],
+    code: &'a str,
+    words: &'a [&'a str],
+}
+
+#[test]
+fn whatever_is_no_recording_is_named() {
+    let lvm = std::fs::read_to_string(data("impact2_response0.lvm")).unwrap();
+    let npy = std::fs::read(data("impact2_response0.npy")).unwrap();
+    let rows = |line: &str| format!("Force;Acc\n{}", line.repeat(100));
+    let rate: &[&str] = &["--rate-hz", "4000"];
+    let bad = |name, content: &[u8], arguments, code, words| Bad {
+        name,
+        content: content.to_vec(),
+        arguments,
+        code,
+        words,
+    };
+    let ragged = rows("1.0;2.0\n") + "3.0\n";
+    let wrong_decimal = lvm.replacen("-0.158373", "-0,158373", 1);
+    let infinite = rows("1.0;2.0\n") + "1e999;2.0\n";
+    let not_a_number = rows("1.0;2.0\n") + "NaN;2.0\n";
+    let shape =
+        String::from_utf8_lossy(&npy[..128]).replace("(5, 4608, 2)", "(5, 9999999999999, 2)");
+    assert!(shape.contains("9999999999999"));
+    let mut huge_shape = npy[..10].to_vec();
+    huge_shape.extend(shape.chars().skip(10).map(|c| c as u8));
+    let header = u16::try_from(huge_shape.len() - 10).unwrap();
+    huge_shape[8..10].copy_from_slice(&header.to_le_bytes());
+    for bad in [
+        bad("empty.csv", b"", rate, "recording_empty", &["empty"]),
+        bad("blank.csv", b"\n \r\n", rate, "recording_empty", &["empty"]),
+        bad("picture.png", b"\x89PNG\r\n\x1a\n\0\0", rate, "recording_unknown_format", &["lvm"]),
+        bad("prose.txt", b"Dear Sir or Madam", rate, "recording_unknown_format", &["CSV"]),
+        bad(
+            "nan.csv",
+            not_a_number.as_bytes(),
+            rate,
+            "data_not_finite",
+            &["sample 100", "channel 1"],
+        ),
+        bad("infinite.csv", infinite.as_bytes(), rate, "data_not_finite", &["inf"]),
+        bad(
+            "ragged.csv",
+            ragged.as_bytes(),
+            rate,
+            "recording_malformed",
+            &["line 102", "1 columns"],
+        ),
+        bad(
+            "text.csv",
+            (rows("1.0;2.0\n") + "1.0;two\n").as_bytes(),
+            rate,
+            "recording_malformed",
+            &["line 102", "column 2", "\"two\""],
+        ),
+        bad(
+            "decimal.lvm",
+            wrong_decimal.as_bytes(),
+            &[],
+            "recording_malformed",
+            &["line 24", "-0,158373", "decimal point"],
+        ),
+        bad("cut.lvm", &lvm.as_bytes()[..90_000], &[], "recording_truncated", &["2048 samples"]),
+        bad("header.lvm", &lvm.as_bytes()[..100], &[], "recording_truncated", &["End_of_Header"]),
+        bad("cut.npy", &npy[..9000], rate, "recording_truncated", &["4608"]),
+        bad("huge.npy", &huge_shape, rate, "recording_truncated", &["9999999999999"]),
+        bad(
+            "one.csv",
+            "1.5\n2.5\n1.5\n".repeat(50).as_bytes(),
+            rate,
+            "no_response",
+            &["one channel"],
+        ),
+        bad(
+            "names.csv",
+            "left;right\n1.0;2.0\n".as_bytes(),
+            rate,
+            "no_force",
+            &["1 \"left\"", "2 \"right\"", "--force"],
+        ),
+        bad("rate.csv", rows("1.0;2.0\n").as_bytes(), &[], "no_rate", &["--rate-hz"]),
+        bad("quiet.csv", rows("0.1;0.2\n").as_bytes(), rate, "no_hit", &["--trigger-n"]),
+        bad(
+            "frf.uff",
+            &std::fs::read(data("../uff/a_irm_01.ascii.uff")).unwrap(),
+            rate,
+            "recording_malformed",
+            &["time records", "solve"],
+        ),
+        bad("cut.uff", b"    -1\n    58\nNONE\n", rate, "uff_truncated", &["dataset 1"]),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        check(&folder, &bad);
+    }
+}
+
+#[track_caller]
+fn check(folder: &TempDir, bad: &Bad<'_>) {
+    let path = folder.path().join(bad.name);
+    std::fs::write(&path, &bad.content).unwrap();
+    let path = path.display().to_string();
+    let mut arguments = vec![path.as_str()];
+    arguments.extend(bad.arguments);
+    let (exit, value, stderr) = run(&arguments);
+    assert_eq!(exit, 2, "{}: {stderr}", bad.name);
+    assert_eq!(value["error"]["code"], bad.code, "{}: {stderr}", bad.name);
+    let message = value["error"]["message"].as_str().unwrap();
+    for word in bad.words.iter().copied().chain([bad.name]) {
+        assert!(message.contains(word), "{}: {word:?} is not in {message:?}", bad.name);
+    }
+}
+
+#[test]
+fn a_file_that_is_too_long_or_not_there_is_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.csv");
+    let file = std::fs::File::create(&path).unwrap();
+    // Sparse: it takes no room.
+    file.set_len(massline::recording::MAX_BYTES + 1).unwrap();
+    let (exit, value, _) = run(&[&path.display().to_string()]);
+    assert_eq!((exit, &value["error"]["code"]), (2, &"recording_not_readable".into()));
+    let (exit, value, _) = run(&[&folder.path().join("none.csv").display().to_string()]);
+    assert_eq!((exit, &value["error"]["code"]), (2, &"recording_not_readable".into()));
+}

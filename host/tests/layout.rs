@@ -1,0 +1,243 @@
+//! What a layout promises and what is suggested instead, through the program.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use assert_cmd::Command;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Never reached unless something hangs.
+const LATE: Duration = Duration::from_secs(120);
+/// The ten, as in every result.
+const NAMES: [&str; 10] = ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
+
+fn example(number: usize) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    folder.join(format!("three-bar-test-{number}.toml")).display().to_string()
+}
+
+/// The first example with one text replaced.
+fn with(folder: &TempDir, from: &str, to: &str) -> String {
+    let text = std::fs::read_to_string(example(1)).unwrap();
+    assert!(text.contains(from), "{from}");
+    let path = folder.path().join("layout.toml");
+    std::fs::write(&path, text.replace(from, to)).unwrap();
+    path.display().to_string()
+}
+
+/// `massline layout … --json`: exit code and what it printed.
+#[track_caller]
+fn layout(arguments: &[&str]) -> (i32, Value) {
+    let output = Command::cargo_bin("massline")
+        .unwrap()
+        .args(["layout", "--json"])
+        .args(arguments)
+        .timeout(LATE)
+        .output()
+        .unwrap();
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    let value = serde_json::from_str(&stdout).unwrap_or_else(|e| panic!("{e}: {stdout}"));
+    (output.status.code().unwrap(), value)
+}
+
+fn total(value: &Value) -> f64 {
+    value["total_percent_of_scale"].as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+fn blocked(value: &Value, method: usize) -> Vec<&str> {
+    let codes = value["methods"][method]["blocked_by"].as_array().unwrap();
+    codes.iter().map(|code| code.as_str().unwrap()).collect()
+}
+
+#[test]
+fn a_good_layout_has_ten_sigmas_their_causes_and_advice() {
+    let (exit, value) = layout(&["check", &example(1)]);
+    assert_eq!(exit, 0);
+    assert_eq!(value["identifiable"], true);
+    assert_eq!(value["codes"].as_array().unwrap().len(), 0);
+    assert!(value["condition"].as_f64().unwrap() > 1.0);
+    assert_eq!(value["rank"], 10);
+    assert!(NAMES.iter().all(|name| value["sigma"][name].as_f64().unwrap() > 0.0), "{value}");
+    let causes = value["causes"].as_array().unwrap();
+    let sum: f64 = causes.iter().map(|cause| cause["share"].as_f64().unwrap()).sum();
+    // The parts are slopes over steps of 1 %: the square of that.
+    assert!((sum - 1.0).abs() < 1e-3, "{sum}");
+    let advice = &value["advice"];
+    assert!(total(&advice["further_hit"]) < total(&value));
+    assert!(total(&advice["further_sensor"]) < total(&value));
+    assert_eq!(advice["without_hits"].as_array().unwrap().len(), 3);
+    // Of three hits none can be missed; of three sensors any (theory, section 4).
+    assert!(advice["without_hits"][0]["total_percent_of_scale"].is_null());
+    assert!(total(&advice["without_sensors"][0]) > total(&value));
+}
+
+#[test]
+fn less_uncertainty_promises_less_uncertainty() {
+    let folder = tempfile::tempdir().unwrap();
+    let calibrated = with(&folder, "[reference]", "[uncertainty]\nhammer_gain = 0.0\n[reference]");
+    let (exit, value) = layout(&["check", &calibrated]);
+    let (_, before) = layout(&["check", &example(1)]);
+    assert_eq!(exit, 0);
+    assert!(total(&value) < 0.8 * total(&before), "{value}");
+    let (_, loud) = layout(&["check", &example(1), "--noise", "0.05"]);
+    assert!(total(&loud) > total(&before));
+}
+
+#[test]
+fn sensors_that_stop_one_method_are_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let nodes = "[[node]]\nid = 5\nposition_m = [0.1, 0.0, 0.0]\n\n[test]";
+    let more = with(&folder, "[test]", nodes);
+    let more = std::fs::read_to_string(more).unwrap();
+    for (sensors, code) in [
+        ("sensors = [1, 2]", "fewer_than_three_sensors"),
+        ("sensors = [1, 3, 5]", "sensors_collinear"),
+    ] {
+        let file = folder.path().join("fewer.toml").display().to_string();
+        std::fs::write(&file, more.replace("sensors = [1, 2, 3]", sensors)).unwrap();
+        let (exit, value) = layout(&["check", &file]);
+        assert_eq!(exit, 0, "{value}");
+        assert_eq!(value["identifiable"], true);
+        let codes = value["codes"].as_array().unwrap();
+        assert!(codes.contains(&code.into()) && codes.contains(&"response_rank_deficient".into()));
+        assert_eq!(value["methods"][0]["method"], "maximum-likelihood");
+        assert_eq!(blocked(&value, 0), [""; 0]);
+        assert!(blocked(&value, 1).contains(&code));
+        assert!(NAMES.iter().all(|name| value["sigma"][name].as_f64().unwrap() > 0.0), "{value}");
+    }
+}
+
+#[test]
+fn what_stops_every_method_ends_with_three_and_the_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let hits = r#"hits = ["1:+Y", "2:+Z", "4:+X"]"#;
+    for (from, to, code) in [
+        (hits, r#"hits = ["3:+X", "3:+Y", "3:+Z"]"#, "hits_concurrent"),
+        (hits, r#"hits = ["1:+Y", "2:+Y", "4:+Y", "3:-Y"]"#, "hits_all_parallel"),
+        (hits, r#"hits = ["1:+Y", "2:+Z"]"#, "fewer_than_three_hits"),
+        ("sensors = [1, 2, 3]", "sensors = [1]", "ten_parameters_not_identifiable"),
+    ] {
+        let (exit, value) = layout(&["check", &with(&folder, from, to)]);
+        assert_eq!(exit, 3, "{value}");
+        assert_eq!(value["identifiable"], false);
+        assert_eq!(value["error"]["code"], code, "{value}");
+        assert!(blocked(&value, 0).contains(&code) && blocked(&value, 1).contains(&code));
+        assert!(value["sigma"]["mass"].is_null());
+    }
+}
+
+#[test]
+fn a_suggestion_is_better_than_what_the_file_has() {
+    for number in 1..=4 {
+        let (exit, value) = layout(&["suggest", &example(number), "--starts", "4"]);
+        assert_eq!(exit, 0, "{value}");
+        assert!(total(&value) < total(&value["before"]), "{value}");
+        assert_eq!(value["sensors"].as_array().unwrap().len(), 3);
+        assert_eq!(value["hits"].as_array().unwrap().len(), 3);
+        // More hits promise more (theory, section 8).
+        let (_, five) = layout(&["suggest", &example(number), "--starts", "4", "--hits", "5"]);
+        assert!(total(&five) < total(&value), "{five}");
+    }
+}
+
+#[test]
+fn equal_seeds_suggest_the_same() {
+    let run = || layout(&["suggest", &example(2), "--starts", "3", "--seed", "5", "--hits", "4"]).1;
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn nothing_forbidden_is_suggested() {
+    let folder = tempfile::tempdir().unwrap();
+    let from = "position_m = [0.20785060677922013, -0.1990185781623297, 0.14913081505846087]";
+    let to = format!("{from}\ncan_carry_sensor = false\ncan_hit = [\"-X\", \"+Y\"]");
+    let file = with(&folder, from, &to);
+    for seed in ["1", "2", "3"] {
+        let (exit, value) =
+            layout(&["suggest", &file, "--hits", "6", "--starts", "2", "--seed", seed]);
+        assert_eq!(exit, 0);
+        assert!(!value["sensors"].as_array().unwrap().contains(&4.into()), "{value}");
+        let hits = value["hits"].as_array().unwrap();
+        for hit in hits.iter().map(|hit| hit.as_str().unwrap()).filter(|hit| hit.starts_with("4:"))
+        {
+            assert!(["4:-X", "4:+Y"].contains(&hit), "{value}");
+        }
+        assert_eq!(hits.len(), 6);
+    }
+}
+
+#[test]
+fn what_is_kept_is_kept() {
+    let (_, value) = layout(&["suggest", &example(1), "--keep-sensors", "--hits", "4"]);
+    assert_eq!(value["sensors"], serde_json::json!([1, 2, 3]));
+    let (_, value) = layout(&["suggest", &example(1), "--keep-hits"]);
+    assert_eq!(value["hits"], serde_json::json!(["1:+Y", "2:+Z", "4:+X"]));
+}
+
+#[test]
+fn a_written_suggestion_promises_what_was_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path: PathBuf = folder.path().join("better.toml");
+    let path = path.to_str().unwrap();
+    let arguments = ["suggest", &example(1), "--hits", "5", "--hits-per-dof", "3", "--write", path];
+    let (_, suggested) = layout(&arguments);
+    let (exit, checked) = layout(&["check", path]);
+    assert_eq!(exit, 0);
+    for name in NAMES {
+        let (a, b) = (suggested["sigma"][name].as_f64(), checked["sigma"][name].as_f64());
+        // The positions are printed with all digits; rounding times the condition of the information.
+        assert!((a.unwrap() / b.unwrap() - 1.0).abs() < 1e-9, "{name}");
+    }
+    let text = std::fs::read_to_string(path).unwrap();
+    assert!(text.contains("hits_per_dof = 3") && text.contains("# What the solid bars have"));
+}
+
+#[test]
+fn nodes_alone_are_enough_to_begin_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(example(1)).unwrap();
+    let (nodes, _) = text.split_once("[reference]").unwrap();
+    let nodes = nodes.replace("[1, 2, 3]", "[]").replace(r#"["1:+Y", "2:+Z", "4:+X"]"#, "[]");
+    let file = folder.path().join("nodes.toml").display().to_string();
+    std::fs::write(&file, nodes).unwrap();
+    let (exit, value) = layout(&["suggest", &file]);
+    assert_eq!(exit, 0, "{value}");
+    assert_eq!(value["sensors"].as_array().unwrap().len(), 3);
+    assert_eq!(value["hits"].as_array().unwrap().len(), 5);
+    assert!(value["before"]["total_percent_of_scale"].is_null());
+    // An assumed body of the nodes' size, not of a metre.
+    assert!(total(&value) < 3.0, "{value}");
+}
+
+#[test]
+fn responses_of_a_degenerate_layout_are_solved_or_refused_as_the_check_says() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/uff");
+    let frfs = data.join("a_irm_01.ascii.uff").display().to_string();
+    let text = std::fs::read_to_string(data.join("a_irm_01.toml")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("layout.toml").display().to_string();
+    let hits = r#"hits = ["1:+Y", "2:+Z", "4:+X"]"#;
+    for (from, to, exit, code) in [
+        ("sensors = [1, 2, 3]", "sensors = [1, 2]", 0, ""),
+        ("sensors = [1, 2, 3]", "sensors = [1]", 3, "ten_parameters_not_identifiable"),
+        (hits, r#"hits = ["1:+Y", "2:+Z"]"#, 3, "fewer_than_three_hits"),
+        (hits, r#"hits = ["3:+X", "3:+Y", "3:+Z"]"#, 3, "hits_concurrent"),
+    ] {
+        assert!(text.contains(from));
+        std::fs::write(&file, text.replace(from, to)).unwrap();
+        assert_eq!(layout(&["check", &file]).0, exit);
+        let output = Command::cargo_bin("massline")
+            .unwrap()
+            .args(["solve", "--json", &file, &frfs])
+            .timeout(LATE)
+            .output()
+            .unwrap();
+        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(output.status.code(), Some(exit), "{value}");
+        match exit {
+            0 => assert_eq!(value["results"][0]["method"], "maximum-likelihood"),
+            _ => assert_eq!(value["error"]["code"], code),
+        }
+    }
+}

@@ -1,0 +1,145 @@
+use super::*;
+use crate::identify::ScatterAccumulator;
+use nalgebra::SMatrix;
+use std::vec::Vec;
+
+const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const BLOCK: BlockMass<f64> = BlockMass { mass: 2.0, sigma: 0.0 };
+
+/// What two sensors read of a unit acceleration over the calibration in force: 7 % and −4 %, with
+/// cross-axis.
+fn sensors() -> [Matrix3<f64>; 2] {
+    #[rustfmt::skip]
+    let first = Matrix3::new(1.07, 0.01, -0.02, 0.015, 1.05, 0.0, 0.01, -0.01, 1.06);
+    #[rustfmt::skip]
+    let second = Matrix3::new(0.96, 0.02, 0.01, -0.01, 0.97, 0.005, 0.0, 0.012, 0.95);
+    [first, second]
+}
+
+/// Five hits along each axis that miss their direction by ±`miss` rad across, read through `sensors`
+/// and a hammer whose output is `hammer` times what it should be.
+fn hits<R: Real>(sensors: &[Matrix3<f64>; 2], hammer: f64, miss: f64) -> Vec<BlockHit<R, 6>> {
+    let pattern = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.0, 0.0]];
+    (0..3)
+        .map(|axis| {
+            let mut lines = ScatterAccumulator::<f64, 6>::new();
+            for [a, b] in pattern {
+                let mut push = Vector3::ith(axis, 1.0);
+                push[(axis + 1) % 3] = a * miss;
+                push[(axis + 2) % 3] = b * miss;
+                let acceleration = push.normalize() / BLOCK.mass;
+                let mut read = SVector::<f64, 6>::zeros();
+                for (i, sensor) in sensors.iter().enumerate() {
+                    read.fixed_rows_mut::<3>(3 * i).copy_from(&(sensor * acceleration / hammer));
+                }
+                lines.add(&read);
+            }
+            let lines = lines.mass_lines().cast();
+            BlockHit { direction: Vector3::ith(axis, R::one()), lines }
+        })
+        .collect()
+}
+
+fn recovers_the_matrices<R: Real>(tolerance: f64) {
+    let truth = sensors();
+    let hits = hits::<R>(&truth, 1.02, 0.0);
+    let block = BlockMass { mass: R::of(2.0), sigma: R::zero() };
+    for (i, expected) in truth.iter().enumerate() {
+        let axes = AXES.map(|axis| axis.map(R::of));
+        let found = sensor_ratios(&hits, i, &axes, block).unwrap();
+        let error = found.ratio.map(Real::to_f64) - expected / 1.02;
+        assert!(error.amax() < tolerance, "{error}");
+    }
+}
+
+/// Rounding of a few products.
+#[test]
+fn straight_hits_give_the_matrix_of_every_sensor_over_the_hammer() {
+    recovers_the_matrices::<f64>(1e-14);
+    recovers_the_matrices::<f32>(1e-6);
+}
+
+#[test]
+fn sensors_may_stand_turned_on_the_block() {
+    // x of the sensor along y of the block, y against x.
+    let axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    let turn = Matrix3::from_fn(|row, column: usize| axes[row][column]);
+    let truth = sensors();
+    let seen = truth.map(|sensor| sensor * turn);
+    let found = sensor_ratios(&hits::<f64>(&seen, 1.0, 0.0), 1, &axes, BLOCK).unwrap();
+    assert!((found.ratio - truth[1]).amax() < 1e-14, "{}", found.ratio);
+}
+
+fn hammer_is_found<R: Real>(tolerance: f64) {
+    let exact = [Matrix3::identity(); 2];
+    let block = BlockMass { mass: R::of(2.0), sigma: R::of(0.001) };
+    for miss in [0.0, 0.03, 0.1] {
+        let hits = hits::<R>(&exact, 1.02, miss);
+        let found = force_ratio(&hits, 2, block).unwrap();
+        let error = found.ratio.to_f64() * 1.02 - 1.0;
+        assert!(error.abs() < tolerance, "{miss}: {error}");
+        assert!(found.is_consistent());
+        // A mass known to 0.05 %, 0.1 % that is always there, and hits whose length is exact but for
+        // the curvature of an arc of `miss`.
+        let sigma = found.sigma.to_f64();
+        assert!((1.08e-3..1.12e-3 + 0.2 * miss * miss).contains(&sigma), "{sigma}");
+    }
+}
+
+/// The length of a calibrated reading does not know directions: rounding.
+#[test]
+fn with_known_sensors_hits_that_miss_their_direction_still_give_the_hammer_exactly() {
+    hammer_is_found::<f64>(1e-13);
+    hammer_is_found::<f32>(1e-5);
+}
+
+#[test]
+fn a_direction_that_contradicts_the_others_is_seen() {
+    let mut wrong = [Matrix3::identity(); 2];
+    // Both sensors read 3 % too much along y: 2 % beside the mean of the three directions.
+    wrong.iter_mut().for_each(|s| s[(1, 1)] = 1.03);
+    let found = force_ratio(&hits::<f64>(&wrong, 1.0, 0.03), 2, BLOCK).unwrap();
+    assert!((found.departure.0 - 0.02).abs() < 1e-3, "{:?}", found.departure);
+    assert!(!found.is_consistent());
+}
+
+/// The standard deviation of a cross-axis ratio is that of the mean direction: four of five hits miss
+/// by 30 mrad, two each way across.
+#[test]
+fn the_scatter_of_the_directions_is_the_sigma_of_the_cross_axis_ratios() {
+    let exact = [Matrix3::identity(); 2];
+    let found = sensor_ratios(&hits::<f64>(&exact, 1.0, 0.03), 0, &AXES, BLOCK).unwrap();
+    let expected = 0.03 * (2.0 / 4.0_f64).sqrt() / 5.0_f64.sqrt();
+    for (row, column) in super::super::tumble::OFF_DIAGONAL {
+        let sigma = found.sigma[(row, column)];
+        // The hits are normalised: 4.5e-4 less.
+        assert!((sigma / expected - 1.0).abs() < 2e-3, "{sigma} {expected}");
+    }
+    assert!(found.sigma.diagonal().amax() < 2e-4);
+}
+
+#[test]
+fn what_gives_no_calibration_is_named() {
+    let good = hits::<f64>(&sensors(), 1.0, 0.03);
+    let ratio = |hits: &[BlockHit<f64, 6>]| sensor_ratios(hits, 0, &AXES, BLOCK).unwrap_err();
+    assert_eq!(ratio(&good[..2]), BlockError::DirectionsMissing);
+    assert_eq!(ratio(&[]), BlockError::DirectionsMissing);
+    let mut once = good.clone();
+    once[1].lines.hits = 1;
+    assert_eq!(ratio(&once), BlockError::TooFewHits);
+    assert_eq!(force_ratio(&once, 2, BLOCK), Err(BlockError::TooFewHits));
+    let mut broken = good.clone();
+    broken[2].lines.accelerance[4] = f64::NAN;
+    assert_eq!(ratio(&broken), BlockError::NotFinite);
+    let weightless = BlockMass { mass: 0.0, sigma: 0.0 };
+    assert_eq!(force_ratio(&good, 2, weightless), Err(BlockError::NotFinite));
+    let mut dead = good.clone();
+    for hit in &mut dead {
+        hit.lines.accelerance.fixed_rows_mut::<3>(3).fill(0.0);
+        hit.lines.scatter = SMatrix::zeros();
+    }
+    let silent = BlockError::Dead { sensor: 1 };
+    assert_eq!(sensor_ratios(&dead, 1, &AXES, BLOCK), Err(silent));
+    assert_eq!(force_ratio(&dead, 2, BLOCK), Err(silent));
+    assert_eq!(force_ratio(&good, 3, BLOCK), Err(BlockError::DirectionsMissing));
+}

@@ -1,0 +1,148 @@
+//! A calibration with where it comes from: what a rig keeps.
+
+use heapless::String;
+use serde::{Deserialize, Serialize};
+
+use crate::layout::{DEFAULT_HAMMER_GAIN, RIG_SENSORS};
+use crate::signal::Calibration;
+
+/// How a calibration was made, raw in [`CalibrationRecord::method`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum CalibrationMethod {
+    /// Nominal values of the data sheets.
+    #[default]
+    DataSheet = 0,
+    /// Sensors by a tumble test; hammer as before.
+    Tumble = 1,
+    /// Sensors against the hammer by a block of known mass.
+    Block = 2,
+    /// Sensors by a tumble test, then the hammer against them by a block of known mass.
+    TumbleAndBlock = 3,
+    /// By other means, from a file.
+    Other = 4,
+}
+
+impl CalibrationMethod {
+    /// Every method.
+    pub const ALL: [Self; 5] =
+        [Self::DataSheet, Self::Tumble, Self::Block, Self::TumbleAndBlock, Self::Other];
+
+    /// Read from the wire; an unknown one is [`Self::Other`].
+    pub fn from_raw(raw: u8) -> Self {
+        Self::ALL.into_iter().find(|&method| method as u8 == raw).unwrap_or(Self::Other)
+    }
+
+    /// Its name in reports and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::DataSheet => "data-sheet",
+            Self::Tumble => "tumble",
+            Self::Block => "block",
+            Self::TumbleAndBlock => "tumble-and-block",
+            Self::Other => "other",
+        }
+    }
+
+    /// True when the sensitivities of the sensors are known by themselves, not only against the
+    /// hammer.
+    pub fn knows_sensors(self) -> bool {
+        matches!(self, Self::Tumble | Self::TumbleAndBlock)
+    }
+}
+
+/// Standard deviations that a calibration has achieved, relative, 1 σ: the gains of an error budget.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CalibrationSigma {
+    /// Sensitivity of each axis: against the hammer after a block test alone, else by itself.
+    pub gain: f32,
+    /// Each cross-axis sensitivity over the sensitivity of its channel.
+    pub cross_axis: f32,
+    /// The hammer against the sensors: 0 after a block test alone, whose error is in `gain`.
+    pub hammer_gain: f32,
+}
+
+impl Default for CalibrationSigma {
+    /// Of the data sheets: ±10 % of gain of an ADXL326, 1 % cross-axis, and the hammer of the theory,
+    /// section 9.
+    fn default() -> Self {
+        Self { gain: 0.05, cross_axis: 0.01, hammer_gain: DEFAULT_HAMMER_GAIN as f32 }
+    }
+}
+
+impl CalibrationSigma {
+    /// True when every number is finite and not negative.
+    pub fn is_usable(&self) -> bool {
+        [self.gain, self.cross_axis, self.hammer_gain].iter().all(|s| s.is_finite() && *s >= 0.0)
+    }
+}
+
+/// A calibration and where it comes from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationRecord {
+    /// The numbers.
+    pub calibration: Calibration,
+    /// Raw [`CalibrationMethod`].
+    pub method: u8,
+    /// What it has achieved.
+    pub sigma: CalibrationSigma,
+    /// Day, `yyyy-mm-dd`; empty when not known.
+    pub date: String<10>,
+    /// Name or serial number of the hammer, may be empty.
+    pub hammer: String<12>,
+    /// Names or serial numbers of the sensors, in the order of the inputs, may be empty.
+    pub sensors: [String<12>; RIG_SENSORS],
+    /// Temperature during the calibration, °C.
+    pub temperature: Option<f32>,
+}
+
+impl CalibrationRecord {
+    /// How it was made.
+    pub fn method(&self) -> CalibrationMethod {
+        CalibrationMethod::from_raw(self.method)
+    }
+
+    /// True when a rig can work with it.
+    pub fn is_usable(&self) -> bool {
+        self.calibration.is_usable() && self.sigma.is_usable()
+    }
+}
+
+impl From<Calibration> for CalibrationRecord {
+    /// Numbers whose origin nobody knows.
+    fn from(calibration: Calibration) -> Self {
+        let method = CalibrationMethod::Other as u8;
+        Self { calibration, method, ..Self::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_calibration_the_data_sheets_hold() {
+        let record = CalibrationRecord::default();
+        assert_eq!(record.method(), CalibrationMethod::DataSheet);
+        assert_eq!(record.calibration, Calibration::default());
+        assert!(record.is_usable());
+    }
+
+    #[test]
+    fn a_method_survives_the_wire() {
+        for method in CalibrationMethod::ALL {
+            assert_eq!(CalibrationMethod::from_raw(method as u8), method);
+        }
+        assert_eq!(CalibrationMethod::from_raw(99), CalibrationMethod::Other);
+    }
+
+    #[test]
+    fn a_sigma_that_is_no_number_or_negative_is_not_usable() {
+        for bad in [-0.1, f32::NAN, f32::INFINITY] {
+            let mut record = CalibrationRecord::default();
+            record.sigma.cross_axis = bad;
+            assert!(!record.is_usable(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! The tumble test: six positions at rest, each axis of a triaxial sensor up and down.
+//!
+//! An accelerometer at rest reads `g` along the axis that points up. With `V±a` the output with axis
+//! `a` up and down,
+//!
+//! ```text
+//! S e_a = (V+a − V−a) / 2g        zero_k = (V+k + V−k)_k / 2
+//! ```
+//! A position that is tilted by a small angle across its axis changes what the two other axes read,
+//! and its own in second order only: so zero and sensitivity of an axis are taken from its own two
+//! positions, and the tilts show in the six midpoints `(V+a + V−a)_k / 2 − zero_k`, `k ≠ a`, which
+//! are zero for level positions: 18 numbers, 12 unknowns.
+
+use core::f64::consts::FRAC_1_SQRT_2;
+use core::fmt;
+use core::str::FromStr;
+
+use heapless::Vec;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::Real;
+use crate::layout::{Axis, Sign};
+
+/// Which axis of the sensors points up or down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Position {
+    /// Plus: up. Minus: down.
+    pub sign: Sign,
+    /// The axis.
+    pub axis: Axis,
+}
+
+impl Position {
+    /// The six, in the order in which they are asked for.
+    pub const ALL: [Self; 6] = [
+        Self { sign: Sign::Plus, axis: Axis::X },
+        Self { sign: Sign::Minus, axis: Axis::X },
+        Self { sign: Sign::Plus, axis: Axis::Y },
+        Self { sign: Sign::Minus, axis: Axis::Y },
+        Self { sign: Sign::Plus, axis: Axis::Z },
+        Self { sign: Sign::Minus, axis: Axis::Z },
+    ];
+
+    /// Unit vector that points up, in sensor axes.
+    pub fn up<R: Real>(self) -> Vector3<R> {
+        Vector3::ith(self.axis.index(), R::of(self.sign.factor()))
+    }
+
+    /// Its name: `+X` when x points up, `-X` when it points down.
+    pub fn name(self) -> &'static str {
+        match (self.sign, self.axis) {
+            (Sign::Plus, Axis::X) => "+X",
+            (Sign::Minus, Axis::X) => "-X",
+            (Sign::Plus, Axis::Y) => "+Y",
+            (Sign::Minus, Axis::Y) => "-Y",
+            (Sign::Plus, Axis::Z) => "+Z",
+            (Sign::Minus, Axis::Z) => "-Z",
+        }
+    }
+}
+
+impl fmt::Display for Position {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// The text is none of `+X`, `-X`, `+Y`, `-Y`, `+Z`, `-Z`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PositionError;
+
+impl fmt::Display for PositionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a position is +X, -X, +Y, -Y, +Z or -Z")
+    }
+}
+
+impl core::error::Error for PositionError {}
+
+impl FromStr for Position {
+    type Err = PositionError;
+
+    fn from_str(text: &str) -> Result<Self, PositionError> {
+        let named = Self::ALL.into_iter().find(|p| p.name().eq_ignore_ascii_case(text.trim()));
+        named.ok_or(PositionError)
+    }
+}
+
+/// What the three channels of a sensor read in one position, V.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TumbleReading<R> {
+    /// The position as it was asked for.
+    pub position: Position,
+    /// Mean over the scans.
+    pub mean: Vector3<R>,
+    /// Standard deviation of the scans.
+    pub deviation: Vector3<R>,
+    /// Standard deviation of the mean.
+    pub sigma: Vector3<R>,
+}
+
+/// What the readings are judged by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TumbleLimits<R> {
+    /// Local acceleration of gravity, m/s².
+    pub gravity: R,
+    /// What the data sheet says of the sensitivity, V/(m/s²).
+    pub sensitivity: R,
+    /// A reading whose scans deviate by more is not at rest, m/s².
+    pub unrest: R,
+    /// A midpoint that is off by more shows a tilted position, rad.
+    pub tilt: R,
+    /// How far the length of a reading may be from 1 g, relative.
+    pub length: R,
+}
+
+impl<R: Real> Default for TumbleLimits<R> {
+    /// For an ADXL326 under standard gravity: noise is 0.08 m/s²; a level table and a square block
+    /// hold 5 mrad; sensitivities are within 10 %.
+    fn default() -> Self {
+        let g = crate::STANDARD_GRAVITY;
+        Self {
+            gravity: R::of(g),
+            sensitivity: R::of(crate::signal::Calibration::ADXL326_VOLT_PER_G / g),
+            unrest: R::of(0.3),
+            tilt: R::of(0.02),
+            length: R::of(0.3),
+        }
+    }
+}
+
+/// Why a set of readings is no tumble test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TumbleProblem<R> {
+    /// The position was not read.
+    Missing(Position),
+    /// The position was read twice.
+    Repeated(Position),
+    /// A reading is no number.
+    NotFinite(Position),
+    /// The sensors moved.
+    NotAtRest {
+        /// In which position.
+        position: Position,
+        /// Largest standard deviation of the three channels, m/s².
+        deviation: R,
+    },
+    /// The reading belongs to another position: the sensor was not turned, turned elsewhere, or two
+    /// of its cables are swapped.
+    ReadsAs {
+        /// As it was asked for.
+        position: Position,
+        /// As it reads.
+        like: Position,
+    },
+    /// The reading is far from 1 g: a channel is not connected, or this is another sensor.
+    WrongLength {
+        /// In which position.
+        position: Position,
+        /// Length of the reading, in units of g.
+        length: R,
+    },
+}
+
+/// As many problems as six readings can have.
+pub type TumbleProblems<R> = Vec<TumbleProblem<R>, 12>;
+
+/// Zero and sensitivity of a triaxial sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorSensitivity<R> {
+    /// Output at zero acceleration, V.
+    pub zero: Vector3<R>,
+    /// Its standard deviation, V.
+    pub zero_sigma: Vector3<R>,
+    /// S in V/(m/s²): row `k` is what channel `k` puts out for each axis.
+    pub sensitivity: Matrix3<R>,
+    /// Standard deviation of each element, V/(m/s²).
+    pub sensitivity_sigma: Matrix3<R>,
+    /// Root mean square tilt of the positions about each of two axes, from the six midpoints, rad.
+    pub tilt: R,
+    /// The axis whose two positions disagree most with the rest, and by how much, rad.
+    pub worst: (Axis, R),
+}
+
+impl<R: Real> SensorSensitivity<R> {
+    /// True when the six positions were level within the limit.
+    pub fn is_level(&self, limits: &TumbleLimits<R>) -> bool {
+        self.worst.1 <= limits.tilt
+    }
+
+    /// Largest standard deviation of a sensitivity over that sensitivity.
+    pub fn relative_gain_sigma(&self) -> R {
+        let relative = |k: usize| (self.sensitivity_sigma[(k, k)] / self.sensitivity[(k, k)]).abs();
+        relative(0).max(relative(1)).max(relative(2))
+    }
+
+    /// Largest standard deviation of a cross-axis sensitivity over the sensitivity of its channel.
+    pub fn relative_cross_axis_sigma(&self) -> R {
+        let mut largest = R::zero();
+        for (row, column) in OFF_DIAGONAL {
+            let relative = self.sensitivity_sigma[(row, column)] / self.sensitivity[(row, row)];
+            largest = largest.max(relative.abs());
+        }
+        largest
+    }
+}
+
+/// Row and column of the cross-axis elements of a 3 × 3 matrix, row by row.
+pub const OFF_DIAGONAL: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)];
+
+/// Zero and sensitivity of one sensor from its readings in the six positions, in any order.
+///
+/// # Errors
+/// Everything that is wrong with the readings. Tilted positions are no error: see
+/// [`SensorSensitivity::is_level`].
+pub fn solve<R: Real>(
+    readings: &[TumbleReading<R>],
+    limits: &TumbleLimits<R>,
+) -> Result<SensorSensitivity<R>, TumbleProblems<R>> {
+    let mut problems = TumbleProblems::new();
+    let mut six = [None; 6];
+    for (place, position) in six.iter_mut().zip(Position::ALL) {
+        let mut found = readings.iter().filter(|r| r.position == position);
+        *place = found.next();
+        if place.is_none() {
+            note(&mut problems, TumbleProblem::Missing(position));
+        } else if found.next().is_some() {
+            note(&mut problems, TumbleProblem::Repeated(position));
+        }
+    }
+    let [Some(a), Some(b), Some(c), Some(d), Some(e), Some(f)] = six else {
+        return Err(problems);
+    };
+    let six = [a, b, c, d, e, f];
+    check(&six, limits, &mut problems);
+    if problems.is_empty() { Ok(fit(&six, limits.gravity)) } else { Err(problems) }
+}
+
+/// What is wrong with one reading after the other, as soon as it has been taken: whether it is a
+/// number and at rest.
+///
+/// # Errors
+/// [`TumbleProblem::NotFinite`] and [`TumbleProblem::NotAtRest`].
+pub fn check_reading<R: Real>(
+    reading: &TumbleReading<R>,
+    limits: &TumbleLimits<R>,
+) -> Result<(), TumbleProblem<R>> {
+    let position = reading.position;
+    let numbers = reading.mean.iter().chain(&reading.deviation).chain(&reading.sigma);
+    if !numbers.into_iter().all(|v| v.finite()) {
+        return Err(TumbleProblem::NotFinite(position));
+    }
+    let deviation = reading.deviation.amax() / limits.sensitivity;
+    if deviation > limits.unrest {
+        return Err(TumbleProblem::NotAtRest { position, deviation });
+    }
+    Ok(())
+}
+
+fn note<R: Real>(problems: &mut TumbleProblems<R>, problem: TumbleProblem<R>) {
+    // Two for each of six positions fit.
+    let _ = problems.push(problem);
+}
+
+/// Judges each reading by its distance from the mean of all, which is the zero when they are right
+/// and a third of g beside it when one is wrong.
+fn check<R: Real>(
+    six: &[&TumbleReading<R>; 6],
+    limits: &TumbleLimits<R>,
+    problems: &mut TumbleProblems<R>,
+) {
+    let unsound = six.iter().filter_map(|reading| check_reading(reading, limits).err());
+    unsound.for_each(|problem| note(problems, problem));
+    if !problems.is_empty() {
+        return;
+    }
+    let center = six.iter().fold(Vector3::zeros(), |sum, r| sum + r.mean) / R::of(6.0);
+    let scale = R::one() / (limits.sensitivity * limits.gravity);
+    for reading in six {
+        let position = reading.position;
+        let up = (reading.mean - center) * scale;
+        let axis = up.iamax();
+        let sign = if up[axis] < R::zero() { Sign::Minus } else { Sign::Plus };
+        let like = Position { sign, axis: Axis::ALL[axis] };
+        let length = up.norm();
+        if like != position {
+            note(problems, TumbleProblem::ReadsAs { position, like });
+        } else if (length - R::one()).abs() > limits.length {
+            note(problems, TumbleProblem::WrongLength { position, length });
+        }
+    }
+}
+
+fn fit<R: Real>(six: &[&TumbleReading<R>; 6], gravity: R) -> SensorSensitivity<R> {
+    let half = R::of(0.5);
+    let mut zero = Vector3::zeros();
+    let mut noise = Matrix3::zeros();
+    let mut sensitivity = Matrix3::zeros();
+    let mut midpoints = Matrix3::zeros();
+    for axis in 0..3 {
+        let (plus, minus) = (six[2 * axis], six[2 * axis + 1]);
+        sensitivity.set_column(axis, &((plus.mean - minus.mean) * (half / gravity)));
+        midpoints.set_column(axis, &((plus.mean + minus.mean) * half));
+        let both = plus.sigma.zip_map(&minus.sigma, |a, b| (a * a + b * b).sqrt() * half);
+        noise.set_column(axis, &both);
+        zero[axis] = midpoints[(axis, axis)];
+    }
+    // Angle by which the two positions of an axis (column) are tilted in common towards another (row).
+    let mut angles = Matrix3::zeros();
+    for (row, column) in OFF_DIAGONAL {
+        let volts = midpoints[(row, column)] - zero[row];
+        angles[(row, column)] = volts / (sensitivity[(row, row)] * gravity);
+    }
+    // The mean of two tilts has half the variance of one.
+    let tilt = (angles.norm_squared() * R::of(2.0 / 6.0)).sqrt();
+    let mut worst = (Axis::X, R::zero());
+    for axis in Axis::ALL {
+        let angle = angles.column(axis.index()).norm();
+        if angle > worst.1 {
+            worst = (axis, angle);
+        }
+    }
+    let mut sensitivity_sigma = noise / gravity;
+    let mut zero_sigma = noise.diagonal();
+    for k in 0..3 {
+        let own = sensitivity[(k, k)].abs();
+        let cross = (sensitivity.row(k).norm_squared() - own * own).max(R::zero()).sqrt();
+        // A tilt shortens the own axis in second order, and brings in gravity through the cross-axis
+        // sensitivity.
+        let through = cross * tilt * R::of(FRAC_1_SQRT_2);
+        add_in_square(&mut sensitivity_sigma[(k, k)], own * tilt * tilt);
+        add_in_square(&mut sensitivity_sigma[(k, k)], through);
+        add_in_square(&mut zero_sigma[k], through * gravity);
+    }
+    for (row, column) in OFF_DIAGONAL {
+        let own = sensitivity[(row, row)].abs();
+        let sigma = &mut sensitivity_sigma[(row, column)];
+        add_in_square(sigma, own * tilt * R::of(FRAC_1_SQRT_2));
+    }
+    SensorSensitivity { zero, zero_sigma, sensitivity, sensitivity_sigma, tilt, worst }
+}
+
+fn add_in_square<R: Real>(sigma: &mut R, other: R) {
+    *sigma = (*sigma * *sigma + other * other).sqrt();
+}
+
+#[cfg(test)]
+mod tests;

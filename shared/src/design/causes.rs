@@ -1,0 +1,209 @@
+//! What limits a layout: how much of the variance each cause of error has brought.
+//!
+//! The bound is `V = (Jᵀ S⁻¹ J)⁻¹` with `S` the sum of the covariances of all causes (theory, section
+//! 4). Raising the variance of one cause by a small part ε raises `V` by `ε K S_cause Kᵀ`, K being what
+//! the estimator does to the readings: exactly the part of `V` that this cause brings. The parts add
+//! up to `V`, the priors counted as a cause.
+
+use nalgebra::SVector;
+
+use super::Criterion;
+use crate::Real;
+use crate::layout::Layout;
+
+/// Part by which variances are changed to see what becomes of the bound: rounding over it and its
+/// square are both far below a thousandth.
+const STEP: f64 = 1e-2;
+
+/// A cause of error in the budget of a layout.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Cause {
+    /// Of sensors and hammer.
+    Noise,
+    /// The hammer lands beside the mark.
+    HitPosition,
+    /// The hammer leans.
+    HitDirection,
+    /// The marks are beside their nodes, or their axes turned.
+    Marks,
+    /// Sensitivity of the sensors.
+    Gain,
+    /// Sensors feel the other axes.
+    CrossAxis,
+    /// Sensors are glued on turned.
+    SensorRotation,
+    /// Sensors are beside their nodes.
+    SensorPosition,
+    /// Sensitivity of the hammer against the sensors.
+    HammerGain,
+    /// The mass of what hangs on the object.
+    Attached,
+    /// What is known before the test is not known exactly.
+    Priors,
+}
+
+impl Cause {
+    /// Every cause.
+    pub const ALL: [Self; 11] = [
+        Self::Noise,
+        Self::HitPosition,
+        Self::HitDirection,
+        Self::Marks,
+        Self::Gain,
+        Self::CrossAxis,
+        Self::SensorRotation,
+        Self::SensorPosition,
+        Self::HammerGain,
+        Self::Attached,
+        Self::Priors,
+    ];
+
+    /// The name in reports and JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Noise => "noise",
+            Self::HitPosition => "hit_position",
+            Self::HitDirection => "hit_direction",
+            Self::Marks => "marks",
+            Self::Gain => "gain",
+            Self::CrossAxis => "cross_axis",
+            Self::SensorRotation => "sensor_rotation",
+            Self::SensorPosition => "sensor_position",
+            Self::HammerGain => "hammer_gain",
+            Self::Attached => "attached",
+            Self::Priors => "priors",
+        }
+    }
+
+    /// Multiplies the standard deviations of this cause; the one of the noise is `noise`.
+    fn scale<R: Real, const S: usize, const H: usize>(
+        self,
+        layout: &mut Layout<R, S, H>,
+        noise: &mut R,
+        factor: R,
+    ) {
+        for sensor in &mut layout.sensors {
+            let u = &mut sensor.uncertainty;
+            match self {
+                Self::Gain => u.gain *= factor,
+                Self::CrossAxis => u.cross_axis *= factor,
+                Self::SensorRotation => u.rotation *= factor,
+                Self::SensorPosition => u.position *= factor,
+                _ => {}
+            }
+        }
+        for hit in &mut layout.hits {
+            let u = &mut hit.uncertainty;
+            match self {
+                Self::HitPosition => u.position *= factor,
+                Self::HitDirection => u.direction *= factor,
+                Self::Marks => {
+                    u.node_position *= factor;
+                    u.node_direction *= factor;
+                }
+                _ => {}
+            }
+        }
+        match self {
+            Self::Noise => *noise *= factor,
+            Self::HammerGain => layout.hammer_gain *= factor,
+            Self::Attached => layout.attached.iter_mut().for_each(|a| a.relative_sigma *= factor),
+            Self::Priors => layout.priors.iter_mut().for_each(|p| p.sigma *= factor),
+            _ => {}
+        }
+    }
+}
+
+/// What one cause brings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part<R> {
+    /// The cause.
+    pub cause: Cause,
+    /// Its part of the sum of the ten relative variances; all parts add up to one.
+    pub share: R,
+    /// Its part of the variance of each of the ten.
+    pub shares: SVector<R, 10>,
+}
+
+/// The part of every cause, `None` when the layout does not determine the ten. Workspace as for
+/// [`Criterion::bound`].
+pub fn parts<R: Real, const S: usize, const H: usize, const CH: usize>(
+    criterion: &Criterion<R>,
+    layout: &Layout<R, S, H>,
+    workspace: &mut [R],
+) -> Option<[Part<R>; Cause::ALL.len()]> {
+    let mut variances = |layout: &Layout<R, S, H>, noise: R| {
+        let criterion = Criterion { noise, ..*criterion };
+        let bound = criterion.bound::<S, H, CH>(layout, workspace)?;
+        Some(bound.sigma().component_mul(&bound.sigma()))
+    };
+    let whole = variances(layout, criterion.noise)?;
+    let relative = |v: &SVector<R, 10>| v.component_div(&criterion.scale.map(|s| s * s)).sum();
+    let mut found =
+        Cause::ALL.map(|cause| Part { cause, share: R::zero(), shares: SVector::zeros() });
+    for part in &mut found {
+        let mut changed = |change: f64| {
+            let (mut layout, mut noise) = (layout.clone(), criterion.noise);
+            part.cause.scale(&mut layout, &mut noise, R::of(1.0 + change).sqrt());
+            variances(&layout, noise)
+        };
+        let slope = (changed(STEP)? - changed(-STEP)?) / R::of(2.0 * STEP);
+        part.share = relative(&slope) / relative(&whole);
+        part.shares = slope.component_div(&whole);
+    }
+    Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::maximum_likelihood::RIG_WORKSPACE;
+    use crate::layout::tests::{bar_body, bar_layout};
+    use crate::layout::{Attached, Prior};
+
+    fn bar_parts(layout: &Layout<f64, 3, 4>) -> [Part<f64>; 11] {
+        let criterion = Criterion::new(bar_body(), layout.characteristic_length(), 0.005);
+        parts::<f64, 3, 4, 9>(&criterion, layout, &mut [0.0; RIG_WORKSPACE]).unwrap()
+    }
+
+    #[test]
+    fn the_parts_add_up() {
+        let mut layout = bar_layout();
+        let prior = Prior { property: 0, value: 1.23, sigma: 0.005 };
+        layout.priors.push(prior).unwrap();
+        layout.attached.push(Attached::point(0.05, 0.1, [0.1, 0.0, 0.0])).unwrap();
+        let parts = bar_parts(&layout);
+        let shares: f64 = parts.iter().map(|part| part.share).sum();
+        // The square of the step.
+        assert!((shares - 1.0).abs() < 1e-4, "{shares}");
+        for k in 0..10 {
+            let shares: f64 = parts.iter().map(|part| part.shares[k]).sum();
+            assert!((shares - 1.0).abs() < 1e-4, "{k}: {shares}");
+        }
+        assert!(parts.iter().all(|part| part.share > 0.0), "{parts:?}");
+    }
+
+    #[test]
+    fn a_cause_that_is_not_there_has_no_part() {
+        let mut layout = bar_layout();
+        layout.hammer_gain = 0.0;
+        layout.sensors.iter_mut().for_each(|s| s.uncertainty.rotation = 0.0);
+        for part in bar_parts(&layout) {
+            let absent = [Cause::HammerGain, Cause::SensorRotation, Cause::Attached, Cause::Priors];
+            assert_eq!(part.share == 0.0, absent.contains(&part.cause), "{part:?}");
+        }
+    }
+
+    #[test]
+    fn the_hammer_s_gain_is_all_in_the_mass_and_the_moments() {
+        // It scales all accelerances alike, so the body seems heavier at the same centre of mass.
+        let hammer = bar_parts(&bar_layout())
+            .into_iter()
+            .find(|part| part.cause == Cause::HammerGain)
+            .unwrap();
+        assert!(hammer.shares[0] > 0.5, "{hammer:?}");
+        for k in 1..4 {
+            assert!(hammer.shares[k] < 1e-9, "{hammer:?}");
+        }
+    }
+}

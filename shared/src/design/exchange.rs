@@ -1,0 +1,248 @@
+//! Exchange search: from a set of candidates, one member is replaced after the other by whatever
+//! lowers the cost most, until nothing does (Fedorov 1972; Cook & Nachtsheim 1980, the modified
+//! algorithm). The end depends on the start, so several are tried.
+
+use core::fmt;
+
+use heapless::Vec;
+
+use crate::Real;
+
+/// Numbers of sensors and hits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counts {
+    /// Triaxial sensors.
+    pub sensors: usize,
+    /// Hit DOFs.
+    pub hits: usize,
+}
+
+/// Sensors and hits as indices into the lists of candidates, each at most once.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Choice<const S: usize, const H: usize> {
+    /// Candidates that carry a sensor.
+    pub sensors: Vec<usize, S>,
+    /// Candidates that are hit.
+    pub hits: Vec<usize, H>,
+}
+
+/// A choice that no single exchange improves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found<R, const S: usize, const H: usize> {
+    /// The sensors and hits.
+    pub choice: Choice<S, H>,
+    /// Their cost.
+    pub cost: R,
+}
+
+/// What is searched for, and how long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Search {
+    /// How many candidates there are.
+    pub candidates: Counts,
+    /// How many of them are wanted.
+    pub wanted: Counts,
+    /// Random starts.
+    pub starts: u32,
+    /// Equal seeds give equal starts.
+    pub seed: u64,
+}
+
+/// Why there is no choice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SearchError {
+    /// More sensors are wanted than there are candidates, or than fit a choice.
+    TooManySensors,
+    /// More hits are wanted than there are candidates, or than fit a choice.
+    TooManyHits,
+    /// No choice that was tried has a cost.
+    NothingFound,
+}
+
+impl fmt::Display for SearchError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TooManySensors => "more sensors are wanted than there are places for them",
+            Self::TooManyHits => "more hits are wanted than there are DOFs to hit",
+            Self::NothingFound => "no choice of these candidates will do",
+        })
+    }
+}
+
+impl core::error::Error for SearchError {}
+
+impl Search {
+    /// The best choice of all starts, and of `first` when there is one. `cost` is `None` for a choice
+    /// that will not do. An exchange ends when a pass over all members lowers the cost by less than
+    /// a ten-thousandth of itself, so with a cost that is bounded below it always ends.
+    ///
+    /// # Errors
+    /// When candidates or capacity do not suffice, or no choice has a cost.
+    pub fn run<R: Real, const S: usize, const H: usize>(
+        &self,
+        first: Option<&Choice<S, H>>,
+        mut cost: impl FnMut(&Choice<S, H>) -> Option<R>,
+    ) -> Result<Found<R, S, H>, SearchError> {
+        let mut best = first.and_then(|first| self.improve(first.clone(), &mut cost));
+        for index in 0..self.starts {
+            let found = self.improve(self.start(index)?, &mut cost);
+            best = better(best, found);
+        }
+        best.ok_or(SearchError::NothingFound)
+    }
+
+    /// The random start of this index.
+    ///
+    /// # Errors
+    /// When candidates or capacity do not suffice.
+    pub fn start<const S: usize, const H: usize>(
+        &self,
+        index: u32,
+    ) -> Result<Choice<S, H>, SearchError> {
+        let mut random = SplitMix(self.seed ^ (u64::from(index) << 32));
+        let Counts { sensors, hits } = self.wanted;
+        Ok(Choice {
+            sensors: draw(sensors, self.candidates.sensors, &mut random)
+                .ok_or(SearchError::TooManySensors)?,
+            hits: draw(hits, self.candidates.hits, &mut random).ok_or(SearchError::TooManyHits)?,
+        })
+    }
+
+    /// Exchanges members of a choice for candidates until nothing lowers the cost any more. `None`
+    /// when neither the choice nor any that differs from it by one member has a cost.
+    pub fn improve<R: Real, const S: usize, const H: usize>(
+        &self,
+        mut choice: Choice<S, H>,
+        mut cost: impl FnMut(&Choice<S, H>) -> Option<R>,
+    ) -> Option<Found<R, S, H>> {
+        let mut least = cost(&choice);
+        loop {
+            let before = least;
+            for member in 0..choice.sensors.len() {
+                least = self.exchange(&mut choice, Member::Sensor(member), least, &mut cost);
+            }
+            for member in 0..choice.hits.len() {
+                least = self.exchange(&mut choice, Member::Hit(member), least, &mut cost);
+            }
+            match (before, least) {
+                (_, None) => return None,
+                (Some(before), Some(least)) if !falls(before, least) => {
+                    return Some(Found { choice, cost: least });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Replaces one member by the candidate that lowers the cost most; the cost afterwards.
+    fn exchange<R: Real, const S: usize, const H: usize>(
+        &self,
+        choice: &mut Choice<S, H>,
+        member: Member,
+        mut least: Option<R>,
+        cost: &mut impl FnMut(&Choice<S, H>) -> Option<R>,
+    ) -> Option<R> {
+        let Some(mut best) = choice.get(member) else { return least };
+        let candidates = match member {
+            Member::Sensor(_) => self.candidates.sensors,
+            Member::Hit(_) => self.candidates.hits,
+        };
+        for candidate in 0..candidates {
+            if choice.contains(member, candidate) {
+                continue;
+            }
+            let present = choice.set(member, candidate);
+            let found = cost(choice);
+            if found.is_some_and(|found| least.is_none_or(|least| found < least)) {
+                (best, least) = (candidate, found);
+            }
+            choice.set(member, present);
+        }
+        choice.set(member, best);
+        least
+    }
+}
+
+/// One of the sensors or hits of a choice.
+#[derive(Clone, Copy)]
+enum Member {
+    Sensor(usize),
+    Hit(usize),
+}
+
+impl<const S: usize, const H: usize> Choice<S, H> {
+    fn get(&self, member: Member) -> Option<usize> {
+        match member {
+            Member::Sensor(i) => self.sensors.get(i).copied(),
+            Member::Hit(j) => self.hits.get(j).copied(),
+        }
+    }
+
+    /// Puts a candidate in the place of a member, which is given back.
+    fn set(&mut self, member: Member, candidate: usize) -> usize {
+        let place = match member {
+            Member::Sensor(i) => self.sensors.get_mut(i),
+            Member::Hit(j) => self.hits.get_mut(j),
+        };
+        place.map_or(candidate, |place| core::mem::replace(place, candidate))
+    }
+
+    fn contains(&self, member: Member, candidate: usize) -> bool {
+        match member {
+            Member::Sensor(_) => self.sensors.contains(&candidate),
+            Member::Hit(_) => self.hits.contains(&candidate),
+        }
+    }
+}
+
+fn better<R: Real, const S: usize, const H: usize>(
+    a: Option<Found<R, S, H>>,
+    b: Option<Found<R, S, H>>,
+) -> Option<Found<R, S, H>> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.cost < a.cost { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}
+
+/// By more than a ten-thousandth: what is less is no better layout, and rounding in single precision
+/// must not keep the exchange running.
+fn falls<R: Real>(before: R, after: R) -> bool {
+    before - after > before.abs() * R::of(1e-4)
+}
+
+/// `count` different numbers below `candidates`; `None` when there are not as many, or no room.
+fn draw<const N: usize>(
+    count: usize,
+    candidates: usize,
+    random: &mut SplitMix,
+) -> Option<Vec<usize, N>> {
+    let mut drawn = Vec::new();
+    if count > candidates {
+        return None;
+    }
+    // Floyd's algorithm (Bentley & Floyd 1987): each number once, without a list of all.
+    for last in candidates - count..candidates {
+        let number = random.below(last + 1);
+        let number = if drawn.contains(&number) { last } else { number };
+        drawn.push(number).ok()?;
+    }
+    Some(drawn)
+}
+
+/// The generator SplitMix64 (Steele, Lea & Flood 2014): small, the same on every machine, and good
+/// enough to scatter starts.
+struct SplitMix(u64);
+
+impl SplitMix {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((u128::from(z ^ (z >> 31)) * end as u128) >> 64) as usize
+    }
+}
+
+#[cfg(test)]
+mod tests;

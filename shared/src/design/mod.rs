@@ -1,0 +1,20 @@
+//! Which nodes to put the sensors on and where to hit, chosen among candidates.
+//!
+//! A *candidate* is a place where a sensor could be glued or a DOF that could be hit; a [`Choice`] is
+//! a set of both, and its *cost* is any number that is to become small. [`Search`] finds a choice by
+//! exchange; what makes a choice good is the caller's: [`cost`] holds the two that theory, section 8,
+//! compares.
+//!
+//! A [`Criterion`] predicts the uncertainty of a layout with its whole error budget; [`parts`] tells
+//! what limits it.
+
+pub mod cost;
+
+mod advice;
+mod causes;
+mod criterion;
+mod exchange;
+
+pub use causes::{Cause, Part, parts};
+pub use criterion::{Criterion, DEFAULT_NOISE, total};
+pub use exchange::{Choice, Counts, Found, Search, SearchError};

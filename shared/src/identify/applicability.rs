@@ -1,0 +1,158 @@
+//! Which methods can identify under a layout.
+//!
+//! Facts of a layout are named by [`LayoutReport`]; what they mean differs. Sensors that do not tell all
+//! six motions (fewer than three, or on a line) stop the inertia restraint method, which begins with
+//! the motion; maximum likelihood compares readings and goes on. Hits that leave something of the ten
+//! unmoved stop every method, unless a prior knows what they leave out.
+
+use nalgebra::SVector;
+
+use super::Method;
+use crate::Real;
+use crate::body::{RigidBody, regressor};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::layout::{Hit, Layout, LayoutReport, Prior};
+use crate::linalg::{LeastSquares, Spectrum};
+
+/// What a layout lets each method do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Applicability<R> {
+    /// What is in the way: an error leaves none of the methods that were asked for, a warning some.
+    pub diagnostics: Diagnostics,
+    /// The figures of the geometry.
+    pub geometry: LayoutReport<R>,
+    /// Rank of the readings' slopes by the ten with what is known of them: ten when the ten can be
+    /// told.
+    pub rank: usize,
+    /// Condition of those slopes, in balanced variables.
+    pub condition: R,
+    /// The priors make up for what the hits do not tell.
+    rescued: bool,
+}
+
+impl<R: Real> Applicability<R> {
+    /// Of a layout for a body, which is what the object is thought to be; `methods` are those that
+    /// are wanted.
+    pub fn new<const S: usize, const H: usize>(
+        layout: &Layout<R, S, H>,
+        body: &RigidBody<R>,
+        methods: &[Method],
+    ) -> Self {
+        let geometry = LayoutReport::new(layout, Some(body));
+        let spectrum = information_spectrum(layout, body);
+        let (rank, condition) = spectrum.unwrap_or((0, R::zero()));
+        let mut diagnostics = geometry.diagnostics.clone();
+        let unknown = Code::TenParametersNotIdentifiable;
+        let said = [Some(unknown), Some(Code::LayoutNotFinite)];
+        if rank < 10 && !diagnostics.iter().any(|d| said.contains(&d.known_code())) {
+            // Sixteen facts are enough to say; more are dropped.
+            let _ = diagnostics.push(Diagnostic::whole(unknown, Severity::Error, rank as f32));
+        }
+        let rescued = rank == 10 && layout.priors.iter().any(Prior::is_of_inertia);
+        for found in &mut diagnostics {
+            let code = found.known_code();
+            let blocks = |method: &Method| code.is_none_or(|code| method.is_blocked(code, rescued));
+            let severity =
+                if methods.iter().all(blocks) { Severity::Error } else { Severity::Warning };
+            found.severity = severity as u8;
+        }
+        Self { diagnostics, geometry, rank, condition, rescued }
+    }
+
+    /// What keeps a method from an answer; nothing when it is applicable.
+    pub fn obstacles(&self, method: Method) -> impl Iterator<Item = Code> + '_ {
+        let codes = self.diagnostics.iter().filter_map(Diagnostic::known_code);
+        codes.filter(move |&code| method.is_blocked(code, self.rescued))
+    }
+
+    /// True when nothing keeps the method from an answer.
+    pub fn admits(&self, method: Method) -> bool {
+        self.obstacles(method).next().is_none()
+    }
+}
+
+impl Method {
+    /// True when a layout of which this is said gives the method no answer; `rescued` when priors make
+    /// up for the hits.
+    fn is_blocked(self, code: Code, rescued: bool) -> bool {
+        match (code, self) {
+            (
+                Code::FewerThanThreeSensors | Code::SensorsCollinear | Code::ResponseRankDeficient,
+                method,
+            ) => method != Self::MaximumLikelihood,
+            (
+                Code::FewerThanThreeHits
+                | Code::HitsAllParallel
+                | Code::HitsConcurrent
+                | Code::HitsThroughCentreOfMass
+                | Code::TenParametersNotIdentifiable,
+                method,
+            ) => method != Self::MaximumLikelihood || !rescued,
+            // Numbers that are wrong, whatever the method.
+            _ => true,
+        }
+    }
+}
+
+/// Rank and condition of the slopes of all readings by the ten, and of what is known of the ten, about
+/// the sensors' centroid and every unknown in its own unit: rank ten when the ten can be told
+/// (theory, section 4: the rank of the information is that of its factor). `None` when the body has no
+/// inertia or a number is not finite.
+pub fn information_spectrum<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    body: &RigidBody<R>,
+) -> Option<(usize, R)> {
+    let Spectrum { rank, condition } = spectrum_under(layout, layout.hits.iter(), body)?;
+    Some((rank, condition))
+}
+
+/// As [`information_spectrum`] of some hits.
+#[inline(never)]
+pub(super) fn spectrum_under<'h, R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    hits: impl Iterator<Item = &'h Hit<R>>,
+    body: &RigidBody<R>,
+) -> Option<Spectrum<R>> {
+    let centroid = layout.sensor_centroid();
+    let body = body.shifted_to(&centroid);
+    let length = layout.characteristic_length();
+    let scale = SVector::<R, 10>::from_fn(|k, _| match k {
+        0 => R::one(),
+        1..4 => length,
+        _ => length * length,
+    });
+    let inverse = body.inverse_mass_matrix()?;
+    let mut slopes = LeastSquares::<R, 10>::new();
+    for hit in hits {
+        let by_phi = regressor(&body.acceleration(&hit.unit_force(&centroid))?);
+        for sensor in &layout.sensors {
+            // The accelerance falls with the mass, and its slope by the mass once more.
+            let readings = sensor.response_rows(&centroid) * inverse * (body.mass * body.mass);
+            for reading in readings.row_iter() {
+                slopes.push(slope(&reading.transpose().into(), &by_phi, &scale), R::zero());
+            }
+        }
+    }
+    let by_theta = body.dtheta_dphi();
+    for prior in &layout.priors {
+        let k = usize::from(prior.property);
+        if k < 10 {
+            let scale = |j: usize| {
+                scale[j] / scale[k] * if (1..4).contains(&k) { body.mass } else { R::one() }
+            };
+            slopes.push(core::array::from_fn(|j| by_theta[(k, j)] * scale(j)), R::zero());
+        }
+    }
+    slopes.spectrum_of_unit_columns()
+}
+
+/// One row of `−G M₀⁻¹ Eₖ M₀⁻¹ f₀`, its columns over the scales of phi.
+fn slope<R: Real>(reading: &[R; 6], by_phi: &[[R; 10]; 6], scale: &SVector<R, 10>) -> [R; 10] {
+    core::array::from_fn(|k| {
+        let sum = reading.iter().zip(by_phi).fold(R::zero(), |sum, (r, row)| sum - *r * row[k]);
+        sum * scale[k]
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,42 @@
+//! What hangs on the object is taken off the answer.
+
+use nalgebra::SVector;
+
+use super::Estimate;
+use crate::Real;
+use crate::body::RigidBody;
+use crate::layout::Attached;
+
+/// The object without what hangs on it, from an estimate of both together; its covariance grows by
+/// what is not known of those masses.
+///
+/// # Errors
+/// The mass that is left when the object would have none.
+pub(super) fn take_off<R: Real>(
+    estimate: &mut Estimate<R>,
+    attached: &[Attached<R>],
+) -> Result<(), R> {
+    if attached.is_empty() {
+        return Ok(());
+    }
+    let mut phi = estimate.body.phi();
+    for body in attached {
+        phi -= SVector::from(body.phi);
+    }
+    let Some(object) = RigidBody::from_phi(&phi).filter(|object| object.mass > R::zero()) else {
+        return Err(phi[0]);
+    };
+    if let (Some(covariance), Some(back)) =
+        (&mut estimate.covariance, estimate.body.dtheta_dphi().try_inverse())
+    {
+        let to_theta = object.dtheta_dphi();
+        let change = to_theta * back;
+        *covariance = change * *covariance * change.transpose();
+        for body in attached {
+            let by_mass = to_theta * SVector::from(body.phi) * body.relative_sigma;
+            *covariance += by_mass * by_mass.transpose();
+        }
+    }
+    estimate.body = object;
+    Ok(())
+}

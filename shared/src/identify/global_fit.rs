@@ -1,0 +1,456 @@
+//! The global fit: all frequency responses of a test by one body on one suspension.
+//!
+//! ```text
+//! H(s) = G(s) (M₀ + C₀/s + K₀/s²)⁻¹ f₀ [+ E s²]        s = σ + iω
+//! ```
+//! Where the mass lines give every channel a B of its own, here one stiffness K₀ (21 numbers) and, on
+//! demand, one damping C₀ (21) serve all channels and hits, and gravity is in `G(s)`. So the band may
+//! begin nearer to the suspension modes: that pays for heavy objects on cords, and where the modes
+//! leave little room. E is the residual of the elastic modes, one number a channel and hit, which is
+//! eliminated. Theory, section 5.
+//!
+//! Steps are those of Levenberg and Marquardt from the answer of another method; slopes are analytical,
+//! `∂H/∂K_k = −G D⁻¹ E_k D⁻¹ f₀ / s²`. It needs double precision.
+
+use nalgebra::{Complex, Matrix6, SMatrix, SVector, Vector3, Vector6};
+
+use super::Estimate;
+use crate::Real;
+use crate::body::{RigidBody, regressor};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::layout::{Layout, is_finite};
+use crate::linalg::{LeastSquares, Spectrum, all_finite};
+
+/// Elements of a symmetric 6 × 6 matrix.
+const SYMMETRIC: usize = 21;
+/// Unknowns with the stiffness of the suspension.
+const WITH_STIFFNESS: usize = SYMMETRIC + 10;
+/// Unknowns with its damping as well.
+const WITH_DAMPING: usize = 2 * SYMMETRIC + 10;
+/// A step that lowers the cost by less than this part of its mean per degree of freedom ends the fit: it
+/// moves the ten by less than 1e-5 of their standard deviations.
+const CLOSE: f64 = 1e-10;
+/// Steps after which the fit gives up. From a mass line's answer it takes ten to forty: most of them go to
+/// the parts of K₀ that the hits hardly excite.
+const MOST_STEPS: usize = 100;
+/// Dampings that are tried before no step is better.
+const MOST_TRIALS: usize = 20;
+/// First damping, relative to the diagonal of the information. Three hits leave parts of K₀ nearly unseen: a
+/// bold first step would carry them far away, to another minimum.
+const FIRST_DAMPING: f64 = 1e-1;
+/// Damping that does not shorten a step any more.
+const LEAST_DAMPING: f64 = 1e-14;
+
+/// Frequency responses of a whole test.
+#[derive(Clone, Copy, Debug)]
+pub struct FrequencyResponses<'a, R> {
+    /// Hz.
+    frequencies: &'a [R],
+    /// (m/s²)/N.
+    accelerance: &'a [Complex<R>],
+    channels: usize,
+    hits: usize,
+}
+
+impl<'a, R: Real> FrequencyResponses<'a, R> {
+    /// Of accelerances `[line][channel][hit]` in (m/s²)/N at the frequencies of the lines, Hz. `None`
+    /// when their number is not that of lines, channels and hits.
+    pub fn new(
+        frequencies: &'a [R],
+        accelerance: &'a [Complex<R>],
+        channels: usize,
+        hits: usize,
+    ) -> Option<Self> {
+        let whole = frequencies.len() * channels * hits == accelerance.len();
+        whole.then_some(Self { frequencies, accelerance, channels, hits })
+    }
+
+    fn at(&self, line: usize, channel: usize, hit: usize) -> Complex<R> {
+        self.accelerance[(line * self.channels + channel) * self.hits + hit]
+    }
+
+    fn is_finite(&self) -> bool {
+        self.frequencies.iter().all(|f| f.finite())
+            && self.accelerance.iter().all(|h| h.re.finite() && h.im.finite())
+    }
+}
+
+/// How the global fit is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<R> {
+    /// σ of the exponential window on the records, 1/s. Without it and without damping only the real
+    /// parts are fitted.
+    pub decay: R,
+    /// Fits the damping of the suspension too.
+    pub damping: bool,
+    /// Eliminates a residual of the elastic modes, `E s²`, for every channel and hit.
+    pub elastic: bool,
+    /// What the standard deviations are multiplied by because a window correlates neighbouring lines:
+    /// [`window_correlation`](crate::mass_line::window_correlation).
+    pub correlation: R,
+}
+
+/// What the global fit answers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution<R> {
+    /// The ten; their covariance is that of the scatter of the lines about the model.
+    pub estimate: Estimate<R>,
+    /// K₀ about the origin: N/m, N/rad, N m/m, N m/rad.
+    pub stiffness: Matrix6<R>,
+    /// C₀ about the origin, when it was fitted: N s/m, …
+    pub damping: Option<Matrix6<R>>,
+}
+
+/// Fits body and suspension to frequency responses of all sensors and hits of the layout, in this
+/// order, with equal weights, from the body `start`. `workspace` needs a matrix for every line.
+///
+/// # Errors
+/// `data_not_finite`, `layout_not_finite`, `frf_missing` when channels or hits are not those of the
+/// layout, `band_too_narrow` with fewer equations than unknowns or too small a workspace,
+/// `ten_parameters_not_identifiable`, `not_converged`.
+pub fn solve<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    responses: &FrequencyResponses<'_, R>,
+    start: &RigidBody<R>,
+    settings: &Settings<R>,
+    workspace: &mut [Matrix6<Complex<R>>],
+) -> Result<Solution<R>, Diagnostics> {
+    let lines = responses.frequencies.len();
+    if !is_finite(layout) {
+        return Err(fatal(Code::LayoutNotFinite, 0.0));
+    }
+    if !(responses.is_finite() && start.is_finite() && settings.decay.finite()) {
+        return Err(fatal(Code::DataNotFinite, 0.0));
+    }
+    if responses.channels != 3 * layout.sensors.len() || responses.hits != layout.hits.len() {
+        return Err(fatal(Code::FrfMissing, 0.0));
+    }
+    let Some(inverses) = workspace.get_mut(..lines) else {
+        return Err(fatal(Code::BandTooNarrow, lines as f32));
+    };
+    let problem = Problem { layout, responses, settings };
+    if settings.damping {
+        problem.fit::<WITH_DAMPING>(start, inverses)
+    } else {
+        problem.fit::<WITH_STIFFNESS>(start, inverses)
+    }
+}
+
+/// What is fitted. The unknowns are K₀ row by row of its upper triangle, C₀ alike, and phi.
+struct Problem<'a, R, const S: usize, const H: usize> {
+    layout: &'a Layout<R, S, H>,
+    responses: &'a FrequencyResponses<'a, R>,
+    settings: &'a Settings<R>,
+}
+
+impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
+    fn fit<const N: usize>(
+        &self,
+        start: &RigidBody<R>,
+        inverses: &mut [Matrix6<Complex<R>>],
+    ) -> Result<Solution<R>, Diagnostics> {
+        let not_converged = || fatal(Code::NotConverged, MOST_STEPS as f32);
+        let freedom = self
+            .degrees_of_freedom::<N>()
+            .ok_or_else(|| fatal(Code::BandTooNarrow, self.responses.frequencies.len() as f32))?;
+        let mut unknowns = SVector::<R, N>::zeros();
+        unknowns.fixed_rows_mut::<10>(N - 10).copy_from(&start.phi());
+        let (mut equations, mut cost) =
+            self.linearised(&unknowns, inverses).ok_or_else(not_converged)?;
+        let mut damping = R::of(FIRST_DAMPING);
+        let mut settled = false;
+        for _step in 0..MOST_STEPS {
+            let better = self.step(&unknowns, &equations, cost, &mut damping, inverses);
+            let Some((next, lower)) = better else {
+                settled = true;
+                break;
+            };
+            unknowns = next;
+            let close = R::of(CLOSE) * lower / R::of(freedom as f64);
+            settled = cost - lower <= close;
+            (equations, cost) = self.linearised(&unknowns, inverses).ok_or_else(not_converged)?;
+            if settled {
+                break;
+            }
+        }
+        if !settled {
+            return Err(not_converged());
+        }
+        self.answer(&unknowns, &equations, cost / R::of(freedom as f64))
+    }
+
+    /// Equations less unknowns; `None` when there are not more.
+    fn degrees_of_freedom<const N: usize>(&self) -> Option<usize> {
+        let channels = self.responses.channels * self.responses.hits;
+        let a_line = if self.complex() { 2 } else { 1 };
+        let equations = self.responses.frequencies.len() * channels * a_line;
+        let residuals = if self.settings.elastic { channels } else { 0 };
+        equations.checked_sub(N + residuals).filter(|&freedom| freedom > 0)
+    }
+
+    /// True when the imaginary parts say something.
+    fn complex(&self) -> bool {
+        self.settings.damping || self.settings.decay != R::zero()
+    }
+
+    /// A better point and its cost, with more and more damping; `None` when there is none.
+    fn step<const N: usize>(
+        &self,
+        unknowns: &SVector<R, N>,
+        equations: &LeastSquares<R, N>,
+        cost: R,
+        damping: &mut R,
+        inverses: &mut [Matrix6<Complex<R>>],
+    ) -> Option<(SVector<R, N>, R)> {
+        let ten = R::of(10.0);
+        for _trial in 0..MOST_TRIALS {
+            let mut damped = equations.clone();
+            for (k, norm) in equations.column_norms().into_iter().enumerate() {
+                let mut row = [R::zero(); N];
+                row[k] = norm * damping.sqrt();
+                damped.push(row, R::zero());
+            }
+            let next = damped.solve().map(|step| unknowns + step);
+            let lower = next.and_then(|next| self.evaluate(&next, inverses, |_: [R; N], _| ()));
+            if let Some(found) = next.zip(lower).filter(|(_, lower)| *lower < cost) {
+                *damping = (*damping / ten).max(R::of(LEAST_DAMPING));
+                return Some(found);
+            }
+            *damping *= ten;
+        }
+        None
+    }
+
+    /// The linear equations of a step, and the cost.
+    fn linearised<const N: usize>(
+        &self,
+        unknowns: &SVector<R, N>,
+        inverses: &mut [Matrix6<Complex<R>>],
+    ) -> Option<(LeastSquares<R, N>, R)> {
+        let mut equations = LeastSquares::new();
+        let cost = self.evaluate(unknowns, inverses, |row, left| equations.push(row, left))?;
+        Some((equations, cost))
+    }
+
+    /// Calls `equation` with the slopes of every real reading and with what the model leaves of it;
+    /// gives the sum of the squares of the latter, `None` when it has no value.
+    fn evaluate<const N: usize>(
+        &self,
+        unknowns: &SVector<R, N>,
+        inverses: &mut [Matrix6<Complex<R>>],
+        mut equation: impl FnMut([R; N], R),
+    ) -> Option<R> {
+        self.invert(unknowns, inverses)?;
+        let mut cost = R::zero();
+        for (hit, dof) in self.layout.hits.iter().enumerate() {
+            let force = dof.unit_force(&Vector3::zeros()).map(real);
+            for channel in 0..self.responses.channels {
+                let reading =
+                    |line: usize| self.reading::<N>(line, channel, hit, &force, &inverses[line]);
+                let lines = 0..inverses.len();
+                let elastic = self.elastic(lines.clone(), reading);
+                for line in lines {
+                    let (mut slopes, mut left) = reading(line);
+                    if let Some(elastic) = &elastic {
+                        elastic.remove(self.s(line), &mut slopes, &mut left);
+                    }
+                    cost += left.re * left.re;
+                    equation(slopes.map(|v| v.re), left.re);
+                    if self.complex() {
+                        cost += left.im * left.im;
+                        equation(slopes.map(|v| v.im), left.im);
+                    }
+                }
+            }
+        }
+        cost.finite().then_some(cost)
+    }
+
+    /// Writes `(M₀ + C₀/s + K₀/s²)⁻¹` of every line.
+    fn invert<const N: usize>(
+        &self,
+        unknowns: &SVector<R, N>,
+        inverses: &mut [Matrix6<Complex<R>>],
+    ) -> Option<()> {
+        let mass = body_of(unknowns)?.mass_matrix();
+        let stiffness = symmetric(unknowns, 0);
+        let damping = (N == WITH_DAMPING).then(|| symmetric(unknowns, SYMMETRIC));
+        for (line, inverse) in inverses.iter_mut().enumerate() {
+            let over = real(R::one()) / self.s(line);
+            let mut dynamic =
+                Matrix6::from_fn(|i, j| real(mass[(i, j)]) + over * over * real(stiffness[(i, j)]));
+            if let Some(damping) = &damping {
+                dynamic += damping.map(|c| over * real(c));
+            }
+            *inverse = dynamic.try_inverse()?;
+        }
+        Some(())
+    }
+
+    /// Slopes of one reading by the unknowns, and what the model leaves of it.
+    fn reading<const N: usize>(
+        &self,
+        line: usize,
+        channel: usize,
+        hit: usize,
+        force: &Vector6<Complex<R>>,
+        inverse: &Matrix6<Complex<R>>,
+    ) -> ([Complex<R>; N], Complex<R>) {
+        let s = self.s(line);
+        let response = self.layout.response_row_at(channel, s);
+        let motion = inverse * force;
+        // D is symmetric, so `g D⁻¹` is this transposed.
+        let adjoint = inverse * response;
+        let left = self.responses.at(line, channel, hit) - response.dot(&motion);
+        (slopes(&adjoint, &motion, real(R::one()) / s), left)
+    }
+
+    fn s(&self, line: usize) -> Complex<R> {
+        Complex::new(self.settings.decay, self.responses.frequencies[line] * R::two_pi())
+    }
+
+    /// The part of a channel's slopes and residuals along `s²`.
+    fn elastic<const N: usize>(
+        &self,
+        lines: core::ops::Range<usize>,
+        reading: impl Fn(usize) -> ([Complex<R>; N], Complex<R>),
+    ) -> Option<Elastic<R, N>> {
+        if !self.settings.elastic {
+            return None;
+        }
+        let complex = self.complex();
+        let along = |column: Complex<R>, v: Complex<R>| {
+            column.re * v.re + if complex { column.im * v.im } else { R::zero() }
+        };
+        let mut part = Elastic { slopes: [R::zero(); N], left: R::zero() };
+        let mut norm = R::zero();
+        for line in lines {
+            let s = self.s(line);
+            let column = s * s;
+            let (slopes, left) = reading(line);
+            for (sum, slope) in part.slopes.iter_mut().zip(slopes) {
+                *sum += along(column, slope);
+            }
+            part.left += along(column, left);
+            norm += along(column, column);
+        }
+        part.slopes.iter_mut().for_each(|sum| *sum /= norm);
+        part.left /= norm;
+        Some(part)
+    }
+
+    /// The ten and the suspension at the minimum; `variance` is that of a reading.
+    fn answer<const N: usize>(
+        &self,
+        unknowns: &SVector<R, N>,
+        equations: &LeastSquares<R, N>,
+        variance: R,
+    ) -> Result<Solution<R>, Diagnostics> {
+        let body = body_of(unknowns).ok_or_else(|| fatal(Code::DataNotFinite, 0.0))?;
+        // With K₀ and C₀ eliminated.
+        let of_the_ten = equations.last::<10>();
+        let Some(Spectrum { rank, condition }) = of_the_ten.spectrum_of_unit_columns() else {
+            return Err(fatal(Code::DataNotFinite, 0.0));
+        };
+        let mut inverse = SMatrix::<R, 10, 10>::identity().data.0;
+        if rank < 10 || !of_the_ten.solve_normal(&mut inverse) {
+            return Err(fatal(Code::TenParametersNotIdentifiable, rank as f32));
+        }
+        let to_theta = body.dtheta_dphi();
+        let inverse = SMatrix::<R, 10, 10>::from_fn(|i, j| inverse[i][j]);
+        let spread = variance * self.settings.correlation * self.settings.correlation;
+        let covariance = to_theta * inverse * to_theta.transpose() * spread;
+        let mut diagnostics = Diagnostics::new();
+        if !body.is_physically_consistent() {
+            let margin = body.physical_margin().unwrap_or(R::zero()).to_f32();
+            let code = Code::NotPhysicallyConsistent;
+            let _ = diagnostics.push(Diagnostic::whole(code, Severity::Warning, margin));
+        }
+        let estimate = Estimate {
+            body,
+            covariance: all_finite(&covariance).then_some(covariance),
+            rank,
+            condition,
+            response_condition: None,
+            rms: variance.sqrt(),
+            consistency: None,
+            diagnostics,
+        };
+        let damping = (N == WITH_DAMPING).then(|| symmetric(unknowns, SYMMETRIC));
+        Ok(Solution { estimate, stiffness: symmetric(unknowns, 0), damping })
+    }
+}
+
+/// The part of a channel along `s²`, for one unit of it.
+struct Elastic<R, const N: usize> {
+    slopes: [R; N],
+    left: R,
+}
+
+impl<R: Real, const N: usize> Elastic<R, N> {
+    fn remove(&self, s: Complex<R>, slopes: &mut [Complex<R>; N], left: &mut Complex<R>) {
+        let column = s * s;
+        for (slope, part) in slopes.iter_mut().zip(self.slopes) {
+            *slope -= column.scale(part);
+        }
+        *left -= column.scale(self.left);
+    }
+}
+
+/// `∂(g D⁻¹ f)/∂` unknowns from `D⁻¹ gᵀ`, `D⁻¹ f` and `1/s`.
+fn slopes<R: Real, const N: usize>(
+    adjoint: &Vector6<Complex<R>>,
+    motion: &Vector6<Complex<R>>,
+    over: Complex<R>,
+) -> [Complex<R>; N] {
+    let mut slopes = [real(R::zero()); N];
+    for (k, (i, j)) in pairs().enumerate() {
+        let mut product = adjoint[i] * motion[j];
+        if i != j {
+            product += adjoint[j] * motion[i];
+        }
+        slopes[k] = -(over * over * product);
+        if N == WITH_DAMPING {
+            slopes[SYMMETRIC + k] = -(over * product);
+        }
+    }
+    let [re, im] = [motion.map(|v| v.re), motion.map(|v| v.im)].map(|part| regressor(&part));
+    for (k, slope) in slopes.iter_mut().skip(N - 10).enumerate() {
+        for i in 0..6 {
+            *slope -= adjoint[i] * Complex::new(re[i][k], im[i][k]);
+        }
+    }
+    slopes
+}
+
+/// The symmetric matrix of the unknowns from `first` on.
+fn symmetric<R: Real, const N: usize>(unknowns: &SVector<R, N>, first: usize) -> Matrix6<R> {
+    let mut matrix = Matrix6::zeros();
+    for (k, (i, j)) in pairs().enumerate() {
+        matrix[(i, j)] = unknowns[first + k];
+        matrix[(j, i)] = unknowns[first + k];
+    }
+    matrix
+}
+
+/// Places of the upper triangle of a 6 × 6 matrix, row by row.
+fn pairs() -> impl Iterator<Item = (usize, usize)> {
+    (0..6).flat_map(|i| (i..6).map(move |j| (i, j)))
+}
+
+fn body_of<R: Real, const N: usize>(unknowns: &SVector<R, N>) -> Option<RigidBody<R>> {
+    RigidBody::from_phi(&unknowns.fixed_rows::<10>(N - 10).into_owned())
+}
+
+fn real<R: Real>(value: R) -> Complex<R> {
+    Complex::new(value, R::zero())
+}
+
+fn fatal(code: Code, value: f32) -> Diagnostics {
+    let mut found = Diagnostics::new();
+    let _ = found.push(Diagnostic::whole(code, Severity::Error, value));
+    found
+}
+
+#[cfg(test)]
+mod tests;

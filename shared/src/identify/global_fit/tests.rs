@@ -1,0 +1,169 @@
+//! Body and suspension come back; bad input is refused.
+
+use super::*;
+use crate::layout::tests::{bar_body, bar_layout};
+use crate::linalg::skew;
+use nalgebra::Matrix3;
+use std::vec;
+use std::vec::Vec;
+
+const DECAY: f64 = 10.0;
+
+fn settings() -> Settings<f64> {
+    Settings { decay: DECAY, damping: false, elastic: false, correlation: 1.0 }
+}
+
+/// Four cords at different points that are stiff along z and softer across, N/m, about the origin.
+fn suspension(stiffness: f64) -> Matrix6<f64> {
+    let mut sum = Matrix6::zeros();
+    for (k, at) in [[0.0, 0.0, 0.1], [0.2, 0.0, 0.1], [0.2, -0.2, 0.2], [0.0, -0.2, 0.1]]
+        .into_iter()
+        .enumerate()
+    {
+        let along = stiffness * (1.0 + 0.2 * k as f64);
+        let cord = Matrix3::from_diagonal(&Vector3::new(0.3 * along, 0.4 * along, along));
+        let mut moves = SMatrix::<f64, 3, 6>::zeros();
+        moves.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+        moves.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew(&Vector3::from(at)));
+        sum += moves.transpose() * cord * moves;
+    }
+    sum
+}
+
+/// Lines from `low` to 120 Hz, 2 Hz apart.
+fn frequencies(low: f64) -> Vec<f64> {
+    (0..).map(|k| low + 2.0 * f64::from(k)).take_while(|f| *f <= 120.0).collect()
+}
+
+/// Responses of the bar on a suspension, by the formula at the top of the module.
+fn responses(frequencies: &[f64], stiffness: f64, damping: f64, elastic: f64) -> Vec<Complex<f64>> {
+    let (layout, body) = (bar_layout(), bar_body());
+    let mut all = Vec::new();
+    for f in frequencies {
+        let s = Complex::new(DECAY, std::f64::consts::TAU * f);
+        let dynamic = body.mass_matrix().map(real)
+            + suspension(stiffness).map(|k| real(k) / (s * s))
+            + suspension(damping).map(|c| real(c) / s);
+        let inverse = dynamic.try_inverse().unwrap();
+        let response = layout.response_matrix_at::<9>(&Vector3::zeros(), s);
+        for channel in 0..9 {
+            for hit in &layout.hits {
+                let force = hit.unit_force(&Vector3::zeros()).map(real);
+                let motion = inverse * force;
+                let rigid: Complex<f64> = (0..6).map(|j| response[(channel, j)] * motion[j]).sum();
+                all.push(rigid + s * s * (elastic * (channel as f64 - 3.0)));
+            }
+        }
+    }
+    all
+}
+
+fn fit(
+    frequencies: &[f64],
+    accelerance: &[Complex<f64>],
+    start: &RigidBody<f64>,
+    settings: &Settings<f64>,
+) -> Result<Solution<f64>, Diagnostics> {
+    let data = FrequencyResponses::new(frequencies, accelerance, 9, 3).unwrap();
+    let mut workspace = vec![Matrix6::zeros(); frequencies.len()];
+    solve(&bar_layout(), &data, start, settings, &mut workspace)
+}
+
+/// The bar with a mass, a centre and an inertia that are off by two percent.
+fn crude() -> RigidBody<f64> {
+    let body = bar_body();
+    RigidBody {
+        mass: body.mass * 1.02,
+        center_of_mass: body.center_of_mass + Vector3::new(0.002, -0.002, 0.002),
+        inertia: body.inertia * 0.98,
+    }
+}
+
+fn worst(solution: &Solution<f64>) -> f64 {
+    let error = solution.estimate.body.theta() - bar_body().theta();
+    // Of [m, L, L, L, m L² × 6] with L = 0.136 m.
+    let scale = |k: usize| [1.23, 0.136, 0.136, 0.136, 0.0227].get(k).copied().unwrap_or(0.0227);
+    error.iter().enumerate().map(|(k, e)| (e / scale(k)).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_body_comes_back_from_lines_near_the_suspension_modes() {
+    // The highest suspension mode of 300 N/m is near 6 Hz: the channel fit would want 18 Hz.
+    let f = frequencies(8.0);
+    let found = fit(&f, &responses(&f, 300.0, 0.0, 0.0), &crude(), &settings()).unwrap();
+    // Exact data: what the last step leaves, which is the square of the one before.
+    assert!(worst(&found) < 1e-6, "{:e}", worst(&found));
+    let readable = (found.stiffness - suspension(300.0)).fixed_view::<3, 3>(0, 0).norm();
+    assert!(readable < 1e-2, "{readable} N/m");
+    assert!(found.damping.is_none() && found.estimate.rank == 10);
+}
+
+#[test]
+fn damping_is_told_from_mass_when_it_is_fitted() {
+    let f = frequencies(8.0);
+    let data = responses(&f, 300.0, 1.5, 0.0);
+    let with = fit(&f, &data, &crude(), &Settings { damping: true, ..settings() }).unwrap();
+    assert!(worst(&with) < 1e-5, "{:e}", worst(&with));
+    let damping = (with.damping.unwrap() - suspension(1.5)).fixed_view::<3, 3>(0, 0).norm();
+    assert!(damping < 1e-2, "{damping} N s/m");
+    // Without its term the fit is wrong, or does not even settle.
+    if let Ok(without) = fit(&f, &data, &crude(), &settings()) {
+        assert!(worst(&without) > 100.0 * worst(&with));
+    }
+}
+
+#[test]
+fn a_residual_of_elastic_modes_is_eliminated() {
+    let f = frequencies(10.0);
+    let data = responses(&f, 300.0, 0.0, 1e-7);
+    let with = fit(&f, &data, &crude(), &Settings { elastic: true, ..settings() }).unwrap();
+    assert!(worst(&with) < 1e-6, "{:e}", worst(&with));
+    let without = fit(&f, &data, &crude(), &settings()).unwrap();
+    assert!(worst(&without) > 1e-3, "{:e}", worst(&without));
+}
+
+#[test]
+fn the_standard_deviation_is_that_of_many_fits() {
+    let f = frequencies(10.0).into_iter().step_by(2).collect::<Vec<_>>();
+    let clean = responses(&f, 100.0, 0.0, 0.0);
+    let mut state = 3_u64;
+    let mut noise = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 0.04
+    };
+    let (mut squares, mut variances) = (0.0, 0.0);
+    let runs = 15;
+    for _ in 0..runs {
+        let noisy: Vec<_> = clean.iter().map(|h| h + Complex::new(noise(), noise())).collect();
+        let found = fit(&f, &noisy, &bar_body(), &settings()).unwrap();
+        let sigma = found.estimate.sigma().unwrap();
+        let error = found.estimate.theta() - bar_body().theta();
+        squares += error.component_div(&sigma).norm_squared() / 10.0;
+        variances += 1.0;
+    }
+    // 150 squares of standard normal variables, some alike: their mean is known to about 15 %; twice that.
+    let ratio: f64 = squares / variances;
+    assert!((ratio - 1.0).abs() < 0.3, "{ratio}");
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let f = frequencies(10.0);
+    let good = responses(&f, 100.0, 0.0, 0.0);
+    let code = |result: Result<Solution<f64>, Diagnostics>| result.unwrap_err()[0].known_code();
+    let mut nan = good.clone();
+    nan[7].im = f64::NAN;
+    assert_eq!(code(fit(&f, &nan, &crude(), &settings())), Some(Code::DataNotFinite));
+    let every = Settings { damping: true, elastic: true, ..settings() };
+    let few = fit(&f[..1], &good[..27], &crude(), &every);
+    assert_eq!(code(few), Some(Code::BandTooNarrow));
+    assert!(FrequencyResponses::new(&f, &good[1..], 9, 3).is_none());
+    let data = FrequencyResponses::new(&f, &good, 3, 9).unwrap();
+    let mut workspace = vec![Matrix6::zeros(); f.len()];
+    let wrong = solve(&bar_layout(), &data, &crude(), &settings(), &mut workspace);
+    assert_eq!(code(wrong), Some(Code::FrfMissing));
+    let data = FrequencyResponses::new(&f, &good, 9, 3).unwrap();
+    let small = solve(&bar_layout(), &data, &crude(), &settings(), &mut workspace[1..]);
+    assert_eq!(code(small), Some(Code::BandTooNarrow));
+}

@@ -1,0 +1,151 @@
+//! What each hit DOF and each sensor does to the answer: the fit without it.
+//!
+//! A subject that moves the answer by much more than its share, or without which the data suddenly
+//! agree with their budget, is where to look first.
+
+use core::borrow::Borrow;
+
+use nalgebra::SVector;
+
+use super::maximum_likelihood::{Solution, solve};
+use super::{Consistency, MassLines};
+use crate::Real;
+use crate::layout::Layout;
+
+/// What is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// A hit DOF, by its index in the layout.
+    Hit(usize),
+    /// A sensor, by its index in the layout.
+    Sensor(usize),
+}
+
+/// What leaving a subject out changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Influence<R> {
+    /// What is left out.
+    pub subject: Subject,
+    /// The ten without it minus the ten with it, in standard deviations with it.
+    pub shift: SVector<R, 10>,
+    /// Largest standard deviation without it over that with it: what it is worth.
+    pub worth: R,
+    /// How much of χ² goes with it, and how many equations.
+    pub share: Consistency<R>,
+}
+
+impl<R: Real> Influence<R> {
+    /// The largest shift of the ten, in standard deviations.
+    pub fn largest_shift(&self) -> R {
+        self.shift.amax()
+    }
+}
+
+/// The influence of every hit DOF and sensor on a maximum likelihood answer; a subject without which
+/// there is no answer is missing. `workspace` as for [`solve`], `act` is called with each.
+pub fn influences<R, const S: usize, const H: usize, const CH: usize, I, B>(
+    layout: &Layout<R, S, H>,
+    dofs: I,
+    whole: &Solution<R, S, H>,
+    workspace: &mut [R],
+    mut act: impl FnMut(Influence<R>),
+) where
+    R: Real,
+    I: IntoIterator<Item = (usize, B)>,
+    I::IntoIter: Clone,
+    B: Borrow<MassLines<R, CH>>,
+{
+    let dofs = dofs.into_iter();
+    let start = &whole.estimate.body;
+    for index in dofs.clone().map(|(index, _)| index) {
+        let others = dofs.clone().filter(|(other, _)| *other != index);
+        if let Ok(without) = solve::<R, S, H, CH, _, B>(layout, others, Some(start), workspace) {
+            let equations = 3 * layout.sensors.len();
+            act(compare(Subject::Hit(index), whole, &without, equations));
+        }
+    }
+    for sensor in 0..layout.sensors.len() {
+        let mut fewer = layout.clone();
+        fewer.sensors.remove(sensor);
+        let others =
+            dofs.clone().map(|(index, lines)| (index, without_sensor(lines.borrow(), sensor)));
+        if let Ok(without) = solve::<R, S, H, CH, _, _>(&fewer, others, Some(start), workspace) {
+            let equations = 3 * dofs.clone().count();
+            act(compare(Subject::Sensor(sensor), whole, &without, equations));
+        }
+    }
+}
+
+fn compare<R: Real, const S: usize, const H: usize>(
+    subject: Subject,
+    whole: &Solution<R, S, H>,
+    without: &Solution<R, S, H>,
+    equations: usize,
+) -> Influence<R> {
+    let sigma = whole.estimate.sigma().unwrap_or_else(SVector::zeros);
+    let wider = without.estimate.sigma().unwrap_or_else(SVector::zeros);
+    let chi_squared = |solution: &Solution<R, S, H>| {
+        solution.estimate.consistency.map_or(R::zero(), |c| c.chi_squared)
+    };
+    let share = (chi_squared(whole) - chi_squared(without)).max(R::zero());
+    Influence {
+        subject,
+        shift: (without.estimate.theta() - whole.estimate.theta()).component_div(&sigma),
+        worth: wider.component_div(&sigma).max(),
+        share: Consistency { chi_squared: share, degrees_of_freedom: equations as u16 },
+    }
+}
+
+/// The mass lines of the other sensors.
+fn without_sensor<R: Real, const CH: usize>(
+    lines: &MassLines<R, CH>,
+    sensor: usize,
+) -> MassLines<R, CH> {
+    let from = |channel: usize| if channel < 3 * sensor { channel } else { channel + 3 };
+    let kept = |channel: usize| from(channel) < CH;
+    let pick = |vector: &SVector<R, CH>| {
+        SVector::from_fn(|i, _| if kept(i) { vector[from(i)] } else { R::zero() })
+    };
+    MassLines {
+        accelerance: pick(&lines.accelerance),
+        noise: pick(&lines.noise),
+        scatter: nalgebra::SMatrix::from_fn(|i, j| {
+            if kept(i) && kept(j) { lines.scatter[(from(i), from(j))] } else { R::zero() }
+        }),
+        hits: lines.hits,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::maximum_likelihood::{RIG_WORKSPACE, tests as fits};
+    use std::vec::Vec;
+
+    #[test]
+    fn a_hit_at_a_wrong_place_stands_out() {
+        let layout = fits::five_hits();
+        let body = crate::layout::tests::bar_body();
+        let mut displaced = layout.clone();
+        displaced.hits[3].position[0] -= 0.05;
+        let dofs = fits::exact(&displaced, &body);
+        let whole = fits::fit(&layout, &dofs, None).unwrap();
+        let mut found = Vec::new();
+        let mut workspace = [0.0; RIG_WORKSPACE];
+        let dofs = fits::by_reference(&dofs);
+        influences(&layout, dofs, &whole, &mut workspace, |influence| found.push(influence));
+        assert_eq!(found.len(), 8);
+        let surprise = |i: &Influence<f64>| i.share.surprise();
+        let most = found.iter().max_by(|a, b| surprise(a).total_cmp(&surprise(b))).unwrap();
+        assert_eq!(most.subject, Subject::Hit(3));
+        assert!(most.largest_shift() > 1.0);
+        assert!(found.iter().all(|i| i.worth > 0.99), "nothing is gained by leaving out");
+    }
+
+    #[test]
+    fn without_a_sensor_the_others_move_up() {
+        let lines = MassLines::<f64, 9>::without_scatter(SVector::from_fn(|i, _| i as f64));
+        let left = without_sensor(&lines, 1);
+        assert_eq!(left.accelerance.as_slice(), [0.0, 1.0, 2.0, 6.0, 7.0, 8.0, 0.0, 0.0, 0.0]);
+    }
+}

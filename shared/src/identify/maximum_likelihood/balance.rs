@@ -1,0 +1,81 @@
+//! Balanced variables: lengths in units of L about the sensors' centroid.
+//!
+//! Angular accelerations are then multiplied by L, torques and first moments divided by L, inertias
+//! by L² (theory, section 1), and accelerances stay what they are. Everything inside the fit is in
+//! these variables; in single precision nothing else would do.
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use crate::Real;
+use crate::body::RigidBody;
+use crate::layout::{Attached, Layout, Prior};
+
+/// A prior is not believed to more than this, in balanced units: beyond it single precision has no room
+/// for anything else.
+const LEAST_SIGMA: f64 = 1e-6;
+
+/// Origin and unit of length of the balanced frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Balance<R> {
+    origin: Vector3<R>,
+    pub(super) length: R,
+}
+
+impl<R: Real> Balance<R> {
+    pub(super) fn of<const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> Self {
+        Self { origin: layout.sensor_centroid(), length: layout.characteristic_length() }
+    }
+
+    pub(super) fn point(&self, position: &[R; 3]) -> Vector3<R> {
+        (Vector3::from(*position) - self.origin) / self.length
+    }
+
+    pub(super) fn body(&self, body: &RigidBody<R>) -> RigidBody<R> {
+        RigidBody {
+            mass: body.mass,
+            center_of_mass: (body.center_of_mass - self.origin) / self.length,
+            inertia: body.inertia / (self.length * self.length),
+        }
+    }
+
+    pub(super) fn body_back(&self, body: &RigidBody<R>) -> RigidBody<R> {
+        RigidBody {
+            mass: body.mass,
+            center_of_mass: body.center_of_mass * self.length + self.origin,
+            inertia: body.inertia * (self.length * self.length),
+        }
+    }
+
+    /// phi of what hangs on the object; `None` when it has no mass.
+    pub(super) fn attached(&self, attached: &Attached<R>) -> Option<SVector<R, 10>> {
+        let body = RigidBody::from_phi(&SVector::from(attached.phi))?;
+        Some(self.body(&body).phi())
+    }
+
+    /// Value and standard deviation of a prior; `None` for a property that does not exist.
+    pub(super) fn prior(&self, prior: &Prior<R>) -> Option<(usize, R, R)> {
+        let k = usize::from(prior.property);
+        let scale = *self.theta_scale().get(k)?;
+        let from = if (1..4).contains(&k) { self.origin[k - 1] } else { R::zero() };
+        let sigma = (prior.sigma / scale).max(R::of(LEAST_SIGMA));
+        Some((k, (prior.value - from) / scale, sigma))
+    }
+
+    /// Covariance of theta in SI units from that of the balanced one.
+    pub(super) fn covariance_back(&self, balanced: &SMatrix<R, 10, 10>) -> SMatrix<R, 10, 10> {
+        let scale = self.theta_scale();
+        SMatrix::from_fn(|i, j| {
+            // The two halves differ by rounding.
+            (balanced[(i, j)] + balanced[(j, i)]) * R::of(0.5) * scale[i] * scale[j]
+        })
+    }
+
+    /// [1, L, L, L, L² × 6].
+    fn theta_scale(&self) -> SVector<R, 10> {
+        SVector::from_fn(|k, _| match k {
+            0 => R::one(),
+            1..4 => self.length,
+            _ => self.length * self.length,
+        })
+    }
+}

@@ -1,0 +1,106 @@
+//! The smallest uncertainty that any unbiased method can reach: the Cramér-Rao bound.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::covariance_of;
+use super::model::Model;
+use super::normal_equations::NormalEquations;
+use super::problem::Problem;
+use crate::Real;
+use crate::body::RigidBody;
+use crate::identify::MassLines;
+use crate::layout::Layout;
+use crate::linalg::cholesky;
+
+/// The bound of the ten.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bound<R> {
+    /// Covariance of `theta`.
+    pub covariance: SMatrix<R, 10, 10>,
+    /// `ln det` of the information about `phi / [1, L, L, L, L² × 6]`.
+    pub log_det_information: R,
+}
+
+impl<R: Real> Bound<R> {
+    /// Standard deviations of `theta`.
+    pub fn sigma(&self) -> SVector<R, 10> {
+        self.covariance.diagonal().map(|v| v.max(R::zero()).sqrt())
+    }
+}
+
+/// The bound for a body under a layout with its whole budget, its priors, and what hangs on the
+/// object (theory, section 4).
+///
+/// `body` is the object; `noise` the standard deviation of each accelerance that is averaged over
+/// `hits` hits, (m/s²)/N. `None` when the layout does not determine the ten, or when nothing is wrong
+/// with the readings.
+pub fn bound<R: Real, const S: usize, const H: usize, const CH: usize>(
+    layout: &Layout<R, S, H>,
+    body: &RigidBody<R>,
+    noise: impl Fn(usize) -> SVector<R, CH>,
+    hits: u16,
+    workspace: &mut [R],
+) -> Option<Bound<R>> {
+    let problem = Problem::<R, S, H, CH>::new(layout);
+    let object = problem.balance.body(body);
+    let whole = problem.body_of(&object.phi())?;
+    let mut equations = NormalEquations::new(workspace, problem.causes())?;
+    let dofs = (0..layout.hits.len()).map(|index| {
+        // The readings themselves do not matter to the information.
+        let mut lines = MassLines::without_scatter(SVector::zeros());
+        lines.noise = noise(index);
+        lines.hits = hits;
+        (index, lines)
+    });
+    problem.assemble(&whole, dofs, &mut equations)?;
+    problem.add_priors(&object, &mut equations);
+    equations.eliminate()?;
+    let information = equations.information();
+    let covariance = problem.balance.covariance_back(&covariance_of(&information, &object)?);
+    let factor = cholesky(&information)?;
+    let log_det_information =
+        factor.diagonal().iter().fold(R::zero(), |sum, v| sum + v.ln() * R::of(2.0));
+    log_det_information.finite().then_some(Bound { covariance, log_det_information })
+}
+
+/// Covariance of the readings of one hit DOF with those of another (theory, section 4), ((m/s²)/N)²:
+/// what the fit weighs by, written out. Between different DOFs only the causes that stay the same
+/// over the test are left.
+///
+/// `first` is a DOF with its mass lines, which tell noise and hits. `None` when the layout does not
+/// have the DOFs or the body has no inertia.
+pub fn readings_covariance<R: Real, const S: usize, const H: usize, const CH: usize>(
+    layout: &Layout<R, S, H>,
+    body: &RigidBody<R>,
+    first: (usize, &MassLines<R, CH>),
+    second: usize,
+) -> Option<SMatrix<R, CH, CH>> {
+    let problem = Problem::<R, S, H, CH>::new(layout);
+    let whole = problem.body_of(&problem.balance.body(body).phi())?;
+    let model = Model::new(layout, &problem.balance, &whole)?;
+    let (index, lines) = first;
+    let of_first = problem.terms(&model, index, lines)?;
+    let of_second = problem.terms(&model, second, lines)?;
+    let mut sum = SMatrix::<R, CH, CH>::zeros();
+    problem.with_rows(&model, &of_first, |one| {
+        problem.with_rows(&model, &of_second, |other| {
+            for (i, columns) in one.sensors.iter().enumerate() {
+                let Some(others) = other.sensors.get(i) else { continue };
+                for (a, b) in columns.iter().zip(others) {
+                    let mut block = sum.fixed_view_mut::<3, 3>(3 * i, 3 * i);
+                    block += a * b.transpose();
+                }
+            }
+            // After the hammer and what is attached come the ten.
+            let causes = one.shared.len().saturating_sub(10);
+            for (a, b) in one.shared.iter().zip(other.shared).take(causes) {
+                sum += a * b.transpose();
+            }
+        });
+    });
+    if index == second {
+        sum += of_first.model.spread * of_first.model.spread.transpose();
+        sum += SMatrix::from_diagonal(&lines.noise.component_mul(&lines.noise));
+    }
+    Some(sum)
+}

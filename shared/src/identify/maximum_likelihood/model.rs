@@ -1,0 +1,178 @@
+//! What a body would read under every hit, and what every cause of error does to that.
+//!
+//! `h = G M₀⁻¹ f₀` and `∂h/∂phiₖ = −G M₀⁻¹ Eₖ M₀⁻¹ f₀` (theory, section 4), balanced.
+
+use core::array::from_fn;
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
+
+use super::balance::Balance;
+use crate::Real;
+use crate::body::{RigidBody, regressor};
+use crate::layout::{Hit, Layout, SensorUncertainty};
+use crate::linalg::{cholesky, invert_lower, skew};
+
+/// Causes of error of one sensor: the nine elements of its sensitivity, three rotations, three
+/// displacements.
+pub(super) const SENSOR_CAUSES: usize = 15;
+/// Causes of error of one hit: two displacements and two rotations across its direction.
+pub(super) const HIT_CAUSES: usize = 4;
+
+/// A body on the sensors of a layout.
+#[derive(Clone, Debug)]
+pub(super) struct Model<R, const CH: usize> {
+    body: RigidBody<R>,
+    response: SMatrix<R, CH, 6>,
+    /// `G M₀⁻¹`.
+    readings: SMatrix<R, CH, 6>,
+}
+
+/// What the hits on one DOF read, and how that can be wrong.
+#[derive(Clone, Debug)]
+pub(super) struct HitModel<R, const CH: usize> {
+    /// Motion [a; α] of the centroid under the unit force.
+    pub(super) motion: Vector6<R>,
+    /// h.
+    pub(super) reading: SVector<R, CH>,
+    /// Readings of one standard deviation of each of the hit's own causes.
+    pub(super) spread: SMatrix<R, CH, HIT_CAUSES>,
+    /// Directions of the first two causes: unit vectors across the hit.
+    pub(super) across: [Vector3<R>; 2],
+}
+
+impl<R: Real, const CH: usize> Model<R, CH> {
+    /// Of a balanced body; `None` without mass or with a singular inertia.
+    pub(super) fn new<const S: usize, const H: usize>(
+        layout: &Layout<R, S, H>,
+        balance: &Balance<R>,
+        body: &RigidBody<R>,
+    ) -> Option<Self> {
+        let mut response = SMatrix::<R, CH, 6>::zeros();
+        for (i, sensor) in layout.sensors.iter().enumerate() {
+            let axes = sensor.axes_matrix();
+            let turning = -(axes * skew(&balance.point(&sensor.position)));
+            response.fixed_view_mut::<3, 3>(3 * i, 0).copy_from(&axes);
+            response.fixed_view_mut::<3, 3>(3 * i, 3).copy_from(&turning);
+        }
+        let readings = response * body.inverse_mass_matrix()?;
+        Some(Self { body: *body, response, readings })
+    }
+
+    /// `n` hits on one DOF.
+    pub(super) fn hit(
+        &self,
+        hit: &Hit<R>,
+        balance: &Balance<R>,
+        n: u16,
+    ) -> Option<HitModel<R, CH>> {
+        let direction = Vector3::from(hit.direction);
+        let point = balance.point(&hit.position);
+        let motion = self.body.acceleration(&wrench(&direction, &point.cross(&direction)))?;
+        let across = basis_across(&direction);
+        let (miss, lean) = hit.uncertainty.of_mean(n);
+        let miss = miss / balance.length;
+        let mut spread = SMatrix::<R, CH, HIT_CAUSES>::zeros();
+        for (k, t) in across.iter().enumerate() {
+            let displaced = wrench(&Vector3::zeros(), &(t.cross(&direction) * miss));
+            let leaning = wrench(&(t * lean), &(point.cross(t) * lean));
+            spread.set_column(k, &(self.readings * displaced));
+            spread.set_column(2 + k, &(self.readings * leaning));
+        }
+        Some(HitModel { motion, reading: self.response * motion, spread, across })
+    }
+
+    /// `∂h/∂phi` under a motion.
+    pub(super) fn slope(&self, motion: &Vector6<R>) -> SMatrix<R, CH, 10> {
+        let mut slope = SMatrix::<R, CH, 10>::zeros();
+        for (j, row) in regressor(motion).iter().enumerate() {
+            for (k, factor) in row.iter().enumerate() {
+                if *factor != R::zero() {
+                    slope.column_mut(k).axpy(-*factor, &self.readings.column(j), R::one());
+                }
+            }
+        }
+        slope
+    }
+}
+
+impl<R: Real, const CH: usize> HitModel<R, CH> {
+    /// Inverse covariance of the readings: noise and the hit's own errors. Zero beyond `channels`.
+    /// `None` when it is not positive definite.
+    pub(super) fn weight(
+        &self,
+        noise: &SVector<R, CH>,
+        channels: usize,
+    ) -> Option<SMatrix<R, CH, CH>> {
+        let mut covariance = SMatrix::<R, CH, CH>::zeros();
+        for j in 0..channels {
+            for i in j..channels {
+                let mut sum = R::zero();
+                for k in 0..HIT_CAUSES {
+                    sum += self.spread[(i, k)] * self.spread[(j, k)];
+                }
+                covariance[(i, j)] = sum;
+            }
+            covariance[(j, j)] += noise[j] * noise[j];
+        }
+        for i in channels..CH {
+            covariance[(i, i)] = R::one();
+        }
+        let inverse = invert_lower(&cholesky(&covariance)?);
+        let mut weight = SMatrix::<R, CH, CH>::zeros();
+        for j in 0..channels {
+            for i in j..channels {
+                // Below the diagonal of C⁻¹ only.
+                let mut sum = R::zero();
+                for k in i..channels {
+                    sum += inverse[(k, i)] * inverse[(k, j)];
+                }
+                weight[(i, j)] = sum;
+                weight[(j, i)] = sum;
+            }
+        }
+        Some(weight)
+    }
+
+    /// What one standard deviation of each cause of a sensor adds to its three readings: sensitivity
+    /// row by row, rotation, displacement (theory, section 4).
+    pub(super) fn sensor_causes(
+        &self,
+        index: usize,
+        axes: &Matrix3<R>,
+        uncertainty: &SensorUncertainty<R>,
+        length: R,
+    ) -> [Vector3<R>; SENSOR_CAUSES] {
+        let reading: Vector3<R> = self.reading.fixed_rows::<3>(3 * index).into_owned();
+        let turning: Vector3<R> = self.motion.fixed_rows::<3>(3).into_owned();
+        let displacement = uncertainty.position / length;
+        from_fn(|cause| match cause {
+            0..9 => {
+                let (to, from) = (cause / 3, cause % 3);
+                let sigma = if to == from { uncertainty.gain } else { uncertainty.cross_axis };
+                let mut column = Vector3::zeros();
+                column[to] = reading[from] * sigma;
+                column
+            }
+            9..12 => reading.cross(&unit(cause - 9)) * uncertainty.rotation,
+            _ => axes * turning.cross(&unit(cause - 12)) * displacement,
+        })
+    }
+}
+
+fn wrench<R: Real>(force: &Vector3<R>, torque: &Vector3<R>) -> Vector6<R> {
+    Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
+}
+
+fn unit<R: Real>(axis: usize) -> Vector3<R> {
+    let mut v = Vector3::zeros();
+    v[axis] = R::one();
+    v
+}
+
+/// Two unit vectors across a direction and each other, the first as near to an axis as can be.
+fn basis_across<R: Real>(direction: &Vector3<R>) -> [Vector3<R>; 2] {
+    let axis = direction.iamin();
+    let first = unit::<R>(axis) - direction * direction[axis];
+    let first = first / first.norm();
+    [first, direction.cross(&first)]
+}

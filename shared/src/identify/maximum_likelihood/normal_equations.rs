@@ -1,0 +1,263 @@
+//! The normal equations of the augmented form, packed: the causes of error first, the ten last.
+//!
+//! Every cause is an unknown in units of its standard deviation with a prior of one, so its diagonal
+//! starts at one. Eliminating the causes leaves the information about the ten under the complete
+//! covariance (theory, section 4), without that covariance ever being formed: memory does not grow
+//! with the hits.
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use super::model::SENSOR_CAUSES;
+use crate::Real;
+
+/// Numbers that the normal equations of so many unknowns take: the packed matrix and two right sides.
+pub(super) const fn workspace(unknowns: usize) -> usize {
+    unknowns * (unknowns + 1) / 2 + 2 * unknowns
+}
+
+/// Lower triangle row by row, then the right side, then room for a second right side.
+#[derive(Debug)]
+pub(super) struct NormalEquations<'w, R> {
+    packed: &'w mut [R],
+    right: &'w mut [R],
+    second: &'w mut [R],
+    unknowns: usize,
+    causes: usize,
+}
+
+/// The part of one hit DOF: its columns, sensor by sensor and those that all sensors share.
+pub(super) struct Rows<'r, R, const CH: usize> {
+    /// Inverse covariance of the readings.
+    pub(super) weight: &'r SMatrix<R, CH, CH>,
+    /// Columns that move the readings of one sensor only.
+    pub(super) sensors: &'r [[Vector3<R>; SENSOR_CAUSES]],
+    /// Columns of all readings: the shared causes, then the ten.
+    pub(super) shared: &'r [SVector<R, CH>],
+    /// Measured minus modelled.
+    pub(super) residual: &'r SVector<R, CH>,
+}
+
+impl<'w, R: Real> NormalEquations<'w, R> {
+    /// The equations of `causes` causes of error and the ten in a workspace; `None` when it is too
+    /// small.
+    pub(super) fn new(workspace: &'w mut [R], causes: usize) -> Option<Self> {
+        let unknowns = causes + 10;
+        let length = unknowns * (unknowns + 1) / 2;
+        let (packed, rest) = workspace.split_at_mut_checked(length)?;
+        let (right, rest) = rest.split_at_mut_checked(unknowns)?;
+        let (second, _) = rest.split_at_mut_checked(unknowns)?;
+        Some(Self { packed, right, second, unknowns, causes })
+    }
+
+    /// Leaves the priors of the causes alone.
+    pub(super) fn clear(&mut self) {
+        self.packed.fill(R::zero());
+        self.right.fill(R::zero());
+        for i in 0..self.causes {
+            self.packed[start(i) + i] = R::one();
+        }
+    }
+
+    /// Adds the readings of a hit DOF; gives the weighted square of the residual.
+    pub(super) fn add<const CH: usize>(&mut self, rows: &Rows<'_, R, CH>) -> R {
+        let first_shared = rows.sensors.len() * SENSOR_CAUSES;
+        for (i, columns) in rows.sensors.iter().enumerate() {
+            for (k, others) in rows.sensors.iter().enumerate().take(i + 1) {
+                let block = rows.weight.fixed_view::<3, 3>(3 * i, 3 * k).into_owned();
+                for (b, other) in others.iter().enumerate() {
+                    let weighted = block * other;
+                    // On the diagonal block only what lies below.
+                    let from = if i == k { b } else { 0 };
+                    let column = SENSOR_CAUSES * k + b;
+                    for (a, own) in columns.iter().enumerate().skip(from) {
+                        self.packed[start(SENSOR_CAUSES * i + a) + column] += own.dot(&weighted);
+                    }
+                }
+            }
+        }
+        for (s, shared) in rows.shared.iter().enumerate() {
+            let weighted = rows.weight * shared;
+            let row = start(first_shared + s);
+            for (i, columns) in rows.sensors.iter().enumerate() {
+                let part: Vector3<R> = weighted.fixed_rows::<3>(3 * i).into_owned();
+                for (b, other) in columns.iter().enumerate() {
+                    self.packed[row + SENSOR_CAUSES * i + b] += other.dot(&part);
+                }
+            }
+            for (k, other) in rows.shared.iter().enumerate().take(s + 1) {
+                self.packed[row + first_shared + k] += other.dot(&weighted);
+            }
+        }
+        add_right(self.right, rows)
+    }
+
+    /// Adds a prior on a linear combination of the ten: `slope · x = residual` in standard
+    /// deviations.
+    pub(super) fn add_prior(&mut self, slope: &SVector<R, 10>, residual: R) {
+        for i in 0..10 {
+            let row = start(self.causes + i) + self.causes;
+            for k in 0..=i {
+                self.packed[row + k] += slope[i] * slope[k];
+            }
+            self.right[self.causes + i] += slope[i] * residual;
+        }
+    }
+
+    /// Eliminates the causes (Cholesky, Banachiewicz order, on their columns). Then
+    /// [`Self::information`] and [`Self::gradient`] tell what is left. `None` when a number is not
+    /// finite.
+    #[inline(never)]
+    pub(super) fn eliminate(&mut self) -> Option<()> {
+        self.factor(0, self.causes)?;
+        for i in 0..self.unknowns {
+            let row = &self.packed[start(i)..start(i) + i + 1];
+            let sum = dot(row, self.right, i.min(self.causes));
+            let value = self.right[i] - sum;
+            self.right[i] = if i < self.causes { value / row[i] } else { value };
+        }
+        Some(())
+    }
+
+    /// Factors the columns `from..to`; the rows below them lose what the columns explain.
+    fn factor(&mut self, from: usize, to: usize) -> Option<()> {
+        for i in from..self.unknowns {
+            let (above, row) = self.packed.split_at_mut(start(i));
+            for j in from..=i {
+                let done = j.min(to);
+                let sum = if j < i {
+                    dot_range(row, &above[start(j)..], from, done)
+                } else {
+                    dot_range(row, row, from, done)
+                };
+                let value = row[j] - sum;
+                row[j] = if j >= to {
+                    value
+                } else if j < i {
+                    value / above[start(j) + j]
+                } else if value > R::zero() && value.finite() {
+                    value.sqrt()
+                } else {
+                    return None;
+                };
+            }
+        }
+        Some(())
+    }
+
+    /// After [`Self::eliminate`]: the information about the ten.
+    pub(super) fn information(&self) -> SMatrix<R, 10, 10> {
+        SMatrix::from_fn(|i, j| {
+            let (i, j) = (i.max(j), i.min(j));
+            self.packed[start(self.causes + i) + self.causes + j]
+        })
+    }
+
+    /// After [`Self::eliminate`]: half the negative slope of the cost.
+    pub(super) fn gradient(&self) -> SVector<R, 10> {
+        SVector::from_fn(|i, _| self.right[self.causes + i])
+    }
+
+    /// After [`Self::eliminate`]: by how much the causes lower the cost.
+    pub(super) fn explained(&self) -> R {
+        self.right[..self.causes].iter().fold(R::zero(), |sum, v| sum + *v * *v)
+    }
+
+    /// Begins a second right side, for other residuals with the same weights.
+    pub(super) fn begin_second(&mut self) {
+        self.second.fill(R::zero());
+    }
+
+    /// Adds a hit DOF to the second right side; gives the weighted square of its residual.
+    pub(super) fn add_second<const CH: usize>(&mut self, rows: &Rows<'_, R, CH>) -> R {
+        add_right(self.second, rows)
+    }
+
+    /// By how much the causes lower the cost of the second right side.
+    pub(super) fn explained_second(&mut self) -> R {
+        let mut explained = R::zero();
+        for i in 0..self.causes {
+            let row = &self.packed[start(i)..start(i) + i + 1];
+            let value = (self.second[i] - dot(row, self.second, i)) / row[i];
+            self.second[i] = value;
+            explained += value * value;
+        }
+        explained
+    }
+
+    /// After [`Self::eliminate`]: factors the ten as well, so that [`Self::solve`] works. `None` when
+    /// the information is not positive definite.
+    pub(super) fn complete(&mut self) -> Option<()> {
+        self.factor(self.causes, self.unknowns)
+    }
+
+    /// After [`Self::eliminate`]: the causes in standard deviations, the ten being where they are.
+    pub(super) fn causes(&mut self) -> &[R] {
+        self.second.copy_from_slice(self.right);
+        back_substitute(self.packed, &mut self.second[..self.causes]);
+        &self.second[..self.causes]
+    }
+
+    /// After [`Self::complete`]: solves for a right side that `fill` writes.
+    pub(super) fn solve(&mut self, fill: impl FnOnce(&mut [R])) -> &[R] {
+        self.second.fill(R::zero());
+        fill(self.second);
+        self.solve_second();
+        self.second
+    }
+
+    /// The second right side, or what it was solved to.
+    pub(super) fn second(&self) -> &[R] {
+        self.second
+    }
+
+    /// After [`Self::complete`]: solves for the second right side, in place.
+    pub(super) fn solve_second(&mut self) {
+        for i in 0..self.unknowns {
+            let row = &self.packed[start(i)..start(i) + i + 1];
+            self.second[i] = (self.second[i] - dot(row, self.second, i)) / row[i];
+        }
+        back_substitute(self.packed, self.second);
+    }
+}
+
+/// Where a row begins.
+const fn start(row: usize) -> usize {
+    row * (row + 1) / 2
+}
+
+/// `xᵀ W r` for every column of the causes and the ten; gives `rᵀ W r`.
+fn add_right<R: Real, const CH: usize>(right: &mut [R], rows: &Rows<'_, R, CH>) -> R {
+    let weighted = rows.weight * rows.residual;
+    let mut right = right.iter_mut();
+    for (i, columns) in rows.sensors.iter().enumerate() {
+        let part: Vector3<R> = weighted.fixed_rows::<3>(3 * i).into_owned();
+        for (column, to) in columns.iter().zip(&mut right) {
+            *to += column.dot(&part);
+        }
+    }
+    for (column, to) in rows.shared.iter().zip(right) {
+        *to += column.dot(&weighted);
+    }
+    rows.residual.dot(&weighted)
+}
+
+/// Solves `Lᵀ x = b` in place.
+fn back_substitute<R: Real>(packed: &[R], b: &mut [R]) {
+    for i in (0..b.len()).rev() {
+        let row = &packed[start(i)..start(i) + i + 1];
+        let value = b[i] / row[i];
+        b[i] = value;
+        for (to, factor) in b[..i].iter_mut().zip(row) {
+            *to -= *factor * value;
+        }
+    }
+}
+
+fn dot<R: Real>(a: &[R], b: &[R], count: usize) -> R {
+    dot_range(a, b, 0, count)
+}
+
+fn dot_range<R: Real>(a: &[R], b: &[R], from: usize, to: usize) -> R {
+    let (a, b) = (&a[from..to], &b[from..to]);
+    a.iter().zip(b).fold(R::zero(), |sum, (a, b)| sum + *a * *b)
+}

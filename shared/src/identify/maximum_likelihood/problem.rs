@@ -1,0 +1,189 @@
+//! Layout and mass lines as equations.
+
+use core::borrow::Borrow;
+
+use heapless::Vec;
+use nalgebra::{SVector, Vector3};
+
+use super::balance::Balance;
+use super::model::{HitModel, Model, SENSOR_CAUSES};
+use super::normal_equations::{NormalEquations, Rows};
+use crate::Real;
+use crate::body::RigidBody;
+use crate::identify::MassLines;
+use crate::layout::{Attached, Layout, MAX_ATTACHED};
+
+/// Columns that all sensors share: the hammer's gain, what hangs on the object, the ten.
+const MOST_SHARED: usize = 1 + MAX_ATTACHED + 10;
+/// A standard deviation below this part of the largest reading of a hit is not believed: fits of
+/// exact numbers leave rounding, and no sensor of this rig is nearly as good.
+const LEAST_NOISE: f64 = 1e-4;
+
+/// A layout in balanced variables.
+#[derive(Clone, Debug)]
+pub(super) struct Problem<'l, R, const S: usize, const H: usize, const CH: usize> {
+    pub(super) layout: &'l Layout<R, S, H>,
+    pub(super) balance: Balance<R>,
+    /// Readings in use.
+    pub(super) channels: usize,
+    /// phi of each body that hangs on the object, and the standard deviation of its mass over it.
+    attached: Vec<(SVector<R, 10>, R), MAX_ATTACHED>,
+}
+
+/// One hit DOF: model, weights, and what is left of the measurement.
+pub(super) struct Terms<R, const CH: usize> {
+    pub(super) model: HitModel<R, CH>,
+    pub(super) weight: nalgebra::SMatrix<R, CH, CH>,
+    pub(super) residual: SVector<R, CH>,
+}
+
+impl<'l, R: Real, const S: usize, const H: usize, const CH: usize> Problem<'l, R, S, H, CH> {
+    pub(super) fn new(layout: &'l Layout<R, S, H>) -> Self {
+        const { assert!(CH >= 3 * S, "three responses a sensor") };
+        let balance = Balance::of(layout);
+        let body = |a: &Attached<R>| Some((balance.attached(a)?, a.relative_sigma));
+        let attached = layout.attached.iter().filter_map(body).collect();
+        Self { layout, balance, channels: 3 * layout.sensors.len(), attached }
+    }
+
+    /// Causes of error that stay the same over the test.
+    pub(super) fn causes(&self) -> usize {
+        SENSOR_CAUSES * self.layout.sensors.len() + 1 + self.attached.len()
+    }
+
+    pub(super) fn attached_sum(&self) -> SVector<R, 10> {
+        self.attached.iter().fold(SVector::zeros(), |sum, (phi, _)| sum + phi)
+    }
+
+    /// The object with all that hangs on it.
+    pub(super) fn body_of(&self, object: &SVector<R, 10>) -> Option<RigidBody<R>> {
+        RigidBody::from_phi(&(object + self.attached_sum()))
+    }
+
+    /// Adds every hit DOF to the equations at a body; gives the weighted square of the residuals.
+    pub(super) fn assemble<B>(
+        &self,
+        body: &RigidBody<R>,
+        dofs: impl Iterator<Item = (usize, B)>,
+        equations: &mut NormalEquations<'_, R>,
+    ) -> Option<R>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        equations.clear();
+        let model = Model::new(self.layout, &self.balance, body)?;
+        let mut squares = R::zero();
+        for (index, lines) in dofs {
+            let terms = self.terms(&model, index, lines.borrow())?;
+            squares += self.with_rows(&model, &terms, |rows| equations.add(rows));
+        }
+        Some(squares)
+    }
+
+    /// As [`Self::assemble`] into the second right side: the residuals are those of another body.
+    pub(super) fn assemble_second<B>(
+        &self,
+        present: &RigidBody<R>,
+        other: &RigidBody<R>,
+        dofs: impl Iterator<Item = (usize, B)>,
+        equations: &mut NormalEquations<'_, R>,
+    ) -> Option<R>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        equations.begin_second();
+        let model = Model::new(self.layout, &self.balance, present)?;
+        let moved = Model::<R, CH>::new(self.layout, &self.balance, other)?;
+        let mut squares = R::zero();
+        for (index, lines) in dofs {
+            let lines = lines.borrow();
+            let mut terms = self.terms(&model, index, lines)?;
+            let hit = self.layout.hits.get(index)?;
+            terms.residual = lines.accelerance - moved.hit(hit, &self.balance, lines.hits)?.reading;
+            squares += self.with_rows(&model, &terms, |rows| equations.add_second(rows));
+        }
+        Some(squares)
+    }
+
+    /// Model, weights and residual of one hit DOF.
+    pub(super) fn terms(
+        &self,
+        model: &Model<R, CH>,
+        index: usize,
+        lines: &MassLines<R, CH>,
+    ) -> Option<Terms<R, CH>> {
+        let hit = model.hit(self.layout.hits.get(index)?, &self.balance, lines.hits)?;
+        let least = lines.accelerance.amax() * R::of(LEAST_NOISE);
+        let weight = hit.weight(&lines.noise.map(|sigma| sigma.max(least)), self.channels)?;
+        let mut residual = lines.accelerance - hit.reading;
+        residual.rows_range_mut(self.channels..).fill(R::zero());
+        Some(Terms { model: hit, weight, residual })
+    }
+
+    /// The columns of one hit DOF.
+    pub(super) fn with_rows<T>(
+        &self,
+        model: &Model<R, CH>,
+        terms: &Terms<R, CH>,
+        act: impl FnOnce(&Rows<'_, R, CH>) -> T,
+    ) -> T {
+        let mut sensors = Vec::<[Vector3<R>; SENSOR_CAUSES], S>::new();
+        for (i, sensor) in self.layout.sensors.iter().enumerate() {
+            let (axes, length) = (sensor.axes_matrix(), self.balance.length);
+            // As many as the layout has.
+            let _ = sensors.push(terms.model.sensor_causes(i, &axes, &sensor.uncertainty, length));
+        }
+        let slope = model.slope(&terms.model.motion);
+        let mut shared = Vec::<SVector<R, CH>, MOST_SHARED>::new();
+        // A hammer that tells too much makes every accelerance too small.
+        let _ = shared.push(-(terms.model.reading * self.layout.hammer_gain));
+        for (phi, relative_sigma) in &self.attached {
+            let _ = shared.push(slope * phi * *relative_sigma);
+        }
+        for column in slope.column_iter() {
+            let _ = shared.push(column.into_owned());
+        }
+        act(&Rows {
+            weight: &terms.weight,
+            sensors: &sensors,
+            shared: &shared,
+            residual: &terms.residual,
+        })
+    }
+
+    /// Adds what is known of the object; gives the square of what contradicts it.
+    pub(super) fn add_priors(
+        &self,
+        object: &RigidBody<R>,
+        equations: &mut NormalEquations<'_, R>,
+    ) -> R {
+        if self.layout.priors.is_empty() {
+            return R::zero();
+        }
+        let slopes = object.dtheta_dphi();
+        let mut squares = R::zero();
+        for (k, residual, sigma) in self.priors(object) {
+            let slope = slopes.row(k).transpose() / sigma;
+            equations.add_prior(&slope, residual / sigma);
+            squares += (residual / sigma) * (residual / sigma);
+        }
+        squares
+    }
+
+    /// The square of what contradicts the priors.
+    pub(super) fn cost_of_priors(&self, object: &RigidBody<R>) -> R {
+        self.priors(object).fold(R::zero(), |sum, (_, residual, sigma)| {
+            let r = residual / sigma;
+            sum + r * r
+        })
+    }
+
+    /// Property, known minus present value, standard deviation.
+    pub(super) fn priors(&self, object: &RigidBody<R>) -> impl Iterator<Item = (usize, R, R)> + '_ {
+        let theta = object.theta();
+        self.layout.priors.iter().filter_map(move |prior| {
+            let (k, value, sigma) = self.balance.prior(prior)?;
+            Some((k, value - theta[k], sigma))
+        })
+    }
+}

@@ -1,0 +1,112 @@
+//! Where the fit starts, and whether there is anything to find.
+
+use core::borrow::Borrow;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::model::Model;
+use super::problem::Problem;
+use crate::Real;
+use crate::body::RigidBody;
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::identify::MassLines;
+use crate::identify::applicability::spectrum_under;
+use crate::layout::{Prior, check_hits};
+use crate::linalg::Spectrum;
+
+/// Moments of inertia over m L² of the bodies that a crude start is looked for among.
+const GYRATION: [f64; 4] = [0.1, 0.4, 1.2, 4.0];
+
+/// True for a body that the fit can start from.
+pub(super) fn is_usable<R: Real>(body: &RigidBody<R>) -> bool {
+    body.is_finite() && body.mass > R::zero() && body.inverse_mass_matrix().is_some()
+}
+
+/// A ball about the middle of sensors and hits, as heavy as fits best; the best of a few sizes.
+pub(super) fn crude<R: Real, const S: usize, const H: usize, const CH: usize, B>(
+    problem: &Problem<'_, R, S, H, CH>,
+    dofs: impl Iterator<Item = (usize, B)> + Clone,
+) -> Option<RigidBody<R>>
+where
+    B: Borrow<MassLines<R, CH>>,
+{
+    let mut middle = Vector3::zeros();
+    let mut count = R::zero();
+    let layout = problem.layout;
+    let sensors = layout.sensors.iter().map(|s| &s.position);
+    for position in sensors.chain(layout.hits.iter().map(|h| &h.position)) {
+        middle += problem.balance.point(position);
+        count += R::one();
+    }
+    middle /= count.max(R::one());
+    let extent = layout.hits.iter().fold(R::one(), |largest, hit| {
+        largest.max((problem.balance.point(&hit.position) - middle).norm_squared())
+    });
+    let mut best: Option<(R, RigidBody<R>)> = None;
+    for gyration in GYRATION {
+        let inertia = Matrix3::from_diagonal_element(R::of(gyration) * extent);
+        let unit = RigidBody { mass: R::one(), center_of_mass: middle, inertia };
+        let Some((mass, left)) = heaviness(problem, dofs.clone(), &unit) else { continue };
+        if best.as_ref().is_none_or(|(least, _)| left < *least) {
+            best = Some((left, RigidBody { mass, inertia: inertia * mass, ..unit }));
+        }
+    }
+    best.map(|(_, body)| body)
+}
+
+/// The mass by which a body of one kilogram fits best, and the square of what is left over that of
+/// the readings.
+fn heaviness<R: Real, const S: usize, const H: usize, const CH: usize, B>(
+    problem: &Problem<'_, R, S, H, CH>,
+    dofs: impl Iterator<Item = (usize, B)>,
+    unit: &RigidBody<R>,
+) -> Option<(R, R)>
+where
+    B: Borrow<MassLines<R, CH>>,
+{
+    let model = Model::<R, CH>::new(problem.layout, &problem.balance, unit)?;
+    let (mut of_model, mut mixed, mut of_data) = (R::zero(), R::zero(), R::zero());
+    for (index, lines) in dofs {
+        let lines = lines.borrow();
+        let hit = problem.layout.hits.get(index)?;
+        let reading = model.hit(hit, &problem.balance, lines.hits)?.reading;
+        of_model += reading.norm_squared();
+        mixed += reading.dot(&lines.accelerance);
+        of_data += lines.accelerance.norm_squared();
+    }
+    // The sign of all cables may be wrong; the mass is positive all the same.
+    let mass = of_model / mixed.abs();
+    (mass.finite() && mass > R::zero()).then(|| (mass, of_data - mixed * mixed / of_model))
+}
+
+/// The spectrum of the slopes, and warnings; errors when the ten cannot be told.
+pub(super) fn identifiable<R: Real, const S: usize, const H: usize, const CH: usize, B>(
+    problem: &Problem<'_, R, S, H, CH>,
+    dofs: impl Iterator<Item = (usize, B)> + Clone,
+    body: &RigidBody<R>,
+) -> Result<(Spectrum<R>, Diagnostics), Diagnostics> {
+    let layout = problem.layout;
+    let hits = dofs.clone().filter_map(|(index, _)| layout.hits.get(index));
+    let mut found = check_hits(hits, problem.balance.length, None);
+    let hits = dofs.filter_map(|(index, _)| layout.hits.get(index));
+    let spectrum = spectrum_under(layout, hits, &problem.balance.body_back(body));
+    let rank = spectrum.map_or(0, |s| s.rank);
+    match spectrum {
+        Some(spectrum)
+            if rank == 10
+                && (found.is_empty() || layout.priors.iter().any(Prior::is_of_inertia)) =>
+        {
+            for diagnostic in &mut found {
+                diagnostic.severity = Severity::Warning as u8;
+            }
+            Ok((spectrum, found))
+        }
+        _ => {
+            if rank < 10 {
+                let code = Code::TenParametersNotIdentifiable;
+                let _ = found.push(Diagnostic::whole(code, Severity::Error, rank as f32));
+            }
+            Err(found)
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! How far the causes of error must have moved for the readings to be what they are, and which of them
+//! is the first to be suspected.
+
+use core::borrow::Borrow;
+
+use heapless::Vec;
+use nalgebra::SVector;
+
+use super::model::{HIT_CAUSES, Model, SENSOR_CAUSES};
+use super::normal_equations::NormalEquations;
+use super::problem::{Problem, Terms};
+use crate::Real;
+use crate::body::RigidBody;
+use crate::diagnosis::{Code, Diagnostic, Severity};
+use crate::identify::MassLines;
+use crate::layout::MAX_ATTACHED;
+
+/// A suspect has moved by more than this many of its standard deviations in the mean square.
+const SUSPICIOUS: f64 = 2.0;
+
+/// The causes that stay the same over the test, in standard deviations of the budget.
+pub(super) struct Causes<R, const S: usize> {
+    pub(super) sensors: Vec<[R; SENSOR_CAUSES], S>,
+    /// The hammer's gain, then what hangs on the object.
+    pub(super) shared: Vec<R, { 1 + MAX_ATTACHED }>,
+}
+
+/// The causes of the mean hit on one DOF, in standard deviations of the budget.
+pub(super) struct HitStrain<R> {
+    pub(super) values: [R; HIT_CAUSES],
+    /// Their root mean square.
+    pub(super) strain: R,
+    /// Root mean square of what is left of the readings over their noise.
+    pub(super) misfit: R,
+}
+
+impl<R: Real, const S: usize> Causes<R, S> {
+    /// At the minimum, after [`NormalEquations::eliminate`].
+    pub(super) fn of(sensors: usize, equations: &mut NormalEquations<'_, R>) -> Option<Self> {
+        let (of_sensors, of_all) = equations.causes().split_at_checked(SENSOR_CAUSES * sensors)?;
+        let (values, _) = of_sensors.as_chunks::<SENSOR_CAUSES>();
+        let sensors = Vec::from_slice(values).ok()?;
+        Some(Self { sensors, shared: Vec::from_slice(of_all).ok()? })
+    }
+
+    /// What they leave of the residual of a hit DOF.
+    pub(super) fn residual<const H: usize, const CH: usize>(
+        &self,
+        problem: &Problem<'_, R, S, H, CH>,
+        model: &Model<R, CH>,
+        terms: &Terms<R, CH>,
+    ) -> SVector<R, CH> {
+        problem.with_rows(model, terms, |rows| {
+            let mut left = terms.residual;
+            for (i, (columns, values)) in rows.sensors.iter().zip(&self.sensors).enumerate() {
+                for (column, value) in columns.iter().zip(values) {
+                    let mut part = left.fixed_rows_mut::<3>(3 * i);
+                    part -= column * *value;
+                }
+            }
+            for (column, value) in rows.shared.iter().zip(&self.shared) {
+                left -= column * *value;
+            }
+            left
+        })
+    }
+}
+
+impl<R: Real> HitStrain<R> {
+    /// Of what [`Causes::residual`] gives.
+    pub(super) fn of<const CH: usize>(
+        terms: &Terms<R, CH>,
+        left: &SVector<R, CH>,
+        channels: usize,
+    ) -> Self {
+        let weighted = terms.weight * left;
+        let values: [R; HIT_CAUSES] =
+            core::array::from_fn(|k| terms.model.spread.column(k).dot(&weighted));
+        // What the hit's own causes leave of the readings is noise.
+        let noise = left.dot(&weighted) - sum_of_squares(&values);
+        let misfit = (noise.max(R::zero()) / R::of(channels.max(1) as f64)).sqrt();
+        Self { values, strain: root_mean_square(&values), misfit }
+    }
+}
+
+/// Of causes in standard deviations.
+pub(super) fn root_mean_square<R: Real>(values: &[R]) -> R {
+    (sum_of_squares(values) / R::of(values.len().max(1) as f64)).sqrt()
+}
+
+fn sum_of_squares<R: Real>(values: &[R]) -> R {
+    values.iter().fold(R::zero(), |sum, v| sum + *v * *v)
+}
+
+/// The sensor or hit that strains the budget most; `None` when none does by itself.
+#[inline(never)]
+pub(super) fn suspect<R, const S: usize, const H: usize, const CH: usize, B>(
+    problem: &Problem<'_, R, S, H, CH>,
+    dofs: impl Iterator<Item = (usize, B)>,
+    body: &RigidBody<R>,
+    equations: &mut NormalEquations<'_, R>,
+) -> Option<Diagnostic>
+where
+    R: Real,
+    B: Borrow<MassLines<R, CH>>,
+{
+    let causes = Causes::<R, S>::of(problem.layout.sensors.len(), equations)?;
+    let mut largest = (R::of(SUSPICIOUS), None);
+    let mut look_at = |strain: R, code: Code, subject: usize| {
+        if strain > largest.0 {
+            let value = strain.to_f32();
+            let found = Diagnostic::about(code, Severity::Warning, subject as u16, value);
+            largest = (strain, Some(found));
+        }
+    };
+    for (i, values) in causes.sensors.iter().enumerate() {
+        look_at(root_mean_square(values), Code::SensorStrainsBudget, i);
+    }
+    let model = Model::new(problem.layout, &problem.balance, body)?;
+    for (index, lines) in dofs {
+        let terms = problem.terms(&model, index, lines.borrow())?;
+        let left = causes.residual(problem, &model, &terms);
+        let hit = HitStrain::of(&terms, &left, problem.channels);
+        look_at(hit.strain.max(hit.misfit), Code::HitStrainsBudget, index);
+    }
+    largest.1
+}

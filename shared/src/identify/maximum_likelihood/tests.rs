@@ -1,0 +1,287 @@
+use nalgebra::{SMatrix, SVector, Vector3};
+use std::vec::Vec;
+
+use super::*;
+use crate::layout::tests::{bar_body, bar_layout};
+use crate::layout::{Attached, Hit, HitUncertainty, Prior, SensorUncertainty};
+
+pub(in crate::identify) type Dofs<R> = Vec<(usize, MassLines<R, 9>)>;
+pub(in crate::identify) type Bar<R> = Layout<R, 3, 5>;
+
+/// The three-bar frame with five hits, and small errors.
+pub(in crate::identify) fn five_hits() -> Bar<f64> {
+    let mut layout: Bar<f64> = bar_layout().cast().unwrap();
+    let [middle, end] = [layout.hits[0].position, layout.hits[2].position];
+    let across = [("4:+Y", end, [0.0, 1.0, 0.0]), ("1:+Z", middle, [0.0, 0.0, 1.0])];
+    for (name, position, direction) in across {
+        layout.hits.push(Hit::new(name.parse().unwrap(), position, direction)).unwrap();
+    }
+    layout
+}
+
+/// The mass lines of a body without errors; the noise is a thousandth of a reading of 1 (m/s²)/N.
+pub(in crate::identify) fn exact<const H: usize>(
+    layout: &Layout<f64, 3, H>,
+    body: &RigidBody<f64>,
+) -> Dofs<f64> {
+    (0..layout.hits.len())
+        .map(|j| {
+            let readings: SVector<f64, 9> = layout.accelerance(body, j).unwrap();
+            let mut lines = MassLines::without_scatter(readings);
+            lines.noise.rows_mut(0, 3 * layout.sensors.len()).fill(1e-3);
+            lines.hits = 5;
+            (j, lines)
+        })
+        .collect()
+}
+
+pub(in crate::identify) fn by_reference<R>(
+    dofs: &Dofs<R>,
+) -> impl Iterator<Item = (usize, &MassLines<R, 9>)> + Clone {
+    dofs.iter().map(|(j, lines)| (*j, lines))
+}
+
+pub(in crate::identify) fn fit<R: Real, const H: usize>(
+    layout: &Layout<R, 3, H>,
+    dofs: &Dofs<R>,
+    start: Option<&RigidBody<R>>,
+) -> Result<Solution<R, 3, H>, Diagnostics> {
+    solve(layout, by_reference(dofs), start, &mut [R::zero(); RIG_WORKSPACE])
+}
+
+/// Largest error over [m, L, L, L, m L² × 6].
+pub(in crate::identify) fn worst(got: &RigidBody<f64>, truth: &RigidBody<f64>, length: f64) -> f64 {
+    let scale = |k: usize| match k {
+        0 => truth.mass,
+        1..4 => length,
+        _ => truth.mass * length * length,
+    };
+    (got.theta() - truth.theta())
+        .iter()
+        .enumerate()
+        .map(|(k, e)| e.abs() / scale(k))
+        .fold(0.0, f64::max)
+}
+
+fn codes(diagnostics: &Diagnostics) -> Vec<Code> {
+    diagnostics.iter().filter_map(Diagnostic::known_code).collect()
+}
+
+#[test]
+fn exact_readings_give_the_body_from_a_crude_start() {
+    let (layout, body) = (five_hits(), bar_body());
+    let solution = fit(&layout, &exact(&layout, &body), None).unwrap();
+    // The last step is below 1e-5 standard deviations, which are near one per cent here.
+    assert!(worst(&solution.estimate.body, &body, 0.14) < 1e-6);
+    assert!(solution.estimate.consistency.unwrap().chi_squared < 1e-6);
+    assert!(solution.estimate.diagnostics.is_empty());
+}
+
+#[test]
+fn two_sensors_and_three_on_a_line_are_enough() {
+    let body = bar_body();
+    let mut two = five_hits();
+    two.sensors.truncate(2);
+    let mut in_line = five_hits();
+    let [a, b] = [in_line.sensors[0].position, in_line.sensors[1].position];
+    in_line.sensors[2].position = core::array::from_fn(|k| 0.3 * a[k] + 0.7 * b[k]);
+    let whole = fit(&five_hits(), &exact(&five_hits(), &body), None).unwrap();
+    for layout in [two, in_line] {
+        let solution = fit(&layout, &exact(&layout, &body), None).unwrap();
+        assert!(worst(&solution.estimate.body, &body, 0.14) < 1e-6);
+        let (fewer, more) = (solution.estimate.sigma().unwrap(), whole.estimate.sigma().unwrap());
+        assert!(fewer.iter().zip(more.iter()).all(|(f, m)| f > &(m * 0.99)), "{fewer} {more}");
+    }
+}
+
+#[test]
+fn one_sensor_two_hits_and_concurrent_hits_have_no_answer() {
+    let body = bar_body();
+    let mut one = five_hits();
+    one.sensors.truncate(1);
+    let mut two_hits = five_hits();
+    two_hits.hits.truncate(2);
+    let mut concurrent = five_hits();
+    for hit in &mut concurrent.hits {
+        hit.position = [0.2, -0.2, 0.1];
+    }
+    for (layout, code) in [
+        (one, Code::TenParametersNotIdentifiable),
+        (two_hits, Code::FewerThanThreeHits),
+        (concurrent, Code::HitsConcurrent),
+    ] {
+        let found = fit(&layout, &exact(&layout, &body), None).unwrap_err();
+        assert!(codes(&found).contains(&code), "{code:?}: {found:?}");
+    }
+}
+
+#[test]
+fn causes_are_found_with_their_sign() {
+    let (mut layout, body) = (five_hits(), bar_body());
+    // So sure of everything else that nothing else can explain it, and so unsure of the cause that the
+    // prior does not hold it back.
+    let sure = SensorUncertainty { position: 1e-6, rotation: 1e-6, gain: 1e-6, cross_axis: 1e-6 };
+    layout.sensors.iter_mut().for_each(|s| s.uncertainty = sure);
+    layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
+    layout.hammer_gain = 1e-6;
+    let found =
+        |layout: &Bar<f64>, dofs: &Dofs<f64>| fit(layout, dofs, Some(&body)).unwrap().learned;
+    // The tolerance is the prior's pull and the second order of a cause of half a per cent.
+    let close = |learnt: Learnt<f64>, truth: f64| {
+        assert!((learnt.value - truth).abs() < 0.05 * truth.abs(), "{learnt:?} {truth}");
+        assert!(learnt.sigma > 0.0);
+    };
+
+    let mut layout_of = layout.clone();
+    layout_of.sensors[1].uncertainty.gain = 0.1;
+    let mut dofs = exact(&layout, &body);
+    dofs.iter_mut().for_each(|(_, lines)| lines.accelerance[4] *= 1.005);
+    close(found(&layout_of, &dofs).sensors[1].sensitivity[1][1], 0.005);
+
+    let mut layout_of = layout.clone();
+    layout_of.sensors[2].uncertainty.rotation = 0.1;
+    let turn = nalgebra::Rotation3::new(Vector3::new(0.0, 0.0, -0.005));
+    let mut dofs = exact(&layout, &body);
+    for (_, lines) in &mut dofs {
+        let turned = turn * lines.accelerance.fixed_rows::<3>(6).into_owned();
+        lines.accelerance.fixed_rows_mut::<3>(6).copy_from(&turned);
+    }
+    close(found(&layout_of, &dofs).sensors[2].rotation[2], 0.005);
+
+    let mut layout_of = layout.clone();
+    layout_of.sensors[0].uncertainty.position = 0.1;
+    let mut displaced = layout.clone();
+    displaced.sensors[0].position[2] += 0.002;
+    close(found(&layout_of, &exact(&displaced, &body)).sensors[0].position[2], 0.002);
+
+    let mut layout_of = layout.clone();
+    layout_of.hits[3].uncertainty.position = 0.1;
+    let mut displaced = layout.clone();
+    displaced.hits[3].position[0] += 0.002;
+    close(found(&layout_of, &exact(&displaced, &body)).hits[3].position[0], 0.002);
+
+    let mut layout_of = layout.clone();
+    layout_of.hammer_gain = 0.1;
+    layout_of.priors.push(Prior { property: 0, value: body.mass, sigma: 1e-6 }).unwrap();
+    let mut dofs = exact(&layout, &body);
+    dofs.iter_mut().for_each(|(_, lines)| lines.accelerance /= 1.01);
+    close(found(&layout_of, &dofs).hammer_gain, 0.01);
+}
+
+#[test]
+fn what_hangs_on_the_object_is_subtracted() {
+    let (mut layout, body) = (five_hits(), bar_body());
+    let point = Attached::point(0.2, 1e-6, [0.1, 0.05, -0.02]);
+    let adapter = Attached::point(0.1, 0.1, [0.2, -0.2, 0.1]);
+    let whole = body.phi() + SVector::from(point.phi) + SVector::from(adapter.phi);
+    let dofs = exact(&layout, &RigidBody::from_phi(&whole).unwrap());
+    layout.attached.extend([point, adapter]);
+    let solution = fit(&layout, &dofs, None).unwrap().estimate;
+    assert!(worst(&solution.body, &body, 0.14) < 1e-6);
+    // The mass of the adapter is known to 10 g only.
+    layout.attached[1].relative_sigma = 0.0;
+    let exact = fit(&layout, &dofs, None).unwrap().estimate;
+    let variance = |e: &Estimate<f64>| e.covariance.unwrap()[(0, 0)];
+    let added = variance(&solution) - variance(&exact);
+    // Weights change a little with the body's own covariance.
+    assert!((added.sqrt() - 0.01).abs() < 1e-4, "{added}");
+}
+
+#[test]
+fn a_known_mass_narrows_the_answer() {
+    let (mut layout, body) = (five_hits(), bar_body());
+    let dofs = exact(&layout, &body);
+    let without = fit(&layout, &dofs, None).unwrap().estimate.sigma().unwrap();
+    layout.priors.push(Prior { property: 0, value: body.mass, sigma: 0.001 }).unwrap();
+    let with = fit(&layout, &dofs, None).unwrap().estimate.sigma().unwrap();
+    assert!(with[0] < 0.001 && with.iter().zip(without.iter()).all(|(a, b)| a < b));
+}
+
+#[test]
+fn a_body_that_cannot_be_is_replaced_by_one_that_can() {
+    let (mut layout, body) = (five_hits(), bar_body());
+    layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
+    // Flat, and a little more than that.
+    let mut theta = body.theta();
+    for k in 4..10 {
+        theta[k] = [2e-3, 0.01, 0.0125, 0.0, 0.0, 0.0][k - 4];
+    }
+    let flat = RigidBody::from_theta(&theta);
+    assert!(!flat.is_physically_consistent());
+    let solution = fit(&layout, &exact(&layout, &flat), Some(&flat)).unwrap().estimate;
+    assert!(solution.body.is_physically_consistent());
+    assert!(codes(&solution.diagnostics).contains(&Code::HeldToConsistency));
+    assert!(worst(&solution.body, &flat, 0.14) < 0.05);
+}
+
+#[test]
+fn single_precision_agrees_to_a_hundredth_of_a_standard_deviation() {
+    let (layout, body) = (five_hits(), bar_body());
+    let mut dofs = exact(&layout, &body);
+    // Errors of the size of the budget, so that there is something to weigh.
+    for (j, lines) in &mut dofs {
+        for (i, value) in lines.accelerance.iter_mut().enumerate() {
+            *value += 0.01 * ((7 * i + 13 * *j) as f64).sin();
+        }
+    }
+    let single: Dofs<f32> = dofs
+        .iter()
+        .map(|(j, l)| {
+            let lines = MassLines {
+                accelerance: l.accelerance.map(|v| v as f32),
+                noise: l.noise.map(|v| v as f32),
+                scatter: SMatrix::zeros(),
+                hits: l.hits,
+            };
+            (*j, lines)
+        })
+        .collect();
+    let wide = fit(&layout, &dofs, None).unwrap().estimate;
+    let narrow = fit(&layout.cast::<f32, 3, 5>().unwrap(), &single, None).unwrap().estimate;
+    let sigma = wide.sigma().unwrap();
+    for k in 0..10 {
+        let difference = f64::from(narrow.theta()[k]) - wide.theta()[k];
+        // The project's bound for the device.
+        assert!(difference.abs() < 0.01 * sigma[k], "{k}: {difference} of {}", sigma[k]);
+        assert!((f64::from(narrow.sigma().unwrap()[k]) / sigma[k] - 1.0).abs() < 0.01);
+    }
+}
+
+#[test]
+fn data_that_contradict_the_budget_say_where() {
+    let (layout, body) = (five_hits(), bar_body());
+    let mut displaced = layout.clone();
+    // Ten times what a hand misses a mark by.
+    displaced.hits[2].position[1] += 0.04;
+    let solution = fit(&layout, &exact(&displaced, &body), None).unwrap();
+    let found = &solution.estimate.diagnostics;
+    assert!(codes(found).contains(&Code::DataContradictBudget), "{found:?}");
+    let suspect = found.iter().find(|d| d.known_code() == Some(Code::HitStrainsBudget)).unwrap();
+    assert_eq!(suspect.subject, 2);
+}
+
+#[test]
+fn numbers_that_are_none_are_refused() {
+    let (layout, body) = (five_hits(), bar_body());
+    for spoil in [
+        |l: &mut MassLines<f64, 9>| l.accelerance[3] = f64::NAN,
+        |l: &mut MassLines<f64, 9>| l.noise[0] = f64::INFINITY,
+    ] {
+        let mut dofs = exact(&layout, &body);
+        spoil(&mut dofs[1].1);
+        let found = fit(&layout, &dofs, None).unwrap_err();
+        assert_eq!(codes(&found), [Code::DataNotFinite]);
+    }
+    assert!(fit(&layout, &Vec::new(), None).is_err());
+    let dofs = exact(&layout, &body);
+    assert!(solve(&layout, by_reference(&dofs), None, &mut [0.0; 100]).is_err());
+}
+
+#[test]
+fn what_hangs_on_the_object_cannot_outweigh_it() {
+    let (mut layout, body) = (five_hits(), bar_body());
+    let dofs = exact(&layout, &body);
+    layout.attached.push(Attached::point(5.0, 0.01, [0.1, -0.05, 0.0])).unwrap();
+    let found = fit(&layout, &dofs, Some(&body)).unwrap_err();
+    assert!(codes(&found).contains(&Code::AttachedTooHeavy), "{found:?}");
+}

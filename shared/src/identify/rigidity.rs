@@ -1,0 +1,93 @@
+//! Do the readings of all sensors belong to one rigid motion?
+//!
+//! Nine readings of three triaxial sensors come from six motions, so three combinations of them must
+//! vanish: the distances between the sensors do not change. A sensor that is turned, has a wrong gain
+//! or has come loose shows in these, unless the fault is in the three readings normal to the plane of
+//! the sensors: those have no redundancy, and such a fault passes for a rotation.
+
+use heapless::Vec;
+use nalgebra::{SVector, Vector3};
+
+use super::ResponseInverse;
+use crate::Real;
+use crate::layout::Layout;
+
+/// From this residual on, a sensor does not move with the others.
+///
+/// Parts with 1 % cross-axis sensitivity and 0.5 % gain that sit within 1 mm and 10 mrad leave 1 %; a
+/// reversed axis or swapped cables leave 20 % and more.
+pub const NOT_RIGID: f64 = 0.08;
+
+/// The part of each sensor in the residual of the best rigid motion, `|(A − G G⁺ A)_i| / |A|`, of the
+/// mass lines `accelerance` of one hit DOF, (m/s²)/N. `None` when the sensors do not tell all six
+/// motions, or a number is not finite.
+pub fn rigid_residuals<R: Real, const CH: usize, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    accelerance: &SVector<R, CH>,
+) -> Option<Vec<R, S>> {
+    let response = layout.response_matrix::<CH>(&Vector3::zeros());
+    let inverse = ResponseInverse::new(&response, layout.characteristic_length())?;
+    if inverse.rank < 6 {
+        return None;
+    }
+    let used = 3 * layout.sensors.len();
+    let readings =
+        SVector::<R, CH>::from_fn(|i, _| if i < used { accelerance[i] } else { R::zero() });
+    let size = readings.norm();
+    let left = readings - response * inverse.motion(&readings);
+    if !(size.finite() && left.norm().finite() && size > R::zero()) {
+        return None;
+    }
+    let sensors = left.as_slice().chunks_exact(3).take(layout.sensors.len());
+    Some(
+        sensors
+            .map(|part| part.iter().fold(R::zero(), |sum, &r| sum + r * r).sqrt() / size)
+            .collect(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::tests::{bar_body, bar_layout};
+
+    fn readings(hit: usize) -> SVector<f64, 9> {
+        bar_layout().accelerance(&bar_body(), hit).unwrap()
+    }
+
+    #[test]
+    fn a_rigid_motion_leaves_nothing() {
+        for hit in 0..3 {
+            let left = rigid_residuals(&bar_layout(), &readings(hit)).unwrap();
+            // Rounding.
+            assert!(left.len() == 3 && left.iter().all(|&part| part < 1e-13), "{left:?}");
+        }
+    }
+
+    #[test]
+    fn a_reversed_axis_shows_in_the_plane_of_the_sensors_and_not_normal_to_it() {
+        // The sensors of the frame's first test lie in the plane of x and y.
+        for (axis, shows) in [(0, true), (1, true), (2, false)] {
+            let worst = (0..3)
+                .flat_map(|hit| {
+                    let mut readings = readings(hit);
+                    readings[3 + axis] = -readings[3 + axis];
+                    rigid_residuals(&bar_layout(), &readings).unwrap()
+                })
+                .fold(0.0, f64::max);
+            assert_eq!(worst > NOT_RIGID, shows, "{axis}: {worst}");
+            assert!(shows || worst < 1e-13);
+        }
+    }
+
+    #[test]
+    fn two_sensors_cannot_be_checked() {
+        let mut layout = bar_layout();
+        layout.sensors.pop();
+        assert_eq!(rigid_residuals(&layout, &readings(0)), None);
+        let nothing = SVector::<f64, 9>::zeros();
+        assert_eq!(rigid_residuals(&bar_layout(), &nothing), None);
+        let wild = SVector::<f64, 9>::repeat(f64::NAN);
+        assert_eq!(rigid_residuals(&bar_layout(), &wild), None);
+    }
+}

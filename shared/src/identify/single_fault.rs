@@ -1,0 +1,245 @@
+//! Plain mistakes that a person makes once: a reversed axis, swapped cables, a sensor glued turned, a
+//! hit at the wrong node. Each is a layout other than the one that was meant, so each can be tested
+//! by fitting that one to the same data and comparing χ².
+//!
+//! A rigid body leaves nine readings of a hit three checks, and none of them knows the readings
+//! normal to the plane of three sensors: a single hit does not show every mistake. All hits together
+//! show most, because one body has to answer them all.
+
+use core::borrow::Borrow;
+
+use nalgebra::SVector;
+
+use super::inertia_restraint::{self, Settings};
+use super::maximum_likelihood::{self, Learnt};
+use super::{Consistency, MassLines};
+use crate::Real;
+use crate::body::RigidBody;
+use crate::layout::{Axis, Layout, Sign};
+
+/// By so much χ² has to fall for a mistake to be believed, and to exclude another one: what chance
+/// gives one unknown in one of a thousand tests.
+pub const DECISIVE: f64 = 10.83;
+/// Standard deviation of the hammer's gain that lets a common scale be anything, relative.
+const ANY_SCALE: f64 = 1.0;
+
+/// What each axis of a sensor reads instead of itself: a signed permutation of the axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AxisMap(pub [(Sign, Axis); 3]);
+
+/// One mistake; sensors and hits are indices of the layout.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SingleFault<R> {
+    /// A sensor is glued turned, or wired with axes reversed or swapped.
+    SensorAxes {
+        /// The sensor.
+        sensor: usize,
+        /// What its axes read.
+        reads: AxisMap,
+    },
+    /// The cables of two sensors are swapped.
+    CablesSwapped {
+        /// The sensors.
+        sensors: [usize; 2],
+    },
+    /// A DOF was hit at another node, in its own direction.
+    HitAtNode {
+        /// The DOF.
+        hit: usize,
+        /// The node that was hit.
+        node: u16,
+        /// Where it lies, body frame, m.
+        position: [R; 3],
+    },
+    /// A DOF was hit from the other side.
+    HitReversed {
+        /// The DOF.
+        hit: usize,
+    },
+    /// All accelerances are too large or too small by one factor. Hammer and all sensors together
+    /// cannot be told apart, and only something known of the object shows it.
+    CommonScale,
+}
+
+/// How well a mistake explains the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Explained<R> {
+    /// χ² of the fit under the mistake.
+    pub consistency: Consistency<R>,
+    /// Of a common scale: the accelerances over what they should be.
+    pub scale: Option<Learnt<R>>,
+}
+
+impl AxisMap {
+    const IDENTITY: Self =
+        Self([(Sign::Plus, Axis::X), (Sign::Plus, Axis::Y), (Sign::Plus, Axis::Z)]);
+
+    /// What a mistake with one sensor can make of its axes: one reversed, two swapped, or one of the
+    /// 23 turns by which a cube comes to rest otherwise.
+    pub fn mistakes() -> impl Iterator<Item = Self> {
+        Self::all().filter(|map| {
+            let reversed = map.0.iter().filter(|(sign, _)| *sign == Sign::Minus).count();
+            let moved = map.0.iter().zip(Axis::ALL).filter(|((_, of), axis)| of != axis).count();
+            // Of the improper ones only those that are one mistake.
+            *map != Self::IDENTITY && (map.is_turn() || reversed + moved / 2 == 1)
+        })
+    }
+
+    /// All 48.
+    fn all() -> impl Iterator<Item = Self> {
+        const ORDERS: [[usize; 3]; 6] =
+            [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+        ORDERS.into_iter().flat_map(|order| {
+            (0..8_u8).map(move |signs| {
+                Self(core::array::from_fn(|k| {
+                    let sign = if signs >> k & 1 == 1 { Sign::Minus } else { Sign::Plus };
+                    (sign, Axis::ALL[order[k] % 3])
+                }))
+            })
+        })
+    }
+
+    /// True for a turn of the sensor, false for a mirror image.
+    pub fn is_turn(&self) -> bool {
+        let [x, y, z] = self.0.map(|(_, axis)| axis.index());
+        let even = (y + 3 - x) % 3 == 1 && (z + 3 - y) % 3 == 1;
+        let minuses = self.0.iter().filter(|(sign, _)| *sign == Sign::Minus).count();
+        even == (minuses % 2 == 0)
+    }
+
+    fn of<R: Real>(&self, axes: &[[R; 3]; 3]) -> [[R; 3]; 3] {
+        self.0.map(|(sign, axis)| axes[axis.index()].map(|v| v * R::of(sign.factor())))
+    }
+}
+
+impl<R: Real> SingleFault<R> {
+    /// Every mistake that could have been made in a test; `nodes` are the points that could have been
+    /// hit. [`SingleFault::CommonScale`] is among them when something known of the object could show
+    /// it.
+    pub fn all<'a, const S: usize, const H: usize>(
+        layout: &'a Layout<R, S, H>,
+        nodes: &'a [(u16, [R; 3])],
+    ) -> impl Iterator<Item = Self> + 'a {
+        let sensors = layout.sensors.len();
+        let axes = (0..sensors).flat_map(|sensor| {
+            AxisMap::mistakes().map(move |reads| Self::SensorAxes { sensor, reads })
+        });
+        let cables = (0..sensors)
+            .flat_map(move |a| (a + 1..sensors).map(move |b| [a, b]))
+            .map(|sensors| Self::CablesSwapped { sensors });
+        let hits = layout.hits.iter().enumerate().flat_map(move |(hit, meant)| {
+            let others = nodes.iter().filter(move |(node, _)| *node != meant.dof.node);
+            others
+                .map(move |&(node, position)| Self::HitAtNode { hit, node, position })
+                .chain([Self::HitReversed { hit }])
+        });
+        let scale = has_scale(layout).then_some(Self::CommonScale);
+        axes.chain(cables).chain(hits).chain(scale)
+    }
+
+    /// The layout that the mistake has made of the one that was meant; `None` when it has no such
+    /// sensor or hit.
+    pub fn applied<const S: usize, const H: usize>(
+        &self,
+        layout: &Layout<R, S, H>,
+    ) -> Option<Layout<R, S, H>> {
+        let mut layout = layout.clone();
+        match *self {
+            Self::SensorAxes { sensor, reads } => {
+                let sensor = layout.sensors.get_mut(sensor)?;
+                sensor.axes = reads.of(&sensor.axes);
+            }
+            Self::CablesSwapped { sensors: [a, b] } => {
+                if a.max(b) >= layout.sensors.len() {
+                    return None;
+                }
+                layout.sensors.swap(a, b);
+            }
+            Self::HitAtNode { hit, position, .. } => {
+                layout.hits.get_mut(hit)?.position = position;
+            }
+            Self::HitReversed { hit } => {
+                let hit = layout.hits.get_mut(hit)?;
+                hit.direction = hit.direction.map(|v| -v);
+            }
+            Self::CommonScale => layout.hammer_gain = R::of(ANY_SCALE),
+        }
+        Some(layout)
+    }
+
+    /// Fits the layout that the mistake has made to the data. `workspace` as for
+    /// [`maximum_likelihood::solve`]. `None` when that fit has no answer.
+    pub fn test<const S: usize, const H: usize, const CH: usize, B>(
+        &self,
+        layout: &Layout<R, S, H>,
+        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        workspace: &mut [R],
+    ) -> Option<Explained<R>>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        let layout = self.applied(layout)?;
+        let solution = fit::<R, S, H, CH, B>(&layout, dofs, workspace)?;
+        let gain = solution.learned.hammer_gain;
+        let scale = Learnt { value: R::one() - gain.value, sigma: gain.sigma };
+        Some(Explained {
+            consistency: solution.estimate.consistency?,
+            scale: (*self == Self::CommonScale).then_some(scale),
+        })
+    }
+
+    /// χ² in the mean that the layout as it was meant would have if this mistake had been made with
+    /// `body`, the object alone: near its degrees of freedom when the data do not show the mistake.
+    /// `dofs` tell how many hits were averaged, and their noise. `None` when the fit has no answer,
+    /// which shows that something is wrong.
+    pub fn shows<const S: usize, const H: usize, const CH: usize, B>(
+        &self,
+        layout: &Layout<R, S, H>,
+        body: &RigidBody<R>,
+        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        workspace: &mut [R],
+    ) -> Option<Consistency<R>>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        let truth = self.applied(layout)?;
+        let attached = layout.attached.iter().map(|a| SVector::from(a.phi));
+        let whole = attached.fold(body.phi(), |sum, phi| sum + phi);
+        let whole = RigidBody::from_phi(&whole)?;
+        let mut readings = heapless::Vec::<(usize, MassLines<R, CH>), H>::new();
+        for (index, lines) in dofs {
+            let accelerance = truth.accelerance::<CH>(&whole, index)?;
+            let MassLines { noise, scatter, hits, .. } = lines.borrow().clone();
+            readings.push((index, MassLines { accelerance, noise, scatter, hits })).ok()?;
+        }
+        let exact = readings.iter().map(|(index, lines)| (*index, lines));
+        let solution = fit::<R, S, H, CH, &MassLines<R, CH>>(layout, exact, workspace)?;
+        let Consistency { chi_squared, degrees_of_freedom } = solution.estimate.consistency?;
+        // Noise adds its mean.
+        let chi_squared = chi_squared + R::of(f64::from(degrees_of_freedom));
+        Some(Consistency { chi_squared, degrees_of_freedom })
+    }
+}
+
+/// The maximum likelihood fit from the start of the linear method, where that has an answer, else from
+/// a crude one.
+fn fit<R: Real, const S: usize, const H: usize, const CH: usize, B>(
+    layout: &Layout<R, S, H>,
+    dofs: impl Iterator<Item = (usize, B)> + Clone,
+    workspace: &mut [R],
+) -> Option<maximum_likelihood::Solution<R, S, H>>
+where
+    B: Borrow<MassLines<R, CH>>,
+{
+    let linear = inertia_restraint::solve(layout, dofs.clone(), Settings::weighted());
+    let start = linear.ok().map(|estimate| estimate.body);
+    maximum_likelihood::solve(layout, dofs, start.as_ref(), workspace).ok()
+}
+
+/// True when something is known of the object that a common scale would change: mass or inertia.
+fn has_scale<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> bool {
+    layout.priors.iter().any(|prior| !(1..4).contains(&prior.property))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,124 @@
+use std::vec;
+use std::vec::Vec;
+
+use super::*;
+use crate::identify::maximum_likelihood::workspace;
+use crate::layout::tests::{bar_body, bar_layout};
+use crate::layout::{Dof, Hit, Prior};
+
+type Five = Layout<f64, 3, 12>;
+type Lines = MassLines<f64, 9>;
+
+const END: [f64; 3] = [0.207_850_606_8, -0.199_018_578_2, 0.149_130_815_1];
+
+/// Five hit DOFs on the frame.
+fn five_hits() -> Five {
+    let mut layout: Five = bar_layout().cast().unwrap();
+    for (name, position, direction) in
+        [("4:+Y", END, [0.0, 1.0, 0.0]), ("1:-Z", [0.0; 3], [0.0, 0.0, -1.0])]
+    {
+        let dof: Dof = name.parse().unwrap();
+        layout.hits.push(Hit::new(dof, position, direction)).unwrap();
+    }
+    layout
+}
+
+fn nodes() -> Vec<(u16, [f64; 3])> {
+    vec![(1, [0.0; 3]), (2, [END[0], END[1], 0.0]), (3, [END[0], 0.0, 0.0]), (4, END)]
+}
+
+/// What a layout reads of the frame, with a noise of half a percent of a usual accelerance.
+fn readings(layout: &Five) -> Vec<(usize, Lines)> {
+    let body = bar_body();
+    (0..layout.hits.len())
+        .map(|hit| {
+            let accelerance = layout.accelerance::<9>(&body, hit).unwrap();
+            let mut lines = Lines::without_scatter(accelerance);
+            lines.noise.fill(0.005);
+            lines.hits = 5;
+            (hit, lines)
+        })
+        .collect()
+}
+
+fn chi_squared(fault: &SingleFault<f64>, layout: &Five, dofs: &[(usize, Lines)]) -> f64 {
+    let mut room = vec![0.0; workspace(3)];
+    let dofs = dofs.iter().map(|(i, lines)| (*i, lines));
+    let found = fault.test(layout, dofs, &mut room);
+    found.map_or(f64::INFINITY, |found| found.consistency.chi_squared)
+}
+
+#[test]
+fn mistakes_with_axes_are_three_mirrors_three_swaps_and_23_turns() {
+    let all: Vec<AxisMap> = AxisMap::mistakes().collect();
+    assert_eq!(all.len(), 29);
+    assert_eq!(all.iter().filter(|map| map.is_turn()).count(), 23);
+    for (i, a) in all.iter().enumerate() {
+        assert!(all[i + 1..].iter().all(|b| a != b));
+        let axes = a.of(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0_f64]]);
+        let determinant = nalgebra::Matrix3::from(axes).determinant();
+        assert_eq!(determinant, if a.is_turn() { 1.0 } else { -1.0 });
+    }
+}
+
+#[test]
+fn every_mistake_of_a_test_is_thought_of_once() {
+    let layout = five_hits();
+    let nodes = nodes();
+    // Three sensors, their three pairs, and each of five hits at three other nodes or reversed.
+    assert_eq!(SingleFault::all(&layout, &nodes).count(), 3 * 29 + 3 + 5 * 4);
+    let mut known = layout.clone();
+    known.priors.push(Prior { property: 0, value: 1.23, sigma: 0.001 }).unwrap();
+    assert_eq!(SingleFault::all(&known, &nodes).count(), 3 * 29 + 3 + 5 * 4 + 1);
+    assert_eq!(SingleFault::all(&known, &nodes).last(), Some(SingleFault::CommonScale));
+}
+
+#[test]
+fn a_mistake_is_explained_by_itself() {
+    let (meant, nodes) = (five_hits(), nodes());
+    // Every tenth, so that all kinds are among them.
+    for fault in SingleFault::all(&meant, &nodes).step_by(10) {
+        let dofs = readings(&fault.applied(&meant).unwrap());
+        // Exact readings: what is left is rounding.
+        let explained = chi_squared(&fault, &meant, &dofs);
+        assert!(explained < 1e-6, "{fault:?}: {explained}");
+    }
+}
+
+#[test]
+fn a_common_scale_is_measured_against_a_known_mass() {
+    let mut meant = five_hits();
+    meant.priors.push(Prior { property: 0, value: 1.23, sigma: 0.001 }).unwrap();
+    let mut dofs = readings(&meant);
+    for (_, lines) in &mut dofs {
+        lines.accelerance *= 1.1;
+    }
+    let mut room = vec![0.0; workspace(3)];
+    let lines = dofs.iter().map(|(i, lines)| (*i, lines));
+    let found = SingleFault::CommonScale.test(&meant, lines, &mut room).unwrap();
+    let scale = found.scale.unwrap();
+    // The prior of the scale, 100 %, pulls by the square of its ratio to the sigma.
+    assert!((scale.value - 1.1).abs() < 1e-3, "{scale:?}");
+    assert!((0.001..0.02).contains(&scale.sigma), "{scale:?}");
+    assert!(found.consistency.chi_squared < 0.1, "{found:?}");
+}
+
+#[test]
+fn what_shows_nothing_has_the_chi_squared_of_chance() {
+    let meant = five_hits();
+    let dofs = readings(&meant);
+    let mut room = vec![0.0; workspace(3)];
+    let mut shows = |fault: SingleFault<f64>| {
+        let lines = dofs.iter().map(|(i, lines)| (*i, lines));
+        fault.shows(&meant, &bar_body(), lines, &mut room)
+    };
+    // A node on the line of action: the same force and torque.
+    let along = SingleFault::HitAtNode { hit: 1, node: 9, position: END };
+    let consistency = shows(along).unwrap();
+    // Exact readings: what is added to the degrees of freedom is rounding.
+    assert_eq!(consistency.degrees_of_freedom, 35);
+    assert!((consistency.chi_squared - 35.0).abs() < 1e-6, "{consistency:?}");
+    let beside = SingleFault::HitAtNode { hit: 1, node: 3, position: [END[0], 0.0, 0.0] };
+    assert!(shows(beside).is_none_or(|c| c.surprise() > 10.0));
+    assert!(shows(SingleFault::CommonScale).unwrap().surprise() < 0.1, "nothing is known");
+}

@@ -1,0 +1,151 @@
+//! What is done with a hit that has a fault: the `[policy]` table.
+
+use serde::{Deserialize, Serialize};
+
+use crate::diagnosis::{Code, Severity};
+
+/// What is done with a hit in which a fault is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Average it; the finding is a note.
+    Keep,
+    /// Average it with a warning.
+    Warn,
+    /// Do not average it: hit again.
+    Reject,
+}
+
+impl Verdict {
+    /// Every verdict.
+    pub const ALL: [Self; 3] = [Self::Keep, Self::Warn, Self::Reject];
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Keep => "keep",
+            Self::Warn => "warn",
+            Self::Reject => "reject",
+        }
+    }
+
+    /// The verdict of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+    }
+
+    /// The severity of a finding that leads to it.
+    pub fn severity(self) -> Severity {
+        match self {
+            Self::Keep => Severity::Note,
+            Self::Warn => Severity::Warning,
+            Self::Reject => Severity::Error,
+        }
+    }
+}
+
+/// A verdict for every fault that hit grading knows; those that are not set are
+/// [the default ones](HitPolicy::default_verdict).
+///
+/// Two bits for each code of [`HitPolicy::CODES`], the first in the lowest bits: 0 the default, else
+/// 1 + the place in [`Verdict::ALL`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct HitPolicy(u32);
+
+impl HitPolicy {
+    /// The codes that have a verdict. Their order is that on the wire: new ones come last.
+    pub const CODES: [Code; 11] = [
+        Code::Overload,
+        Code::TooWeak,
+        Code::TooHard,
+        Code::DoubleHit,
+        Code::ForceSpectrumLow,
+        Code::PreTriggerNotQuiet,
+        Code::ClippedRecord,
+        Code::TriggerTooEarly,
+        Code::DuplicateHit,
+        Code::HitInconsistent,
+        Code::MotionNotRigid,
+    ];
+
+    /// True for a code that is found only after a hit has been averaged, so that the rig cannot
+    /// reject the hit for it.
+    pub fn is_late(code: Code) -> bool {
+        matches!(code, Code::HitInconsistent | Code::MotionNotRigid)
+    }
+
+    /// What is done when nothing else is said: rejected is what spoils an average.
+    pub fn default_verdict(code: Code) -> Verdict {
+        match code {
+            Code::Overload
+            | Code::TooWeak
+            | Code::DoubleHit
+            | Code::ClippedRecord
+            | Code::DuplicateHit => Verdict::Reject,
+            _ => Verdict::Warn,
+        }
+    }
+
+    /// What is done with a hit for this code.
+    pub fn verdict(self, code: Code) -> Verdict {
+        let set = Self::place(code).and_then(|shift| match (self.0 >> shift) & 3 {
+            1 => Some(Verdict::Keep),
+            2 => Some(Verdict::Warn),
+            3 => Some(Verdict::Reject),
+            _ => None,
+        });
+        set.unwrap_or_else(|| Self::default_verdict(code))
+    }
+
+    /// The same with another verdict for this code; unchanged for a code that has none.
+    #[must_use]
+    pub fn with(self, code: Code, verdict: Verdict) -> Self {
+        let Some(shift) = Self::place(code) else { return self };
+        let bits = match verdict {
+            // One way to write each policy, so that equal ones compare equal.
+            default if default == Self::default_verdict(code) => 0,
+            Verdict::Keep => 1,
+            Verdict::Warn => 2,
+            Verdict::Reject => 3,
+        };
+        Self((self.0 & !(3 << shift)) | (bits << shift))
+    }
+
+    fn place(code: Code) -> Option<usize> {
+        Self::CODES.iter().position(|&known| known == code).map(|place| 2 * place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_code_has_its_own_verdict() {
+        let mut policy = HitPolicy::default();
+        for code in HitPolicy::CODES {
+            assert_eq!(policy.verdict(code), HitPolicy::default_verdict(code));
+        }
+        for (k, code) in HitPolicy::CODES.into_iter().enumerate() {
+            policy = policy.with(code, Verdict::ALL[k % 3]);
+        }
+        for (k, code) in HitPolicy::CODES.into_iter().enumerate() {
+            assert_eq!(policy.verdict(code), Verdict::ALL[k % 3], "{code:?}");
+            assert_eq!(policy.with(code, Verdict::Keep).verdict(code), Verdict::Keep);
+        }
+    }
+
+    #[test]
+    fn a_code_without_a_verdict_changes_nothing() {
+        let policy = HitPolicy::default().with(Code::ScansLost, Verdict::Keep);
+        assert_eq!(policy, HitPolicy::default());
+    }
+
+    #[test]
+    fn names_read_back() {
+        for verdict in Verdict::ALL {
+            assert_eq!(Verdict::from_name(verdict.name()), Some(verdict));
+        }
+        assert_eq!(Verdict::from_name("ignore"), None);
+    }
+}

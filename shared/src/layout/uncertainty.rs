@@ -1,0 +1,201 @@
+//! What is not known exactly: the error budget of a test, knowledge from elsewhere, and what hangs on
+//! the object beside itself. All standard deviations, 1 σ.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Real;
+
+/// Names of the ten properties, in the order of `theta`, as in results and files.
+pub const PROPERTIES: [&str; 10] =
+    ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
+/// Most bodies that are subtracted from a result.
+pub const MAX_ATTACHED: usize = 3;
+
+/// Standard deviation of the hammer's gain against the sensors' without a calibration of their ratio,
+/// relative (theory, section 9).
+pub const DEFAULT_HAMMER_GAIN: f64 = 0.02;
+
+/// How well a sensor is mounted and calibrated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorUncertainty<R> {
+    /// Along each axis, m.
+    pub position: R,
+    /// About each axis, rad.
+    pub rotation: R,
+    /// Of each axis, relative.
+    pub gain: R,
+    /// Of each axis to each other, relative.
+    pub cross_axis: R,
+}
+
+/// How well the hammer meets its mark, and the mark its place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HitUncertainty<R> {
+    /// From hit to hit across the direction, m.
+    pub position: R,
+    /// From hit to hit about each axis across the direction, rad.
+    pub direction: R,
+    /// Of the mark, the same for all hits on it, m.
+    pub node_position: R,
+    /// Of the direction at the mark, the same for all hits on it, rad.
+    pub node_direction: R,
+}
+
+/// A property that is known before the test.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Prior<R> {
+    /// Index in `theta`, 0 to 9: the mass is 0.
+    pub property: u8,
+    /// Its value for the object without [`Layout::attached`](super::Layout::attached); SI units.
+    pub value: R,
+    /// Its standard deviation.
+    pub sigma: R,
+}
+
+/// A body that moves with the object but does not belong to it: sensors, cables, an adapter.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Attached<R> {
+    /// [m, m c, J about the origin] in the body frame of the layout.
+    pub phi: [R; 10],
+    /// Standard deviation of its mass over its mass; its shape is exact.
+    pub relative_sigma: R,
+}
+
+impl<R: Real> Default for SensorUncertainty<R> {
+    /// Theory, section 9.
+    fn default() -> Self {
+        Self {
+            position: R::of(0.0015),
+            rotation: R::of(0.015),
+            gain: R::of(0.01),
+            cross_axis: R::of(0.01),
+        }
+    }
+}
+
+impl<R: Real> Default for HitUncertainty<R> {
+    /// Theory, section 9; marks: section 4.
+    fn default() -> Self {
+        Self {
+            position: R::of(0.003),
+            direction: R::of(0.05),
+            node_position: R::of(0.001),
+            node_direction: R::of(0.01),
+        }
+    }
+}
+
+impl<R: Real> SensorUncertainty<R> {
+    /// A perfect sensor.
+    pub fn none() -> Self {
+        let zero = R::zero();
+        Self { position: zero, rotation: zero, gain: zero, cross_axis: zero }
+    }
+
+    pub(super) fn cast<Q: Real>(&self) -> SensorUncertainty<Q> {
+        let to = |v: R| Q::of(v.to_f64());
+        SensorUncertainty {
+            position: to(self.position),
+            rotation: to(self.rotation),
+            gain: to(self.gain),
+            cross_axis: to(self.cross_axis),
+        }
+    }
+}
+
+impl<R: Real> HitUncertainty<R> {
+    /// A perfect hammer on a perfect mark.
+    pub fn none() -> Self {
+        let zero = R::zero();
+        Self { position: zero, direction: zero, node_position: zero, node_direction: zero }
+    }
+
+    /// Standard deviations of point (m) and direction (rad) of the mean of `hits` hits: the scatter
+    /// averages out, the mark does not.
+    pub fn of_mean(&self, hits: u16) -> (R, R) {
+        let hits = R::of(f64::from(hits.max(1)));
+        let mean = |scatter: R, mark: R| (scatter * scatter / hits + mark * mark).sqrt();
+        (mean(self.position, self.node_position), mean(self.direction, self.node_direction))
+    }
+
+    pub(super) fn cast<Q: Real>(&self) -> HitUncertainty<Q> {
+        let to = |v: R| Q::of(v.to_f64());
+        HitUncertainty {
+            position: to(self.position),
+            direction: to(self.direction),
+            node_position: to(self.node_position),
+            node_direction: to(self.node_direction),
+        }
+    }
+}
+
+impl<R: Real> Prior<R> {
+    /// True when it can make up for what hits do not tell: a known mass or centre of mass cannot, as
+    /// the inertia about the axis that no hit turns is what is missing (theory, section 4).
+    pub fn is_of_inertia(&self) -> bool {
+        (4..10).contains(&self.property)
+    }
+
+    pub(super) fn cast<Q: Real>(&self) -> Prior<Q> {
+        let to = |v: R| Q::of(v.to_f64());
+        Prior { property: self.property, value: to(self.value), sigma: to(self.sigma) }
+    }
+}
+
+impl<R: Real> Attached<R> {
+    /// A point mass, kg, at a place in the body frame, m.
+    pub fn point(mass: R, relative_sigma: R, position: [R; 3]) -> Self {
+        let [x, y, z] = position;
+        let phi = [
+            mass,
+            mass * x,
+            mass * y,
+            mass * z,
+            mass * (y * y + z * z),
+            mass * (x * x + z * z),
+            mass * (x * x + y * y),
+            -mass * x * y,
+            -mass * x * z,
+            -mass * y * z,
+        ];
+        Self { phi, relative_sigma }
+    }
+
+    pub(super) fn cast<Q: Real>(&self) -> Attached<Q> {
+        let to = |v: R| Q::of(v.to_f64());
+        Attached { phi: self.phi.map(to), relative_sigma: to(self.relative_sigma) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::RigidBody;
+    use nalgebra::{Matrix3, Vector3};
+
+    #[test]
+    fn a_point_mass_has_the_phi_of_a_body_without_extent() {
+        let body = RigidBody {
+            mass: 0.004_f64,
+            center_of_mass: Vector3::new(0.1, -0.2, 0.05),
+            inertia: Matrix3::zeros(),
+        };
+        let point = Attached::point(0.004, 0.1, [0.1, -0.2, 0.05]);
+        for (got, expected) in point.phi.iter().zip(body.phi().iter()) {
+            // Rounding of products of order 1e-4.
+            assert!((got - expected).abs() < 1e-18);
+        }
+    }
+
+    #[test]
+    fn hits_average_the_scatter_but_not_the_mark() {
+        let hit = HitUncertainty {
+            position: 3.0,
+            direction: 0.0,
+            node_position: 4.0,
+            node_direction: 2.0,
+        };
+        assert_eq!(hit.of_mean(1), (5.0, 2.0));
+        assert_eq!(hit.of_mean(9), (17.0_f64.sqrt(), 2.0));
+    }
+}

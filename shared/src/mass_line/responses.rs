@@ -1,0 +1,210 @@
+//! The mass lines of all responses of one hit DOF, and whether they are plateaus.
+//!
+//! A plateau does not depend on where the band ends. So every response is fitted twice: over the band,
+//! and over its inner part, without a fifth of it at either end on a logarithmic scale. Where an end
+//! reaches into a suspension or an elastic mode, the three terms bend and A moves; where both fits are
+//! full of modes, neither fits, and what is left of the lines makes the standard deviation of A large.
+
+use nalgebra::{Complex, SVector};
+
+use super::{BasisRow, Line, MassLineBasis, MassLineError, Terms};
+use crate::Real;
+
+/// Share of the band, on a logarithmic scale, that is left out at either end for the comparison.
+const TRIMMED: f64 = 0.2;
+/// A mass line that moves by more than this part of the motion of its DOF (root mean square of its A), or
+/// is known to no better, is no plateau: twice what the sensors' gains are uncertain by. Bands of three
+/// times the suspension to 0.4 times the elastic modes stay below 0.6 %, bands with a mode in them are
+/// beyond 2.5 %.
+pub const UNSTEADY: f64 = 0.02;
+/// A move counts from so many standard deviations of A over the inner band on: no noise.
+const SIGNIFICANT: f64 = 4.0;
+
+/// How the responses are fitted.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitting<R> {
+    /// Lower and upper end, Hz.
+    pub band: [R; 2],
+    /// σ of the exponential window, 1/s.
+    pub decay: R,
+    /// Terms of the model.
+    pub terms: Terms,
+    /// [`window_correlation`](super::window_correlation) of the records.
+    pub correlation: R,
+}
+
+/// The mass lines of one DOF; zero beyond the last response.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResponseFits<R, const CH: usize> {
+    /// A of every response, (m/s²)/N.
+    pub accelerance: SVector<R, CH>,
+    /// Their standard deviations by noise, corrected for the window.
+    pub noise: SVector<R, CH>,
+    /// By how much A moves without the ends of the band, (m/s²)/N.
+    moved: SVector<R, CH>,
+    /// Standard deviations of A over the inner band.
+    moved_noise: SVector<R, CH>,
+    responses: usize,
+}
+
+impl<R: Real, const CH: usize> ResponseFits<R, CH> {
+    /// Fits `responses` responses. `lines` as for [`MassLineBasis::new`]; `h(response, line)` is the
+    /// accelerance of a response at a line, counted as `lines` are.
+    ///
+    /// # Errors
+    /// See [`MassLineError`].
+    pub fn new<I>(
+        lines: I,
+        fitting: &Fitting<R>,
+        responses: usize,
+        h: impl Fn(usize, usize) -> Complex<R>,
+        workspace: &mut [BasisRow<R>],
+    ) -> Result<Self, MassLineError>
+    where
+        I: Iterator<Item = Line<R>> + Clone,
+    {
+        let count = lines.clone().count();
+        let responses = responses.min(CH);
+        let mut fit = |band: [R; 2]| {
+            let Fitting { decay, terms, correlation, .. } = *fitting;
+            let basis = MassLineBasis::new(lines.clone(), band, decay, terms, workspace)?;
+            let (mut accelerance, mut noise) = (SVector::zeros(), SVector::zeros());
+            for response in 0..responses {
+                let line = basis.fit((0..count).map(|line| h(response, line)))?;
+                accelerance[response] = line.accelerance();
+                noise[response] = line.sigma[0] * correlation;
+            }
+            Ok::<(SVector<R, CH>, SVector<R, CH>), MassLineError>((accelerance, noise))
+        };
+        // A band too narrow to be trimmed is not compared.
+        let inner = fit(inner(fitting.band));
+        let (accelerance, noise) = fit(fitting.band)?;
+        let (moved, moved_noise) = match inner {
+            // The difference of two least squares fits, one over a part of the data, scatters less
+            // than the lesser one.
+            Ok((without, its_noise)) => (without - accelerance, its_noise),
+            Err(_) => (SVector::zeros(), SVector::zeros()),
+        };
+        Ok(Self { accelerance, noise, moved, moved_noise, responses })
+    }
+
+    /// Without a mass line yet of any of so many responses.
+    pub fn zeros(responses: usize) -> Self {
+        let zero = SVector::zeros();
+        let responses = responses.min(CH);
+        Self { accelerance: zero, noise: zero, moved: zero, moved_noise: zero, responses }
+    }
+
+    /// Takes the mass line of one response, fitted alone; without effect for a response that does not exist.
+    pub fn set(&mut self, response: usize, alone: &ResponseFits<R, 1>) {
+        if response < self.responses {
+            self.accelerance[response] = alone.accelerance[0];
+            self.noise[response] = alone.noise[0];
+            self.moved[response] = alone.moved[0];
+            self.moved_noise[response] = alone.moved_noise[0];
+        }
+    }
+
+    /// The response whose mass line is the least of a plateau, when it is none, and by how much it moves
+    /// with the ends of the band or is uncertain: part of the root mean square of all A of this DOF.
+    pub fn unsteady(&self) -> Option<(usize, R)> {
+        let size = (self.accelerance.norm_squared() / R::of(self.responses.max(1) as f64)).sqrt();
+        (0..self.responses)
+            .map(|k| {
+                let moved = self.moved[k].abs();
+                let real = moved > self.moved_noise[k] * R::of(SIGNIFICANT);
+                (k, self.noise[k].max(if real { moved } else { R::zero() }) / size)
+            })
+            .filter(|(_, part)| *part > R::of(UNSTEADY))
+            .fold(None, |worst: Option<(usize, R)>, this| match worst {
+                Some(worst) if worst.1 >= this.1 => Some(worst),
+                _ => Some(this),
+            })
+    }
+}
+
+/// The band without its ends.
+fn inner<R: Real>([low, high]: [R; 2]) -> [R; 2] {
+    let cut = (high / low).powf(R::of(TRIMMED));
+    [low * cut, high / cut]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    const RESOLUTION: f64 = 4000.0 / 2048.0;
+    const LINES: usize = 256;
+
+    fn random(state: &mut u64) -> f64 {
+        *state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+    }
+
+    /// Three responses of a body with a suspension mode and elastic ones at 314 and 515 Hz.
+    fn responses(suspension: f64, noise: f64) -> Vec<[Complex<f64>; 3]> {
+        let mut state = 9;
+        (0..LINES)
+            .map(|k| {
+                let s = Complex::new(10.0, std::f64::consts::TAU * RESOLUTION * k as f64);
+                [1.0, -0.4, 0.05].map(|size| {
+                    let mode = |f: f64, zeta: f64| {
+                        let w = std::f64::consts::TAU * f;
+                        s * s / (s * s + s * (2.0 * zeta * w) + w * w)
+                    };
+                    let rough = Complex::new(random(&mut state), random(&mut state)) * noise;
+                    mode(suspension, 0.01) * size + mode(314.0, 0.005) * 0.5
+                        - mode(515.0, 0.005) * 0.3
+                        + rough
+                })
+            })
+            .collect()
+    }
+
+    fn fits(suspension: f64, band: [f64; 2], noise: f64, terms: Terms) -> ResponseFits<f64, 3> {
+        let h = responses(suspension, noise);
+        let lines = (0..LINES).map(|k| Line { frequency: RESOLUTION * k as f64, weight: 1.0 });
+        let fitting = Fitting { band, decay: 10.0, terms, correlation: 2.26 };
+        let mut workspace = [BasisRow::default(); LINES];
+        let at = |response: usize, line: usize| h[line][response];
+        ResponseFits::new(lines, &fitting, 3, at, &mut workspace).unwrap()
+    }
+
+    #[test]
+    fn a_band_between_the_modes_is_a_plateau_with_noise_and_without() {
+        for noise in [0.0, 0.02, 0.05] {
+            let fits = fits(4.0, [12.0, 0.4 * 314.0], noise, Terms::Abc);
+            assert_eq!(fits.unsteady(), None, "noise {noise}");
+        }
+    }
+
+    #[test]
+    fn a_band_that_reaches_into_the_modes_is_none() {
+        for (band, noise) in [
+            ([6.0, 120.0], 0.0),
+            ([6.0, 120.0], 0.02),
+            ([2.0, 120.0], 0.02),
+            ([12.0, 330.0], 0.0),
+            ([12.0, 330.0], 0.02),
+            ([300.0, 480.0], 0.02),
+        ] {
+            let (_, part) = fits(8.0, band, noise, Terms::Abc).unsteady().unwrap();
+            assert!(part > UNSTEADY, "{band:?}: {part}");
+        }
+    }
+
+    #[test]
+    fn without_its_terms_a_mass_line_is_less_steady() {
+        let with = fits(4.0, [6.0, 120.0], 0.0, Terms::Abc);
+        let without = fits(4.0, [6.0, 120.0], 0.0, Terms::A);
+        assert!(without.moved.norm() > 3.0 * with.moved.norm());
+    }
+
+    #[test]
+    fn a_band_too_narrow_to_be_trimmed_is_judged_by_what_it_knows() {
+        assert!(fits(4.0, [20.0, 24.0], 0.02, Terms::Abc).unsteady().is_some());
+        assert_eq!(fits(0.1, [20.0, 24.0], 0.0, Terms::A).moved.norm(), 0.0);
+    }
+}

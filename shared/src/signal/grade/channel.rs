@@ -1,0 +1,137 @@
+//! One channel of a record: its rest, its extremes, what is before the hit and at the end.
+
+use crate::Real;
+use crate::signal::Readings;
+
+/// A channel as the grading sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelRange<R> {
+    /// N or m/s² per reading.
+    pub scale: R,
+    /// Lowest and highest reading of the converter; infinite when not known.
+    pub rails: [R; 2],
+    /// From this distance from rest on the sensor is certainly at the end of its range, N or m/s²;
+    /// infinite when not known.
+    pub range: R,
+    /// Smallest step of the readings, N or m/s².
+    pub resolution: R,
+    /// Standard deviation that the channel has while nothing moves, at most, N or m/s².
+    pub noise: R,
+}
+
+/// An extreme of a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extreme<R> {
+    /// The first scan at which it stands.
+    pub at: usize,
+    pub reading: R,
+    /// From rest, N or m/s².
+    pub value: R,
+}
+
+/// What two passes over a channel tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Survey<R> {
+    /// Mean reading before the hit.
+    pub rest: R,
+    /// Standard deviation before the hit, N or m/s².
+    pub spread: R,
+    pub highest: Extreme<R>,
+    pub lowest: Extreme<R>,
+    /// Mean from rest over the end of the record, N or m/s².
+    pub end_mean: R,
+    /// Standard deviation over the end of the record, N or m/s².
+    pub end_spread: R,
+}
+
+impl<R: Real> Survey<R> {
+    /// The last sixteenth of a record is its end.
+    const END: usize = 16;
+
+    /// Of a channel whose first `before` readings make its rest.
+    pub fn of<D: Readings<R> + ?Sized>(
+        record: &D,
+        channel: usize,
+        scale: R,
+        before: usize,
+    ) -> Self {
+        let (rest, spread) = moments(record.readings(channel, 0).take(before.max(1)));
+        let [low, high] = record.extremes(channel).unwrap_or([(0, rest); 2]);
+        let scans = record.scans();
+        let end = scans - (scans / Self::END).max(1).min(scans);
+        let (end_mean, end_spread) = moments(record.readings(channel, end));
+        let extreme =
+            |(at, reading): (usize, R)| Extreme { at, reading, value: (reading - rest) * scale };
+        let (highest, lowest) = if scale < R::zero() { (low, high) } else { (high, low) };
+        Self {
+            rest,
+            spread: spread * scale.abs(),
+            highest: extreme(highest),
+            lowest: extreme(lowest),
+            end_mean: (end_mean - rest) * scale,
+            end_spread: end_spread * scale.abs(),
+        }
+    }
+
+    /// Largest distance from rest, N or m/s².
+    pub fn peak(&self) -> R {
+        self.highest.value.max(-self.lowest.value)
+    }
+}
+
+/// Mean and standard deviation; the first reading is taken off before squaring, so that single
+/// precision suffices for codes.
+fn moments<R: Real>(mut readings: impl Iterator<Item = R>) -> (R, R) {
+    let Some(first) = readings.next() else { return (R::zero(), R::zero()) };
+    let (mut count, mut sum, mut squares) = (R::one(), R::zero(), R::zero());
+    readings.for_each(|reading| {
+        let d = reading - first;
+        count += R::one();
+        sum += d;
+        squares += d * d;
+    });
+    let mean = sum / count;
+    let variance = (squares / count - mean * mean).max(R::zero());
+    (first + mean, variance.sqrt())
+}
+
+/// Readings within this share of the extreme are at its level, and more where there is noise.
+const LEVEL: f64 = 0.003;
+/// Noise widens the level to at most this share.
+const NOISY_LEVEL: f64 = 0.01;
+/// Readings at the level, one after the other, that make a plateau.
+const PLATEAU_SCANS: usize = 3;
+/// A plateau is this share of the time that the signal spends above half the extreme. A half sine is
+/// within 0.3 % of its peak for 7 % of that time and within 1 % for 13 %; cut at 90 % of its peak it
+/// stays there for 41 %.
+const PLATEAU_SHARE: f64 = 0.25;
+/// A signal of fewer steps than this has plateaus by nature: noise of a step is half a percent.
+const STEPS: f64 = 200.0;
+
+/// True when the signal stands on a plateau at its extreme, as one does that was clipped.
+pub(super) fn flat_top<R: Real, D: Readings<R> + ?Sized>(
+    record: &D,
+    channel: usize,
+    range: &ChannelRange<R>,
+    survey: &Survey<R>,
+    extreme: &Extreme<R>,
+) -> bool {
+    let height = extreme.value.abs();
+    if height < range.resolution * R::of(STEPS) || height <= R::zero() {
+        return false;
+    }
+    let noise = (survey.spread * R::of(3.0)).min(height * R::of(NOISY_LEVEL));
+    let level = height - noise.max(height * R::of(LEVEL));
+    // The extreme may be negative; seen from its side it is positive.
+    let side = if extreme.value < R::zero() { -range.scale } else { range.scale };
+    let above = |scan: usize, bound: R| {
+        record.reading(channel, scan).is_some_and(|reading| (reading - survey.rest) * side >= bound)
+    };
+    let width = |bound: R| {
+        let after = (extreme.at..record.scans()).take_while(|&scan| above(scan, bound)).count();
+        let before = (0..extreme.at).rev().take_while(|&scan| above(scan, bound)).count();
+        before + after
+    };
+    let plateau = width(level);
+    plateau >= PLATEAU_SCANS && plateau as f64 >= PLATEAU_SHARE * width(height * R::of(0.5)) as f64
+}

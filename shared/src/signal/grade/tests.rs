@@ -1,0 +1,320 @@
+//! Grading of records as the rig would take them, and of signals.
+
+use super::*;
+use crate::layout::Verdict;
+use crate::signal::tests::{ADC, code};
+use crate::signal::{CHANNELS, RECORD_SCANS};
+use std::boxed::Box;
+use std::vec::Vec;
+
+const G: f32 = crate::STANDARD_GRAVITY as f32;
+
+/// A record of `value(channel, scan)` in N and m/s², as the rig's ADC would read it.
+fn record(value: impl Fn(usize, usize) -> f32) -> Box<Record> {
+    let mut record = Box::new(Record::new());
+    for i in 0..RECORD_SCANS {
+        record.push(&core::array::from_fn(|k| code(k, value(k, i))));
+    }
+    record
+}
+
+fn graded(value: impl Fn(usize, usize) -> f32) -> HitReport {
+    graded_after(None, value)
+}
+
+fn graded_after(last: Option<u32>, value: impl Fn(usize, usize) -> f32) -> HitReport {
+    let test = TestSettings::default();
+    grade(&record(value), &ADC, &Calibration::default(), &test, last)
+}
+
+fn codes(report: &HitReport) -> Vec<(Code, u16)> {
+    report.findings.iter().map(|f| (f.known_code().unwrap(), f.subject)).collect()
+}
+
+/// A half sine over scans 80 to 100.
+fn half_sine(peak: f32, i: usize) -> f32 {
+    let t = i as f32 - 80.0;
+    if (0.0..=20.0).contains(&t) { peak * (core::f32::consts::PI * t / 20.0).sin() } else { 0.0 }
+}
+
+/// A hit of 30 N to which channel 4 answers with `peak`, cut at `limit`.
+fn answered(peak: f32, limit: f32) -> HitReport {
+    graded(|k, i| match k {
+        HAMMER => half_sine(30.0, i),
+        4 => half_sine(peak, i).clamp(-limit, limit),
+        _ => half_sine(5.0, i),
+    })
+}
+
+#[test]
+fn a_good_hit_has_no_findings_and_its_peaks() {
+    let report = answered(-90.0, f32::MAX);
+    assert!(report.good() && report.findings.is_empty());
+    // Half a code: 0.016 N and 0.06 m/s².
+    assert!((report.peak_force.0 - 30.0).abs() < 0.02);
+    assert!((report.peak_acceleration.0 - 90.0).abs() < 0.07);
+}
+
+#[test]
+fn a_weak_hit_is_rejected() {
+    let report = graded(|k, i| if k == HAMMER { half_sine(7.5, i) } else { 0.0 });
+    assert_eq!(codes(&report), [(Code::TooWeak, 0)]);
+    assert!(!report.good());
+}
+
+#[test]
+fn a_rail_at_either_end_of_any_channel_is_an_overload() {
+    for channel in 0..CHANNELS {
+        for value in [1e3, -1e3] {
+            let report = graded(|k, i| match k {
+                k if k == channel && i == 90 => value,
+                HAMMER => half_sine(30.0, i),
+                _ => 0.0,
+            });
+            assert_eq!(codes(&report), [(Code::Overload, channel as u16)]);
+            assert_eq!(report.findings[0].value > 0.0, value > 0.0);
+        }
+    }
+}
+
+#[test]
+fn a_channel_that_is_not_in_use_is_not_graded() {
+    let adc = AdcProperties { channels: 7, ..ADC };
+    let record = record(|k, i| if k == HAMMER { half_sine(30.0, i) } else { 1e3 * (k / 7) as f32 });
+    let report = grade(&record, &adc, &Calibration::default(), &TestSettings::default(), None);
+    assert!(report.good(), "{report:?}");
+    assert_eq!(report.peak_acceleration.0, 0.0);
+}
+
+#[test]
+fn a_sensor_that_clips_at_its_range_is_an_overload() {
+    for sign in [1.0, -1.0] {
+        assert_eq!(codes(&answered(sign * 25.0 * G, 16.0 * G)), [(Code::Overload, 4)]);
+    }
+}
+
+#[test]
+fn a_sensor_that_feels_gravity_clips_nearer_to_rest() {
+    // It stands at 1 g: 15 g more are its end, wherever its zero is.
+    for sign in [1.0, -1.0] {
+        assert_eq!(codes(&answered(sign * 25.0 * G, 15.0 * G)), [(Code::Overload, 4)]);
+    }
+}
+
+#[test]
+fn a_sensor_that_clips_early_shows_by_its_flat_top() {
+    // Its gain is 10 % less than its calibration says: it stops at 13.5 g from rest.
+    assert_eq!(codes(&answered(16.0 * G, 13.5 * G)), [(Code::Overload, 4)]);
+}
+
+#[test]
+fn a_strong_hit_that_does_not_clip_is_good() {
+    for peak in [14.5, 13.5, -14.5] {
+        assert!(answered(peak * G, f32::MAX).good());
+    }
+}
+
+/// A hit whose force is `force(scan)`, N, and which every response follows with 5/30 m/s² per N.
+fn tapped(force: impl Fn(usize) -> f32) -> HitReport {
+    graded(|k, i| if k == HAMMER { force(i) } else { force(i) / 6.0 })
+}
+
+/// A half sine of `peak` from `start` on for `length` scans.
+fn pulse(start: f32, length: f32, peak: f32, i: usize) -> f32 {
+    let phase = (i as f32 - start) / length;
+    if (0.0..=1.0).contains(&phase) { peak * (core::f32::consts::PI * phase).sin() } else { 0.0 }
+}
+
+#[test]
+fn a_second_touch_is_a_double_hit_before_or_after_the_main_one() {
+    // 5 ms each, 12 to 75 ms apart; the second a seventh of the first and more.
+    for (gap, share) in [(30.0, 0.15), (50.0, 0.5), (100.0, 0.9), (300.0, 0.2)] {
+        for swapped in [false, true] {
+            let (first, second) = if swapped { (share, 1.0) } else { (1.0, share) };
+            let report = tapped(|i| {
+                pulse(80.0, 20.0, 30.0 * first, i) + pulse(80.0 + gap, 20.0, 30.0 * second, i)
+            });
+            assert_eq!(codes(&report), [(Code::DoubleHit, 0)], "{gap} {share} {swapped}");
+            // A code is 0.03 N of 30 N.
+            assert!((report.findings[0].value - share).abs() < 5e-3, "{report:?}");
+            assert!(!report.good());
+        }
+    }
+}
+
+#[test]
+fn ringing_of_hammer_or_filter_is_no_double_hit() {
+    // A damped swing of up to 30 % of the peak after the hit, at 250 Hz and at 1.2 kHz, starting
+    // below rest as a filter does.
+    for per_scan in [0.39_f32, 1.9] {
+        for size in [0.05, 0.15, 0.3] {
+            let report = tapped(|i| {
+                let t = (i as f32 - 100.0).max(0.0);
+                // 30 N of 100: with more the ringing would reach the lower rail, 4.4 N below rest.
+                12.0 * (half_sine(1.0, i) - size * (per_scan * t).sin() * (-0.03 * t).exp())
+            });
+            assert!(!codes(&report).contains(&(Code::DoubleHit, 0)), "{size} {report:?}");
+        }
+    }
+}
+
+#[test]
+fn a_shoulder_of_the_pulse_is_no_double_hit() {
+    // Two overlapping pulses: between them the force does not fall below half.
+    let report = tapped(|i| pulse(80.0, 20.0, 30.0, i) + pulse(92.0, 20.0, 20.0, i));
+    assert!(report.good() && report.findings.is_empty(), "{report:?}");
+}
+
+#[test]
+fn a_hit_near_the_end_of_a_range_warns() {
+    // The hammer shows (3 V − 0.1 V) / 22.5 mV/N = 128.9 N; a sensor 14.7 g from rest.
+    let report = tapped(|i| half_sine(120.0, i));
+    assert_eq!(codes(&report), [(Code::TooHard, 0)]);
+    assert!(report.good() && (report.findings[0].value - 120.0 / 128.9).abs() < 1e-3);
+    let report = answered(-13.6 * G, f32::MAX);
+    assert_eq!(codes(&report), [(Code::TooHard, 4)]);
+    assert!(report.good() && (report.findings[0].value - 13.6 / 14.7).abs() < 1e-3);
+    assert!(answered(13.0 * G, f32::MAX).findings.is_empty());
+}
+
+#[test]
+fn a_flat_top_is_an_overload_wherever_it_was_clipped() {
+    // Clipped at 80 and 95 % of its peak far from any range: a charge amplifier, a file.
+    for limit in [0.8_f32, 0.95] {
+        for channel in [HAMMER, 3] {
+            let report = graded(|k, i| {
+                let value = half_sine(1.0, i);
+                60.0 * if k == channel { value.min(limit) } else { value }
+            });
+            assert_eq!(codes(&report), [(Code::Overload, channel as u16)], "{limit}");
+            assert!((report.findings[0].value - 60.0 * limit).abs() < 0.1);
+        }
+    }
+}
+
+#[test]
+fn a_small_smooth_response_has_no_flat_top() {
+    // Of 24 m/s² and 190 codes down to 3 codes, where each code is a plateau.
+    for peak in [24.0_f32, 6.0, 2.0, 0.4] {
+        for length in [20.0, 200.0, 1900.0] {
+            let report = graded(|k, i| match k {
+                HAMMER => half_sine(30.0, i),
+                _ => pulse(80.0, length, peak, i),
+            });
+            assert!(report.good(), "{peak} {length} {report:?}");
+        }
+    }
+}
+
+#[test]
+fn a_soft_tip_does_not_excite_the_band() {
+    // A half sine of T has its first zero at 1.5/T: at 20 ms that is 75 Hz, and at 120 Hz
+    // 20 lg |cos(2.4 π)/(1 − 4·2.4²)| = −37 dB are left. The force window holds all of it.
+    let report = tapped(|i| pulse(80.0, 80.0, 30.0, i));
+    assert_eq!(codes(&report), [(Code::ForceSpectrumLow, 0)]);
+    assert!(report.good());
+    // Codes of 0.03 N over 30 N, and a sum instead of an integral.
+    assert!((report.findings[0].value + 37.0).abs() < 1.0, "{report:?}");
+}
+
+#[test]
+fn a_body_that_moves_before_the_hit_is_not_quiet() {
+    let swing = |i: usize| if i < 80 { (0.2 * i as f32).sin() } else { 0.0 };
+    let report = graded(|k, i| match k {
+        HAMMER => half_sine(30.0, i),
+        5 => 5.0 * swing(i) + half_sine(20.0, i),
+        _ => half_sine(40.0, i),
+    });
+    assert_eq!(codes(&report), [(Code::PreTriggerNotQuiet, 5)]);
+    // 5/√2 of 40, over eleven of its periods, with quantisation.
+    assert!((report.findings[0].value - 0.088).abs() < 3e-3, "{report:?}");
+    let report = tapped(|i| half_sine(30.0, i) + 2.0 * swing(i));
+    assert_eq!(codes(&report), [(Code::PreTriggerNotQuiet, 0)]);
+    assert!(report.good());
+}
+
+#[test]
+fn a_hammer_that_stays_clips_the_record() {
+    let report = tapped(|i| half_sine(30.0, i).max(if i > 90 { 3.0 } else { 0.0 }));
+    assert_eq!(codes(&report), [(Code::ClippedRecord, 0)]);
+    assert!((report.findings[0].value - 0.1).abs() < 2e-3 && !report.good());
+}
+
+#[test]
+fn a_response_that_is_not_over_clips_the_record_unless_a_window_ends_it() {
+    let ringing = record(|k, i| match k {
+        HAMMER => half_sine(30.0, i),
+        _ => {
+            if i > 80 {
+                40.0 * (0.05 * i as f32).sin()
+            } else {
+                0.0
+            }
+        }
+    });
+    let graded = |exponential_decay| {
+        let test = TestSettings { exponential_decay, ..TestSettings::default() };
+        grade(&ringing, &ADC, &Calibration::default(), &test, None)
+    };
+    let report = graded(1.0);
+    assert_eq!(codes(&report), [(Code::ClippedRecord, 1)]);
+    // 1/√2 e^{−0.49}, over three periods.
+    assert!((report.findings[0].value - 0.433).abs() < 0.02, "{report:?}");
+    assert!(graded(10.0).findings.is_empty());
+}
+
+#[test]
+fn the_record_of_the_hit_before_is_a_duplicate() {
+    let hit = |k: usize, i: usize| half_sine(if k == HAMMER { 30.0 } else { 8.0 }, i);
+    let first = graded(hit);
+    let again = graded_after(Some(first.fingerprint), hit);
+    assert_eq!(codes(&again), [(Code::DuplicateHit, 0)]);
+    assert!(!again.good());
+    // One code of one scan makes another record.
+    let other = graded_after(Some(first.fingerprint), |k, i| {
+        hit(k, i) + if (k, i) == (1, 2000) { 0.2 } else { 0.0 }
+    });
+    assert!(other.findings.is_empty());
+}
+
+#[test]
+fn the_policy_decides_what_a_finding_means() {
+    let weak = record(|k, i| if k == HAMMER { half_sine(7.5, i) } else { 0.0 });
+    for verdict in Verdict::ALL {
+        let policy = HitPolicy::default().with(Code::TooWeak, verdict);
+        let test = TestSettings { policy, ..TestSettings::default() };
+        let report = grade(&weak, &ADC, &Calibration::default(), &test, None);
+        assert_eq!(report.findings[0].severity, verdict.severity() as u8);
+        assert_eq!(report.good(), verdict != Verdict::Reject);
+    }
+}
+
+#[test]
+fn signals_in_units_are_graded_without_ranges() {
+    let range = ChannelRange {
+        scale: 1.0,
+        rails: [f64::NEG_INFINITY, f64::INFINITY],
+        range: f64::INFINITY,
+        resolution: 1e-6,
+        noise: 0.0,
+    };
+    let (test, ranges) = (TestSettings::default(), [range; 2]);
+    let grader = |pre_trigger| HitGrader {
+        ranges: &ranges,
+        rate: 4000.0,
+        pre_trigger,
+        test: &test,
+        last: None,
+    };
+    let force: Vec<f64> = (0..2048).map(|i| f64::from(half_sine(3000.0, i))).collect();
+    let response: Vec<f64> = force.iter().map(|f| -0.2 * f).collect();
+    let hit = [force.as_slice(), response.as_slice()];
+    assert!(grader(80).grade(&hit).findings.is_empty());
+    let early = [&force[70..], &response[70..]];
+    assert_eq!(codes(&grader(10).grade(&early)), [(Code::TriggerTooEarly, 0)]);
+    // Whatever is in a signal, there is a report.
+    for wild in [f64::NAN, f64::INFINITY, 0.0, -1e308] {
+        let _ = grader(80).grade(&[[wild; 100].as_slice(), &[wild; 90]]);
+        let _ = grader(80).grade(&[[].as_slice(), &[]] as &[&[f64]; 2]);
+    }
+}

@@ -1,0 +1,41 @@
+//! `f_global_`: body and suspension from all frequency responses of a test.
+//!
+//! In double precision only: 31 unknowns, of which the hits hardly excite some, are beyond single precision.
+
+use massline_shared::Real;
+use massline_shared::body::RigidBody;
+use massline_shared::identify::global_fit::{FrequencyResponses, Settings, solve};
+use nalgebra::{Complex, Matrix6, SVector};
+
+use crate::Check;
+use crate::layout::RESPONSES;
+
+/// Lines of the cases.
+const LINES: usize = 40;
+const HITS: usize = 3;
+
+pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
+    if size_of::<R>() < size_of::<f64>() {
+        check.leave_out();
+        return Some(());
+    }
+    let layout = check.layout()?;
+    let frequencies = check.input_array::<LINES>("f_hz")?;
+    let mut accelerance = heapless::Vec::<Complex<R>, { LINES * RESPONSES * HITS }>::new();
+    for (re, im) in check.input("H_accelerance.re")?.zip(check.input("H_accelerance.im")?) {
+        accelerance.push(Complex::new(re, im)).ok()?;
+    }
+    let start = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta_start")?));
+    let settings = Settings {
+        decay: check.input_number("sigma")?,
+        damping: check.input_number("with_damping")? != R::zero(),
+        elastic: false,
+        correlation: R::one(),
+    };
+    let responses = FrequencyResponses::new(&frequencies, &accelerance, RESPONSES, HITS)?;
+    let mut workspace = [Matrix6::zeros(); LINES];
+    let found = solve(&layout, &responses, &start, &settings, &mut workspace).ok()?;
+    check.numbers("theta", found.estimate.theta().as_slice());
+    check.matrix("K", &found.stiffness);
+    Some(())
+}

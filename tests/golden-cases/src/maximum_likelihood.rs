@@ -1,0 +1,150 @@
+//! `b_ml_` and `b_mlfull_`: maximum likelihood with noise, with errors of the hits, and with the
+//! complete budget.
+
+use massline_shared::Real;
+use massline_shared::body::RigidBody;
+use massline_shared::identify::MassLines;
+use massline_shared::identify::maximum_likelihood::{bound, readings_covariance, solve, workspace};
+use massline_shared::layout::{HitUncertainty, Prior, SensorUncertainty};
+use nalgebra::{SMatrix, SVector};
+
+use crate::Check;
+use crate::inertia_restraint::column;
+use crate::layout::{GoldenLayout, RESPONSES};
+
+const WORKSPACE: usize = workspace(3);
+
+type Dofs<R> = heapless::Vec<(usize, MassLines<R, RESPONSES>), 4>;
+
+/// Standard deviations of all readings and of the hits.
+pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
+    let mut layout = exact_layout(check)?;
+    let hits = hit_errors(check, "hit_error", &mut layout).unwrap_or(1);
+    add_priors(check, &mut layout);
+    let mut dofs = Dofs::new();
+    for index in 0..layout.hits.len() {
+        let accelerance = column(check, "H", layout.hits.len(), index)?;
+        let noise = column(check, "sigma", layout.hits.len(), index)?;
+        let lines = MassLines { noise, hits, ..MassLines::without_scatter(accelerance) };
+        dofs.push((index, lines)).ok()?;
+    }
+    answer(check, &layout, &dofs)?;
+    let noise = |index: usize| dofs.get(index).map_or(SVector::zeros(), |(_, l)| l.noise);
+    let truth = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta_true")?));
+    let mut memory = [R::zero(); WORKSPACE];
+    let at_truth = bound(&layout, &truth, noise, hits, &mut memory)?;
+    check.numbers("crlb_sd_at_truth", at_truth.sigma().as_slice());
+    Some(())
+}
+
+/// The complete budget.
+pub(crate) fn run_full<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
+    let mut layout = exact_layout(check)?;
+    let hits = hit_errors(check, "budget", &mut layout)?;
+    for sensor in &mut layout.sensors {
+        sensor.uncertainty = SensorUncertainty {
+            position: check.input_number("budget.sig_pos")?,
+            rotation: check.input_number("budget.sig_rot")?,
+            gain: check.input_number("budget.sig_gain")?,
+            cross_axis: check.input_number("budget.sig_cross")?,
+        };
+    }
+    layout.hammer_gain = check.input_number("budget.sig_hammer").unwrap_or(R::zero());
+    let noise = SVector::from_element(check.input_number("budget.sigma")?);
+    let mut dofs = Dofs::new();
+    for index in 0..layout.hits.len() {
+        let accelerance = column(check, "H", layout.hits.len(), index)?;
+        let lines = MassLines { noise, hits, ..MassLines::without_scatter(accelerance) };
+        dofs.push((index, lines)).ok()?;
+    }
+    answer(check, &layout, &dofs)?;
+    let truth = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta_true")?));
+    let (mut diagonal, mut first_row) =
+        (heapless::Vec::<R, 36>::new(), heapless::Vec::<R, 36>::new());
+    for index in 0..layout.hits.len() {
+        let (_, lines) = dofs.get(index)?;
+        let block = |other| -> Option<SMatrix<R, RESPONSES, RESPONSES>> {
+            readings_covariance(&layout, &truth, (index, lines), other)
+        };
+        diagonal.extend_from_slice(block(index)?.diagonal().as_slice()).ok()?;
+        let (_, first) = dofs.first()?;
+        let row: SMatrix<R, RESPONSES, RESPONSES> =
+            readings_covariance(&layout, &truth, (0, first), index)?;
+        first_row.extend(row.row(0).iter().copied());
+    }
+    check.numbers("cov_total_at_truth_diag", &diagonal);
+    check.numbers("cov_total_at_truth_first_row", &first_row);
+    Some(())
+}
+
+fn answer<R: Real>(
+    check: &mut Check<'_, '_, R>,
+    layout: &GoldenLayout<R>,
+    dofs: &Dofs<R>,
+) -> Option<()> {
+    let mut memory = [R::zero(); WORKSPACE];
+    let dofs = dofs.iter().map(|(index, lines)| (*index, lines));
+    let start = massline_shared::identify::inertia_restraint::solve(
+        layout,
+        dofs.clone(),
+        massline_shared::identify::inertia_restraint::ReferencePoint::Centroid,
+    )
+    .ok()?;
+    let solution = solve(layout, dofs, Some(&start.body), &mut memory).ok()?;
+    let estimate = &solution.estimate;
+    let (theta, sigma) = (estimate.theta(), estimate.sigma()?);
+    check.numbers("theta", theta.as_slice());
+    check.numbers("sd", sigma.as_slice());
+    let mut interval = heapless::Vec::<R, 20>::new();
+    for (value, sigma) in theta.iter().zip(sigma.iter()) {
+        let half = *sigma * R::of(1.959_963_985);
+        interval.extend_from_slice(&[*value - half, *value + half]).ok()?;
+    }
+    check.numbers("ci95", &interval);
+    let consistency = estimate.consistency?;
+    check.numbers("cost", &[consistency.chi_squared]);
+    check.numbers("chi2_red", &[consistency.reduced()]);
+    Some(())
+}
+
+/// The layout without any error.
+fn exact_layout<R: Real>(check: &Check<'_, '_, R>) -> Option<GoldenLayout<R>> {
+    let mut layout = check.layout()?;
+    layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
+    layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
+    layout.hammer_gain = R::zero();
+    Some(layout)
+}
+
+/// The errors of the hits under a name of the inputs; gives how many hits are averaged.
+fn hit_errors<R: Real>(
+    check: &Check<'_, '_, R>,
+    name: &str,
+    layout: &mut GoldenLayout<R>,
+) -> Option<u16> {
+    let number = |key: &str| {
+        let mut path = heapless::String::<32>::new();
+        path.push_str(name).ok()?;
+        path.push('.').ok()?;
+        path.push_str(key).ok()?;
+        check.input_number(&path)
+    };
+    let (position, direction) = (number("sig_q")?, number("sig_d")?);
+    for hit in &mut layout.hits {
+        hit.uncertainty = HitUncertainty { position, direction, ..HitUncertainty::none() };
+    }
+    Some(number("n_hits")?.to_f64() as u16)
+}
+
+fn add_priors<R: Real>(check: &Check<'_, '_, R>, layout: &mut GoldenLayout<R>) {
+    let fields = ["index", "mean", "sigma"].map(|key| {
+        let mut path = heapless::String::<32>::new();
+        let _ = path.push_str("prior.");
+        let _ = path.push_str(key);
+        check.input_number(&path)
+    });
+    if let [Some(index), Some(value), Some(sigma)] = fields {
+        // One in the case that has any.
+        let _ = layout.priors.push(Prior { property: index.to_f64() as u8, value, sigma });
+    }
+}

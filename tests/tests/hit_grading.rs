@@ -1,0 +1,241 @@
+//! Hits of the simulated bench, graded: good ones pass, and each fault is found.
+
+use massline::campaign::{Begin, Ending, Observer, begin, follow};
+use massline::client::{Client, PipeTransport};
+use massline::interrupt::Interrupt;
+use massline::layout_file::LayoutFile;
+use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::layout::{HostLayout, RigLayout};
+use massline_shared::protocol::event::HitEvent;
+use massline_shared::protocol::object::MeasurementResult;
+use massline_shared::signal::{
+    AdcProperties, Calibration, Capture, CaptureState, HitReport, Record, Scan, Trigger, grade,
+};
+use massline_shared::units::{Newtons, ScanIndex};
+use massline_virtual::bench::{Bench, BenchSource, Fault};
+use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
+use massline_virtual::source::ScanSource;
+
+const TESTS: [&str; 4] = [
+    include_str!("../../host/examples/three-bar-test-1.toml"),
+    include_str!("../../host/examples/three-bar-test-2.toml"),
+    include_str!("../../host/examples/three-bar-test-3.toml"),
+    include_str!("../../host/examples/three-bar-test-4.toml"),
+];
+
+fn layout(test: &str) -> (HostLayout, RigLayout) {
+    let file = LayoutFile::parse(test, "test.toml").unwrap();
+    let rig = file.rig_layout().unwrap();
+    (file.layout, rig)
+}
+
+/// The report of the hit after an arming.
+fn graded(source: &mut BenchSource, layout: &RigLayout, arming: u32, dof: usize) -> HitReport {
+    let (adc, calibration) = (source.adc(), Calibration::default());
+    let level = Newtons(layout.test.trigger_n);
+    let mut capture = Capture::new(Trigger::new(&adc, &calibration, level));
+    let mut record = Box::new(Record::new());
+    source.armed(arming, dof);
+    for index in 0.. {
+        let scan = source.next_scan().unwrap();
+        let state = capture.feed(&mut record, &scan, ScanIndex(index));
+        if let CaptureState::Complete { .. } = state {
+            break;
+        }
+    }
+    grade(&record, &adc, &calibration, &layout.test, None)
+}
+
+/// Findings per code over the hits of a bench, and how many hits.
+fn findings(bench: &Bench, seeds: u64) -> (Vec<(Code, f32)>, usize) {
+    let (mut all, mut hits) = (Vec::new(), 0);
+    for test in TESTS {
+        let (host, rig) = layout(test);
+        for seed in 1..=seeds {
+            let mut source = BenchSource::new(bench, &host, seed).unwrap();
+            for arming in 0..15 {
+                let dof = arming as usize % host.hits.len();
+                let report = graded(&mut source, &rig, arming, dof);
+                hits += 1;
+                all.extend(report.findings.iter().map(|f| (f.known_code().unwrap(), f.value)));
+            }
+        }
+    }
+    (all, hits)
+}
+
+#[test]
+fn good_taps_have_no_findings() {
+    let mut bench = Bench::named("default").unwrap();
+    bench.operator.too_weak_rate = 0.0;
+    bench.operator.too_hard_rate = 0.0;
+    let (found, hits) = findings(&bench, 4);
+    assert_eq!(hits, 240);
+    assert!(found.is_empty(), "{found:?}");
+}
+
+/// What a campaign says of its hits.
+#[derive(Default)]
+struct Heard(Vec<HitEvent>);
+
+impl Observer for Heard {
+    fn hit(&mut self, hit: &HitEvent) {
+        self.0.push(hit.clone());
+    }
+}
+
+/// A whole campaign of the first test through the firmware.
+fn campaign(
+    source: Box<dyn ScanSource + Send>,
+    layout: &RigLayout,
+) -> (Vec<HitEvent>, MeasurementResult) {
+    let rig = VirtualRig::start(VirtualRigOptions::new(source)).unwrap();
+    let mut client = Client::new(PipeTransport::new(rig.link()));
+    client.identify().unwrap();
+    client.put_layout(layout).unwrap();
+    begin(&mut client, Begin::default()).unwrap();
+    let mut heard = Heard::default();
+    let ending = follow(&mut client, &Interrupt::new(), None, &mut heard).unwrap();
+    let Ending::Done(number) = ending else { panic!("no result: {ending:?}") };
+    let result = client.result(number).unwrap();
+    rig.stop().unwrap();
+    (heard.0, result)
+}
+
+fn benched(change: impl Fn(&mut Bench)) -> (Vec<HitEvent>, MeasurementResult) {
+    let (host, rig) = layout(TESTS[0]);
+    let mut bench = Bench::named("default").unwrap();
+    bench.operator.too_weak_rate = 0.0;
+    bench.operator.too_hard_rate = 0.0;
+    change(&mut bench);
+    campaign(Box::new(BenchSource::new(&bench, &host, 3).unwrap()), &rig)
+}
+
+/// Makes the operator of a bench worse.
+type Change = fn(&mut Bench);
+
+fn has(diagnostics: &[Diagnostic], code: Code) -> bool {
+    diagnostics.iter().any(|d| d.known_code() == Some(code))
+}
+
+#[test]
+fn taps_that_spoil_an_average_are_hit_again() {
+    let faults: [(Code, Change); 4] = [
+        (Code::TooWeak, |bench| bench.operator.too_weak_rate = 0.4),
+        (Code::Overload, |bench| bench.operator.too_hard_rate = 0.4),
+        (Code::DoubleHit, |bench| bench.operator.double_rate = 0.4),
+        (Code::ClippedRecord, |bench| bench.operator.leaning_rate = 0.4),
+    ];
+    for (code, change) in faults {
+        let (hits, result) = benched(change);
+        let bad: Vec<&HitEvent> = hits.iter().filter(|hit| !hit.good).collect();
+        assert!(!bad.is_empty(), "{code:?}");
+        assert!(bad.iter().all(|hit| has(&hit.findings, code)), "{code:?}: {bad:?}");
+        let (good, wanted) = (hits.len() - bad.len(), 3 * 5);
+        assert_eq!(good, wanted, "{code:?}");
+        assert!(result.dofs.iter().all(|dof| dof.hits == 5), "{code:?}");
+    }
+}
+
+#[test]
+fn taps_that_are_doubtful_are_averaged_with_a_warning() {
+    let faults: [(Code, Change); 3] = [
+        (Code::PreTriggerNotQuiet, |bench| bench.operator.grazing_rate = 0.4),
+        (Code::ForceSpectrumLow, |bench| bench.operator.soft_rate = 0.4),
+        // Sensors on the frame reach the end of their range at about 36 N.
+        (Code::TooHard, |bench| bench.tap.force_n = [33.0, 33.5]),
+    ];
+    for (code, change) in faults {
+        let (hits, _) = benched(change);
+        assert_eq!(hits.len(), 15, "{code:?}: {hits:?}");
+        let warned: Vec<&HitEvent> = hits.iter().filter(|h| has(&h.findings, code)).collect();
+        assert!(!warned.is_empty() && warned.iter().all(|hit| hit.good), "{code:?}: {hits:?}");
+    }
+}
+
+#[test]
+fn good_campaigns_have_neither_inconsistent_hits_nor_loose_sensors() {
+    for seed in 1..=5 {
+        for test in TESTS {
+            let (host, rig) = layout(test);
+            let bench = Bench::named("default").unwrap();
+            let source = BenchSource::new(&bench, &host, seed).unwrap();
+            let (_, result) = campaign(Box::new(source), &rig);
+            for code in [Code::HitInconsistent, Code::MotionNotRigid] {
+                assert!(!has(&result.diagnostics, code), "{seed}: {:?}", result.diagnostics);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_tap_astray_differs_from_its_siblings() {
+    let (_, result) = benched(|bench| bench.operator.astray_rate = 0.15);
+    let found = result.diagnostics.iter().find(|d| d.known_code() == Some(Code::HitInconsistent));
+    let found = found.expect("80 mm beside the mark");
+    assert_eq!(found.severity, Severity::Warning as u8);
+    assert!(found.subject < 3 && found.value > 0.15, "{found:?}");
+}
+
+#[test]
+fn a_reversed_axis_is_no_rigid_motion() {
+    let axis = massline_shared::layout::Axis::X;
+    let (_, result) = benched(|bench| bench.faults.push(Fault::Flip { sensor: 1, axis }));
+    let found = result.diagnostics.iter().find(|d| d.known_code() == Some(Code::MotionNotRigid));
+    assert!(found.is_some_and(|d| d.value > 0.08 && d.subject < 3), "{:?}", result.diagnostics);
+}
+
+/// Plays the scans of the first arming again at every second one, as a stuck buffer would.
+#[derive(Debug)]
+struct Stuck {
+    source: BenchSource,
+    kept: Vec<Scan>,
+    at: usize,
+    armings: u32,
+}
+
+impl ScanSource for Stuck {
+    fn adc(&self) -> AdcProperties {
+        self.source.adc()
+    }
+
+    fn started(&mut self) {
+        self.source.started();
+    }
+
+    fn armed(&mut self, arming: u32, dof: usize) {
+        self.armings += 1;
+        self.at = 0;
+        if self.armings % 2 == 1 {
+            self.kept.clear();
+            self.source.armed(arming, dof);
+        }
+    }
+
+    fn next_scan(&mut self) -> Option<Scan> {
+        if self.armings % 2 == 1 {
+            let scan = self.source.next_scan()?;
+            self.kept.push(scan);
+            return Some(scan);
+        }
+        self.at += 1;
+        // Past its end the last scan is repeated.
+        self.kept.get(self.at - 1).or(self.kept.last()).copied()
+    }
+}
+
+#[test]
+fn a_record_that_comes_twice_is_rejected() {
+    let (host, rig) = layout(TESTS[0]);
+    let mut bench = Bench::named("default").unwrap();
+    bench.operator.too_weak_rate = 0.0;
+    bench.operator.too_hard_rate = 0.0;
+    let source = BenchSource::new(&bench, &host, 3).unwrap();
+    let stuck = Stuck { source, kept: Vec::new(), at: 0, armings: 0 };
+    let (hits, _) = campaign(Box::new(stuck), &rig);
+    for (k, hit) in hits.iter().enumerate() {
+        assert_eq!(hit.good, k % 2 == 0, "{k}: {hit:?}");
+        assert_eq!(has(&hit.findings, Code::DuplicateHit), k % 2 == 1);
+    }
+    assert_eq!(hits.iter().filter(|hit| hit.good).count(), 15);
+}

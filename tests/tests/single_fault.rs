@@ -1,0 +1,141 @@
+//! Plain mistakes, made on the bench, run through the whole chain, and named.
+
+use massline::commands::bench_test::nominal_calibration;
+use massline::layout_file::LayoutFile;
+use massline::monte_carlo::measurement::measure;
+use massline::single_fault::{Examination, Verdict, examine};
+use massline_virtual::bench::{Bench, BenchSource};
+
+/// The frame with five hit DOFs.
+const FIVE_HITS: &str = r#"
+title = "three-bar frame, five hits"
+gravity = [0.0, 0.0, -9.80665]
+sensors = [1, 2, 4]
+hits = ["1:+Y", "2:+Z", "4:+X", "1:+Z", "3:+X"]
+node = [
+    { id = 1, position_m = [0.0, 0.0, 0.0] },
+    { id = 2, position_m = [0.20785, -0.19902, 0.0] },
+    { id = 3, position_m = [0.20785, 0.0, 0.0] },
+    { id = 4, position_m = [0.20785, -0.19902, 0.14913] },
+]
+"#;
+const KNOWN_MASS: &str = "[prior]\nmass_kg = { value = 1.23, sigma = 0.001 }\n";
+
+/// What is found after a campaign on a bench with these faults.
+fn examined(text: &str, faults: &[&str], seed: u64) -> (LayoutFile, Examination) {
+    let file = LayoutFile::parse(text, "five.toml").expect("a good layout");
+    let mut bench = Bench::named("default").expect("bundled");
+    bench.faults = faults.iter().map(|f| f.parse().expect("a fault")).collect();
+    let mut source = BenchSource::new(&bench, &file.layout, seed).expect("fits the bench");
+    let layout = file.layout.cast().expect("fits the rig");
+    let measured = measure(&mut source, &layout, &nominal_calibration(&bench)).expect("lines");
+    let nodes: Vec<_> = file.nodes.iter().map(|node| (node.id, node.position)).collect();
+    let examination = examine(&file.layout, &nodes, &measured.dofs);
+    (file, examination)
+}
+
+/// The messages of all suspects, the best first.
+fn suspected(text: &str, fault: &str, seed: u64) -> Vec<String> {
+    let (file, examination) = examined(text, &[fault], seed);
+    let json = examination.to_json(&file.layout);
+    let suspects = json["suspects"].as_array().expect("a list");
+    suspects.iter().map(|s| s["message"].as_str().expect("text").to_owned()).collect()
+}
+
+/// Every kind of mistake, at every sensor and hit. Where two places are the same line of action, both
+/// are named, in either order.
+#[test]
+fn every_mistake_is_named() {
+    let cases: [(&str, &[&str]); 20] = [
+        ("flip:1x", &["sensor 1 (on node 1) has its x axis reversed"]),
+        ("flip:1z", &["sensor 1 (on node 1) has its z axis reversed"]),
+        ("flip:2y", &["sensor 2 (on node 2) has its y axis reversed"]),
+        ("flip:3z", &["sensor 3 (on node 4) has its z axis reversed"]),
+        ("swap:1,2", &["the cables of sensors 1 and 2 are swapped"]),
+        ("swap:2,3", &["the cables of sensors 2 and 3 are swapped"]),
+        ("swap:2x,2z", &["sensor 2 (on node 2) has the wires of x and z swapped"]),
+        ("rotate:1:z90", &["sensor 1 (on node 1) is turned about its z axis by +90°"]),
+        ("rotate:2:x90", &["sensor 2 (on node 2) is turned about its x axis by +90°"]),
+        ("rotate:3:y-90", &["sensor 3 (on node 4) is turned about its y axis by -90°"]),
+        ("rotate:3:z180", &["sensor 3 (on node 4) is turned about its z axis by 180°"]),
+        ("hit:1:4", &["hit 1 (1:+Y) landed on node 4"]),
+        ("hit:2:1", &["hit 2 (2:+Z) landed on node 1"]),
+        ("hit:3:2", &["hit 3 (4:+X) landed on node 2"]),
+        ("hit:4:3", &["hit 4 (1:+Z) landed on node 3"]),
+        ("hit:5:2", &["hit 5 (3:+X) landed on node 2"]),
+        // Nodes 2 and 3 lie on one line along y.
+        ("hit:1:3", &["hit 1 (1:+Y) landed on node 3", "hit 1 (1:+Y) landed on node 2"]),
+        // Nodes 2 and 4 lie on one line along z.
+        ("hit:4:2", &["hit 4 (1:+Z) landed on node 2", "hit 4 (1:+Z) landed on node 4"]),
+        ("reverse:1", &["hit 1 (1:+Y) came from the other side"]),
+        ("reverse:3", &["hit 3 (4:+X) came from the other side"]),
+    ];
+    for (seed, (fault, expected)) in (1..).zip(cases) {
+        let mut found = suspected(FIVE_HITS, fault, seed);
+        let mut expected = expected.to_vec();
+        found.sort();
+        expected.sort_unstable();
+        assert_eq!(found, expected, "{fault}");
+    }
+}
+
+#[test]
+fn a_common_scale_is_named_when_a_mass_is_known() {
+    let text = format!("{FIVE_HITS}{KNOWN_MASS}");
+    let (file, found) = examined(&text, &["scale:1.1"], 21);
+    let json = found.to_json(&file.layout);
+    let [only] = &json["suspects"].as_array().expect("a list")[..] else { panic!("{json}") };
+    assert_eq!(only["code"], "common_scale");
+    // The gains of nine channels, 0.5 % each on the bench, and noise: 0.3 %; four times that.
+    let scale = only["scale"]["value"].as_f64().expect("a number");
+    assert!((scale - 1.1).abs() < 0.012, "{json}");
+    let said = found.diagnostics_json(&file.layout);
+    assert_eq!(
+        (&said[0]["code"], &said[0]["severity"]),
+        (&"common_scale".into(), &"warning".into())
+    );
+
+    // Nothing else knows how heavy the object is.
+    let (_, found) = examined(FIVE_HITS, &["scale:1.1"], 21);
+    assert_eq!(found.verdict, Verdict::NothingSuspicious);
+}
+
+#[test]
+fn a_good_test_is_not_suspicious() {
+    for seed in 31..35 {
+        for text in [FIVE_HITS.to_owned(), format!("{FIVE_HITS}{KNOWN_MASS}")] {
+            let (file, found) = examined(&text, &[], seed);
+            assert_eq!(
+                found.verdict,
+                Verdict::NothingSuspicious,
+                "{}",
+                found.to_text(&file.layout)
+            );
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_seen_is_said_and_not_guessed() {
+    // Nodes 2 and 4, and 3 and 1, lie on one line along the hit.
+    for (seed, fault) in [(41, "hit:2:4"), (42, "hit:5:1")] {
+        let (file, found) = examined(FIVE_HITS, &[fault], seed);
+        assert_eq!(found.verdict, Verdict::NothingSuspicious);
+        let json = found.to_json(&file.layout);
+        let hidden: Vec<_> = json["not_visible"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|fault| fault["message"].as_str().expect("text"))
+            .collect();
+        assert_eq!(hidden, ["hit 2 (2:+Z) landed on node 4", "hit 5 (3:+X) landed on node 1"]);
+    }
+}
+
+#[test]
+fn two_mistakes_at_once_are_not_blamed_on_one() {
+    let (file, found) = examined(FIVE_HITS, &["flip:1x", "hit:2:1"], 51);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.to_text(&file.layout));
+    let said = found.diagnostics_json(&file.layout);
+    assert_eq!(said[0]["code"], "no_single_fault_explains");
+}
