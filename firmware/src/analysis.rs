@@ -44,6 +44,8 @@ pub(crate) struct AnalysisMemory {
 }
 
 impl AnalysisMemory {
+    /// All zero bytes, so a static one lies in `.bss`; the settings in the result are those of no
+    /// campaign and are set by every one.
     pub const fn new() -> Self {
         const ZERO: Complex<f32> = Complex { re: 0.0, im: 0.0 };
         Self {
@@ -58,7 +60,7 @@ impl AnalysisMemory {
                 calibration: 0,
                 firmware: heapless::String::new(),
                 frf_estimator: FrfEstimator::H1,
-                terms: Terms::Abc,
+                terms: Terms::A,
                 band_automatic: false,
                 dofs: Vec::new(),
                 estimates: Vec::new(),
