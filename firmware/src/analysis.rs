@@ -17,7 +17,7 @@ use massline_shared::protocol::message::Measured;
 use massline_shared::protocol::object::{DofResult, MeasurementResult};
 use massline_shared::signal::{
     Calibration, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES,
-    lines_of_band,
+    Standing, lines_of_band,
 };
 use nalgebra::{Complex, SVector};
 
@@ -89,19 +89,20 @@ pub(crate) struct Analysis<'a> {
 }
 
 impl Analysis<'_> {
-    /// Averages the record into the spectra of a DOF, and its own mass lines into their scatter.
+    /// Averages the record into the spectra of a DOF, and its own mass lines into their scatter; takes it
+    /// out again when it does not agree with its siblings and the policy wants only those that do.
     ///
     /// Yields between channels; a channel takes about 0.2 M instructions. Deadline: [`crate::deadline::DEADLINE`]
     /// between two yields.
-    pub async fn average_hit(&mut self, dof: usize) {
+    pub async fn average_hit(&mut self, dof: usize) -> Standing<f32> {
         let rig = self.rig;
-        let Some(test) = self.settings() else { return };
+        let Some(test) = self.settings() else { return Standing::Agrees };
         if rig.campaign.borrow().accepted() == 0 {
             self.open_dof(dof);
         }
         let Some(mut hit) = HitInHand::begin(rig, self.record, self.spectra, self.memory, &test)
         else {
-            return;
+            return Standing::Agrees;
         };
         let mut single = SVector::<f32, RESPONSES>::zeros();
         let mut whole = true;
@@ -114,12 +115,25 @@ impl Analysis<'_> {
             }
         }
         // A hit without mass lines of its own tells nothing about the scatter.
-        if whole {
-            rig.calibration.borrow().undo_cross_axis(single.as_mut_slice());
-            let siblings = self.memory.single_hits.get_or_insert_default();
-            consistency::tell_inconsistent(rig, &test, dof, siblings, &single);
-            siblings.add(&single);
+        if !whole {
+            return Standing::Agrees;
         }
+        rig.calibration.borrow().undo_cross_axis(single.as_mut_slice());
+        let siblings = hit.siblings.get_or_insert_default();
+        let standing = consistency::judge(rig, &test, dof, siblings, &single);
+        match standing {
+            Standing::Agrees => siblings.add(&single),
+            Standing::Astray(_) => {
+                hit.remove_force();
+                for response in 0..rig.adc_in_use().responses() {
+                    yield_now().await;
+                    hit.remove_response(response);
+                }
+            }
+            // The DOF begins anew: the next hit opens it.
+            Standing::Contradicts(_) => {}
+        }
+        standing
     }
 
     /// Turns the averaged spectra of a DOF into its mass lines and keeps them. Deadline: [`crate::deadline::DEADLINE`].
@@ -262,6 +276,7 @@ struct HitInHand<'a> {
     force: &'a [Complex<f32>],
     lines: &'a mut [Complex<f32>],
     basis: Result<MassLineBasis<'a, f32>, MassLineError>,
+    siblings: &'a mut Option<ScatterAccumulator<f32, RESPONSES>>,
 }
 
 impl<'a> HitInHand<'a> {
@@ -274,14 +289,14 @@ impl<'a> HitInHand<'a> {
         test: &TestSettings<f32>,
     ) -> Option<Self> {
         let _deadline = Deadline::begin(rig);
-        let AnalysisMemory { scratch, force, lines, basis, .. } = memory;
+        let AnalysisMemory { scratch, force, lines, basis, single_hits: siblings, .. } = memory;
         let calibration = rig.calibration.borrow();
         let hit = HitAnalysis::new(&rig.adc_in_use(), &calibration, test, PRE_TRIGGER_SCANS);
         // The scratch is as long as the record, so no transform fails.
         hit.force(&*record.borrow(), scratch, force).ok()?;
         spectra.borrow_mut().add_force(force);
         let basis = fit_basis(rig, test, |line| force[line].norm_sqr(), basis);
-        Some(Self { rig, record, spectra, hit, scratch, force, lines, basis })
+        Some(Self { rig, record, spectra, hit, scratch, force, lines, basis, siblings })
     }
 
     /// Adds a response to the spectra of the DOF; gives this hit's own accelerance when it has one.
@@ -292,6 +307,21 @@ impl<'a> HitInHand<'a> {
         HitAnalysis::divide(self.lines, self.force);
         let fit = self.basis.as_ref().ok()?.fit(self.lines.iter().copied()).ok()?;
         Some(fit.accelerance())
+    }
+
+    /// Takes the force out of the spectra of the DOF again.
+    fn remove_force(&mut self) {
+        self.spectra.borrow_mut().remove_force(self.force);
+    }
+
+    /// Takes a response out of the spectra of the DOF again: transformed once more, as its lines are
+    /// not kept.
+    fn remove_response(&mut self, response: usize) {
+        let _deadline = Deadline::begin(self.rig);
+        // What could be transformed once can be again.
+        if self.hit.response(&*self.record.borrow(), response, self.scratch, self.lines).is_ok() {
+            self.spectra.borrow_mut().remove_response(response, self.force, self.lines);
+        }
     }
 }
 

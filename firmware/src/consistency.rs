@@ -3,24 +3,34 @@
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::{NOT_RIGID, ScatterAccumulator, rigid_residuals};
-use massline_shared::layout::TestSettings;
-use massline_shared::signal::{RESPONSES, inconsistent_from};
+use massline_shared::layout::{TestSettings, Verdict};
+use massline_shared::signal::{RESPONSES, Standing, standing};
 use nalgebra::SVector;
 
 use crate::rig::Rig;
 
-/// The last hit at a DOF is far from those before.
-pub(crate) fn tell_inconsistent(
+/// How a hit stands to its siblings, `single` its own mass lines; told when it does not agree and is
+/// averaged all the same. A policy that rejects such hits makes [`Standing::Astray`] and
+/// [`Standing::Contradicts`] of them, any other [`Standing::Agrees`].
+pub(crate) fn judge(
     rig: &Rig,
     test: &TestSettings<f32>,
     dof: usize,
     siblings: &ScatterAccumulator<f32, RESPONSES>,
     single: &SVector<f32, RESPONSES>,
-) {
-    let limit = inconsistent_from(u32::from(siblings.hits()), siblings.spread());
-    if let Some(distance) = siblings.distance(single).filter(|&far| far > limit) {
-        rig.say(late(test, Code::HitInconsistent, dof, distance));
+) -> Standing<f32> {
+    let hits = u32::from(siblings.hits());
+    let standing = standing(hits, siblings.spread(), siblings.distance(single));
+    let (Standing::Astray(distance) | Standing::Contradicts(distance)) = standing else {
+        return standing;
+    };
+    let verdict = test.policy.verdict(Code::HitInconsistent);
+    if verdict == Verdict::Reject {
+        return standing;
     }
+    let subject = dof as u16;
+    rig.say(Diagnostic::about(Code::HitInconsistent, verdict.severity(), subject, distance));
+    Standing::Agrees
 }
 
 /// The sensor that moves least with the others, when it does not move as a part of a rigid body.
@@ -33,13 +43,9 @@ pub(crate) fn tell_not_rigid(
     let residuals = layout.as_ref().and_then(|layout| rigid_residuals(layout, readings));
     let worst = residuals.iter().flatten().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
     if let Some((sensor, &left)) = worst.filter(|(_, left)| **left > NOT_RIGID as f32) {
-        rig.say(late(test, Code::MotionNotRigid, sensor, left));
+        // About the sensor, not about a hit: hitting again would not help, so it warns at most.
+        let verdict = test.policy.verdict(Code::MotionNotRigid);
+        let severity = verdict.severity().min(Severity::Warning);
+        rig.say(Diagnostic::about(Code::MotionNotRigid, severity, sensor as u16, left));
     }
-}
-
-/// A finding about hits that are averaged already: a policy that rejects them comes too late, so it
-/// warns.
-fn late(test: &TestSettings<f32>, code: Code, subject: usize, value: f32) -> Diagnostic {
-    let severity = test.policy.verdict(code).severity().min(Severity::Warning);
-    Diagnostic::about(code, severity, subject as u16, value)
 }

@@ -15,7 +15,8 @@ use massline_shared::layout::TestSettings;
 use massline_shared::protocol::event::HitEvent;
 use massline_shared::protocol::message::Phase;
 use massline_shared::signal::{
-    CHANNELS, Capture, CaptureState, HitReport, RECORD_SCANS, Record, Scan, Trigger, grade,
+    CHANNELS, Capture, CaptureState, HitReport, RECORD_SCANS, Record, Scan, Standing, Trigger,
+    grade,
 };
 use massline_shared::units::{Newtons, ScanIndex};
 
@@ -52,10 +53,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
                 }
                 Step::Rest => self.rig.steer.wait().await,
                 Step::AwaitHit { dof } => self.await_hit(dof).await,
-                Step::Analyse { dof } => {
-                    self.analysis().average_hit(dof).await;
-                    self.rig.campaign.borrow_mut().analysed();
-                }
+                Step::Analyse { dof } => self.average_hit(dof).await,
                 Step::CloseDof { dof } => {
                     self.analysis().close_dof(dof);
                     self.rig.campaign.borrow_mut().dof_closed();
@@ -141,6 +139,35 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         rig.campaign.borrow_mut().graded(report.good());
     }
 
+    /// Averages the record in hand, or asks for another hit when it does not agree with its siblings.
+    async fn average_hit(&mut self, dof: usize) {
+        let standing = self.analysis().average_hit(dof).await;
+        let mut campaign = self.rig.campaign.borrow_mut();
+        let (code, distance) = match standing {
+            Standing::Agrees => return campaign.analysed(),
+            Standing::Astray(distance) => {
+                campaign.withdrawn();
+                (Code::HitInconsistent, distance)
+            }
+            Standing::Contradicts(distance) => {
+                campaign.contradicted();
+                (Code::HitsDisagree, distance)
+            }
+        };
+        drop(campaign);
+        self.withdraw_hit(Diagnostic::about(code, Severity::Error, dof as u16, distance));
+    }
+
+    /// Tells about the hit in hand, which was good by itself, once more: now it is rejected.
+    fn withdraw_hit(&self, why: Diagnostic) {
+        let rig = self.rig;
+        rig.rejected_for.set(Some(why.code));
+        let Some(mut hit) = rig.last_hit.take() else { return };
+        hit.good = false;
+        note(&mut hit.findings, why);
+        rig.tell_hit(hit);
+    }
+
     /// Scans are missing. Before the hammer has touched that costs nothing but another arming.
     fn lose_record(&mut self, dof: usize, lost: u32) {
         self.rig.stats.borrow_mut().scans_lost += u64::from(lost);
@@ -160,7 +187,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         self.rig.hits_seen.set(number);
         let decisive = report.findings.iter().find(|found| found.is_error());
         self.rig.rejected_for.set(decisive.map(|found| found.code));
-        self.rig.tell_hit(HitEvent {
+        let hit = HitEvent {
             number,
             dof: dof as u8,
             good: report.good(),
@@ -168,7 +195,9 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             peak_force: report.peak_force.0,
             peak_acceleration: report.peak_acceleration.0,
             findings: report.findings.clone(),
-        });
+        };
+        self.rig.last_hit.replace(Some(hit.clone()));
+        self.rig.tell_hit(hit);
         number
     }
 

@@ -42,6 +42,8 @@ pub(crate) struct Rig {
     pub stats: RefCell<Stats>,
     pub hits: RefCell<Deque<HitEvent, HIT_QUEUE>>,
     pub hits_seen: Cell<u32>,
+    /// What was told of the last hit.
+    pub last_hit: RefCell<Option<HitEvent>>,
     /// Scan of the last trigger.
     pub triggered_at: Cell<u64>,
     /// Number of the hit whose record is whole and readable.
@@ -101,6 +103,7 @@ impl Rig {
             stats: RefCell::new(Stats::default()),
             hits: RefCell::new(Deque::new()),
             hits_seen: Cell::new(0),
+            last_hit: RefCell::new(None),
             triggered_at: Cell::new(0),
             record_of: Cell::new(None),
             last_record: Cell::new(None),

@@ -13,6 +13,8 @@
 //!                      └──────────────────────────────────────────────────────── CloseDof
 //!                                                                last DOF ──▶ Identify ──▶ Done
 //! ```
+//! A record that was analysed and does not agree with its siblings is withdrawn where the policy wants
+//! it: the rig waits for another one.
 //! With *confirmation* a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
 
 use heapless::Vec;
@@ -305,6 +307,22 @@ impl Campaign {
         } else {
             self.set_current(accepted, Outcome::Open);
             self.wait();
+        }
+    }
+
+    /// The record in hand does not belong to the hits before it: it was taken out of the averages.
+    pub fn withdrawn(&mut self) {
+        if self.state == State::Analysing {
+            self.reject();
+        }
+    }
+
+    /// The record in hand and the only one before it contradict each other: the DOF begins anew.
+    pub fn contradicted(&mut self) {
+        if self.state == State::Analysing {
+            self.rejected = self.rejected.saturating_add(self.accepted().into());
+            self.set_current(0, Outcome::Open);
+            self.reject();
         }
     }
 

@@ -167,6 +167,9 @@ codes! {
     /// No motion of a rigid body is what a sensor reads. Subject: the sensor. Value: its part of the
     /// residual over the norm of all readings.
     MotionNotRigid = 75, "motion_not_rigid";
+    /// The first two hits at a DOF differ, so nothing tells which is wrong. Subject: the DOF. Value: the
+    /// relative distance of their responses per force.
+    HitsDisagree = 76, "hits_disagree";
 
     /// One sensor whose axes are reversed, swapped or turned explains the data. Value: χ².
     SensorAxesSuspect = 112, "sensor_axes_suspect";

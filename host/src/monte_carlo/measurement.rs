@@ -2,15 +2,16 @@
 //! recorded, graded and averaged as the firmware does, only without its executor, link and flash.
 
 use massline_shared::campaign::{Campaign, Step};
+use massline_shared::diagnosis::Code;
 use massline_shared::identify::{MassLines, ScatterAccumulator};
-use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, TestSettings};
+use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, TestSettings, Verdict};
 use massline_shared::mass_line::{
     BasisRow, Fitting, Line, MassLineBasis, MassLineError, ResponseFits, find_band,
     window_correlation,
 };
 use massline_shared::signal::{
     AdcProperties, Calibration, Capture, CaptureState, FftError, HitAnalysis, PRE_TRIGGER_SCANS,
-    RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES, Spectra, Trigger, grade,
+    RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES, Spectra, Standing, Trigger, grade, standing,
 };
 use massline_shared::units::{Newtons, ScanIndex};
 use massline_virtual::source::ScanSource;
@@ -21,8 +22,8 @@ pub type TestLayout = Layout<f64, RIG_SENSORS, RIG_HITS>;
 /// Mass lines of the rig's responses in double precision.
 pub type TestMassLines = MassLines<f64, RESPONSES>;
 
-/// Armings without a usable hit, one after another, after which a test is given up.
-const MOST_REJECTED: u32 = 200;
+/// Rejected hits at one DOF after which a test is given up.
+const MOST_REJECTED: u16 = 200;
 /// Scans without a hit after which an arming is given up: a minute and a half at 4 kS/s.
 const MOST_SCANS: u64 = 360_000;
 
@@ -43,7 +44,7 @@ pub enum Unmeasured {
     NeverTriggered(usize),
     /// No hit is good enough.
     #[error(
-        "{MOST_REJECTED} hits in a row at DOF {} were rejected; look at test.weakest_hit_n and at the \
+        "{MOST_REJECTED} hits at DOF {} were rejected; look at test.weakest_hit_n and at the \
          force of the bench's taps", .0 + 1
     )]
     AlwaysRejected(usize),
@@ -69,17 +70,15 @@ pub fn measure(
     // A layout without hits has no DOF to measure.
     let started = campaign.start(layout.hits.len(), layout.test.hits_per_dof, false);
     let mut dofs = Vec::new();
-    let mut rejected_in_a_row = 0;
+    let mut rejected_before = 0;
     while started.is_ok() {
         match campaign.step() {
             Step::AwaitHit { dof } => {
                 campaign.armed();
                 tester.take_record(campaign.armings(), dof)?;
                 campaign.triggered();
-                let good = tester.is_good();
-                campaign.graded(good);
-                rejected_in_a_row = if good { 0 } else { rejected_in_a_row + 1 };
-                if rejected_in_a_row >= MOST_REJECTED {
+                campaign.graded(tester.is_good());
+                if campaign.rejected() - rejected_before >= MOST_REJECTED {
                     return Err(Unmeasured::AlwaysRejected(dof));
                 }
             }
@@ -87,12 +86,16 @@ pub fn measure(
                 if campaign.accepted() == 0 {
                     tester.open_dof();
                 }
-                tester.average_hit()?;
-                campaign.analysed();
+                match tester.average_hit()? {
+                    Standing::Agrees => campaign.analysed(),
+                    Standing::Astray(_) => campaign.withdrawn(),
+                    Standing::Contradicts(_) => campaign.contradicted(),
+                }
             }
             Step::CloseDof { dof } => {
                 dofs.push((dof, tester.close_dof()?));
                 campaign.dof_closed();
+                rejected_before = campaign.rejected();
             }
             Step::Identify | Step::Rest => break,
         }
@@ -162,7 +165,9 @@ impl<'a> Tester<'a> {
         self.single_hits = ScatterAccumulator::new();
     }
 
-    fn average_hit(&mut self) -> Result<(), Unmeasured> {
+    /// Averages the record in hand, unless it does not agree with its siblings and the policy wants
+    /// only those that do.
+    fn average_hit(&mut self) -> Result<Standing<f64>, Unmeasured> {
         let (mut force, mut lines): (Lines, Lines) =
             ([ZERO; SPECTRUM_LINES], [ZERO; SPECTRUM_LINES]);
         self.hit.force(&*self.record, &mut *self.scratch, &mut force)?;
@@ -177,8 +182,22 @@ impl<'a> Tester<'a> {
             single[response] = basis.fit(lines)?.accelerance();
         }
         self.calibration.undo_cross_axis(single.as_mut_slice());
-        self.single_hits.add(&single);
-        Ok(())
+        let siblings = &self.single_hits;
+        let distance = siblings.distance(&single);
+        let standing = standing(u32::from(siblings.hits()), siblings.spread(), distance);
+        let rejects = self.test.policy.verdict(Code::HitInconsistent) == Verdict::Reject;
+        if !rejects || standing == Standing::Agrees {
+            self.single_hits.add(&single);
+            return Ok(Standing::Agrees);
+        }
+        if let Standing::Astray(_) = standing {
+            self.spectra.remove_force(&force);
+            for response in 0..self.adc.responses() {
+                self.hit.response(&*self.record, response, &mut *self.scratch, &mut lines)?;
+                self.spectra.remove_response(response, &force, &lines);
+            }
+        }
+        Ok(standing)
     }
 
     fn close_dof(&mut self) -> Result<TestMassLines, Unmeasured> {

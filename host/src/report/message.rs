@@ -230,6 +230,11 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
              direction every time",
             hit()
         ),
+        Code::HitsDisagree => format!(
+            "at {} the first two hits differ by {percent:.0} % and nothing tells which is wrong: both \
+             are dropped; hit the same point in the same direction every time",
+            hit()
+        ),
         Code::MotionNotRigid => format!(
             "{} does not move with the others as a rigid body ({percent:.0} % of the readings are \
              left over); check its axes, cable, gain and glue",

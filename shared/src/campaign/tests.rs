@@ -42,6 +42,35 @@ fn a_rejected_hit_is_asked_for_again_under_a_new_arming() {
     assert_eq!((campaign.phase(), campaign.armings()), (Phase::Armed, 2));
 }
 
+/// A good hit up to its analysis.
+fn hit_to_analyse(campaign: &mut Campaign) {
+    campaign.armed();
+    campaign.triggered();
+    campaign.graded(true);
+    assert!(matches!(campaign.step(), Step::Analyse { .. }));
+}
+
+#[test]
+fn a_hit_that_is_withdrawn_is_asked_for_again() {
+    let mut campaign = started(2, 3);
+    hit(&mut campaign, true);
+    hit(&mut campaign, true);
+    hit_to_analyse(&mut campaign);
+    campaign.withdrawn();
+    assert_eq!((campaign.accepted(), campaign.rejected()), (2, 1));
+    assert_eq!(campaign.step(), Step::AwaitHit { dof: 0 });
+}
+
+#[test]
+fn of_two_hits_that_contradict_each_other_none_stays() {
+    let mut campaign = started(2, 3);
+    hit(&mut campaign, true);
+    hit_to_analyse(&mut campaign);
+    campaign.contradicted();
+    assert_eq!((campaign.accepted(), campaign.rejected()), (0, 2));
+    assert_eq!(campaign.step(), Step::AwaitHit { dof: 0 });
+}
+
 #[test]
 fn with_confirmation_the_operator_decides() {
     let mut campaign = Campaign::new();

@@ -68,12 +68,6 @@ impl HitPolicy {
         Code::MotionNotRigid,
     ];
 
-    /// True for a code that is found only after a hit has been averaged, so that the rig cannot
-    /// reject the hit for it.
-    pub fn is_late(code: Code) -> bool {
-        matches!(code, Code::HitInconsistent | Code::MotionNotRigid)
-    }
-
     /// What is done when nothing else is said: rejected is what spoils an average.
     pub fn default_verdict(code: Code) -> Verdict {
         match code {

@@ -25,8 +25,8 @@ pub use grade::{ChannelRange, HitGrader, HitReport, grade};
 pub use readings::Readings;
 pub use record::Record;
 pub use siblings::{
-    MOST_SIBLINGS, best_consistent, inconsistent_among, inconsistent_from, median_distance,
-    relative_distance,
+    MOST_SIBLINGS, Standing, best_consistent, inconsistent_among, median_distance,
+    relative_distance, standing,
 };
 pub use spectra::{Spectra, lines_of_band};
 pub use trigger::{Capture, CaptureState, EdgeTrigger, Trigger};

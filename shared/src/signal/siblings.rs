@@ -25,11 +25,32 @@ const FEWEST_FOR_SCATTER: u32 = 3;
 
 /// From this relative distance on a hit is inconsistent with `siblings` hits at its DOF whose own
 /// distances are about `scatter`.
-pub fn inconsistent_from<R: Real>(siblings: u32, scatter: R) -> R {
+fn inconsistent_from<R: Real>(siblings: u32, scatter: R) -> R {
     if siblings < FEWEST_FOR_SCATTER {
         return R::of(DISAGREES);
     }
     (scatter * R::of(TIMES_SCATTER)).max(R::of(AGREES)).min(R::of(DISAGREES))
+}
+
+/// How a hit stands to those at its DOF before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Standing<R> {
+    /// It agrees with them, or there are none.
+    Agrees,
+    /// It is this far from several that agree: it is the one that does not belong.
+    Astray(R),
+    /// It is this far from the only other one: nothing tells which of the two is wrong.
+    Contradicts(R),
+}
+
+/// How a hit stands at a relative `distance` from the mean of `siblings` hits whose own distances are
+/// about `scatter`; without a distance nothing speaks against it.
+pub fn standing<R: Real>(siblings: u32, scatter: R, distance: Option<R>) -> Standing<R> {
+    match distance.filter(|&far| far > inconsistent_from(siblings, scatter)) {
+        None => Standing::Agrees,
+        Some(far) if siblings > 1 => Standing::Astray(far),
+        Some(far) => Standing::Contradicts(far),
+    }
 }
 
 /// Relative distance of two sets of responses per force, `[Σ w |a − b|² / ½ Σ w (|a|² + |b|²)]^½`
@@ -44,7 +65,7 @@ pub fn relative_distance<R: Real>(pairs: impl Iterator<Item = (Complex<R>, Compl
     if ratio.finite() { ratio.sqrt() } else { R::zero() }
 }
 
-/// As [`inconsistent_from`], for `hits` (a bit each) whose scatter is the median of their
+/// As for [`standing`], for `hits` (a bit each) whose scatter is the median of their
 /// [median distances](median_distance).
 pub fn inconsistent_among<R: Real>(hits: u64, distance: &impl Fn(usize, usize) -> R) -> R {
     let medians = members(hits).filter_map(|hit| median_distance(hit, hits, distance));
@@ -139,6 +160,16 @@ mod tests {
         assert!(limit > 0.2 && limit < 0.75, "{limit}");
         assert_eq!(inconsistent_from(2, 0.01), DISAGREES);
         assert_eq!(inconsistent_from(3, 0.01), AGREES);
+    }
+
+    #[test]
+    fn one_against_one_tells_less_than_one_against_several() {
+        assert_eq!(standing(0, 0.0, None), Standing::<f64>::Agrees);
+        assert_eq!(standing(1, 0.0, Some(0.5)), Standing::Agrees);
+        assert_eq!(standing(1, 0.0, Some(0.7)), Standing::Contradicts(0.7));
+        assert_eq!(standing(2, 0.01, Some(0.7)), Standing::Astray(0.7));
+        assert_eq!(standing(4, 0.01, Some(0.2)), Standing::Astray(0.2));
+        assert_eq!(standing(4, 0.1, Some(0.2)), Standing::Agrees);
     }
 
     #[test]

@@ -94,6 +94,28 @@ impl<R: Real, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, 
         }
     }
 
+    /// Takes out a hit that was added with these lines of its force; [`Self::remove_response`] of every
+    /// response belongs to it. What stays differs from averages without the hit by rounding.
+    pub fn remove_force(&mut self, force: &[Complex<R>]) {
+        self.hits = self.hits.saturating_sub(1);
+        for (sum, f) in self.force.iter_mut().zip(force) {
+            *sum = (*sum - f.norm_sqr()).max(R::zero());
+        }
+    }
+
+    /// Takes the lines of one response out again.
+    pub fn remove_response(&mut self, response: usize, force: &[Complex<R>], lines: &[Complex<R>]) {
+        let (Some(cross), Some(auto)) =
+            (self.cross.get_mut(response), self.response.get_mut(response))
+        else {
+            return;
+        };
+        for (((cross, auto), f), x) in cross.iter_mut().zip(auto).zip(force).zip(lines) {
+            *cross -= x * f.conj();
+            *auto = (*auto - x.norm_sqr()).max(R::zero());
+        }
+    }
+
     /// `G_FF` at a line, N² s²; 0 beyond the last line.
     pub fn force_auto(&self, line: usize) -> R {
         self.mean(self.force.get(line))
@@ -300,6 +322,25 @@ mod tests {
                 let explained = 1.0 - left(h1) / total;
                 prop_assert!((spectra.coherence(0, line) - explained).abs() < 1e-10);
             }
+        }
+    }
+
+    #[test]
+    fn a_hit_that_is_taken_out_leaves_the_others() {
+        let hit = |k: f64| {
+            let force = [1.0, 2.0, 3.0, 0.0].map(|f| Complex::new(f + k, 0.5 * k));
+            (force, force.map(|f| f * Complex::new(2.0, 0.1 * k) + 0.3 * k))
+        };
+        let mut spectra = averaged(&[hit(1.0), hit(2.0), hit(-3.0)]);
+        let (force, response) = hit(-3.0);
+        spectra.remove_force(&force);
+        spectra.remove_response(0, &force, &response);
+        let without = averaged(&[hit(1.0), hit(2.0)]);
+        assert_eq!(spectra.hits(), 2);
+        for line in 0..4 {
+            // Sums of few terms: rounding only.
+            assert!((spectra.h1(0, line) - without.h1(0, line)).norm() < 1e-13);
+            assert!((spectra.coherence(0, line) - without.coherence(0, line)).abs() < 1e-13);
         }
     }
 
