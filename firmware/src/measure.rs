@@ -221,15 +221,23 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         }
     }
 
-    /// Fills the record with what the channels read now; a command breaks it off.
+    /// Fills the record with what the channels read now; a command breaks it off. After lost scans it
+    /// begins anew, as long as it is wanted.
     async fn take_reading(&mut self) {
         let rig = self.rig;
         rig.record_of.set(None);
         self.record.borrow_mut().clear();
         let taken = select(self.fill_record(), rig.steer.wait()).await;
         self.sampler.stop();
-        let whole = matches!(taken, Either::First(Ok(())));
-        rig.reading.set(if whole { Reading::Held } else { Reading::None });
+        rig.reading.set(match taken {
+            Either::First(Ok(())) => Reading::Held,
+            Either::First(Err(SampleError::Overrun { lost })) => {
+                rig.stats.borrow_mut().scans_lost += u64::from(lost);
+                Reading::Wanted
+            }
+            Either::First(Err(SampleError::Stopped)) => Reading::Failed,
+            Either::Second(()) => Reading::None,
+        });
     }
 
     async fn fill_record(&mut self) -> Result<(), SampleError> {

@@ -87,6 +87,8 @@ pub(crate) enum Reading {
     Wanted,
     /// It is the record.
     Held,
+    /// It could not be taken: the converter has stopped.
+    Failed,
 }
 
 impl Rig {
@@ -322,12 +324,16 @@ fn can_be_forced(diagnostic: &Diagnostic) -> bool {
     diagnostic.known_code().is_some_and(|code| !never.contains(&code))
 }
 
-/// Adds a diagnostic; one that is there already becomes as grave as this one. In a full list an error
-/// takes the place of something lesser; anything else is left out.
+/// Adds a diagnostic; of one that is there already the graver stays, of two as grave the one with the
+/// larger number. In a full list an error takes the place of something lesser; anything else is left
+/// out.
 pub(crate) fn note(list: &mut Diagnostics, diagnostic: Diagnostic) {
     let same = |d: &&mut Diagnostic| d.code == diagnostic.code && d.subject == diagnostic.subject;
     if let Some(known) = list.iter_mut().find(same) {
-        known.severity = known.severity.max(diagnostic.severity);
+        let rank = |d: &Diagnostic| (d.severity, d.value.abs());
+        if rank(&diagnostic) > rank(known) {
+            *known = diagnostic;
+        }
         return;
     }
     if list.push(diagnostic).is_ok() || !diagnostic.is_error() {

@@ -232,6 +232,7 @@ impl<F: NorFlash> Session<'_, F> {
                 match rig.reading.get() {
                     Reading::None => return Err(Reason::NotFound),
                     Reading::Wanted => return Err(Reason::Busy),
+                    Reading::Failed => return Err(Reason::SamplerStopped),
                     Reading::Held => {}
                 }
                 let record = self.record.try_borrow().map_err(|_| Reason::Busy)?;

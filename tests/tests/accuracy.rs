@@ -5,6 +5,8 @@ use massline::campaign::{Begin, Ending, Observer, begin, follow};
 use massline::client::{Client, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
+use massline_shared::identify::Method;
+use massline_shared::protocol::object::StoredEstimate;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
@@ -26,7 +28,7 @@ fn seeds() -> u64 {
 struct Silent;
 impl Observer for Silent {}
 
-/// The ten properties that the rig finds in one campaign.
+/// The ten properties that the rig finds by maximum likelihood in one campaign.
 fn measure(bench: &Bench, test: &str, seed: u64) -> [f64; 10] {
     let layout = LayoutFile::parse(test, "test.toml").expect("a shipped layout");
     let source = BenchSource::new(bench, &layout.layout, seed).expect("the bench takes it");
@@ -39,11 +41,12 @@ fn measure(bench: &Bench, test: &str, seed: u64) -> [f64; 10] {
     let Ending::Done(number) = ending else { panic!("no result: {ending:?}") };
     let result = client.result(number).expect("a result");
     rig.stop().expect("no panic");
-    result.estimates.first().expect("an estimate").properties.map(f64::from)
+    let likelihood = |e: &&StoredEstimate| e.method == Method::MaximumLikelihood as u8;
+    result.estimates.iter().find(likelihood).expect("an estimate").properties.map(f64::from)
 }
 
-/// Worst error of scale over tests and seeds, in percent, printed test by test.
-fn worst_error(bench: &Bench) -> f64 {
+/// Worst error and largest rms of a test, both of scale, in percent; printed test by test.
+fn errors(bench: &Bench) -> (f64, f64) {
     let truth = bench.truth().theta();
     let mass = truth[0];
     let scale = |k: usize| match k {
@@ -51,7 +54,7 @@ fn worst_error(bench: &Bench) -> f64 {
         1..=3 => LENGTH,
         _ => mass * LENGTH * LENGTH,
     };
-    let mut worst: f64 = 0.0;
+    let (mut worst, mut largest_rms): (f64, f64) = (0.0, 0.0);
     for (number, test) in (1..).zip(TESTS) {
         let mut of_test = (0.0, "", 0);
         let mut square = 0.0;
@@ -69,22 +72,25 @@ fn worst_error(bench: &Bench) -> f64 {
         let (error, property, seed) = of_test;
         println!("test {number}: rms {rms:.3} %, worst {error:.3} % ({property}, seed {seed})");
         worst = worst.max(error);
+        largest_rms = largest_rms.max(rms);
     }
-    worst
+    (worst, largest_rms)
 }
 
-/// 0.8 %: noise, quantisation, RC tolerance and the fit's own floor are 0.1 to 0.2 % rms in all
-/// (theory, section 9); the worst of 800 numbers lies near four times that.
+/// Noise, quantisation, RC tolerance and the fit's own floor are 0.1 to 0.2 % rms in all (theory, section
+/// 9); the worst of 800 numbers lies near four times that.
 #[test]
 fn without_placement_and_gain_errors_every_property_is_right_within_a_percent() {
-    let worst = worst_error(&Bench::named("ideal").expect("bundled"));
-    assert!(worst <= 0.8, "{worst:.3} %");
+    let (worst, rms) = errors(&Bench::named("ideal").expect("bundled"));
+    assert!(worst <= 0.8 && rms <= 0.3, "worst {worst:.3} %, rms {rms:.3} %");
 }
 
-/// 7 %: 2 mm and 30 mrad of the hammer, 1 mm and 10 mrad of the sensors, 1 % cross-axis and 0.5 %
-/// gain make about 1.5 % rms with this method (theory, sections 3 and 9).
+/// The Cramér-Rao bound of these errors with five hits a DOF is 0.48 % rms in tests 1 and 2, 0.81 % in 3
+/// and 4 (theory, section 8), and the fit reaches it within a tenth. An rms over 200 numbers, those of a
+/// campaign correlated, varies by a fifth: 1.1 %. The bound of a single property is up to twice the rms
+/// of the ten, and the worst of 800 numbers lies at three of its deviations: 5 %.
 #[test]
-fn with_the_errors_of_a_person_every_property_is_right_within_seven_percent() {
-    let worst = worst_error(&Bench::named("default").expect("bundled"));
-    assert!(worst <= 7.0, "{worst:.3} %");
+fn with_the_errors_of_a_person_the_bound_is_reached() {
+    let (worst, rms) = errors(&Bench::named("default").expect("bundled"));
+    assert!(worst <= 5.0 && rms <= 1.1, "worst {worst:.3} %, rms {rms:.3} %");
 }

@@ -10,11 +10,12 @@ use massline_firmware::board::{Board, SampleError, Sampler};
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::message::{CampaignCommand, Phase, Reason, Status};
-use massline_shared::signal::{AdcProperties, Scan};
+use massline_shared::signal::{AdcProperties, RECORD_SCANS, Scan};
 use massline_shared::units::ScanIndex;
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::bench::{Bench, BenchSource, TumbleSource};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
+use massline_virtual::source::ScanSource;
 
 const LAYOUT: &str = include_str!("../../host/examples/three-bar-test-1.toml");
 const LONG: Duration = Duration::from_secs(60);
@@ -197,14 +198,15 @@ fn redo_measures_the_dof_again_and_a_pause_keeps_the_others() {
     rig.stop().unwrap();
 }
 
-/// A converter that stops answering once, in the middle of a campaign.
-struct StopsOnce<S> {
+/// A converter that fails once.
+struct FailsOnce<S> {
     sampler: S,
-    /// Blocks until it stops.
+    /// Blocks until it fails.
     left: Option<u32>,
+    fault: SampleError,
 }
 
-impl<S: Sampler> Sampler for StopsOnce<S> {
+impl<S: Sampler> Sampler for FailsOnce<S> {
     fn adc(&self) -> AdcProperties {
         self.sampler.adc()
     }
@@ -217,7 +219,7 @@ impl<S: Sampler> Sampler for StopsOnce<S> {
         match &mut self.left {
             Some(0) => {
                 self.left = None;
-                Err(SampleError::Stopped)
+                Err(self.fault)
             }
             Some(left) => {
                 *left -= 1;
@@ -232,6 +234,23 @@ impl<S: Sampler> Sampler for StopsOnce<S> {
     }
 }
 
+/// A rig whose converter fails once after so many blocks.
+fn rig_that_fails(
+    source: Box<dyn ScanSource>,
+    left: Option<u32>,
+    fault: SampleError,
+) -> (Client, VirtualRig) {
+    let rig = VirtualRig::start_application(VirtualRigOptions::new(source), async move |board| {
+        let Board { info, sampler, link, flash, panel } = board;
+        let sampler = FailsOnce { sampler, left, fault };
+        let board = Board { info, sampler, link, flash, panel };
+        let mut memory = Box::new(massline_firmware::Memory::new());
+        massline_firmware::run(board, &mut memory).await
+    })
+    .unwrap();
+    (Client::new(PipeTransport::new(rig.link())), rig)
+}
+
 #[test]
 fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
     let file = LayoutFile::parse(LAYOUT, "test.toml").unwrap();
@@ -239,18 +258,8 @@ fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
     let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
     // A hit takes about 160 blocks of 20 scans: this is in the sixth.
     let left = Some(900);
-    let rig = VirtualRig::start_application(
-        VirtualRigOptions::new(Box::new(source)),
-        async move |board| {
-            let Board { info, sampler, link, flash, panel } = board;
-            let sampler = StopsOnce { sampler, left };
-            let board = Board { info, sampler, link, flash, panel };
-            let mut memory = Box::new(massline_firmware::Memory::new());
-            massline_firmware::run(board, &mut memory).await
-        },
-    )
-    .unwrap();
-    let mut client = Client::new(PipeTransport::new(rig.link()));
+    let fault = SampleError::Stopped;
+    let (mut client, rig) = rig_that_fails(Box::new(source), left, fault);
     client.put_layout(&file.rig_layout().unwrap()).unwrap();
     let mut follow_one = |wanted: Begun| {
         assert_eq!(begin(&mut client, Begin::default()).unwrap(), wanted);
@@ -265,4 +274,20 @@ fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
     assert_eq!(result.estimates.len(), 2);
     assert!(!result.diagnostics.iter().any(|d| d.interrupts()));
     rig.stop().unwrap();
+}
+
+#[test]
+fn a_reading_outlives_lost_scans_and_says_when_the_converter_has_stopped() {
+    let faults = [SampleError::Overrun { lost: 3 }, SampleError::Stopped];
+    let [whole, broken] = faults.map(|fault| {
+        let source = Box::new(TumbleSource::new(&Bench::named("ideal").unwrap(), 3, 1).unwrap());
+        // In the middle of a reading, which takes 103 blocks.
+        let (mut client, rig) = rig_that_fails(source, Some(50), fault);
+        let reading = client.static_reading();
+        let lost = client.stats().unwrap().scans_lost;
+        rig.stop().unwrap();
+        (reading, lost)
+    });
+    assert_eq!((whole.0.unwrap().scans, whole.1), (RECORD_SCANS as u32, 3));
+    assert_eq!(broken.0.unwrap_err().refusal(), Some(Reason::SamplerStopped));
 }

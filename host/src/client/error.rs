@@ -162,6 +162,7 @@ fn refusal_code(raw: u16) -> &'static str {
         Some(Reason::StoreFailed) => "store_failed",
         Some(Reason::OutOfRange) => "out_of_range",
         Some(Reason::Busy) => "rig_busy",
+        Some(Reason::SamplerStopped) => "sampler_stopped",
         None => "refused",
     }
 }
@@ -182,6 +183,9 @@ fn explain(raw: u16) -> String {
         Some(Reason::StoreFailed) => "its flash does not keep what is written",
         Some(Reason::OutOfRange) => "the piece that was asked for lies outside the object",
         Some(Reason::Busy) => "it is writing that just now; try again",
+        Some(Reason::SamplerStopped) => {
+            "its converter does not answer; check its supply and wiring"
+        }
         None => return format!("reason {raw}, which this program does not know"),
     };
     text.into()

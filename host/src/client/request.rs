@@ -297,7 +297,7 @@ impl Client {
     /// What the channels read now, without a hit.
     ///
     /// # Errors
-    /// As [`Client::ask`]; refused with `NotFound` when scans were lost.
+    /// As [`Client::ask`]; refused with `SamplerStopped` when the converter does not answer.
     pub fn static_reading(&mut self) -> Result<StaticReading, ClientError> {
         self.ask::<TakeReading>(&())?;
         self.patiently(|client| client.ask::<GetReading>(&()))

@@ -73,10 +73,11 @@ endpoints! {
     DeleteResult = 12, changes: u32 => ();
     /// Start or stop the stream of scans.
     SetStream = 13, changes: bool => ();
-    /// Take a record of what the channels read now, without a hit.
+    /// Take a record of what the channels read now, without a hit; begun anew when scans are lost.
     TakeReading = 14, changes: () => ();
-    /// What did they read? Refused with [`Reason::Busy`] while the record is taken, and with
-    /// [`Reason::NotFound`] when there is none or something else has been recorded since.
+    /// What did they read? Refused with [`Reason::Busy`] while the record is taken, with
+    /// [`Reason::SamplerStopped`] when it could not be, and with [`Reason::NotFound`] when there is
+    /// none or something else has been recorded since.
     GetReading = 15: () => StaticReading;
 }
 
@@ -388,6 +389,8 @@ pub enum Reason {
     OutOfRange = 9,
     /// The object is being written; ask again.
     Busy = 10,
+    /// The converter does not answer.
+    SamplerStopped = 11,
 }
 
 impl Reason {
@@ -404,6 +407,7 @@ impl Reason {
             Self::StoreFailed,
             Self::OutOfRange,
             Self::Busy,
+            Self::SamplerStopped,
         ]
         .into_iter()
         .find(|&reason| reason as u16 == raw)

@@ -15,6 +15,9 @@ use crate::linalg::{cholesky, invert_lower, skew};
 /// Causes of error of one sensor: the nine elements of its sensitivity, three rotations, three
 /// displacements.
 pub(super) const SENSOR_CAUSES: usize = 15;
+/// The first causes of a sensor, its sensitivities: three move its first reading only, three its second,
+/// three its third.
+pub(super) const SENSITIVITIES: usize = 9;
 /// Causes of error of one hit: two displacements and two rotations across its direction.
 pub(super) const HIT_CAUSES: usize = 4;
 
@@ -146,14 +149,14 @@ impl<R: Real, const CH: usize> HitModel<R, CH> {
         let turning: Vector3<R> = self.motion.fixed_rows::<3>(3).into_owned();
         let displacement = uncertainty.position / length;
         from_fn(|cause| match cause {
-            0..9 => {
+            0..SENSITIVITIES => {
                 let (to, from) = (cause / 3, cause % 3);
                 let sigma = if to == from { uncertainty.gain } else { uncertainty.cross_axis };
                 let mut column = Vector3::zeros();
                 column[to] = reading[from] * sigma;
                 column
             }
-            9..12 => reading.cross(&unit(cause - 9)) * uncertainty.rotation,
+            9..12 => reading.cross(&unit(cause - SENSITIVITIES)) * uncertainty.rotation,
             _ => axes * turning.cross(&unit(cause - 12)) * displacement,
         })
     }

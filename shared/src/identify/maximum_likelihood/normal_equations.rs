@@ -7,7 +7,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::model::SENSOR_CAUSES;
+use super::model::{SENSITIVITIES, SENSOR_CAUSES};
 use crate::Real;
 
 /// Numbers that the normal equations of so many unknowns take: the packed matrix and two right sides.
@@ -63,15 +63,13 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         let first_shared = rows.sensors.len() * SENSOR_CAUSES;
         for (i, columns) in rows.sensors.iter().enumerate() {
             for (k, others) in rows.sensors.iter().enumerate().take(i + 1) {
-                let block = rows.weight.fixed_view::<3, 3>(3 * i, 3 * k).into_owned();
-                for (b, other) in others.iter().enumerate() {
-                    let weighted = block * other;
+                let block = rows.weight.fixed_view::<3, 3>(3 * i, 3 * k).transpose();
+                for (a, own) in columns.iter().enumerate() {
                     // On the diagonal block only what lies below.
-                    let from = if i == k { b } else { 0 };
-                    let column = SENSOR_CAUSES * k + b;
-                    for (a, own) in columns.iter().enumerate().skip(from) {
-                        self.packed[start(SENSOR_CAUSES * i + a) + column] += own.dot(&weighted);
-                    }
+                    let count = if i == k { a + 1 } else { SENSOR_CAUSES };
+                    let first = start(SENSOR_CAUSES * i + a) + SENSOR_CAUSES * k;
+                    let cells = &mut self.packed[first..first + count];
+                    add_products(cells, others, &(block * own));
                 }
             }
         }
@@ -80,9 +78,8 @@ impl<'w, R: Real> NormalEquations<'w, R> {
             let row = start(first_shared + s);
             for (i, columns) in rows.sensors.iter().enumerate() {
                 let part: Vector3<R> = weighted.fixed_rows::<3>(3 * i).into_owned();
-                for (b, other) in columns.iter().enumerate() {
-                    self.packed[row + SENSOR_CAUSES * i + b] += other.dot(&part);
-                }
+                let first = row + SENSOR_CAUSES * i;
+                add_products(&mut self.packed[first..first + SENSOR_CAUSES], columns, &part);
             }
             for (k, other) in rows.shared.iter().enumerate().take(s + 1) {
                 self.packed[row + first_shared + k] += other.dot(&weighted);
@@ -220,6 +217,26 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     }
 }
 
+/// Adds the products of a sensor's first columns with three weighted readings, one to each cell.
+fn add_products<R: Real>(
+    cells: &mut [R],
+    columns: &[Vector3<R>; SENSOR_CAUSES],
+    weighted: &Vector3<R>,
+) {
+    // Counts of instructions decide here: most columns have one element that is not zero.
+    let (moving_one, others) = cells.split_at_mut(cells.len().min(SENSITIVITIES));
+    let (of_one, of_all) = columns.split_at(SENSITIVITIES);
+    let by_reading = moving_one.chunks_mut(SENSITIVITIES / 3).zip(of_one.chunks(SENSITIVITIES / 3));
+    for (reading, (cells, columns)) in by_reading.enumerate() {
+        for (cell, column) in cells.iter_mut().zip(columns) {
+            *cell += column[reading] * weighted[reading];
+        }
+    }
+    for (cell, column) in others.iter_mut().zip(of_all) {
+        *cell += column.dot(weighted);
+    }
+}
+
 /// Where a row begins.
 const fn start(row: usize) -> usize {
     row * (row + 1) / 2
@@ -228,14 +245,12 @@ const fn start(row: usize) -> usize {
 /// `xᵀ W r` for every column of the causes and the ten; gives `rᵀ W r`.
 fn add_right<R: Real, const CH: usize>(right: &mut [R], rows: &Rows<'_, R, CH>) -> R {
     let weighted = rows.weight * rows.residual;
-    let mut right = right.iter_mut();
-    for (i, columns) in rows.sensors.iter().enumerate() {
-        let part: Vector3<R> = weighted.fixed_rows::<3>(3 * i).into_owned();
-        for (column, to) in columns.iter().zip(&mut right) {
-            *to += column.dot(&part);
-        }
+    let (of_sensors, of_shared) = right.split_at_mut(rows.sensors.len() * SENSOR_CAUSES);
+    let cells = of_sensors.chunks_mut(SENSOR_CAUSES);
+    for (i, (columns, cells)) in rows.sensors.iter().zip(cells).enumerate() {
+        add_products(cells, columns, &weighted.fixed_rows::<3>(3 * i).into_owned());
     }
-    for (column, to) in rows.shared.iter().zip(right) {
+    for (column, to) in rows.shared.iter().zip(of_shared) {
         *to += column.dot(&weighted);
     }
     rows.residual.dot(&weighted)

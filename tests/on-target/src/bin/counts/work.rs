@@ -6,7 +6,7 @@ use cortex_m_rt::entry;
 use massline_on_target::{Measured, end, measure, print};
 use massline_shared::body::RigidBody;
 use massline_shared::identify::inertia_restraint::{self, Settings};
-use massline_shared::identify::maximum_likelihood::{Fit, Progress};
+use massline_shared::identify::maximum_likelihood::{CONTRADICTION, Fit, Progress};
 use massline_shared::identify::{Applicability, Estimate, MassLines, Method, ScatterAccumulator};
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RigLayout, Sensor, Sign, TestSettings};
 use massline_shared::mass_line::{BasisRow, Line, MassLineBasis, MassLineError};
@@ -78,33 +78,75 @@ fn main() -> ! {
     let Some(Ok(estimate)) = estimate else { panic!("the ten properties were not found") };
     judge(&estimate, &body);
     for hits in [5, 9, RIG_HITS] {
-        say_fit(&mut memory.scratch, hits, &body, &estimate.body);
+        let fitted = fit(&mut memory.scratch, hits, &displaced(hits), Start::Restraint);
+        judge_fit(&fitted.estimate, &body);
+        say(format_args!("ml_solve_{hits}"), fitted.whole);
+        say(format_args!("ml_step_{hits}"), fitted.longest);
     }
+    // Where the inertia restraint method has no answer.
+    let fitted = fit(&mut memory.scratch, 5, &displaced(5), Start::Crude);
+    judge_fit(&fitted.estimate, &body);
+    say("ml_crude_5", fitted.whole);
+    // A hit at the wrong place, ten times what a hand misses by: data that contradict the budget.
+    let mut astray = displaced(5);
+    astray.hits[2].position[1] += 0.04;
+    let fitted = fit(&mut memory.scratch, 5, &astray, Start::Restraint);
+    let surprise = fitted.estimate.consistency.map(|c| c.surprise());
+    assert!(surprise.is_some_and(|s| s > CONTRADICTION as f32), "{surprise:?}");
+    say("ml_astray_5", fitted.whole);
     end(true)
 }
 
-/// Maximum likelihood with so many hit DOFs, from the answer of the inertia restraint method. Sensors
-/// and hits are not where the layout says, so that the fit has something to do.
-fn say_fit(workspace: &mut [f32], hits: usize, body: &RigidBody<f32>, start: &RigidBody<f32>) {
-    let layout = layout(hits);
-    let mut displaced = layout.clone();
-    for (i, sensor) in displaced.sensors.iter_mut().enumerate() {
+/// Where a fit starts.
+#[derive(Clone, Copy)]
+enum Start {
+    /// At the answer of the inertia restraint method for the same data, as on the rig.
+    Restraint,
+    /// At the fit's own crude start.
+    Crude,
+}
+
+/// A fit and what it cost.
+struct Fitted {
+    estimate: Estimate<f32>,
+    /// All instructions, largest stack.
+    whole: Measured,
+    /// The longest step.
+    longest: Measured,
+}
+
+/// The layout with sensors and hits that are not where it says, so that a fit has something to do.
+fn displaced(hits: usize) -> RigLayout {
+    let mut layout = layout(hits);
+    for (i, sensor) in layout.sensors.iter_mut().enumerate() {
         sensor.position[i] += 0.001;
     }
-    for (j, hit) in displaced.hits.iter_mut().enumerate() {
+    for (j, hit) in layout.hits.iter_mut().enumerate() {
         hit.position[j % 3] += 0.002;
     }
+    layout
+}
+
+/// Maximum likelihood with so many hit DOFs on what is measured with the layout `is`.
+fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout, start: Start) -> Fitted {
+    let layout = layout(hits);
+    let body = body();
     let lines: [_; RIG_HITS] =
-        core::array::from_fn(|dof| mass_lines(&accelerance(&displaced, body, dof.min(hits - 1))));
+        core::array::from_fn(|dof| mass_lines(&accelerance(is, &body, dof.min(hits - 1))));
     let dofs = || lines.iter().take(hits).enumerate();
+    let restraint = match start {
+        Start::Restraint => inertia_restraint::solve(&layout, dofs(), Settings::weighted()).ok(),
+        Start::Crude => None,
+    };
+    let start = restraint.map(|estimate| estimate.body);
     let mut fit = None;
-    let started = measure(|| fit = Some(Fit::start(&layout, dofs(), Some(start))));
+    let started = measure(|| fit = Some(Fit::start(&layout, dofs(), start.as_ref())));
     let Some(Ok(mut fit)) = fit else { panic!("the fit did not start") };
-    let (mut whole, mut largest) = (started.instructions, started);
+    let (mut instructions, mut longest) = (started.instructions, started);
     let mut add = |part: Measured| {
-        whole += part.instructions;
-        largest.instructions = largest.instructions.max(part.instructions);
-        largest.stack = largest.stack.max(part.stack);
+        instructions += part.instructions;
+        longest.instructions = longest.instructions.max(part.instructions);
+        longest.stack = longest.stack.max(part.stack);
     };
     let mut progress = Ok(Progress::Going);
     while progress == Ok(Progress::Going) {
@@ -114,11 +156,14 @@ fn say_fit(workspace: &mut [f32], hits: usize, body: &RigidBody<f32>, start: &Ri
     let mut estimate = None;
     add(measure(|| estimate = Some(fit.answer(&layout, dofs(), workspace))));
     let Some(Ok(estimate)) = estimate else { panic!("the fit has no answer") };
+    Fitted { estimate, whole: Measured { instructions, ..longest }, longest }
+}
+
+/// The displacements are within the budget, so the answer lies within three of its deviations.
+fn judge_fit(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
     let within = estimate.sigma().map(|sigma| sigma * 3.0);
     let error = (estimate.theta() - body.theta()).abs();
     assert!(within.is_some_and(|within| error <= within), "the fit is {error} off");
-    say(format_args!("ml_solve_{hits}"), Measured { instructions: whole, ..largest });
-    say(format_args!("ml_step_{hits}"), largest);
 }
 
 /// As the firmware does with a hit.
