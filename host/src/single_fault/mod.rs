@@ -24,9 +24,6 @@ use nalgebra::{SMatrix, SVector};
 use crate::identification::{CHANNELS, lines_of};
 use crate::layout_file::LayoutFile;
 
-/// Tied mistakes that are named.
-const MOST_NAMED: usize = 8;
-
 /// Mass lines of hit DOFs, by their index in the layout.
 pub type DofLines<const CH: usize> = [(usize, MassLines<f64, CH>)];
 
@@ -108,7 +105,6 @@ pub struct Examination {
 
 /// Looks for single mistakes in a test. `nodes` are the points that could have been hit, with their
 /// positions in the body frame, m.
-///
 pub fn examine<const CH: usize>(
     layout: &HostLayout,
     nodes: &[(u16, [f64; 3])],
@@ -272,7 +268,7 @@ fn split<'s>(
     let limit = best.consistency.chi_squared + DECISIVE;
     let tied = ascending.iter().take_while(|s| s.consistency.chi_squared < limit).count();
     let (named, others) = ascending.split_at(tied);
-    (named.iter().take(MOST_NAMED).copied().collect(), others)
+    (named.to_vec(), others)
 }
 
 /// The fit contradicts the budget: χ² that chance exceeds in one of a thousand tests.

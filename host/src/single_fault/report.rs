@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::{Examination, Suspect, Verdict, words};
 
-/// Hidden mistakes that a text names; the JSON names all.
+/// Mistakes of a kind that a text names; the JSON names all.
 const MOST_TOLD: usize = 6;
 
 impl Examination {
@@ -108,9 +108,10 @@ impl Examination {
             chi_squared_text(&best.consistency),
             self.plain_text()
         );
-        for other in tied {
+        for other in tied.iter().take(MOST_TOLD) {
             text += &format!("; not told apart from it: {}", with_chi_squared(other, layout));
         }
+        text += &more_than_told(tied.len());
         if let Some(next) = &self.runner_up {
             text += &format!("; next best: {}", with_chi_squared(next, layout));
         }
@@ -134,11 +135,16 @@ fn with_chi_squared(suspect: &Suspect, layout: &HostLayout) -> String {
 fn hidden_text(hidden: &[SingleFault<f64>], layout: &HostLayout) -> String {
     let named: Vec<String> =
         hidden.iter().take(MOST_TOLD).map(|fault| words::clause(fault, layout)).collect();
-    let more = match hidden.len().saturating_sub(MOST_TOLD) {
+    let more = more_than_told(hidden.len());
+    format!("these data would not show it if {}{more}", named.join("; if "))
+}
+
+/// How many are not named.
+fn more_than_told(count: usize) -> String {
+    match count.saturating_sub(MOST_TOLD) {
         0 => String::new(),
         more => format!("; and {more} more"),
-    };
-    format!("these data would not show it if {}{more}", named.join("; if "))
+    }
 }
 
 fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> Value {
