@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::covariance_of;
+use super::answer::covariance_of;
 use super::model::Model;
 use super::normal_equations::NormalEquations;
 use super::problem::Problem;

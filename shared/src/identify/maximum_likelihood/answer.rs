@@ -1,0 +1,125 @@
+//! What a fit that has settled answers.
+
+use core::borrow::Borrow;
+
+use nalgebra::{SMatrix, SVector};
+
+use super::fit::{Fit, Stage, damped_step};
+use super::normal_equations::NormalEquations;
+use super::problem::Problem;
+use super::{CONTRADICTION, Solution, equations_in, fatal, learned, strain, undetermined};
+use crate::Real;
+use crate::body::RigidBody;
+use crate::diagnosis::{Code, Diagnostics, Severity};
+use crate::identify::{Estimate, MassLines};
+use crate::layout::Layout;
+use crate::linalg::all_finite;
+
+impl<R: Real> Fit<R> {
+    /// The answer, without what the fit found out about the rig; `workspace` as the last step left it.
+    ///
+    /// # Errors
+    /// When the information about the ten is not positive definite, a number is not finite, or steps
+    /// are missing.
+    #[inline(never)]
+    pub fn answer<const S: usize, const H: usize, const CH: usize, B>(
+        self,
+        layout: &Layout<R, S, H>,
+        dofs: impl Iterator<Item = (usize, B)>,
+        workspace: &mut [R],
+    ) -> Result<Estimate<R>, Diagnostics>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        let problem = Problem::<R, S, H, CH>::new(layout);
+        let mut equations = equations_in(workspace, &problem)?;
+        self.conclude(&problem, dofs, &mut equations)
+    }
+
+    /// The answer and what the fit found out about the rig; `workspace` as the last step left it.
+    ///
+    /// # Errors
+    /// As [`Self::answer`].
+    pub fn finish<const S: usize, const H: usize, const CH: usize, B>(
+        self,
+        layout: &Layout<R, S, H>,
+        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        workspace: &mut [R],
+    ) -> Result<Solution<R, S, H>, Diagnostics>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        let problem = Problem::<R, S, H, CH>::new(layout);
+        let mut equations = equations_in(workspace, &problem)?;
+        let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
+        let estimate = self.conclude(&problem, dofs.clone(), &mut equations)?;
+        let learned = learned::learn(&problem, dofs, &body, &mut equations);
+        Ok(Solution { estimate, learned: learned.ok_or_else(undetermined)? })
+    }
+
+    fn conclude<const S: usize, const H: usize, const CH: usize, B>(
+        mut self,
+        problem: &Problem<'_, R, S, H, CH>,
+        dofs: impl Iterator<Item = (usize, B)>,
+        equations: &mut NormalEquations<'_, R>,
+    ) -> Result<Estimate<R>, Diagnostics>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        let Stage::Done = self.stage else {
+            return Err(fatal(Code::NotConverged, f32::from(self.steps())));
+        };
+        let object = self.object().ok_or_else(undetermined)?;
+        if object.mass <= R::zero() {
+            let code = if problem.layout.attached.is_empty() {
+                Code::MassNotPositive
+            } else {
+                Code::AttachedTooHeavy
+            };
+            return Err(fatal(code, object.mass.to_f32()));
+        }
+        let covariance = covariance_of(&equations.information(), &object);
+        let covariance = covariance.ok_or_else(undetermined)?;
+        let consistency = self.consistency();
+        if !object.is_physically_consistent() {
+            self.say(Code::NotPhysicallyConsistent, Severity::Warning, self.margin(&object));
+        }
+        if consistency.surprise() > R::of(CONTRADICTION) {
+            self.say(Code::DataContradictBudget, Severity::Warning, consistency.reduced());
+            let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
+            if let Some(suspect) = strain::suspect(problem, dofs, &body, equations) {
+                let _ = self.diagnostics.push(suspect);
+            }
+        }
+        let layout = problem.layout;
+        if layout.gravity.is_none() && layout.sensors.iter().any(|s| s.senses_gravity) {
+            self.say(Code::GravityNotGiven, Severity::Note, R::zero());
+        }
+        Ok(Estimate {
+            body: problem.balance.body_back(&object),
+            covariance: Some(problem.balance.covariance_back(&covariance)),
+            rank: self.rank,
+            condition: self.condition,
+            response_condition: None,
+            rms: (self.cost / R::of(self.equations as f64)).sqrt(),
+            consistency: Some(consistency),
+            diagnostics: self.diagnostics,
+        })
+    }
+}
+
+/// Covariance of theta from the information about phi.
+pub(super) fn covariance_of<R: Real>(
+    information: &SMatrix<R, 10, 10>,
+    object: &RigidBody<R>,
+) -> Option<SMatrix<R, 10, 10>> {
+    let mut covariance = SMatrix::<R, 10, 10>::zeros();
+    for k in 0..10 {
+        let mut unit = SVector::<R, 10>::zeros();
+        unit[k] = R::one();
+        covariance.set_column(k, &damped_step(information, &unit, R::zero(), &SVector::zeros())?);
+    }
+    let to_theta = object.dtheta_dphi();
+    let covariance = to_theta * covariance * to_theta.transpose();
+    all_finite(&covariance).then_some(covariance)
+}

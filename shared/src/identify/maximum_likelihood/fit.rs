@@ -1,0 +1,341 @@
+//! The fit, step by step: Levenberg and Marquardt over phi, or over log-Cholesky parameters where only
+//! physical bodies are looked at.
+
+use core::borrow::Borrow;
+
+use nalgebra::{SMatrix, SVector};
+
+use super::normal_equations::NormalEquations;
+use super::parameters::{Parameters, RAISED};
+use super::problem::Problem;
+use super::{check_data, equations_in, fatal, start, undetermined};
+use crate::Real;
+use crate::body::{LogCholesky, RigidBody};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::identify::{Consistency, MassLines};
+use crate::layout::Layout;
+use crate::linalg::{all_finite, cholesky};
+
+/// A step of the ten that lowers the cost by less than this part of χ² over its degrees of freedom, or of
+/// one, ends the fit: a square of standard deviations. In single precision a hundred roundings.
+const CLOSE: f64 = 1e-10;
+/// The same where parameters are held to physical bodies: on the way from a crude start, and at the edge
+/// of what is physical, which log-Cholesky parameters approach without end.
+const NEAR: f64 = 1e-3;
+/// Steps after which the fit gives up. Ten are many.
+const MOST_STEPS: u8 = 60;
+/// Dampings that are tried before a step is given up.
+const MOST_TRIALS: u8 = 20;
+/// First damping, relative to the diagonal of the information.
+const FIRST_DAMPING: f64 = 1e-6;
+/// A damping below this does not shorten a step noticeably.
+const UNDAMPED: f64 = 1e-2;
+/// Whether another step is needed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// Call [`Fit::step`] again.
+    Going,
+    /// Call [`Fit::answer`] or [`Fit::finish`].
+    Done,
+}
+
+/// A fit in progress.
+#[derive(Clone, Debug)]
+pub struct Fit<R> {
+    pub(super) parameters: Parameters<R>,
+    damping: R,
+    steps: u8,
+    /// Of the last evaluation.
+    pub(super) cost: R,
+    /// L, m.
+    length: R,
+    /// Readings and priors.
+    pub(super) equations: usize,
+    pub(super) rank: usize,
+    pub(super) condition: R,
+    pub(super) diagnostics: Diagnostics,
+    pub(super) stage: Stage<R>,
+}
+
+/// What the next step does.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Stage<R> {
+    /// Evaluates.
+    Arrived,
+    /// Tries a damping.
+    Evaluated(Slope<R>),
+    /// Evaluates for the last time.
+    Settled,
+    /// Nothing: the answer can be given.
+    Done,
+}
+
+/// The cost about the present parameters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slope<R> {
+    information: SMatrix<R, 10, 10>,
+    gradient: SVector<R, 10>,
+    /// Dampings tried so far.
+    trials: u8,
+}
+
+impl<R: Real> Fit<R> {
+    /// Checks layout and data and chooses the start.
+    ///
+    /// # Errors
+    /// Whatever keeps the data from determining the ten by any method: numbers that are not finite,
+    /// hits that are too few, parallel or concurrent, an information matrix of a rank below ten.
+    pub fn start<const S: usize, const H: usize, const CH: usize, B>(
+        layout: &Layout<R, S, H>,
+        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        start: Option<&RigidBody<R>>,
+    ) -> Result<Self, Diagnostics>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        check_data(layout, dofs.clone())?;
+        let problem = Problem::<R, S, H, CH>::new(layout);
+        let given = start.map(|object| problem.balance.body(object)).filter(start::is_usable);
+        let (whole, parameters) = match given {
+            Some(object) => {
+                let whole = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
+                (whole, Parameters::Free(object.phi()))
+            }
+            None => {
+                let whole = start::crude(&problem, dofs.clone()).ok_or_else(undetermined)?;
+                (whole, Parameters::on_the_way(&problem, &whole).ok_or_else(undetermined)?)
+            }
+        };
+        let (spectrum, diagnostics) = start::identifiable(&problem, dofs.clone(), &whole)?;
+        Ok(Self {
+            parameters,
+            damping: R::of(FIRST_DAMPING),
+            steps: 0,
+            cost: R::zero(),
+            length: problem.balance.length,
+            equations: dofs.count() * problem.channels + layout.priors.len(),
+            rank: spectrum.rank,
+            condition: spectrum.condition,
+            diagnostics,
+            stage: Stage::Arrived,
+        })
+    }
+
+    /// One step: an evaluation or a trial. What it leaves in the workspace is what the next begins
+    /// with.
+    ///
+    /// # Errors
+    /// When the equations cannot be solved any more, or [`MOST_STEPS`] were not enough.
+    #[inline(never)]
+    pub fn step<const S: usize, const H: usize, const CH: usize, B>(
+        &mut self,
+        layout: &Layout<R, S, H>,
+        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        workspace: &mut [R],
+    ) -> Result<Progress, Diagnostics>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        let problem = Problem::<R, S, H, CH>::new(layout);
+        let mut equations = equations_in(workspace, &problem)?;
+        match self.stage {
+            Stage::Arrived => {
+                self.steps += 1;
+                if self.steps > MOST_STEPS {
+                    return Err(fatal(Code::NotConverged, MOST_STEPS as f32));
+                }
+                self.evaluate(&problem, dofs, &mut equations)?;
+                let slopes = self.parameters.slopes();
+                self.stage = Stage::Evaluated(Slope {
+                    information: slopes.transpose() * equations.information() * slopes,
+                    gradient: slopes.transpose() * equations.gradient(),
+                    trials: 0,
+                });
+            }
+            Stage::Evaluated(slope) => self.descend(&problem, dofs, &mut equations, slope)?,
+            Stage::Settled => {
+                self.evaluate(&problem, dofs, &mut equations)?;
+                self.stage = Stage::Done;
+            }
+            Stage::Done => {}
+        }
+        Ok(if let Stage::Done = self.stage { Progress::Done } else { Progress::Going })
+    }
+
+    /// Tries the next damping: moves on where the cost falls.
+    fn descend<const S: usize, const H: usize, const CH: usize, B>(
+        &mut self,
+        problem: &Problem<'_, R, S, H, CH>,
+        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        equations: &mut NormalEquations<'_, R>,
+        slope: Slope<R>,
+    ) -> Result<(), Diagnostics>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        let Slope { information, gradient, trials } = slope;
+        let levels = self.parameters.levels(&information);
+        if trials >= MOST_TRIALS {
+            // No step lowers the cost: this is the minimum as far as the precision tells.
+            let undamped = damped_step(&information, &gradient, R::zero(), &levels);
+            return match undamped.map(|step| step.dot(&gradient)) {
+                Some(gain) if gain < R::of(1e-2) => {
+                    self.settle();
+                    Ok(())
+                }
+                _ => Err(fatal(Code::NotConverged, f32::from(self.steps))),
+            };
+        }
+        let close = self.close();
+        let step = damped_step(&information, &gradient, self.damping, &levels);
+        if let Some(step) = step
+            && let Some(moved) = self.parameters.moved(&step)
+        {
+            if step.dot(&gradient) < close && self.damping <= R::of(UNDAMPED) {
+                self.parameters = moved;
+                self.settle();
+                return Ok(());
+            }
+            let body = problem.body_of(&moved.phi());
+            let cost = body.and_then(|body| self.trial(problem, dofs, equations, &body));
+            // Rounding of a sum of squares, a few ulp a term.
+            let slack = self.cost * R::default_epsilon() * R::of(64.0);
+            if let Some(cost) = cost.filter(|cost| *cost <= self.cost + slack) {
+                self.parameters = moved;
+                self.damping = (self.damping * R::of(0.1)).max(R::of(1e-9));
+                self.stage = Stage::Arrived;
+                if self.parameters.is_held() && self.cost - cost < close + slack {
+                    self.settle();
+                }
+                return Ok(());
+            }
+        }
+        self.damping *= R::of(10.0);
+        self.stage = Stage::Evaluated(Slope { trials: trials + 1, ..slope });
+        Ok(())
+    }
+
+    /// Steps so far.
+    pub fn steps(&self) -> u8 {
+        self.steps
+    }
+
+    /// The equations at the present parameters, the causes eliminated; the cost with them.
+    fn evaluate<const S: usize, const H: usize, const CH: usize, B>(
+        &mut self,
+        problem: &Problem<'_, R, S, H, CH>,
+        dofs: impl Iterator<Item = (usize, B)>,
+        equations: &mut NormalEquations<'_, R>,
+    ) -> Result<(), Diagnostics>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        let phi = self.parameters.phi();
+        let body = problem.body_of(&phi).ok_or_else(undetermined)?;
+        let squares = problem.assemble(&body, dofs, equations).ok_or_else(undetermined)?;
+        let object = RigidBody::from_phi(&phi).ok_or_else(undetermined)?;
+        let priors = problem.add_priors(&object, equations);
+        equations.eliminate().ok_or_else(undetermined)?;
+        self.cost = squares + priors - equations.explained();
+        Ok(())
+    }
+
+    /// The cost of another body under the covariance of the present one.
+    fn trial<const S: usize, const H: usize, const CH: usize, B>(
+        &self,
+        problem: &Problem<'_, R, S, H, CH>,
+        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        equations: &mut NormalEquations<'_, R>,
+        body: &RigidBody<R>,
+    ) -> Option<R>
+    where
+        B: Borrow<MassLines<R, CH>>,
+    {
+        let present = problem.body_of(&self.parameters.phi())?;
+        let squares = problem.assemble_second(&present, body, dofs, equations)?;
+        let object = RigidBody::from_phi(&(body.phi() - problem.attached_sum()))?;
+        let cost = squares + problem.cost_of_priors(&object) - equations.explained_second();
+        cost.finite().then_some(cost)
+    }
+
+    pub(super) fn object(&self) -> Option<RigidBody<R>> {
+        RigidBody::from_phi(&self.parameters.phi())
+    }
+
+    /// A gain that is not worth another step.
+    fn close(&self) -> R {
+        let least = match self.parameters {
+            Parameters::Free(_) => R::of(CLOSE).max(R::default_epsilon() * R::of(100.0)),
+            Parameters::Consistent { .. } => R::of(NEAR),
+        };
+        least * self.consistency().reduced().max(R::one())
+    }
+
+    pub(super) fn consistency(&self) -> Consistency<R> {
+        let degrees_of_freedom = self.equations.saturating_sub(10) as u16;
+        Consistency { chi_squared: self.cost, degrees_of_freedom }
+    }
+
+    /// A minimum is found. From the way it goes on freely; a free minimum that is no physical body is
+    /// left for the consistent one.
+    fn settle(&mut self) {
+        self.stage = Stage::Settled;
+        match self.parameters {
+            Parameters::Consistent { on_the_way: false, .. } => {}
+            Parameters::Consistent { body, on_the_way: true } => {
+                self.depart(Parameters::Free(body.body().phi()));
+            }
+            Parameters::Free(_) => {
+                let inconsistent = self.object().filter(|body| !body.is_physically_consistent());
+                let Some(object) = inconsistent else { return };
+                let projected = object.made_consistent(R::of(RAISED));
+                let start = projected.and_then(|body| LogCholesky::from_body(&body));
+                let Some(body) = start else { return };
+                self.say(Code::HeldToConsistency, Severity::Warning, self.margin(&object));
+                self.depart(Parameters::Consistent { body, on_the_way: false });
+            }
+        }
+    }
+
+    /// Begins anew from other parameters.
+    fn depart(&mut self, parameters: Parameters<R>) {
+        self.parameters = parameters;
+        self.damping = R::of(FIRST_DAMPING);
+        self.stage = Stage::Arrived;
+    }
+
+    /// The physical margin of a balanced body, kg m².
+    pub(super) fn margin(&self, object: &RigidBody<R>) -> R {
+        object.physical_margin().unwrap_or(R::zero()) * self.length * self.length
+    }
+
+    pub(super) fn say(&mut self, code: Code, severity: Severity, value: R) {
+        // A handful at most.
+        let _ = self.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));
+    }
+}
+
+/// `(I + λ D)⁻¹ g` with diagonal `D`; `None` when that is not positive definite.
+pub(super) fn damped_step<R: Real>(
+    information: &SMatrix<R, 10, 10>,
+    gradient: &SVector<R, 10>,
+    damping: R,
+    levels: &SVector<R, 10>,
+) -> Option<SVector<R, 10>> {
+    // With a unit diagonal: the properties have different units.
+    let scale = information.diagonal().zip_map(levels, |i, d| (i + damping * d).sqrt().recip());
+    let mut scaled =
+        SMatrix::<R, 10, 10>::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
+    for i in 0..10 {
+        scaled[(i, i)] = R::one();
+    }
+    if !all_finite(&scaled) {
+        return None;
+    }
+    let factor = cholesky(&scaled)?;
+    let mut step = gradient.component_mul(&scale);
+    crate::linalg::forward_substitute(&factor, &mut step);
+    crate::linalg::back_substitute_transposed(&factor, &mut step);
+    step.component_mul_assign(&scale);
+    all_finite(&step).then_some(step)
+}
