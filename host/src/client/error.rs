@@ -5,6 +5,7 @@ use std::time::Duration;
 use massline_shared::protocol::message::Reason;
 use massline_shared::protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 
+use super::SpectraError;
 use crate::error::Error;
 
 /// Why a rig did not do or tell what was asked.
@@ -104,6 +105,17 @@ pub enum ClientError {
         /// Number of the object.
         number: u32,
     },
+    /// Spectra are whole but make no sense.
+    #[error(
+        "the spectra of DOF number {} arrived whole, but {reason}; is the rig's firmware newer?",
+        .number + 1
+    )]
+    Spectra {
+        /// Index of the DOF in the layout.
+        number: u32,
+        /// What is wrong with them.
+        reason: SpectraError,
+    },
     /// A message does not fit in a frame.
     #[error("`{request}` does not fit in a frame")]
     TooLong {
@@ -132,7 +144,7 @@ impl ClientError {
             Self::OtherProtocol { .. } => "protocol_major_differs",
             Self::Refused { reason, .. } => refusal_code(*reason),
             Self::Checksum { .. } => "checksum_differs",
-            Self::Unreadable { .. } => "unreadable_object",
+            Self::Unreadable { .. } | Self::Spectra { .. } => "unreadable_object",
             Self::TooLong { .. } => "message_too_long",
         }
     }

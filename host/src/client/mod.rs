@@ -10,12 +10,14 @@ mod error;
 mod pipe;
 mod request;
 mod serial;
+mod spectra;
 mod transport;
 
 pub use error::ClientError;
 pub use pipe::PipeTransport;
 pub use request::{Client, Event, Timing};
 pub use serial::{PortFacts, SerialTransport, choose_port, list_ports};
+pub use spectra::{DofSpectra, SpectraError};
 pub use transport::Transport;
 
 #[cfg(test)]

@@ -23,7 +23,8 @@ pub enum ObjectKind {
     /// Averaged spectra of the DOF in hand or last finished; `number` is the DOF's index. Its
     /// words of four bytes, little endian: DOF, hits, responses (u8 each) and a zero; lines (u16)
     /// and a zero; distance of the lines in Hz (f32); σ of the exponential window in 1/s (f32); then
-    /// f32: G_FF by line, for each response G_XF by line (re, im), for each response G_XX by line.
+    /// f32: G_FF by line, for each response G_XF by line (re, im), for each response G_XX by line;
+    /// there are places for [`RESPONSES`], of which the first so many as the header says are in use.
     Spectra = 3,
 }
 
