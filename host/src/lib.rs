@@ -17,6 +17,7 @@
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
 //! | [`monte_carlo`] | many tests on the bench against truth and bound |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
+//! | [`spectra`] | collects the spectra of a campaign, DOF by DOF |
 //! | [`tape`] | recorded scans |
 //! | [`recording`] | hammer data of other systems: LVM, CSV, UFF, NumPy |
 //! | [`hits`] | grades the hits of a recording |
@@ -45,6 +46,7 @@ pub mod report;
 pub mod rig;
 pub mod single_fault;
 pub mod solve;
+pub mod spectra;
 pub mod tape;
 mod toml_file;
 pub mod uff;

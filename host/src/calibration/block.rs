@@ -10,6 +10,7 @@ use massline_shared::protocol::object::MeasurementResult;
 use massline_shared::signal::{HAMMER, RESPONSES};
 use nalgebra::Vector3;
 
+use super::corners::{self, RcCorner};
 use crate::error::{Error, Result};
 
 /// The hits of a block test.
@@ -22,6 +23,8 @@ pub struct Block {
     pub sensors: Vec<SensorRatio<f64>>,
     /// The hammer against the sensors; only when these are known by a tumble test.
     pub hammer: Option<ForceRatio<f64>>,
+    /// Axis by axis, the low-pass against the hammer's.
+    pub corners: Vec<RcCorner>,
 }
 
 impl From<BlockError> for Error {
@@ -58,7 +61,7 @@ pub fn hits_of(result: &MeasurementResult, layout: &RigLayout) -> Result<Hits> {
 }
 
 impl Block {
-    /// From the hits, measured with `record` in force.
+    /// From the hits, measured with `record` in force, and the `corners` that they show.
     ///
     /// # Errors
     /// Exit 3 when the hits do not determine a calibration.
@@ -67,6 +70,7 @@ impl Block {
         layout: &RigLayout,
         record: &CalibrationRecord,
         block: BlockMass<f64>,
+        corners: Vec<RcCorner>,
     ) -> Result<Self> {
         let count = layout.sensors.len();
         let sensors = layout.sensors.iter().enumerate().map(|(k, sensor)| {
@@ -76,7 +80,7 @@ impl Block {
         let sensors = sensors.collect::<Result<Vec<_>>>()?;
         let known = record.method().knows_sensors();
         let hammer = known.then(|| force_ratio(hits, count, block)).transpose()?;
-        Ok(Self { sensors, hammer })
+        Ok(Self { sensors, hammer, corners })
     }
 
     /// What has been achieved. With known sensors their own stays, and the hammer's is that of its
@@ -103,6 +107,7 @@ impl Block {
     pub fn write(&self, record: &mut CalibrationRecord) {
         record.sigma = self.sigma(&record.sigma);
         let calibration = &mut record.calibration;
+        corners::write(&self.corners, calibration);
         if let Some(hammer) = &self.hammer {
             let sensitivity = f64::from(calibration.channels[HAMMER].sensitivity);
             calibration.channels[HAMMER].sensitivity = (sensitivity / hammer.ratio) as f32;

@@ -10,7 +10,7 @@ use massline_shared::protocol::message::{CampaignCommand, Identity, LayoutAnswer
 use super::connect::PortArgs;
 use super::files;
 use super::keyboard::{self, Keyboard};
-use super::progress::Progress;
+use super::progress::{Progress, Prompts};
 use super::{hash, show};
 use crate::campaign::phase_name;
 use crate::campaign::{Begin, Begun, Ending, Observer, Steer, begin, follow};
@@ -21,6 +21,7 @@ use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::report;
 use crate::single_fault::Meant;
+use crate::spectra::{Collecting, SpectraCollection};
 
 /// Arguments of `massline measure`.
 #[derive(Debug, clap::Args)]
@@ -91,7 +92,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Begun::Resumed => output.note("goes on with the interrupted campaign"),
         Begun::Joined => output.note("joins the campaign that is under way"),
     }
-    let ending = watch(&mut client, &layout, output)?;
+    let ending = watch(&mut client, &layout, None, output)?;
     finish(&mut client, &ending, &Meant::of_file(&file), output)
 }
 
@@ -148,10 +149,12 @@ pub fn judge_layout(
     Ok(())
 }
 
-/// Follows the campaign that runs, with a person at the keyboard.
+/// Follows the campaign that runs, with a person at the keyboard. Where spectra are collected, good
+/// hits are accepted without a word of theirs.
 pub(super) fn watch(
     client: &mut Client,
     layout: &RigLayout,
+    collection: Option<&mut SpectraCollection>,
     output: &mut Output,
 ) -> Result<Ending> {
     let interrupt = output.interrupt().clone();
@@ -165,9 +168,16 @@ pub(super) fn watch(
     if keyboard.is_some() {
         output.note(keyboard::HELP);
     }
-    let progress = Progress::new(output, "hits", layout, true);
+    let prompts = if collection.is_some() { Prompts::Hits } else { Prompts::HitsAndVerdicts };
+    let progress = Progress::new(output, "hits", layout, prompts);
     let mut person = Person { progress, keyboard };
-    let ending = follow(client, &interrupt, None, &mut person);
+    let ending = match collection {
+        Some(collection) => {
+            let mut collecting = Collecting { observer: &mut person, collection };
+            follow(client, &interrupt, None, &mut collecting)
+        }
+        None => follow(client, &interrupt, None, &mut person),
+    };
     drop(person);
     output.set_raw(false);
     ending

@@ -17,12 +17,23 @@ pub struct Progress<'o> {
     hits_per_dof: u32,
     /// The phase and DOF that the person has been told to hit at.
     prompted: Option<(u32, u8)>,
-    prompts: bool,
+    prompts: Prompts,
+}
+
+/// What the person is asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prompts {
+    /// Nothing: the bench taps by itself.
+    Nothing,
+    /// To hit.
+    Hits,
+    /// To hit, and to accept the hits that wait for it.
+    HitsAndVerdicts,
 }
 
 impl<'o> Progress<'o> {
-    /// Progress of a campaign with this layout; with `prompts` a person taps, and is told where.
-    pub fn new(output: &'o mut Output, label: &str, layout: &RigLayout, prompts: bool) -> Self {
+    /// Progress of a campaign with this layout.
+    pub fn new(output: &'o mut Output, label: &str, layout: &RigLayout, prompts: Prompts) -> Self {
         let hits_per_dof = u32::from(layout.test.hits_per_dof);
         let dofs: Vec<_> = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();
         let bar = output.bar(u64::from(hits_per_dof) * dofs.len() as u64, label);
@@ -50,12 +61,14 @@ impl<'o> Progress<'o> {
         let place = format!("{} {here}/{}", self.dof(dof), self.hits_per_dof);
         self.bar.set_message(format!("{place} {}", phase_name(status.phase)));
         let prompt = (status.armings, status.phase);
-        if !self.prompts || self.prompted == Some(prompt) {
+        if self.prompts == Prompts::Nothing || self.prompted == Some(prompt) {
             return;
         }
         match phase {
             Some(Phase::Armed) => self.line(&format!("hit {} now ({place})", self.dof(dof))),
-            Some(Phase::Confirming) => self.line("accept this hit? a yes, r no"),
+            Some(Phase::Confirming) if self.prompts == Prompts::HitsAndVerdicts => {
+                self.line("accept this hit? a yes, r no");
+            }
             _ => return,
         }
         self.prompted = Some(prompt);

@@ -10,7 +10,7 @@ use massline_shared::protocol::message::{CampaignCommand, Status};
 use massline_shared::protocol::object::MeasurementResult;
 
 use super::measure::judge_layout;
-use super::progress::Progress;
+use super::progress::{Progress, Prompts};
 use super::show;
 use crate::campaign::{Begin, Ending, Observer, Steer, begin, follow};
 use crate::client::Client;
@@ -94,7 +94,7 @@ impl SimulatedCampaign<'_> {
         judge_layout(&client.put_layout(self.layout)?, self.layout, false, output)?;
         begin(&mut client, Begin::default())?;
         let interrupt = output.interrupt().clone();
-        let progress = Progress::new(output, self.label, self.layout, false);
+        let progress = Progress::new(output, self.label, self.layout, Prompts::Nothing);
         let mut operator = Operator { progress, rig, policy };
         let ending = follow(&mut client, &interrupt, Some(PATIENCE), &mut operator)?;
         drop(operator);

@@ -12,6 +12,7 @@ use massline_shared::protocol::object::MeasurementResult;
 use super::rig::{OnBlock, RigArgs};
 use super::{OriginArgs, report, store};
 use crate::calibration::block::{Block, hits_of};
+use crate::calibration::corners::corners;
 use crate::calibration::verify::{Verdict, drifts};
 use crate::campaign::{Begin, Begun, Ending, begin};
 use crate::commands::measure::{fits, make_room, paused};
@@ -19,6 +20,7 @@ use crate::commands::{show, simulated::narrow};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
+use crate::spectra::SpectraCollection;
 
 /// The layout of the block when none is given.
 pub const LAYOUT: &str = include_str!("../../../examples/block.toml");
@@ -48,8 +50,10 @@ pub struct BlockArgs {
 #[command(after_help = "\
 Hang the block from soft cords like any object, glue the sensors near its centre of mass, and hit it
 through the centre of mass, as hard as the channels allow: 2 kg and 60 to 100 N. After a tumble test
-this gives the hammer's own sensitivity; without one, the sensors against the hammer. The rig keeps
-every accepted hit: after Ctrl-C the same command goes on.
+this gives the hammer's own sensitivity; without one, the sensors against the hammer. The RC corner
+of each axis is found against the hammer's, which stays as it is. Good hits are accepted by
+themselves. The rig keeps them: after Ctrl-C the same command goes on, but what was hit before gives
+no corners any more (--restart hits it again).
 
 Examples:
   massline calibrate block --mass 2.000 --mass-sigma 0.001
@@ -205,13 +209,15 @@ impl BlockTest {
         fits(&self.layout, &rig.identity)?;
         make_room(&mut rig.client, &self.layout, self.restart)?;
         rig.client.put_layout(&self.layout)?;
-        let how = Begin { block: true, restart: self.restart, ..Begin::default() };
+        // A hit that waits to be accepted leaves the time to read the spectra of the DOF before it.
+        let how = Begin { block: true, confirm: true, restart: self.restart, ..Begin::default() };
         match begin(&mut rig.client, how)? {
             Begun::Started => {}
             Begun::Resumed => output.note("goes on with the interrupted block test"),
             Begun::Joined => output.note("joins the block test that is under way"),
         }
-        let result = match rig.follow(&self.layout, output)? {
+        let mut collection = SpectraCollection::default();
+        let result = match rig.follow(&self.layout, &mut collection, output)? {
             Ending::Done(number) => rig.client.result(number)?,
             Ending::Stopped(status) => return Err(show::stopped(&status)),
             Ending::Paused(status) => return Err(paused(&status)),
@@ -220,7 +226,10 @@ impl BlockTest {
             }
         };
         require_block(&result)?;
-        Block::of(&hits_of(&result, &self.layout)?, &self.layout, record, self.mass)
+        let status = rig.client.status()?;
+        collection.collect(&mut rig.client, &status)?;
+        let corners = corners(&collection.into_spectra(), &result, &self.layout, record);
+        Block::of(&hits_of(&result, &self.layout)?, &self.layout, record, self.mass, corners)
     }
 }
 

@@ -2,10 +2,13 @@
 
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::block::SensorRatio;
+use massline_shared::signal::HAMMER;
+use massline_shared::units::Hertz;
 use nalgebra::Matrix3;
 use serde_json::{Value, json};
 
 use crate::calibration::block::Block;
+use crate::calibration::corners::{FoundCorner, NoCorner, RcCorner};
 use crate::calibration::tumble::Tumble;
 use crate::calibration::verify::Drift;
 use crate::output;
@@ -24,6 +27,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Value {
                 "id": record.sensors.get(k).map(|id| id.as_str()),
                 "zero_v": axes.iter().map(|axis| axis.zero.0).collect::<Vec<_>>(),
                 "sensitivity_v_per_m_per_s2": rows(&calibration.sensor_sensitivity(k)),
+                "rc_corner_hz": axes.iter().map(|axis| axis.corner.0).collect::<Vec<_>>(),
             })
         })
         .collect();
@@ -40,6 +44,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Value {
             "id": record.hammer.as_str(),
             "zero_v": hammer.zero.0,
             "sensitivity_v_per_n": hammer.sensitivity,
+            "rc_corner_hz": hammer.corner.0,
         },
         "sensors": sensors,
     })
@@ -49,7 +54,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Value {
 pub(super) fn record_text(record: &CalibrationRecord) -> String {
     let calibration = &record.calibration;
     let mut table = output::table();
-    table.set_header(["", "", "zero, V", "sensitivity", "cross-axis, %"]);
+    table.set_header(["", "", "zero, V", "sensitivity", "cross-axis, %", "RC, Hz"]);
     let hammer = calibration.channels[0];
     table.add_row([
         format!("hammer {}", record.hammer),
@@ -57,6 +62,7 @@ pub(super) fn record_text(record: &CalibrationRecord) -> String {
         format!("{:.4}", hammer.zero.0),
         format!("{:.4} mV/N", 1e3 * hammer.sensitivity),
         String::new(),
+        rc(hammer.corner),
     ]);
     for (k, id) in record.sensors.iter().enumerate() {
         let matrix = calibration.cross_axis[k].matrix::<f64>();
@@ -70,6 +76,7 @@ pub(super) fn record_text(record: &CalibrationRecord) -> String {
                 format!("{:.4}", channel.zero.0),
                 format!("{:.4} mV/(m/s²)", 1e3 * channel.sensitivity),
                 format!("{}  {}", cross(first), cross(second)),
+                rc(channel.corner),
             ]);
         }
     }
@@ -83,6 +90,11 @@ pub(super) fn record_text(record: &CalibrationRecord) -> String {
         100.0 * sigma.cross_axis,
         100.0 * sigma.hammer_gain,
     )
+}
+
+/// A corner frequency; none that is not known.
+fn rc(corner: Hertz<f32>) -> String {
+    if corner.0 > 0.0 { format!("{:.1}", corner.0) } else { "-".into() }
 }
 
 /// What a tumble test has found.
@@ -127,7 +139,59 @@ pub(super) fn block_json(found: &Block) -> Value {
             "consistent": hammer.is_consistent(),
         })
     });
-    json!({ "sensors": sensors, "hammer": hammer })
+    json!({
+        "sensors": sensors,
+        "hammer": hammer,
+        "rc_corners": found.corners.iter().map(corner_json).collect::<Vec<_>>(),
+    })
+}
+
+fn corner_json(corner: &RcCorner) -> Value {
+    let found = corner.found.as_ref().ok();
+    json!({
+        "sensor": corner.sensor + 1,
+        "axis": AXES[corner.axis],
+        "corner_hz": found.map(|found| found.corner_hz),
+        "sigma_hz": found.map(|found| found.sigma_hz),
+        "before_hz": corner.before_hz,
+        "verdict": corner.verdict(),
+        "reason": corner.found.err().map(NoCorner::name),
+    })
+}
+
+/// The corners as a table, with the reasons why some are not known.
+fn corners_text(corners: &[RcCorner], hammer: Hertz<f32>) -> String {
+    let mut table = output::table();
+    table.set_header(["sensor", "axis", "RC before, Hz", "measured, Hz", "± sd", "verdict"]);
+    let mut reasons: Vec<(NoCorner, String)> = Vec::new();
+    for corner in corners {
+        let axis = AXES[corner.axis];
+        if let Err(reason) = corner.found {
+            let name = format!("{} {axis}", corner.sensor + 1);
+            match reasons.iter_mut().find(|(known, _)| *known == reason) {
+                Some((_, names)) => *names = format!("{names}, {name}"),
+                None => reasons.push((reason, name)),
+            }
+        }
+        let number = |of: fn(&FoundCorner) -> f64| {
+            corner.found.as_ref().map_or("-".into(), |found| format!("{:.1}", of(found)))
+        };
+        table.add_row([
+            (corner.sensor + 1).to_string(),
+            axis.into(),
+            rc(Hertz(corner.before_hz as f32)),
+            number(|found| found.corner_hz),
+            number(|found| found.sigma_hz),
+            corner.verdict().into(),
+        ]);
+    }
+    let reasons: String =
+        reasons.iter().map(|(reason, names)| format!("\n{names}:\n  {reason}")).collect();
+    let against = match hammer.0 > 0.0 {
+        true => format!("against the hammer's, taken as {} Hz", rc(hammer)),
+        false => "the hammer's is not known".into(),
+    };
+    format!("RC corners {against}; kept: within 3 sd of before\n{table}{reasons}")
 }
 
 pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
@@ -135,13 +199,12 @@ pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
         Some(hammer) => {
             format!("true force over the force before: {:.4} ± {:.4}", hammer.ratio, hammer.sigma,)
         }
-        None => {
-            "sensors against the hammer; a tumble test before it would tell both apart and know \
-                 the cross-axis sensitivities better"
-                .into()
-        }
+        None => "sensors against the hammer; a tumble test before it would tell both apart\n\
+                 and know the cross-axis sensitivities better"
+            .into(),
     };
-    format!("{}\n{said}", record_text(record))
+    let corners = corners_text(&found.corners, record.calibration.channels[HAMMER].corner);
+    format!("{}\n{said}\n\n{corners}", record_text(record))
 }
 
 /// How every channel stands.

@@ -17,9 +17,10 @@ use crate::campaign::{Ending, Observer, follow};
 use crate::client::{Client, PipeTransport};
 use crate::commands::connect::PortArgs;
 use crate::commands::measure::watch;
-use crate::commands::progress::Progress;
+use crate::commands::progress::{Progress, Prompts};
 use crate::error::{Error, Result};
 use crate::output::Output;
+use crate::spectra::{Collecting, SpectraCollection};
 
 /// A virtual rig that has not gone on for so long is stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -190,21 +191,24 @@ impl OnBlock {
         Ok(Self { client, identity, rig: Some(rig) })
     }
 
-    /// Follows the campaign that runs.
+    /// Follows the campaign that runs, accepts its good hits and collects their spectra.
     ///
     /// # Errors
     /// When the rig cannot be reached or is stuck.
     pub fn follow(
         &mut self,
         layout: &massline_shared::layout::RigLayout,
+        collection: &mut SpectraCollection,
         output: &mut Output,
     ) -> Result<Ending> {
         if self.rig.is_none() {
-            return watch(&mut self.client, layout, output);
+            return watch(&mut self.client, layout, Some(collection), output);
         }
         let interrupt = output.interrupt().clone();
-        let progress = Progress::new(output, "block", layout, false);
-        follow(&mut self.client, &interrupt, Some(PATIENCE), &mut Looker(progress))
+        let progress = Progress::new(output, "block", layout, Prompts::Nothing);
+        let mut looker = Looker(progress);
+        let mut collecting = Collecting { observer: &mut looker, collection };
+        follow(&mut self.client, &interrupt, Some(PATIENCE), &mut collecting)
     }
 }
 

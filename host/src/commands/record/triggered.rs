@@ -9,7 +9,7 @@ use super::{Recording, scans_of};
 use crate::campaign::{Begin, Ending, Observer, Steer, begin, follow};
 use crate::client::Client;
 use crate::commands::measure::judge_layout;
-use crate::commands::progress::Progress;
+use crate::commands::progress::{Progress, Prompts};
 use crate::commands::show;
 use crate::error::{Error, Result};
 use crate::output::Output;
@@ -26,7 +26,7 @@ pub(super) fn record(
     judge_layout(&client.put_layout(layout)?, layout, false, output)?;
     begin(client, Begin { confirm: true, ..Begin::default() })?;
     let interrupt = output.interrupt().clone();
-    let progress = Progress::new(output, "hits", layout, true);
+    let progress = Progress::new(output, "hits", layout, Prompts::Hits);
     let mut recorder = Recorder { progress, recording, writer, read: 0, hits: 0 };
     let ending = follow(client, &interrupt, None, &mut recorder)?;
     let hits = recorder.hits;

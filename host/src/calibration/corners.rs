@@ -1,0 +1,353 @@
+//! The low-pass of each sensor axis against that of the hammer, from the spectra of a block test.
+//!
+//! The rig has taken the low-passes of the calibration in force out of its spectra. What is left of
+//! `H = X/F` is the difference D of the errors of both: `D = (τ_F − τ_F0) − (τ − τ_0)` with τ of the
+//! sensor axis, τ_F of the hammer and the index 0 for what is in force. The error of the hammer shows
+//! in all axes alike and cannot be told from theirs, so its low-pass stays what it is, and
+//! `τ = τ_0 − D` is what a measurement needs: with it response and force are filtered alike.
+
+use std::f64::consts::TAU;
+use std::fmt;
+
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::calibration::time_constant::{
+    Measured, TimeConstantDifference, difference, mean,
+};
+use massline_shared::layout::RigLayout;
+use massline_shared::mass_line::Line;
+use massline_shared::protocol::object::{DofResult, MeasurementResult};
+use massline_shared::signal::{Calibration, HAMMER};
+use massline_shared::units::Hertz;
+use nalgebra::Vector3;
+
+use crate::client::DofSpectra;
+
+/// Least cosine between a push and an axis that tells its time constant. Of three orthogonal axes and
+/// three orthogonal pushes every axis has a push above 1/√3.
+const LEAST_COSINE: f64 = 0.5;
+/// What may not average out, s: with fifty hits a direction the error on the bench is 0.22 µs rms and
+/// still falls with their number; below that nothing has been seen.
+const FLOOR_S: f64 = 0.2e-6;
+/// So many standard deviations from the corner in force are more than chance.
+const SIGNIFICANT: f64 = 3.0;
+/// Largest difference to the expected time constant, times ω at the last line: beyond it the channel
+/// is another one than is thought.
+const LARGEST_TURN: f64 = 0.5;
+/// How often the fit is repeated with what it has found. Each repetition takes away all but the share
+/// by which the model was wrong, a few hundredths at most.
+const REPEATS: usize = 2;
+
+/// The low-pass of one axis of one sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RcCorner {
+    /// 0-based.
+    pub sensor: usize,
+    /// 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// Corner in force, Hz; zero where none is known.
+    pub before_hz: f64,
+    /// What the block test says.
+    pub found: Result<FoundCorner, NoCorner>,
+}
+
+impl RcCorner {
+    /// What becomes of the corner in force.
+    pub fn verdict(&self) -> &'static str {
+        match self.found {
+            Ok(FoundCorner { changed: true, .. }) => "changed",
+            Ok(_) => "kept",
+            Err(_) => "undetermined",
+        }
+    }
+}
+
+/// A corner with the hammer's taken as it is in force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoundCorner {
+    /// Hz.
+    pub corner_hz: f64,
+    /// Its standard deviation, Hz.
+    pub sigma_hz: f64,
+    /// True when it differs from the one in force by more than chance.
+    pub changed: bool,
+}
+
+/// Why the corner of an axis is not known after a block test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoCorner {
+    /// The calibration has no corner for the hammer.
+    HammerUnknown,
+    /// No hit pushes along this axis.
+    NotPushed,
+    /// The rig does not have the spectra any more.
+    SpectraGone,
+    /// The lines determine no difference.
+    Undetermined,
+    /// The difference is not one that a low-pass makes.
+    NoLowPass,
+}
+
+impl NoCorner {
+    /// The stable word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::HammerUnknown => "hammer_unknown",
+            Self::NotPushed => "not_pushed",
+            Self::SpectraGone => "spectra_gone",
+            Self::Undetermined => "lines_undetermined",
+            Self::NoLowPass => "no_low_pass",
+        }
+    }
+}
+
+impl fmt::Display for NoCorner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::HammerUnknown => {
+                "the calibration has no RC corner for the hammer, against which it would be"
+            }
+            Self::NotPushed => "no hit of the layout pushes along it",
+            Self::SpectraGone => {
+                "hit before this command began: the rig has no spectra of it any more; --restart hits \
+                 it again"
+            }
+            Self::Undetermined => "the spectra show no steady response along it",
+            Self::NoLowPass => {
+                "no low-pass near the one in force makes this difference; is the sensor glued on firmly?"
+            }
+        })
+    }
+}
+
+/// Every axis of every sensor of the layout, from those spectra that there are.
+pub fn corners(
+    spectra: &[DofSpectra],
+    result: &MeasurementResult,
+    layout: &RigLayout,
+    record: &CalibrationRecord,
+) -> Vec<RcCorner> {
+    let test = Test { spectra, result, layout, calibration: &record.calibration };
+    let axes = (0..layout.sensors.len()).flat_map(|sensor| (0..3).map(move |axis| (sensor, axis)));
+    axes.map(|(sensor, axis)| test.corner(sensor, axis)).collect()
+}
+
+/// Becomes part of a calibration: the corners that have changed.
+pub fn write(corners: &[RcCorner], calibration: &mut Calibration) {
+    for RcCorner { sensor, axis, found, .. } in corners {
+        if let Ok(found) = found
+            && found.changed
+            && let Some(channel) = calibration.channels.get_mut(channel(*sensor, *axis))
+        {
+            channel.corner = Hertz(found.corner_hz as f32);
+        }
+    }
+}
+
+/// The channel of an axis.
+fn channel(sensor: usize, axis: usize) -> usize {
+    1 + response(sensor, axis)
+}
+
+fn response(sensor: usize, axis: usize) -> usize {
+    3 * sensor + axis
+}
+
+/// Time constant of a corner; zero where none is known.
+fn time_constant(corner: Hertz<f32>) -> f64 {
+    if corner.0 > 0.0 { (TAU * f64::from(corner.0)).recip() } else { 0.0 }
+}
+
+/// The data of a block test.
+struct Test<'a> {
+    spectra: &'a [DofSpectra],
+    result: &'a MeasurementResult,
+    layout: &'a RigLayout,
+    calibration: &'a Calibration,
+}
+
+impl Test<'_> {
+    fn corner(&self, sensor: usize, axis: usize) -> RcCorner {
+        let before = self.calibration.channels[channel(sensor, axis)].corner;
+        let found = self.found(sensor, axis);
+        RcCorner { sensor, axis, before_hz: f64::from(before.0), found }
+    }
+
+    fn found(&self, sensor: usize, axis: usize) -> Result<FoundCorner, NoCorner> {
+        let channels = &self.calibration.channels;
+        let hammer = time_constant(channels[HAMMER].corner);
+        if hammer == 0.0 {
+            return Err(NoCorner::HammerUnknown);
+        }
+        let before = time_constant(channels[channel(sensor, axis)].corner);
+        let expected = if before > 0.0 { before } else { hammer };
+        let pushed: Vec<_> =
+            self.result.dofs.iter().filter(|dof| self.pushes(dof, sensor, axis)).collect();
+        if pushed.is_empty() {
+            return Err(NoCorner::NotPushed);
+        }
+        let kept: Vec<_> = pushed.iter().filter_map(|dof| Some((*dof, self.of(dof)?))).collect();
+        if kept.is_empty() {
+            return Err(NoCorner::SpectraGone);
+        }
+        let response = response(sensor, axis);
+        let top_hz = kept.iter().map(|(_, spectra)| last_line(spectra)).fold(0.0, f64::max);
+        let with = |lag: f64| {
+            let parts = kept.iter().filter_map(|(dof, spectra)| part(dof, spectra, response, lag));
+            mean(&parts.collect::<Vec<_>>()).ok_or(NoCorner::Undetermined)
+        };
+        let mut found = with(expected)?;
+        // The model is exact at the time constant that it is to find.
+        for _ in 0..REPEATS {
+            found = with((before - found.value).max(0.0))?;
+        }
+        judge(found, before, LARGEST_TURN / (TAU * top_hz), expected)
+    }
+
+    /// True when the push of a DOF goes along an axis.
+    fn pushes(&self, dof: &DofResult, sensor: usize, axis: usize) -> bool {
+        let (Some(hit), Some(sensor)) =
+            (self.layout.hits.get(usize::from(dof.index)), self.layout.sensors.get(sensor))
+        else {
+            return false;
+        };
+        let cosine = Vector3::from(hit.direction).dot(&Vector3::from(sensor.axes[axis]));
+        f64::from(cosine.abs()) >= LEAST_COSINE
+    }
+
+    /// The spectra of a DOF, when they are those of the hits of the result.
+    fn of(&self, dof: &DofResult) -> Option<&DofSpectra> {
+        self.spectra.iter().find(|kept| (kept.dof, kept.hits) == (dof.index, dof.hits))
+    }
+}
+
+/// Frequency of the last line, Hz.
+fn last_line(spectra: &DofSpectra) -> f64 {
+    spectra.frequency(spectra.force_auto().len().saturating_sub(1))
+}
+
+/// The difference that one DOF shows, from the lower end of its band to the last line: a low-pass
+/// shows the better the higher the line, and a block is rigid far beyond the band of an object.
+fn part(
+    dof: &DofResult,
+    spectra: &DofSpectra,
+    response: usize,
+    lag: f64,
+) -> Option<TimeConstantDifference<f64>> {
+    let h1 = spectra.h1(response)?;
+    let lines = h1
+        .into_iter()
+        .zip(spectra.force_auto())
+        .enumerate()
+        .map(|(line, (h, &weight))| (Line { frequency: spectra.frequency(line), weight }, h));
+    let how = Measured {
+        band: [f64::from(dof.band_hz[0]), last_line(spectra)],
+        lag,
+        decay: spectra.decay,
+        record: spectra.resolution.recip(),
+    };
+    difference(lines.collect::<Vec<_>>(), how).ok()
+}
+
+/// From a difference to a corner, against the time constant `before` in force; it lies within `reach`
+/// of the `expected` one.
+fn judge(
+    found: TimeConstantDifference<f64>,
+    before: f64,
+    reach: f64,
+    expected: f64,
+) -> Result<FoundCorner, NoCorner> {
+    let lag = before - found.value;
+    let sigma = found.sigma.hypot(FLOOR_S);
+    if lag <= SIGNIFICANT * sigma || (lag - expected).abs() > reach {
+        return Err(NoCorner::NoLowPass);
+    }
+    let corner_hz = (TAU * lag).recip();
+    let changed = found.value.abs() > SIGNIFICANT * sigma;
+    Ok(FoundCorner { corner_hz, sigma_hz: corner_hz * sigma / lag, changed })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commands::calibrate::block::LAYOUT;
+    use crate::layout_file::LayoutFile;
+    use massline_shared::layout::FrfEstimator;
+    use massline_shared::mass_line::Terms;
+
+    const NOMINAL: f64 = 320e-6;
+    const REACH: f64 = 320e-6;
+
+    fn judged(value: f64, sigma: f64) -> Result<FoundCorner, NoCorner> {
+        judge(TimeConstantDifference { value, sigma }, NOMINAL, REACH, NOMINAL)
+    }
+
+    #[test]
+    fn a_sensor_that_is_slower_than_the_hammer_has_a_lower_corner() {
+        // Hammer minus sensor is −10 µs: the sensor's is 330 µs.
+        let found = judged(-10e-6, 1e-6).unwrap();
+        assert!((found.corner_hz - (TAU * 330e-6).recip()).abs() < 1e-9, "{found:?}");
+        // 1 µs and the floor of 0.2 µs in 330 µs.
+        let relative = found.sigma_hz / found.corner_hz;
+        assert!((relative - 1.0_f64.hypot(0.2) / 330.0).abs() < 1e-9, "{found:?}");
+        assert!(found.changed);
+    }
+
+    #[test]
+    fn what_may_be_chance_changes_nothing() {
+        assert!(!judged(2.9e-6, 1e-6).unwrap().changed);
+        assert!(judged(3.2e-6, 1e-6).unwrap().changed);
+        // Without a scatter of its own the floor is left.
+        assert!(!judged(0.5e-6, 0.0).unwrap().changed);
+    }
+
+    #[test]
+    fn no_time_at_all_or_far_too_much_is_no_low_pass() {
+        for value in [321e-6, 500e-6, 318e-6, -330e-6] {
+            assert_eq!(judged(value, 1e-6), Err(NoCorner::NoLowPass), "{value:e}");
+        }
+    }
+
+    /// A result with the DOFs of these indices, and nothing measured.
+    fn result(dofs: &[u8], layout: &RigLayout) -> MeasurementResult {
+        let of = |&index: &u8| DofResult {
+            dof: layout.hits[usize::from(index)].dof,
+            index,
+            hits: 5,
+            band_hz: [10.0, 120.0],
+            accelerance: [0.0; 9],
+            noise: [0.0; 9],
+            scatter: heapless::Vec::new(),
+            coherence: None,
+        };
+        MeasurementResult {
+            number: 1,
+            layout_hash: layout.hash(),
+            calibration: 0,
+            firmware: heapless::String::new(),
+            frf_estimator: FrfEstimator::H1,
+            terms: Terms::A,
+            band_automatic: false,
+            dofs: dofs.iter().map(of).collect(),
+            estimates: heapless::Vec::new(),
+            diagnostics: heapless::Vec::new(),
+        }
+    }
+
+    #[test]
+    fn an_axis_without_a_push_or_spectra_is_named() {
+        let layout = LayoutFile::parse(LAYOUT, "block.toml").unwrap().rig_layout().unwrap();
+        let mut record = CalibrationRecord::default();
+        // Along x and y only.
+        let found = corners(&[], &result(&[0, 2], &layout), &layout, &record);
+        assert_eq!(found.len(), 9);
+        for corner in &found {
+            let pushed = corner.axis != 2;
+            let reason = if pushed { NoCorner::SpectraGone } else { NoCorner::NotPushed };
+            assert_eq!(corner.found, Err(reason), "{corner:?}");
+            assert!((corner.before_hz - 497.36).abs() < 0.01, "{corner:?}");
+        }
+        let before = record.calibration;
+        write(&found, &mut record.calibration);
+        assert_eq!(record.calibration, before);
+    }
+}
