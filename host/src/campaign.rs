@@ -44,7 +44,7 @@ pub trait Observer {
         let _ = block;
     }
 
-    /// What shall be done now? Asked again and again, at least every [`POLL`]; the client may be
+    /// What shall be done now? Asked again and again, at least every 40 ms; the client may be
     /// used, for example to read the record of a hit that waits for confirmation.
     ///
     /// # Errors

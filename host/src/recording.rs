@@ -2,10 +2,10 @@
 //!
 //! | format | known by | reader |
 //! | --- | --- | --- |
-//! | LabVIEW measurement | `LabVIEW Measurement` in the first line | [`lvm`] |
-//! | universal file, dataset 58, function type 1 | a line `    -1` at the beginning | [`uff`] |
-//! | NumPy array (segments,) samples, channels | `\x93NUMPY` | [`npy`] |
-//! | text with a column for each channel | anything else that is text | [`csv`] |
+//! | LabVIEW measurement | `LabVIEW Measurement` in the first line | `lvm` |
+//! | universal file, dataset 58, function type 1 | a line `    -1` at the beginning | `uff` |
+//! | NumPy array (segments,) samples, channels | `\x93NUMPY` | `npy` |
+//! | text with a column for each channel | anything else that is text | `csv` |
 //!
 //! All give a [`Recording`]. The readers take any bytes: they never panic, and never allocate more
 //! than a small multiple of their number.

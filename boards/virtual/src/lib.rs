@@ -2,7 +2,7 @@
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | [`bench`] | the object on its cords, the hammer, the sensors, the ADC |
+//! | [`mod@bench`] | the object on its cords, the hammer, the sensors, the ADC |
 //! | [`source`] | the seam between whoever makes scans and whoever consumes them |
 //! | [`sampler`] | hands the scans out, in real or simulated time |
 //! | [`clock`] | the time of the rig, its timers and its executor |

@@ -30,7 +30,7 @@ pub struct MonteCarloArgs {
 /// An error budget as an argument.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Budget {
-    /// The [uncertainty] of the layout, as a real test has to.
+    /// The table `uncertainty` of the layout, as a real test has to.
     #[default]
     Layout,
     /// The standard deviations with which the bench draws its errors.

@@ -125,7 +125,7 @@ impl<R: Real> Fit<R> {
     /// with.
     ///
     /// # Errors
-    /// When the equations cannot be solved any more, or [`MOST_STEPS`] were not enough.
+    /// When the equations cannot be solved any more, or sixty of them were not enough.
     #[inline(never)]
     pub fn step<const S: usize, const H: usize, const CH: usize, B>(
         &mut self,
