@@ -118,6 +118,30 @@ pub fn identify(
     }
 }
 
+/// The methods that a rig's result has no answer of, and why. A rig says why without saying of which
+/// method, so its mass lines are solved again; where double precision has an answer, the reasons are
+/// what the rig says of the test as a whole.
+pub fn refused(
+    result: &MeasurementResult,
+    layout: &HostLayout,
+    selection: Selection,
+) -> Vec<(Method, Diagnostics)> {
+    let lines = lines_of(result, layout);
+    let answered = |method: Method| result.estimates.iter().any(|e| e.method == method as u8);
+    let missing = selection.methods().iter().filter(|&&method| !answered(method));
+    let reasons = |&method: &Method| {
+        let options =
+            Options { selection: Selection::Only(method), inertia_restraint: Settings::weighted() };
+        let said = result.diagnostics.iter().filter(|d| d.subject == Diagnostic::WHOLE);
+        let grave = said.filter(|d| Severity::from_raw(d.severity) > Severity::Note);
+        match identify(layout, &lines, &options) {
+            Err(reasons) => (method, reasons),
+            Ok(_) => (method, grave.copied().collect()),
+        }
+    };
+    missing.map(reasons).collect()
+}
+
 /// The mass lines of a stored result; DOFs whose numbers do not fit together are left out.
 pub fn lines_of(result: &MeasurementResult, layout: &HostLayout) -> MeasuredLines {
     let channels = 3 * layout.sensors.len();

@@ -6,6 +6,7 @@
 
 mod details;
 mod message;
+mod refusals;
 mod table;
 
 use massline_shared::body::{Principal, RigidBody};
@@ -20,6 +21,7 @@ use crate::identification::Identification;
 
 pub use details::{details_json, details_text};
 pub use message::{code_name, message, message_in};
+pub use refusals::{refusals_json, refusals_text};
 pub(crate) use table::ROWS;
 pub use table::{Truth, scale_of, table};
 
@@ -159,15 +161,7 @@ pub fn diagnostics_json(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> Strin
 /// `not_applicable` and as warnings of `diagnostics`, what was found out as `details`.
 pub fn add_identification(value: &mut Value, found: &Identification, layout: &HostLayout) {
     let say = |d: &Diagnostic| message_in(d, layout);
-    let refused = found.not_applicable.iter();
-    value["not_applicable"] = json!(
-        refused
-            .map(|(method, reasons)| json!({
-                "method": method.name(),
-                "codes": reasons.iter().map(code_name).collect::<Vec<_>>(),
-            }))
-            .collect::<Vec<_>>()
-    );
+    value["not_applicable"] = refusals_json(&found.not_applicable, say);
     let mut diagnostics = diagnostics_json(&found.warnings(), say);
     if let Some(Value::Array(others)) = value.get("diagnostics") {
         diagnostics.extend(others.iter().cloned());
@@ -190,11 +184,7 @@ pub fn identification_text(
 /// Why answers are missing, and what was found out.
 pub fn found_out_text(found: &Identification, layout: &HostLayout) -> String {
     let say = |d: &Diagnostic| message_in(d, layout);
-    let mut text = String::new();
-    for (method, reasons) in &found.not_applicable {
-        let reasons: Vec<String> = reasons.iter().map(say).collect();
-        text += &format!("warning: {} is not applicable: {}\n", method.name(), reasons.join("; "));
-    }
+    let mut text = refusals_text(&found.not_applicable, say);
     if let Some(details) = &found.details {
         text += &details_text(details, layout);
     }

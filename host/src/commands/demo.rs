@@ -3,14 +3,16 @@
 use std::num::NonZeroU8;
 
 use massline_shared::layout::HostLayout;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::bench_test::{BenchArgs, BenchTest};
 use super::compare::{Comparison, SIGMA_NOTE, summary};
 use super::simulated::RigArgs;
 use crate::error::Result;
+use crate::identification::{Selection, refused};
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
+use crate::report::{message, refusals_json, refusals_text};
 
 /// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
 pub const LAYOUTS: [(&str, &str); 4] = [
@@ -49,7 +51,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let bench = args.bench.open()?;
     let firmware = args.rig.image()?;
-    let mut comparisons = Vec::new();
+    let (mut comparisons, mut tests) = (Vec::new(), Vec::new());
     for (name, text) in LAYOUTS {
         let layout = layout(name, text, args.hits)?;
         let heading = output.toned(&format!("{name}: {}", layout.title), Tone::Strong);
@@ -70,13 +72,18 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             length: layout.characteristic_length(),
             result,
         };
-        if !output.json() {
-            output.text(format!("{heading}\n{}", comparison.table()?))?;
+        let refused = refused(&comparison.result, &layout, Selection::All);
+        if output.json() {
+            let mut test = comparison.to_json()?;
+            test["not_applicable"] = refusals_json(&refused, message);
+            tests.push(test);
+        } else {
+            let refused = refusals_text(&refused, message);
+            output.text(format!("{heading}\n{}{refused}", comparison.table()?))?;
         }
         comparisons.push(comparison);
     }
     if output.json() {
-        let tests = comparisons.iter().map(Comparison::to_json).collect::<Result<Vec<Value>>>()?;
         return output.value(&json!({ "tests": tests }));
     }
     let heading = output.toned("summary", Tone::Strong);

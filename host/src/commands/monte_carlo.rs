@@ -17,7 +17,7 @@ use crate::output::{Output, Tone};
 #[derive(Clone, Debug, clap::Args)]
 pub struct MonteCarloArgs {
     /// Repeat the test so often, without a rig, and compare with the Cramér-Rao bound.
-    #[arg(long, value_name = "N", conflicts_with_all = ["rig", "firmware"])]
+    #[arg(long, value_name = "N", value_parser = runs, conflicts_with_all = ["rig", "firmware"])]
     pub runs: Option<NonZeroU64>,
     /// Error budget that the methods believe in and the bound is computed with.
     #[arg(long, value_enum, default_value_t, value_name = "BUDGET", requires = "runs")]
@@ -44,6 +44,12 @@ impl Budget {
             Self::Bench => "bench",
         }
     }
+}
+
+/// A number of runs.
+fn runs(text: &str) -> std::result::Result<NonZeroU64, String> {
+    let number = text.parse::<u64>().ok().and_then(NonZeroU64::new);
+    number.ok_or_else(|| "give a whole number of runs, at least 1; 100 or more say a lot".into())
 }
 
 /// Runs the study.

@@ -7,7 +7,7 @@ use massline_shared::protocol::object::MeasurementResult;
 use serde_json::json;
 
 use crate::error::{Error, Result};
-use crate::identification::{Options, Selection, identify, lines_of};
+use crate::identification::{Options, Selection, identify, lines_of, refused};
 use crate::output::{Output, Tone};
 use crate::report;
 use crate::single_fault::Meant;
@@ -24,7 +24,7 @@ pub fn measurement(
     selection: Selection,
     output: &mut Output,
 ) -> Result<()> {
-    let result = selected(result, selection);
+    let mut result = selected(result, selection);
     if let Err(error) = require_answer(&result) {
         if let Some(meant) = meant {
             look_for_mistakes(&result, meant, output);
@@ -33,9 +33,16 @@ pub fn measurement(
     }
     let found = meant.and_then(|Meant { layout, .. }| {
         let options = Options { selection, inertia_restraint: Settings::weighted() };
-        let found = identify(layout, &lines_of(&result, layout), &options).ok()?;
+        let mut found = identify(layout, &lines_of(&result, layout), &options).ok()?;
+        found.not_applicable = refused(&result, layout, selection);
         Some((found, layout))
     });
+    if let Some((found, _)) = &found {
+        // They are said of their methods.
+        let of_methods = found.warnings();
+        let same = |d: &Diagnostic, of: &Diagnostic| (d.code, d.subject) == (of.code, of.subject);
+        result.diagnostics.retain(|d| !of_methods.iter().any(|of| same(d, of)));
+    }
     let mut value = report::measurement_json(&result);
     let mut text = report::measurement_text(&result);
     if let Some((found, layout)) = &found {

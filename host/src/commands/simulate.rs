@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, Scan};
 use massline_virtual::source::ScanSource;
@@ -14,8 +15,10 @@ use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
 use super::simulated::{RigArgs, narrow};
 use crate::error::Result;
+use crate::identification::{Selection, refused};
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
+use crate::report::{message_in, refusals_json, refusals_text};
 use crate::single_fault::Meant;
 use crate::tape::{Segment, Sidecar, TapeWriter};
 
@@ -100,12 +103,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     let mut value = comparison.to_json()?;
     value["tape"] = json!(args.tape);
+    let say = |d: &Diagnostic| message_in(d, &file.layout);
+    let refused = refused(&comparison.result, &file.layout, Selection::All);
+    value["not_applicable"] = refusals_json(&refused, say);
     let meant = Meant::of_file(&file);
     let examination = meant.examine_result(&comparison.result);
     examination.add_to(&mut value, &meant.layout);
     let mistakes = examination.to_text(&meant.layout);
     let (symbol, worst) = comparison.worst()?;
-    let table = comparison.table()?;
+    let table = comparison.table()? + &refusals_text(&refused, say);
     output.answer(&value, |output| {
         let heading = output.toned(&file.layout.title, Tone::Strong);
         format!(

@@ -25,6 +25,7 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 
+use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
 use massline_shared::identify::{Estimate, Method};
@@ -72,12 +73,19 @@ pub struct Study {
     pub methods: Vec<MethodStatistics>,
 }
 
+impl Study {
+    /// True when there was one run: there are errors, and no statistics.
+    pub fn is_single(&self) -> bool {
+        self.runs == 1
+    }
+}
+
 /// One run.
 #[derive(Debug)]
 struct Run {
     measured: Result<Measurement, Unmeasured>,
     /// Method by method, as in [`METHODS`].
-    answers: [Option<Answered>; METHODS.len()],
+    answers: [Result<Answered, Option<Diagnostics>>; METHODS.len()],
 }
 
 impl MonteCarlo<'_> {
@@ -137,7 +145,10 @@ impl MonteCarlo<'_> {
     fn one(&self, number: u64) -> Result<Run, BenchError> {
         let mut source = self.source(number)?;
         let measured = measure(&mut source, self.layout, self.calibration);
-        let answers = METHODS.map(|method| solve(method, self.layout, measured.as_ref().ok()?));
+        let answers = METHODS.map(|method| {
+            let measured = measured.as_ref().map_err(|_| None)?;
+            solve(method, self.layout, measured).map_err(Some)
+        });
         Ok(Run { measured, answers })
     }
 
@@ -157,7 +168,7 @@ impl MonteCarlo<'_> {
         let truth: [f64; 10] = self.bench.truth().theta().into();
         let bound = self.bound(runs);
         let methods = METHODS.iter().enumerate().map(|(m, &method)| {
-            let answers: Vec<_> = runs.iter().map(|run| run.answers[m]).collect();
+            let answers: Vec<_> = runs.iter().map(|run| run.answers[m].clone()).collect();
             MethodStatistics::of(method, &answers, &truth, bound.as_ref())
         });
         let failed = || runs.iter().filter_map(|run| run.measured.as_ref().err());
@@ -215,7 +226,11 @@ pub fn seed_of_run(seed: u64, number: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-fn solve(method: Method, layout: &TestLayout, measured: &Measurement) -> Option<Answered> {
+fn solve(
+    method: Method,
+    layout: &TestLayout,
+    measured: &Measurement,
+) -> Result<Answered, Diagnostics> {
     let dofs = measured.dofs.iter().map(|(index, lines)| (*index, lines));
     let irm = || inertia_restraint::solve(layout, dofs.clone(), Settings::weighted());
     let estimate = match method {
@@ -227,9 +242,9 @@ fn solve(method: Method, layout: &TestLayout, measured: &Measurement) -> Option<
                 .map(|solution| solution.estimate)
         }
         // It needs all spectral lines, which a rig does not keep.
-        Method::GlobalFit => return None,
+        Method::GlobalFit => return Err(Diagnostics::new()),
     };
-    estimate.ok().as_ref().map(answered)
+    estimate.as_ref().map(answered).map_err(Clone::clone)
 }
 
 fn answered(estimate: &Estimate<f64>) -> Answered {

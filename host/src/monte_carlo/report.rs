@@ -1,5 +1,6 @@
 //! A study as JSON and as tables.
 
+use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Method;
 use massline_shared::layout::PROPERTIES;
 use serde_json::{Value, json};
@@ -7,6 +8,11 @@ use serde_json::{Value, json};
 use super::Study;
 use super::statistics::{MethodStatistics, PropertyStatistics};
 use crate::output;
+use crate::report::{message, refusals_json, refusals_text};
+
+/// What is said of a single run.
+const ONE_RUN: &str = "one run has an error and no rms error, ratio or coverage; repeat the test, for \
+                       example --runs 100";
 
 /// Units of the tables and factors to them, in the order of the ten.
 fn unit(property: usize) -> (&'static str, f64) {
@@ -25,7 +31,15 @@ pub fn to_json(study: &Study) -> Value {
         "runs_without_mass_lines": study.unmeasured.map_or(0, |(count, _)| count),
         "rejected_hits": study.rejected_hits,
         "methods": study.methods.iter().map(method_json).collect::<Vec<_>>(),
+        "not_applicable": refusals_json(&never_answered(study), message),
+        "notes": study.is_single().then_some(ONE_RUN).as_slice(),
     })
+}
+
+/// The methods without an answer in any run, and why.
+fn never_answered(study: &Study) -> Vec<(Method, Diagnostics)> {
+    let silent = study.methods.iter().filter(|method| method.answers == 0);
+    silent.filter_map(|method| Some((method.method, method.refusal.clone()?))).collect()
 }
 
 fn method_json(method: &MethodStatistics) -> Value {
@@ -53,28 +67,17 @@ fn property_json(name: &str, p: &PropertyStatistics) -> Value {
     })
 }
 
-/// For people: one table with the methods side by side, then what they come to.
+/// For people: a table for each method, then what they come to.
 pub fn to_text(study: &Study) -> String {
-    let answered: Vec<&MethodStatistics> = study.methods.iter().filter(|m| m.answers > 0).collect();
     let mut text = String::new();
-    if let Some(first) = answered.first() {
-        let mut table = output::table();
-        let mut header = vec![String::new(), "truth".into(), "unit".into(), "bound".into()];
-        for method in &answered {
-            let short = short_name(method.method);
-            header.extend(["bias", "rms", "ratio", "cover"].map(|what| format!("{short} {what}")));
-        }
-        table.set_header(header);
-        for (k, name) in PROPERTIES.into_iter().enumerate() {
-            table.add_row(row(&answered, &first.properties[k], k, name));
-        }
-        output::align_right(&mut table, (1..4 + 4 * answered.len()).filter(|&k| k != 2));
-        text += &format!("{table}\n");
+    for method in study.methods.iter().filter(|m| m.answers > 0) {
+        text += &format!("{}\n{}\n", method.method.name(), table(method));
     }
-    for method in &study.methods {
+    for method in study.methods.iter().filter(|m| m.answers > 0) {
         text += &summary(method);
     }
-    text += &format!("{} runs", study.runs);
+    text += &refusals_text(&never_answered(study), message);
+    text += &format!("{} {}", study.runs, if study.runs == 1 { "run" } else { "runs" });
     if study.runs < study.wanted {
         text += &format!(" of {}", study.wanted);
     }
@@ -82,56 +85,52 @@ pub fn to_text(study: &Study) -> String {
     if let Some((count, first)) = study.unmeasured {
         text += &format!("{count} runs have no mass lines, the first because: {first}\n");
     }
-    text + "ratio: rms error over the Cramér-Rao bound at the truth; cover: share of the 95 % \
-            intervals that hold the truth"
+    if study.is_single() {
+        return text + "note: " + ONE_RUN;
+    }
+    text + "ratio: rms error over the Cramér-Rao bound at the truth\n\
+            cover: share of the 95 % intervals that hold the truth"
 }
 
-fn row(
-    answered: &[&MethodStatistics],
-    first: &PropertyStatistics,
-    k: usize,
-    name: &str,
-) -> Vec<String> {
-    let (unit, factor) = unit(k);
-    let number = |v: f64| format!("{:.4}", v * factor);
-    let mut row =
-        vec![name.to_owned(), number(first.truth), unit.into(), or_dash(first.bound.map(number))];
-    for method in answered {
-        let p = &method.properties[k];
-        row.extend([
+fn table(method: &MethodStatistics) -> comfy_table::Table {
+    let mut table = output::table();
+    let error = if method.is_single() { "error" } else { "bias" };
+    table.set_header(["", "truth", "unit", "bound", error, "rms", "ratio", "cover"]);
+    for (k, (name, p)) in PROPERTIES.into_iter().zip(&method.properties).enumerate() {
+        let (unit, factor) = unit(k);
+        let number = |v: f64| format!("{:.4}", v * factor);
+        table.add_row([
+            name.to_owned(),
+            number(p.truth),
+            unit.into(),
+            or_dash(p.bound.map(number)),
             format!("{:+.4}", p.bias * factor),
-            number(p.rms),
+            or_dash(p.rms.map(number)),
             or_dash(p.ratio().map(|r| format!("{r:.2}"))),
             or_dash(p.coverage95.map(percent)),
         ]);
     }
-    row
+    output::align_right(&mut table, [1, 3, 4, 5, 6, 7]);
+    table
 }
 
 fn summary(method: &MethodStatistics) -> String {
     let name = method.method.name();
-    if method.answers == 0 {
-        return format!("{name}: no answer in any run\n");
-    }
     let number = |v: Option<f64>| or_dash(v.map(|v| format!("{v:.3}")));
-    let mut text = format!(
-        "{name}: rms/bound {} (geometric mean), {} (worst); coverage {}",
-        number(method.geometric_mean_ratio()),
-        number(method.worst_ratio()),
-        or_dash(method.pooled_coverage95().map(percent)),
-    );
+    let mut text = if method.is_single() {
+        format!("{name}: one answer")
+    } else {
+        format!(
+            "{name}: rms/bound {} (geometric mean), {} (worst); coverage {}",
+            number(method.geometric_mean_ratio()),
+            number(method.worst_ratio()),
+            or_dash(method.pooled_coverage95().map(percent)),
+        )
+    };
     if method.unanswered > 0 {
         text += &format!("; {} runs without an answer", method.unanswered);
     }
     text + "\n"
-}
-
-fn short_name(method: Method) -> &'static str {
-    match method {
-        Method::InertiaRestraint => "IRM",
-        Method::MaximumLikelihood => "ML",
-        Method::GlobalFit => "global",
-    }
 }
 
 fn percent(share: f64) -> String {

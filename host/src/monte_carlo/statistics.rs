@@ -1,5 +1,6 @@
 //! What many runs say of a method: bias, scatter against the bound, honesty of the intervals.
 
+use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Method;
 
 /// Standard deviations on either side of a 95 % interval.
@@ -23,6 +24,8 @@ pub struct MethodStatistics {
     pub answers: usize,
     /// Runs in which the method had no answer.
     pub unanswered: usize,
+    /// Why, in the first of them that had mass lines.
+    pub refusal: Option<Diagnostics>,
     /// The ten, in the order of `theta`; none without an answer.
     pub properties: Vec<PropertyStatistics>,
 }
@@ -34,27 +37,28 @@ pub struct PropertyStatistics {
     pub truth: f64,
     /// Mean error.
     pub bias: f64,
-    /// Root mean square error, the bias included.
-    pub rms: f64,
+    /// Root mean square error, the bias included; `None` of a single answer.
+    pub rms: Option<f64>,
     /// Cramér-Rao bound of the standard deviation; `None` when the layout has none.
     pub bound: Option<f64>,
     /// Share of the answers with a standard deviation whose 95 % interval holds the truth; `None`
-    /// when there are none.
+    /// when there are none, and of a single answer.
     pub coverage95: Option<f64>,
 }
 
 impl PropertyStatistics {
     /// Root mean square error over the bound.
     pub fn ratio(&self) -> Option<f64> {
-        self.bound.map(|bound| self.rms / bound)
+        Some(self.rms? / self.bound?)
     }
 }
 
 impl MethodStatistics {
-    /// From the runs' answers, in the order of the runs.
+    /// From the runs' answers, in the order of the runs; an error without a reason is that of a run
+    /// without mass lines.
     pub fn of(
         method: Method,
-        answers: &[Option<Answered>],
+        answers: &[Result<Answered, Option<Diagnostics>>],
         truth: &[f64; 10],
         bound: Option<&[f64; 10]>,
     ) -> Self {
@@ -68,8 +72,14 @@ impl MethodStatistics {
             method,
             answers: answered.len(),
             unanswered: answers.len() - answered.len(),
+            refusal: answers.iter().find_map(|a| a.as_ref().err()?.clone()),
             properties,
         }
+    }
+
+    /// True when a single run has an answer: there is an error, and no statistics.
+    pub fn is_single(&self) -> bool {
+        self.answers == 1
     }
 
     /// Geometric mean over the ten of error over bound.
@@ -106,13 +116,14 @@ fn property(
     let count = answered.len() as f64;
     let errors = answered.iter().map(|a| a.properties[k] - truth);
     let bias = errors.clone().sum::<f64>() / count;
-    let rms = (errors.clone().map(|e| e * e).sum::<f64>() / count).sqrt();
+    let many = answered.len() > 1;
+    let rms = many.then(|| (errors.clone().map(|e| e * e).sum::<f64>() / count).sqrt());
     let held: Vec<bool> = answered
         .iter()
         .zip(errors)
         .filter_map(|(a, error)| Some(error.abs() <= INTERVAL_95 * a.sigma.as_ref()?[k]))
         .collect();
-    let coverage95 = (!held.is_empty())
+    let coverage95 = (many && !held.is_empty())
         .then(|| held.iter().filter(|&&holds| holds).count() as f64 / held.len() as f64);
     PropertyStatistics { truth, bias, rms, bound, coverage95 }
 }
@@ -120,14 +131,18 @@ fn property(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 
     const TRUTH: [f64; 10] = [1.0; 10];
 
-    fn answer(error: f64, sigma: Option<f64>) -> Option<Answered> {
-        Some(Answered { properties: TRUTH.map(|v| v + error), sigma: sigma.map(|s| [s; 10]) })
+    fn answer(error: f64, sigma: Option<f64>) -> Result<Answered, Option<Diagnostics>> {
+        Ok(Answered { properties: TRUTH.map(|v| v + error), sigma: sigma.map(|s| [s; 10]) })
     }
 
-    fn statistics(answers: &[Option<Answered>], bound: Option<f64>) -> MethodStatistics {
+    fn statistics(
+        answers: &[Result<Answered, Option<Diagnostics>>],
+        bound: Option<f64>,
+    ) -> MethodStatistics {
         let bound = bound.map(|b| [b; 10]);
         MethodStatistics::of(Method::InertiaRestraint, answers, &TRUTH, bound.as_ref())
     }
@@ -138,15 +153,24 @@ mod tests {
         let p = s.properties[3];
         // Exact in binary but for the root.
         assert_eq!(p.bias, 0.125);
-        assert!((p.rms - 0.15625_f64.sqrt()).abs() < 1e-15);
+        assert!((p.rms.unwrap() - 0.15625_f64.sqrt()).abs() < 1e-15);
         assert!((s.worst_ratio().unwrap() - 0.15625_f64.sqrt() / 0.125).abs() < 1e-14);
         assert!((s.geometric_mean_ratio().unwrap() - s.worst_ratio().unwrap()).abs() < 1e-14);
         assert_eq!(s.pooled_coverage95(), None);
     }
 
     #[test]
+    fn a_single_answer_has_an_error_and_no_statistics() {
+        let s = statistics(&[answer(0.5, Some(0.1)), Err(None)], Some(0.125));
+        let p = s.properties[0];
+        assert!(s.is_single());
+        assert_eq!((p.bias, p.rms, p.ratio(), p.coverage95), (0.5, None, None, None));
+    }
+
+    #[test]
     fn an_interval_holds_the_truth_within_196_sigma() {
-        let runs = [answer(0.195, Some(0.1)), answer(0.197, Some(0.1)), answer(9.0, None), None];
+        let runs =
+            [answer(0.195, Some(0.1)), answer(0.197, Some(0.1)), answer(9.0, None), Err(None)];
         let s = statistics(&runs, None);
         assert_eq!((s.answers, s.unanswered), (3, 1));
         assert_eq!(s.properties[0].coverage95, Some(0.5));
@@ -155,9 +179,12 @@ mod tests {
     }
 
     #[test]
-    fn without_answers_there_are_no_numbers() {
-        let s = statistics(&[None, None], Some(1.0));
+    fn without_answers_there_are_no_numbers_and_a_reason() {
+        let reason = Diagnostic::whole(Code::NotConverged, Severity::Error, 60.0);
+        let reasons: Diagnostics = [reason].into_iter().collect();
+        let s = statistics(&[Err(None), Err(Some(reasons.clone()))], Some(1.0));
         assert_eq!((s.answers, s.unanswered), (0, 2));
+        assert_eq!(s.refusal, Some(reasons));
         assert!(s.properties.is_empty());
         assert_eq!(s.geometric_mean_ratio(), None);
         assert_eq!(s.pooled_coverage95(), None);

@@ -1,0 +1,90 @@
+//! Methods without an answer, and why: one wording for all commands.
+
+use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::identify::Method;
+use serde_json::{Value, json};
+
+use super::code_name;
+
+/// As JSON: `[{"method":…,"code":…,"message":…,"codes":[…]}]`; `code` is the first reason's, the message
+/// says all of them.
+pub fn refusals_json<R: AsRef<[Diagnostic]>>(
+    refused: &[(Method, R)],
+    say: impl Fn(&Diagnostic) -> String,
+) -> Value {
+    let refusal = |(method, reasons): &(Method, R)| {
+        let codes: Vec<String> = reasons.as_ref().iter().map(code_name).collect();
+        json!({
+            "method": method.name(),
+            "code": codes.first().map_or("no_answer", String::as_str),
+            "message": joined(reasons.as_ref(), &say),
+            "codes": codes,
+        })
+    };
+    refused.iter().map(refusal).collect()
+}
+
+/// A line for each: `maximum-likelihood: not applicable: <code>: <reason>`.
+pub fn refusals_text<R: AsRef<[Diagnostic]>>(
+    refused: &[(Method, R)],
+    say: impl Fn(&Diagnostic) -> String,
+) -> String {
+    let line = |(method, reasons): &(Method, R)| {
+        let reasons = reasons.as_ref();
+        let failed = reasons.iter().all(|d| d.known_code().is_some_and(is_failure));
+        let what = if failed { "gave no answer" } else { "not applicable" };
+        let coded = |d: &Diagnostic| format!("{}: {}", code_name(d), say(d));
+        format!("{}: {what}: {}\n", method.name(), joined(reasons, coded))
+    };
+    refused.iter().map(line).collect()
+}
+
+/// True for what happens on the way to an answer, not for what keeps a method from trying.
+fn is_failure(code: Code) -> bool {
+    matches!(
+        code,
+        Code::NotConverged
+            | Code::NotPhysicallyConsistent
+            | Code::IllConditioned
+            | Code::AttachedTooHeavy
+            | Code::MassNotPositive
+    )
+}
+
+fn joined(reasons: &[Diagnostic], say: impl Fn(&Diagnostic) -> String) -> String {
+    if reasons.is_empty() {
+        return "it says nothing of the reason".into();
+    }
+    reasons.iter().map(say).collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::message;
+    use massline_shared::diagnosis::Severity;
+
+    fn refused(code: Code) -> [(Method, [Diagnostic; 1]); 1] {
+        [(Method::MaximumLikelihood, [Diagnostic::whole(code, Severity::Error, 0.0)])]
+    }
+
+    #[test]
+    fn a_layout_that_does_not_admit_a_method_is_told_from_a_fit_that_failed() {
+        let text = refusals_text(&refused(Code::HitsConcurrent), message);
+        assert!(
+            text.starts_with("maximum-likelihood: not applicable: hits_concurrent: "),
+            "{text}"
+        );
+        let text = refusals_text(&refused(Code::NotConverged), message);
+        assert!(text.starts_with("maximum-likelihood: gave no answer: not_converged: "), "{text}");
+    }
+
+    #[test]
+    fn programs_read_method_code_and_message() {
+        let json = refusals_json(&refused(Code::NotConverged), message);
+        assert_eq!(json[0]["method"], "maximum-likelihood");
+        assert_eq!(json[0]["code"], "not_converged");
+        assert_eq!(json[0]["codes"], json!(["not_converged"]));
+        assert!(json[0]["message"].as_str().unwrap().contains("did not settle"), "{json}");
+    }
+}
