@@ -2,7 +2,9 @@
 //!
 //! Answers go to stdout: text, or with `--json` one object. Everything else (progress, warnings,
 //! what to do next) goes to stderr, so that a pipe sees the answer alone. Colour and progress bars
-//! appear only on a terminal; `NO_COLOR` is respected.
+//! appear only on a terminal; `NO_COLOR` is respected. Text for people is at most [`WIDTH`] columns wide.
+
+mod wrap;
 
 use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
@@ -13,6 +15,10 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+use wrap::wrapped;
+
+/// Columns of text for people.
+pub const WIDTH: usize = 100;
 
 /// Where a command writes, and whether the user has pressed Ctrl-C.
 pub struct Output {
@@ -109,11 +115,19 @@ impl Output {
         &self.interrupt
     }
 
-    /// Writes the answer as text, with a line end.
+    /// Writes the answer as text, with a line end; longer lines than [`WIDTH`] are broken between words.
     ///
     /// # Errors
     /// When stdout cannot be written. A reader that has gone away is no error.
     pub fn text(&mut self, text: impl AsRef<str>) -> Result<()> {
+        self.verbatim(wrapped(text.as_ref(), WIDTH))
+    }
+
+    /// As [`Output::text`] with the lines as they are: what other programs read.
+    ///
+    /// # Errors
+    /// As [`Output::text`].
+    pub fn verbatim(&mut self, text: impl AsRef<str>) -> Result<()> {
         let written = writeln!(self.out, "{}", text.as_ref()).and_then(|()| self.out.flush());
         check(written)
     }
@@ -123,7 +137,7 @@ impl Output {
     /// # Errors
     /// As [`Output::text`].
     pub fn value(&mut self, value: &Value) -> Result<()> {
-        self.text(value.to_string())
+        self.verbatim(value.to_string())
     }
 
     /// Writes `value` with `--json`, else what `text` makes.
@@ -141,7 +155,7 @@ impl Output {
 
     /// Says something beside the answer, on stderr.
     pub fn note(&mut self, text: impl AsRef<str>) {
-        let mut text = text.as_ref().to_owned();
+        let mut text = wrapped(text.as_ref(), WIDTH);
         if self.raw {
             text = text.replace('\n', "\r\n") + "\r";
         }

@@ -72,7 +72,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             let file = LayoutFile::read(layout)?;
             output.answer(&show_json(&file), |_| show_text(&file))
         }
-        Command::Schema => output.text(SCHEMA.trim_end()),
+        Command::Schema => output.verbatim(SCHEMA.trim_end()),
     }
 }
 

@@ -1,14 +1,21 @@
 //! `[body]` of a bench file: an object composed of simple parts, or its ten numbers.
 
+use std::ops::RangeInclusive;
+
 use massline_shared::body::RigidBody;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::locate::{BenchFileError, Located};
 
+/// Size of a part, m.
+const LENGTH: RangeInclusive<f64> = 1e-6..=1e3;
+/// Of a part or an object, kg.
+const MASS: RangeInclusive<f64> = 1e-9..=1e6;
+
 /// `[body]`: parts, or the ten numbers.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [body]")]
 pub(super) struct BodyTable {
     #[serde(default, rename = "box")]
     boxes: Vec<BoxPart>,
@@ -28,11 +35,9 @@ impl BodyTable {
         for (i, part) in self.boxes.iter().enumerate() {
             let key = format!("body.box[{i}]");
             let [a, b, c] = part.size_m;
-            at.require(
-                a > 0.0 && b > 0.0 && c > 0.0,
-                &format!("{key}.size_m"),
-                "must be positive",
-            )?;
+            for size in part.size_m {
+                at.within(size, &LENGTH, &format!("{key}.size_m"))?;
+            }
             let mass = mass_of(part.mass_kg, part.density_kg_m3, a * b * c, &key, at)?;
             let axes = axes_of(part.axes, &key, at)?;
             parts.push(block(mass, part.center_m.into(), part.size_m, &axes));
@@ -40,8 +45,8 @@ impl BodyTable {
         for (i, part) in self.cylinder.iter().enumerate() {
             let key = format!("body.cylinder[{i}]");
             let (outer, inner) = (part.radius_m, part.inner_radius_m);
-            at.require(part.length_m > 0.0, &format!("{key}.length_m"), "must be positive")?;
-            at.require(outer > 0.0, &format!("{key}.radius_m"), "must be positive")?;
+            at.within(part.length_m, &LENGTH, &format!("{key}.length_m"))?;
+            at.within(outer, &LENGTH, &format!("{key}.radius_m"))?;
             let hollow = (0.0..outer).contains(&inner);
             at.require(
                 hollow,
@@ -54,16 +59,13 @@ impl BodyTable {
             parts.push(cylinder(mass, part.center_m.into(), [outer, inner], part.length_m, &axes));
         }
         for (i, part) in self.point.iter().enumerate() {
-            at.require(
-                part.mass_kg > 0.0,
-                &format!("body.point[{i}].mass_kg"),
-                "must be positive",
-            )?;
+            at.within(part.mass_kg, &MASS, &format!("body.point[{i}].mass_kg"))?;
             parts.push(point(part.mass_kg, part.position_m.into()));
         }
         let body = match (self.mass_kg, self.center_of_mass_m, self.inertia_kg_m2) {
             (None, None, None) if !parts.is_empty() => compose(&parts),
             (Some(mass), Some(center), Some([xx, yy, zz, xy, xz, yz])) if parts.is_empty() => {
+                at.within(mass, &MASS, "body.mass_kg")?;
                 RigidBody {
                     mass,
                     center_of_mass: center.into(),
@@ -89,7 +91,7 @@ impl BodyTable {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[body.box]]")]
 struct BoxPart {
     size_m: [f64; 3],
     center_m: [f64; 3],
@@ -99,7 +101,7 @@ struct BoxPart {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[body.cylinder]]")]
 struct CylinderPart {
     radius_m: f64,
     #[serde(default)]
@@ -112,7 +114,7 @@ struct CylinderPart {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[body.point]]")]
 struct PointPart {
     position_m: [f64; 3],
     mass_kg: f64,
@@ -130,7 +132,10 @@ fn mass_of(
         (None, Some(density)) => density * volume,
         _ => return Err(at.error(key, "give either mass_kg or density_kg_m3")),
     };
-    at.require(mass > 0.0, key, "its mass must be positive")?;
+    if !MASS.contains(&mass) {
+        let (from, to) = (MASS.start(), MASS.end());
+        return Err(at.error(key, format!("it weighs {mass:?} kg; give it {from} to {to} kg")));
+    }
     Ok(mass)
 }
 

@@ -4,6 +4,8 @@
 //! modes and on a suspension given by frequencies, because those of the default belong to the default
 //! body.
 
+use std::ops::RangeInclusive;
+
 use serde::Deserialize;
 
 use super::Bench;
@@ -15,13 +17,46 @@ use super::suspension::rigid_modes;
 
 /// The default bench, which is also where a file's missing tables come from.
 pub const DEFAULT: &str = include_str!("../../benches/default.toml");
-/// The default bench without errors of placement, rotation, cross-axis and gain.
-pub const IDEAL: &str = include_str!("../../benches/ideal.toml");
 
-/// The default bench with sensors and hammer out of the box.
-pub const UNCALIBRATED: &str = include_str!("../../benches/uncalibrated.toml");
-/// The calibration block.
-pub const BLOCK: &str = include_str!("../../benches/block.toml");
+/// A bench that needs no file.
+#[derive(Clone, Copy, Debug)]
+pub struct Bundled {
+    /// Its name.
+    pub name: &'static str,
+    /// What is special about it, in a few words.
+    pub about: &'static str,
+    /// The text of its file.
+    pub(super) text: &'static str,
+}
+
+/// All of them.
+pub(super) const BUNDLED: [Bundled; 4] = [
+    Bundled { name: "default", about: "the three-bar frame of the paper", text: DEFAULT },
+    Bundled {
+        name: "ideal",
+        about: "no errors of placement, rotation, cross-axis and gain",
+        text: include_str!("../../benches/ideal.toml"),
+    },
+    Bundled {
+        name: "uncalibrated",
+        about: "parts out of the box",
+        text: include_str!("../../benches/uncalibrated.toml"),
+    },
+    Bundled {
+        name: "block",
+        about: "the block to calibrate them with",
+        text: include_str!("../../benches/block.toml"),
+    },
+];
+
+/// Fraction of critical damping: modes have to swing.
+const DAMPING: RangeInclusive<f64> = 0.0..=0.4;
+/// Of a cord, N/m.
+const STIFFNESS: RangeInclusive<f64> = 1e-3..=1e9;
+/// Of a mode, Hz.
+const FREQUENCY: RangeInclusive<f64> = 1e-3..=1e5;
+/// Largest acceleration of gravity along an axis, m/s².
+const MOST_GRAVITY: f64 = 100.0;
 
 /// How the object hangs.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +80,7 @@ pub enum Suspension {
 
 /// A cord between the object and the ceiling.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[suspension.cord]]")]
 pub struct Cord {
     /// Where it is tied to the object, body frame, m.
     pub point_m: [f64; 3],
@@ -64,7 +99,7 @@ pub struct Cord {
 
 /// A point where the elastic modes are known.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[node]]")]
 pub struct Node {
     /// The number that layouts use.
     pub id: u16,
@@ -74,7 +109,7 @@ pub struct Node {
 
 /// An elastic mode of the free object.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[elastic_mode]]")]
 pub struct ElasticMode {
     /// Undamped, Hz.
     pub frequency_hz: f64,
@@ -87,7 +122,7 @@ pub struct ElasticMode {
 
 /// Mass-normalised motion of one node in an elastic mode.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[elastic_mode.shape]]")]
 pub struct NodeShape {
     /// The node.
     pub node: u16,
@@ -141,7 +176,7 @@ fn standard_gravity() -> [f64; 3] {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [suspension]")]
 struct SuspensionTable {
     #[serde(default = "one_percent")]
     damping_ratio: f64,
@@ -161,6 +196,9 @@ fn one_percent() -> f64 {
 pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     let at = Located::parse(text, name)?;
     let file: BenchFile = at.deserialize()?;
+    for g in file.gravity_m_s2 {
+        at.within(g, &(-MOST_GRAVITY..=MOST_GRAVITY), "gravity_m_s2")?;
+    }
     for (section, problem) in [
         ("sensor", file.sensor.problem()),
         ("hammer", file.hammer.problem()),
@@ -213,18 +251,18 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
 
 fn suspension_of(table: SuspensionTable, at: &Located) -> Result<Suspension, BenchFileError> {
     let damping_ratio = table.damping_ratio;
-    let light = (0.0..0.5).contains(&damping_ratio);
-    at.require(light, "suspension.damping_ratio", "must lie between 0 and 0.5")?;
+    at.within(damping_ratio, &DAMPING, "suspension.damping_ratio")?;
     for (i, cord) in table.cord.iter().enumerate() {
         let key = |name| format!("suspension.cord[{i}].{name}");
         match cord.spring_n_per_m {
             Some(spring) => {
-                let positive = spring.iter().all(|&k| k >= 0.0);
-                at.require(positive, &key("spring_n_per_m"), "must not be negative")?;
+                for k in spring {
+                    at.within(k, &(0.0..=*STIFFNESS.end()), &key("spring_n_per_m"))?;
+                }
             }
             None => {
-                at.require(cord.axial_n_per_m > 0.0, &key("axial_n_per_m"), "must be positive")?;
-                at.require(cord.length_m > 0.0, &key("length_m"), "must be positive")?;
+                at.within(cord.axial_n_per_m, &STIFFNESS, &key("axial_n_per_m"))?;
+                at.within(cord.length_m, &(1e-3..=1e3), &key("length_m"))?;
                 let pointed = cord.direction.iter().any(|&d| d != 0.0);
                 at.require(pointed, &key("direction"), "must not be zero")?;
             }
@@ -232,8 +270,9 @@ fn suspension_of(table: SuspensionTable, at: &Located) -> Result<Suspension, Ben
     }
     match (table.frequencies_hz, table.cord.is_empty()) {
         (Some(hz), true) => {
-            let held = hz.iter().all(|&f| f > 0.0);
-            at.require(held, "suspension.frequencies_hz", "must be positive")?;
+            for f in hz {
+                at.within(f, &FREQUENCY, "suspension.frequencies_hz")?;
+            }
             Ok(Suspension::Frequencies { hz, damping_ratio })
         }
         (None, false) => Ok(Suspension::Cords { cords: table.cord, damping_ratio }),
@@ -250,9 +289,8 @@ fn check_elastic(bench: &Bench, at: &Located) -> Result<(), BenchFileError> {
     }
     for (i, mode) in bench.elastic.iter().enumerate() {
         let key = |name| format!("elastic_mode[{i}].{name}");
-        at.require(mode.frequency_hz > 0.0, &key("frequency_hz"), "must be positive")?;
-        let light = (0.0..0.5).contains(&mode.damping_ratio);
-        at.require(light, &key("damping_ratio"), "must lie between 0 and 0.5")?;
+        at.within(mode.frequency_hz, &FREQUENCY, &key("frequency_hz"))?;
+        at.within(mode.damping_ratio, &DAMPING, &key("damping_ratio"))?;
         for node in &bench.nodes {
             let count = mode.shape.iter().filter(|s| s.node == node.id).count();
             let message = format!("node {} must have one shape, it has {count}", node.id);

@@ -1,8 +1,12 @@
 //! Where in a TOML text a key stands, so that an error can say file, line and key.
 
+use std::ops::RangeInclusive;
+
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+use super::settings::refusal;
 
 /// What is wrong with a bench file, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -96,6 +100,18 @@ impl<'a> Located<'a> {
         message: impl Into<String>,
     ) -> Result<(), BenchFileError> {
         if holds { Ok(()) } else { Err(self.error(path, message)) }
+    }
+}
+
+impl Located<'_> {
+    /// An error about the key of this path unless its value lies in the range.
+    pub(super) fn within(
+        &self,
+        value: f64,
+        range: &RangeInclusive<f64>,
+        path: &str,
+    ) -> Result<(), BenchFileError> {
+        if range.contains(&value) { Ok(()) } else { Err(self.error(path, refusal(value, range))) }
     }
 }
 

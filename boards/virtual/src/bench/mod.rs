@@ -49,6 +49,7 @@ pub mod tumble;
 mod tests;
 
 pub use faults::Fault;
+pub use file::Bundled;
 pub use locate::BenchFileError;
 pub use operator::{BenchSource, TapHandle};
 pub use tumble::{TumbleHandle, TumbleSource};
@@ -89,6 +90,10 @@ pub struct Bench {
     pub faults: Vec<Fault>,
 }
 
+fn bundled_names() -> String {
+    Bench::BUNDLED.iter().map(|bundled| bundled.name).collect::<Vec<_>>().join(", ")
+}
+
 /// Why there is no bench, or why a layout cannot be measured on it.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
@@ -104,7 +109,7 @@ pub enum BenchError {
     #[error(transparent)]
     File(#[from] BenchFileError),
     /// No bundled bench has this name.
-    #[error("there is no bench named {0:?}; the bundled ones are {names}", names = Bench::NAMES.join(", "))]
+    #[error("there is no bench named {0:?}; the bundled ones are {names}", names = bundled_names())]
     UnknownName(String),
     /// The object does not hang.
     #[error(transparent)]
@@ -153,22 +158,15 @@ impl Bench {
     }
 
     /// The bundled benches.
-    pub const NAMES: [&'static str; 4] = ["default", "ideal", "uncalibrated", "block"];
+    pub const BUNDLED: &[Bundled] = &file::BUNDLED;
 
-    /// A bundled bench: `default`; `ideal` without errors of placement, rotation, cross-axis and gain;
-    /// `uncalibrated` with the gain errors of parts out of the box; or `block`, the calibration block
-    /// with the sensors and the hammer of `uncalibrated`.
+    /// A bundled bench.
     ///
     /// # Errors
     /// When there is none of this name.
     pub fn named(name: &str) -> Result<Self, BenchError> {
-        let text = match name {
-            "default" => file::DEFAULT,
-            "ideal" => file::IDEAL,
-            "uncalibrated" => file::UNCALIBRATED,
-            "block" => file::BLOCK,
-            _ => return Err(BenchError::UnknownName(name.to_string())),
-        };
+        let found = Self::BUNDLED.iter().find(|bundled| bundled.name == name);
+        let text = found.ok_or_else(|| BenchError::UnknownName(name.to_string()))?.text;
         Self::parse(text, name)
     }
 
@@ -197,7 +195,8 @@ impl Bench {
     /// As [`Bench::named`] when no file has this path, else as [`Bench::read`].
     pub fn open(name_or_path: &str) -> Result<Self, BenchError> {
         let path = Path::new(name_or_path);
-        if Self::NAMES.contains(&name_or_path) || !path.exists() && path.extension().is_none() {
+        let bundled = Self::BUNDLED.iter().any(|bundled| bundled.name == name_or_path);
+        if bundled || !path.exists() && path.extension().is_none() {
             Self::named(name_or_path)
         } else {
             Self::read(path)

@@ -1,18 +1,33 @@
 //! The tables of a bench file about sensors, hammer, converter, taps and operator, with the defaults of
 //! the default bench.
 
+use std::ops::RangeInclusive;
+
 use massline_shared::signal::Calibration;
 use serde::Deserialize;
 
 /// A key and what is wrong with its value.
-pub(super) type Problem = Option<(&'static str, &'static str)>;
+pub(super) type Problem = Option<(&'static str, String)>;
+
+/// A standard deviation in m, rad or relative; a test with more is none.
+const SIGMA: RangeInclusive<f64> = 0.0..=1.0;
+/// A standard deviation or an output at rest, V.
+const VOLTS: RangeInclusive<f64> = 0.0..=100.0;
+/// Corner of a filter, Hz.
+const CORNER: RangeInclusive<f64> = 0.1..=1e6;
+/// Tolerance of a corner, relative: parts are sorted at three times this.
+const TOLERANCE: RangeInclusive<f64> = 0.0..=0.2;
+/// Peak of a force, N.
+const FORCE: RangeInclusive<f64> = 1e-3..=1e6;
+/// Share of the taps.
+const SHARE: RangeInclusive<f64> = 0.0..=1.0;
 
 /// Corner of the output filter of the ADXL326, 32 kΩ with 10 nF, Hz.
 const RC_CORNER_HZ: f64 = 497.359_197;
 
 /// `[sensor]`: the triaxial accelerometers, all alike; a `sigma` is drawn once per test.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table [sensor]")]
 pub struct SensorSettings {
     /// Error of each coordinate of the position, 1 σ, m.
     pub position_sigma_m: f64,
@@ -58,25 +73,25 @@ impl Default for SensorSettings {
 
 impl SensorSettings {
     pub(super) fn problem(&self) -> Problem {
-        first_problem(&[
-            (self.position_sigma_m, "position_sigma_m", Sign::NotNegative),
-            (self.rotation_sigma_rad, "rotation_sigma_rad", Sign::NotNegative),
-            (self.gain_sigma, "gain_sigma", Sign::NotNegative),
-            (self.cross_axis_sigma, "cross_axis_sigma", Sign::NotNegative),
-            (self.zero_sigma_v, "zero_sigma_v", Sign::NotNegative),
-            (self.sensitivity_v_per_g, "sensitivity_v_per_g", Sign::Positive),
-            (self.range_g, "range_g", Sign::Positive),
-            (self.noise_g_per_sqrt_hz, "noise_g_per_sqrt_hz", Sign::NotNegative),
-            (self.rc_corner_hz, "rc_corner_hz", Sign::Positive),
-            (self.rc_tolerance, "rc_tolerance", Sign::NotNegative),
+        out_of_range(&[
+            (self.position_sigma_m, "position_sigma_m", SIGMA),
+            (self.rotation_sigma_rad, "rotation_sigma_rad", SIGMA),
+            (self.gain_sigma, "gain_sigma", SIGMA),
+            (self.cross_axis_sigma, "cross_axis_sigma", SIGMA),
+            (self.zero_v, "zero_v", VOLTS),
+            (self.zero_sigma_v, "zero_sigma_v", VOLTS),
+            (self.sensitivity_v_per_g, "sensitivity_v_per_g", 1e-6..=1e3),
+            (self.range_g, "range_g", 1e-3..=1e6),
+            (self.noise_g_per_sqrt_hz, "noise_g_per_sqrt_hz", SIGMA),
+            (self.rc_corner_hz, "rc_corner_hz", CORNER),
+            (self.rc_tolerance, "rc_tolerance", TOLERANCE),
         ])
-        .or((self.rc_tolerance > 0.2).then_some(("rc_tolerance", "must not be above 0.2")))
     }
 }
 
 /// `[hammer]`: the force transducer with its conditioner.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table [hammer]")]
 pub struct HammerSettings {
     /// V/N.
     pub sensitivity_v_per_n: f64,
@@ -111,21 +126,21 @@ impl Default for HammerSettings {
 
 impl HammerSettings {
     pub(super) fn problem(&self) -> Problem {
-        first_problem(&[
-            (self.sensitivity_v_per_n, "sensitivity_v_per_n", Sign::Positive),
-            (self.gain_sigma, "gain_sigma", Sign::NotNegative),
-            (self.zero_sigma_v, "zero_sigma_v", Sign::NotNegative),
-            (self.noise_n_per_sqrt_hz, "noise_n_per_sqrt_hz", Sign::NotNegative),
-            (self.rc_corner_hz, "rc_corner_hz", Sign::Positive),
-            (self.rc_tolerance, "rc_tolerance", Sign::NotNegative),
+        out_of_range(&[
+            (self.sensitivity_v_per_n, "sensitivity_v_per_n", 1e-9..=1e3),
+            (self.gain_sigma, "gain_sigma", SIGMA),
+            (self.zero_v, "zero_v", VOLTS),
+            (self.zero_sigma_v, "zero_sigma_v", VOLTS),
+            (self.noise_n_per_sqrt_hz, "noise_n_per_sqrt_hz", SIGMA),
+            (self.rc_corner_hz, "rc_corner_hz", CORNER),
+            (self.rc_tolerance, "rc_tolerance", TOLERANCE),
         ])
-        .or((self.rc_tolerance > 0.2).then_some(("rc_tolerance", "must not be above 0.2")))
     }
 }
 
 /// `[adc]`: the multiplexed converter.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table [adc]")]
 pub struct AdcSettings {
     /// Scans per second.
     pub rate_hz: f64,
@@ -155,22 +170,21 @@ impl AdcSettings {
     pub(super) fn problem(&self) -> Problem {
         let last_channel = (massline_shared::signal::CHANNELS - 1) as f64;
         let too_late = self.channel_delay_s * last_channel * self.rate_hz >= 1.0;
-        first_problem(&[
-            (self.rate_hz, "rate_hz", Sign::Positive),
-            (self.reference_v, "reference_v", Sign::Positive),
-            (self.channel_delay_s, "channel_delay_s", Sign::NotNegative),
+        out_of_range(&[
+            (self.rate_hz, "rate_hz", 100.0..=1e6),
+            (self.bits.into(), "bits", 8.0..=16.0),
+            (self.reference_v, "reference_v", 0.01..=100.0),
+            (self.channel_delay_s, "channel_delay_s", 0.0..=1.0),
+            (self.oversampling.into(), "oversampling", 1.0..=256.0),
         ])
-        .or((!(8..=16).contains(&self.bits)).then_some(("bits", "must lie between 8 and 16")))
         .or(too_late
-            .then_some(("channel_delay_s", "the last channel would fall into the next scan")))
-        .or((!(1..=256).contains(&self.oversampling))
-            .then_some(("oversampling", "must lie between 1 and 256")))
+            .then(|| ("channel_delay_s", "the last channel would fall into the next scan".into())))
     }
 }
 
 /// `[tap]`: what a good tap is like; drawn for each tap.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table [tap]")]
 pub struct TapSettings {
     /// Peak force, from and to, N.
     pub force_n: [f64; 2],
@@ -195,18 +209,18 @@ impl Default for TapSettings {
 
 impl TapSettings {
     pub(super) fn problem(&self) -> Problem {
-        first_problem(&[
-            (self.point_sigma_m, "point_sigma_m", Sign::NotNegative),
-            (self.direction_sigma_rad, "direction_sigma_rad", Sign::NotNegative),
+        out_of_range(&[
+            (self.point_sigma_m, "point_sigma_m", SIGMA),
+            (self.direction_sigma_rad, "direction_sigma_rad", SIGMA),
         ])
-        .or(range_problem(self.force_n, "force_n"))
-        .or(range_problem(self.duration_s, "duration_s"))
+        .or(range_problem(self.force_n, "force_n", FORCE))
+        .or(range_problem(self.duration_s, "duration_s", 1e-5..=1.0))
     }
 }
 
 /// `[operator]`: the person with the hammer.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table [operator]")]
 pub struct OperatorSettings {
     /// Rig time between *armed* and the tap, s.
     pub delay_s: f64,
@@ -273,38 +287,41 @@ impl OperatorSettings {
 
     pub(super) fn problem(&self) -> Problem {
         let share: f64 = self.rates().into_iter().sum();
-        first_problem(&[
-            (self.delay_s, "delay_s", Sign::NotNegative),
-            (self.patience_s, "patience_s", Sign::Positive),
-            (self.too_weak_rate, "too_weak_rate", Sign::NotNegative),
-            (self.too_hard_rate, "too_hard_rate", Sign::NotNegative),
-            (self.double_rate, "double_rate", Sign::NotNegative),
-            (self.grazing_rate, "grazing_rate", Sign::NotNegative),
-            (self.leaning_rate, "leaning_rate", Sign::NotNegative),
-            (self.soft_rate, "soft_rate", Sign::NotNegative),
-            (self.astray_rate, "astray_rate", Sign::NotNegative),
-            (self.tilt_sigma_rad, "tilt_sigma_rad", Sign::NotNegative),
+        out_of_range(&[
+            (self.delay_s, "delay_s", 0.0..=600.0),
+            (self.patience_s, "patience_s", 1e-3..=600.0),
+            (self.too_weak_rate, "too_weak_rate", SHARE),
+            (self.too_hard_rate, "too_hard_rate", SHARE),
+            (self.double_rate, "double_rate", SHARE),
+            (self.grazing_rate, "grazing_rate", SHARE),
+            (self.leaning_rate, "leaning_rate", SHARE),
+            (self.soft_rate, "soft_rate", SHARE),
+            (self.astray_rate, "astray_rate", SHARE),
+            (self.tilt_sigma_rad, "tilt_sigma_rad", SIGMA),
         ])
-        .or(range_problem(self.too_weak_n, "too_weak_n"))
-        .or(range_problem(self.too_hard_n, "too_hard_n"))
-        .or(range_problem(self.double_gap_s, "double_gap_s"))
-        .or((share > 1.0).then_some(("too_weak_rate", "the rates add up to more than 1")))
+        .or(range_problem(self.too_weak_n, "too_weak_n", FORCE))
+        .or(range_problem(self.too_hard_n, "too_hard_n", FORCE))
+        .or(range_problem(self.double_gap_s, "double_gap_s", 1e-4..=10.0))
+        .or((share > 1.0).then(|| ("too_weak_rate", "the rates add up to more than 1".into())))
     }
 }
 
-enum Sign {
-    Positive,
-    NotNegative,
+/// The first of these values that lies outside its range.
+fn out_of_range(values: &[(f64, &'static str, RangeInclusive<f64>)]) -> Problem {
+    let (value, key, range) = values.iter().find(|(value, _, range)| !range.contains(value))?;
+    Some((key, refusal(*value, range)))
 }
 
-fn first_problem(values: &[(f64, &'static str, Sign)]) -> Problem {
-    values.iter().find_map(|(value, key, sign)| match sign {
-        Sign::Positive if *value <= 0.0 => Some((*key, "must be positive")),
-        Sign::NotNegative if *value < 0.0 => Some((*key, "must not be negative")),
-        _ => None,
+/// What is said of a value outside its range.
+pub(super) fn refusal(value: f64, range: &RangeInclusive<f64>) -> String {
+    let (from, to) = (range.start(), range.end());
+    format!("{value:?} is out of range; give a number from {from} to {to}")
+}
+
+fn range_problem([low, high]: [f64; 2], key: &'static str, within: RangeInclusive<f64>) -> Problem {
+    let good = low <= high && within.contains(&low) && within.contains(&high);
+    (!good).then(|| {
+        let (from, to) = (within.start(), within.end());
+        (key, format!("[{low:?}, {high:?}] must be [from, to] with {from} <= from <= to <= {to}"))
     })
-}
-
-fn range_problem([low, high]: [f64; 2], key: &'static str) -> Problem {
-    (!(low > 0.0 && high >= low)).then_some((key, "must be [from, to] with 0 < from <= to"))
 }

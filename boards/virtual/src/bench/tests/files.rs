@@ -63,8 +63,13 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         ("\n[sensor]\ngain = 0.1", 3, "sensor.gain", "unknown field"),
         ("[sensor]\n\nrange_g = \"a\"", 3, "sensor.range_g", "invalid type"),
         ("title = \"a\"\nfaults = [\"flip:2w\"]", 2, "faults", "\"flip:2w\" is no fault"),
-        ("[sensor]\nrange_g = -1", 2, "sensor.range_g", "must be positive"),
-        ("[adc]\nbits = 40", 2, "adc.bits", "between 8 and 16"),
+        (
+            "[sensor]\nrange_g = -1",
+            2,
+            "sensor.range_g",
+            "-1.0 is out of range; give a number from 0.001 to 1000000",
+        ),
+        ("[adc]\nbits = 40", 2, "adc.bits", "from 8 to 16"),
         ("[adc]\nchannel_delay_s = 1e-3", 2, "adc.channel_delay_s", "next scan"),
         ("[tap]\nforce_n = [30, 20]", 2, "tap.force_n", "from <= to"),
         ("[tap]\nforce_n = [30]", 2, "tap.force_n", "invalid length"),
@@ -76,13 +81,23 @@ fn a_wrong_file_is_refused_with_line_and_key() {
             "operator.too_weak_rate",
             "add",
         ),
+        (
+            "[sensor]\ngain_sigma = 1e30",
+            2,
+            "sensor.gain_sigma",
+            "1e30 is out of range; give a number from 0 to 1",
+        ),
+        ("[hammer]\nzero_v = -1e9", 2, "hammer.zero_v", "from 0 to 100"),
+        ("[adc]\nrate_hz = 1e12", 2, "adc.rate_hz", "from 100 to 1000000"),
+        ("[tap]\nforce_n = [1, 1e300]", 2, "tap.force_n", "<= to <= 1000000"),
+        ("gravity_m_s2 = [0, 0, -1e9]", 1, "gravity_m_s2", "from -100 to 100"),
         ("[hammer]\ngain_sigma 0.1", 2, "gain_sigma 0.1", "="),
         ("[body]\nmass_kg = 1", 1, "body", "all three"),
         (
             "[[body.box]]\nsize_m = [1, 1, 0]\ncenter_m = [0, 0, 0]",
             2,
             "body.box[0].size_m",
-            "positive",
+            "out of range",
         ),
         ("[[body.point]]\nmass_kg = 1\nposition_m = [0, 0, 0]", 1, "body", "no object"),
         ("[[body.box]]\nsize_m = [1, 1, 1]\ncenter_m = [0, 0, 0]", 1, "body.box[0]", "density"),
@@ -93,7 +108,7 @@ fn a_wrong_file_is_refused_with_line_and_key() {
             "[[suspension.cord]]\npoint_m = [0, 0, 0]",
             1,
             "suspension.cord[0].axial_n_per_m",
-            "positive",
+            "out of range",
         ),
         (
             "[[suspension.cord]]\npoint_m = [0, 0, 0]\naxial_n_per_m = 100",
@@ -114,6 +129,28 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         assert_eq!((error.line, error.key.as_str()), (line, key), "{text}\n{error}");
         assert!(error.message.contains(message), "{text}\n{error}");
         assert!(error.to_string().starts_with(&format!("bench.toml:{line}: {key}: ")));
+    }
+}
+
+#[test]
+fn a_value_of_a_wrong_type_is_answered_without_names_of_the_program() {
+    let tables =
+        ["body", "suspension", "sensor", "hammer", "adc", "tap", "operator", "body.box", "node"];
+    let lists =
+        ["elastic_mode", "suspension.cord", "faults", "node", "body.cylinder", "body.point"];
+    let texts = tables.map(|key| format!("{key} = 5")).into_iter();
+    for text in texts.chain(lists.map(|key| format!("{key} = [5]"))) {
+        let said = file::parse(&text, "b").unwrap_err().to_string();
+        for word in ["struct", "enum", "Table", "Settings", "Part"] {
+            assert!(!said.contains(word), "{text}: {said}");
+        }
+    }
+}
+
+#[test]
+fn every_bundled_bench_is_good() {
+    for bundled in Bench::BUNDLED {
+        assert!(!Bench::open(bundled.name).unwrap().title.is_empty(), "{}", bundled.name);
     }
 }
 
