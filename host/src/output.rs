@@ -155,7 +155,10 @@ impl Output {
 
     /// Says something beside the answer, on stderr.
     pub fn note(&mut self, text: impl AsRef<str>) {
-        let mut text = wrapped(text.as_ref(), WIDTH);
+        self.note_verbatim(wrapped(text.as_ref(), WIDTH));
+    }
+
+    fn note_verbatim(&mut self, mut text: String) {
         if self.raw {
             text = text.replace('\n', "\r\n") + "\r";
         }
@@ -172,17 +175,19 @@ impl Output {
     /// Reports an error: on stderr for people and with `--json` on stdout as an object.
     pub fn error(&mut self, error: &Error) {
         let head = self.toned("error:", Tone::Bad);
-        self.note(format!("{head} {error}"));
-        if self.json {
-            let mut value = error.to_json();
-            if let (Some(Value::Object(details)), Some(object)) =
-                (self.details.take(), value.as_object_mut())
-            {
-                object.extend(details);
-            }
-            // There is nowhere to report that stdout is gone.
-            let _ = self.value(&value);
+        if !self.json {
+            return self.note(format!("{head} {error}"));
         }
+        // In one line, as in the object.
+        self.note_verbatim(format!("{head} {error}"));
+        let mut value = error.to_json();
+        if let (Some(Value::Object(details)), Some(object)) =
+            (self.details.take(), value.as_object_mut())
+        {
+            object.extend(details);
+        }
+        // There is nowhere to report that stdout is gone.
+        let _ = self.value(&value);
     }
 
     /// Puts the keys of the object `details` beside the error that is reported next.

@@ -58,7 +58,10 @@ mod tests {
 
     #[test]
     fn a_word_that_is_too_long_stays_whole() {
-        assert_eq!(wrapped("at /a/very/long/path now", 10), "at\n    /a/very/long/path\n    now");
+        assert_eq!(
+            wrapped("words /a/very/long/path now", 10),
+            "words\n    /a/very/long/path\n    now"
+        );
     }
 
     #[test]
