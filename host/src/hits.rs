@@ -2,17 +2,22 @@
 
 mod cut;
 mod report;
+mod siblings;
 
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::TestSettings;
 use massline_shared::signal::{
-    CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport, MOST_SIBLINGS,
-    best_consistent, inconsistent_among, median_distance, relative_distance,
+    CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport, relative_distance,
 };
 use nalgebra::Complex;
 
 use crate::error::{Error, Result};
 use crate::recording::{Channel, Recording};
+use siblings::Distances;
+
+/// Hits that are compared with each other: all pairs are, so a hundred times as many take ten thousand
+/// times as long.
+const MOST_HITS: usize = 2000;
 
 /// How a recording is graded; `None` is what the file says or what is not known.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +63,8 @@ pub struct Hits {
     pub hits: Vec<Hit>,
     /// The channels as graded: the force first.
     pub channels: Vec<Channel>,
+    /// What is to be said about the recording.
+    pub warnings: Vec<String>,
 }
 
 /// A graded hit.
@@ -89,7 +96,7 @@ struct CutHit {
 /// Grades the hits of a recording.
 ///
 /// # Errors
-/// Exit 2 when there is no force, response or rate, or no hit at all.
+/// Exit 2 when there is no force, response or rate, no hit at all, or more than can be compared.
 pub fn grade(recording: &Recording, options: &Options) -> Result<Hits> {
     let order = cut::channel_order(recording, options)?;
     let rate = cut::rate(recording, options)?;
@@ -115,7 +122,8 @@ pub fn grade(recording: &Recording, options: &Options) -> Result<Hits> {
     }
     compare(&mut hits, &cut, rate, options)?;
     let channels = order.iter().filter_map(|&k| recording.channels.get(k).cloned()).collect();
-    Ok(Hits { hits, channels })
+    let warnings = cut::other_rate(recording, rate).into_iter().collect();
+    Ok(Hits { hits, channels, warnings })
 }
 
 /// What is known of the channels of a hit.
@@ -143,31 +151,22 @@ fn resolution(samples: &[f64]) -> f64 {
 
 /// Compares the hits that are not rejected with each other.
 fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Result<()> {
-    let mut lines = Vec::new();
-    let mut good = 0_u64;
-    for (k, (hit, cut)) in hits.iter().zip(cut).enumerate().take(MOST_SIBLINGS) {
-        if hit.report.good() {
-            good |= 1 << k;
-        }
-        lines.push(FrfLines::of(cut, rate, &options.test).map_err(not_transformed)?);
-    }
-    let distance = |a: usize, b: usize| match (lines.get(a), lines.get(b)) {
-        (Some(a), Some(b)) => a.distance(b),
-        _ => 0.0,
-    };
-    let wanted = options.keep.unwrap_or(MOST_SIBLINGS);
-    let limit = inconsistent_among(good, &distance);
-    let kept = best_consistent(good, wanted, limit, &distance);
-    for (k, hit) in hits.iter_mut().enumerate().take(MOST_SIBLINGS) {
-        if (good >> k) & 1 == 0 {
-            continue;
-        }
+    let good: Vec<usize> = (0..hits.len()).filter(|&k| hits[k].report.good()).collect();
+    let lines = |&k: &usize| FrfLines::of(&cut[k], rate, &options.test).map_err(not_transformed);
+    let lines = good.iter().map(lines).collect::<Result<Vec<_>>>()?;
+    let distances = Distances::new(good.len(), |a, b| lines[a].distance(&lines[b]));
+    let all: Vec<usize> = (0..good.len()).collect();
+    let limit = distances.limit_among(&all);
+    let kept = distances.best_consistent(&all, options.keep.unwrap_or(usize::MAX), limit);
+    for (place, &k) in good.iter().enumerate() {
+        let hit = &mut hits[k];
         // Against those that agree: bad ones among the others do not count.
-        hit.distance = median_distance(k, kept, &distance);
-        hit.kept = (kept >> k) & 1 == 1;
+        hit.distance = distances.median_to(place, &kept);
+        hit.kept = kept.contains(&place);
         if let Some(far) = hit.distance.filter(|&far| far > limit) {
             let severity = options.test.policy.verdict(Code::HitInconsistent).severity();
-            let found = Diagnostic::about(Code::HitInconsistent, severity, k as u16, far as f32);
+            let subject = u16::try_from(k).unwrap_or(u16::MAX);
+            let found = Diagnostic::about(Code::HitInconsistent, severity, subject, far as f32);
             // A hit that is not rejected has few findings.
             let _ = hit.report.findings.push(found);
             hit.kept &= !found.is_error();

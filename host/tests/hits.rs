@@ -274,3 +274,58 @@ fn a_file_that_is_too_long_or_not_there_is_not_read() {
     let (exit, value, _) = run(&[&folder.path().join("none.csv").display().to_string()]);
     assert_eq!((exit, &value["error"]["code"]), (2, &"recording_not_readable".into()));
 }
+
+#[test]
+fn another_rate_than_that_of_the_file_is_said() {
+    let file = data("impact2_response0.lvm").display().to_string();
+    let (exit, value, stderr) = run(&[&file, "--rate-hz", "25600"]);
+    assert_eq!(exit, 0);
+    let said = "the file says 51200 Hz, using 25600 Hz as told with --rate-hz";
+    assert!(stderr.contains(&format!("warning: {said}")), "{stderr}");
+    assert_eq!(value["notes"][0], said);
+    let (_, value, stderr) = run(&[&file, "--rate-hz", "51200"]);
+    assert!(stderr.is_empty() && value["notes"].as_array().unwrap().is_empty(), "{stderr}");
+}
+
+#[test]
+fn more_than_sixty_four_hits_are_all_compared() {
+    // A good hit again and again, each a little louder so that none is a copy, and one whose response
+    // is turned around.
+    let folder = TempDir::new().unwrap();
+    let good = segments().swap_remove(1);
+    let times = 70;
+    let mut values: Vec<f64> = Vec::new();
+    for k in 0..times {
+        let gain = 1.0 + 1e-3 * f64::from(k);
+        let sign = if k == times - 2 { -1.0 } else { 1.0 };
+        values.extend(
+            good.iter().flat_map(|[force, response]| [gain * force, sign * gain * response]),
+        );
+    }
+    let shape = format!("({times}, {}, 2)", good.len());
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let mut npy = b"\x93NUMPY\x01\x00".to_vec();
+    npy.extend((header.len() as u16).to_le_bytes());
+    npy.extend(header.as_bytes());
+    npy.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    let path = folder.path().join("many.npy");
+    std::fs::write(&path, npy).unwrap();
+    let path = path.display().to_string();
+    let (exit, value, stderr) = run(&[&path, "--rate-hz", &RATE.to_string()]);
+    assert_eq!(exit, 0, "{stderr}");
+    let hits = value["hits"].as_array().unwrap();
+    assert!(hits.iter().all(|hit| hit["distance_relative"].is_number()));
+    let odd: Vec<_> = hits.iter().filter(|hit| hit["kept"] == false).collect();
+    assert_eq!(odd.len(), 1);
+    assert_eq!((&odd[0]["segment"], &odd[0]["codes"][0]), (&68.into(), &"hit_inconsistent".into()));
+}
+
+#[test]
+fn advice_about_the_band_names_the_option() {
+    let file = data("impact2_response0.lvm").display().to_string();
+    let mut command = Command::cargo_bin("massline").unwrap();
+    let output = command.args(["hits", &file, "--band-hz", "10", "9000"]).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("force_spectrum_low") && text.contains("--band-hz"), "{text}");
+    assert!(!text.contains("test.band_hz"), "{text}");
+}

@@ -2,7 +2,7 @@
 
 use massline_shared::signal::{CHANNELS, EdgeTrigger};
 
-use super::{CutHit, Options};
+use super::{CutHit, MOST_HITS, Options};
 use crate::error::{Error, Result};
 use crate::recording::{Channel, Recording, Segment};
 
@@ -89,6 +89,14 @@ pub(super) fn rate(recording: &Recording, options: &Options) -> Result<f64> {
     })
 }
 
+/// Says so where the rate in use is not that of the file.
+pub(super) fn other_rate(recording: &Recording, used: f64) -> Option<String> {
+    let said = recording.rate_hz?;
+    // A rate in a text file has six digits at least.
+    let same = (said - used).abs() <= 1e-5 * used;
+    (!same).then(|| format!("the file says {said} Hz, using {used} Hz as told with --rate-hz"))
+}
+
 /// A hit for each segment, or what the trigger finds in a single one.
 pub(super) fn hits(
     recording: &Recording,
@@ -113,6 +121,15 @@ pub(super) fn hits(
             options.test.trigger_n, options.pre_trigger_s
         );
         return Err(Error::input("no_hit", message));
+    }
+    if hits.len() > MOST_HITS {
+        let message = format!(
+            "the recording has {} hits of {} N or more; at most {MOST_HITS} are compared with each \
+             other: raise --trigger-n, or grade it in parts",
+            hits.len(),
+            options.test.trigger_n
+        );
+        return Err(Error::input("too_many_hits", message));
     }
     Ok(hits)
 }
@@ -142,7 +159,7 @@ fn segmented(
 fn continuous(whole: &Segment, order: &[usize], rate: f64, options: &Options) -> Vec<CutHit> {
     let scans = |seconds: f64| (seconds * rate).round().max(0.0) as usize;
     let before = scans(options.pre_trigger_s).max(1);
-    let length = scans(options.record_s).max(before + SHORTEST);
+    let length = scans(options.record_s).max(before.saturating_add(SHORTEST));
     let force = order.first().and_then(|&k| whole.0.get(k)).map_or(&[][..], Vec::as_slice);
     let mut hits: Vec<CutHit> = Vec::new();
     let mut trigger = EdgeTrigger::new(options.test.trigger_n, before);
@@ -155,7 +172,7 @@ fn continuous(whole: &Segment, order: &[usize], rate: f64, options: &Options) ->
             continue;
         }
         let start = n.saturating_sub(before);
-        end = (start + length).min(force.len());
+        end = start.saturating_add(length).min(force.len());
         hits.push(CutHit {
             segment: hits.len(),
             start_s: n as f64 / rate,

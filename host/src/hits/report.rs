@@ -65,7 +65,10 @@ fn finding_json(found: &Diagnostic) -> Value {
 impl Hits {
     /// `{"hits":[{"segment":0,"verdict":"accepted","codes":[],…}]}`.
     pub fn to_json(&self) -> Value {
-        json!({ "hits": self.hits.iter().map(Hit::to_json).collect::<Vec<_>>() })
+        json!({
+            "hits": self.hits.iter().map(Hit::to_json).collect::<Vec<_>>(),
+            "notes": self.warnings,
+        })
     }
 
     /// A table of the hits, and a sentence for each finding.
@@ -78,11 +81,9 @@ impl Hits {
             "response, m/s²",
             "distance",
             "verdict",
-            "codes",
         ]);
         let mut sentences = String::new();
         for hit in &self.hits {
-            let codes: Vec<String> = hit.report.findings.iter().map(code_name).collect();
             table.add_row([
                 hit.segment.to_string(),
                 format!("{:.4}", hit.start_s),
@@ -90,15 +91,20 @@ impl Hits {
                 format!("{:.1}", hit.report.peak_acceleration.0),
                 hit.distance.map_or("-".into(), |d| format!("{:.1} %", 100.0 * d)),
                 hit.verdict().into(),
-                codes.join(", "),
             ]);
             for found in &hit.report.findings {
-                sentences += &format!("segment {}: {}\n", hit.segment, self.sentence(found));
+                sentences += &format!(
+                    "segment {}: {}: {}\n",
+                    hit.segment,
+                    code_name(found),
+                    self.sentence(found)
+                );
             }
         }
         let kept = self.hits.iter().filter(|hit| hit.kept).map(|hit| hit.segment.to_string());
         let kept: Vec<String> = kept.collect();
         let kept = if kept.is_empty() { "none".to_owned() } else { kept.join(", ") };
+        output::align_right(&mut table, 0..5);
         format!("{table}\n{sentences}best consistent set: {kept}")
     }
 
@@ -110,6 +116,11 @@ impl Hits {
                 "its responses per force are {:.0} % away from those of the other hits; hit the \
                  same point in the same direction every time",
                 100.0 * found.value
+            ),
+            (Some(Code::ForceSpectrumLow), _) => format!(
+                "the force hardly excites the top of the band ({:.0} dB against 0 Hz); take a harder tip, \
+                 or lower the HIGH of --band-hz",
+                found.value
             ),
             (Some(Code::Overload | Code::PreTriggerNotQuiet | Code::ClippedRecord), Some(name))
                 if found.subject > 0 && !name.is_empty() =>

@@ -24,10 +24,7 @@ pub use fft::{FftError, RealFft};
 pub use grade::{ChannelRange, HitGrader, HitReport, grade};
 pub use readings::Readings;
 pub use record::Record;
-pub use siblings::{
-    MOST_SIBLINGS, Standing, best_consistent, inconsistent_among, median_distance,
-    relative_distance, standing,
-};
+pub use siblings::{Standing, inconsistent_from, relative_distance, standing};
 pub use spectra::{Spectra, lines_of_band};
 pub use trigger::{Capture, CaptureState, EdgeTrigger, Trigger};
 

@@ -1,14 +1,8 @@
-//! Do the hits at one DOF agree? Each is compared with the others; the best consistent ones are kept.
-//!
-//! The statistic of a hit is the *median* of its relative distances to the others: one bad hit among
-//! four does not make the good ones look bad, as it would with a mean.
+//! Do the hits at one DOF agree? How far two are apart, and how far is too far.
 
 use nalgebra::Complex;
 
 use crate::Real;
-
-/// Hits that can be compared.
-pub const MOST_SIBLINGS: usize = 64;
 
 /// Up to this relative distance hits agree, however little the others scatter.
 const AGREES: f64 = 0.15;
@@ -25,7 +19,7 @@ const FEWEST_FOR_SCATTER: u32 = 3;
 
 /// From this relative distance on a hit is inconsistent with `siblings` hits at its DOF whose own
 /// distances are about `scatter`.
-fn inconsistent_from<R: Real>(siblings: u32, scatter: R) -> R {
+pub fn inconsistent_from<R: Real>(siblings: u32, scatter: R) -> R {
     if siblings < FEWEST_FOR_SCATTER {
         return R::of(DISAGREES);
     }
@@ -65,101 +59,15 @@ pub fn relative_distance<R: Real>(pairs: impl Iterator<Item = (Complex<R>, Compl
     if ratio.finite() { ratio.sqrt() } else { R::zero() }
 }
 
-/// As for [`standing`], for `hits` (a bit each) whose scatter is the median of their
-/// [median distances](median_distance).
-pub fn inconsistent_among<R: Real>(hits: u64, distance: &impl Fn(usize, usize) -> R) -> R {
-    let medians = members(hits).filter_map(|hit| median_distance(hit, hits, distance));
-    let scatter = median(medians.collect()).unwrap_or_else(R::zero);
-    inconsistent_from(hits.count_ones(), scatter)
-}
-
-/// Median distance of hit `of` to the `others` (a bit each, itself left out); `None` when it is
-/// alone.
-pub fn median_distance<R: Real>(
-    of: usize,
-    others: u64,
-    distance: &impl Fn(usize, usize) -> R,
-) -> Option<R> {
-    median(members(others).filter(|&other| other != of).map(|other| distance(of, other)).collect())
-}
-
-/// The hits of a set of bits.
-fn members(hits: u64) -> impl Iterator<Item = usize> {
-    (0..MOST_SIBLINGS).filter(move |&hit| (hits >> hit) & 1 == 1)
-}
-
-fn median<R: Real>(mut values: heapless::Vec<R, MOST_SIBLINGS>) -> Option<R> {
-    values.sort_unstable_by(|a, b| a.to_f64().total_cmp(&b.to_f64()));
-    let upper = values.get(values.len() / 2)?;
-    let lower = values.get((values.len() - 1) / 2)?;
-    Some((*upper + *lower) * R::of(0.5))
-}
-
-/// The best consistent set of the `hits` (a bit each): the one that is farthest from the others goes
-/// until none is farther than `limit` and no more than `wanted` are left.
-///
-/// Of two hits that disagree both stay: nothing tells which is wrong.
-pub fn best_consistent<R: Real>(
-    hits: u64,
-    wanted: usize,
-    limit: R,
-    distance: &impl Fn(usize, usize) -> R,
-) -> u64 {
-    let mut kept = hits;
-    loop {
-        let count = kept.count_ones() as usize;
-        let mut worst: Option<(usize, R)> = None;
-        for hit in members(kept) {
-            let Some(far) = median_distance(hit, kept, distance) else { continue };
-            if worst.is_none_or(|(_, worst)| far > worst) {
-                worst = Some((hit, far));
-            }
-        }
-        match worst {
-            Some((hit, far)) if count > wanted || (far > limit && count > 2) => {
-                kept &= !(1 << hit);
-            }
-            _ => return kept,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Distances of points on a line.
-    fn on_a_line<const N: usize>(points: [f64; N]) -> impl Fn(usize, usize) -> f64 {
-        move |a, b| (points[a] - points[b]).abs()
-    }
-
     #[test]
-    fn one_bad_hit_is_far_and_the_good_ones_are_not() {
-        let distance = on_a_line([0.0, 0.02, 0.9, 0.04, 0.01]);
-        let median = |hit| median_distance(hit, 0b11111, &distance).unwrap();
-        assert!(median(2) > 0.8);
-        assert!([0, 1, 3, 4].into_iter().all(|hit| median(hit) < 0.05));
-        assert_eq!(
-            best_consistent(0b11111, 5, inconsistent_among(0b11111, &distance), &distance),
-            0b11011
-        );
-    }
-
-    #[test]
-    fn more_hits_than_wanted_leave_the_closest_ones() {
-        let distance = on_a_line([0.0, 0.05, 0.01, 0.11, 0.02]);
-        assert_eq!(best_consistent(0b11111, 3, 1.0, &distance), 0b10101);
-        assert_eq!(best_consistent(0b01010, 3, 1.0, &distance), 0b01010);
-        assert_eq!(best_consistent(0, 3, 1.0, &distance), 0);
-    }
-
-    #[test]
-    fn hits_that_scatter_much_are_told_from_one_that_does_not_belong() {
-        let distance = on_a_line([0.0, 0.1, 0.2, 0.15, 0.9]);
-        let limit = inconsistent_among(0b11111, &distance);
-        assert!(limit > 0.2 && limit < 0.75, "{limit}");
+    fn few_hits_do_not_tell_their_scatter() {
         assert_eq!(inconsistent_from(2, 0.01), DISAGREES);
         assert_eq!(inconsistent_from(3, 0.01), AGREES);
+        assert_eq!(inconsistent_from(3, 0.1), 0.4);
     }
 
     #[test]
@@ -170,12 +78,6 @@ mod tests {
         assert_eq!(standing(2, 0.01, Some(0.7)), Standing::Astray(0.7));
         assert_eq!(standing(4, 0.01, Some(0.2)), Standing::Astray(0.2));
         assert_eq!(standing(4, 0.1, Some(0.2)), Standing::Agrees);
-    }
-
-    #[test]
-    fn two_that_disagree_both_stay() {
-        assert_eq!(best_consistent(0b11, 2, AGREES, &on_a_line([0.0, 1.0])), 0b11);
-        assert_eq!(median_distance(0, 0b1, &on_a_line([0.0])), None);
     }
 
     #[test]
