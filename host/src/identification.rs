@@ -1,6 +1,8 @@
 //! The ten properties from mass lines in double precision: every method that the layout admits, and
 //! what the fit found out on the way.
 
+mod priors;
+
 use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::influence::{Influence, influences};
@@ -8,6 +10,8 @@ use massline_shared::identify::maximum_likelihood::{self, Learned, workspace};
 use massline_shared::identify::{MassLines, Method};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use massline_shared::protocol::object::{DofResult, MeasurementResult};
+
+pub use priors::{contradicted_priors, in_place_of_suspects, priors_of_result};
 
 use crate::report::Answer;
 
@@ -47,7 +51,7 @@ pub struct Options {
 }
 
 /// The answers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Identification {
     /// One a method, in the order that was asked for.
     pub answers: Vec<Answer>,
@@ -55,13 +59,18 @@ pub struct Identification {
     pub not_applicable: Vec<(Method, Diagnostics)>,
     /// What the fit of maximum likelihood found out.
     pub details: Option<Details>,
+    /// What was said to be known of the object and contradicts the data.
+    pub priors: Vec<Diagnostic>,
 }
 
 impl Identification {
-    /// Why methods are missing, which others make up for.
+    /// Why methods are missing, which others make up for, and which priors contradict the data.
     pub fn warnings(&self) -> Vec<Diagnostic> {
         let reasons = self.not_applicable.iter().flat_map(|(_, reasons)| reasons);
-        reasons.map(|d| Diagnostic { severity: Severity::Warning as u8, ..*d }).collect()
+        reasons
+            .chain(&self.priors)
+            .map(|d| Diagnostic { severity: Severity::Warning as u8, ..*d })
+            .collect()
     }
 }
 
@@ -85,8 +94,7 @@ pub fn identify(
 ) -> Result<Identification, Diagnostics> {
     let dofs = || lines.iter().map(|(index, lines)| (*index, lines));
     let linear = inertia_restraint::solve(layout, dofs(), options.inertia_restraint);
-    let mut found =
-        Identification { answers: Vec::new(), not_applicable: Vec::new(), details: None };
+    let mut found = Identification::default();
     let mut refusal = None;
     for &method in options.selection.methods() {
         let answer = match method {
@@ -99,7 +107,12 @@ pub fn identify(
                 let mut memory = vec![0.0; workspace(HOST_SENSORS)];
                 let start = linear.as_ref().ok().map(|estimate| &estimate.body);
                 maximum_likelihood::solve(layout, dofs(), start, &mut memory).map(|solution| {
-                    found.answers.push(Answer::of(method, &solution.estimate));
+                    let mut answer = Answer::of(method, &solution.estimate);
+                    let named = in_place_of_suspects(&answer.diagnostics, layout, lines);
+                    if let Some((others, priors)) = named {
+                        (answer.diagnostics, found.priors) = (others, priors);
+                    }
+                    found.answers.push(answer);
                     let mut of_each = Vec::new();
                     influences(layout, dofs(), &solution, &mut memory, |i| of_each.push(i));
                     let learned = solution.learned;
@@ -107,7 +120,13 @@ pub fn identify(
                 })
             }
         };
-        if let Err(reasons) = answer {
+        if let Err(mut reasons) = answer {
+            if method == Method::MaximumLikelihood {
+                let priors = contradicted_priors(layout, lines).into_iter();
+                let grave = |d| Diagnostic { severity: Severity::Error as u8, ..d };
+                // What there is no room for beside the few reasons of a fit is left out.
+                reasons.extend(priors.map(grave).take(reasons.capacity() - reasons.len()));
+            }
             refusal.get_or_insert_with(|| reasons.clone());
             found.not_applicable.push((method, reasons));
         }

@@ -185,6 +185,7 @@ pub fn identification_text(
 pub fn found_out_text(found: &Identification, layout: &HostLayout) -> String {
     let say = |d: &Diagnostic| message_in(d, layout);
     let mut text = refusals_text(&found.not_applicable, say);
+    text += &sentences(&found.priors, say);
     if let Some(details) = &found.details {
         text += &details_text(details, layout);
     }

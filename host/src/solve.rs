@@ -139,7 +139,7 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
         let start = linear.map_err(said)?.body;
         let found = responses.global_fit(layout, band_hz, &start)?.map_err(said)?;
         let answers = vec![Answer::of(Method::GlobalFit, &found.estimate)];
-        Identification { answers, not_applicable: Vec::new(), details: None }
+        Identification { answers, ..Identification::default() }
     } else {
         identify(layout, &measured, &how).map_err(said)?
     };

@@ -5,9 +5,25 @@ use serde_json::Value;
 const LAYOUT: &str = "examples/three-bar-test-1.toml";
 
 fn simulate(arguments: &[&str]) -> (Option<i32>, Value) {
+    simulate_layout(LAYOUT, arguments)
+}
+
+/// The text of the layout with a change, as a file of its own.
+fn changed(change: impl FnOnce(String) -> String) -> tempfile::NamedTempFile {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let text = change(std::fs::read_to_string(LAYOUT).unwrap());
+    std::fs::write(file.path(), text).unwrap();
+    file
+}
+
+fn two_sensors() -> tempfile::NamedTempFile {
+    changed(|text| text.replacen("sensors = [1, 2, 3]", "sensors = [1, 2]", 1))
+}
+
+fn simulate_layout(layout: &str, arguments: &[&str]) -> (Option<i32>, Value) {
     let output = assert_cmd::Command::cargo_bin("massline")
         .unwrap()
-        .args(["simulate", LAYOUT, "--json"])
+        .args(["simulate", layout, "--json"])
         .args(arguments)
         .output()
         .unwrap();
@@ -55,4 +71,73 @@ fn a_fault_that_cannot_be_is_bad_input() {
     assert_eq!(code, Some(2));
     let (code, _) = simulate(&["--runs", "2", "--rig", "virtual"]);
     assert_eq!(code, Some(2));
+}
+
+fn text_of(layout: &str, arguments: &[&str]) -> String {
+    let mut command = assert_cmd::Command::cargo_bin("massline").unwrap();
+    let output = command.arg("simulate").arg(layout).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // As one line: what is too long is broken between words.
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn a_method_that_does_not_apply_is_said_with_its_reason() {
+    let file = two_sensors();
+    let layout = file.path().to_str().unwrap();
+    for arguments in [&[][..], &["--runs", "2"]] {
+        let (code, value) = simulate_layout(layout, arguments);
+        assert_eq!(code, Some(0));
+        let refused = value["not_applicable"].as_array().unwrap();
+        assert_eq!(refused.len(), 1, "{refused:?}");
+        assert_eq!(refused[0]["method"], "inertia-restraint");
+        assert_eq!(refused[0]["code"], "fewer_than_three_sensors");
+        assert!(refused[0]["message"].as_str().unwrap().contains("six motions"), "{refused:?}");
+        let text = text_of(layout, arguments);
+        let line = "inertia-restraint: not applicable: fewer_than_three_sensors: fewer than three";
+        assert!(text.contains(line), "{text}");
+    }
+}
+
+#[test]
+fn a_prior_that_contradicts_the_data_is_named() {
+    let prior = "\n[prior]\nmass_kg = { value = 2.4, sigma = 0.0001 }\n";
+    let file = changed(|text| text + prior);
+    let layout = file.path().to_str().unwrap();
+    let text = text_of(layout, &[]);
+    assert!(text.contains("maximum-likelihood: gave no answer: not_converged: "), "{text}");
+    let named = "prior_contradicts_data: the [prior] mass = 2.4 ± 0.0001 kg contradicts the data, \
+                 which say 1.2";
+    assert!(text.contains(named), "{text}");
+    let (_, value) = simulate_layout(layout, &[]);
+    let codes = &value["not_applicable"][0]["codes"];
+    assert_eq!(codes, &serde_json::json!(["not_converged", "prior_contradicts_data"]));
+}
+
+#[test]
+fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
+    // Sensors and hammer are good to 2 %: 25 % is a dozen standard deviations, and the fit goes on.
+    let prior = "\n[prior]\nmass_kg = { value = 1.54, sigma = 0.0001 }\n";
+    let file = changed(|text| text + prior);
+    let layout = file.path().to_str().unwrap();
+    let (code, value) = simulate_layout(layout, &[]);
+    assert_eq!(code, Some(0));
+    assert_eq!(value["results"][0]["method"], "maximum-likelihood");
+    let said = value["results"][0]["diagnostics"].as_array().unwrap();
+    assert!(said.iter().any(|d| d["code"] == "data_contradict_budget"), "{said:?}");
+    assert!(!said.iter().any(|d| d["code"] == "sensor_strains_budget"), "{said:?}");
+    let said = value["diagnostics"].as_array().unwrap();
+    let named = said.iter().find(|d| d["code"] == "prior_contradicts_data").unwrap();
+    assert!(named["message"].as_str().unwrap().contains("mass = 1.54 ± 0.0001 kg"), "{named}");
+}
+
+#[test]
+fn one_run_has_errors_and_no_statistics() {
+    let (code, value) = simulate(&["--runs", "1"]);
+    assert_eq!(code, Some(0));
+    let mass = &value["methods"][0]["properties"][0];
+    assert!(mass["bias"].is_number() && mass["rms"].is_null() && mass["coverage95"].is_null());
+    assert!(value["notes"][0].as_str().unwrap().contains("one run has an error"), "{value}");
+    assert!(text_of(LAYOUT, &["--runs", "1"]).contains("note: one run has an error and no rms"));
 }

@@ -136,6 +136,9 @@ codes! {
     /// The data show no band between suspension and elastic modes, so the usual one is used. Subject: the
     /// DOF.
     BandNotFound = 54, "band_not_found";
+    /// Something that was said to be known of the object contradicts the data. Subject: the property, in
+    /// the order of `theta`. Value: what the data say without it, SI.
+    PriorContradictsData = 55, "prior_contradicts_data";
 
     /// A channel reached the end of its range: ADC rail, sensor range, or a flat top in what was
     /// clipped before. Subject: the channel. Value: the extreme from rest, N or m/s².

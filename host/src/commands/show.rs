@@ -7,7 +7,7 @@ use massline_shared::protocol::object::MeasurementResult;
 use serde_json::json;
 
 use crate::error::{Error, Result};
-use crate::identification::{Options, Selection, identify, lines_of, refused};
+use crate::identification::{Options, Selection, identify, lines_of, priors_of_result, refused};
 use crate::output::{Output, Tone};
 use crate::report;
 use crate::single_fault::Meant;
@@ -35,6 +35,7 @@ pub fn measurement(
         let options = Options { selection, inertia_restraint: Settings::weighted() };
         let mut found = identify(layout, &lines_of(&result, layout), &options).ok()?;
         found.not_applicable = refused(&result, layout, selection);
+        found.priors = priors_of_result(&mut result, layout);
         Some((found, layout))
     });
     if let Some((found, _)) = &found {

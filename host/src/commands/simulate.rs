@@ -15,10 +15,10 @@ use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
 use super::simulated::{RigArgs, narrow};
 use crate::error::Result;
-use crate::identification::{Selection, refused};
+use crate::identification::{Selection, priors_of_result, refused};
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
-use crate::report::{message_in, refusals_json, refusals_text};
+use crate::report::{diagnostics_json, message_in, refusals_json, refusals_text, sentences};
 use crate::single_fault::Meant;
 use crate::tape::{Segment, Sidecar, TapeWriter};
 
@@ -82,7 +82,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         rig: args.rig.rig,
         firmware: firmware.as_deref(),
     };
-    let result = match &args.tape {
+    let mut result = match &args.tape {
         None => test.run_with(&calibration, output, |source| source)?,
         Some(path) => {
             TapeWriter::check(path)?;
@@ -94,6 +94,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             result?
         }
     };
+    let priors = priors_of_result(&mut result, &file.layout);
     let comparison = Comparison {
         name: name.clone(),
         seed: args.bench.seed,
@@ -106,12 +107,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let say = |d: &Diagnostic| message_in(d, &file.layout);
     let refused = refused(&comparison.result, &file.layout, Selection::All);
     value["not_applicable"] = refusals_json(&refused, say);
+    if let Some(said) = value["diagnostics"].as_array_mut() {
+        said.extend(diagnostics_json(&priors, say));
+    }
     let meant = Meant::of_file(&file);
     let examination = meant.examine_result(&comparison.result);
     examination.add_to(&mut value, &meant.layout);
     let mistakes = examination.to_text(&meant.layout);
     let (symbol, worst) = comparison.worst()?;
-    let table = comparison.table()? + &refusals_text(&refused, say);
+    let table = comparison.table()? + &refusals_text(&refused, say) + &sentences(&priors, say);
     output.answer(&value, |output| {
         let heading = output.toned(&file.layout.title, Tone::Strong);
         format!(

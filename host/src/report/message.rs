@@ -1,19 +1,26 @@
 //! A sentence for every diagnostic: what it is, and what to do.
 
+use massline_shared::Real;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
-use massline_shared::layout::{Layout, Setting};
+use massline_shared::layout::{Layout, PROPERTIES, Prior, Setting};
 
 /// What a diagnostic says, with what to do; sensors and hits are counted from 1.
 pub fn message(diagnostic: &Diagnostic) -> String {
-    sentence(diagnostic, &|what, index| format!("{what} {}", index + 1))
+    sentence(diagnostic, &|what, index| match what {
+        "prior" => format!("the [prior] of {}", PROPERTIES.get(index).unwrap_or(&"a property")),
+        _ => format!("{what} {}", index + 1),
+    })
 }
 
 /// As [`message`], with the names of nodes and DOFs that the layout knows.
-pub fn message_in<R, const S: usize, const H: usize>(
+pub fn message_in<R: Real, const S: usize, const H: usize>(
     diagnostic: &Diagnostic,
     layout: &Layout<R, S, H>,
 ) -> String {
     sentence(diagnostic, &|what, index| {
+        if what == "prior" {
+            return prior_name(index, &layout.priors);
+        }
         let name = match what {
             "hit" => layout.hits.get(index).map(|h| h.dof.to_string()),
             _ => layout.sensors.get(index).map(|s| format!("on node {}", s.node)),
@@ -23,6 +30,27 @@ pub fn message_in<R, const S: usize, const H: usize>(
             None => format!("{what} {}", index + 1),
         }
     })
+}
+
+/// `the [prior] mass = 1.23 ± 0.001 kg`.
+fn prior_name<R: Real>(property: usize, priors: &[Prior<R>]) -> String {
+    let name = PROPERTIES.get(property).unwrap_or(&"a property");
+    let prior = priors.iter().find(|prior| usize::from(prior.property) == property);
+    prior.map_or_else(
+        || format!("the [prior] of {name}"),
+        |Prior { value, sigma, .. }| {
+            let (value, sigma) = (value.to_f64(), sigma.to_f64());
+            format!("the [prior] {name} = {value} ± {sigma} {}", si_unit(property))
+        },
+    )
+}
+
+fn si_unit(property: usize) -> &'static str {
+    match property {
+        0 => "kg",
+        1..=3 => "m",
+        _ => "kg m²",
+    }
 }
 
 /// The stable name of a diagnostic's code; `code_n` for one that this program does not know.
@@ -175,6 +203,12 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
             "{} would have to be off by {value:.1} times its stated uncertainties; check its node, \
              direction and sign",
             hit()
+        ),
+        Code::PriorContradictsData => format!(
+            "{} contradicts the data, which say {value:.4e} {} without it: correct it, or widen its \
+             sigma; if it is right, all accelerances or a mark are wrong",
+            name("prior", subject),
+            si_unit(subject)
         ),
         Code::HeldToConsistency => "the best fit was no physical body; the best physical one is \
             given, at the edge of what a body can be: its standard deviations are rough"

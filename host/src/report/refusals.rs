@@ -48,6 +48,7 @@ fn is_failure(code: Code) -> bool {
             | Code::IllConditioned
             | Code::AttachedTooHeavy
             | Code::MassNotPositive
+            | Code::PriorContradictsData
     )
 }
 

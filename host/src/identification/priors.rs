@@ -1,0 +1,157 @@
+//! Does something that was said to be known of the object contradict the data?
+//!
+//! A tight prior drags the answer along, so its residual in the fit says little. The fit is done
+//! without it, and what it gives then is compared with what the prior says.
+
+use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::identify::Estimate;
+use massline_shared::identify::inertia_restraint::{self, Settings};
+use massline_shared::identify::maximum_likelihood::{self, CONTRADICTION, workspace};
+use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
+use massline_shared::protocol::object::MeasurementResult;
+
+use super::{MeasuredLines, lines_of};
+
+/// The priors that contradict the data, to be asked when the data contradict the budget or nothing fits
+/// at all: the one without which the rest agrees, or else all that are far from what the data say
+/// without any.
+pub fn contradicted_priors(layout: &HostLayout, lines: &MeasuredLines) -> Vec<Diagnostic> {
+    if layout.priors.is_empty() {
+        return Vec::new();
+    }
+    let mut memory = vec![0.0; workspace(HOST_SENSORS)];
+    search(layout, |layout| fit(layout, lines, &mut memory))
+}
+
+/// The same, where `said` of an answer is that the data contradict the budget; the sensor or hit that
+/// strains the budget most is then no longer the first to be suspected, and leaves `said`.
+pub fn in_place_of_suspects(
+    said: &[Diagnostic],
+    layout: &HostLayout,
+    lines: &MeasuredLines,
+) -> Option<(Vec<Diagnostic>, Vec<Diagnostic>)> {
+    let is = |d: &Diagnostic, code: Code| d.known_code() == Some(code);
+    if !said.iter().any(|d| is(d, Code::DataContradictBudget)) {
+        return None;
+    }
+    let priors = contradicted_priors(layout, lines);
+    let suspect =
+        |d: &Diagnostic| is(d, Code::SensorStrainsBudget) || is(d, Code::HitStrainsBudget);
+    let others = said.iter().filter(|d| !suspect(d)).copied().collect();
+    (!priors.is_empty()).then_some((others, priors))
+}
+
+/// The same of a rig's result, whose answers lose their suspects.
+pub fn priors_of_result(result: &mut MeasurementResult, layout: &HostLayout) -> Vec<Diagnostic> {
+    let lines = lines_of(result, layout);
+    let mut named = Vec::new();
+    for estimate in &mut result.estimates {
+        if let Some((others, priors)) = in_place_of_suspects(&estimate.diagnostics, layout, &lines)
+        {
+            estimate.diagnostics = others.into_iter().collect();
+            named = priors;
+        }
+    }
+    named
+}
+
+fn search(
+    layout: &HostLayout,
+    mut fit: impl FnMut(&HostLayout) -> Option<Estimate<f64>>,
+) -> Vec<Diagnostic> {
+    let mut without = |left_out: &dyn Fn(&Prior<f64>) -> bool| {
+        let mut layout = layout.clone();
+        layout.priors.retain(|prior| !left_out(prior));
+        fit(&layout)
+    };
+    let mut worst: Option<(f64, Diagnostic)> = None;
+    for prior in &layout.priors {
+        let Some(estimate) = without(&|other| other.property == prior.property) else { continue };
+        let agrees = estimate.consistency.is_some_and(|c| c.surprise() <= CONTRADICTION);
+        let Some((far, found)) = contradiction(prior, &estimate).filter(|_| agrees) else {
+            continue;
+        };
+        if worst.is_none_or(|(most, _)| far > most) {
+            worst = Some((far, found));
+        }
+    }
+    if let Some((_, found)) = worst {
+        return vec![found];
+    }
+    let Some(estimate) = without(&|_| true) else { return Vec::new() };
+    let all = layout.priors.iter().filter_map(|prior| contradiction(prior, &estimate));
+    all.map(|(_, found)| found).collect()
+}
+
+/// How many standard deviations a prior is from an answer without it, when that is more than chance.
+fn contradiction(prior: &Prior<f64>, without: &Estimate<f64>) -> Option<(f64, Diagnostic)> {
+    let k = usize::from(prior.property);
+    let said = *without.theta().get(k)?;
+    let sigma = *without.sigma()?.get(k)?;
+    let far = (said - prior.value).abs() / prior.sigma.hypot(sigma);
+    let code = Code::PriorContradictsData;
+    let found = Diagnostic::about(code, Severity::Warning, u16::from(prior.property), said as f32);
+    (far > CONTRADICTION).then_some((far, found))
+}
+
+fn fit(layout: &HostLayout, lines: &MeasuredLines, memory: &mut [f64]) -> Option<Estimate<f64>> {
+    let dofs = || lines.iter().map(|(index, lines)| (*index, lines));
+    let linear = inertia_restraint::solve(layout, dofs(), Settings::weighted()).ok();
+    let start = linear.map(|estimate| estimate.body);
+    let solution = maximum_likelihood::solve(layout, dofs(), start.as_ref(), memory).ok()?;
+    Some(solution.estimate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identification::CHANNELS;
+    use crate::layout_file::LayoutFile;
+    use massline_shared::body::RigidBody;
+    use massline_shared::identify::MassLines;
+    use nalgebra::SVector;
+
+    const FILE: &str = include_str!("../../examples/three-bar-test-1.toml");
+
+    /// Exact data of the object of `[reference]` under a layout with this `[prior]`.
+    fn found(prior: &str) -> Vec<Diagnostic> {
+        let file = LayoutFile::parse(&format!("{FILE}\n[prior]\n{prior}"), "l").unwrap();
+        let ten = file.reference.unwrap().complete().unwrap();
+        let body = RigidBody::from_theta(&SVector::from(ten));
+        let exact = |hit| {
+            let accelerance = file.layout.accelerance::<CHANNELS>(&body, hit).unwrap();
+            (hit, MassLines::<f64, CHANNELS>::without_scatter(accelerance))
+        };
+        let lines: MeasuredLines = (0..file.layout.hits.len()).map(exact).collect();
+        contradicted_priors(&file.layout, &lines)
+    }
+
+    #[test]
+    fn a_prior_that_the_data_agree_with_is_not_named() {
+        assert_eq!(found("mass_kg = { value = 1.25, sigma = 0.01 }"), []);
+    }
+
+    #[test]
+    fn a_wrong_mass_is_named_with_what_the_data_say() {
+        let found = found("mass_kg = { value = 2.4, sigma = 0.0001 }");
+        assert_eq!(found.len(), 1);
+        let [d] = found[..] else { unreachable!() };
+        assert_eq!((d.known_code(), d.subject), (Some(Code::PriorContradictsData), 0));
+        // Exact data of 1.23 kg in single precision.
+        assert!((d.value - 1.23).abs() < 1e-4, "{d:?}");
+    }
+
+    #[test]
+    fn of_two_priors_the_wrong_one_is_named() {
+        let right = "mass_kg = { value = 1.23, sigma = 0.001 }";
+        let found = found(&format!("{right}\ncz_m = {{ value = 0.05, sigma = 0.001 }}"));
+        assert_eq!(found.iter().map(|d| d.subject).collect::<Vec<_>>(), [3]);
+    }
+
+    #[test]
+    fn two_wrong_ones_are_both_named() {
+        let wrong = "mass_kg = { value = 2.4, sigma = 0.001 }";
+        let found = found(&format!("{wrong}\ncz_m = {{ value = 0.1, sigma = 0.001 }}"));
+        assert_eq!(found.iter().map(|d| d.subject).collect::<Vec<_>>(), [0, 3]);
+    }
+}
