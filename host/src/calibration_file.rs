@@ -55,7 +55,7 @@ pub struct CalibrationFile {
 
 /// The TOML of a calibration, also part of a tape's sidecar.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [calibration]")]
 pub(crate) struct CalibrationTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     method: Option<String>,
@@ -72,7 +72,7 @@ pub(crate) struct CalibrationTable {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [hammer]")]
 struct HammerTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     id: Option<String>,
@@ -83,7 +83,7 @@ struct HammerTable {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[sensor]]")]
 struct SensorTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     id: Option<String>,

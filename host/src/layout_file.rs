@@ -105,10 +105,7 @@ impl LayoutFile {
     /// # Errors
     /// When the file cannot be read, is not TOML, has an unknown key, or a value that cannot be.
     pub fn read(path: &Path) -> Result<Self, LayoutFileError> {
-        let file = path.display().to_string();
-        let bytes = crate::bounded::read(path, MAX_BYTES)
-            .map_err(|source| LayoutFileError::Read { file: file.clone(), source })?;
-        Self::parse_bytes(&bytes, &file)
+        Self::parse_bytes(&bytes_of(path)?, &path.display().to_string())
     }
 
     /// Checks a layout of unknown bytes; `file` is its name in errors.
@@ -116,15 +113,7 @@ impl LayoutFile {
     /// # Errors
     /// As [`LayoutFile::read`], and when the bytes are not UTF-8.
     pub fn parse_bytes(bytes: &[u8], file: &str) -> Result<Self, LayoutFileError> {
-        match std::str::from_utf8(bytes) {
-            Ok(text) => Self::parse(text, file),
-            Err(error) => {
-                let good = bytes.get(..error.valid_up_to()).unwrap_or_default();
-                let line = good.iter().filter(|&&b| b == b'\n').count() + 1;
-                let place = Place { file: file.to_owned(), line, key: String::new() };
-                Err(LayoutFileError::Malformed { place, message: "this is not UTF-8 text".into() })
-            }
-        }
+        Self::parse(utf8(bytes, file)?, file)
     }
 
     /// Checks the text of a layout; `file` is its name in errors.
@@ -149,11 +138,20 @@ impl LayoutFile {
     /// # Ok::<(), massline::layout_file::LayoutFileError>(())
     /// ```
     pub fn parse(text: &str, file: &str) -> Result<Self, LayoutFileError> {
-        let raw = toml::from_str(text).map_err(|error| LayoutFileError::Malformed {
-            place: Place::of(file, text, error.span(), ""),
-            message: error.message().to_owned(),
-        })?;
-        resolve::resolve(raw, &resolve::Source { file, text })
+        let (raw, source) = (raw(text, file)?, resolve::Source { file, text });
+        resolve::is_complete(&raw, &source)?;
+        resolve::resolve(raw, &source)
+    }
+
+    /// As [`LayoutFile::read`] of a file that may leave out `sensors` and `hits`: its nodes are the
+    /// candidates to choose from.
+    ///
+    /// # Errors
+    /// As [`LayoutFile::read`].
+    pub fn read_candidates(path: &Path) -> Result<Self, LayoutFileError> {
+        let file = path.display().to_string();
+        let text = utf8(&bytes_of(path)?, &file)?.to_owned();
+        resolve::resolve(raw(&text, &file)?, &resolve::Source { file: &file, text: &text })
     }
 
     /// The layout in the precision and capacity of the rig; `None` when it has more sensors or hits
@@ -166,6 +164,27 @@ impl LayoutFile {
     pub fn hash(&self) -> Option<u32> {
         self.rig_layout().map(|layout| layout.hash())
     }
+}
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>, LayoutFileError> {
+    crate::bounded::read(path, MAX_BYTES)
+        .map_err(|source| LayoutFileError::Read { file: path.display().to_string(), source })
+}
+
+fn utf8<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, LayoutFileError> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let good = bytes.get(..error.valid_up_to()).unwrap_or_default();
+        let line = good.iter().filter(|&&b| b == b'\n').count() + 1;
+        let place = Place { file: file.to_owned(), line, key: String::new() };
+        LayoutFileError::Malformed { place, message: "this is not UTF-8 text".into() }
+    })
+}
+
+fn raw(text: &str, file: &str) -> Result<raw::RawLayout, LayoutFileError> {
+    toml::from_str(text).map_err(|error| LayoutFileError::Malformed {
+        place: Place::of(file, text, error.span(), ""),
+        message: error.message().to_owned(),
+    })
 }
 
 #[cfg(test)]

@@ -241,3 +241,36 @@ fn responses_of_a_degenerate_layout_are_solved_or_refused_as_the_check_says() {
         }
     }
 }
+
+#[test]
+fn nodes_alone_are_enough_to_choose_from_and_nothing_else() {
+    let folder = TempDir::new().unwrap();
+    let text = std::fs::read_to_string(example(1)).unwrap();
+    let bare: Vec<&str> =
+        text.lines().filter(|l| !l.starts_with("sensors") && !l.starts_with("hits =")).collect();
+    let path = folder.path().join("nodes.toml");
+    std::fs::write(&path, bare.join("\n")).unwrap();
+    let (path, better) = (path.display().to_string(), folder.path().join("better.toml"));
+    let better = better.display().to_string();
+    let (code, value) = layout(&["suggest", &path, "--starts", "2", "--write", &better]);
+    assert_eq!(code, 0, "{value}");
+    let counts = ["sensors", "hits"].map(|key| value[key].as_array().unwrap().len());
+    assert_eq!(counts, [3, 5], "as the help says");
+    assert!(value["before"]["total_percent_of_scale"].is_null());
+    let (code, value) = layout(&["check", &better]);
+    assert_eq!((code, &value["identifiable"]), (0, &true.into()));
+    let (code, value) = layout(&["check", &path]);
+    assert_eq!((code, &value["error"]["code"]), (2, &"layout_malformed".into()));
+    assert!(value["error"]["message"].as_str().unwrap().contains("layout suggest"), "{value}");
+    let (code, value) = layout(&["suggest", &path, "--keep-sensors"]);
+    assert_eq!((code, &value["error"]["code"]), (2, &"nothing_to_keep".into()));
+}
+
+#[test]
+fn a_hit_without_a_sign_is_refused_with_both_that_could_be_meant() {
+    let folder = TempDir::new().unwrap();
+    let path = with(&folder, "\"1:+Y\"", "\"1:Y\"");
+    let (code, value) = layout(&["check", &path]);
+    assert_eq!(code, 2);
+    assert!(value["error"]["message"].as_str().unwrap().contains("write 1:+Y or 1:-Y"), "{value}");
+}

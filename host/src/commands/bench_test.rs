@@ -8,9 +8,10 @@ use massline_shared::layout::HostLayout;
 use massline_shared::protocol::object::MeasurementResult;
 use massline_shared::signal::{Calibration, ChannelCalibration};
 use massline_shared::units::{Hertz, Volts};
-use massline_virtual::bench::{Bench, BenchError, BenchSource, Fault};
+use massline_virtual::bench::{Bench, BenchError, BenchSource, Bundled, Fault};
 use massline_virtual::source::ScanSource;
 
+use super::number::seed;
 use super::simulated::{SimulatedCampaign, narrow};
 use crate::error::{Error, Result};
 use crate::output::Output;
@@ -19,18 +20,24 @@ use crate::rig::{RigKind, SimulatedRig};
 /// Which bench.
 #[derive(Clone, Debug, clap::Args)]
 pub struct BenchArgs {
-    /// Bench: `default`, `ideal` (no errors of placement, rotation, cross-axis and gain),
-    /// `uncalibrated` (parts out of the box), `block` (to calibrate them with) or a TOML file.
-    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    /// A bundled bench or a TOML file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "default", help = bench_help())]
     pub bench: String,
     /// Seed of everything random on the bench.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     pub seed: u64,
     /// A mistake on the bench: `flip:2y` (axis of sensor 2), `swap:1,2` (cables), `swap:2x,2z` (wires),
     /// `rotate:3:z90` (sensor glued turned), `hit:2:4` (second DOF hit at node 4), `reverse:2` (hit from
     /// the other side), `scale:1.1` (all sensors). May be repeated.
     #[arg(long, value_name = "FAULT")]
     pub fault: Vec<Fault>,
+}
+
+/// What `--bench` takes, with every bundled bench.
+pub fn bench_help() -> String {
+    let about = |bundled: &Bundled| format!("`{}` ({})", bundled.name, bundled.about);
+    let all: Vec<String> = Bench::BUNDLED.iter().map(about).collect();
+    format!("Bench: {}, or a TOML file", all.join(", "))
 }
 
 impl BenchArgs {

@@ -1,10 +1,12 @@
 //! `massline hits`: grades recorded hammer data.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::{HitPolicy, TestSettings, Verdict};
 
+use super::number::{not_negative, positive};
 use crate::error::{Error, Result};
 use crate::hits::{Options, grade};
 use crate::output::Output;
@@ -62,8 +64,8 @@ pub struct Args {
     #[arg(long, value_name = "CODE=VERDICT", value_parser = policy_entry)]
     policy: Vec<(Code, Verdict)>,
     /// Hits to keep at most: the most consistent ones.
-    #[arg(long, value_name = "COUNT")]
-    keep: Option<usize>,
+    #[arg(long, value_name = "COUNT", value_parser = count)]
+    keep: Option<NonZeroUsize>,
 }
 
 /// Runs the command.
@@ -73,6 +75,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let hits = grade(&Recording::read(&args.file)?, &options(args)?)
         .map_err(|error| error.within(args.file.display()))?;
+    hits.warnings.iter().for_each(|warning| output.warn(warning));
     output.answer(&hits.to_json(), |_| hits.to_text())
 }
 
@@ -94,7 +97,7 @@ fn options(args: &Args) -> Result<Options> {
         response_range: args.response_range_m_s2,
         pre_trigger_s: args.pre_trigger_s,
         record_s: args.record_s,
-        keep: args.keep,
+        keep: args.keep.map(NonZeroUsize::get),
         test: TestSettings {
             band_hz: Some(band_hz),
             exponential_decay: args.exponential_decay_per_s,
@@ -107,14 +110,11 @@ fn options(args: &Args) -> Result<Options> {
     })
 }
 
-fn positive(text: &str) -> std::result::Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| "a positive number is wanted".into())
-}
-
-fn not_negative(text: &str) -> std::result::Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
-    value.ok_or_else(|| "zero or a positive number is wanted".into())
+fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {
+    let count = text.parse().ok().and_then(NonZeroUsize::new);
+    count.ok_or_else(|| {
+        "give a whole number of hits, at least 1; leave --keep out to keep all".into()
+    })
 }
 
 fn policy_entry(text: &str) -> std::result::Result<(Code, Verdict), String> {

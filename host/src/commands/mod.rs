@@ -13,6 +13,7 @@ pub mod layout;
 pub mod measure;
 mod method;
 pub mod monte_carlo;
+pub mod number;
 pub mod progress;
 pub mod record;
 pub mod replay;
@@ -28,7 +29,7 @@ pub(crate) use device::hash;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -96,7 +97,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let json = arguments.iter().any(|a| a == "--json");
     let mut output = Output::of_process(json, Interrupt::of_process());
-    match Cli::try_parse_from(&arguments) {
+    let command = number::with_negative_numbers(Cli::command());
+    let parsed = command.try_get_matches_from(&arguments).and_then(|m| Cli::from_arg_matches(&m));
+    match parsed {
         Ok(cli) => match run(cli, &mut output) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
@@ -108,7 +111,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             // Help and version are no errors; clap prints them to stdout.
             if usage.use_stderr() && json {
                 let message = usage.to_string();
-                let error = Error::input("usage", message.trim_end());
+                let message = message.trim_start_matches("error: ").trim_end();
+                let error = Error::input("usage", message);
                 output.error(&error);
             } else {
                 let _ = usage.print();

@@ -76,7 +76,7 @@ mod tests {
         node = [
             { id = 1, position_m = [0.0, 0.0, 0.0] },
             { id = 2, position_m = [0.2, 0.0, 0.0], can_carry_sensor = false },
-            { id = 3, position_m = [0.0, 0.2, 0.0], can_hit = ["-X", "Z", "-Z"] },
+            { id = 3, position_m = [0.0, 0.2, 0.0], can_hit = ["-X", "+Z", "-Z"] },
             { id = 4, position_m = [0.0, 0.2, 0.1], can_hit = [] },
         ]
     "#;

@@ -139,6 +139,19 @@ pub enum Fault {
         /// What is written.
         text: String,
     },
+    /// A DOF that does not say which way.
+    #[error("a hit needs the sign of its direction; write {plus} or {minus}", plus = text.replace('±', "+"),
+            minus = text.replace('±', "-"))]
+    NoSign {
+        /// What is written, with ± where the sign belongs.
+        text: String,
+    },
+    /// Where the sensors are or where it is hit is not said.
+    #[error(
+        "the layout does not have this key; write sensors = [1, 2, 3] and hits = [\"1:+Y\", …] with the \
+         numbers of its nodes, or let `massline layout suggest` choose them"
+    )]
+    Missing,
     /// A direction that cannot be read.
     #[error(
         "\"{text}\" is not a direction; write sign and local axis, for example \"+X\" or \"-Z\""

@@ -17,8 +17,8 @@ pub(super) struct RawLayout {
     pub(super) title: Option<Spanned<String>>,
     #[serde(default)]
     pub(super) gravity: Option<Spanned<[f64; 3]>>,
-    pub(super) sensors: Spanned<Vec<Spanned<RawSensor>>>,
-    pub(super) hits: Spanned<Vec<Spanned<RawHit>>>,
+    pub(super) sensors: Option<Vec<Spanned<RawSensor>>>,
+    pub(super) hits: Option<Vec<Spanned<RawHit>>>,
     #[serde(default)]
     pub(super) node: Vec<RawNode>,
     #[serde(default)]
@@ -40,7 +40,10 @@ pub(super) type RawAxes = [[f64; 3]; 2];
 
 /// A `[[node]]`.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table [[node]] such as { id = 1, position_m = [0, 0, 0] }"
+)]
 pub(super) struct RawNode {
     pub(super) id: Spanned<i64>,
     pub(super) position_m: Spanned<[f64; 3]>,
@@ -54,7 +57,7 @@ pub(super) struct RawNode {
 
 /// An entry of `sensors` when it is a table.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { node = 1 }")]
 pub(super) struct RawSensorTable {
     pub(super) node: i64,
     #[serde(default)]
@@ -71,7 +74,7 @@ pub(super) struct RawSensorTable {
 
 /// `uncertainty` of one sensor.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { gain = 0.01 }")]
 pub(super) struct RawSensorUncertainty {
     pub(super) sensor_position_m: Option<f64>,
     pub(super) sensor_rotation_rad: Option<f64>,
@@ -81,7 +84,7 @@ pub(super) struct RawSensorUncertainty {
 
 /// An entry of `hits` when it is a table.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { dof = \"1:+Y\" }")]
 pub(super) struct RawHitTable {
     pub(super) dof: String,
     #[serde(default)]
@@ -92,7 +95,7 @@ pub(super) struct RawHitTable {
 
 /// `uncertainty` of one hit.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { hit_position_m = 0.002 }")]
 pub(super) struct RawHitUncertainty {
     pub(super) hit_position_m: Option<f64>,
     pub(super) hit_direction_rad: Option<f64>,
@@ -120,7 +123,7 @@ pub(super) enum RawBandName {
 
 /// `[test]`.
 #[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [test]")]
 pub(super) struct RawTest {
     pub(super) hits_per_dof: Option<Spanned<i64>>,
     pub(super) band_hz: Option<Spanned<RawBand>>,
@@ -134,7 +137,7 @@ pub(super) struct RawTest {
 
 /// `[policy]`: what is done with a hit that has a fault.
 #[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [policy]")]
 pub(super) struct RawPolicy {
     pub(super) overload: Option<RawVerdict>,
     pub(super) too_weak: Option<RawVerdict>,
@@ -160,7 +163,7 @@ pub(super) enum RawVerdict {
 
 /// `[uncertainty]`.
 #[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [uncertainty]")]
 pub(super) struct RawUncertainty {
     pub(super) hit_position_m: Option<Spanned<f64>>,
     pub(super) hit_direction_rad: Option<Spanned<f64>>,
@@ -175,7 +178,7 @@ pub(super) struct RawUncertainty {
 
 /// `[prior]`.
 #[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [prior]")]
 #[allow(non_snake_case, reason = "the names of the properties")]
 pub(super) struct RawPrior {
     pub(super) mass_kg: Option<Spanned<RawKnown>>,
@@ -200,7 +203,7 @@ pub(super) enum RawMass {
 
 /// An `[[attached]]`: a body that hangs on the object but does not belong to it.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[attached]]")]
 pub(super) struct RawAttached {
     pub(super) mass_kg: Spanned<RawKnown>,
     pub(super) center_of_mass_m: Spanned<[f64; 3]>,
@@ -210,7 +213,10 @@ pub(super) struct RawAttached {
 
 /// A known value and its standard deviation.
 #[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a value with its standard deviation, such as { value = 1.23, sigma = 0.001 }"
+)]
 pub(super) struct RawKnown {
     pub(super) value: f64,
     pub(super) sigma: f64,
@@ -218,7 +224,7 @@ pub(super) struct RawKnown {
 
 /// `[reference]`.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [reference]")]
 pub(super) struct RawReference {
     pub(super) mass_kg: Option<Spanned<f64>>,
     pub(super) center_of_mass_m: Option<Spanned<[f64; 3]>>,

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use massline_shared::layout::{
-    Axis, Dof, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout, Sensor, SensorUncertainty,
-    Sign, TestSettings,
+    Axis, Dof, DofError, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout, Sensor,
+    SensorUncertainty, Sign, TestSettings,
 };
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
@@ -67,6 +67,15 @@ impl Source<'_> {
     }
 }
 
+/// A layout to measure with says where its sensors are and where it is hit.
+pub(super) fn is_complete(raw: &RawLayout, source: &Source<'_>) -> Result<(), LayoutFileError> {
+    let missing = [("sensors", raw.sensors.is_none()), ("hits", raw.hits.is_none())];
+    match missing.into_iter().find(|(_, missing)| *missing) {
+        Some((key, _)) => Err(source.fault(0..0, key, Fault::Missing)),
+        None => Ok(()),
+    }
+}
+
 /// Checks everything and resolves nodes and axes.
 pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile, LayoutFileError> {
     let nodes = nodes(&raw.node, source)?;
@@ -79,6 +88,8 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
         priors: priors(&raw, source)?,
         ..HostLayout::default()
     };
+    let sensor_entries = raw.sensors.as_deref().unwrap_or_default();
+    let hit_entries = raw.hits.as_deref().unwrap_or_default();
     let mut sensors = Vec::new();
     let mut masses = Vec::new();
     let general = raw.uncertainty.as_ref();
@@ -86,7 +97,7 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
         hammer: general.is_some_and(|u| u.hammer_gain.is_some()),
         sensors: Vec::new(),
     };
-    for entry in raw.sensors.get_ref() {
+    for entry in sensor_entries {
         let (sensor, details) = sensor(entry, &nodes, &uncertainty.sensor, source)?;
         let mass = sensor_mass(entry.get_ref().0.attached_mass_kg, &entry.span(), source)?;
         masses.push(mass);
@@ -96,7 +107,7 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
             return Err(source.fault(entry.span(), "sensors", fault));
         }
         layout.sensors.push(sensor).map_err(|_| {
-            let count = raw.sensors.get_ref().len();
+            let count = sensor_entries.len();
             let fault = Fault::TooMany { what: "sensors", count, most: HOST_SENSORS };
             source.fault(entry.span(), "sensors", fault)
         })?;
@@ -107,14 +118,14 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
             own.cross_axis.is_some() || general.is_some_and(|u| u.cross_axis.is_some()),
         ]);
     }
-    for entry in raw.hits.get_ref() {
+    for entry in hit_entries {
         let hit = hit(entry, &nodes, &uncertainty.hit, source)?;
         if layout.hits.iter().any(|h| h.dof == hit.dof) {
             let fault = Fault::DuplicatedHit { dof: hit.dof.to_string() };
             return Err(source.fault(entry.span(), "hits", fault));
         }
         layout.hits.push(hit).map_err(|_| {
-            let count = raw.hits.get_ref().len();
+            let count = hit_entries.len();
             let fault = Fault::TooMany { what: "hits", count, most: HOST_HITS };
             source.fault(entry.span(), "hits", fault)
         })?;
@@ -302,7 +313,7 @@ fn hit(
     let dof: Dof = raw
         .dof
         .parse()
-        .map_err(|_| source.fault(span.clone(), "hits", Fault::Dof { text: raw.dof.clone() }))?;
+        .map_err(|error| source.fault(span.clone(), "hits", dof_fault(&raw.dof, error)))?;
     let node = node(i64::from(dof.node), nodes, span.clone(), "hits", source)?;
     let axes = match &raw.axes {
         None => node.axes,
@@ -323,6 +334,13 @@ fn hit(
         node_direction: amount(own.node_direction_rad, general.node_direction)?,
     };
     Ok(Hit { dof, position: node.position, direction, uncertainty })
+}
+
+fn dof_fault(text: &str, error: DofError) -> Fault {
+    match error {
+        DofError::NoSign => Fault::NoSign { text: text.trim().replace(':', ":±") },
+        DofError::Malformed => Fault::Dof { text: text.to_owned() },
+    }
 }
 
 fn test(raw: Option<&RawTest>, source: &Source<'_>) -> Result<TestSettings<f64>, LayoutFileError> {

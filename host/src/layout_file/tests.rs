@@ -215,8 +215,43 @@ fn malformed_toml_is_named_with_its_line() {
 
 #[test]
 fn a_missing_key_is_named() {
-    let error = parse("sensors = [1]\n").unwrap_err().to_string();
-    assert!(error.contains("missing field `hits`"), "{error}");
+    let error = parse("sensors = []\n").unwrap_err().to_string();
+    assert!(error.contains(":1: hits: the layout does not have this key"), "{error}");
+}
+
+#[test]
+fn a_known_value_without_its_sigma_is_told_how_to_write_it() {
+    let error = parse(&format!("{GOOD}\n[prior]\nmass_kg = 1.23")).unwrap_err().to_string();
+    assert!(error.contains("expected a value with its standard deviation"), "{error}");
+    assert!(error.contains("{ value = 1.23, sigma = 0.001 }"), "{error}");
+}
+
+#[test]
+fn a_value_of_a_wrong_type_is_answered_without_names_of_the_program() {
+    let tables = ["test", "policy", "uncertainty", "prior", "reference"];
+    let top = tables.map(|key| format!("{key} = \"a\"\n{GOOD}"));
+    let lists = ["node", "attached", "sensors", "hits", "title", "gravity"];
+    let alone = lists.map(|key| format!("{key} = [{{ id = true }}, true, 1.5]"));
+    let keys = [
+        ("test", "band_hz"),
+        ("test", "frf_estimator"),
+        ("test", "terms"),
+        ("test", "hits_per_dof"),
+        ("policy", "double_hit"),
+        ("uncertainty", "gain"),
+        ("prior", "mass_kg"),
+        ("reference", "mass_kg"),
+        ("reference", "inertia_kg_m2"),
+    ];
+    let inner = keys.map(|(table, key)| format!("{GOOD}\n[{table}]\n{key} = true"));
+    let sensor = ["axes", "attached_mass_kg", "uncertainty", "calibration"]
+        .map(|key| format!("sensors = [{{ node = 1, {key} = true }}]"));
+    for text in top.iter().chain(&alone).chain(&inner).chain(&sensor) {
+        let said = parse(text).unwrap_err().to_string();
+        for word in ["struct", "enum", "Raw", "variant", "tuple"] {
+            assert!(!said.contains(word), "{text}\n{said}");
+        }
+    }
 }
 
 #[test]

@@ -30,7 +30,7 @@ struct SidecarTable {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table [[segment]]")]
 struct SegmentTable {
     start: u64,
     dof: String,

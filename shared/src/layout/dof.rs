@@ -72,13 +72,21 @@ impl fmt::Display for Dof {
     }
 }
 
-/// The text is not `node ':' sign axis`.
+/// Why a text is no DOF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DofError;
+pub enum DofError {
+    /// It is not `node ':' sign axis`.
+    Malformed,
+    /// Only the sign is missing.
+    NoSign,
+}
 
 impl fmt::Display for DofError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a DOF is written node:±axis, for example 1:+Y or 12:-Z")
+        f.write_str(match self {
+            Self::Malformed => "a DOF is written node:±axis, for example 1:+Y or 12:-Z",
+            Self::NoSign => "a DOF needs a sign, for example 1:+Y or 1:-Y",
+        })
     }
 }
 
@@ -87,21 +95,22 @@ impl core::error::Error for DofError {}
 impl FromStr for Dof {
     type Err = DofError;
 
-    /// Reads `1:+Y`; `1:Y` is `1:+Y`, and small letters are taken.
+    /// Reads `1:+Y`; small letters are taken.
     fn from_str(text: &str) -> Result<Self, DofError> {
-        let (node, direction) = text.trim().split_once(':').ok_or(DofError)?;
-        let (sign, axis) = match direction.strip_prefix('-') {
-            Some(axis) => (Sign::Minus, axis),
-            None => (Sign::Plus, direction.strip_prefix('+').unwrap_or(direction)),
-        };
+        let (node, direction) = text.trim().split_once(':').ok_or(DofError::Malformed)?;
+        let digits = !node.is_empty() && node.bytes().all(|b| b.is_ascii_digit());
+        let node = node.parse().ok().filter(|_| digits).ok_or(DofError::Malformed)?;
+        let signs = [('+', Sign::Plus), ('-', Sign::Minus)];
+        let signed =
+            signs.into_iter().find_map(|(c, sign)| Some((sign, direction.strip_prefix(c)?)));
+        let (_, axis) = signed.unwrap_or((Sign::Plus, direction));
         let axis = match axis {
             "X" | "x" => Axis::X,
             "Y" | "y" => Axis::Y,
             "Z" | "z" => Axis::Z,
-            _ => return Err(DofError),
+            _ => return Err(DofError::Malformed),
         };
-        let digits = !node.is_empty() && node.bytes().all(|b| b.is_ascii_digit());
-        let node = if digits { node.parse().map_err(|_| DofError)? } else { return Err(DofError) };
+        let (sign, _) = signed.ok_or(DofError::NoSign)?;
         Ok(Self { node, sign, axis })
     }
 }
@@ -120,14 +129,15 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_sign_is_plus() {
-        assert_eq!("3:y".parse::<Dof>(), "3:+Y".parse::<Dof>());
+    fn a_missing_sign_is_told_from_nonsense() {
+        assert_eq!("3:y".parse::<Dof>(), Err(DofError::NoSign));
+        assert_eq!("3:+y".parse::<Dof>().map(|dof| dof.sign), Ok(Sign::Plus));
     }
 
     #[test]
     fn nonsense_is_refused() {
         for text in ["", ":", "1", "1:", "1:+", "1:+W", "+1:+X", "70000:+X", "1:++X", "1:+X+"] {
-            assert_eq!(text.parse::<Dof>(), Err(DofError), "{text}");
+            assert_eq!(text.parse::<Dof>(), Err(DofError::Malformed), "{text}");
         }
     }
 }

@@ -8,6 +8,7 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, RIG_HITS, RIG
 use serde_json::json;
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
+use super::super::number::seed;
 use super::super::show;
 use super::check::NoiseArgs;
 use crate::design::{Options, Wanted, report, suggest};
@@ -19,12 +20,12 @@ use crate::report::{diagnostics_json, message_in};
 /// Arguments of `massline layout suggest`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Candidates are all [[node]]s of the file and the directions of their local axes, except where a node
-says otherwise: `can_carry_sensor = false`, `can_hit = [\"+X\", \"-Z\"]`. The suggestion has the least sum
-of the ten variances over the squares of [m, L, L, L, m L² × 6] under the error budget of [uncertainty],
-for the body of [reference], else an assumed one; L is the root mean square distance of the nodes from
-their centroid. Exchange search from the file's own layout and several random ones; equal seeds give
-equal suggestions.
+The file may leave out `sensors` and `hits`. Candidates are all its [[node]]s and the directions of
+their local axes, except where a node says otherwise: `can_carry_sensor = false`, `can_hit = [\"+X\",
+\"-Z\"]`. The suggestion has the least sum of the ten variances over the squares of [m, L, L, L, m L² × 6]
+under the error budget of [uncertainty], for the body of [reference], else an assumed one; L is the root
+mean square distance of the nodes from their centroid. Exchange search from the file's own layout and
+several random ones; equal seeds give equal suggestions.
 
 Examples:
   massline layout suggest frame.toml
@@ -55,7 +56,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     starts: u32,
     /// Seed of the random starts.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     seed: u64,
     /// Write the file with the suggested sensors and hits to a new file; everything else, comments
     /// too, stays.
@@ -69,7 +70,8 @@ pub struct Args {
 /// When the file is bad or has too few candidates, none determine the ten, the new file cannot be
 /// written, or on Ctrl-C.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let file = LayoutFile::read(&args.layout)?;
+    let file = LayoutFile::read_candidates(&args.layout)?;
+    there_is_something_to_keep(args, &file).map_err(|e| e.within(args.layout.display()))?;
     let options = options(args, &file);
     let bar = output.bar(u64::from(args.starts), "starts");
     let found = suggest(&file, &options, output.interrupt(), |done| bar.set_position(done));
@@ -103,6 +105,21 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     output.answer(&value, |_| {
         format!("{}{}", report::suggestion_text(&suggestion), report::lines(layout))
     })
+}
+
+fn there_is_something_to_keep(args: &Args, file: &LayoutFile) -> Result<()> {
+    let layout = &file.layout;
+    let nothing = |option: &str, key: &str| {
+        let text = format!(
+            "{option}: the layout has no `{key}` to keep; write them, or leave {option} out"
+        );
+        Err(Error::input("nothing_to_keep", text))
+    };
+    match args {
+        _ if args.keep_sensors && layout.sensors.is_empty() => nothing("--keep-sensors", "sensors"),
+        _ if args.keep_hits && layout.hits.is_empty() => nothing("--keep-hits", "hits"),
+        _ => Ok(()),
+    }
 }
 
 fn options(args: &Args, file: &LayoutFile) -> Options {

@@ -1,0 +1,117 @@
+//! Options with numbers that cannot be, and text that fits a terminal.
+
+use std::path::Path;
+use std::time::Duration;
+
+use assert_cmd::Command;
+
+/// Never reached unless something hangs.
+const LATE: Duration = Duration::from_secs(120);
+const LAYOUT: &str = "examples/three-bar-test-1.toml";
+
+/// Exit code, stdout and stderr.
+fn run(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = Command::cargo_bin("massline").unwrap();
+    let output = command.args(arguments).timeout(LATE).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+fn recording() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"));
+    path.join("../tests/data/pyfrf-impact/impact2_response0.lvm").display().to_string()
+}
+
+/// Every option with a number, where it stands.
+fn numbers() -> Vec<(Vec<String>, &'static str)> {
+    let recording = recording();
+    let of = |before: &[&str], options: &[&'static str]| {
+        let before: Vec<String> = before.iter().map(|&word| word.to_owned()).collect();
+        options.iter().map(|&option| (before.clone(), option)).collect::<Vec<_>>()
+    };
+    let hits = [
+        "--rate-hz",
+        "--force-range-n",
+        "--response-range-m-s2",
+        "--trigger-n",
+        "--weakest-hit-n",
+        "--pre-trigger-s",
+        "--record-s",
+        "--force-window-s",
+        "--exponential-decay-per-s",
+        "--keep",
+    ];
+    let suggest = ["--sensors", "--hits", "--hits-per-dof", "--noise", "--starts", "--seed"];
+    [
+        of(&["hits", &recording], &hits),
+        of(&["layout", "suggest", LAYOUT], &suggest),
+        of(&["layout", "check", LAYOUT], &["--noise"]),
+        of(&["simulate", LAYOUT], &["--seed", "--runs"]),
+        of(&["simulate", LAYOUT, "--runs", "2"], &["--threads"]),
+        of(&["demo"], &["--seed", "--hits"]),
+    ]
+    .concat()
+}
+
+#[test]
+fn a_number_that_cannot_be_is_refused_by_the_name_of_its_option() {
+    for (before, option) in numbers() {
+        for value in ["-5", "nan", "inf", "1e400", "x", ""] {
+            let mut arguments: Vec<&str> = before.iter().map(String::as_str).collect();
+            arguments.extend([option, value]);
+            let (code, _, said) = run(&arguments);
+            assert_eq!(code, Some(2), "{arguments:?}: {said}");
+            assert!(!said.contains("unexpected argument"), "{arguments:?}: {said}");
+            assert!(said.contains(&format!("for '{option} <")), "{arguments:?}: {said}");
+        }
+    }
+}
+
+#[test]
+fn a_negative_end_of_a_band_is_refused_as_a_number() {
+    let (code, _, said) = run(&["hits", &recording(), "--band-hz", "-5", "100"]);
+    assert_eq!(code, Some(2));
+    assert!(said.contains("'-5' for '--band-hz <LOW> <HIGH>'"), "{said}");
+    assert!(said.contains("positive number"), "{said}");
+}
+
+#[test]
+fn no_hits_to_keep_and_no_runs_are_refused_with_what_to_give() {
+    let (code, _, said) = run(&["hits", &recording(), "--keep", "0"]);
+    assert!(code == Some(2) && said.contains("at least 1; leave --keep out"), "{said}");
+    let (code, _, said) = run(&["simulate", LAYOUT, "--runs", "0"]);
+    assert!(code == Some(2) && said.contains("at least 1; 100 or more"), "{said}");
+}
+
+#[test]
+fn the_help_names_every_bundled_bench() {
+    for command in ["simulate", "demo", "virtual"] {
+        let (_, help, _) = run(&[command, "--help"]);
+        for bundled in massline_virtual::bench::Bench::BUNDLED {
+            assert!(help.contains(&format!("`{}`", bundled.name)), "{command}: {help}");
+        }
+    }
+}
+
+#[test]
+fn text_is_at_most_a_hundred_columns_wide() {
+    let recording = recording();
+    let commands: [&[&str]; 7] = [
+        &["simulate", LAYOUT, "--runs", "2"],
+        &["simulate", LAYOUT, "--fault", "swap:1,2"],
+        &["layout", "check", LAYOUT],
+        &["layout", "check", "examples/block.toml"],
+        &["layout", "show", LAYOUT],
+        &["hits", &recording],
+        &["hits", &recording, "--rate-hz", "1000"],
+    ];
+    for arguments in commands {
+        let (_, out, err) = run(arguments);
+        assert!(!out.is_empty() || !err.is_empty());
+        for line in out.lines().chain(err.lines()) {
+            // A path or another long word stays whole.
+            let whole = line.trim().contains(' ');
+            assert!(line.chars().count() <= 100 || !whole, "{arguments:?}: {line}");
+        }
+    }
+}
