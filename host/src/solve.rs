@@ -137,7 +137,8 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
         let linear =
             inertia_restraint::solve(layout, lines.iter().enumerate(), how.inertia_restraint);
         let start = linear.map_err(said)?.body;
-        let found = responses.global_fit(layout, band_hz, &start)?.map_err(said)?;
+        let found = responses.global_fit(layout, band_hz, &start)?;
+        let found = found.map_err(|found| not_settled(&found).unwrap_or_else(|| said(found)))?;
         let answers = vec![Answer::of(Method::GlobalFit, &found.estimate)];
         Identification { answers, ..Identification::default() }
     } else {
@@ -287,6 +288,19 @@ impl Solution {
         }
         text
     }
+}
+
+/// A global fit whose suspension runs away, which says nothing against the responses: they may hardly
+/// show it, or be wrong by placement and gains, which are no part of that model.
+fn not_settled(found: &[Diagnostic]) -> Option<Error> {
+    let code = Code::NotConverged;
+    found.iter().any(|d| d.known_code() == Some(code)).then(|| {
+        let text = "the global fit did not settle: the stiffness of its suspension ran away, because \
+                    these responses hardly show a suspension or are wrong by more than noise \
+                    (placement, gains), which this method does not know; leave out --method, then \
+                    maximum likelihood answers, or let test.band_hz begin nearer to the suspension modes";
+        Error::undetermined(code.name(), text)
+    })
 }
 
 /// The layout alone is good: what is missing is missing in the frequency responses, or one of them is

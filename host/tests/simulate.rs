@@ -141,3 +141,12 @@ fn one_run_has_errors_and_no_statistics() {
     assert!(value["notes"][0].as_str().unwrap().contains("one run has an error"), "{value}");
     assert!(text_of(LAYOUT, &["--runs", "1"]).contains("note: one run has an error and no rms"));
 }
+
+#[test]
+fn a_bench_whose_hits_are_all_rejected_ends() {
+    let bench = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
+    std::fs::write(bench.path(), "[tap]\nforce_n = [500.0, 600.0]\n").unwrap();
+    let (code, value) = simulate(&["--bench", bench.path().to_str().unwrap()]);
+    assert_eq!((code, &value["error"]["code"]), (Some(3), &"always_rejected".into()));
+    assert!(value["error"]["message"].as_str().unwrap().contains("1:+Y"), "{value}");
+}

@@ -23,6 +23,9 @@ use crate::single_fault::Meant;
 /// takes a few seconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// Hits in a row without a good one after which a test is given up: more would not help.
+const MOST_REJECTED: u32 = 50;
+
 /// Which simulated rig.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct RigArgs {
@@ -95,7 +98,7 @@ impl SimulatedCampaign<'_> {
         begin(&mut client, Begin::default())?;
         let interrupt = output.interrupt().clone();
         let progress = Progress::new(output, self.label, self.layout, Prompts::Nothing);
-        let mut operator = Operator { progress, rig, policy };
+        let mut operator = Operator { progress, rig, policy, rejected: 0 };
         let ending = follow(&mut client, &interrupt, Some(PATIENCE), &mut operator)?;
         drop(operator);
         match ending {
@@ -122,10 +125,20 @@ struct Operator<'o, 'p> {
     progress: Progress<'o>,
     rig: &'o SimulatedRig,
     policy: &'o mut Policy<'p>,
+    /// Hits in a row that were not good enough.
+    rejected: u32,
 }
 
 impl Observer for Operator<'_, '_> {
     fn armed(&mut self, arming: u32, dof: usize) -> Result<()> {
+        if self.rejected >= MOST_REJECTED {
+            let name = self.progress.dof(dof);
+            let text = format!(
+                "{MOST_REJECTED} hits in a row at {name} were rejected; look at what is said of them, at \
+                 the taps and faults of the bench and at [test] of the layout"
+            );
+            return Err(Error::undetermined("always_rejected", text));
+        }
         self.rig.armed(arming, dof);
         Ok(())
     }
@@ -135,6 +148,7 @@ impl Observer for Operator<'_, '_> {
     }
 
     fn hit(&mut self, hit: &HitEvent) {
+        self.rejected = if hit.good { 0 } else { self.rejected + 1 };
         self.progress.hit(hit);
     }
 

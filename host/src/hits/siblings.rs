@@ -71,7 +71,7 @@ impl Distances {
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;
-    let even = values.len() % 2 == 0;
+    let even = values.len().is_multiple_of(2);
     let (below, &mut upper, _) =
         (!values.is_empty()).then(|| values.select_nth_unstable_by(middle, f64::total_cmp))?;
     let lower = if even { below.iter().copied().fold(f64::NEG_INFINITY, f64::max) } else { upper };

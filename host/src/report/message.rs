@@ -53,6 +53,12 @@ fn si_unit(property: usize) -> &'static str {
     }
 }
 
+/// A number with five digits that count.
+fn five_digits(value: f32) -> String {
+    let first = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
+    format!("{value:.*}", (4.0 - first).clamp(0.0, 12.0) as usize)
+}
+
 /// The stable name of a diagnostic's code; `code_n` for one that this program does not know.
 pub fn code_name(diagnostic: &Diagnostic) -> String {
     let known = diagnostic.known_code().map(|code| code.name().to_owned());
@@ -205,9 +211,10 @@ fn sentence(d: &Diagnostic, name: &dyn Fn(&str, usize) -> String) -> String {
             hit()
         ),
         Code::PriorContradictsData => format!(
-            "{} contradicts the data, which say {value:.4e} {} without it: correct it, or widen its \
-             sigma; if it is right, all accelerances or a mark are wrong",
+            "{} contradicts the data, which say {} {} without it: correct it, or widen its sigma; if \
+             it is right, all accelerances or a mark are wrong",
             name("prior", subject),
+            five_digits(value),
             si_unit(subject)
         ),
         Code::HeldToConsistency => "the best fit was no physical body; the best physical one is \
@@ -329,6 +336,12 @@ mod tests {
         let d = Diagnostic { code: 999, severity: 1, subject: 0, value: 2.0 };
         assert!(message(&d).contains("999"));
         assert_eq!(code_name(&d), "code_999");
+    }
+
+    #[test]
+    fn five_digits_of_a_number_count() {
+        let shown = [1.23, -0.001_234_567, 123_456.0, 0.0].map(five_digits);
+        assert_eq!(shown, ["1.2300", "-0.0012346", "123456", "0.0000"]);
     }
 
     #[test]

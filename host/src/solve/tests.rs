@@ -259,3 +259,13 @@ fn the_global_fit_gives_what_the_channel_fits_give_on_plain_mass_lines() {
     let json = solution.to_json();
     assert_eq!((&json["terms"], &json["band_automatic"]), (&json!("abc"), &json!(false)));
 }
+
+#[test]
+fn a_global_fit_without_a_suspension_to_see_says_which_method_to_take() {
+    let options = Options { selection: Selection::Only(Method::GlobalFit), ..Options::default() };
+    let error = case(data!("a_irm_02.toml"), data!("a_irm_02.binary.uff"), &options).unwrap_err();
+    assert_eq!((error.exit_code(), error.code()), (3, "not_converged"));
+    let said = error.to_string();
+    assert!(said.contains("leave out --method"), "{said}");
+    assert!(!said.contains("responses are not"), "{said}");
+}

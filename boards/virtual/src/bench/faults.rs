@@ -22,6 +22,9 @@ use serde::Deserialize;
 
 use super::{Bench, BenchError};
 
+/// Beyond this factor nothing is measured any more.
+const SCALE: std::ops::RangeInclusive<f64> = 0.1..=10.0;
+
 /// One mistake; sensors and hits are counted from 0 here.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "String")]
@@ -71,7 +74,7 @@ pub enum Fault {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{0:?} is no fault: write flip:2y, swap:1,2, swap:2x,2z, rotate:3:z90, hit:2:4, reverse:2 or \
-     scale:1.1, sensors and hits counted from 1"
+     scale:1.1 (0.1 to 10), sensors and hits counted from 1"
 )]
 pub struct FaultError(String);
 
@@ -123,7 +126,7 @@ fn read(text: &str) -> Option<Fault> {
         "reverse" => Some(Fault::HitReversed { hit: number(rest)? }),
         "scale" => {
             let factor: f64 = rest.trim().parse().ok()?;
-            (factor.is_finite() && factor > 0.0).then_some(Fault::Scale(factor))
+            SCALE.contains(&factor).then_some(Fault::Scale(factor))
         }
         _ => None,
     }
@@ -310,6 +313,7 @@ mod tests {
             "reverse:0",
             "scale:0",
             "scale:nan",
+            "scale:1e30",
             "drop:1",
         ] {
             assert!(text.parse::<Fault>().is_err(), "{text}");
