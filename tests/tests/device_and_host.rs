@@ -22,9 +22,8 @@ const TESTS: [&str; 4] = [
 struct Silent;
 impl Observer for Silent {}
 
-fn on_the_rig(file: &LayoutFile) -> MeasurementResult {
-    let bench = Bench::named("default").expect("bundled");
-    let source = BenchSource::new(&bench, &file.layout, 1).expect("the bench takes it");
+fn on_the_rig(file: &LayoutFile, bench: &Bench, seed: u64) -> MeasurementResult {
+    let source = BenchSource::new(bench, &file.layout, seed).expect("the bench takes it");
     let rig = VirtualRig::start(VirtualRigOptions::new(Box::new(source))).expect("a rig");
     let mut client = Client::new(PipeTransport::new(rig.link()));
     client.identify().expect("an identity");
@@ -59,32 +58,46 @@ center_of_mass_m = [0.1, 0.0, 0.0]
 #[test]
 fn device_and_host_agree_in_the_four_tests() {
     for test in TESTS {
-        agree(test, 2);
+        agree(test, &bench(), 1, 2);
     }
 }
 
 #[test]
 fn device_and_host_agree_with_more_hits() {
     for hits in [FIVE, NINE] {
-        agree(&first_with("[1, 2, 3]", hits, ""), 2);
+        agree(&first_with("[1, 2, 3]", hits, ""), &bench(), 1, 2);
     }
 }
 
 #[test]
 fn device_and_host_agree_with_a_known_mass_and_one_that_hangs_on_the_object() {
-    agree(&first_with("[1, 2, 3]", FIVE, KNOWN), 2);
+    agree(&first_with("[1, 2, 3]", FIVE, KNOWN), &bench(), 1, 2);
 }
 
 /// Where inertia restraint has no answer and maximum likelihood begins with a crude start.
 #[test]
 fn device_and_host_agree_with_two_sensors() {
-    agree(&first_with("[1, 4]", FIVE, ""), 1);
+    agree(&first_with("[1, 4]", FIVE, ""), &bench(), 1, 1);
+}
+
+/// Causes that explain a large residual leave a small χ² as the difference of large numbers.
+#[test]
+fn device_and_host_agree_when_a_hit_lands_on_another_node() {
+    let mut bench = bench();
+    bench.faults.push("hit:2:4".parse().expect("a fault"));
+    for seed in 1..=8 {
+        agree(TESTS[0], &bench, seed, 2);
+    }
+}
+
+fn bench() -> Bench {
+    Bench::named("default").expect("bundled")
 }
 
 /// Every number of every method agrees to a hundredth of its standard deviation.
-fn agree(text: &str, methods: usize) {
+fn agree(text: &str, bench: &Bench, seed: u64, methods: usize) {
     let file = LayoutFile::parse(text, "test.toml").expect("a good layout");
-    let result = on_the_rig(&file);
+    let result = on_the_rig(&file, bench, seed);
     let options = Options { selection: Selection::All, inertia_restraint: Settings::weighted() };
     let lines = lines_of(&result, &file.layout);
     let host = identify(&file.layout, &lines, &options).expect("an answer");

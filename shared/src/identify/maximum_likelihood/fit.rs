@@ -47,6 +47,8 @@ pub struct Fit<R> {
     steps: u8,
     /// Of the last evaluation.
     pub(super) cost: R,
+    /// Its rounding: what cannot be told from nothing.
+    rounding: R,
     /// L, m.
     length: R,
     /// Readings and priors.
@@ -112,6 +114,7 @@ impl<R: Real> Fit<R> {
             damping: R::of(FIRST_DAMPING),
             steps: 0,
             cost: R::zero(),
+            rounding: R::zero(),
             length: problem.balance.length,
             equations: dofs.count() * problem.channels + layout.priors.len(),
             rank: spectrum.rank,
@@ -198,13 +201,11 @@ impl<R: Real> Fit<R> {
             }
             let body = problem.body_of(&moved.phi());
             let cost = body.and_then(|body| self.trial(problem, dofs, equations, &body));
-            // Rounding of a sum of squares, a few ulp a term.
-            let slack = self.cost * R::default_epsilon() * R::of(64.0);
-            if let Some(cost) = cost.filter(|cost| *cost <= self.cost + slack) {
+            if let Some(cost) = cost.filter(|cost| *cost <= self.cost + self.rounding) {
                 self.parameters = moved;
                 self.damping = (self.damping * R::of(0.1)).max(R::of(1e-9));
                 self.stage = Stage::Arrived;
-                if self.parameters.is_held() && self.cost - cost < close + slack {
+                if self.parameters.is_held() && self.cost - cost < close + self.rounding {
                     self.settle();
                 }
                 return Ok(());
@@ -237,6 +238,9 @@ impl<R: Real> Fit<R> {
         let priors = problem.add_priors(&object, equations);
         equations.eliminate().ok_or_else(undetermined)?;
         self.cost = squares + priors - equations.explained();
+        // A few ulp a term. What the causes explain is part of the terms: it may be a thousand times
+        // what they leave.
+        self.rounding = (squares + priors) * R::default_epsilon() * R::of(64.0);
         Ok(())
     }
 
@@ -268,7 +272,8 @@ impl<R: Real> Fit<R> {
             Parameters::Free(_) => R::of(CLOSE).max(R::default_epsilon() * R::of(100.0)),
             Parameters::Consistent { .. } => R::of(NEAR),
         };
-        least * self.consistency().reduced().max(R::one())
+        let least = least * self.consistency().reduced().max(R::one());
+        least.max(self.rounding)
     }
 
     pub(super) fn consistency(&self) -> Consistency<R> {
