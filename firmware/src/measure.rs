@@ -151,6 +151,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             }
             Standing::Contradicts(distance) => {
                 campaign.contradicted();
+                self.rig.spectra_of.set(None);
                 (Code::HitsDisagree, distance)
             }
         };

@@ -191,7 +191,8 @@ fn a_tap_astray_is_hit_again_where_the_policy_wants_it() {
         bench.operator.astray_rate = astray;
         campaign(Box::new(BenchSource::new(&bench, &host, seed).unwrap()), &rig)
     };
-    let mut withdrawn = 0;
+    let codes = [Code::HitInconsistent, Code::HitsDisagree];
+    let mut withdrawn = [0, 0];
     for seed in 1..=4 {
         let (hits, result) = measured(0.2, seed);
         let (_, careful) = measured(0.0, seed);
@@ -200,9 +201,8 @@ fn a_tap_astray_is_hit_again_where_the_policy_wants_it() {
         for hit in hits.iter().filter(|hit| !hit.good) {
             // The hit was told as good before it was compared.
             assert_eq!(hits.iter().filter(|other| other.number == hit.number).count(), 2);
-            let codes = [Code::HitInconsistent, Code::HitsDisagree];
-            assert!(codes.iter().any(|&code| has(&hit.findings, code)), "{hit:?}");
-            withdrawn += 1;
+            let why = codes.iter().position(|&code| has(&hit.findings, code));
+            withdrawn[why.expect("a reason")] += 1;
         }
         for (dof, careful) in result.dofs.iter().zip(&careful.dofs) {
             // Other taps than those of the careful person, 2 mm and 30 mrad off as those are: five of
@@ -213,7 +213,8 @@ fn a_tap_astray_is_hit_again_where_the_policy_wants_it() {
             }
         }
     }
-    assert!(withdrawn >= 4, "{withdrawn} of about 60 taps");
+    // A fifth of 60 taps; both as the last of several and as one of the first two.
+    assert!(withdrawn.iter().all(|&count| count > 0), "{withdrawn:?}");
 }
 
 #[test]

@@ -5,11 +5,13 @@ use massline::client::{Client, PipeTransport};
 use massline::commands::bench_test::nominal_calibration;
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
-use massline::monte_carlo::measurement::{TestLayout, measure};
+use massline::monte_carlo::measurement::{Measurement, TestLayout, measure};
 use massline::monte_carlo::statistics::MethodStatistics;
 use massline::monte_carlo::{MonteCarlo, Study, believe_bench, report, seed_of_run};
+use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
 use massline_shared::identify::inertia_restraint::{self, Settings};
+use massline_shared::layout::{HitPolicy, Verdict};
 use massline_shared::protocol::object::MeasurementResult;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
@@ -44,25 +46,55 @@ fn on_the_rig(bench: &Bench, layout: &TestLayout, seed: u64) -> MeasurementResul
     result
 }
 
+/// What the pure pipeline measures and the rig's result; their mass lines are the same.
+fn measured_twice(
+    bench: &Bench,
+    layout: &TestLayout,
+    seed: u64,
+) -> (Measurement, MeasurementResult) {
+    let calibration = nominal_calibration(bench);
+    let result = on_the_rig(bench, layout, seed);
+    let mut source = BenchSource::new(bench, &layout.cast().expect("fits"), seed).expect("fits");
+    let pure = measure(&mut source, layout, &calibration).expect("mass lines");
+    assert_eq!(pure.dofs.len(), result.dofs.len());
+    for ((index, lines), rig) in pure.dofs.iter().zip(&result.dofs) {
+        assert_eq!((*index, lines.hits), (usize::from(rig.index), u16::from(rig.hits)));
+        for (pure, rig) in lines.accelerance.iter().zip(rig.accelerance) {
+            // Single precision of the transforms: 3e-6 of accelerances up to 3 (m/s²)/N; noise
+            // alone is a hundred times as much.
+            assert!((pure - f64::from(rig)).abs() < 3e-5, "{pure} {rig}");
+        }
+    }
+    (pure, result)
+}
+
+/// Hits that do not agree with their siblings are taken out by both, the same ones.
+#[test]
+fn a_run_withdraws_the_hits_that_the_rig_withdraws() {
+    let mut bench = Bench::named("default").expect("bundled");
+    bench.operator.astray_rate = 0.2;
+    let mut withdrawn = 0;
+    for (test, seed) in TESTS.into_iter().zip(1..) {
+        let mut layout = layout(test);
+        layout.test.policy = layout.test.policy.with(Code::HitInconsistent, Verdict::Reject);
+        let (pure, _) = measured_twice(&bench, &layout, seed);
+        layout.test.policy = HitPolicy::default();
+        let calibration = nominal_calibration(&bench);
+        let host = layout.cast().expect("fits");
+        let mut source = BenchSource::new(&bench, &host, seed).expect("fits");
+        let kept = measure(&mut source, &layout, &calibration).expect("mass lines");
+        withdrawn += i32::from(pure.rejected) - i32::from(kept.rejected);
+    }
+    // A fifth of 60 taps, some of which miss along their own line of action.
+    assert!(withdrawn >= 4, "{withdrawn}");
+}
+
 #[test]
 fn a_run_is_what_the_rig_does() {
     let bench = Bench::named("default").expect("bundled");
-    let calibration = nominal_calibration(&bench);
     for (test, seed) in TESTS.into_iter().zip([3, 5, 8, 13]) {
         let layout = layout(test);
-        let result = on_the_rig(&bench, &layout, seed);
-        let mut source =
-            BenchSource::new(&bench, &layout.cast().expect("fits"), seed).expect("fits");
-        let pure = measure(&mut source, &layout, &calibration).expect("mass lines");
-        assert_eq!(pure.dofs.len(), result.dofs.len());
-        for ((index, lines), rig) in pure.dofs.iter().zip(&result.dofs) {
-            assert_eq!((*index, lines.hits), (usize::from(rig.index), u16::from(rig.hits)));
-            for (pure, rig) in lines.accelerance.iter().zip(rig.accelerance) {
-                // Single precision of the transforms: 3e-6 of accelerances up to 3 (m/s²)/N; noise
-                // alone is a hundred times as much.
-                assert!((pure - f64::from(rig)).abs() < 3e-5, "{pure} {rig}");
-            }
-        }
+        let (pure, result) = measured_twice(&bench, &layout, seed);
         let dofs = pure.dofs.iter().map(|(index, lines)| (*index, lines));
         let irm = inertia_restraint::solve(&layout, dofs, Settings::weighted()).expect("an answer");
         let rig = result.estimates.last().expect("an answer");
@@ -97,14 +129,17 @@ fn of_coverage(deviations: f64) -> f64 {
     if long() { 0.0 } else { deviations * (0.95 * 0.05 / runs() as f64).sqrt() }
 }
 
-/// One of the paper's tests on the default bench, seed 1.
+/// Fixed before the first run; the README's table has the same.
+const SEED: u64 = 20_261_121;
+
+/// One of the paper's tests on the default bench.
 fn study(test: &str, believe: impl FnOnce(&mut TestLayout, &Bench)) -> Study {
     let bench = Bench::named("default").expect("bundled");
     let calibration = nominal_calibration(&bench);
     let mut layout = layout(test);
     believe(&mut layout, &bench);
     let (layout, calibration) = (&layout, &calibration);
-    MonteCarlo { bench: &bench, layout, calibration, seed: 1, runs: runs(), threads: None }
+    MonteCarlo { bench: &bench, layout, calibration, seed: SEED, runs: runs(), threads: None }
         .run(&Interrupt::new(), |_| ())
         .expect("the bench takes the layout")
 }

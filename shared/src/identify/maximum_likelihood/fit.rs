@@ -98,17 +98,20 @@ impl<R: Real> Fit<R> {
         check_data(layout, dofs.clone())?;
         let problem = Problem::<R, S, H, CH>::new(layout);
         let given = start.map(|object| problem.balance.body(object)).filter(start::is_usable);
-        let (whole, parameters) = match given {
+        // The body at which the layout has to determine the ten.
+        let (judged, parameters) = match given {
             Some(object) => {
                 let whole = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
                 (whole, Parameters::Free(object.phi()))
             }
             None => {
                 let whole = start::crude(&problem, dofs.clone()).ok_or_else(undetermined)?;
-                (whole, Parameters::on_the_way(&problem, &whole).ok_or_else(undetermined)?)
+                let parameters = Parameters::on_the_way(&problem, &whole);
+                // A ball in the middle is a special body: another one may be determined where it is not.
+                (start::assumed(&problem), parameters.ok_or_else(undetermined)?)
             }
         };
-        let (spectrum, diagnostics) = start::identifiable(&problem, dofs.clone(), &whole)?;
+        let (spectrum, diagnostics) = start::identifiable(&problem, dofs.clone(), &judged)?;
         Ok(Self {
             parameters,
             damping: R::of(FIRST_DAMPING),

@@ -11,7 +11,7 @@ use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::MassLines;
 use crate::identify::applicability::spectrum_under;
-use crate::layout::{Prior, check_hits};
+use crate::layout::{Prior, assumed_body, check_hits};
 use crate::linalg::Spectrum;
 
 /// Moments of inertia over m L² of the bodies that a crude start is looked for among.
@@ -52,6 +52,15 @@ where
         }
     }
     best.map(|(_, body)| body)
+}
+
+/// The body that layouts are checked with before anything is measured.
+pub(super) fn assumed<R: Real, const S: usize, const H: usize, const CH: usize>(
+    problem: &Problem<'_, R, S, H, CH>,
+) -> RigidBody<R> {
+    let sensors = problem.layout.sensors.iter().map(|sensor| sensor.position);
+    let places = sensors.chain(problem.layout.hits.iter().map(|hit| hit.position));
+    problem.balance.body(&assumed_body(None, places))
 }
 
 /// The mass by which a body of one kilogram fits best, and the square of what is left over that of

@@ -1,0 +1,86 @@
+//! Layouts where only maximum likelihood has an answer: what the check of a layout promises before the
+//! test is what the fit delivers after it.
+
+use massline::commands::bench_test::nominal_calibration;
+use massline::layout_file::LayoutFile;
+use massline::monte_carlo::measurement::measure;
+use massline_shared::Real;
+use massline_shared::identify::maximum_likelihood::{RIG_WORKSPACE, solve};
+use massline_shared::identify::{Applicability, Estimate, MassLines, Method};
+use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, assumed_body};
+use massline_shared::signal::RESPONSES;
+use massline_virtual::bench::{Bench, BenchSource};
+
+const TESTS: [&str; 4] = [
+    include_str!("../../host/examples/three-bar-test-1.toml"),
+    include_str!("../../host/examples/three-bar-test-2.toml"),
+    include_str!("../../host/examples/three-bar-test-3.toml"),
+    include_str!("../../host/examples/three-bar-test-4.toml"),
+];
+
+type RigLayoutIn<R> = Layout<R, RIG_SENSORS, RIG_HITS>;
+type Dofs<R> = Vec<(usize, MassLines<R, RESPONSES>)>;
+
+/// Two sensors, on every pair of nodes.
+const SENSORS: [&str; 6] = ["[1, 2]", "[1, 3]", "[1, 4]", "[2, 3]", "[2, 4]", "[3, 4]"];
+
+/// The test with other sensors.
+fn with_sensors(test: &str, sensors: &str) -> LayoutFile {
+    let line = test.lines().find(|line| line.starts_with("sensors")).expect("sensors");
+    let text = test.replace(line, &format!("sensors = {sensors}"));
+    LayoutFile::parse(&text, "test.toml").expect("a good layout")
+}
+
+/// Without a start, as after an inertia restraint method that has no answer.
+fn fit<R: Real>(layout: &RigLayoutIn<R>, dofs: &Dofs<R>) -> Option<Estimate<R>> {
+    let dofs = dofs.iter().map(|(dof, lines)| (*dof, lines));
+    solve(layout, dofs, None, &mut [R::zero(); RIG_WORKSPACE]).ok().map(|s| s.estimate)
+}
+
+fn single(dofs: &Dofs<f64>) -> Dofs<f32> {
+    let single = |lines: &MassLines<f64, RESPONSES>| MassLines {
+        accelerance: lines.accelerance.map(|v| v as f32),
+        noise: lines.noise.map(|v| v as f32),
+        scatter: lines.scatter.map(|v| v as f32),
+        hits: lines.hits,
+    };
+    dofs.iter().map(|(dof, lines)| (*dof, single(lines))).collect()
+}
+
+#[test]
+fn what_a_layout_promises_without_inertia_restraint_is_delivered() {
+    let bench = Bench::named("default").expect("bundled");
+    let truth = bench.truth().theta();
+    let mut promised = 0;
+    for test in TESTS {
+        for sensors in SENSORS {
+            let file = with_sensors(test, sensors);
+            let layout: RigLayoutIn<f64> = file.layout.cast().expect("fits the rig");
+            let glued = layout.sensors.iter().map(|sensor| sensor.position);
+            let places = glued.chain(layout.hits.iter().map(|hit| hit.position));
+            let body = assumed_body(None, places);
+            let methods = [Method::MaximumLikelihood];
+            if Applicability::new(&layout, &body, &methods).diagnostics.iter().any(|d| d.is_error())
+            {
+                continue;
+            }
+            promised += 1;
+            let mut source = BenchSource::new(&bench, &file.layout, 1).expect("fits the bench");
+            let dofs = measure(&mut source, &layout, &nominal_calibration(&bench)).expect("lines");
+            let wide = fit(&layout, &dofs.dofs)
+                .unwrap_or_else(|| panic!("{} {sensors}", file.layout.title));
+            let narrow = fit::<f32>(&layout.cast().expect("fits"), &single(&dofs.dofs));
+            let narrow = narrow.unwrap_or_else(|| panic!("{} {sensors}", file.layout.title));
+            let sigma = wide.sigma().expect("a covariance");
+            for k in 0..10 {
+                let error = (wide.theta()[k] - truth[k]).abs() / sigma[k];
+                // 240 numbers, and standard deviations that are too wide rather than too narrow.
+                assert!(error < 4.0, "{} {sensors} {k}: {error}", file.layout.title);
+                // The project's bound for single precision.
+                let apart = (f64::from(narrow.theta()[k]) - wide.theta()[k]).abs() / sigma[k];
+                assert!(apart < 0.01, "{} {sensors} {k}: {apart}", file.layout.title);
+            }
+        }
+    }
+    assert_eq!(promised, TESTS.len() * SENSORS.len());
+}
