@@ -179,7 +179,7 @@ impl Analysis<'_> {
             Ok(fits) => {
                 closed.accelerance = fits.accelerance.into();
                 closed.noise = fits.noise.into();
-                if let Some((response, part)) = fits.unsteady() {
+                for (response, part) in fits.unsteady() {
                     let subject = Diagnostic::response_subject(dof, response);
                     let code = Code::NoPlateau;
                     rig.say(Diagnostic::about(code, Severity::Warning, subject, part));

@@ -41,7 +41,8 @@ pub(crate) fn tell_not_rigid(
 ) {
     let layout = rig.layout.borrow();
     let residuals = layout.as_ref().and_then(|layout| rigid_residuals(layout, readings));
-    let worst = residuals.iter().flatten().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+    let numbers = residuals.iter().flatten().enumerate().filter(|(_, left)| left.is_finite());
+    let worst = numbers.max_by(|a, b| a.1.total_cmp(b.1));
     if let Some((sensor, &left)) = worst.filter(|(_, left)| **left > NOT_RIGID as f32) {
         // About the sensor, not about a hit: hitting again would not help, so it warns at most.
         let verdict = test.policy.verdict(Code::MotionNotRigid);

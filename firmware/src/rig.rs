@@ -56,6 +56,8 @@ pub(crate) struct Rig {
     pub last_mass: Cell<Option<Measured>>,
     /// True when the object of the campaign is a block of known mass.
     pub block: Cell<bool>,
+    /// True while layout or calibration are being changed.
+    pub changing: Cell<bool>,
     pub reading: Cell<Reading>,
     /// True while the host wants every scan.
     pub stream: Cell<bool>,
@@ -113,6 +115,7 @@ impl Rig {
             rejected_for: Cell::new(None),
             last_mass: Cell::new(None),
             block: Cell::new(false),
+            changing: Cell::new(false),
             reading: Cell::new(Reading::None),
             stream: Cell::new(false),
             streamed: Cell::new(Streamed::default()),
@@ -174,6 +177,9 @@ impl Rig {
     }
 
     fn start(&self, request: CommandRequest, store_full: bool) -> Result<(), Reason> {
+        if self.changing.get() {
+            return Err(Reason::Busy);
+        }
         let layout = self.layout.borrow();
         let layout = layout.as_ref().ok_or(Reason::NoLayout)?;
         let mut findings = self.check(layout);

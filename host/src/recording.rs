@@ -87,7 +87,7 @@ pub enum RecordingError {
         /// The decimal sign that is expected.
         decimal: &'static str,
     },
-    /// NaN or infinity.
+    /// NaN, infinity, or beyond what a measurement can be.
     #[error(
         "{place}, channel {channel}: the value is {value}; cut the recording where the signal is \
          lost"
@@ -188,7 +188,7 @@ impl Recording {
         }
         for (k, segment) in self.segments.iter().enumerate() {
             for (channel, samples) in segment.0.iter().enumerate() {
-                if let Some(at) = samples.iter().position(|value| !value.is_finite()) {
+                if let Some(at) = samples.iter().position(|value| !is_reading(*value)) {
                     let value = samples.get(at).copied().unwrap_or(f64::NAN);
                     let place = format!("segment {k}, sample {at}");
                     return Err(RecordingError::NotFinite { place, channel: channel + 1, value });
@@ -197,6 +197,11 @@ impl Recording {
         }
         Ok(self)
     }
+}
+
+/// A number that a converter could have put out, in any unit. Squares of larger ones overflow.
+fn is_reading(value: f64) -> bool {
+    value.abs() < 1e15
 }
 
 impl Segment {

@@ -48,7 +48,7 @@ impl ReferencePoint {
 }
 
 /// How to solve.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// The point about which the equations are set up.
     pub reference_point: ReferencePoint,
@@ -56,6 +56,8 @@ pub struct Options {
     pub quantity: Option<Quantity>,
     /// Which methods.
     pub selection: Selection,
+    /// σ of the exponential window on force and responses when these were measured, 1/s; 0 without.
+    pub decay: f64,
 }
 
 /// What the offline solver answers.
@@ -117,7 +119,8 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
         });
     }
     let responses = Responses::of(layout, uff, options.quantity)?;
-    let FittedLines { lines, band_hz, diagnostics } = responses.mass_lines(layout)?;
+    let FittedLines { lines, band_hz, diagnostics } =
+        responses.mass_lines(layout, options.decay)?;
     let reference = match options.reference_point {
         ReferencePoint::Centroid => inertia_restraint::ReferencePoint::Centroid,
         ReferencePoint::Origin => inertia_restraint::ReferencePoint::Origin,
@@ -137,7 +140,7 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
         let linear =
             inertia_restraint::solve(layout, lines.iter().enumerate(), how.inertia_restraint);
         let start = linear.map_err(said)?.body;
-        let found = responses.global_fit(layout, band_hz, &start)?;
+        let found = responses.global_fit(layout, band_hz, options.decay, &start)?;
         let found = found.map_err(|found| not_settled(&found).unwrap_or_else(|| said(found)))?;
         let answers = vec![Answer::of(Method::GlobalFit, &found.estimate)];
         Identification { answers, ..Identification::default() }

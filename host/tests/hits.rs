@@ -170,6 +170,7 @@ fn whatever_is_no_recording_is_named() {
     let ragged = rows("1.0;2.0\n") + "3.0\n";
     let wrong_decimal = lvm.replacen("-0.158373", "-0,158373", 1);
     let infinite = rows("1.0;2.0\n") + "1e999;2.0\n";
+    let absurd = rows("1.0;2.0\n") + "1e300;2.0\n";
     let not_a_number = rows("1.0;2.0\n") + "NaN;2.0\n";
     let shape =
         String::from_utf8_lossy(&npy[..128]).replace("(5, 4608, 2)", "(5, 9999999999999, 2)");
@@ -190,6 +191,7 @@ fn whatever_is_no_recording_is_named() {
             "data_not_finite",
             &["sample 100", "channel 1"],
         ),
+        bad("absurd.csv", absurd.as_bytes(), rate, "data_not_finite", &["sample 100"]),
         bad("infinite.csv", infinite.as_bytes(), rate, "data_not_finite", &["inf"]),
         bad(
             "ragged.csv",

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use massline_shared::identify::Method;
 
+use super::number;
 use crate::error::Result;
 use crate::identification::Selection;
 use crate::output::Output;
@@ -25,7 +26,8 @@ Examples:
   massline solve frame.toml frame.uff --method ml
   massline solve wheel.toml wheel.uff --method global-fit
   massline solve frame.toml frame.uff --method irm --reference-point origin --json
-  massline solve frame.toml frame.unv --quantity receptance")]
+  massline solve frame.toml frame.unv --quantity receptance
+  massline solve frame.toml frame.uff --decay 10")]
 pub struct Args {
     /// The layout file.
     layout: PathBuf,
@@ -37,6 +39,10 @@ pub struct Args {
     /// What the responses are, where the file does not say.
     #[arg(long, value_enum, value_name = "QUANTITY")]
     quantity: Option<Response>,
+    /// Decay σ of the exponential window on force and responses when these were measured, 1/s; without
+    /// it noise and suspension are taken for something else.
+    #[arg(long, value_name = "1/S", default_value = "0", value_parser = number::not_negative)]
+    decay: f64,
     /// One method alone; default: maximum likelihood, then inertia restraint.
     #[arg(long, value_enum, value_name = "METHOD")]
     method: Option<SolveMethod>,
@@ -95,6 +101,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             Response::Mobility => Quantity::Velocity,
             Response::Receptance => Quantity::Displacement,
         }),
+        decay: args.decay,
     };
     let solution = solve_files(&args.layout, &args.frfs, &options)?;
     output.answer(&solution.to_json(), |_| solution.to_text().trim_end().into())

@@ -6,7 +6,7 @@ use massline_shared::identify::MassLines;
 use massline_shared::identify::global_fit::{self, FrequencyResponses};
 use massline_shared::layout::{Axis, Dof, Hit, HostLayout, Sensor};
 use massline_shared::mass_line::{
-    BasisRow, Fitting, Line, MassLineError, ResponseFits, Terms, find_band,
+    BasisRow, Fitting, Line, MassLineError, ResponseFits, Terms, find_band, window_correlation,
 };
 use nalgebra::{Complex, Matrix6};
 
@@ -51,30 +51,25 @@ impl Responses {
         Ok(Self { hits })
     }
 
-    /// The mass lines of every hit of the layout.
-    pub(super) fn mass_lines(&self, layout: &HostLayout) -> Result<FittedLines> {
+    /// The mass lines of every hit of the layout; `decay` is σ of the exponential window that the
+    /// responses were measured with, 1/s.
+    pub(super) fn mass_lines(&self, layout: &HostLayout, decay: f64) -> Result<FittedLines> {
         let band_hz = match layout.test.band_hz {
             Some(band) => band,
-            None => self.find_band()?,
+            None => self.find_band(decay)?,
         };
-        let fitting =
-            Fitting { band: band_hz, decay: 0.0, terms: layout.test.terms, correlation: 1.0 };
+        let correlation = self.correlation(decay);
+        let fitting = Fitting { band: band_hz, decay, terms: layout.test.terms, correlation };
         let mut all = FittedLines { lines: Vec::new(), band_hz, diagnostics: Vec::new() };
         for (dof, responses) in self.hits.iter().enumerate() {
             let mut fits = ResponseFits::<f64, CHANNELS>::zeros(responses.len());
             for (channel, response) in responses.iter().enumerate() {
                 fits.set(channel, &response.fit(&fitting)?);
             }
-            if let Some((channel, part)) = fits.unsteady() {
+            all.diagnostics.extend(fits.unsteady().map(|(channel, part)| {
                 let subject = Diagnostic::response_subject(dof, channel);
-                let part = part as f32;
-                all.diagnostics.push(Diagnostic::about(
-                    Code::NoPlateau,
-                    Severity::Warning,
-                    subject,
-                    part,
-                ));
-            }
+                Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, part as f32)
+            }));
             let hits = u16::from(layout.test.hits_per_dof);
             let lines = MassLines::without_scatter(fits.accelerance).with_noise(fits.noise);
             all.lines.push(MassLines { hits, ..lines });
@@ -87,6 +82,7 @@ impl Responses {
         &self,
         layout: &HostLayout,
         band_hz: [f64; 2],
+        decay: f64,
         start: &RigidBody<f64>,
     ) -> Result<std::result::Result<global_fit::Solution<f64>, Diagnostics>> {
         let frequencies = self.common_frequencies()?;
@@ -105,17 +101,17 @@ impl Responses {
         let data =
             data.ok_or_else(|| Error::input("frf_missing", "a response has too few lines"))?;
         let settings = global_fit::Settings {
-            decay: 0.0,
+            decay,
             damping: false,
             elastic: layout.test.terms == Terms::Abc,
-            correlation: 1.0,
+            correlation: self.correlation(decay),
         };
         let mut workspace = vec![Matrix6::zeros(); frequencies.len()];
         Ok(global_fit::solve(layout, &data, start, &settings, &mut workspace))
     }
 
     /// The band that all responses together show.
-    fn find_band(&self) -> Result<[f64; 2]> {
+    fn find_band(&self, decay: f64) -> Result<[f64; 2]> {
         let frequencies = self.common_frequencies()?;
         let mut squares = vec![0.0; frequencies.len()];
         for response in self.hits.iter().flatten() {
@@ -123,13 +119,25 @@ impl Responses {
                 *sum += h.norm_sqr();
             }
         }
-        let found = find_band(&squares, |line| frequencies[line], 0.0);
+        let found = find_band(&squares, |line| frequencies[line], decay);
         found.map(|found| found.ends).ok_or_else(|| {
             Error::input(
                 "band_not_found",
                 "the responses show no band between suspension and elastic modes; set test.band_hz",
             )
         })
+    }
+
+    /// What the window makes of the independence of neighbouring lines; the record is as long as the
+    /// lines are close.
+    fn correlation(&self, decay: f64) -> f64 {
+        let points = self.hits.iter().flatten().map(|response| &response.points);
+        let spacing = points.filter_map(|points| match points.as_slice() {
+            [(first, _), .., (last, _)] => Some((last - first) / (points.len() - 1) as f64),
+            _ => None,
+        });
+        let closest = spacing.filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
+        window_correlation(decay, closest.recip())
     }
 
     /// The frequencies of all responses.
@@ -259,4 +267,54 @@ fn sign(place: NodeDirection) -> f64 {
 
 fn name(node: u16, axis: Axis, hit: Dof) -> String {
     format!("the sensor on node {node}, axis {axis:?}, due to the hit {hit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout_file::LayoutFile;
+
+    const LAYOUT: &str = include_str!("../../examples/three-bar-test-1.toml");
+    /// σ of the window, 1/s, and length of the record, s.
+    const DECAY: f64 = 10.0;
+    const RECORD: f64 = 0.512;
+
+    /// Every response the same: 2 (m/s²)/N above a suspension, and what noise is left.
+    fn measured() -> (HostLayout, Responses) {
+        let layout = LayoutFile::parse(LAYOUT, "test.toml").unwrap().layout;
+        let points: Vec<_> = (1..100)
+            .map(|k| {
+                let frequency = f64::from(k) / RECORD;
+                let s = Complex::new(DECAY, core::f64::consts::TAU * frequency);
+                let noise = if k % 2 == 0 { 1e-6 } else { -1e-6 };
+                (frequency, Complex::new(2.0, 0.0) + Complex::new(800.0, 0.0) / (s * s) + noise)
+            })
+            .collect();
+        let response = || Response { name: String::new(), dataset: 1, points: points.clone() };
+        let of_hit = || (0..9).map(|_| response()).collect();
+        let hits = layout.hits.iter().map(|_| of_hit()).collect();
+        (layout, Responses { hits })
+    }
+
+    /// With its σ the fit is exact but for the noise of 1e-6; without, a hundred times that is left.
+    #[test]
+    fn an_exponential_window_is_taken_out_exactly() {
+        let (layout, responses) = measured();
+        let error = |decay: f64| {
+            let lines = responses.mass_lines(&layout, decay).unwrap().lines;
+            (lines[0].accelerance[0] - 2.0).abs()
+        };
+        assert!(error(DECAY) < 1e-6, "{}", error(DECAY));
+        assert!(error(0.0) > 1e-4, "{}", error(0.0));
+    }
+
+    #[test]
+    fn the_window_correlates_lines() {
+        let (layout, responses) = measured();
+        let sigma = responses.mass_lines(&layout, DECAY).unwrap().lines[0].noise[0];
+        // 5.12 is σ T; theory, section 5.
+        assert!((responses.correlation(DECAY) - window_correlation(DECAY, RECORD)).abs() < 1e-9);
+        assert!((responses.correlation(DECAY) - 5.12_f64.sqrt()).abs() < 1e-3);
+        assert!(sigma > 0.0);
+    }
 }

@@ -15,6 +15,7 @@ const ORIGIN: Options = Options {
     reference_point: ReferencePoint::Origin,
     quantity: None,
     selection: Selection::Only(Method::InertiaRestraint),
+    decay: 0.0,
 };
 
 fn layout(bytes: &[u8]) -> LayoutFile {

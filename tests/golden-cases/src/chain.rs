@@ -35,7 +35,7 @@ pub(crate) fn run<R: RealFft + Default>(check: &mut Check<'_, '_, R>) -> Option<
         column.copy_from(&fits.accelerance);
     }
     // Hits of a good bench have plateaus.
-    if measured.iter().any(|fits| fits.unsteady().is_some()) {
+    if measured.iter().any(|fits| fits.unsteady().next().is_some()) {
         return None;
     }
     let lines = measured.map(|fits| MassLines::without_scatter(fits.accelerance));

@@ -49,7 +49,8 @@ fn main() -> ! {
     let layout = layout(3);
     let body = body();
 
-    let check = || Applicability::new(&layout, &body, &[Method::InertiaRestraint]);
+    let methods = [Method::MaximumLikelihood, Method::InertiaRestraint];
+    let check = || Applicability::new(&self::layout(RIG_HITS), &body, &methods);
     say("layout_check", measure(|| assert!(check().diagnostics.is_empty())));
 
     let truth = accelerance(&layout, &body, 0);
