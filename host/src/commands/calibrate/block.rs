@@ -3,8 +3,8 @@
 use std::num::NonZeroU8;
 use std::path::PathBuf;
 
-use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::block::BlockMass;
+use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::object::MeasurementResult;
@@ -132,6 +132,13 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
     let test = args.block.test(Some(args.hits))?;
     let mut rig = args.block.rig.on_block(&test.file.layout)?;
     let record = rig.client.calibration()?;
+    let from_data_sheets = record.method() == CalibrationMethod::DataSheet;
+    if from_data_sheets {
+        output.warn(
+            "the rig keeps no calibration yet: its channels are compared with their data sheets; \
+             `massline calibrate tumble` and `calibrate block` make one",
+        );
+    }
     let found = test.run(&mut rig, &record, output)?;
     let all = drifts(&found.sensors, args.tolerance);
     let value = report::drifts_json(&all, &record);
@@ -145,7 +152,11 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
         None | Some(Verdict::Good) => return output.answer(&value, |_| text),
         Some(Verdict::Drifted) => Error::undetermined(
             "calibration_drifted",
-            "the calibration no longer holds: calibrate again",
+            if from_data_sheets {
+                "the channels are not what their data sheets say: calibrate"
+            } else {
+                "the calibration no longer holds: calibrate again"
+            },
         ),
         Some(Verdict::Unclear) => Error::undetermined(
             "drift_unclear",

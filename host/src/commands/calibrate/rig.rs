@@ -15,6 +15,7 @@ use massline_virtual::source::ScanSource;
 
 use crate::campaign::{Ending, Observer, follow};
 use crate::client::{Client, PipeTransport};
+use crate::commands::bench_test::bench_help;
 use crate::commands::connect::PortArgs;
 use crate::commands::measure::watch;
 use crate::commands::progress::{Progress, Prompts};
@@ -36,8 +37,13 @@ pub struct RigArgs {
     /// Seed of everything random on the simulated bench: the same sensors under the same seed.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "rig")]
     seed: u64,
-    /// Bench of the simulated rig: a bundled one or a TOML file.
-    #[arg(long, value_name = "NAME|FILE", default_value = "block", requires = "rig")]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        default_value = "block",
+        requires = "rig",
+        help = bench_help()
+    )]
     bench: String,
     /// Keep the flash of the simulated rig in this file; default: forgotten at the end.
     #[arg(long, value_name = "FILE", requires = "rig")]
