@@ -102,12 +102,12 @@ fn a_method_that_does_not_apply_is_said_with_its_reason() {
 
 #[test]
 fn a_prior_that_contradicts_the_data_is_named() {
-    let prior = "\n[prior]\nmass_kg = { value = 2.4, sigma = 0.0001 }\n";
+    let prior = "\n[prior]\nmass_kg = { value = 20.0, sigma = 0.0001 }\n";
     let file = changed(|text| text + prior);
     let layout = file.path().to_str().unwrap();
     let text = text_of(layout, &[]);
     assert!(text.contains("maximum-likelihood: gave no answer: not_converged: "), "{text}");
-    let named = "prior_contradicts_data: the [prior] mass = 2.4 ± 0.0001 kg contradicts the data, \
+    let named = "prior_contradicts_data: the [prior] mass = 20 ± 0.0001 kg contradicts the data, \
                  which say 1.2";
     assert!(text.contains(named), "{text}");
     let (_, value) = simulate_layout(layout, &[]);
