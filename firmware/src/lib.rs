@@ -22,6 +22,7 @@ mod measure;
 mod objects;
 pub mod panel;
 mod rig;
+pub mod scan_ring;
 mod session;
 mod spectra;
 pub mod store;
