@@ -49,13 +49,24 @@ pub struct Settings {
     pub skip: u16,
 }
 
+impl Settings {
+    /// Zeros, which are not usable.
+    const NONE: Self = Self {
+        decimation: Decimation { raw_bits: 0, ratio: 0, fraction_bits: 0 },
+        sentinel: 0,
+        sentinel_codes: 0..=0,
+        skip: 0,
+    };
+}
+
 /// Why the converter must be started again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
 pub enum Fault {
-    /// The sentinel is not where it belongs.
-    Misaligned,
+    /// The sentinel is not where it belongs. Not zero, so that no fault is zero.
+    Misaligned = 1,
     /// The converter says that it has overwritten a code before it was fetched.
-    ConverterOverrun,
+    ConverterOverrun = 2,
 }
 
 /// The scans between the interrupt that makes them and the task that reads them: the last `N`.
@@ -63,7 +74,8 @@ pub enum Fault {
 /// All zeros when new, so that it lies in `.bss`.
 #[derive(Debug)]
 pub struct ScanRing<const RANKS: usize, const N: usize> {
-    settings: Option<Settings>,
+    settings: Settings,
+    running: bool,
     fault: Option<Fault>,
     /// Faults since a block was read.
     faults: u8,
@@ -94,7 +106,8 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
     pub const fn new() -> Self {
         const { assert!(RANKS > 0 && N > 0, "a ring of nothing") };
         Self {
-            settings: None,
+            settings: Settings::NONE,
+            running: false,
             fault: None,
             faults: 0,
             skip: 0,
@@ -119,21 +132,21 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
 
     /// Goes on at `now` after a fault, with the converter started anew.
     pub fn restart(&mut self, now: u64) {
-        if let Some(settings) = self.settings.take() {
-            self.begin(settings, now);
+        if self.running {
+            self.begin(self.settings.clone(), now);
         }
     }
 
     /// Ends the run.
     pub fn stop(&mut self) {
-        self.settings = None;
+        self.running = false;
         self.fault = None;
     }
 
     fn begin(&mut self, settings: Settings, now: u64) {
-        let usable = settings.decimation.is_usable() && settings.sentinel < RANKS;
+        self.running = settings.decimation.is_usable() && settings.sentinel < RANKS;
         self.skip = settings.skip;
-        self.settings = usable.then_some(settings);
+        self.settings = settings;
         self.fault = None;
         self.sums = Sums::ZERO;
         self.seen = (self.came, now);
@@ -144,19 +157,24 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         self.fault
     }
 
+    /// Scans made and not yet read, the lost ones included.
+    pub fn unread(&self) -> u64 {
+        self.written - self.read
+    }
+
     /// Takes whole raw scans in the order in which they were made. `finish` may correct each scan by
     /// what its sentinel reads, which has the bits of the scan's codes.
     pub fn feed(&mut self, raw: &[u16], mut finish: impl FnMut(&mut Scan, u16)) {
         for raw_scan in raw.as_chunks::<RANKS>().0 {
             self.came += 1;
-            let Some(settings) = &self.settings else { return };
-            if self.fault.is_some() {
+            if !self.running || self.fault.is_some() {
                 return;
             }
             if self.skip > 0 {
                 self.skip -= 1;
                 continue;
             }
+            let settings = &self.settings;
             if !settings.sentinel_codes.contains(&raw_scan[settings.sentinel]) {
                 return self.fail(Fault::Misaligned);
             }
@@ -176,7 +194,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
 
     /// The converter has failed: what has not been read is lost with it.
     pub fn fail(&mut self, fault: Fault) {
-        if self.settings.is_none() || self.fault.is_some() {
+        if !self.running || self.fault.is_some() {
             return;
         }
         self.fault = Some(fault);
@@ -187,8 +205,10 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
 
     /// At least this many raw scans were overwritten before [`Self::feed`] could take them.
     pub fn lapped(&mut self, raw_scans: u32) {
-        let Some(settings) = &self.settings else { return };
-        let scans = raw_scans.div_ceil(u32::from(settings.decimation.ratio)).max(1);
+        if !self.running {
+            return;
+        }
+        let scans = raw_scans.div_ceil(u32::from(self.settings.decimation.ratio)).max(1);
         self.sums = Sums::ZERO;
         self.lose(scans);
     }
@@ -213,10 +233,10 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         now: u64,
         patience: u64,
     ) -> Result<Option<ScanIndex>, SampleError> {
-        if self.settings.is_none() || block.len() > N || self.faults >= FAULTS_TO_STOP {
+        if !self.running || block.len() > N || self.faults >= FAULTS_TO_STOP {
             return Err(SampleError::Stopped);
         }
-        let held = self.written - self.read;
+        let held = self.unread();
         if self.lost > 0 || held > N as u64 {
             self.read = self.written;
             self.lost = 0;

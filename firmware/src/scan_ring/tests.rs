@@ -192,6 +192,18 @@ fn a_half_that_is_overwritten_while_it_is_read_is_never_given() {
 }
 
 #[test]
+fn a_transfer_with_nothing_remaining_is_at_its_start_again() {
+    let mut halves = Halves::new();
+    let (first, second) = (true, true);
+    let length = LENGTH as u16;
+    let flags = HalfFlags { first, ..HalfFlags::default() };
+    assert_eq!(halves.finished(flags, length / 2, length), Ok(Some(Half::First)));
+    let flags = HalfFlags { second, ..HalfFlags::default() };
+    assert_eq!(halves.finished(flags, 0, length), Ok(Some(Half::Second)));
+    assert_eq!(halves.finished(HalfFlags::default(), 0, length), Ok(None));
+}
+
+#[test]
 fn a_sequence_out_of_step_is_found_at_every_shift_and_goes_on_after_a_restart() {
     for shift in 1..RANKS {
         let (mut ring, mut chip) = started();

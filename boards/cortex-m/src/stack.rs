@@ -1,0 +1,25 @@
+//! How much of the stack was ever used: the start-up code paints it.
+
+use core::ptr::{addr_of, read_volatile};
+
+use cortex_m_rt::STACK_PAINT_VALUE;
+use massline_firmware::board::StackUse;
+
+unsafe extern "C" {
+    // Of the linker script: the lowest word of the stack, and the word after the highest.
+    static _stack_end: u32;
+    static _stack_start: u32;
+}
+
+/// Counts the words that still wear the paint.
+pub fn measure() -> StackUse {
+    let (bottom, top) = (addr_of!(_stack_end) as usize, addr_of!(_stack_start) as usize);
+    let untouched = (bottom..top)
+        .step_by(size_of::<u32>())
+        // SAFETY: every word between the two is RAM.
+        .take_while(|&word| unsafe { read_volatile(word as *const u32) } == STACK_PAINT_VALUE)
+        .count()
+        * size_of::<u32>();
+    let size = top - bottom;
+    StackUse { high_water: (size - untouched) as u32, size: size as u32 }
+}
