@@ -67,8 +67,8 @@ pub const DECIMATION: Decimation =
     Decimation { raw_bits: 12, ratio: RATIO as u16, fraction_bits: 2 };
 const _: () = assert!(DECIMATION.is_usable());
 
-/// Raw scans of half the buffer: an interrupt every half a millisecond.
-pub const HALF_SCANS: usize = 12;
+/// Raw scans of half the buffer: an interrupt every quarter of a millisecond, for each scan.
+pub const HALF_SCANS: usize = 6;
 /// Values of the buffer.
 pub const RAW_LENGTH: usize = 2 * HALF_SCANS * RANKS;
 /// Scans that wait to be read: 40 ms, a block of 20 that is not full yet, and some more.

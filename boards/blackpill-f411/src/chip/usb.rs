@@ -14,8 +14,8 @@ bind_interrupts!(struct Interrupts {
 /// The serial port.
 pub type Link = UsbLink<Driver<'static, USB_OTG_FS>>;
 
-/// Packets that have come and wait: one of control, one of data, with room to spare.
-const RECEIVE_BUFFER: usize = 256;
+/// Packets that have come and wait: one of control and one of data, 64 bytes each.
+const RECEIVE_BUFFER: usize = 128;
 
 /// The device, which is to be run, and its link.
 pub fn open(

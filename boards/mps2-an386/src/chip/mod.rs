@@ -7,6 +7,8 @@ mod link;
 mod panel;
 mod registers;
 mod sampler;
+// The one part that the boards with a chip share as it is.
+#[path = "../../../cortex-m/src/stack.rs"]
 mod stack;
 mod time;
 
