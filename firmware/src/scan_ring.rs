@@ -52,7 +52,7 @@ pub struct Settings {
 impl Settings {
     /// Zeros, which are not usable.
     const NONE: Self = Self {
-        decimation: Decimation { raw_bits: 0, ratio: 0, fraction_bits: 0 },
+        decimation: Decimation { raw_bits: 0, raw_full: 0, ratio: 0, fraction_bits: 0 },
         sentinel: 0,
         sentinel_codes: 0..=0,
         skip: 0,

@@ -64,7 +64,7 @@ const _: () = assert!(SENTINEL_TIME.cycles() * 100_000 >= ADC_HZ, "the reference
 
 /// Six codes of 12 bits make one of 14.
 pub const DECIMATION: Decimation =
-    Decimation { raw_bits: 12, ratio: RATIO as u16, fraction_bits: 2 };
+    Decimation { raw_bits: 12, raw_full: 4095, ratio: RATIO as u16, fraction_bits: 2 };
 const _: () = assert!(DECIMATION.is_usable());
 
 /// Raw scans of half the buffer: an interrupt every quarter of a millisecond, for each scan.

@@ -6,18 +6,42 @@
 use embedded_storage::nor_flash::{self as blocking, NorFlashErrorKind};
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, ReadNorFlash};
 
+/// What else a chip knows of a read: flash with a code for errors finds words that were torn.
+pub trait Check {
+    /// True when a read since the last call has given something else than was written.
+    fn take_error(&mut self) -> bool;
+}
+
+/// A chip that knows nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Unchecked;
+
+impl Check for Unchecked {
+    fn take_error(&mut self) -> bool {
+        false
+    }
+}
+
 /// A window of `size` bytes from `start` on, both multiples of a page.
 #[derive(Debug)]
-pub struct Window<F> {
+pub struct Window<F, C = Unchecked> {
     flash: F,
     start: u32,
     size: u32,
+    check: C,
 }
 
 impl<F: blocking::NorFlash> Window<F> {
     /// The window belongs to the store alone.
     pub fn new(flash: F, start: u32, size: u32) -> Self {
-        Self { flash, start, size }
+        Self::checked(flash, start, size, Unchecked)
+    }
+}
+
+impl<F: blocking::NorFlash, C: Check> Window<F, C> {
+    /// The window belongs to the store alone; every read is checked.
+    pub fn checked(flash: F, start: u32, size: u32, check: C) -> Self {
+        Self { flash, start, size, check }
     }
 
     fn at(&self, offset: u32, length: usize) -> Result<u32, WindowError<F::Error>> {
@@ -51,16 +75,19 @@ impl<E: blocking::NorFlashError> NorFlashError for WindowError<E> {
     }
 }
 
-impl<F: blocking::NorFlash> ErrorType for Window<F> {
+impl<F: blocking::NorFlash, C: Check> ErrorType for Window<F, C> {
     type Error = WindowError<F::Error>;
 }
 
-impl<F: blocking::NorFlash> ReadNorFlash for Window<F> {
+impl<F: blocking::NorFlash, C: Check> ReadNorFlash for Window<F, C> {
     const READ_SIZE: usize = F::READ_SIZE;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         let at = self.at(offset, bytes.len())?;
-        self.flash.read(at, bytes).map_err(WindowError::Flash)
+        // An error of somebody else's read is not this one's.
+        self.check.take_error();
+        self.flash.read(at, bytes).map_err(WindowError::Flash)?;
+        if self.check.take_error() { Err(WindowError::Unreadable) } else { Ok(()) }
     }
 
     fn capacity(&self) -> usize {
@@ -68,7 +95,7 @@ impl<F: blocking::NorFlash> ReadNorFlash for Window<F> {
     }
 }
 
-impl<F: blocking::NorFlash> NorFlash for Window<F> {
+impl<F: blocking::NorFlash, C: Check> NorFlash for Window<F, C> {
     const WRITE_SIZE: usize = F::WRITE_SIZE;
     const ERASE_SIZE: usize = F::ERASE_SIZE;
 
@@ -141,6 +168,25 @@ mod tests {
         expected[16..44].fill(0xFF);
         expected[44..48].copy_from_slice(&[1, 2, 3, 4]);
         assert_eq!(window.flash.0, expected);
+    }
+
+    /// Errors, one a call.
+    struct Errors(Vec<bool>);
+
+    impl Check for Errors {
+        fn take_error(&mut self) -> bool {
+            self.0.remove(0)
+        }
+    }
+
+    #[test]
+    fn a_read_that_the_chip_could_not_correct_fails_and_no_other_does() {
+        let errors = Errors(vec![true, false, false, true, false, false]);
+        let mut window = Window::checked(Chip([7; 64]), 0, 64, errors);
+        let mut read = |offset| block_on(window.read(offset, &mut [0; 4]));
+        assert_eq!(read(0), Ok(()), "it was there before");
+        assert_eq!(read(4), Err(WindowError::Unreadable));
+        assert_eq!(read(8), Ok(()));
     }
 
     #[test]

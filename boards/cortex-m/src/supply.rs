@@ -39,6 +39,11 @@ impl Noted {
         Self(if noted >= 1464 && noted <= 1539 { noted } else { TYPICAL })
     }
 
+    /// For a maker who notes the reading at 3.0 V.
+    pub const fn at_three_volts(noted: u16) -> Self {
+        Self::new((noted as u32 * 3000 / NOTED_AT) as u16)
+    }
+
     /// Codes of `bits` bits that the reference reads on a supply of 3.0 to 3.6 V. Nothing else that the
     /// rig converts stays within them: a sensor rests higher, a hammer lower.
     pub fn codes(self, bits: u8) -> RangeInclusive<u16> {
@@ -161,6 +166,9 @@ mod tests {
             assert_eq!(Noted::new(nothing), Noted(TYPICAL));
         }
         assert_eq!(Noted::new(1539), Noted(1539));
+        // 1652 · 3.0 / 3.3
+        assert_eq!(Noted::at_three_volts(1652), Noted(1501));
+        assert_eq!(Noted::at_three_volts(0xFFFF), Noted(TYPICAL));
     }
 
     #[test]

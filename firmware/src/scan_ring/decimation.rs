@@ -5,6 +5,8 @@
 pub struct Decimation {
     /// Bits of a raw code.
     pub raw_bits: u8,
+    /// The largest raw code: less than the bits could hold where the converter adds several up itself.
+    pub raw_full: u16,
     /// Raw scans that make one scan.
     pub ratio: u16,
     /// Bits behind the point that the mean keeps.
@@ -22,11 +24,6 @@ impl Decimation {
         self.raw_bits > 0
             && self.ratio > 0
             && self.raw_bits as u32 + self.fraction_bits as u32 <= u16::BITS
-    }
-
-    /// The largest raw code.
-    const fn raw_full(&self) -> u16 {
-        ((1_u32 << self.raw_bits) - 1) as u16
     }
 
     /// The largest code of a scan.
@@ -60,7 +57,7 @@ impl<const RANKS: usize> Sums<RANKS> {
     /// Takes a raw scan; gives the mean with the last one of the ratio. An input that clipped in any
     /// of them reads as clipped, because a mean would hide it.
     pub fn add(&mut self, raw: &[u16; RANKS], decimation: &Decimation) -> Option<Decimated<RANKS>> {
-        let full = decimation.raw_full();
+        let full = decimation.raw_full;
         for ((sum, clipped), &code) in self.sums.iter_mut().zip(&mut self.clipped).zip(raw) {
             *sum += u32::from(code);
             clipped.low |= code == 0;

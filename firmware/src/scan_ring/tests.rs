@@ -21,7 +21,7 @@ type Ring = ScanRing<RANKS, CAPACITY>;
 
 fn settings() -> Settings {
     Settings {
-        decimation: Decimation { raw_bits: 12, ratio: RATIO, fraction_bits: 2 },
+        decimation: Decimation { raw_bits: 12, raw_full: 4095, ratio: RATIO, fraction_bits: 2 },
         sentinel: SENTINEL,
         sentinel_codes: 1400..=1600,
         skip: 0,
@@ -316,6 +316,14 @@ fn an_input_that_clipped_once_reads_as_clipped() {
 }
 
 #[test]
+fn a_converter_that_adds_up_itself_clips_below_its_bits() {
+    // Four conversions of 12 bits.
+    let decimation = Decimation { raw_bits: 14, raw_full: 16380, ratio: 1, fraction_bits: 2 };
+    let mut sums = Sums::<3>::ZERO;
+    assert_eq!(sums.add(&[16380, 16379, 0], &decimation), Some([65535, 65516, 0]));
+}
+
+#[test]
 fn a_scan_may_be_corrected_by_what_its_sentinel_reads() {
     let mut ring = Ring::new();
     ring.start(settings(), 0);
@@ -328,7 +336,7 @@ fn a_scan_may_be_corrected_by_what_its_sentinel_reads() {
 
 #[test]
 fn codes_of_sixteen_bits_and_the_longest_mean_do_not_wrap() {
-    let decimation = Decimation { raw_bits: 12, ratio: u16::MAX, fraction_bits: 4 };
+    let decimation = Decimation { raw_bits: 12, raw_full: 4095, ratio: u16::MAX, fraction_bits: 4 };
     let mut sums = Sums::<1>::ZERO;
     for _ in 1..u16::MAX {
         assert_eq!(sums.add(&[4094], &decimation), None);
