@@ -5,24 +5,23 @@
 
 use embassy_stm32::interrupt::typelevel::{self, Handler};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::pac::adc::regs::{Smpr1, Smpr2, Sqr1, Sqr2, Sqr3};
 use embassy_stm32::pac::adc::vals::{Dds, Exten};
-use embassy_stm32::pac::adccommon::vals::Adcpre;
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
 use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Mms;
-use embassy_stm32::pac::{ADC1, ADC1_COMMON, DMA2, GPIOA, GPIOB, RCC, TIM3};
+use embassy_stm32::pac::{ADC1, DMA2, GPIOA, GPIOB, RCC, TIM3};
 use embassy_stm32::peripherals::{
     self, DMA2_CH0, PA0, PA1, PA2, PA3, PA4, PA5, PA6, PA7, PB0, PB1,
 };
 use embassy_stm32::{Peri, bind_interrupts};
 use massline_blackpill_f411::plan::{
-    DECIMATION, INPUTS, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL, TIMER_CYCLES, properties,
+    DECIMATION, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL, TIMER_CYCLES, properties,
 };
-use massline_blackpill_f411::sequence::sequence;
 use massline_cortex_m::sampler::{Converter, RawBuffer, RingSampler, Shared, Transfer};
 use massline_cortex_m::supply::{self, Noted, Supply};
 use massline_firmware::scan_ring::{HalfFlags, Settings};
+
+use super::registers;
 
 bind_interrupts!(struct Interrupts {
     DMA2_STREAM0 => HalfInterrupt;
@@ -94,7 +93,7 @@ impl TimedAdc {
         RCC.apb1enr().modify(|w| w.set_tim3en(true));
         GPIOA.moder().modify(|w| (0..8).for_each(|pin| w.set_moder(pin, Moder::ANALOG)));
         GPIOB.moder().modify(|w| (0..2).for_each(|pin| w.set_moder(pin, Moder::ANALOG)));
-        configure();
+        registers::configure();
         TIM3.cr2().modify(|w| w.set_mms(Mms::UPDATE));
         TIM3.psc().write_value(0);
         TIM3.arr().write(|w| w.set_arr(TIMER_CYCLES as u16 - 1));
@@ -105,22 +104,6 @@ impl TimedAdc {
         unsafe { interrupt::DMA2_STREAM0.enable() };
         Self { _parts: parts }
     }
-}
-
-/// Sequence and sample times.
-fn configure() {
-    ADC1_COMMON.ccr().modify(|w| {
-        w.set_adcpre(Adcpre::DIV4);
-        w.set_tsvrefe(true);
-        w.set_vbate(false);
-    });
-    let registers = sequence(&INPUTS);
-    ADC1.sqr1().write_value(Sqr1(registers.sqr1));
-    ADC1.sqr2().write_value(Sqr2(registers.sqr2));
-    ADC1.sqr3().write_value(Sqr3(registers.sqr3));
-    ADC1.smpr1().write_value(Smpr1(registers.smpr1));
-    ADC1.smpr2().write_value(Smpr2(registers.smpr2));
-    ADC1.cr1().write(|w| w.set_scan(true));
 }
 
 impl Converter for TimedAdc {

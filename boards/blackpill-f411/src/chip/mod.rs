@@ -3,6 +3,7 @@
 mod adc;
 mod info;
 mod panel;
+mod registers;
 mod usb;
 
 use core::panic::PanicInfo;
