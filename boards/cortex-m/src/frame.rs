@@ -8,6 +8,7 @@ use embedded_graphics::Pixel;
 use embedded_graphics::draw_target::DrawTarget;
 use embedded_graphics::geometry::{OriginDimensions, Size};
 use embedded_graphics::pixelcolor::BinaryColor;
+use massline_shared::protocol::crc32;
 
 /// Columns.
 pub const WIDTH: usize = 128;
@@ -17,11 +18,15 @@ pub const PAGES: usize = 8;
 /// One stripe.
 pub type Page = [u8; WIDTH];
 
-/// The picture, and which of its pages have changed since they were taken.
+/// The picture, and which of its pages differ from what was sent. A picture may be drawn anew as a whole:
+/// pages that come out the same are not sent again.
 #[derive(Clone, Debug)]
 pub struct Frame {
     pages: [Page; PAGES],
-    changed: u8,
+    /// Pages drawn on since they were sent.
+    touched: u8,
+    /// Checksums of the pages as they were sent; none of a page that never was.
+    sent: [Option<u32>; PAGES],
 }
 
 impl Default for Frame {
@@ -31,25 +36,35 @@ impl Default for Frame {
 }
 
 impl Frame {
-    /// Black; every page has changed, because a screen shows noise when it is switched on.
+    /// Black; every page is to be sent, because a screen shows noise when it is switched on.
     pub const fn new() -> Self {
-        Self { pages: [[0; WIDTH]; PAGES], changed: u8::MAX }
+        Self { pages: [[0; WIDTH]; PAGES], touched: u8::MAX, sent: [None; PAGES] }
     }
 
     /// Every page is to be sent again.
     pub fn change_all(&mut self) {
-        self.changed = u8::MAX;
+        self.touched = u8::MAX;
+        self.sent = [None; PAGES];
     }
 
-    /// A page that has changed, and its number.
-    pub fn changed(&self) -> Option<(u8, &Page)> {
-        let number = self.changed.trailing_zeros();
-        Some((number as u8, self.pages.get(number as usize)?))
+    /// A page that is not what was sent, and its number.
+    pub fn changed(&mut self) -> Option<(u8, &Page)> {
+        while let Some(page) = self.pages.get(self.touched.trailing_zeros() as usize) {
+            let number = self.touched.trailing_zeros() as usize;
+            if self.sent[number] != Some(crc32(page)) {
+                return Some((number as u8, &self.pages[number]));
+            }
+            self.touched &= !(1 << number);
+        }
+        None
     }
 
     /// The page is on its way.
     pub fn sent(&mut self, number: u8) {
-        self.changed &= !1_u8.checked_shl(u32::from(number)).unwrap_or(0);
+        let number = usize::from(number);
+        let Some(page) = self.pages.get(number) else { return };
+        self.sent[number] = Some(crc32(page));
+        self.touched &= !(1 << number);
     }
 }
 
@@ -76,7 +91,7 @@ impl DrawTarget for Frame {
             let drawn = if color.is_on() { *byte | bit } else { *byte & !bit };
             if drawn != *byte {
                 *byte = drawn;
-                self.changed |= 1 << (y / 8);
+                self.touched |= 1 << (y / 8);
             }
         }
         Ok(())
@@ -134,6 +149,26 @@ mod tests {
         assert_eq!(frame.changed(), None, "nothing has changed");
         set(&mut frame, 3, 0, false);
         assert!(frame.changed().is_some());
+    }
+
+    #[test]
+    fn a_picture_drawn_anew_is_sent_where_it_differs() {
+        let mut frame = sent();
+        let draw = |frame: &mut Frame, x| {
+            let Ok(()) = frame.clear(BinaryColor::Off);
+            set(frame, 10, 20, true);
+            set(frame, x, 60, true);
+        };
+        draw(&mut frame, 1);
+        while let Some((number, _)) = frame.changed() {
+            frame.sent(number);
+        }
+        draw(&mut frame, 1);
+        assert_eq!(frame.changed(), None, "the same picture");
+        draw(&mut frame, 2);
+        assert_eq!(frame.changed().map(|(number, _)| number), Some(7));
+        frame.sent(7);
+        assert_eq!(frame.changed(), None);
     }
 
     #[test]
