@@ -113,7 +113,9 @@ pub struct Board<S: Sampler, L: Link, F: NorFlash, P: Panel> {
     pub sampler: S,
     /// Host.
     pub link: L,
-    /// A region of flash that belongs to the store alone.
+    /// A region of flash that belongs to the store alone: three pages or more of 1 KiB or more, words of
+    /// up to 16 bytes. A word is written once between two erases. A word that cannot be read, as
+    /// a torn one of flash with an error correcting code, is an error of `read`, which the board survives.
     pub flash: F,
     /// Screen and buttons.
     pub panel: P,

@@ -1,9 +1,10 @@
 //! The measuring loop: does what the campaign says next, from arming to the stored result.
 //!
-//! Measuring never waits for link, panel or flash. The sampler runs only while the rig waits for a
-//! hit, takes a record, or streams.
+//! Measuring never waits for link or panel, and for flash only between two hits, while the sampler is
+//! stopped. The sampler runs only while the rig waits for a hit, takes a record, or streams.
 
 use core::cell::RefCell;
+use core::pin::pin;
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -21,8 +22,10 @@ use massline_shared::signal::{
 use massline_shared::units::{Newtons, ScanIndex};
 
 use crate::analysis::{Analysis, AnalysisMemory};
+use crate::apart::apart;
 use crate::board::{SampleError, Sampler};
 use crate::deadline::Deadline;
+use crate::progress::Kept;
 use crate::rig::{Reading, Rig, Streamed, note};
 use crate::spectra::RigSpectra;
 use crate::store::Store;
@@ -38,12 +41,14 @@ pub(crate) struct Measuring<'a, S: Sampler, F: NorFlash> {
     pub record: &'a RefCell<Record>,
     pub spectra: &'a RefCell<RigSpectra>,
     pub memory: &'a mut AnalysisMemory,
+    pub kept: Kept,
 }
 
 impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
     /// Measures for ever.
     pub async fn run(mut self) -> ! {
         loop {
+            apart(pin!(self.kept.update(self.rig, self.store, self.memory))).await;
             self.rig.steer.reset();
             let step = self.rig.campaign.borrow().step();
             match step {
@@ -210,7 +215,8 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         self.analysis().identify(number).await;
         let (encoded, mass) = self.memory.encode_result();
         let mut store = self.store.lock().await;
-        match store.put_result(encoded, rig.layout_hash.get(), mass).await {
+        let put = pin!(store.put_result(encoded, rig.layout_hash.get(), mass));
+        match apart(put).await {
             Ok(number) => {
                 rig.last_mass.set(mass);
                 rig.campaign.borrow_mut().identified(number);

@@ -141,6 +141,11 @@ impl Rig {
         *self.layout.borrow_mut() = Some(layout);
     }
 
+    /// DOFs of the layout in use.
+    pub fn dofs(&self) -> usize {
+        self.layout.borrow().as_ref().map_or(0, |layout| layout.hits.len())
+    }
+
     /// What is to be said about a layout: errors when no method of the rig could give an answer.
     pub fn check(&self, layout: &RigLayout) -> Diagnostics {
         let mut diagnostics = judge(layout);
@@ -267,7 +272,7 @@ impl Rig {
             armings: campaign.armings(),
             accepted: campaign.accepted(),
             wanted: campaign.wanted(),
-            dofs: layout.as_ref().map_or(0, |layout| layout.hits.len() as u8),
+            dofs: self.dofs() as u8,
             rejected_for: self.rejected_for.get(),
             mass: self.last_mass.get(),
         }
