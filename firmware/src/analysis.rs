@@ -22,6 +22,7 @@ use massline_shared::signal::{
 use nalgebra::{Complex, SVector};
 use serde::Serialize;
 
+use crate::block;
 use crate::consistency;
 use crate::deadline::Deadline;
 use crate::identification;
@@ -274,6 +275,8 @@ impl Analysis<'_> {
         result.estimates.clear();
         if !rig.block.get() {
             identification::answer(rig, result, scratch).await;
+        } else if let Some(mass) = rig.block_mass.get() {
+            rig.block_ratio.set(Some(block::weigh(rig, result, mass)));
         }
         result.diagnostics = rig.diagnostics.borrow().clone();
     }

@@ -4,7 +4,7 @@
 //! ```text
 //!            Sampler ─▶ measure ─▶ analysis ─▶ store ◀─▶ session ◀─▶ Link
 //!                          ▲          │                     │
-//!                          └───────── rig (shared state) ───┴──▶ buttons ◀▶ Panel
+//!                          └───────── rig (shared state) ───┴───▶ panel ◀─▶ Panel
 //! ```
 //!
 //! [`run`] is one future for any executor. All large memory is in [`Memory`], which a board places
@@ -12,13 +12,17 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate std;
+
 mod analysis;
 mod apart;
+mod block;
 pub mod board;
-mod buttons;
 mod consistency;
 mod deadline;
 mod identification;
+mod levels;
 mod measure;
 mod objects;
 pub mod panel;
@@ -45,6 +49,7 @@ use crate::board::{Board, Link, Panel, Sampler};
 use crate::measure::Measuring;
 use crate::objects::Objects;
 use crate::progress::Kept;
+use crate::panel::task::{PanelMemory, PanelTask};
 use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
 use crate::spectra::RigSpectra;
@@ -57,6 +62,7 @@ pub struct Memory {
     spectra: RefCell<RigSpectra>,
     analysis: AnalysisMemory,
     session: SessionMemory,
+    panel: PanelMemory,
 }
 
 impl Default for Memory {
@@ -73,6 +79,7 @@ impl Memory {
             spectra: RefCell::new(RigSpectra::new()),
             analysis: AnalysisMemory::new(),
             session: SessionMemory::new(),
+            panel: PanelMemory::new(),
         }
     }
 }
@@ -86,7 +93,7 @@ where
     P: Panel,
 {
     let Board { info, sampler, link, flash, panel } = board;
-    let Memory { record, spectra, analysis, session: session_memory } = memory;
+    let Memory { record, spectra, analysis, session: session_memory, panel: panel_memory } = memory;
     let rig = Rig::new(info, sampler.adc(), L::STREAMS);
     let store = store_over(flash);
     let kept = apart(pin!(recall(&rig, &store, analysis))).await;
@@ -95,14 +102,9 @@ where
     let session = Session { rig: &rig, store: &store, record, objects };
     let measuring =
         Measuring { sampler, rig: &rig, store: &store, record, spectra, memory: analysis, kept };
-    let store_full = async || store.lock().await.is_full(rig.dofs()).await;
-    join3(
-        measuring.run(),
-        apart(pin!(session.run(rx, tx, session_memory))),
-        buttons::run(panel, &rig, store_full),
-    )
-    .await
-    .0
+    let task = PanelTask { rig: &rig, store: &store, record, memory: panel_memory };
+    let showing = panel::task::run(panel, task);
+    join3(measuring.run(), apart(pin!(session.run(rx, tx, session_memory))), showing).await.0
 }
 
 /// A function of its own: its stack is not needed afterwards.

@@ -256,7 +256,7 @@ impl<F: NorFlash> Session<'_, F> {
             if !self.rig.is_idle() {
                 return Err(Reason::WrongPhase);
             }
-            self.changing(async || self.store.lock().await.put_layout(body).await).await?;
+            self.rig.changing(async || self.store.lock().await.put_layout(body).await).await?;
             self.rig.set_layout(decode(body)?);
             self.rig.changed();
         }
@@ -272,17 +272,9 @@ impl<F: NorFlash> Session<'_, F> {
         if !self.rig.is_idle() {
             return Err(Reason::WrongPhase);
         }
-        self.changing(async || self.store.lock().await.put_calibration(body).await).await?;
+        self.rig.changing(async || self.store.lock().await.put_calibration(body).await).await?;
         *self.rig.calibration.borrow_mut() = decode::<CalibrationRecord>(body)?.calibration;
         Ok(())
-    }
-
-    /// Keeps a campaign from being started by a button while the flash is written.
-    async fn changing<T>(&self, write: impl AsyncFnOnce() -> T) -> T {
-        self.rig.changing.set(true);
-        let done = write().await;
-        self.rig.changing.set(false);
-        done
     }
 
     /// The calibration in force; where it comes from is kept in the store alone.

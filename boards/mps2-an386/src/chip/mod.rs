@@ -55,7 +55,7 @@ async fn rig() {
         sampler: sampler::RingSampler::new(ring),
         link: link::start(),
         flash,
-        panel: panel::NoPanel,
+        panel: panel::NoPanel::default(),
     };
     massline_firmware::run(board, MEMORY.take()).await;
 }
