@@ -35,11 +35,8 @@ impl Rig {
     fn new() -> Self {
         let file = include_str!("../../host/examples/three-bar-test-1.toml");
         let layout = LayoutFile::parse(file, "test").unwrap().rig_layout().unwrap();
-        let line = |title: &str, in_use| LayoutLine {
-            hash: 1,
-            title: title.try_into().unwrap(),
-            in_use,
-        };
+        let line =
+            |title: &str, in_use| LayoutLine { hash: 1, title: title.try_into().unwrap(), in_use };
         let model = PanelModel {
             dof: Some((1, layout.hits[1].dof)),
             accepted: 2,
@@ -284,8 +281,13 @@ fn results() {
 #[test]
 fn pages_of_a_result() {
     let names = [
-        "result-mass", "result-inertia", "result-products", "result-principal", "result-limits",
-        "result-finding", "result-finding-response",
+        "result-mass",
+        "result-inertia",
+        "result-products",
+        "result-principal",
+        "result-limits",
+        "result-finding",
+        "result-finding-response",
     ];
     for (page, name) in names.into_iter().enumerate() {
         let rig = Rig { summary: Some(summary()), ..Rig::new() };
@@ -335,7 +337,8 @@ fn storage_and_about() {
     Rig::new().show("storage", Screen::Storage, 0);
     let full = (1..=RESULTS as u32).rev().map(entry).collect();
     Rig { results: full, ..Rig::new() }.show("storage-full", Screen::Storage, 0);
-    let last_panic = "index out of bounds: the len is 3 but the index is 7, firmware/src/store.rs:123";
+    let last_panic =
+        "index out of bounds: the len is 3 but the index is 7, firmware/src/store.rs:123";
     for page in 0..3 {
         let mut rig = Rig::new();
         rig.info.last_panic = last_panic;

@@ -21,7 +21,7 @@ pub fn fixed(value: f32, decimals: u8) -> Text {
         decimals -= 1;
     }
     let scaled = value.abs() * power(decimals) + 0.5;
-    if !(scaled <= LARGEST + 1.0) {
+    if value.is_nan() || scaled > LARGEST + 1.0 {
         // There is room.
         let _ = text.push_str(if value.is_nan() { "?" } else { ">max" });
         return text;

@@ -58,8 +58,7 @@ impl Frame {
 
     /// The pixel of a place; one that is no number or too far away is in the middle.
     fn pixel(&self, Seen(x, y): Seen) -> Point {
-        self.center
-            + pixels((x - self.middle.0) * self.scale, (y - self.middle.1) * self.scale)
+        self.center + pixels((x - self.middle.0) * self.scale, (y - self.middle.1) * self.scale)
     }
 }
 
@@ -98,8 +97,10 @@ pub(super) fn draw<D: Screen>(
 /// An arrow whose tip is where the hammer lands; a ring where it comes straight at the eye.
 fn arrow<D: Screen>(canvas: &mut Canvas<'_, D>, tip: Point, Seen(x, y): Seen) {
     let length = nalgebra::ComplexField::sqrt(x * x + y * y);
-    if !(length > 0.1) {
-        for (from, to) in [((-4, -4), (4, -4)), ((4, -4), (4, 4)), ((4, 4), (-4, 4)), ((-4, 4), (-4, -4))] {
+    if length.is_nan() || length <= 0.1 {
+        for (from, to) in
+            [((-4, -4), (4, -4)), ((4, -4), (4, 4)), ((4, 4), (-4, 4)), ((-4, 4), (-4, -4))]
+        {
             canvas.stroke(tip + Point::from(from), tip + Point::from(to));
         }
         return;

@@ -22,8 +22,8 @@ use super::draw::{LayoutLine, View, canvas, draw};
 use super::held::Held;
 use super::menu::{Action, Menu, Screen};
 use super::pace::Pace;
-use super::trial::{self, Problem, Readings};
 use super::summary::{self, PIECE};
+use super::trial::{self, Problem, Readings};
 use super::{Button, Cue, PanelModel, cues};
 use crate::board::Panel;
 use crate::rig::{Reading, Rig};
@@ -148,9 +148,8 @@ impl<F: NorFlash> Desk<'_, F> {
     /// What can be shown now. While the flash is at work its lists are those of before.
     fn model(&self) -> PanelModel {
         let mut model = self.rig.panel();
-        model.results = self.store.try_lock().map_or(self.before.results, |store| {
-            store.results().len() as u8
-        });
+        model.results =
+            self.store.try_lock().map_or(self.before.results, |store| store.results().len() as u8);
         model.layouts = layouts(self.rig).len() as u8;
         if let Held::Refusal(findings) = &*self.held {
             model.findings = findings.len() as u8;

@@ -25,8 +25,12 @@ pub fn of_code(code: Code) -> &'static str {
         Code::FewerThanThreeHits => "Under 3 hit places:\nadd hits elsewhere,\nother directions.",
         Code::HitsAllParallel => "All hits parallel:\nadd one in another\ndirection.",
         Code::HitsConcurrent => "All hits meet in one\npoint: move one past\nit.",
-        Code::HitsThroughCentreOfMass => "All hits go through\nthe centre of mass:\nhit further out.",
-        Code::TenParametersNotIdentifiable => "Cannot find all ten:\nmore hit places or\nsensors needed.",
+        Code::HitsThroughCentreOfMass => {
+            "All hits go through\nthe centre of mass:\nhit further out."
+        }
+        Code::TenParametersNotIdentifiable => {
+            "Cannot find all ten:\nmore hit places or\nsensors needed."
+        }
         Code::TwoSensorsOnOneNode => "Two sensors on one\nnode: give each its\nown.",
         Code::UnknownNode => "The layout lacks this\nnode: correct the\nlayout.",
         Code::AxesNotOrthonormal => "Axes not at right\nangles: correct the\nlayout.",
@@ -36,7 +40,9 @@ pub fn of_code(code: Code) -> &'static str {
         Code::FrfMissing => "This hit place was\nnot measured.",
         Code::BandTooNarrow => "Band too narrow:\nwiden test.band_hz.",
         Code::TooFewHitsForSigma => "Under 3 hits: no +-\nis known. Hit more\noften.",
-        Code::SigmaCoversScatterOnly => "+- covers the scatter\nof hits only, not\nplaces and gains.",
+        Code::SigmaCoversScatterOnly => {
+            "+- covers the scatter\nof hits only, not\nplaces and gains."
+        }
         Code::NotPhysicallyConsistent => "No body is like this:\ncheck places, signs;\nhit more.",
         Code::IllConditioned => "Nearly unsolvable:\nspread sensors and\nhits.",
         Code::DofSkipped => "This hit place was\nleft out.",
@@ -189,8 +195,12 @@ pub fn of_problem(problem: &Problem) -> &'static str {
             }
             TumbleProblem::NotFinite(_) => "The reading is no\nnumber: read again.",
             TumbleProblem::NotAtRest { .. } => "Not at rest: lay it\ndown, hands off, read\nagain.",
-            TumbleProblem::ReadsAs { .. } => "Turned otherwise, or\ntwo wires swapped:\nbegin anew.",
-            TumbleProblem::WrongLength { .. } => "Far from 1 g: cable\noff or other sensor.\nBegin anew.",
+            TumbleProblem::ReadsAs { .. } => {
+                "Turned otherwise, or\ntwo wires swapped:\nbegin anew."
+            }
+            TumbleProblem::WrongLength { .. } => {
+                "Far from 1 g: cable\noff or other sensor.\nBegin anew."
+            }
         },
         Problem::Block(error) => match error {
             BlockError::TooFewHits => "Under 2 hits along a\ndirection: take 5.",
@@ -235,7 +245,12 @@ mod tests {
             assert!(fits(of_code(code)), "{code:?}: {}", of_code(code));
             assert!(Code::ALL[i + 1..].iter().all(|&other| of_code(other) != of_code(code)));
         }
-        assert!(fits(of_diagnostic(&Diagnostic { code: 999, severity: 2, subject: 0, value: 0.0 })));
+        assert!(fits(of_diagnostic(&Diagnostic {
+            code: 999,
+            severity: 2,
+            subject: 0,
+            value: 0.0
+        })));
     }
 
     #[test]
@@ -266,7 +281,12 @@ mod tests {
             BlockError::Dead { sensor: 0 },
         ];
         let tumble = tumble.into_iter().map(|problem| Problem::Tumble { sensor: 0, problem });
-        let others = [Problem::NotUsable, Problem::NoMass, Problem::SensorsUnknown, Problem::Refused(Reason::Busy)];
+        let others = [
+            Problem::NotUsable,
+            Problem::NoMass,
+            Problem::SensorsUnknown,
+            Problem::Refused(Reason::Busy),
+        ];
         for problem in tumble.chain(block.map(Problem::Block)).chain(others) {
             assert!(fits(of_problem(&problem)), "{problem:?}");
         }
@@ -281,7 +301,8 @@ mod tests {
                 assert!(subject(&d, None).len() <= WIDTH, "{code:?}");
             }
         }
-        let channel = |k| subject(&Diagnostic::about(Code::Overload, Severity::Error, k, 0.0), None);
+        let channel =
+            |k| subject(&Diagnostic::about(Code::Overload, Severity::Error, k, 0.0), None);
         assert_eq!(channel(0), "hammer");
         assert_eq!(channel(5), "sensor 2 y");
         let hit = Diagnostic::about(Code::DofSkipped, Severity::Warning, 1, 3.5);

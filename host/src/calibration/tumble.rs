@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use massline_shared::calibration::tumble::{
-    Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading, sigma_of_mean, solve,
+    Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading,
+    sigma_of_mean, solve,
 };
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
 use massline_shared::protocol::message::StaticReading;

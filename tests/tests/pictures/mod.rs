@@ -61,8 +61,7 @@ fn write(path: &Path, glass: &Glass) {
         let place = on_glass(x).zip(on_glass(y));
         u8::from(place.is_some_and(|(x, y)| glass.is_bright(x, y)))
     };
-    let pixels: Vec<u8> =
-        (0..height).flat_map(|y| (0..width).map(move |x| pixel(x, y))).collect();
+    let pixels: Vec<u8> = (0..height).flat_map(|y| (0..width).map(move |x| pixel(x, y))).collect();
     encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
 }
 

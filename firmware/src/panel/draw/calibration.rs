@@ -73,7 +73,8 @@ fn proposed<D: Screen>(canvas: &mut Canvas<'_, D>, proposal: &Proposal) {
         Some(ratio) => {
             canvas.pair(0, "force was x", &fixed(ratio, 4));
             canvas.pair(1, "\u{b1} hammer", &percent(proposal.sigma.hammer_gain));
-            canvas.line(2, if proposal.sound { "directions agree" } else { "NOT ALIKE: hit anew?" });
+            canvas
+                .line(2, if proposal.sound { "directions agree" } else { "NOT ALIKE: hit anew?" });
         }
         None => {
             canvas.pair(0, "\u{b1} gains", &percent(proposal.sigma.gain));

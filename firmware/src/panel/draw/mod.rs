@@ -1,8 +1,8 @@
 //! The screens as pixels. One file for each group of screens; [`draw`] finds the right one.
 
 mod calibration;
-pub mod canvas;
 mod campaign;
+pub mod canvas;
 mod lists;
 mod result;
 

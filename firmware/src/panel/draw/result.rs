@@ -130,12 +130,15 @@ fn principal<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Answer) {
 /// equations are conditioned, and what is known least.
 fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Answer, pages: &str) {
     canvas.title("What limits it", pages);
-    canvas.line(0, match Method::from_raw(answer.method) {
-        Some(Method::MaximumLikelihood) => "Maximum likelihood",
-        Some(Method::InertiaRestraint) => "Inertia restraint",
-        Some(Method::GlobalFit) => "Global fit",
-        None => "Unknown method",
-    });
+    canvas.line(
+        0,
+        match Method::from_raw(answer.method) {
+            Some(Method::MaximumLikelihood) => "Maximum likelihood",
+            Some(Method::InertiaRestraint) => "Inertia restraint",
+            Some(Method::GlobalFit) => "Global fit",
+            None => "Unknown method",
+        },
+    );
     match answer.consistency {
         Some(consistency) => {
             // One test of a thousand by chance, as in the diagnosis.

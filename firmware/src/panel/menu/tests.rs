@@ -169,8 +169,20 @@ fn every_screen_is_reached_by_buttons_alone() {
     }
     let phases = ["Idle", "Armed", "Busy", "Confirming", "Paused", "Solving", "Done"];
     let others = [
-        "Home", "Findings", "Layouts", "Results", "Result", "Calibration", "BlockMass", "Trial",
-        "Storage", "About", "Sure(End)", "Sure(Redo)", "Sure(Delete)", "Refused(StoreFull)",
+        "Home",
+        "Findings",
+        "Layouts",
+        "Results",
+        "Result",
+        "Calibration",
+        "BlockMass",
+        "Trial",
+        "Storage",
+        "About",
+        "Sure(End)",
+        "Sure(Redo)",
+        "Sure(Delete)",
+        "Refused(StoreFull)",
     ];
     let all = phases.map(|phase| std::format!("Measure {phase}")).into_iter();
     for screen in all.chain(others.map(|screen| screen.to_string())) {
@@ -181,7 +193,12 @@ fn every_screen_is_reached_by_buttons_alone() {
 /// What may come of an action.
 fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Menu, PanelModel)> {
     use CampaignCommand as C;
-    let with = |phase| PanelModel { results: model.results, findings: 1, accepted: 1, ..self::model(phase) };
+    let with = |phase| PanelModel {
+        results: model.results,
+        findings: 1,
+        accepted: 1,
+        ..self::model(phase)
+    };
     let at = |screen| {
         let mut menu = menu;
         menu.open(screen);

@@ -108,16 +108,12 @@ fn principal_moments_are_those_of_the_body() {
     let answer = Answer::from(&stored);
     let theta = SVector::from(stored.properties.map(f64::from));
     let expected = RigidBody::from_theta(&theta).principal().unwrap().moments;
-    for (found, expected) in answer.moments.unwrap().into_iter().zip(expected.iter()) {
-        // Single precision of the largest moment.
-        assert!((f64::from(found) - expected).abs() < 1e-6 * expectation(&expected));
+    for (found, moment) in answer.moments.unwrap().into_iter().zip(expected.iter()) {
+        // Single precision of the largest moment, a few roundings.
+        assert!((f64::from(found) - moment).abs() < 1e-6 * expected[2]);
     }
     assert_eq!(answer.sigmas.unwrap()[0], 0.01);
     assert!(answer.moment_sigmas.unwrap().iter().all(|sigma| *sigma > 0.0));
-}
-
-fn expectation(largest: &f64) -> f64 {
-    largest.max(0.0149)
 }
 
 #[test]
