@@ -5,7 +5,7 @@ use core::fmt::Write as _;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
 use massline_shared::diagnosis::{Code, Diagnostic};
-use massline_shared::layout::{RigLayout, Setting};
+use massline_shared::layout::{PROPERTIES, RigLayout, Setting};
 use massline_shared::protocol::message::Reason;
 
 use super::number::{Text, decimals_for, fitting};
@@ -58,6 +58,9 @@ pub fn of_code(code: Code) -> &'static str {
         Code::NotConverged => "No fit: check nodes,\naxes and signs of all\nsensors and hits.",
         Code::AttachedTooHeavy => "Attached masses weigh\nmore than was found:\ncheck them.",
         Code::MassNotPositive => "Mass not positive:\ncheck signs and axes.",
+        Code::PriorContradictsData => {
+            "[prior] contradicts\nthe data (see value):\ncheck or widen it."
+        }
         Code::NoPlateau => "Its mass line is not\nflat: narrow the band\nor hang softer.",
         Code::BandNotFound => "No clear band: 10 to\n120 Hz used. Hang the\nobject softer.",
         Code::Overload => "Too hard: a channel\nwas at its end. Hit\nmore gently.",
@@ -111,6 +114,7 @@ fn write_subject(text: &mut Text, d: &Diagnostic, layout: Option<&RigLayout>) ->
             Some(hit) => write!(text, "hit {}", hit.dof),
             None => write!(text, "hit no. {}", index + 1),
         },
+        About::Property => text.write_str(PROPERTIES.get(index).unwrap_or(&"property")),
         About::Sensor => write!(text, "sensor {}", index + 1),
         About::Channel => write_channel(text, index),
         About::Setting => {
@@ -137,6 +141,7 @@ enum About {
     Whole,
     Hit,
     Sensor,
+    Property,
     Channel,
     Setting,
     Response,
@@ -165,6 +170,7 @@ fn about(code: Code) -> About {
             About::Channel
         }
         Code::SettingOutOfRange => About::Setting,
+        Code::PriorContradictsData => About::Property,
         Code::NoPlateau => About::Response,
         _ => About::Whole,
     }
