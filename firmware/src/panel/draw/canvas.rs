@@ -9,7 +9,7 @@ use embedded_graphics::mono_font::iso_8859_1::FONT_6X10;
 use embedded_graphics::mono_font::{MonoFont, MonoTextStyleBuilder, ascii};
 use embedded_graphics::pixelcolor::BinaryColor;
 use embedded_graphics::prelude::*;
-use embedded_graphics::primitives::{Line, PrimitiveStyle, Rectangle};
+use embedded_graphics::primitives::{Line, PointsIter, Rectangle};
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
 
 use crate::panel::number;
@@ -121,8 +121,9 @@ impl<D: Screen> Canvas<'_, D> {
 
     /// A thin line.
     pub fn stroke(&mut self, from: Point, to: Point) {
-        let style = PrimitiveStyle::with_stroke(BinaryColor::On, 1);
-        let Ok(()) = Line::new(from, to).into_styled(style).draw(self.0);
+        // Point by point: a styled line can be thick, which costs 1 KB of flash.
+        let points = Line::new(from, to).points();
+        let Ok(()) = self.0.draw_iter(points.map(|point| Pixel(point, BinaryColor::On)));
     }
 
     fn write(
