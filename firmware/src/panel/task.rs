@@ -27,7 +27,7 @@ use super::trial::{self, Problem, Readings};
 use super::{Button, Cue, PanelModel, cues};
 use crate::board::Panel;
 use crate::rig::{Reading, Rig};
-use crate::store::{Kept, RESULTS, Store};
+use crate::store::{Kept, KeptLayout, LAYOUTS, RESULTS, Store};
 
 /// What the panel keeps.
 pub(crate) struct PanelMemory {
@@ -66,7 +66,13 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
         if let Either::Second(button) = select(rig.show.wait(), panel.button()).await
             && let Some(errand) = desk.press(button)
         {
-            let done = rig.changing(async || run_errand(errand, &mut desk, piece).await).await;
+            let done = match errand {
+                Errand::Start(block) => {
+                    let full = store.lock().await.is_full(rig.dofs()).await;
+                    desk.command(CampaignCommand::Start, block, full)
+                }
+                other => rig.changing(async || run_errand(other, &mut desk, piece).await).await,
+            };
             desk.answer(done);
         }
     }
@@ -75,9 +81,11 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
 /// What needs the flash.
 #[derive(Clone, Copy)]
 enum Errand {
+    /// A campaign, with the mass of the block when it is one.
+    Start(Option<f32>),
     Open(Kept),
     Delete(u32),
-    UseLayout,
+    UseLayout(u32),
     SolveBlock,
     KeepCalibration,
 }
@@ -97,7 +105,10 @@ async fn run_errand<F: NorFlash>(
             store.delete_result(number).await?;
             *desk.held = Held::Nothing;
         }
-        Errand::UseLayout => {
+        // Not here: nothing is changed in the flash.
+        Errand::Start(_) => {}
+        Errand::UseLayout(hash) => {
+            store.use_layout(hash).await?;
             let layout = store.layout().await.ok_or(Reason::NotFound)?;
             desk.use_layout(layout);
         }
@@ -148,9 +159,9 @@ impl<F: NorFlash> Desk<'_, F> {
     /// What can be shown now. While the flash is at work its lists are those of before.
     fn model(&self) -> PanelModel {
         let mut model = self.rig.panel();
-        model.results =
-            self.store.try_lock().map_or(self.before.results, |store| store.results().len() as u8);
-        model.layouts = layouts(self.rig).len() as u8;
+        let lists = |store: &Store<F>| (store.results().len() as u8, store.layouts().len() as u8);
+        let before = (self.before.results, self.before.layouts);
+        (model.results, model.layouts) = self.store.try_lock().map_or(before, |store| lists(&store));
         if let Held::Refusal(findings) = &*self.held {
             model.findings = findings.len() as u8;
         }
@@ -174,7 +185,7 @@ impl<F: NorFlash> Desk<'_, F> {
             menu: &self.menu,
             model: &self.before,
             layout: layout.as_ref(),
-            layouts: &layouts(rig),
+            layouts: &layouts(store),
             results: &results,
             summary: self.held.summary(),
             findings,
@@ -206,9 +217,10 @@ impl<F: NorFlash> Desk<'_, F> {
 
     fn act(&mut self, action: Action) -> Result<Option<Errand>, Reason> {
         match action {
-            Action::Command(command) => self.command(command, None)?,
+            Action::Command(CampaignCommand::Start) => return Ok(Some(Errand::Start(None))),
+            Action::Command(command) => self.command(command, None, false)?,
             Action::StartBlock { decigrams } => {
-                self.command(CampaignCommand::Start, Some(decigrams as f32 * 1e-4))?;
+                return Ok(Some(Errand::Start(Some(decigrams as f32 * 1e-4))));
             }
             Action::StartTumble => {
                 *self.held = Held::Tumble(Readings::new(), false);
@@ -232,11 +244,11 @@ impl<F: NorFlash> Desk<'_, F> {
                 return rests.ok_or(Reason::WrongPhase).map(Some);
             }
             Action::UseLayout(place) => {
-                let lines = layouts(self.rig);
-                let line = lines.get(usize::from(place)).ok_or(Reason::NotFound)?;
-                return match line.in_use {
+                let store = self.store.try_lock().map_err(|_| Reason::Busy)?;
+                let kept = store.layouts().get(usize::from(place)).ok_or(Reason::NotFound)?;
+                return match kept.in_use {
                     true => Ok(None),
-                    false => self.when_idle(Errand::UseLayout),
+                    false => self.when_idle(Errand::UseLayout(kept.hash)),
                 };
             }
             Action::SolveBlock => return self.when_idle(Errand::SolveBlock),
@@ -249,9 +261,14 @@ impl<F: NorFlash> Desk<'_, F> {
         if self.rig.is_idle() { Ok(Some(errand)) } else { Err(Reason::WrongPhase) }
     }
 
-    /// Steers the campaign; with the mass of a block it starts one that calibrates.
-    fn command(&mut self, command: CampaignCommand, block: Option<f32>) -> Result<(), Reason> {
-        let full = self.store.try_lock().map_err(|_| Reason::Busy)?.is_full();
+    /// Steers the campaign; with the mass of a block it starts one that calibrates. `full` when the
+    /// store has no room for a campaign.
+    fn command(
+        &mut self,
+        command: CampaignCommand,
+        block: Option<f32>,
+        full: bool,
+    ) -> Result<(), Reason> {
         let request = CommandRequest {
             command: command as u8,
             confirm: false,
@@ -361,14 +378,14 @@ impl<F: NorFlash> Desk<'_, F> {
     }
 }
 
-/// The layouts that are kept: the store has one, the one in use.
-fn layouts(rig: &Rig) -> Vec<LayoutLine, 4> {
-    let line = |layout: &RigLayout| LayoutLine {
-        hash: rig.layout_hash.get(),
-        title: crate::rig::cut(&layout.title),
-        in_use: true,
+/// The layouts that are kept.
+fn layouts<F: NorFlash>(store: &Store<F>) -> Vec<LayoutLine, LAYOUTS> {
+    let line = |kept: &KeptLayout| LayoutLine {
+        hash: kept.hash,
+        title: crate::rig::cut(&kept.title),
+        in_use: kept.in_use,
     };
-    rig.layout.borrow().iter().map(line).collect()
+    store.layouts().iter().map(line).collect()
 }
 
 /// Sensors that are calibrated: those of the layout, else all that there are inputs for.
