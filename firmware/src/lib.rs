@@ -103,8 +103,13 @@ where
     let measuring =
         Measuring { sampler, rig: &rig, store: &store, record, spectra, memory: analysis, kept };
     let task = PanelTask { rig: &rig, store: &store, record, memory: panel_memory };
-    let showing = panel::task::run(panel, task);
-    join3(measuring.run(), apart(pin!(session.run(rx, tx, session_memory))), showing).await.0
+    join3(
+        apart(pin!(measuring.run())),
+        apart(pin!(session.run(rx, tx, session_memory))),
+        apart(pin!(panel::task::run(panel, task))),
+    )
+    .await
+    .0
 }
 
 /// A function of its own: its stack is not needed afterwards.
