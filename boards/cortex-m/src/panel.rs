@@ -3,22 +3,14 @@
 //! The application's part never waits for a wire: pages, presses and cues go over channels to tasks of
 //! their own, so whatever the application gives up leaves no transfer half done.
 
-use core::fmt::Write;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Ticker, Timer, with_timeout};
-use embedded_graphics::draw_target::DrawTarget;
-use embedded_graphics::mono_font::MonoTextStyle;
-use embedded_graphics::mono_font::ascii::FONT_6X10;
-use embedded_graphics::pixelcolor::BinaryColor;
-use embedded_graphics::prelude::{Drawable, Point};
-use embedded_graphics::text::{Baseline, Text};
 use embedded_hal_async::i2c::I2c;
 use massline_firmware::board::Panel;
-use massline_firmware::panel::{Button, PanelModel};
-use massline_shared::protocol::message::Phase;
+use massline_firmware::panel::{Button, Cue};
 use ssd1306::command::AddrMode;
 use ssd1306::mode::BasicMode;
 use ssd1306::prelude::{DisplayRotation, I2CInterface};
@@ -30,21 +22,6 @@ use crate::debounce::Debounce;
 use crate::frame::{Frame, Page, WIDTH};
 
 type DisplayError = display_interface::DisplayError;
-
-/// What is told by sound and light, because hands and eyes are at the hammer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cue {
-    /// Hit now.
-    Armed,
-    /// The hit is good.
-    Accepted,
-    /// The hit does not count.
-    Rejected,
-    /// The measurement is complete.
-    Done,
-    /// It cannot go on.
-    Failed,
-}
 
 /// Contacts have settled after this.
 const SETTLE: Duration = Duration::from_millis(20);
@@ -86,24 +63,25 @@ impl Wires {
 pub struct RigPanel {
     frame: &'static mut Frame,
     wires: &'static Wires,
-    shown: PanelModel,
 }
 
 impl RigPanel {
     /// A black screen. To be called once.
     pub fn new(wires: &'static Wires) -> Self {
         static FRAME: StaticCell<Frame> = StaticCell::new();
-        Self { frame: FRAME.init_with(Frame::new), wires, shown: PanelModel::START }
+        Self { frame: FRAME.init_with(Frame::new), wires }
     }
+}
 
-    /// What is drawn on.
-    pub fn screen(&mut self) -> &mut Frame {
+impl Panel for RigPanel {
+    type Screen = Frame;
+
+    fn screen(&mut self) -> &mut Frame {
         self.frame
     }
 
-    /// Brings what was drawn to the glass; returns at once when no screen is connected. Cancel-safe: a
-    /// page is sent whole or again.
-    pub async fn flush(&mut self) {
+    // A page is sent whole or again.
+    async fn flush(&mut self) {
         loop {
             if self.wires.redraw.swap(false, Ordering::Relaxed) {
                 self.frame.change_all();
@@ -114,75 +92,13 @@ impl RigPanel {
         }
     }
 
-    /// Waits for a press. Cancel-safe.
-    pub async fn button(&mut self) -> Button {
+    async fn button(&mut self) -> Button {
         self.wires.presses.receive().await
     }
 
-    /// Starts a cue of sound or light and returns; one too many is not heard.
-    pub fn cue(&mut self, cue: Cue) {
+    fn cue(&mut self, cue: Cue) {
+        // One too many is not heard.
         let _ = self.wires.cues.try_send(cue);
-    }
-
-    fn announce(&mut self, model: &PanelModel) {
-        let (before, now) = (self.shown, model);
-        if now.phase == Phase::Armed && (before.phase != now.phase || before.armings != now.armings)
-        {
-            self.cue(Cue::Armed);
-        }
-        if now.accepted > before.accepted {
-            self.cue(Cue::Accepted);
-        }
-        if now.rejected_for.is_some() && now.rejected_for != before.rejected_for {
-            self.cue(Cue::Rejected);
-        }
-        if now.phase == Phase::Done && before.phase != now.phase {
-            self.cue(Cue::Done);
-        }
-    }
-
-    fn line(&mut self, row: i32, text: &str) {
-        let style = MonoTextStyle::new(&FONT_6X10, BinaryColor::On);
-        let Ok(_) = Text::with_baseline(text, Point::new(0, 12 * row), style, Baseline::Top)
-            .draw(self.frame);
-    }
-}
-
-impl Panel for RigPanel {
-    fn show(&mut self, model: &PanelModel) {
-        self.announce(model);
-        self.shown = *model;
-        let Ok(()) = self.frame.clear(BinaryColor::Off);
-        // A line that is too long is cut at the edge of the screen.
-        let mut text = heapless::String::<32>::new();
-        let _ = write!(text, "{:?}", model.phase);
-        self.line(0, &text);
-        if let Some((index, dof)) = model.dof {
-            text.clear();
-            let _ = write!(text, "{dof}  DOF {}/{}", index + 1, model.dofs);
-            self.line(1, &text);
-            text.clear();
-            let _ = write!(text, "hit {}/{}", model.accepted, model.wanted);
-            self.line(2, &text);
-        }
-        if let Some(code) = model.rejected_for {
-            text.clear();
-            let _ = write!(text, "rejected: {code}");
-            self.line(3, &text);
-        }
-        if let Some(mass) = model.mass {
-            text.clear();
-            let _ = write!(text, "{:.3} kg", mass.value);
-            if let Some(sigma) = mass.sigma {
-                let _ = write!(text, " +-{sigma:.3}");
-            }
-            self.line(4, &text);
-        }
-    }
-
-    async fn button(&mut self) -> Button {
-        self.flush().await;
-        RigPanel::button(self).await
     }
 }
 

@@ -161,7 +161,8 @@ impl<F: NorFlash> Desk<'_, F> {
         let mut model = self.rig.panel();
         let lists = |store: &Store<F>| (store.results().len() as u8, store.layouts().len() as u8);
         let before = (self.before.results, self.before.layouts);
-        (model.results, model.layouts) = self.store.try_lock().map_or(before, |store| lists(&store));
+        (model.results, model.layouts) =
+            self.store.try_lock().map_or(before, |store| lists(&store));
         if let Held::Refusal(findings) = &*self.held {
             model.findings = findings.len() as u8;
         }
