@@ -68,7 +68,7 @@ pub(super) fn layouts<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
 pub(super) fn storage<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.title("Storage", "");
     let results = view.results.len();
-    canvas.pair(0, "results", &text(format_args!("{results} of {RESULTS}")));
+    canvas.pair(0, "results", &text(format_args!("{results}")));
     canvas.pair(1, "layouts", &text(format_args!("{}", view.layouts.len())));
     canvas.pair(2, "failed writes", &text(format_args!("{}", view.stats.store_failures)));
     if results >= RESULTS {
