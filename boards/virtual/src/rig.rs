@@ -173,11 +173,6 @@ impl VirtualRig {
         self.panel.wait_for(timeout, wanted)
     }
 
-    /// The host's end of the panel, for another thread or for more than the model.
-    pub fn panel_view(&self) -> PanelView {
-        self.panel.clone()
-    }
-
     /// Presses a button.
     pub fn press(&self, button: Button) {
         self.panel.press(button);
@@ -313,7 +308,7 @@ mod tests {
         };
         let pressing = async {
             panel.button().await;
-            panel.tell(&PanelModel { phase: Phase::Done, ..PanelModel::START });
+            panel.show(&PanelModel { phase: Phase::Done, ..PanelModel::START });
             Timer::after_secs(1_000_000).await;
         };
         let echoing = async {
@@ -377,7 +372,7 @@ mod tests {
             starts += 1;
         }
         flash.write(starts * 4, &[0; 4]).await.unwrap();
-        panel.tell(&PanelModel { phase: Phase::Done, armings: starts + 1, ..PanelModel::START });
+        panel.show(&PanelModel { phase: Phase::Done, armings: starts + 1, ..PanelModel::START });
         std::future::pending().await
     }
 
