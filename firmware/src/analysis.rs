@@ -20,7 +20,9 @@ use massline_shared::signal::{
     Standing, lines_of_band,
 };
 use nalgebra::{Complex, SVector};
+use serde::Serialize;
 
+use crate::block;
 use crate::consistency;
 use crate::deadline::Deadline;
 use crate::identification;
@@ -68,6 +70,52 @@ impl AnalysisMemory {
             },
             campaign: 0,
         }
+    }
+
+    /// The DOFs that this campaign has closed.
+    pub fn dofs_of(&self, campaign: u32) -> &[DofResult] {
+        if self.campaign == campaign { &self.result.dofs } else { &[] }
+    }
+
+    /// The `i`th DOF that this campaign has closed: its index in the layout, and itself as bytes.
+    pub fn encode_dof(&mut self, campaign: u32, i: usize) -> Option<(u8, &[u8])> {
+        let dof = self.dofs_of(campaign).get(i)?;
+        let index = dof.index;
+        let Self { scratch, result, .. } = self;
+        let room = bytemuck::cast_slice_mut(scratch);
+        Some((index, postcard::to_slice(result.dofs.get(i)?, room).ok()?))
+    }
+
+    /// Something small as bytes.
+    pub fn encode(&mut self, value: &impl Serialize) -> &[u8] {
+        postcard::to_slice(value, self.room()).map_or(&[][..], |bytes| bytes)
+    }
+
+    /// Room for bytes between two steps.
+    pub fn room(&mut self) -> &mut [u8] {
+        bytemuck::cast_slice_mut(&mut self.scratch)
+    }
+
+    /// Takes a closed DOF out of the room, where it has this many bytes.
+    #[inline(never)]
+    pub fn take_dof(&mut self, length: usize) {
+        let Self { scratch, result, .. } = self;
+        let bytes = bytemuck::cast_slice::<_, u8>(scratch).get(..length).unwrap_or_default();
+        if let Ok(dof) = postcard::from_bytes(bytes) {
+            // There is room for every DOF of a layout.
+            let _ = result.dofs.push(dof);
+        }
+    }
+
+    /// Takes the DOFs that were taken out of the room for those of a campaign, but for some.
+    pub fn take_up(
+        &mut self,
+        campaign: u32,
+        wanted: impl FnMut(&DofResult) -> bool,
+    ) -> &[DofResult] {
+        self.campaign = campaign;
+        self.result.dofs.retain(wanted);
+        &self.result.dofs
     }
 
     /// The result as bytes, and the mass by its best answer when there is one.
@@ -227,6 +275,8 @@ impl Analysis<'_> {
         result.estimates.clear();
         if !rig.block.get() {
             identification::answer(rig, result, scratch).await;
+        } else if let Some(mass) = rig.block_mass.get() {
+            rig.block_ratio.set(Some(block::weigh(rig, result, mass)));
         }
         result.diagnostics = rig.diagnostics.borrow().clone();
     }

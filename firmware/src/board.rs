@@ -1,13 +1,16 @@
 //! The four seams between the application and a board: samples, link, flash, panel.
 
+use core::convert::Infallible;
 use core::fmt;
 
+use embedded_graphics::draw_target::DrawTarget;
+use embedded_graphics::pixelcolor::BinaryColor;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::ScanIndex;
 
-use crate::panel::{Button, PanelModel};
+use crate::panel::{Button, Cue, PanelModel};
 
 /// Why a block of scans did not come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,13 +71,25 @@ pub trait Link {
     fn split(self) -> (Self::Rx, Self::Tx);
 }
 
-/// A small screen and buttons.
+/// A screen of 128 × 64 pixels, three buttons, a sound or light.
 pub trait Panel {
-    /// Shows this from now on.
-    fn show(&mut self, model: &PanelModel);
+    /// What is drawn on: 128 × 64 pixels, buffered by the board (1 KiB).
+    type Screen: DrawTarget<Color = BinaryColor, Error = Infallible>;
 
-    /// Waits for a button. Cancel-safe.
+    /// What is drawn on. Every picture is drawn as a whole.
+    fn screen(&mut self) -> &mut Self::Screen;
+
+    /// Brings what was drawn to the glass; returns at once when no screen is connected. Cancel-safe.
+    fn flush(&mut self) -> impl Future<Output = ()>;
+
+    /// Waits for a press. Cancel-safe.
     fn button(&mut self) -> impl Future<Output = Button>;
+
+    /// Starts a cue of sound or light and returns.
+    fn cue(&mut self, cue: Cue);
+
+    /// What the next picture shows, for a board whose glass is looked at by a program.
+    fn tell(&mut self, _model: &PanelModel) {}
 }
 
 /// What a board says of itself.
@@ -113,7 +128,9 @@ pub struct Board<S: Sampler, L: Link, F: NorFlash, P: Panel> {
     pub sampler: S,
     /// Host.
     pub link: L,
-    /// A region of flash that belongs to the store alone.
+    /// A region of flash that belongs to the store alone: three pages or more of 1 KiB or more, words of
+    /// up to 16 bytes. A word is written once between two erases. A word that cannot be read, as
+    /// a torn one of flash with an error correcting code, is an error of `read`, which the board survives.
     pub flash: F,
     /// Screen and buttons.
     pub panel: P,

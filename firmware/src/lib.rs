@@ -4,7 +4,7 @@
 //! ```text
 //!            Sampler ─▶ measure ─▶ analysis ─▶ store ◀─▶ session ◀─▶ Link
 //!                          ▲          │                     │
-//!                          └───────── rig (shared state) ───┴──▶ buttons ◀▶ Panel
+//!                          └───────── rig (shared state) ───┴───▶ panel ◀─▶ Panel
 //! ```
 //!
 //! [`run`] is one future for any executor. All large memory is in [`Memory`], which a board places
@@ -12,32 +12,44 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate std;
+
 mod analysis;
+mod apart;
+mod block;
 pub mod board;
-mod buttons;
 mod consistency;
 mod deadline;
 mod identification;
+mod levels;
 mod measure;
 mod objects;
 pub mod panel;
+mod progress;
 mod rig;
+pub mod scan_ring;
 mod session;
 mod spectra;
 pub mod store;
 
 use core::cell::RefCell;
 use core::convert::Infallible;
+use core::pin::pin;
 
 use embassy_futures::join::join3;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::signal::Record;
 
 use crate::analysis::AnalysisMemory;
+use crate::apart::apart;
 use crate::board::{Board, Link, Panel, Sampler};
 use crate::measure::Measuring;
 use crate::objects::Objects;
+use crate::panel::task::{PanelMemory, PanelTask};
+use crate::progress::Kept;
 use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
 use crate::spectra::RigSpectra;
@@ -50,6 +62,7 @@ pub struct Memory {
     spectra: RefCell<RigSpectra>,
     analysis: AnalysisMemory,
     session: SessionMemory,
+    panel: PanelMemory,
 }
 
 impl Default for Memory {
@@ -66,6 +79,7 @@ impl Memory {
             spectra: RefCell::new(RigSpectra::new()),
             analysis: AnalysisMemory::new(),
             session: SessionMemory::new(),
+            panel: PanelMemory::new(),
         }
     }
 }
@@ -79,30 +93,37 @@ where
     P: Panel,
 {
     let Board { info, sampler, link, flash, panel } = board;
-    let Memory { record, spectra, analysis, session: session_memory } = memory;
+    let Memory { record, spectra, analysis, session: session_memory, panel: panel_memory } = memory;
     let rig = Rig::new(info, sampler.adc(), L::STREAMS);
-    let store = Mutex::new(Store::new(flash));
-    recall(&rig, &store).await;
+    let store = store_over(flash);
+    let kept = apart(pin!(recall(&rig, &store, analysis))).await;
     let (rx, tx) = link.split();
     let objects = Objects { rig: &rig, store: &store, record, spectra };
     let session = Session { rig: &rig, store: &store, record, objects };
     let measuring =
-        Measuring { sampler, rig: &rig, store: &store, record, spectra, memory: analysis };
-    let store_full = async || store.lock().await.is_full();
+        Measuring { sampler, rig: &rig, store: &store, record, spectra, memory: analysis, kept };
+    let task = PanelTask { rig: &rig, store: &store, record, memory: panel_memory };
     join3(
-        measuring.run(),
-        session.run(rx, tx, session_memory),
-        buttons::run(panel, &rig, store_full),
+        apart(pin!(measuring.run())),
+        apart(pin!(session.run(rx, tx, session_memory))),
+        apart(pin!(panel::task::run(panel, task))),
     )
     .await
     .0
 }
 
+/// A function of its own: its stack is not needed afterwards.
+#[inline(never)]
+fn store_over<F: NorFlash>(flash: F) -> Mutex<NoopRawMutex, Store<F>> {
+    Mutex::new(Store::new(flash))
+}
+
 /// Takes up what the store has kept over a restart.
 async fn recall<F: NorFlash>(
     rig: &Rig,
-    store: &Mutex<embassy_sync::blocking_mutex::raw::NoopRawMutex, Store<F>>,
-) {
+    store: &Mutex<NoopRawMutex, Store<F>>,
+    memory: &mut AnalysisMemory,
+) -> Kept {
     let mut store = store.lock().await;
     store.open().await;
     if let Some(layout) = store.layout().await {
@@ -112,4 +133,5 @@ async fn recall<F: NorFlash>(
         *rig.calibration.borrow_mut() = calibration.calibration;
     }
     rig.last_mass.set(store.results().last().and_then(|kept| kept.entry.mass));
+    Kept::recall(rig, &mut store, memory).await
 }

@@ -1,9 +1,10 @@
 //! The measuring loop: does what the campaign says next, from arming to the stored result.
 //!
-//! Measuring never waits for link, panel or flash. The sampler runs only while the rig waits for a
-//! hit, takes a record, or streams.
+//! Measuring never waits for link or panel, and for flash only between two hits, while the sampler is
+//! stopped. The sampler runs only while the rig waits for a hit, takes a record, or streams.
 
 use core::cell::RefCell;
+use core::pin::pin;
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -21,14 +22,21 @@ use massline_shared::signal::{
 use massline_shared::units::{Newtons, ScanIndex};
 
 use crate::analysis::{Analysis, AnalysisMemory};
+use crate::apart::apart;
 use crate::board::{SampleError, Sampler};
 use crate::deadline::Deadline;
+use crate::levels::Levels;
+use crate::panel::HitVerdict;
+use crate::progress::Kept;
 use crate::rig::{Reading, Rig, Streamed, note};
 use crate::spectra::RigSpectra;
 use crate::store::Store;
 
 /// Scans fetched at a time: 5 ms at 4 kS/s.
 const BLOCK: usize = 20;
+
+/// The level bars of the panel show the last this long.
+const LEVEL_WINDOW_S: f32 = 0.1;
 
 /// The measuring loop and what it works on.
 pub(crate) struct Measuring<'a, S: Sampler, F: NorFlash> {
@@ -38,12 +46,14 @@ pub(crate) struct Measuring<'a, S: Sampler, F: NorFlash> {
     pub record: &'a RefCell<Record>,
     pub spectra: &'a RefCell<RigSpectra>,
     pub memory: &'a mut AnalysisMemory,
+    pub kept: Kept,
 }
 
 impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
     /// Measures for ever.
     pub async fn run(mut self) -> ! {
         loop {
+            apart(pin!(self.kept.update(self.rig, self.store, self.memory))).await;
             self.rig.steer.reset();
             let step = self.rig.campaign.borrow().step();
             match step {
@@ -100,6 +110,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         self.sampler.start().await?;
         rig.campaign.borrow_mut().armed();
         rig.changed();
+        let mut levels = Levels::new((rig.adc.rate.0 * LEVEL_WINDOW_S) as u16);
         let mut block = [[0; CHANNELS]; BLOCK];
         loop {
             let first = self.sampler.read(&mut block).await?;
@@ -107,6 +118,10 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             rig.stats.borrow_mut().scans += BLOCK as u64;
             let mut record = self.record.borrow_mut();
             for (scan, index) in block.iter().zip(first.0..) {
+                if let Some(levels) = levels.feed(scan) {
+                    rig.levels.set(levels);
+                    rig.show.signal(());
+                }
                 let before = capture.state();
                 match capture.feed(&mut record, scan, ScanIndex(index)) {
                     CaptureState::Complete { trigger_scan } => return Ok(trigger_scan),
@@ -162,7 +177,9 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
     /// Tells about the hit in hand, which was good by itself, once more: now it is rejected.
     fn withdraw_hit(&self, why: Diagnostic) {
         let rig = self.rig;
-        rig.rejected_for.set(Some(why.code));
+        if let Some(verdict) = rig.verdict.get() {
+            rig.verdict.set(Some(HitVerdict { reason: Some(why), ..verdict }));
+        }
         let Some(mut hit) = rig.last_hit.take() else { return };
         hit.good = false;
         note(&mut hit.findings, why);
@@ -187,7 +204,8 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         let number = self.rig.hits_seen.get().wrapping_add(1);
         self.rig.hits_seen.set(number);
         let decisive = report.findings.iter().find(|found| found.is_error());
-        self.rig.rejected_for.set(decisive.map(|found| found.code));
+        let verdict = HitVerdict { peak_force: report.peak_force.0, reason: decisive.copied() };
+        self.rig.verdict.set(Some(verdict));
         let hit = HitEvent {
             number,
             dof: dof as u8,
@@ -210,7 +228,8 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         self.analysis().identify(number).await;
         let (encoded, mass) = self.memory.encode_result();
         let mut store = self.store.lock().await;
-        match store.put_result(encoded, rig.layout_hash.get(), mass).await {
+        let put = pin!(store.put_result(encoded, rig.layout_hash.get(), mass));
+        match apart(put).await {
             Ok(number) => {
                 rig.last_mass.set(mass);
                 rig.campaign.borrow_mut().identified(number);

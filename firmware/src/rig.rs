@@ -8,7 +8,8 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use heapless::{Deque, String, Vec};
-use massline_shared::campaign::{Campaign, Step};
+use massline_shared::calibration::block::{BlockError, ForceRatio};
+use massline_shared::campaign::{Campaign, Outcome, Step};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::Applicability;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, assumed_body, check_settings};
@@ -18,12 +19,12 @@ use massline_shared::protocol::message::{
 };
 use massline_shared::protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 use massline_shared::signal::{
-    AdcProperties, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS, SPECTRUM_LINES,
+    AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS, SPECTRUM_LINES,
 };
 
 use crate::board::BoardInfo;
 use crate::identification::METHODS;
-use crate::panel::PanelModel;
+use crate::panel::{HitVerdict, PanelModel};
 
 /// Hits that wait to be told to the host.
 const HIT_QUEUE: usize = 4;
@@ -52,12 +53,19 @@ pub(crate) struct Rig {
     pub last_record: Cell<Option<u32>>,
     /// Index of the DOF whose hits are averaged in the spectra.
     pub spectra_of: Cell<Option<u8>>,
-    pub rejected_for: Cell<Option<u16>>,
+    /// What was found of the last hit of this campaign.
+    pub verdict: Cell<Option<HitVerdict>>,
+    /// How much each channel has moved lately, as [`crate::levels::Levels`] counts it.
+    pub levels: Cell<[u8; CHANNELS]>,
     pub last_mass: Cell<Option<Measured>>,
     /// True when the object of the campaign is a block of known mass.
     pub block: Cell<bool>,
-    /// True while layout or calibration are being changed.
-    pub changing: Cell<bool>,
+    /// How many are changing layout or calibration just now.
+    pub changes: Cell<u8>,
+    /// Its mass, when the person has typed it in here, kg.
+    pub block_mass: Cell<Option<f32>>,
+    /// What such a campaign says of the hammer.
+    pub block_ratio: Cell<Option<Result<ForceRatio<f32>, BlockError>>>,
     pub reading: Cell<Reading>,
     /// True while the host wants every scan.
     pub stream: Cell<bool>,
@@ -112,10 +120,13 @@ impl Rig {
             record_of: Cell::new(None),
             last_record: Cell::new(None),
             spectra_of: Cell::new(None),
-            rejected_for: Cell::new(None),
+            verdict: Cell::new(None),
+            levels: Cell::new([0; CHANNELS]),
             last_mass: Cell::new(None),
             block: Cell::new(false),
-            changing: Cell::new(false),
+            changes: Cell::new(0),
+            block_mass: Cell::new(None),
+            block_ratio: Cell::new(None),
             reading: Cell::new(Reading::None),
             stream: Cell::new(false),
             streamed: Cell::new(Streamed::default()),
@@ -136,9 +147,22 @@ impl Rig {
         self.campaign.borrow_mut().forget();
         self.diagnostics.borrow_mut().clear();
         self.spectra_of.set(None);
-        self.rejected_for.set(None);
+        self.verdict.set(None);
         self.layout_hash.set(layout.hash());
         *self.layout.borrow_mut() = Some(layout);
+    }
+
+    /// DOFs of the layout in use.
+    pub fn dofs(&self) -> usize {
+        self.layout.borrow().as_ref().map_or(0, |layout| layout.hits.len())
+    }
+
+    /// Keeps a campaign from being started while layout or calibration are written to the flash.
+    pub async fn changing<T>(&self, write: impl AsyncFnOnce() -> T) -> T {
+        self.changes.set(self.changes.get() + 1);
+        let done = write().await;
+        self.changes.set(self.changes.get() - 1);
+        done
     }
 
     /// What is to be said about a layout: errors when no method of the rig could give an answer.
@@ -177,7 +201,7 @@ impl Rig {
     }
 
     fn start(&self, request: CommandRequest, store_full: bool) -> Result<(), Reason> {
-        if self.changing.get() {
+        if self.changes.get() > 0 {
             return Err(Reason::Busy);
         }
         let layout = self.layout.borrow();
@@ -202,7 +226,9 @@ impl Rig {
         campaign.start(layout.hits.len(), layout.test.hits_per_dof, request.confirm)?;
         *self.diagnostics.borrow_mut() = findings;
         self.block.set(request.block);
-        self.rejected_for.set(None);
+        self.block_mass.set(None);
+        self.block_ratio.set(None);
+        self.verdict.set(None);
         Ok(())
     }
 
@@ -256,20 +282,38 @@ impl Rig {
         }
     }
 
-    /// What the panel shows.
+    /// What the panel shows of the campaign.
     pub fn panel(&self) -> PanelModel {
+        let idle = self.is_idle();
         let campaign = self.campaign.borrow();
         let layout = self.layout.borrow();
+        let diagnostics = self.diagnostics.borrow();
         let dof = layout.as_ref().and_then(|layout| layout.hits.get(campaign.dof()));
+        let wanted = u16::from(campaign.wanted());
+        let done = campaign.dofs().iter().map(|dof| match dof.outcome {
+            Outcome::Open => u16::from(dof.accepted).min(wanted),
+            Outcome::Complete | Outcome::Early | Outcome::Skipped => wanted,
+        });
         PanelModel {
             phase: campaign.phase(),
             dof: dof.map(|hit| (campaign.dof() as u8, hit.dof)),
             armings: campaign.armings(),
             accepted: campaign.accepted(),
             wanted: campaign.wanted(),
-            dofs: layout.as_ref().map_or(0, |layout| layout.hits.len() as u8),
-            rejected_for: self.rejected_for.get(),
+            dofs: self.dofs() as u8,
+            hits_done: done.sum(),
+            hits: campaign.dofs().len() as u16 * wanted,
+            rejected: campaign.rejected(),
+            verdict: self.verdict.get(),
+            levels: self.levels.get(),
+            block: self.block.get(),
+            result: campaign.result(),
             mass: self.last_mass.get(),
+            interrupted: diagnostics.iter().any(|d| d.interrupts()),
+            idle,
+            findings: diagnostics.len() as u8,
+            // The rest is the panel's own.
+            ..PanelModel::START
         }
     }
 

@@ -14,10 +14,10 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::event::{HIT, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
 use massline_shared::protocol::message::{
-    ANSWER, Command, DeleteResult, GetCalibration, GetIdentity, GetLayout, GetObjectInfo,
-    GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest, ListResults, MAX_CHANGE_ANSWER,
-    PutCalibration, PutLayout, REFUSED, ReadObject, Reason, Refusal, ResultPage, SetStream,
-    StaticReading, Status, TakeReading, changes,
+    ANSWER, CampaignCommand, Command, DeleteResult, GetCalibration, GetIdentity, GetLayout,
+    GetObjectInfo, GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest, ListResults,
+    MAX_CHANGE_ANSWER, PutCalibration, PutLayout, REFUSED, ReadObject, Reason, Refusal, ResultPage,
+    SetStream, StaticReading, Status, TakeReading, changes,
 };
 use massline_shared::protocol::object::{ChunkRef, ChunkRequest};
 use massline_shared::protocol::{
@@ -193,8 +193,10 @@ impl<F: NorFlash> Session<'_, F> {
                 reply.with::<GetCalibration>(&record)
             }
             Command::KIND => {
-                let store_full = self.store.lock().await.is_full();
-                rig.command(reply.request::<Command>()?, store_full)?;
+                let request = reply.request::<Command>()?;
+                let store_full = request.command == CampaignCommand::Start as u8
+                    && self.store.lock().await.is_full(rig.dofs()).await;
+                rig.command(request, store_full)?;
                 reply.with::<Command>(&rig.status())
             }
             GetObjectInfo::KIND => {
@@ -254,7 +256,7 @@ impl<F: NorFlash> Session<'_, F> {
             if !self.rig.is_idle() {
                 return Err(Reason::WrongPhase);
             }
-            self.changing(async || self.store.lock().await.put_layout(body).await).await?;
+            self.rig.changing(async || self.store.lock().await.put_layout(body).await).await?;
             self.rig.set_layout(decode(body)?);
             self.rig.changed();
         }
@@ -270,17 +272,9 @@ impl<F: NorFlash> Session<'_, F> {
         if !self.rig.is_idle() {
             return Err(Reason::WrongPhase);
         }
-        self.changing(async || self.store.lock().await.put_calibration(body).await).await?;
+        self.rig.changing(async || self.store.lock().await.put_calibration(body).await).await?;
         *self.rig.calibration.borrow_mut() = decode::<CalibrationRecord>(body)?.calibration;
         Ok(())
-    }
-
-    /// Keeps a campaign from being started by a button while the flash is written.
-    async fn changing<T>(&self, write: impl AsyncFnOnce() -> T) -> T {
-        self.rig.changing.set(true);
-        let done = write().await;
-        self.rig.changing.set(false);
-        done
     }
 
     /// The calibration in force; where it comes from is kept in the store alone.

@@ -18,12 +18,13 @@
 //! With *confirmation* a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
 
 use heapless::Vec;
+use serde::{Deserialize, Serialize};
 
 use crate::layout::RIG_HITS;
 use crate::protocol::message::{CampaignCommand, Phase, Reason};
 
 /// How a DOF stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Outcome {
     /// Not finished.
     Open,
@@ -36,12 +37,30 @@ pub enum Outcome {
 }
 
 /// One DOF of the campaign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DofProgress {
     /// Hits averaged.
     pub accepted: u8,
     /// How it stands.
     pub outcome: Outcome,
+}
+
+impl DofProgress {
+    /// Nothing measured.
+    pub const OPEN: Self = Self { accepted: 0, outcome: Outcome::Open };
+}
+
+/// What outlives a cut of the power: the finished DOFs. Hits of the DOF in hand do not.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CampaignProgress {
+    /// All DOFs, in the order of the layout; without hits unless finished.
+    pub dofs: Vec<DofProgress, RIG_HITS>,
+    /// Accepted hits wanted at each DOF.
+    pub wanted: u8,
+    /// True when every hit waits for a confirmation.
+    pub confirm: bool,
+    /// Hits rejected.
+    pub rejected: u16,
 }
 
 /// What the rig does next.
@@ -202,9 +221,8 @@ impl Campaign {
         if !free {
             return Err(Reason::WrongPhase);
         }
-        let open = DofProgress { accepted: 0, outcome: Outcome::Open };
         let mut list = Vec::new();
-        if dofs == 0 || list.resize(dofs, open).is_err() {
+        if dofs == 0 || list.resize(dofs, DofProgress::OPEN).is_err() {
             return Err(Reason::NoLayout);
         }
         *self = Self {
@@ -216,6 +234,38 @@ impl Campaign {
             starts: self.starts.wrapping_add(1),
             ..Self::new()
         };
+        Ok(())
+    }
+
+    /// What has been finished; `None` unless a campaign is running.
+    pub fn progress(&self) -> Option<CampaignProgress> {
+        let Self { wanted, confirm, rejected, .. } = *self;
+        let mut dofs = self.dofs.clone();
+        for (i, dof) in dofs.iter_mut().enumerate() {
+            // A DOF has no mass lines before it is closed.
+            let closing = self.state == State::Closing && i == self.dof;
+            if closing || dof.outcome == Outcome::Open {
+                *dof = DofProgress::OPEN;
+            }
+        }
+        self.is_running().then_some(CampaignProgress { dofs, wanted, confirm, rejected })
+    }
+
+    /// Takes up a campaign that a cut of the power has ended: paused, with its finished DOFs. The DOF that was
+    /// in hand begins anew.
+    ///
+    /// # Errors
+    /// [`Reason::WrongPhase`] while a campaign is running, [`Reason::NoLayout`] without DOFs.
+    pub fn restore(&mut self, progress: CampaignProgress) -> Result<(), Reason> {
+        let CampaignProgress { dofs, wanted, confirm, rejected } = progress;
+        if self.is_running() {
+            return Err(Reason::WrongPhase);
+        }
+        self.start(dofs.len(), wanted, confirm)?;
+        self.dofs = dofs;
+        self.rejected = rejected;
+        self.next_dof();
+        self.paused = true;
         Ok(())
     }
 

@@ -2,13 +2,14 @@
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use massline_firmware::store::{MAX_RESULT, RESULTS, Store};
+use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, RESULTS, Store};
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sign};
+use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
+use massline_shared::protocol::crc32;
 use massline_shared::protocol::message::{Measured, Reason};
-use massline_virtual::flash::{Flash, FlashBacking, FlashError, PAGE_BYTES};
-use sequential_storage::cache::Cache;
-use sequential_storage::map::{MapConfig, MapStorage};
+use massline_virtual::flash::{
+    Chip, ChipFlash, F411, Flash, FlashBacking, FlashError, FlashMemory, G474, PAGE_BYTES,
+};
 use serde::Serialize;
 
 fn open(backing: &FlashBacking) -> Store<Flash> {
@@ -38,7 +39,7 @@ fn layout(title: &str) -> RigLayout {
 
 /// A result's bytes that are its own and of its own length.
 fn bytes_of(number: u32) -> Vec<u8> {
-    let length = 300 + 531 * (number as usize % RESULTS);
+    let length = 300 + 531 * (number as usize % 8);
     (0..length).map(|i| (i as u32 * 7 + number * 13) as u8).collect()
 }
 
@@ -84,7 +85,7 @@ fn a_full_store_says_so_and_has_room_again_after_a_deletion() {
     for number in 1..=RESULTS as u32 {
         assert_eq!(block_on(store.put_result(&bytes_of(number), 0, None)), Ok(number));
     }
-    assert!(store.is_full());
+    assert!(block_on(store.is_full(1)));
     assert_eq!(block_on(store.put_result(&[1], 0, None)), Err(Reason::StoreFull));
     assert_eq!(block_on(store.delete_result(3)), Ok(()));
     assert_eq!(block_on(store.delete_result(3)), Err(Reason::NotFound));
@@ -133,6 +134,8 @@ struct Failing {
     torn: usize,
     /// After a write that failed all others fail.
     worn: bool,
+    /// No read ever succeeds.
+    dead: bool,
 }
 
 impl Failing {
@@ -143,6 +146,7 @@ impl Failing {
             writes: None,
             torn: 0,
             worn: false,
+            dead: false,
         }
     }
 }
@@ -162,7 +166,7 @@ impl ReadNorFlash for Failing {
     const READ_SIZE: usize = Flash::READ_SIZE;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
-        if due(&mut self.reads) {
+        if self.dead || due(&mut self.reads) {
             return Err(FlashError::File);
         }
         self.flash.read(offset, bytes).await
@@ -200,25 +204,33 @@ fn flash_that_does_not_answer_at_the_start_keeps_its_content_and_takes_no_writes
     block_on(store.put_layout(&encoded(&layout("kept")))).unwrap();
     block_on(store.put_result(&bytes_of(1), 77, None)).unwrap();
     drop(store);
-    // The first read, and some of those that follow until the index is found.
-    for read in [0, 1, 2, 5] {
+    let mut store = open_over(Failing { dead: true, ..Failing::over(&flash) });
+    assert!(store.results().is_empty());
+    assert_eq!(store.failures(), 1);
+    assert_eq!(block_on(store.put_result(&[1], 0, None)), Err(Reason::StoreFailed));
+    assert_eq!(block_on(store.put_layout(&encoded(&layout("lost")))), Err(Reason::StoreFailed));
+    drop(store);
+    let mut store = open(&flash);
+    assert_eq!(block_on(store.layout()), Some(layout("kept")));
+    assert_eq!(read_whole(&mut store, 1, 1024), bytes_of(1));
+    assert_eq!(store.next_number(), 2);
+}
+
+#[test]
+fn a_read_that_fails_once_is_done_again() {
+    let flash = FlashBacking::default();
+    block_on(open(&flash).put_result(&bytes_of(1), 77, None)).unwrap();
+    for read in 0..200 {
         let mut store = open_over(Failing { reads: Some(read), ..Failing::over(&flash) });
-        assert!(store.results().is_empty(), "read {read}");
-        assert_eq!(store.failures(), 1, "read {read}");
-        assert_eq!(block_on(store.put_result(&[1], 0, None)), Err(Reason::StoreFailed));
-        assert_eq!(block_on(store.put_layout(&encoded(&layout("lost")))), Err(Reason::StoreFailed));
-        drop(store);
-        let mut store = open(&flash);
-        assert_eq!(block_on(store.layout()), Some(layout("kept")), "read {read}");
         assert_eq!(read_whole(&mut store, 1, 1024), bytes_of(1), "read {read}");
-        assert_eq!(store.next_number(), 2);
+        assert_eq!((store.failures(), store.next_number()), (0, 2), "read {read}");
     }
 }
 
 #[test]
 fn a_write_that_fails_is_done_again_and_shows_no_half_of_a_result() {
     let mut disturbed = 0;
-    for (write, torn) in (0..12).flat_map(|write| [(write, 0), (write, 4), (write, 64)]) {
+    for (write, torn) in (0..30).flat_map(|write| [(write, 0), (write, 4), (write, 64)]) {
         let flash = FlashBacking::default();
         block_on(open(&flash).put_result(&bytes_of(1), 0, None)).unwrap();
         let mut store = open_over(Failing { writes: Some(write), torn, ..Failing::over(&flash) });
@@ -232,16 +244,15 @@ fn a_write_that_fails_is_done_again_and_shows_no_half_of_a_result() {
             }
         }
     }
-    // Three chunks and the index take at least two writes each.
-    assert!(disturbed >= 16, "{disturbed}");
+    // The data and its change take a write for every 64 bytes.
+    assert!(disturbed >= 60, "{disturbed}");
 }
 
 #[test]
 fn flash_that_takes_no_more_writes_leaves_the_list_of_results_as_it_was() {
     let flash = FlashBacking::default();
     block_on(open(&flash).put_result(&bytes_of(1), 0, None)).unwrap();
-    // Three chunks and the index take at least two writes each.
-    for write in 0..8 {
+    for write in 0..25 {
         let worn = |write| Failing { writes: Some(write), worn: true, ..Failing::over(&flash) };
         let mut store = open_over(worn(write));
         let stored = block_on(store.put_result(&bytes_of(2), 0, None));
@@ -255,41 +266,141 @@ fn flash_that_takes_no_more_writes_leaves_the_list_of_results_as_it_was() {
     }
 }
 
-/// Writes an item straight into the map of the store.
-fn put_raw(backing: &FlashBacking, key: u16, bytes: &[u8]) {
-    let flash = Flash::open(backing).unwrap();
-    let config = MapConfig::new(0..flash.capacity() as u32);
-    let mut map = MapStorage::<u16, _, _>::new(flash, config, Cache::new_uncached());
-    block_on(map.store_item(&mut [0; 256], &key, &bytes)).unwrap();
+/// The first record of page 0 as a store of this format writes it.
+fn first_record(format: u32) -> Vec<u8> {
+    let pages = (Flash::open(&FlashBacking::default()).unwrap().capacity() / PAGE_BYTES) as u32;
+    let payload = [format, PAGE_BYTES as u32, pages].map(u32::to_le_bytes).concat();
+    let front = [1, 0, payload.len() as u8, 0, 0, 0, 0, 0, 0, 0];
+    let crc = crc32(&payload).to_le_bytes();
+    let check = crc32(&[&front[..], &crc, &[0; 4]].concat()) as u16;
+    [&front[..], &check.to_le_bytes(), &crc, &payload].concat()
 }
 
 #[test]
-fn an_index_of_other_firmware_is_passed_over() {
-    const INDEX: u16 = 3;
-    let flash = FlashBacking::default();
-    put_raw(&flash, INDEX, &[0xEE, 1, 2, 3]);
-    let mut store = open(&flash);
-    assert_eq!((store.results().len(), store.failures()), (0, 0));
-    assert_eq!(block_on(store.put_result(&bytes_of(1), 0, None)), Ok(1));
-    assert_eq!(read_whole(&mut open(&flash), 1, 1024), bytes_of(1));
+fn a_store_of_another_format_is_passed_over() {
+    const FORMAT: u32 = 4;
+    for (format, kept) in [(FORMAT, 1), (FORMAT - 1, 0), (FORMAT + 1, 0)] {
+        let flash = FlashBacking::default();
+        block_on(open(&flash).put_result(&bytes_of(1), 0, None)).unwrap();
+        // The same page under another format.
+        let mut raw = Flash::open(&flash).unwrap();
+        let mut page = vec![0; PAGE_BYTES];
+        block_on(raw.read(0, &mut page)).unwrap();
+        let first = first_record(format);
+        page[..first.len()].copy_from_slice(&first);
+        block_on(raw.erase(0, PAGE_BYTES as u32)).unwrap();
+        block_on(raw.write(0, &page)).unwrap();
+        drop(raw);
+        let mut store = open(&flash);
+        assert_eq!((store.results().len(), store.failures()), (kept, 0), "format {format}");
+        let number = block_on(store.put_result(&bytes_of(2), 0, None)).unwrap();
+        assert_eq!(number, kept as u32 + 1);
+        assert_eq!(read_whole(&mut open(&flash), number, 1024), bytes_of(2));
+    }
 }
 
 #[test]
-fn an_index_that_cannot_be_read_does_not_begin_another_one_over_the_old_chunks() {
-    const INDEX: u16 = 3;
-    const FORMAT: u8 = 3;
+fn of_the_layouts_the_one_used_longest_ago_gives_way() {
     let flash = FlashBacking::default();
     let mut store = open(&flash);
+    let titles = ["a", "b", "c", "d", "e"];
+    let hash = |title: &str| layout(title).hash();
+    for title in &titles[..LAYOUTS] {
+        block_on(store.put_layout(&encoded(&layout(title)))).unwrap();
+    }
+    block_on(store.use_layout(hash("a"))).unwrap();
+    let mut store = open(&flash);
+    assert_eq!(block_on(store.layout()), Some(layout("a")));
+    block_on(store.put_layout(&encoded(&layout("e")))).unwrap();
+    assert_eq!(block_on(store.use_layout(hash("b"))), Err(Reason::NotFound), "it gave way");
+    // One that is kept already is only taken into use.
+    block_on(store.put_layout(&encoded(&layout("c")))).unwrap();
+    for mut store in [store, open(&flash)] {
+        let mut kept: Vec<_> = store.layouts().to_vec();
+        kept.sort_by_key(|kept| kept.title.clone());
+        let shown: Vec<_> =
+            kept.iter().map(|kept| (kept.title.as_str(), kept.hash, kept.in_use)).collect();
+        let expected = ["a", "c", "d", "e"].map(|title| (title, hash(title), title == "c"));
+        assert_eq!(shown, expected);
+        assert_eq!(block_on(store.layout()), Some(layout("c")));
+    }
+}
+
+#[test]
+fn the_progress_of_a_campaign_is_kept_until_its_result() {
+    let flash = FlashBacking::default();
+    let mut store = open(&flash);
+    let mut room = [0; MAX_DOF];
+    assert!(!store.has_progress());
+    for (place, index) in [4, 0, 2].into_iter().enumerate() {
+        block_on(store.put_dof(index, &[index; 300])).unwrap();
+        block_on(store.put_progress(&[place as u8; 70])).unwrap();
+    }
+    let mut store = open(&flash);
+    assert!(store.has_progress());
+    assert_eq!(block_on(store.progress(&mut room)), Some(&[2; 70][..]));
+    for (place, index) in [4, 0, 2].into_iter().enumerate() {
+        let dof = block_on(store.dof(place, &mut room));
+        assert_eq!(dof, Some(&[index; 300][..]), "in the order of their closing");
+    }
+    assert_eq!(block_on(store.dof(3, &mut room)), None);
     block_on(store.put_result(&bytes_of(1), 0, None)).unwrap();
-    block_on(store.put_layout(&encoded(&layout("old")))).unwrap();
-    drop(store);
-    // A last number that never ends.
-    put_raw(&flash, INDEX, &[FORMAT, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF]);
+    block_on(store.put_dof(1, &[9; 10])).unwrap();
     let mut store = open(&flash);
-    assert_eq!((store.results().len(), store.failures()), (0, 1));
-    assert_eq!(block_on(store.layout()), None, "the region is erased");
-    assert_eq!(block_on(store.put_result(&bytes_of(5), 0, None)), Ok(1));
-    assert_eq!(read_whole(&mut open(&flash), 1, 1024).len(), bytes_of(5).len());
+    // A DOF of the next campaign, whose progress is not known yet.
+    assert_eq!(block_on(store.progress(&mut room)), None);
+    assert_eq!(block_on(store.dof(0, &mut room)), Some(&[9; 10][..]));
+    assert_eq!(block_on(store.dof(1, &mut room)), None);
+    block_on(store.clear_progress()).unwrap();
+    assert!(!store.has_progress() && !open(&flash).has_progress());
+}
+
+/// A layout with as many sensors and hits as the rig takes.
+fn full_layout(title: &str) -> RigLayout {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let hit = layout(title).hits[0];
+    RigLayout {
+        sensors: (0..RIG_SENSORS as u16).map(|node| Sensor::new(node, [0.1; 3], axes)).collect(),
+        hits: (0..RIG_HITS).map(|_| hit).collect(),
+        ..layout(title)
+    }
+}
+
+/// Campaigns with the longest DOFs and results until the store says that it is full; gives how many
+/// results it holds then.
+fn fill<C: Chip>(dofs: usize) -> usize {
+    let memory = FlashMemory::of::<C>();
+    let mut store = open_over(ChipFlash::<C>::over(&memory));
+    for title in ["a", "b", "c", "d"] {
+        block_on(store.put_layout(&encoded(&full_layout(title)))).unwrap();
+    }
+    let longest = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
+    while !block_on(store.is_full(dofs)) {
+        for dof in 0..dofs as u8 {
+            block_on(store.put_dof(dof, &[dof; MAX_DOF])).unwrap();
+            block_on(store.put_progress(&[dof; MAX_PROGRESS])).unwrap();
+        }
+        block_on(store.put_result(&vec![7; longest], 0, None)).unwrap();
+    }
+    let results = store.results().len();
+    // A full store lets go, and takes the layout that is asked for.
+    for round in 0..20 {
+        block_on(store.use_layout(full_layout(["a", "b"][round % 2]).hash())).unwrap();
+    }
+    block_on(store.delete_result(1)).unwrap();
+    assert_eq!(store.failures(), 0);
+    assert_eq!(open_over(ChipFlash::<C>::over(&memory)).results().len(), results - 1);
+    println!("{results} results of {longest} bytes");
+    results
+}
+
+#[test]
+fn a_campaign_that_may_begin_has_room_for_its_result() {
+    // In both chips 48 KiB, a page of them kept free: 32 KiB and 46 KiB, less what a page's rest wastes.
+    for (dofs, f411, g474) in [(1, 20, 28), (5, 8, 12), (RIG_HITS, 3, 5)] {
+        let results = (fill::<F411>(dofs), fill::<G474>(dofs));
+        assert!(results.0 >= f411 && results.1 >= g474, "{dofs} DOFs: {results:?}");
+    }
 }
 
 #[test]

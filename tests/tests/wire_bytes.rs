@@ -323,14 +323,27 @@ fn the_largest_answer_to_a_change_is_kept_for_a_repetition() {
 }
 
 #[test]
-fn the_largest_result_fits_the_store() {
-    let mut largest = result(RIG_HITS);
-    largest.diagnostics = diagnostics(16);
-    largest.estimates[0].diagnostics = diagnostics(16);
-    let second = largest.estimates[0].clone();
-    largest.estimates.push(second).unwrap();
-    let bytes = postcard::to_stdvec(&largest).unwrap();
-    assert!(bytes.len() <= massline_firmware::store::MAX_RESULT, "{}", bytes.len());
+fn the_largest_result_of_every_number_of_dofs_fits_the_store() {
+    use massline_firmware::store::{MAX_DOF, MAX_RESULT};
+    for dofs in 0..=RIG_HITS {
+        let mut largest = result(dofs);
+        for dof in &mut largest.dofs {
+            dof.dof.node = u16::MAX;
+        }
+        largest.number = u32::MAX;
+        largest.layout_hash = u32::MAX;
+        largest.calibration = u32::MAX;
+        largest.firmware = text(&"9".repeat(16));
+        largest.diagnostics = diagnostics(16);
+        largest.estimates[0].diagnostics = diagnostics(16);
+        let second = largest.estimates[0].clone();
+        largest.estimates.push(second).unwrap();
+        let bytes = postcard::to_stdvec(&largest).unwrap();
+        let room = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
+        assert!(bytes.len() <= room, "{dofs} DOFs: {} of {room} bytes", bytes.len());
+        let longest = largest.dofs.iter().map(|dof| postcard::to_stdvec(dof).unwrap().len()).max();
+        assert!(longest.is_none_or(|longest| longest <= MAX_DOF), "{longest:?}");
+    }
 }
 
 #[test]

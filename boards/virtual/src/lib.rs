@@ -9,6 +9,7 @@
 //! | [`pipe`] | the link as a pipe in memory, with faults on demand |
 //! | [`flash`] | flash in memory or in a file |
 //! | [`panel`] | what the rig shows and its buttons |
+//! | [`glass`] | the pixels of the panel |
 //! | [`rig`] | a rig that runs |
 //! | [`pty`] | a rig served on a pseudo-terminal |
 #![deny(unsafe_code)]
@@ -16,6 +17,7 @@
 pub mod bench;
 pub mod clock;
 pub mod flash;
+pub mod glass;
 pub mod panel;
 pub mod pipe;
 #[cfg(unix)]

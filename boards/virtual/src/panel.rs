@@ -1,5 +1,5 @@
-//! The panel of the virtual rig: the host reads what it shows and presses its buttons, and the
-//! source is told of every arming, as a person is who looks at it.
+//! The panel of the virtual rig: the host sees its glass, hears its cues and presses its buttons, and
+//! the source is told of every arming, as a person is who looks at it.
 
 use std::collections::VecDeque;
 use std::future::poll_fn;
@@ -8,16 +8,21 @@ use std::task::{Poll, Waker};
 use std::time::Duration;
 
 use massline_firmware::board::Panel;
-use massline_firmware::panel::{Button, PanelModel};
+use massline_firmware::panel::{Button, Cue, PanelModel};
 use massline_shared::protocol::message::Phase;
 
+use crate::glass::Glass;
 use crate::sampler::SharedSource;
+
+/// Cues that are remembered.
+const CUES: usize = 1024;
 
 /// The rig's end of the panel.
 pub struct OperatorPanel {
     source: SharedSource,
     view: PanelView,
     told: Option<u32>,
+    glass: Glass,
 }
 
 /// The host's end of the panel. Clones are the same.
@@ -31,19 +36,35 @@ struct Shared {
 
 struct State {
     model: PanelModel,
+    /// What the glass shows, and the model that it was drawn from.
+    shown: (PanelModel, Glass),
+    cues: VecDeque<Cue>,
     ended: bool,
-    pressed: VecDeque<Button>,
+    waiting: VecDeque<Button>,
+    /// Counts the presses, those that the rig has taken, and those before the picture on the glass.
+    pressed: u64,
+    taken: u64,
+    answered: u64,
     waker: Option<Waker>,
 }
 
 impl OperatorPanel {
     /// A panel that tells `source` of armings.
     pub fn new(source: SharedSource) -> Self {
-        let state =
-            State { model: PanelModel::START, ended: false, pressed: VecDeque::new(), waker: None };
+        let state = State {
+            model: PanelModel::START,
+            shown: (PanelModel::START, Glass::default()),
+            cues: VecDeque::new(),
+            ended: false,
+            waiting: VecDeque::new(),
+            pressed: 0,
+            taken: 0,
+            answered: 0,
+            waker: None,
+        };
         let view =
             PanelView(Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() }));
-        Self { source, view, told: None }
+        Self { source, view, told: None, glass: Glass::default() }
     }
 
     /// The host's end.
@@ -53,7 +74,46 @@ impl OperatorPanel {
 }
 
 impl Panel for OperatorPanel {
-    fn show(&mut self, model: &PanelModel) {
+    type Screen = Glass;
+
+    fn screen(&mut self) -> &mut Glass {
+        &mut self.glass
+    }
+
+    async fn flush(&mut self) {
+        let mut state = self.view.lock();
+        state.shown = (state.model, self.glass.clone());
+        state.answered = state.taken;
+        drop(state);
+        self.view.0.changed.notify_all();
+    }
+
+    async fn button(&mut self) -> Button {
+        poll_fn(|cx| {
+            let mut state = self.view.lock();
+            match state.waiting.pop_front() {
+                Some(button) => {
+                    state.taken += 1;
+                    Poll::Ready(button)
+                }
+                None => {
+                    state.waker = Some(cx.waker().clone());
+                    Poll::Pending
+                }
+            }
+        })
+        .await
+    }
+
+    fn cue(&mut self, cue: Cue) {
+        let mut state = self.view.lock();
+        if state.cues.len() == CUES {
+            state.cues.pop_front();
+        }
+        state.cues.push_back(cue);
+    }
+
+    fn tell(&mut self, model: &PanelModel) {
         self.view.lock().model = *model;
         self.view.0.changed.notify_all();
         if model.phase == Phase::Armed
@@ -63,20 +123,6 @@ impl Panel for OperatorPanel {
             self.told = Some(model.armings);
             self.source.armed(model.armings, usize::from(dof));
         }
-    }
-
-    async fn button(&mut self) -> Button {
-        poll_fn(|cx| {
-            let mut state = self.view.lock();
-            match state.pressed.pop_front() {
-                Some(button) => Poll::Ready(button),
-                None => {
-                    state.waker = Some(cx.waker().clone());
-                    Poll::Pending
-                }
-            }
-        })
-        .await
     }
 }
 
@@ -88,9 +134,19 @@ impl Drop for OperatorPanel {
 }
 
 impl PanelView {
-    /// What the panel shows.
+    /// What the panel shows or is about to draw.
     pub fn model(&self) -> PanelModel {
         self.lock().model
+    }
+
+    /// What is on the glass.
+    pub fn glass(&self) -> Glass {
+        self.lock().shown.1.clone()
+    }
+
+    /// The cues since the last call, in their order.
+    pub fn cues(&self) -> Vec<Cue> {
+        self.lock().cues.drain(..).collect()
     }
 
     /// Waits until the panel shows something that `wanted` is true for; `None` when it does not
@@ -100,23 +156,54 @@ impl PanelView {
         timeout: Duration,
         mut wanted: impl FnMut(&PanelModel) -> bool,
     ) -> Option<PanelModel> {
-        let (state, _) = self
-            .0
-            .changed
-            .wait_timeout_while(self.lock(), timeout, |state| !state.ended && !wanted(&state.model))
-            .unwrap_or_else(PoisonError::into_inner);
+        let state = self.wait_until(timeout, |state| wanted(&state.model));
         let model = state.model;
         drop(state);
         wanted(&model).then_some(model)
     }
 
+    /// As [`Self::wait_for`], until it is on the glass.
+    pub fn wait_for_glass(
+        &self,
+        timeout: Duration,
+        mut wanted: impl FnMut(&PanelModel) -> bool,
+    ) -> Option<(PanelModel, Glass)> {
+        let state = self.wait_until(timeout, |state| wanted(&state.shown.0));
+        let shown = state.shown.clone();
+        drop(state);
+        wanted(&shown.0).then_some(shown)
+    }
+
     /// Presses a button.
     pub fn press(&self, button: Button) {
         let mut state = self.lock();
-        state.pressed.push_back(button);
+        state.waiting.push_back(button);
+        state.pressed += 1;
         if let Some(waker) = state.waker.take() {
             waker.wake();
         }
+    }
+
+    /// Presses a button and looks at what the rig shows once it has done what the button means; `None`
+    /// when it does not within `timeout` or ends before.
+    pub fn press_and_look(&self, timeout: Duration, button: Button) -> Option<Glass> {
+        self.press(button);
+        let mine = self.lock().pressed;
+        let state = self.wait_until(timeout, |state| state.answered >= mine);
+        (state.answered >= mine).then(|| state.shown.1.clone())
+    }
+
+    fn wait_until(
+        &self,
+        timeout: Duration,
+        mut wanted: impl FnMut(&State) -> bool,
+    ) -> MutexGuard<'_, State> {
+        let (state, _) = self
+            .0
+            .changed
+            .wait_timeout_while(self.lock(), timeout, |state| !state.ended && !wanted(state))
+            .unwrap_or_else(PoisonError::into_inner);
+        state
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -129,9 +216,14 @@ mod tests {
     use super::*;
     use crate::source::ScanSource;
     use embassy_futures::{block_on, poll_once};
+    use embedded_graphics::pixelcolor::BinaryColor;
+    use embedded_graphics::prelude::DrawTarget;
     use massline_shared::layout::Dof;
     use massline_shared::signal::{AdcProperties, Scan};
     use massline_shared::units::{Hertz, Seconds, Volts};
+
+    /// Never reached unless something hangs.
+    const LATE: Duration = Duration::from_secs(60);
 
     type Heard = Arc<Mutex<Vec<(u32, usize)>>>;
 
@@ -171,11 +263,11 @@ mod tests {
     #[test]
     fn the_operator_hears_of_each_arming_once() {
         let (mut panel, heard) = panel();
-        panel.show(&model(Phase::Idle, 0, 0));
-        panel.show(&model(Phase::Armed, 1, 0));
-        panel.show(&model(Phase::Armed, 1, 0));
-        panel.show(&model(Phase::Busy, 2, 2));
-        panel.show(&model(Phase::Armed, 2, 2));
+        panel.tell(&model(Phase::Idle, 0, 0));
+        panel.tell(&model(Phase::Armed, 1, 0));
+        panel.tell(&model(Phase::Armed, 1, 0));
+        panel.tell(&model(Phase::Busy, 2, 2));
+        panel.tell(&model(Phase::Armed, 2, 2));
         assert_eq!(*heard.lock().unwrap(), [(1, 0), (2, 2)]);
     }
 
@@ -184,11 +276,32 @@ mod tests {
         let (mut panel, _) = panel();
         let view = panel.view();
         assert_eq!(view.model(), PanelModel::START);
-        let waiter = std::thread::spawn(move || {
-            view.wait_for(Duration::from_secs(60), |model| model.phase == Phase::Done)
-        });
-        panel.show(&model(Phase::Done, 4, 1));
+        let waiter =
+            std::thread::spawn(move || view.wait_for(LATE, |model| model.phase == Phase::Done));
+        panel.tell(&model(Phase::Done, 4, 1));
         assert_eq!(waiter.join().unwrap(), Some(model(Phase::Done, 4, 1)));
+    }
+
+    #[test]
+    fn a_picture_is_seen_once_it_has_been_flushed() {
+        let (mut panel, _) = panel();
+        let view = panel.view();
+        panel.tell(&model(Phase::Done, 4, 1));
+        panel.screen().clear(BinaryColor::On).unwrap();
+        assert_eq!(view.glass(), Glass::default());
+        block_on(panel.flush());
+        let (_, glass) = view.wait_for_glass(LATE, |model| model.armings == 4).unwrap();
+        assert!(glass.is_bright(0, 0) && glass.is_bright(127, 63));
+    }
+
+    #[test]
+    fn cues_are_heard_once() {
+        let (mut panel, _) = panel();
+        let view = panel.view();
+        panel.cue(Cue::Armed);
+        panel.cue(Cue::Accepted);
+        assert_eq!(view.cues(), [Cue::Armed, Cue::Accepted]);
+        assert_eq!(view.cues(), []);
     }
 
     #[test]
@@ -197,6 +310,7 @@ mod tests {
         let view = panel.view();
         drop(panel);
         assert_eq!(view.wait_for(Duration::from_secs(3600), |_| false), None);
+        assert_eq!(view.press_and_look(Duration::from_secs(3600), Button::Ok), None);
     }
 
     #[test]

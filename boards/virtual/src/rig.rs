@@ -173,6 +173,11 @@ impl VirtualRig {
         self.panel.wait_for(timeout, wanted)
     }
 
+    /// The host's end of the panel, for another thread or for more than the model.
+    pub fn panel_view(&self) -> PanelView {
+        self.panel.clone()
+    }
+
     /// Presses a button.
     pub fn press(&self, button: Button) {
         self.panel.press(button);
@@ -308,7 +313,7 @@ mod tests {
         };
         let pressing = async {
             panel.button().await;
-            panel.show(&PanelModel { phase: Phase::Done, ..PanelModel::START });
+            panel.tell(&PanelModel { phase: Phase::Done, ..PanelModel::START });
             Timer::after_secs(1_000_000).await;
         };
         let echoing = async {
@@ -372,7 +377,7 @@ mod tests {
             starts += 1;
         }
         flash.write(starts * 4, &[0; 4]).await.unwrap();
-        panel.show(&PanelModel { phase: Phase::Done, armings: starts + 1, ..PanelModel::START });
+        panel.tell(&PanelModel { phase: Phase::Done, armings: starts + 1, ..PanelModel::START });
         std::future::pending().await
     }
 

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use massline_shared::calibration::tumble::{
-    Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading, solve,
+    Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading,
+    sigma_of_mean, solve,
 };
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
 use massline_shared::protocol::message::StaticReading;
@@ -17,8 +18,6 @@ use crate::toml_file;
 
 /// Word of the errors about the file of readings.
 const MALFORMED: &str = "readings_malformed";
-/// Corner of the low-pass before the converter, Hz: consecutive scans are not independent.
-const CORNER_HZ: f64 = 497.36;
 
 /// What all channels read at rest, V.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,22 +33,12 @@ pub struct RestReading {
 
 impl RestReading {
     /// Of what the rig says in codes.
-    ///
-    /// The scans are correlated by the low-pass. Rounding to codes is blurred by the noise, and what it
-    /// leaves is `e^(−2π²σ²)/π` of a code (Widrow and Kollár, Quantization Noise, 2008).
     pub fn of(reading: &StaticReading, adc: &AdcProperties) -> Self {
         let channels = usize::from(adc.channels).min(reading.mean.len());
         let code = f64::from(adc.volts_per_code());
-        let memory = (-std::f64::consts::TAU * CORNER_HZ / f64::from(adc.rate.0)).exp();
-        let correlated = (1.0 + memory) / (1.0 - memory);
-        let scans = f64::from(reading.scans.max(1));
-        let sigma = |&deviation: &f32| {
-            let deviation = f64::from(deviation);
-            let noise = deviation * (correlated / scans).sqrt();
-            let rounding =
-                (-2.0 * (std::f64::consts::PI * deviation).powi(2)).exp() / std::f64::consts::PI;
-            noise.hypot(rounding) * code
-        };
+        let rate = f64::from(adc.rate.0);
+        let sigma =
+            |&deviation: &f32| sigma_of_mean(f64::from(deviation), reading.scans, rate) * code;
         let volts = |values: &[f32]| -> Vec<f64> {
             values.iter().take(channels).map(|&v| f64::from(v) * code).collect()
         };

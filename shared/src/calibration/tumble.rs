@@ -20,6 +20,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::Real;
 use crate::layout::{Axis, Sign};
+use crate::protocol::message::StaticReading;
+use crate::signal::{AdcProperties, CHANNELS};
 
 /// Which axis of the sensors points up or down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -97,6 +99,44 @@ pub struct TumbleReading<R> {
     pub deviation: Vector3<R>,
     /// Standard deviation of the mean.
     pub sigma: Vector3<R>,
+}
+
+/// Corner of the low-pass before the converter, Hz: consecutive scans are not independent.
+const CORNER_HZ: f64 = 497.36;
+
+impl<R: Real> TumbleReading<R> {
+    /// What sensor `sensor` (0-based) has read in a position; a sensor that there is no channel for reads
+    /// NaN.
+    pub fn of(
+        position: Position,
+        reading: &StaticReading,
+        sensor: usize,
+        adc: &AdcProperties,
+    ) -> Self {
+        let code = R::of(f64::from(adc.volts_per_code()));
+        let volts = |values: &[f32; CHANNELS], k: usize| {
+            values.get(1 + 3 * sensor + k).map_or(R::of(f64::NAN), |&v| R::of(f64::from(v)) * code)
+        };
+        let deviation = Vector3::from_fn(|k, _| volts(&reading.deviation, k));
+        let sigma = deviation
+            .map(|volts| sigma_of_mean(volts / code, reading.scans, R::of(f64::from(adc.rate.0))))
+            * code;
+        Self { position, mean: Vector3::from_fn(|k, _| volts(&reading.mean, k)), deviation, sigma }
+    }
+}
+
+/// Standard deviation of the mean of `scans` codes at `rate` in Hz that deviate by `deviation`.
+///
+/// The scans are correlated by the low-pass. Rounding to codes is blurred by the noise, and what it
+/// leaves is `e^(−2π²σ²)/π` of a code (Widrow and Kollár, Quantization Noise, 2008).
+pub fn sigma_of_mean<R: Real>(deviation: R, scans: u32, rate: R) -> R {
+    let memory = (R::of(-core::f64::consts::TAU * CORNER_HZ) / rate).exp();
+    let correlated = (R::one() + memory) / (R::one() - memory);
+    let noise = deviation * (correlated / R::of(f64::from(scans.max(1)))).sqrt();
+    let pi = R::of(core::f64::consts::PI);
+    let blurred = pi * deviation;
+    let rounding = (R::of(-2.0) * blurred * blurred).exp() / pi;
+    (noise * noise + rounding * rounding).sqrt()
 }
 
 /// What the readings are judged by.

@@ -42,6 +42,83 @@ fn a_rejected_hit_is_asked_for_again_under_a_new_arming() {
     assert_eq!((campaign.phase(), campaign.armings()), (Phase::Armed, 2));
 }
 
+/// Carries a campaign over a cut of the power.
+fn cut(campaign: &Campaign) -> Campaign {
+    let mut room = [0; 64];
+    let kept = postcard::to_slice(&campaign.progress().unwrap(), &mut room).unwrap();
+    let mut restored = Campaign::new();
+    restored.restore(postcard::from_bytes(kept).unwrap()).unwrap();
+    restored
+}
+
+#[test]
+fn after_a_cut_the_campaign_is_paused_with_its_finished_dofs() {
+    let mut campaign = Campaign::new();
+    campaign.start(4, 2, true).unwrap();
+    campaign.command(C::Skip).unwrap();
+    for accepted in 1..=2 {
+        hit(&mut campaign, accepted == 1);
+        let _ = campaign.command(C::Accept);
+        campaign.analysed();
+    }
+    assert_eq!((campaign.dof(), campaign.accepted(), campaign.rejected()), (1, 1, 1));
+    campaign.command(C::Finish).unwrap();
+    campaign.dof_closed();
+    // One hit of the next DOF, which is lost.
+    hit(&mut campaign, true);
+    campaign.command(C::Accept).unwrap();
+    campaign.analysed();
+    assert_eq!((campaign.dof(), campaign.accepted()), (2, 1));
+    let mut restored = cut(&campaign);
+    assert_eq!((restored.phase(), restored.step()), (Phase::Paused, Step::Rest));
+    let (skipped, early) = (Outcome::Skipped, Outcome::Early);
+    let finished = [
+        DofProgress { accepted: 0, outcome: skipped },
+        DofProgress { accepted: 1, outcome: early },
+        DofProgress::OPEN,
+        DofProgress::OPEN,
+    ];
+    assert_eq!(restored.dofs(), finished);
+    assert_eq!((restored.wanted(), restored.rejected(), restored.starts()), (2, 1, 1));
+    restored.command(C::Resume).unwrap();
+    assert_eq!(restored.step(), Step::AwaitHit { dof: 2 });
+    hit(&mut restored, true);
+    assert_eq!(restored.phase(), Phase::Confirming, "hits wait for a confirmation as before");
+}
+
+#[test]
+fn a_dof_is_finished_when_its_mass_lines_are_there() {
+    let mut campaign = started(2, 1);
+    hit(&mut campaign, true);
+    assert_eq!(campaign.step(), Step::CloseDof { dof: 0 });
+    assert_eq!(campaign.progress().unwrap().dofs, [DofProgress::OPEN; 2]);
+    campaign.dof_closed();
+    assert_eq!(campaign.progress().unwrap().dofs[0].outcome, Outcome::Complete);
+}
+
+#[test]
+fn a_campaign_that_was_cut_while_solving_solves_again_when_it_goes_on() {
+    let mut campaign = started(1, 1);
+    hit(&mut campaign, true);
+    campaign.dof_closed();
+    assert_eq!(campaign.step(), Step::Identify);
+    let mut restored = cut(&campaign);
+    assert_eq!((restored.phase(), restored.step()), (Phase::Paused, Step::Rest));
+    restored.command(C::Resume).unwrap();
+    assert_eq!(restored.step(), Step::Identify);
+}
+
+#[test]
+fn what_has_ended_or_is_no_campaign_is_not_restored() {
+    let mut campaign = started(1, 1);
+    let kept = campaign.progress().unwrap();
+    assert_eq!(campaign.restore(kept.clone()), Err(Reason::WrongPhase));
+    campaign.command(C::Abort).unwrap();
+    assert_eq!(campaign.progress(), None);
+    let nothing = CampaignProgress { dofs: Vec::new(), ..kept };
+    assert_eq!(campaign.restore(nothing), Err(Reason::NoLayout));
+}
+
 /// A good hit up to its analysis.
 fn hit_to_analyse(campaign: &mut Campaign) {
     campaign.armed();

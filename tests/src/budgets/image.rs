@@ -1,9 +1,11 @@
 //! Flash and static RAM of a linked image.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
+use massline::qemu::TARGET;
 use object::Endianness;
 use object::elf::{FileHeader32, PT_LOAD, SHF_ALLOC, SHF_WRITE};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
@@ -15,6 +17,19 @@ pub struct Image {
     pub flash: u64,
     /// Statics: `.data`, `.bss` and what is not initialised.
     pub static_ram: u64,
+}
+
+/// Builds the firmware of the board whose folder has this name; gives its ELF file, which lies beside
+/// that of any other board.
+pub fn build(checkout: &Path, board: &str, other: &Path) -> anyhow::Result<PathBuf> {
+    let package = format!("massline-{board}");
+    let status = Command::new("cargo")
+        .current_dir(checkout)
+        .args(["build", "-p", &package, "--target", TARGET, "--profile", "firmware"])
+        .status()
+        .context("cargo")?;
+    ensure!(status.success(), "{package} does not build ({status})");
+    Ok(other.with_file_name(package))
 }
 
 /// Reads the sizes out of an ELF file.

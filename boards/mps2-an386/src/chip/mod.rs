@@ -7,6 +7,8 @@ mod link;
 mod panel;
 mod registers;
 mod sampler;
+// The one part that the boards with a chip share as it is.
+#[path = "../../../cortex-m/src/stack.rs"]
 mod stack;
 mod time;
 
@@ -53,7 +55,7 @@ async fn rig() {
         sampler: sampler::RingSampler::new(ring),
         link: link::start(),
         flash,
-        panel: panel::NoPanel,
+        panel: panel::NoPanel::default(),
     };
     massline_firmware::run(board, MEMORY.take()).await;
 }

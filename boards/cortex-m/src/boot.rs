@@ -1,0 +1,137 @@
+//! Why the rig has started, and the words of a panic that memory keeps over a reset.
+
+use core::fmt;
+
+/// What the chip's reset flags say, several at a time: the pin is pulled down by every reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ResetFlags {
+    /// The supply came up or broke down.
+    pub power: bool,
+    /// The reset pin was low.
+    pub pin: bool,
+    /// A watchdog ran out.
+    pub watchdog: bool,
+    /// The firmware asked for it.
+    pub software: bool,
+}
+
+/// `BoardInfo::boot_reason`: 0 unknown, 1 power-on, 2 reset pin, 3 watchdog, 4 panic.
+pub fn reason(flags: ResetFlags, panicked: bool) -> u8 {
+    match flags {
+        // Memory without power has forgotten everything, so the words are noise.
+        ResetFlags { power: true, .. } => 1,
+        ResetFlags { watchdog: true, .. } => 3,
+        ResetFlags { software: true, .. } if panicked => 4,
+        ResetFlags { software: true, .. } => 0,
+        ResetFlags { pin: true, .. } => 2,
+        _ => 0,
+    }
+}
+
+/// Text in memory that nobody initialises. Whatever is in it, it is safe to look at.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Words {
+    magic: u32,
+    length: u32,
+    sum: u32,
+    text: [u8; Self::CAPACITY],
+}
+
+impl Words {
+    /// As many bytes as a rig tells of a panic.
+    pub const CAPACITY: usize = 96;
+    const MAGIC: u32 = u32::from_le_bytes(*b"last");
+
+    /// No words.
+    pub const fn none() -> Self {
+        Self { magic: 0, length: 0, sum: 0, text: [0; Self::CAPACITY] }
+    }
+
+    /// Keeps as much of `words` as there is room for, cut between two characters.
+    pub fn say(&mut self, words: fmt::Arguments<'_>) {
+        *self = Self::none();
+        // A writer that has no more room has kept what fitted.
+        let _ = fmt::write(self, words);
+        self.sum = self.checksum();
+        self.magic = Self::MAGIC;
+    }
+
+    /// The words, once: `None` when there are none or memory has forgotten them.
+    pub fn take(&mut self) -> Option<heapless::String<{ Self::CAPACITY }>> {
+        let magic = core::mem::take(&mut self.magic);
+        let text = self.text.get(..self.length as usize)?;
+        let text = core::str::from_utf8(text).ok()?;
+        let whole = magic == Self::MAGIC && self.sum == self.checksum();
+        whole.then(|| heapless::String::try_from(text).ok()).flatten()
+    }
+
+    fn checksum(&self) -> u32 {
+        self.length.rotate_left(16) ^ massline_shared::protocol::crc32(&self.text)
+    }
+}
+
+impl fmt::Write for Words {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for c in text.chars() {
+            let start = self.length as usize;
+            let end = start + c.len_utf8();
+            let room = self.text.get_mut(start..end).ok_or(fmt::Error)?;
+            c.encode_utf8(room);
+            self.length = end as u32;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_most_telling_flag_is_the_reason() {
+        let pin = ResetFlags { pin: true, ..ResetFlags::default() };
+        assert_eq!(reason(ResetFlags { power: true, software: true, ..pin }, true), 1);
+        assert_eq!(reason(pin, false), 2);
+        // Words that were not taken before someone pressed reset.
+        assert_eq!(reason(pin, true), 2);
+        assert_eq!(reason(ResetFlags { watchdog: true, ..pin }, false), 3);
+        assert_eq!(reason(ResetFlags { software: true, ..pin }, true), 4);
+        assert_eq!(reason(ResetFlags { software: true, ..pin }, false), 0);
+        assert_eq!(reason(ResetFlags::default(), false), 0);
+    }
+
+    #[test]
+    fn words_are_told_once() {
+        let mut words = Words::none();
+        assert_eq!(words.take(), None);
+        words.say(format_args!("index {} of {}", 7, 5));
+        assert_eq!(words.take().as_deref(), Some("index 7 of 5"));
+        assert_eq!(words.take(), None);
+    }
+
+    #[test]
+    fn long_words_are_cut_between_two_characters() {
+        let mut words = Words::none();
+        words.say(format_args!("{}µ²", "x".repeat(Words::CAPACITY - 3)));
+        let kept = words.take().unwrap();
+        assert_eq!(kept.len(), Words::CAPACITY - 1);
+        assert!(kept.ends_with("xµ"));
+    }
+
+    #[test]
+    fn noise_and_decayed_words_are_no_words() {
+        let noise = Words { magic: Words::MAGIC, length: u32::MAX, ..Words::none() };
+        assert_eq!({ noise }.take(), None);
+        let mut spoken = Words::none();
+        spoken.say(format_args!("out of memory"));
+        for bit in 0..8 * 13 {
+            let mut decayed = spoken;
+            decayed.text[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(decayed.take(), None);
+        }
+        let mut shorter = spoken;
+        shorter.length -= 1;
+        assert_eq!(shorter.take(), None);
+    }
+}

@@ -1,0 +1,207 @@
+//! A part of the chip's own flash as the store sees it.
+//!
+//! Reading, writing and erasing are over when they return: on a chip with one bank of flash the core
+//! stands still meanwhile. The application erases only while it is idle.
+
+use embedded_storage::nor_flash::{self as blocking, NorFlashErrorKind};
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, ReadNorFlash};
+
+/// What else a chip knows of a read: flash with a code for errors finds words that were torn.
+pub trait Check {
+    /// True when a read since the last call has given something else than was written.
+    fn take_error(&mut self) -> bool;
+}
+
+/// A chip that knows nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Unchecked;
+
+impl Check for Unchecked {
+    fn take_error(&mut self) -> bool {
+        false
+    }
+}
+
+/// A window of `size` bytes from `start` on, both multiples of a page.
+#[derive(Debug)]
+pub struct Window<F, C = Unchecked> {
+    flash: F,
+    start: u32,
+    size: u32,
+    check: C,
+}
+
+impl<F: blocking::NorFlash> Window<F> {
+    /// The window belongs to the store alone.
+    pub fn new(flash: F, start: u32, size: u32) -> Self {
+        Self::checked(flash, start, size, Unchecked)
+    }
+}
+
+impl<F: blocking::NorFlash, C: Check> Window<F, C> {
+    /// The window belongs to the store alone; every read is checked.
+    pub fn checked(flash: F, start: u32, size: u32, check: C) -> Self {
+        Self { flash, start, size, check }
+    }
+
+    fn at(&self, offset: u32, length: usize) -> Result<u32, WindowError<F::Error>> {
+        let end = u32::try_from(length).ok().and_then(|length| offset.checked_add(length));
+        if end.is_some_and(|end| end <= self.size) {
+            Ok(self.start + offset)
+        } else {
+            Err(WindowError::OutOfBounds)
+        }
+    }
+}
+
+/// Why flash refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WindowError<E> {
+    /// Beyond the end of the window.
+    OutOfBounds,
+    /// The content has decayed or was torn by a loss of power.
+    Unreadable,
+    /// The chip's own reason.
+    Flash(E),
+}
+
+impl<E: blocking::NorFlashError> NorFlashError for WindowError<E> {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::OutOfBounds => NorFlashErrorKind::OutOfBounds,
+            Self::Unreadable => NorFlashErrorKind::Other,
+            Self::Flash(error) => error.kind(),
+        }
+    }
+}
+
+impl<F: blocking::NorFlash, C: Check> ErrorType for Window<F, C> {
+    type Error = WindowError<F::Error>;
+}
+
+impl<F: blocking::NorFlash, C: Check> ReadNorFlash for Window<F, C> {
+    const READ_SIZE: usize = F::READ_SIZE;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        let at = self.at(offset, bytes.len())?;
+        // An error of somebody else's read is not this one's.
+        self.check.take_error();
+        self.flash.read(at, bytes).map_err(WindowError::Flash)?;
+        if self.check.take_error() { Err(WindowError::Unreadable) } else { Ok(()) }
+    }
+
+    fn capacity(&self) -> usize {
+        self.size as usize
+    }
+}
+
+impl<F: blocking::NorFlash, C: Check> NorFlash for Window<F, C> {
+    const WRITE_SIZE: usize = F::WRITE_SIZE;
+    const ERASE_SIZE: usize = F::ERASE_SIZE;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        let length = to.checked_sub(from).ok_or(WindowError::OutOfBounds)?;
+        let at = self.at(from, length as usize)?;
+        self.flash.erase(at, at + length).map_err(WindowError::Flash)
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        let at = self.at(offset, bytes.len())?;
+        self.flash.write(at, bytes).map_err(WindowError::Flash)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embassy_futures::block_on;
+
+    /// 64 bytes in pages of 16.
+    struct Chip([u8; 64]);
+
+    impl blocking::ErrorType for Chip {
+        type Error = NorFlashErrorKind;
+    }
+
+    impl blocking::ReadNorFlash for Chip {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
+            Ok(())
+        }
+
+        fn capacity(&self) -> usize {
+            64
+        }
+    }
+
+    impl blocking::NorFlash for Chip {
+        const WRITE_SIZE: usize = 4;
+        const ERASE_SIZE: usize = 16;
+
+        fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+            blocking::check_erase(self, from, to)?;
+            self.0[from as usize..to as usize].fill(0xFF);
+            Ok(())
+        }
+
+        fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+            blocking::check_write(self, offset, bytes.len())?;
+            self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn only_the_window_is_written_and_erased() {
+        let mut window = Window::new(Chip([7; 64]), 16, 32);
+        assert_eq!(window.capacity(), 32);
+        block_on(async {
+            window.erase(0, 32).await.unwrap();
+            window.write(28, &[1, 2, 3, 4]).await.unwrap();
+            let mut read = [0; 4];
+            window.read(28, &mut read).await.unwrap();
+            assert_eq!(read, [1, 2, 3, 4]);
+        });
+        let mut expected = [7; 64];
+        expected[16..44].fill(0xFF);
+        expected[44..48].copy_from_slice(&[1, 2, 3, 4]);
+        assert_eq!(window.flash.0, expected);
+    }
+
+    /// Errors, one a call.
+    struct Errors(Vec<bool>);
+
+    impl Check for Errors {
+        fn take_error(&mut self) -> bool {
+            self.0.remove(0)
+        }
+    }
+
+    #[test]
+    fn a_read_that_the_chip_could_not_correct_fails_and_no_other_does() {
+        let errors = Errors(vec![true, false, false, true, false, false]);
+        let mut window = Window::checked(Chip([7; 64]), 0, 64, errors);
+        let mut read = |offset| block_on(window.read(offset, &mut [0; 4]));
+        assert_eq!(read(0), Ok(()), "it was there before");
+        assert_eq!(read(4), Err(WindowError::Unreadable));
+        assert_eq!(read(8), Ok(()));
+    }
+
+    #[test]
+    fn beyond_the_window_nothing_is_touched() {
+        let mut window = Window::new(Chip([7; 64]), 16, 32);
+        let outside = Err(WindowError::OutOfBounds);
+        block_on(async {
+            assert_eq!(window.erase(16, 48).await, outside);
+            assert_eq!(window.erase(16, 0).await, outside);
+            assert_eq!(window.write(32, &[0; 4]).await, outside);
+            assert_eq!(window.write(u32::MAX - 3, &[0; 8]).await, outside);
+            assert_eq!(window.read(31, &mut [0; 2]).await, outside);
+            let unaligned = WindowError::Flash(NorFlashErrorKind::NotAligned);
+            assert_eq!(window.write(2, &[0; 4]).await, Err(unaligned));
+        });
+        assert_eq!(window.flash.0, [7; 64]);
+    }
+}

@@ -1,0 +1,20 @@
+//! What the boards with a Cortex-M have in common. The parts that are mere logic build and are tested
+//! on the host; the rest needs the chip.
+#![cfg_attr(not(test), no_std)]
+
+pub mod boot;
+pub mod debounce;
+pub mod flash;
+pub mod frame;
+pub mod supply;
+
+#[cfg(target_os = "none")]
+pub mod last_words;
+#[cfg(target_os = "none")]
+pub mod panel;
+#[cfg(target_os = "none")]
+pub mod sampler;
+#[cfg(target_os = "none")]
+pub mod stack;
+#[cfg(target_os = "none")]
+pub mod usb;

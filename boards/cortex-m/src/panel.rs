@@ -1,0 +1,196 @@
+//! The panel: an OLED of 128 × 64 pixels with an SSD1306, three buttons, a buzzer with a light.
+//!
+//! The application's part never waits for a wire: pages, presses and cues go over channels to tasks of
+//! their own, so whatever the application gives up leaves no transfer half done.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_time::{Duration, Instant, Ticker, Timer, with_timeout};
+use embedded_hal_async::i2c::I2c;
+use massline_firmware::board::Panel;
+use massline_firmware::panel::{Button, Cue};
+use ssd1306::command::AddrMode;
+use ssd1306::mode::BasicMode;
+use ssd1306::prelude::{DisplayRotation, I2CInterface};
+use ssd1306::size::DisplaySize128x64;
+use ssd1306::{I2CDisplayInterface, Ssd1306Async};
+use static_cell::StaticCell;
+
+use crate::debounce::Debounce;
+use crate::frame::{Frame, Page, WIDTH};
+
+type DisplayError = display_interface::DisplayError;
+
+/// Contacts have settled after this.
+const SETTLE: Duration = Duration::from_millis(20);
+/// Buttons are looked at so often.
+const LOOK: Duration = Duration::from_millis(5);
+/// A page takes 3 ms at 400 kHz; a bus that takes longer hangs.
+const BUS_TIMEOUT: Duration = Duration::from_millis(50);
+/// A screen that did not answer is tried again after this.
+const SCREEN_PAUSE: Duration = Duration::from_secs(5);
+
+/// Between the application and the tasks of the panel.
+pub struct Wires {
+    pages: Channel<CriticalSectionRawMutex, (u8, Page), 1>,
+    presses: Channel<CriticalSectionRawMutex, Button, 4>,
+    cues: Channel<CriticalSectionRawMutex, Cue, 4>,
+    /// The glass does not show what was sent before.
+    redraw: AtomicBool,
+}
+
+impl Default for Wires {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Wires {
+    /// Nothing under way.
+    pub const fn new() -> Self {
+        Self {
+            pages: Channel::new(),
+            presses: Channel::new(),
+            cues: Channel::new(),
+            redraw: AtomicBool::new(false),
+        }
+    }
+}
+
+/// The application's end.
+pub struct RigPanel {
+    frame: &'static mut Frame,
+    wires: &'static Wires,
+}
+
+impl RigPanel {
+    /// A black screen. To be called once.
+    pub fn new(wires: &'static Wires) -> Self {
+        static FRAME: StaticCell<Frame> = StaticCell::new();
+        Self { frame: FRAME.init_with(Frame::new), wires }
+    }
+}
+
+impl Panel for RigPanel {
+    type Screen = Frame;
+
+    fn screen(&mut self) -> &mut Frame {
+        self.frame
+    }
+
+    // A page is sent whole or again.
+    async fn flush(&mut self) {
+        loop {
+            if self.wires.redraw.swap(false, Ordering::Relaxed) {
+                self.frame.change_all();
+            }
+            let Some((number, page)) = self.frame.changed() else { return };
+            self.wires.pages.send((number, *page)).await;
+            self.frame.sent(number);
+        }
+    }
+
+    async fn button(&mut self) -> Button {
+        self.wires.presses.receive().await
+    }
+
+    fn cue(&mut self, cue: Cue) {
+        // One too many is not heard.
+        let _ = self.wires.cues.try_send(cue);
+    }
+}
+
+/// Brings pages to the glass, for ever. A screen that does not answer is asked again later; until then
+/// its pages are thrown away.
+pub async fn drive_screen<I: I2c>(bus: I, wires: &Wires) -> ! {
+    let mut screen = Ssd1306Async::new(
+        I2CDisplayInterface::new(bus),
+        DisplaySize128x64,
+        DisplayRotation::Rotate0,
+    );
+    let mut retry = Some(Instant::MIN);
+    loop {
+        let (number, page) = wires.pages.receive().await;
+        if let Some(when) = retry {
+            if Instant::now() < when {
+                continue;
+            }
+            // Whatever was thrown away is to be drawn again.
+            wires.redraw.store(true, Ordering::Relaxed);
+        }
+        let begin = retry.is_some();
+        let sent = with_timeout(BUS_TIMEOUT, send_page(&mut screen, begin, number, &page)).await;
+        retry = match sent {
+            Ok(Ok(())) => None,
+            _ => Some(Instant::now() + SCREEN_PAUSE),
+        };
+    }
+}
+
+async fn send_page<I: I2c>(
+    screen: &mut Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>,
+    begin: bool,
+    number: u8,
+    page: &Page,
+) -> Result<(), DisplayError> {
+    if begin {
+        screen.init_with_addr_mode(AddrMode::Horizontal).await?;
+    }
+    let row = 8 * number;
+    screen.set_draw_area((0, row), (WIDTH as u8, row + 8)).await?;
+    screen.draw(page).await
+}
+
+/// The three contacts, true while pressed.
+pub trait Contacts {
+    /// Ok, back, next.
+    fn down(&self) -> [bool; 3];
+}
+
+/// Tells presses, for ever.
+pub async fn watch_buttons(contacts: impl Contacts, wires: &Wires) -> ! {
+    let mut buttons = [Debounce::new(SETTLE.as_ticks()); 3];
+    let mut ticker = Ticker::every(LOOK);
+    loop {
+        ticker.next().await;
+        let now = Instant::now().as_ticks();
+        let meanings = [Button::Ok, Button::Back, Button::Next];
+        for ((button, down), meaning) in buttons.iter_mut().zip(contacts.down()).zip(meanings) {
+            if button.feed(down, now) {
+                // Four presses that nobody has answered yet are enough.
+                let _ = wires.presses.try_send(meaning);
+            }
+        }
+    }
+}
+
+/// A buzzer and a light.
+pub trait Sounder {
+    /// Sounds and shines, or neither.
+    fn tone(&mut self, hertz: Option<u32>);
+}
+
+/// Plays cues, for ever.
+pub async fn play_cues(mut sounder: impl Sounder, wires: &Wires) -> ! {
+    loop {
+        for &(hertz, milliseconds) in score(wires.cues.receive().await) {
+            sounder.tone(Some(hertz));
+            Timer::after_millis(milliseconds).await;
+            sounder.tone(None);
+            Timer::after_millis(40).await;
+        }
+    }
+}
+
+/// Tones and how long they last: rising is good, falling is bad.
+fn score(cue: Cue) -> &'static [(u32, u64)] {
+    match cue {
+        Cue::Armed => &[(2000, 60)],
+        Cue::Accepted => &[(1500, 80), (2500, 120)],
+        Cue::Rejected => &[(1500, 150), (700, 350)],
+        Cue::Done => &[(1000, 120), (1500, 120), (2000, 120), (3000, 300)],
+        Cue::Failed => &[(700, 300), (500, 300), (350, 600)],
+    }
+}

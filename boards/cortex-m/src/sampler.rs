@@ -1,0 +1,220 @@
+//! The sampler over a converter whose codes a circular transfer writes: the same for every chip.
+
+use core::cell::RefCell;
+use core::cell::UnsafeCell;
+
+use critical_section::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant, with_timeout};
+use massline_firmware::board::{SampleError, Sampler};
+use massline_firmware::scan_ring::{Fault, Half, HalfFlags, Halves, ScanRing, Settings};
+use massline_shared::signal::{AdcProperties, HAMMER, Scan};
+use massline_shared::units::ScanIndex;
+
+use crate::supply::Supply;
+
+/// A converter that says nothing for so long has stopped: many times what half a buffer takes.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// The circular transfer and the converter that feeds it.
+pub trait Converter {
+    /// Starts both, the transfer at the start of its buffer.
+    fn start(&mut self);
+    /// Stops both; no interrupt comes any more.
+    fn stop(&mut self);
+    /// True when the converter has overwritten a code before the transfer fetched it; then it has
+    /// stopped.
+    fn overrun(&self) -> bool;
+}
+
+/// What an interrupt needs to know of the transfer.
+pub trait Transfer {
+    /// Which halves are done.
+    fn flags(&self) -> HalfFlags;
+    /// Takes these flags back.
+    fn clear(&self, flags: HalfFlags);
+    /// Values still to be written before it is at the start again.
+    fn remaining(&self) -> u16;
+}
+
+/// The buffer that the transfer writes.
+#[repr(transparent)]
+pub struct RawBuffer<const LENGTH: usize>(UnsafeCell<[u16; LENGTH]>);
+
+// SAFETY: it is read by volatile reads only.
+unsafe impl<const LENGTH: usize> Sync for RawBuffer<LENGTH> {}
+
+impl<const LENGTH: usize> RawBuffer<LENGTH> {
+    /// Zeros.
+    pub const fn new() -> Self {
+        const { assert!(LENGTH.is_multiple_of(2) && LENGTH <= u16::MAX as usize) };
+        Self(UnsafeCell::new([0; LENGTH]))
+    }
+
+    /// For the transfer.
+    pub fn address(&self) -> u32 {
+        self.0.get() as u32
+    }
+
+    /// Copies raw scans out of a half.
+    fn copy<const RANKS: usize>(&self, half: Half, index: usize) -> [u16; RANKS] {
+        let start = if half == Half::First { 0 } else { LENGTH / 2 } + RANKS * index;
+        assert!(start + RANKS <= LENGTH, "outside of the buffer");
+        let first = self.0.get().cast::<u16>();
+        // SAFETY: within the buffer, as was just asserted. The transfer may write at the same time; a
+        // value is read whole, and the caller finds out afterwards that it was too late.
+        core::array::from_fn(|rank| unsafe { first.add(start + rank).read_volatile() })
+    }
+}
+
+impl<const LENGTH: usize> Default for RawBuffer<LENGTH> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// What interrupt and task share.
+pub struct Shared<const RANKS: usize, const SCANS: usize> {
+    pipeline: Mutex<RefCell<Pipeline<RANKS, SCANS>>>,
+    news: Signal<CriticalSectionRawMutex, ()>,
+}
+
+struct Pipeline<const RANKS: usize, const SCANS: usize> {
+    ring: ScanRing<RANKS, SCANS>,
+    halves: Halves,
+    supply: Option<Supply>,
+    /// Scans that the task waits for.
+    wanted: usize,
+}
+
+impl<const RANKS: usize, const SCANS: usize> Default for Shared<RANKS, SCANS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const RANKS: usize, const SCANS: usize> Shared<RANKS, SCANS> {
+    /// Not sampling. All zeros, so that it lies in `.bss`.
+    pub const fn new() -> Self {
+        let (ring, halves) = (ScanRing::new(), Halves::new());
+        let pipeline = Pipeline { ring, halves, supply: None, wanted: 0 };
+        Self { pipeline: Mutex::new(RefCell::new(pipeline)), news: Signal::new() }
+    }
+
+    fn with<R>(&self, work: impl FnOnce(&mut Pipeline<RANKS, SCANS>) -> R) -> R {
+        critical_section::with(|cs| work(&mut self.pipeline.borrow_ref_mut(cs)))
+    }
+
+    /// The transfer's interrupt.
+    ///
+    /// Deadline: the time that the transfer takes for half the buffer. A missed one is an overrun.
+    pub fn on_interrupt<const LENGTH: usize>(
+        &self,
+        transfer: &impl Transfer,
+        raw: &RawBuffer<LENGTH>,
+    ) {
+        let enough = self.with(|pipeline| {
+            pipeline.take(transfer, raw);
+            pipeline.ring.fault().is_some() || pipeline.ring.unread() >= pipeline.wanted as u64
+        });
+        if enough {
+            self.news.signal(());
+        }
+    }
+}
+
+impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
+    fn take<const LENGTH: usize>(&mut self, transfer: &impl Transfer, raw: &RawBuffer<LENGTH>) {
+        let (length, raw_scans) = (LENGTH as u16, LENGTH / 2 / RANKS);
+        let flags = transfer.flags();
+        transfer.clear(flags);
+        let half = match self.halves.finished(flags, transfer.remaining(), length) {
+            Ok(Some(half)) => half,
+            Ok(None) => return,
+            Err(lap) => return self.ring.lapped(lap.halves * raw_scans as u32),
+        };
+        let supply = &mut self.supply;
+        for index in 0..raw_scans {
+            self.ring.feed(&raw.copy::<RANKS>(half, index), |scan, reference| {
+                if let Some(supply) = supply {
+                    scan[HAMMER] = supply.correct(scan[HAMMER], reference);
+                }
+            });
+        }
+        let read = self.halves.was_read(half, transfer.flags(), transfer.remaining(), length);
+        if let Err(lap) = read {
+            self.ring.lapped(lap.halves * raw_scans as u32);
+        }
+    }
+}
+
+/// A [`Sampler`] over a converter and what its interrupt shares.
+pub struct RingSampler<C, const RANKS: usize, const SCANS: usize> {
+    /// The converter, halted.
+    pub converter: C,
+    /// What its interrupt shares.
+    pub shared: &'static Shared<RANKS, SCANS>,
+    /// What the scans are.
+    pub adc: AdcProperties,
+    /// What the raw scans are.
+    pub settings: Settings,
+    /// Corrects the hammer.
+    pub supply: Supply,
+}
+
+impl<C: Converter, const RANKS: usize, const SCANS: usize> RingSampler<C, RANKS, SCANS> {
+    fn start_converter(&mut self) {
+        self.converter.stop();
+        self.shared.with(|pipeline| pipeline.halves = Halves::new());
+        self.converter.start();
+    }
+}
+
+impl<C: Converter, const RANKS: usize, const SCANS: usize> Sampler
+    for RingSampler<C, RANKS, SCANS>
+{
+    fn adc(&self) -> AdcProperties {
+        self.adc
+    }
+
+    async fn start(&mut self) -> Result<(), SampleError> {
+        self.converter.stop();
+        self.shared.with(|pipeline| {
+            pipeline.supply = Some(self.supply);
+            pipeline.ring.start(self.settings.clone(), Instant::now().as_ticks());
+        });
+        self.start_converter();
+        Ok(())
+    }
+
+    async fn read(&mut self, block: &mut [Scan]) -> Result<ScanIndex, SampleError> {
+        loop {
+            let now = Instant::now().as_ticks();
+            let overrun = self.converter.overrun();
+            let (read, fault) = self.shared.with(|pipeline| {
+                if overrun {
+                    pipeline.ring.fail(Fault::ConverterOverrun);
+                }
+                pipeline.wanted = block.len();
+                (pipeline.ring.read(block, now, PATIENCE.as_ticks()), pipeline.ring.fault())
+            });
+            if fault.is_some() {
+                self.shared.with(|pipeline| pipeline.ring.restart(now));
+                self.start_converter();
+            }
+            match read {
+                Ok(Some(first)) => return Ok(first),
+                Ok(None) => {}
+                Err(error) => return Err(error),
+            }
+            // In time or not, the next look tells.
+            let _ = with_timeout(PATIENCE, self.shared.news.wait()).await;
+        }
+    }
+
+    fn stop(&mut self) {
+        self.converter.stop();
+        self.shared.with(|pipeline| pipeline.ring.stop());
+    }
+}

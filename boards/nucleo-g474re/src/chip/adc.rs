@@ -1,0 +1,233 @@
+//! The ADCs: TIM6 starts a raw scan of ADC1 and ADC2 at the same time, channel 1 of DMA1 writes the pairs
+//! of codes into a buffer in circles.
+
+use embassy_stm32::interrupt::typelevel::{self, Handler};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::pac::adc::Adc;
+use embassy_stm32::pac::adc::regs::{Smpr, Smpr2, Sqr1, Sqr2};
+use embassy_stm32::pac::adc::vals::{Adcaldif, Adstp, Exten, Trovs};
+use embassy_stm32::pac::adccommon::vals::{Ckmode, Dmacfg, Dual, Mdma};
+use embassy_stm32::pac::bdma::vals::{Dir, Pl, Size};
+use embassy_stm32::pac::gpio::Gpio;
+use embassy_stm32::pac::gpio::vals::Moder;
+use embassy_stm32::pac::timer::vals::Mms;
+use embassy_stm32::pac::{ADC1, ADC2, ADC12_COMMON, DMA1, DMAMUX1, GPIOA, GPIOB, GPIOC, RCC, TIM6};
+use embassy_stm32::peripherals::{
+    self, DMA1_CH1, PA0, PA1, PA4, PA6, PB0, PB14, PC0, PC1, PC2, PC3,
+};
+use embassy_stm32::{Peri, bind_interrupts};
+use massline_cortex_m::sampler::{Converter, RawBuffer, RingSampler, Shared, Transfer};
+use massline_cortex_m::supply::{self, Noted, Supply};
+use massline_firmware::scan_ring::{HalfFlags, Settings};
+use massline_nucleo_g474re::plan::{
+    self, ADDED_UP, CORE_HZ, DECIMATION, PAIR, PAIRS, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL,
+    TIMER_CYCLES, properties,
+};
+use massline_nucleo_g474re::sequence::{Input, sequence};
+
+bind_interrupts!(struct Interrupts {
+    DMA1_CHANNEL1 => HalfInterrupt;
+});
+
+/// The sampler of this board.
+pub type AdcSampler = RingSampler<PairedAdcs, RANKS, RING_SCANS>;
+
+static SHARED: Shared<RANKS, RING_SCANS> = Shared::new();
+static RAW: RawBuffer<RAW_LENGTH> = RawBuffer::new();
+
+/// What the maker has noted of this chip's reference at 3.0 V, 12 bits.
+const VREFINT_CAL: *const u16 = 0x1FFF_75AA as *const u16;
+/// TIM6's update is the trigger: RM0440, external triggers of ADC1 and ADC2.
+const TIM6_TRGO: u8 = 13;
+/// ADC1 asks for a transfer: RM0440, DMAMUX inputs.
+const ADC1_REQUEST: u8 = 5;
+/// Channel 1 of DMA1 is the first of both.
+const STREAM: usize = 0;
+/// An ADC's regulator is up after this.
+const REGULATOR_CYCLES: u32 = CORE_HZ / 1_000_000 * 20;
+
+/// What belongs to the sampler alone, and is held because its registers are written here.
+#[allow(dead_code, reason = "owned, not used through the HAL")]
+pub struct Parts {
+    pub adcs: (Peri<'static, peripherals::ADC1>, Peri<'static, peripherals::ADC2>),
+    pub dma: Peri<'static, DMA1_CH1>,
+    pub timer: Peri<'static, peripherals::TIM6>,
+    pub channels: Channels,
+}
+
+/// Hammer, sensor 1 x, y, z, sensor 2 x, …
+pub type Channels = (
+    Peri<'static, PA0>,
+    Peri<'static, PA1>,
+    Peri<'static, PC0>,
+    Peri<'static, PC1>,
+    Peri<'static, PC2>,
+    Peri<'static, PC3>,
+    Peri<'static, PB0>,
+    Peri<'static, PA4>,
+    Peri<'static, PB14>,
+    Peri<'static, PA6>,
+);
+
+/// The sampler, halted.
+pub fn sampler(parts: Parts) -> AdcSampler {
+    // SAFETY: a word of system memory that is always there.
+    let noted = Noted::at_three_volts(unsafe { VREFINT_CAL.read_volatile() });
+    RingSampler {
+        converter: PairedAdcs::new(parts),
+        shared: &SHARED,
+        adc: properties(supply::REFERENCE),
+        settings: Settings {
+            decimation: DECIMATION,
+            sentinel: SENTINEL,
+            sentinel_codes: noted.codes(DECIMATION.raw_bits),
+            skip: 1,
+        },
+        supply: Supply::new(noted, DECIMATION.bits()),
+    }
+}
+
+/// ADCs, timer and transfer.
+pub struct PairedAdcs {
+    _parts: Parts,
+}
+
+impl PairedAdcs {
+    fn new(parts: Parts) -> Self {
+        RCC.ahb2enr().modify(|w| w.set_adc12en(true));
+        RCC.apb1enr1().modify(|w| w.set_tim6en(true));
+        analog(GPIOA, &[0, 1, 4, 6]);
+        analog(GPIOB, &[0, 14]);
+        analog(GPIOC, &[0, 1, 2, 3]);
+        ADC12_COMMON.ccr().write(|w| {
+            w.set_ckmode(Ckmode::SYNC_DIV4);
+            w.set_vrefen(true);
+            w.set_dual(Dual::DUAL_R);
+            w.set_mdma(Mdma::ENABLED12B10B);
+            w.set_dmacfg(Dmacfg::CIRCULAR);
+        });
+        switch_on(ADC1, &plan::ADC1);
+        switch_on(ADC2, &plan::ADC2);
+        // The other one follows it.
+        ADC1.cfgr().modify(|w| {
+            w.set_extsel(TIM6_TRGO);
+            w.set_exten(Exten::RISING_EDGE);
+        });
+        TIM6.cr2().modify(|w| w.set_mms(Mms::UPDATE));
+        TIM6.psc().write_value(0);
+        TIM6.arr().write(|w| w.set_arr(TIMER_CYCLES as u16 - 1));
+        DMAMUX1.ccr(STREAM).write(|w| w.set_dmareq_id(ADC1_REQUEST));
+        let _ = Interrupts;
+        interrupt::DMA1_CHANNEL1.set_priority(Priority::P0);
+        interrupt::DMA1_CHANNEL1.unpend();
+        // SAFETY: its handler looks at what lies in statics only.
+        unsafe { interrupt::DMA1_CHANNEL1.enable() };
+        Self { _parts: parts }
+    }
+}
+
+fn analog(port: Gpio, pins: &[usize]) {
+    port.moder().modify(|w| pins.iter().for_each(|&pin| w.set_moder(pin, Moder::ANALOG)));
+}
+
+/// Regulator, calibration, sequence and adding up; then the ADC is ready.
+fn switch_on(adc: Adc, inputs: &[Input; PAIRS]) {
+    adc.cr().modify(|w| {
+        w.set_deeppwd(false);
+        w.set_advregen(true);
+    });
+    cortex_m::asm::delay(REGULATOR_CYCLES);
+    adc.cr().modify(|w| w.set_adcaldif(Adcaldif::SINGLE_ENDED));
+    adc.cr().modify(|w| w.set_adcal(true));
+    while adc.cr().read().adcal() {}
+    // Four cycles of the ADC must pass before it may be enabled.
+    cortex_m::asm::delay(64);
+    let registers = sequence(inputs);
+    adc.sqr1().write_value(Sqr1(registers.sqr[0]));
+    adc.sqr2().write_value(Sqr2(registers.sqr[1]));
+    adc.smpr().write_value(Smpr(registers.smpr[0]));
+    adc.smpr2().write_value(Smpr2(registers.smpr[1]));
+    adc.cfgr2().write(|w| {
+        w.set_rovse(true);
+        w.set_ovsr(ADDED_UP.ilog2() as u8 - 1);
+        w.set_ovss(0);
+        w.set_trovs(Trovs::AUTOMATIC);
+    });
+    adc.isr().write(|w| w.set_adrdy(true));
+    adc.cr().modify(|w| w.set_aden(true));
+    while !adc.isr().read().adrdy() {}
+}
+
+impl Converter for PairedAdcs {
+    fn start(&mut self) {
+        ADC1.isr().write(|w| w.set_ovr(true));
+        ADC2.isr().write(|w| w.set_ovr(true));
+        clear(HalfFlags { first: true, second: true });
+        let channel = DMA1.ch(STREAM);
+        channel.par().write_value(ADC12_COMMON.cdr().as_ptr() as u32);
+        channel.mar().write_value(RAW.address());
+        channel.ndtr().write(|w| w.set_ndt((RAW_LENGTH / PAIR) as u16));
+        channel.cr().write(|w| {
+            w.set_dir(Dir::FROM_PERIPHERAL);
+            w.set_psize(Size::BITS32);
+            w.set_msize(Size::BITS32);
+            w.set_minc(true);
+            w.set_circ(true);
+            w.set_pl(Pl::VERY_HIGH);
+            w.set_htie(true);
+            w.set_tcie(true);
+            w.set_en(true);
+        });
+        ADC1.cr().modify(|w| w.set_adstart(true));
+        TIM6.cnt().write(|w| w.set_cnt(0));
+        TIM6.cr1().modify(|w| w.set_cen(true));
+    }
+
+    fn stop(&mut self) {
+        TIM6.cr1().modify(|w| w.set_cen(false));
+        if ADC1.cr().read().adstart() {
+            ADC1.cr().modify(|w| w.set_adstp(Adstp::STOP));
+            while ADC1.cr().read().adstart() {}
+        }
+        DMA1.ch(STREAM).cr().modify(|w| w.set_en(false));
+        clear(HalfFlags { first: true, second: true });
+    }
+
+    fn overrun(&self) -> bool {
+        ADC1.isr().read().ovr() || ADC2.isr().read().ovr()
+    }
+}
+
+fn clear(flags: HalfFlags) {
+    DMA1.ifcr().write(|w| {
+        w.set_htif(STREAM, flags.first);
+        w.set_tcif(STREAM, flags.second);
+    });
+}
+
+/// The interrupt of the transfer.
+struct HalfInterrupt;
+
+impl Handler<typelevel::DMA1_CHANNEL1> for HalfInterrupt {
+    unsafe fn on_interrupt() {
+        SHARED.on_interrupt(&Words, &RAW);
+    }
+}
+
+/// The transfer, which counts words of a pair.
+struct Words;
+
+impl Transfer for Words {
+    fn flags(&self) -> HalfFlags {
+        let flags = DMA1.isr().read();
+        HalfFlags { first: flags.htif(STREAM), second: flags.tcif(STREAM) }
+    }
+
+    fn clear(&self, flags: HalfFlags) {
+        clear(flags);
+    }
+
+    fn remaining(&self) -> u16 {
+        DMA1.ch(STREAM).ndtr().read().ndt() * PAIR as u16
+    }
+}

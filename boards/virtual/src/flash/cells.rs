@@ -1,0 +1,262 @@
+//! The cells of flash in memory, and what a cut of the power does to them.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::{Chip, FlashError, VirtualChip};
+
+const ERASED: u8 = 0xFF;
+
+/// When the power is cut. A *step* is the writing of one word or the erasing of one page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cut {
+    /// Steps that are still done whole; the next one is torn.
+    pub after: u64,
+    /// Decides what the torn step leaves.
+    pub seed: u64,
+}
+
+/// The content of a flash in memory; clones are the same flash.
+#[derive(Clone)]
+pub struct FlashMemory(Arc<Mutex<Cells>>);
+
+impl Default for FlashMemory {
+    /// Erased flash of the virtual board.
+    fn default() -> Self {
+        Self::of::<VirtualChip>()
+    }
+}
+
+impl fmt::Debug for FlashMemory {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("FlashMemory")
+    }
+}
+
+impl FlashMemory {
+    /// Erased flash of a chip.
+    pub fn of<C: Chip>() -> Self {
+        Self::of_cells(Cells::new::<C>(vec![ERASED; C::BYTES]))
+    }
+
+    /// Flash of the virtual board that holds these bytes.
+    pub(super) fn holding(bytes: Vec<u8>) -> Self {
+        Self::of_cells(Cells::new::<VirtualChip>(bytes))
+    }
+
+    fn of_cells(cells: Cells) -> Self {
+        Self(Arc::new(Mutex::new(cells)))
+    }
+
+    /// Another flash with the same content.
+    pub fn copied(&self) -> Self {
+        Self::of_cells(self.with(|cells| cells.clone()))
+    }
+
+    /// Cuts the power later on. It comes back when the flash is opened again.
+    pub fn cut_power(&self, cut: Cut) {
+        self.with(|cells| cells.cut = Some(cut));
+    }
+
+    /// False from a cut on until the flash is opened again.
+    pub fn has_power(&self) -> bool {
+        self.with(|cells| !cells.dark)
+    }
+
+    /// Steps done so far.
+    pub fn steps(&self) -> u64 {
+        self.with(|cells| cells.steps)
+    }
+
+    /// How often each page was erased.
+    pub fn erases(&self) -> Vec<u32> {
+        self.with(|cells| cells.erases.clone())
+    }
+
+    pub(super) fn with<T>(&self, what: impl FnOnce(&mut Cells) -> T) -> T {
+        what(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// How a word with an error correcting code stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Word {
+    Erased,
+    Written,
+    Torn,
+}
+
+#[derive(Clone)]
+pub(super) struct Cells {
+    bytes: Vec<u8>,
+    page: usize,
+    word: usize,
+    /// Empty for a chip without error correcting codes.
+    words: Vec<Word>,
+    steps: u64,
+    erases: Vec<u32>,
+    cut: Option<Cut>,
+    dark: bool,
+}
+
+impl Cells {
+    fn new<C: Chip>(bytes: Vec<u8>) -> Self {
+        let words = if C::ECC { bytes.len() / C::WORD } else { 0 };
+        Self {
+            page: C::PAGE,
+            word: C::WORD,
+            words: vec![Word::Erased; words],
+            steps: 0,
+            erases: vec![0; bytes.len() / C::PAGE],
+            cut: None,
+            dark: false,
+            bytes,
+        }
+    }
+
+    pub fn power_up(&mut self) {
+        self.cut = None;
+        self.dark = false;
+    }
+
+    pub fn bytes(&self, start: usize, length: usize) -> &[u8] {
+        &self.bytes[start..start + length]
+    }
+
+    pub fn read(&self, start: usize, bytes: &mut [u8]) -> Result<(), FlashError> {
+        if self.dark {
+            return Err(FlashError::PowerCut);
+        }
+        let words = start / self.word..(start + bytes.len()).div_ceil(self.word);
+        if self.words.get(words).is_some_and(|words| words.contains(&Word::Torn)) {
+            return Err(FlashError::Torn);
+        }
+        bytes.copy_from_slice(self.bytes(start, bytes.len()));
+        Ok(())
+    }
+
+    pub fn write(&mut self, start: usize, bytes: &[u8]) -> Result<(), FlashError> {
+        for (at, new) in (start..).step_by(self.word).zip(bytes.chunks(self.word)) {
+            let torn = self.step()?;
+            let index = at / self.word;
+            if self.words.get(index).is_some_and(|&word| word != Word::Erased) {
+                return Err(FlashError::NotErased);
+            }
+            let place = &mut self.bytes[at..at + new.len()];
+            if place.iter().zip(new).any(|(&old, &new)| new & !old != 0) {
+                return Err(FlashError::NotErased);
+            }
+            let left = match torn {
+                None => Left::Whole,
+                Some(mut chance) => tear(place, new, &mut chance),
+            };
+            if left == Left::Whole {
+                place.copy_from_slice(new);
+            }
+            if let Some(word) = self.words.get_mut(index) {
+                *word = match left {
+                    Left::Nothing => Word::Erased,
+                    Left::Part => Word::Torn,
+                    Left::Whole => Word::Written,
+                };
+            }
+            self.powered()?;
+        }
+        Ok(())
+    }
+
+    pub fn erase(&mut self, start: usize, length: usize) -> Result<(), FlashError> {
+        for page in (start..start + length).step_by(self.page) {
+            match self.step()? {
+                None => {
+                    self.erases[page / self.page] += 1;
+                    self.bytes[page..page + self.page].fill(ERASED);
+                    let words = page / self.word..(page + self.page) / self.word;
+                    if let Some(words) = self.words.get_mut(words) {
+                        words.fill(Word::Erased);
+                    }
+                }
+                Some(mut chance) => self.tear_page(page, &mut chance),
+            }
+            self.powered()?;
+        }
+        Ok(())
+    }
+
+    /// Begins a step; gives the dice when the power is cut in it.
+    fn step(&mut self) -> Result<Option<Chance>, FlashError> {
+        self.powered()?;
+        self.steps += 1;
+        let Some(cut) = &mut self.cut else { return Ok(None) };
+        if let Some(left) = cut.after.checked_sub(1) {
+            cut.after = left;
+            return Ok(None);
+        }
+        self.dark = true;
+        Ok(Some(Chance(cut.seed)))
+    }
+
+    fn powered(&self) -> Result<(), FlashError> {
+        if self.dark { Err(FlashError::PowerCut) } else { Ok(()) }
+    }
+
+    /// An erase that was cut: some words as before, some erased, some in between; more or less far.
+    fn tear_page(&mut self, page: usize, chance: &mut Chance) {
+        let progress = chance.below(5);
+        for at in (page..page + self.page).step_by(self.word) {
+            let done = match progress {
+                0 => Left::Nothing,
+                1 => Left::Whole,
+                _ => [Left::Nothing, Left::Part, Left::Whole][chance.below(3)],
+            };
+            let place = &mut self.bytes[at..at + self.word];
+            match done {
+                Left::Nothing => continue,
+                Left::Whole => place.fill(ERASED),
+                // Cells are cleared before they are erased, so any bit may read as either.
+                Left::Part => place.iter_mut().for_each(|byte| *byte = chance.next() as u8),
+            }
+            if let Some(word) = self.words.get_mut(at / self.word) {
+                *word = if done == Left::Whole { Word::Erased } else { Word::Torn };
+            }
+        }
+    }
+}
+
+/// What is left of a step that was cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Left {
+    Nothing,
+    Part,
+    Whole,
+}
+
+/// Clears some of the bits that were to be cleared: none, some or all of them.
+fn tear(place: &mut [u8], new: &[u8], chance: &mut Chance) -> Left {
+    match chance.below(8) {
+        0 => Left::Nothing,
+        1 => Left::Whole,
+        _ => {
+            for (old, new) in place.iter_mut().zip(new) {
+                *old &= new | chance.next() as u8;
+            }
+            Left::Part
+        }
+    }
+}
+
+/// Deterministic dice: SplitMix64.
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        (self.next() % end as u64) as usize
+    }
+}

@@ -1,0 +1,87 @@
+//! The calibration wizard.
+
+use massline_shared::calibration::tumble::Position;
+
+use super::View;
+use super::canvas::{Canvas, Screen, text, top};
+use crate::panel::menu::DIGITS;
+use crate::panel::number::{fixed, percent};
+use crate::panel::trial::{Problem, Proposal, Trial};
+use crate::panel::words;
+
+/// The mass of the block, a digit in hand.
+pub(super) fn block_mass<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    canvas.title("Mass of the block", "");
+    let decigrams = view.menu.decigrams();
+    canvas.big(10, top(0) + 1, &text(format_args!("{:05}.{} g", decigrams / 10, decigrams % 10)));
+    let digit = i32::from(view.menu.cursor().min(DIGITS - 1));
+    // The point stands before the last digit.
+    let column = digit + i32::from(digit + 1 == i32::from(DIGITS));
+    canvas.fill(10 + 10 * column, top(2), 9, 2);
+    canvas.line(3, "Next: count  OK: on");
+    canvas.line(4, "(with what is on it)");
+}
+
+/// A calibration on its way.
+pub(super) fn trial<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    match view.model.trial {
+        Trial::Off => {}
+        Trial::Wanted(place) => {
+            title(canvas, place);
+            canvas.line(0, "Lay sensors still:");
+            canvas.big(0, top(1), &way_up(place));
+            canvas.line(4, "OK: read");
+        }
+        Trial::Reading(place) => {
+            title(canvas, place);
+            canvas.big(0, top(1), "Hands off");
+            canvas.line(4, "reading ...");
+        }
+        Trial::Wrong(problem) => wrong(canvas, &problem),
+        Trial::Proposed(proposal) => proposed(canvas, &proposal),
+        Trial::Kept => {
+            canvas.title("Calibrated", "");
+            canvas.lines(1, "The new calibration\nis kept and in force.");
+            canvas.line(4, "OK");
+        }
+    }
+}
+
+fn title<D: Screen>(canvas: &mut Canvas<'_, D>, place: u8) {
+    canvas.title("By gravity", &text(format_args!("{}/{}", place + 1, Position::ALL.len())));
+}
+
+fn way_up(place: u8) -> crate::panel::number::Text {
+    match Position::ALL.get(usize::from(place)) {
+        Some(position) => text(format_args!("{position} up")),
+        None => text(format_args!("")),
+    }
+}
+
+fn wrong<D: Screen>(canvas: &mut Canvas<'_, D>, problem: &Problem) {
+    canvas.title("Not calibrated", "");
+    if let Problem::Tumble { sensor, .. } = problem {
+        canvas.format(0, format_args!("sensor {}", sensor + 1));
+    }
+    canvas.lines(1, words::of_problem(problem));
+    canvas.line(4, if problem.read_again() { "OK: read again" } else { "OK" });
+}
+
+fn proposed<D: Screen>(canvas: &mut Canvas<'_, D>, proposal: &Proposal) {
+    canvas.title("Keep this?", "");
+    match proposal.hammer_ratio {
+        Some(ratio) => {
+            canvas.pair(0, "force was x", &fixed(ratio, 4));
+            canvas.pair(1, "\u{b1} hammer", &percent(proposal.sigma.hammer_gain));
+            canvas
+                .line(2, if proposal.sound { "directions agree" } else { "NOT ALIKE: hit anew?" });
+        }
+        None => {
+            canvas.pair(0, "\u{b1} gains", &percent(proposal.sigma.gain));
+            canvas.pair(1, "\u{b1} cross axis", &percent(proposal.sigma.cross_axis));
+            canvas.line(2, if proposal.sound { "positions level" } else { "NOT LEVEL: do anew?" });
+        }
+    }
+    canvas.line(3, "OK: keep");
+    canvas.line(4, "Back: drop");
+}

@@ -1,0 +1,165 @@
+//! What is seen while a campaign is prepared, runs and ends.
+
+use core::fmt::Write as _;
+
+use embedded_graphics::prelude::*;
+use massline_shared::diagnosis::Diagnostic;
+use massline_shared::protocol::message::Phase;
+use massline_shared::signal::CHANNELS;
+
+use super::View;
+use super::canvas::{Canvas, SIZE, Screen, clipped, text, top};
+use super::lists;
+use crate::panel::number::{Text, decimals_for, fitting};
+use crate::panel::{PanelModel, sketch, words};
+
+/// Where the sketch is.
+const SKETCH: (Point, Size) = (Point::new(80, 12), Size::new(48, 40));
+/// Height of the tallest level bar.
+const TALLEST: i32 = 9;
+
+/// The screen of the phase.
+pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    let model = view.model;
+    match model.phase {
+        Phase::Idle => prepared(canvas, view),
+        Phase::Armed | Phase::Busy => {
+            match model.verdict.and_then(|verdict| verdict.reason) {
+                Some(reason) => rejected(canvas, view, &reason),
+                None => guided(canvas, view),
+            }
+            levels(canvas, model);
+        }
+        Phase::Confirming => {
+            lists::entries(canvas, view, &text(format_args!("Good hit {}", peak(model))));
+        }
+        Phase::Paused => {
+            let mut title = Text::new();
+            // There is room: a DOF has eight characters at most.
+            let _ = write!(title, "Paused {} {}/{}", place(model), model.accepted, model.wanted);
+            lists::entries(canvas, view, &title);
+        }
+        Phase::Solving => {
+            canvas.title("Computing", "");
+            canvas.lines(1, "The ten properties\nare being computed.");
+        }
+        Phase::Done => done(canvas, model),
+    }
+}
+
+fn prepared<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    let Some(layout) = view.layout else {
+        canvas.title("No layout", "");
+        canvas.lines(0, "Send one from a PC:\nmassline measure\n  LAYOUT.toml");
+        return;
+    };
+    canvas.title(&clipped(&layout.title, words::WIDTH), "");
+    canvas.format(0, format_args!("{} sensors", layout.sensors.len()));
+    canvas.format(1, format_args!("{} places", layout.hits.len()));
+    canvas.format(2, format_args!("{} hits each", layout.test.hits_per_dof));
+    canvas.line(4, "OK: start");
+    sketch::draw(canvas, layout, None, SKETCH.0, SKETCH.1);
+}
+
+/// Where to hit next.
+fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    let model = view.model;
+    let said = match model.verdict {
+        Some(_) => text(format_args!("Good {}", peak(model))),
+        None => text(format_args!("Hit now")),
+    };
+    canvas.title(&said, &time_left(model));
+    progress(canvas, model);
+    canvas.big(0, 14, &place(model));
+    let number = model.dof.map_or(0, |(index, _)| index + 1);
+    canvas.text(0, 33, &text(format_args!("place {number}/{}", model.dofs)));
+    canvas.text(0, 42, &text(format_args!("hit {}/{}", next_hit(model), model.wanted)));
+    let in_hand = model.dof.map(|(index, _)| usize::from(index));
+    if let Some(layout) = view.layout {
+        sketch::draw(canvas, layout, in_hand, SKETCH.0, SKETCH.1);
+    }
+}
+
+/// Why the last hit does not count, and where to hit again.
+fn rejected<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, reason: &Diagnostic) {
+    let model = view.model;
+    let again = text(format_args!("AGAIN {}", place(model)));
+    let hit = text(format_args!("{}/{}", next_hit(model), model.wanted));
+    canvas.title(&again, &hit);
+    progress(canvas, model);
+    canvas.lines(0, words::of_diagnostic(reason));
+    canvas.text(0, 43, &words::subject(reason, view.layout));
+}
+
+/// The share of the campaign that is done, under the title.
+fn progress<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
+    let share = u32::from(model.hits_done) * SIZE.width / u32::from(model.hits.max(1));
+    canvas.fill(0, 12, share as i32, 1);
+}
+
+/// How much each channel moves, the hammer first; while a record is taken or analysed, that it is so.
+fn levels<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
+    if model.phase == Phase::Busy {
+        return canvas.bar(53, "measuring");
+    }
+    for (channel, &level) in model.levels.iter().enumerate().take(CHANNELS) {
+        let x = match channel.checked_sub(1) {
+            None => 0,
+            Some(response) => 15 + 38 * (response / 3) as i32 + 12 * (response % 3) as i32,
+        };
+        let height = i32::from(level).min(TALLEST);
+        canvas.fill(x, 62 - height, 9, height);
+        canvas.fill(x, 63, 9, 1);
+    }
+}
+
+fn done<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
+    canvas.title(&text(format_args!("Result {}", model.result)), "");
+    match model.mass {
+        _ if model.block => {
+            canvas.lines(0, "The block has been\nmeasured.");
+            canvas.line(3, "OK: hammer's gain");
+        }
+        Some(mass) => {
+            let sigma = mass.sigma.filter(|sigma| sigma.is_finite());
+            let decimals = sigma.map_or(3, |sigma| decimals_for(sigma, 2));
+            canvas.big(0, top(0), &text(format_args!("{} kg", fitting(mass.value, decimals, 9))));
+            if let Some(sigma) = sigma {
+                let sigma = fitting(sigma, decimals, 7);
+                canvas.line(2, &text(format_args!("\u{b1} {sigma} kg (1 sd)")));
+            }
+            canvas.line(3, "OK: all properties");
+        }
+        None => {
+            canvas.big(0, top(0), "No answer");
+            canvas.line(3, "OK: why");
+        }
+    }
+    canvas.line(4, "Next: measure again");
+}
+
+/// The node and the direction in hand.
+fn place(model: &PanelModel) -> Text {
+    let mut place = Text::new();
+    if let Some((_, dof)) = model.dof {
+        // There is room: `65535:+X`.
+        let _ = write!(place, "{dof}");
+    }
+    place.chars().map(|c| if c == ':' { ' ' } else { c }).collect()
+}
+
+/// The hit that is wanted, counted from 1.
+fn next_hit(model: &PanelModel) -> u8 {
+    model.accepted.saturating_add(1).min(model.wanted)
+}
+
+fn peak(model: &PanelModel) -> Text {
+    let force = model.verdict.map_or(0.0, |verdict| verdict.peak_force);
+    text(format_args!("{} N", fitting(force, 0, 6)))
+}
+
+/// Minutes and seconds that the campaign will take still.
+fn time_left(model: &PanelModel) -> Text {
+    let Some(seconds) = model.seconds_left else { return Text::new() };
+    text(format_args!("{}:{:02}", seconds / 60, seconds % 60))
+}

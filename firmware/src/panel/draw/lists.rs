@@ -1,0 +1,146 @@
+//! Lists, messages, and what the rig says of itself.
+
+use massline_shared::diagnosis::{Diagnostic, Severity};
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::message::Reason;
+
+use super::canvas::{Canvas, Screen, clipped, text};
+use super::{LayoutLine, View};
+use crate::panel::menu::{ABOUT_PAGES, Question};
+use crate::panel::words;
+use crate::store::RESULTS;
+
+/// The list of everything.
+pub(super) fn home<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    entries(canvas, view, "massline");
+}
+
+/// The list that the menu has here.
+pub(super) fn entries<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, title: &str) {
+    canvas.title(title, "");
+    let entries = view.menu.entries(view.model);
+    let labels = entries.iter().map(|entry| entry.label(view.model));
+    canvas.list(labels, usize::from(view.menu.cursor()));
+}
+
+/// What is to be said about the campaign, or about the layout that was refused.
+pub(super) fn findings<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    let page = usize::from(view.menu.cursor());
+    let pages = text(format_args!("{}/{}", page + 1, view.findings.len()));
+    if let Some(diagnostic) = view.findings.get(page) {
+        finding(canvas, diagnostic, view.layout, &pages);
+    }
+}
+
+/// One diagnostic: how grave, about what, and what to do.
+pub(super) fn finding<D: Screen>(
+    canvas: &mut Canvas<'_, D>,
+    diagnostic: &Diagnostic,
+    layout: Option<&RigLayout>,
+    pages: &str,
+) {
+    let title = match Severity::from_raw(diagnostic.severity) {
+        Severity::Note => "Note",
+        Severity::Warning => "Warning",
+        Severity::Error => "Error",
+    };
+    canvas.title(title, pages);
+    canvas.line(0, &words::subject(diagnostic, layout));
+    canvas.lines(1, words::of_diagnostic(diagnostic));
+}
+
+/// The layouts that are kept; the one in use has a mark.
+pub(super) fn layouts<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    canvas.title("Layouts", &text(format_args!("{}", view.layouts.len())));
+    if view.layouts.is_empty() {
+        canvas.lines(1, words::of_reason(Reason::NoLayout));
+        return;
+    }
+    let line = |layout: &LayoutLine| {
+        let mark = if layout.in_use { '*' } else { ' ' };
+        text(format_args!("{mark}{}", clipped(&layout.title, words::WIDTH - 2)))
+    };
+    let lines: heapless::Vec<_, 8> = view.layouts.iter().take(8).map(line).collect();
+    canvas.list(lines.iter().map(|line| line.as_str()), usize::from(view.menu.cursor()));
+}
+
+/// How full the flash is and what it has cost.
+pub(super) fn storage<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    canvas.title("Storage", "");
+    let results = view.results.len();
+    canvas.pair(0, "results", &text(format_args!("{results}")));
+    canvas.pair(1, "layouts", &text(format_args!("{}", view.layouts.len())));
+    canvas.pair(2, "failed writes", &text(format_args!("{}", view.stats.store_failures)));
+    if results >= RESULTS {
+        canvas.lines(3, "Full: delete one\nunder Results.");
+    }
+}
+
+/// Who the rig is.
+pub(super) fn about<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    let page = view.menu.cursor();
+    let pages = text(format_args!("{}/{ABOUT_PAGES}", page + 1));
+    let (info, stats) = (view.info, view.stats);
+    canvas.title("About", &pages);
+    match page {
+        0 => {
+            canvas.pair(0, "massline", info.firmware);
+            let dirty = if info.git_dirty { "+" } else { "" };
+            let hash = info.git_hash.get(..12).unwrap_or(info.git_hash);
+            canvas.pair(1, "git", &text(format_args!("{hash}{dirty}")));
+            canvas.pair(2, "board", info.name);
+            canvas.pair(3, "started by", words::of_boot(info.boot_reason));
+            let seconds = stats.uptime_ms / 1000;
+            let (hours, minutes) = (seconds / 3600, seconds / 60 % 60);
+            canvas.pair(4, "up", &text(format_args!("{hours}:{minutes:02}:{:02}", seconds % 60)));
+        }
+        1 => {
+            let (used, size) = (stats.stack_high_water, stats.stack_size);
+            canvas.pair(0, "stack", &text(format_args!("{used}/{size}")));
+            canvas.pair(1, "triggers", &text(format_args!("{}", stats.triggers)));
+            canvas.pair(2, "scans lost", &text(format_args!("{}", stats.scans_lost)));
+            canvas.pair(3, "too late", &text(format_args!("{}", stats.deadlines_missed)));
+            canvas.pair(4, "broken frames", &text(format_args!("{}", stats.frames_broken)));
+        }
+        _ if info.last_panic.is_empty() => canvas.line(0, "No panic before this."),
+        _ => {
+            canvas.line(0, "Last panic:");
+            wrapped(canvas, 1, info.last_panic);
+        }
+    }
+}
+
+/// A long text over the lines that are left; what does not fit is cut.
+fn wrapped<D: Screen>(canvas: &mut Canvas<'_, D>, first: usize, text: &str) {
+    let mut rest = text;
+    for line in first..super::canvas::LINES {
+        let end = rest.char_indices().nth(words::WIDTH).map_or(rest.len(), |(at, _)| at);
+        let (now, later) = rest.split_at_checked(end).unwrap_or((rest, ""));
+        canvas.line(line, now);
+        rest = later;
+    }
+}
+
+/// A question before something is lost.
+pub(super) fn sure<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, question: Question) {
+    canvas.title("Sure?", "");
+    match question {
+        Question::End => canvas.lines(0, "End the campaign?\nIts hits are lost."),
+        Question::Redo => canvas.lines(0, "Forget the hits of\nthis place?"),
+        Question::Delete => {
+            canvas.line(0, "Delete for good?");
+            if let Some(summary) = view.summary {
+                canvas.format(1, format_args!("Result {}", summary.number));
+            }
+        }
+    }
+    canvas.line(3, "OK: yes");
+    canvas.line(4, "Back: no");
+}
+
+/// Why the rig does not do it.
+pub(super) fn refused<D: Screen>(canvas: &mut Canvas<'_, D>, reason: Reason) {
+    canvas.title("Not possible", "");
+    canvas.lines(0, words::of_reason(reason));
+    canvas.line(4, "OK");
+}

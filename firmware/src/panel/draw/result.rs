@@ -1,0 +1,157 @@
+//! The results that are kept, and the pages of one.
+
+use massline_shared::identify::Method;
+use massline_shared::protocol::message::ResultEntry;
+
+use super::View;
+use super::canvas::{Canvas, Screen, text, top};
+use super::lists;
+use crate::panel::number::{Text, decimals_for, fitting, percent};
+use crate::panel::summary::{ANSWER_PAGES, Answer, Summary};
+
+const NAMES: [&str; 10] = ["m", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
+/// Millimeters of a meter, gram square meters of a kilogram square meter.
+const MILLI: f32 = 1000.0;
+
+/// The list of results.
+pub(super) fn list<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    canvas.title("Results", &text(format_args!("{}", view.results.len())));
+    if view.results.is_empty() {
+        canvas.lines(1, "None yet.");
+        return;
+    }
+    let lines: heapless::Vec<Text, { crate::store::RESULTS }> =
+        view.results.iter().take(crate::store::RESULTS).map(of_entry).collect();
+    canvas.list(lines.iter().map(|line| line.as_str()), usize::from(view.menu.cursor()));
+}
+
+fn of_entry(entry: &ResultEntry) -> Text {
+    match entry.mass {
+        Some(mass) => {
+            let decimals = mass.sigma.map_or(3, |sigma| decimals_for(sigma, 2));
+            text(format_args!("{:>4}  {} kg", entry.number, fitting(mass.value, decimals, 8)))
+        }
+        None => text(format_args!("{:>4}  no mass", entry.number)),
+    }
+}
+
+/// A page of the open result.
+pub(super) fn page<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    let Some(summary) = view.summary else { return };
+    let page = view.menu.cursor();
+    let number = text(format_args!("Result {}", summary.number));
+    let pages = text(format_args!("{}/{}", page + 1, summary.pages()));
+    let Some(answer) = &summary.answer else {
+        return match page.checked_sub(1) {
+            Some(finding) => finding_page(canvas, view, summary, finding, &pages),
+            None => {
+                canvas.title(&number, &pages);
+                canvas.lines(0, "No answer: the next\npages say why.");
+            }
+        };
+    };
+    match page {
+        0 => {
+            canvas.title(&number, &pages);
+            property(canvas, answer, 0, 0, 1.0, "kg");
+            (1..4).for_each(|k| property(canvas, answer, k, k, MILLI, "mm"));
+        }
+        1 | 2 => {
+            canvas.title("Inertia g m\u{b2}", &pages);
+            let first = 4 + 3 * (usize::from(page) - 1);
+            (0..3).for_each(|k| property(canvas, answer, k, first + k, MILLI, ""));
+            canvas.line(4, "about the centre");
+        }
+        3 => {
+            canvas.title("Principal g m\u{b2}", &pages);
+            principal(canvas, answer);
+        }
+        4 => limits(canvas, answer, &pages),
+        _ => finding_page(canvas, view, summary, page - ANSWER_PAGES, &pages),
+    }
+}
+
+fn finding_page<D: Screen>(
+    canvas: &mut Canvas<'_, D>,
+    view: &View<'_>,
+    summary: &Summary,
+    finding: u8,
+    pages: &str,
+) {
+    let Some(diagnostic) = summary.findings.get(usize::from(finding)) else { return };
+    // The names of another layout would mislead.
+    let layout = view.layout.filter(|layout| layout.hash() == summary.layout_hash);
+    lists::finding(canvas, diagnostic, layout, pages);
+}
+
+fn property<D: Screen>(
+    canvas: &mut Canvas<'_, D>,
+    answer: &Answer,
+    line: usize,
+    k: usize,
+    scale: f32,
+    unit: &str,
+) {
+    let sigma = answer.sigmas.map(|sigmas| sigmas[k] * scale);
+    quantity(canvas, line, NAMES[k], answer.properties[k] * scale, sigma, unit);
+}
+
+/// A name, a number whose standard deviation has two digits, that deviation, and a unit.
+fn quantity<D: Screen>(
+    canvas: &mut Canvas<'_, D>,
+    line: usize,
+    name: &str,
+    value: f32,
+    sigma: Option<f32>,
+    unit: &str,
+) {
+    let y = top(line);
+    let decimals = match sigma {
+        Some(sigma) if sigma > 0.0 => decimals_for(sigma, 2),
+        _ => decimals_for(value, 4),
+    };
+    canvas.text(0, y, name);
+    canvas.text_right(66, y, &fitting(value, decimals, 8));
+    if let Some(sigma) = sigma {
+        canvas.text(70, y, &text(format_args!("\u{b1}{}", fitting(sigma, decimals, 6))));
+    }
+    canvas.text_right(127, y, unit);
+}
+
+fn principal<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Answer) {
+    let Some(moments) = answer.moments else { return canvas.line(0, "not finite") };
+    for (k, moment) in moments.into_iter().enumerate() {
+        let sigma = answer.moment_sigmas.map(|sigmas| sigmas[k] * MILLI);
+        quantity(canvas, k, ["J1", "J2", "J3"][k], moment * MILLI, sigma, "");
+    }
+}
+
+/// What limits the accuracy: the method, whether the data agree with what was stated, how well the
+/// equations are conditioned, and what is known least.
+fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Answer, pages: &str) {
+    canvas.title("What limits it", pages);
+    canvas.line(
+        0,
+        match Method::from_raw(answer.method) {
+            Some(Method::MaximumLikelihood) => "Maximum likelihood",
+            Some(Method::InertiaRestraint) => "Inertia restraint",
+            Some(Method::GlobalFit) => "Global fit",
+            None => "Unknown method",
+        },
+    );
+    match answer.consistency {
+        Some(consistency) => {
+            // One test of a thousand by chance, as in the diagnosis.
+            let agrees = consistency.surprise() < 3.1;
+            let verdict = if agrees { "errors as stated" } else { "errors too large" };
+            canvas.line(1, verdict);
+            let chi = fitting(consistency.chi_squared, 1, 6);
+            canvas.format(2, format_args!("chi\u{b2} {chi} of {}", consistency.degrees_of_freedom));
+        }
+        None => canvas.line(1, "scatter of hits only"),
+    }
+    canvas.pair(3, "condition", &fitting(answer.condition, 1, 8));
+    if let Some((k, share)) = answer.least_known() {
+        canvas.pair(4, "least known", &text(format_args!("{} {}", NAMES[k], percent(share))));
+    }
+}

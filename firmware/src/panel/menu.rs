@@ -1,0 +1,466 @@
+//! Which screen there is, and what a button means on it. A pure state machine: it sees a
+//! [`PanelModel`], gives an [`Action`], and draws nothing.
+//!
+//! `Back` leads towards home from everywhere, `Ok` goes in or does it, `Next` moves on. What a campaign
+//! does decides what the screen [`Screen::Measure`] shows:
+//!
+//! ```text
+//! Home ─┬─ Measure ─┬─ Findings          ┌ Ok: start
+//!       │  (phase)  └─ Sure: end?   Idle ┤      armed ─ Next: pause ─ list: go on, again, skip, finish, end
+//!       ├─ Results ── Result ── Sure: delete?
+//!       ├─ Layouts
+//!       ├─ Calibration ─┬─ Tumble ── proposal: keep?
+//!       │               └─ BlockMass ── Measure ── proposal: keep?
+//!       ├─ Storage
+//!       └─ About
+//! ```
+
+use heapless::Vec;
+use massline_shared::protocol::message::{CampaignCommand, Phase, Reason};
+
+use super::trial::Trial;
+use super::{Button, PanelModel};
+
+/// What is on the glass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Screen {
+    /// The list of everything.
+    Home,
+    /// What the campaign does.
+    Measure,
+    /// What is to be said about the campaign or about a layout that was refused, page by page.
+    Findings,
+    /// The layouts that are kept.
+    Layouts,
+    /// The results that are kept.
+    Results,
+    /// The pages of the open result.
+    Result,
+    /// What can be calibrated.
+    Calibration,
+    /// The mass of the block, digit by digit.
+    BlockMass,
+    /// A calibration on its way: positions, what is wrong, what is proposed.
+    Trial,
+    /// How full the flash is and what it has cost.
+    Storage,
+    /// Who the rig is.
+    About,
+    /// A question before something is lost.
+    Sure(Question),
+    /// Why the rig does not do it.
+    Refused(Reason),
+}
+
+/// What would be lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// The campaign.
+    End,
+    /// The hits of the DOF in hand.
+    Redo,
+    /// The open result.
+    Delete,
+}
+
+/// One line of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Entry {
+    /// To the campaign.
+    Measure,
+    /// To the results.
+    Results,
+    /// To the layouts.
+    Layouts,
+    /// To the calibration.
+    Calibration,
+    /// To the storage.
+    Storage,
+    /// To the rig itself.
+    About,
+    /// Go on with a paused campaign.
+    Resume,
+    /// Measure the DOF in hand again.
+    Redo,
+    /// Leave the DOF in hand out.
+    Skip,
+    /// Go on with the hits that the DOF in hand has.
+    Finish,
+    /// What is to be said about the campaign.
+    Findings,
+    /// End the campaign without a result.
+    End,
+    /// Accept the hit that waits.
+    Accept,
+    /// Reject the hit that waits.
+    Reject,
+    /// Calibrate the sensors by gravity.
+    Tumble,
+    /// Calibrate by a block of known mass.
+    Block,
+}
+
+impl Entry {
+    /// As it stands in the list.
+    pub fn label(self, model: &PanelModel) -> &'static str {
+        match self {
+            Self::Measure if model.phase == Phase::Paused => "Measure (paused)",
+            Self::Measure if runs(model) => "Measure (running)",
+            Self::Measure => "Measure",
+            Self::Results => "Results",
+            Self::Layouts => "Layouts",
+            Self::Calibration => "Calibrate",
+            Self::Storage => "Storage",
+            Self::About => "About",
+            Self::Resume if model.interrupted => "Try again",
+            Self::Resume => "Go on",
+            Self::Redo => "This place again",
+            Self::Skip => "Skip this place",
+            Self::Finish => "Enough hits here",
+            Self::Findings => "What is wrong",
+            Self::End => "End, no result",
+            Self::Accept => "Keep this hit",
+            Self::Reject => "Reject this hit",
+            Self::Tumble => "Sensors by gravity",
+            Self::Block => "Block of known mass",
+        }
+    }
+}
+
+/// What the rig is to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Steer the campaign.
+    Command(CampaignCommand),
+    /// Start a campaign on a block of known mass.
+    StartBlock {
+        /// Mass of the block with what is glued to it.
+        decigrams: u32,
+    },
+    /// Use the layout at this place of the list.
+    UseLayout(u8),
+    /// Open the result at this place of the list, the newest first.
+    OpenResult(u8),
+    /// Open the result of this campaign.
+    OpenLast,
+    /// Forget the open result for good.
+    DeleteResult,
+    /// Begin a tumble test.
+    StartTumble,
+    /// Read the sensors in the position that is asked for.
+    ReadPosition,
+    /// Compute a calibration from the result of the block test.
+    SolveBlock,
+    /// Keep the calibration that is proposed.
+    KeepCalibration,
+    /// Forget readings and proposals.
+    DropTrial,
+}
+
+/// Lines of a list.
+pub type Entries = Vec<Entry, 8>;
+
+/// Digits of the mass of a block: up to 99 999.9 g.
+pub const DIGITS: u8 = 6;
+
+/// The state of the menu.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Menu {
+    screen: Screen,
+    /// Line, page or digit.
+    cursor: u8,
+    /// Line of the home list to come back to.
+    home: u8,
+    /// Mass of the block.
+    decigrams: u32,
+    /// What the campaign did when it was last looked at.
+    phase: Phase,
+}
+
+impl Default for Menu {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Menu {
+    /// At home; a block of 1 kg.
+    pub const fn new() -> Self {
+        Self { screen: Screen::Home, cursor: 0, home: 0, decigrams: 10_000, phase: Phase::Idle }
+    }
+
+    /// What is on the glass.
+    pub fn screen(&self) -> Screen {
+        self.screen
+    }
+
+    /// Which line, page or digit is in hand.
+    pub fn cursor(&self) -> u8 {
+        self.cursor
+    }
+
+    /// Mass of the block, in tenths of a gram.
+    pub fn decigrams(&self) -> u32 {
+        self.decigrams
+    }
+
+    /// The lines of the list that is on the glass, none where there is another thing.
+    pub fn entries(&self, model: &PanelModel) -> Entries {
+        let mut entries = Entries::new();
+        let list: &[Entry] = match (self.screen, model.phase) {
+            (Screen::Home, _) => &[
+                Entry::Measure,
+                Entry::Results,
+                Entry::Layouts,
+                Entry::Calibration,
+                Entry::Storage,
+                Entry::About,
+            ],
+            (Screen::Measure, Phase::Confirming) => &[Entry::Accept, Entry::Reject],
+            (Screen::Measure, Phase::Paused) => &[
+                Entry::Resume,
+                Entry::Redo,
+                Entry::Skip,
+                Entry::Finish,
+                Entry::Findings,
+                Entry::End,
+            ],
+            (Screen::Calibration, _) => &[Entry::Tumble, Entry::Block],
+            _ => &[],
+        };
+        let solved = model.hits > 0 && model.hits_done >= model.hits;
+        let there = |entry: &&Entry| match entry {
+            Entry::Redo | Entry::Skip => !solved,
+            Entry::Finish => !solved && model.accepted > 0,
+            Entry::Findings => model.findings > 0,
+            _ => true,
+        };
+        // Eight is more than any list has.
+        entries.extend(list.iter().filter(there).copied().take(8));
+        entries
+    }
+
+    /// How many lines, pages or digits there are.
+    fn length(&self, model: &PanelModel) -> u8 {
+        match self.screen {
+            Screen::Findings => model.findings,
+            Screen::Layouts => model.layouts,
+            Screen::Results => model.results,
+            Screen::Result => model.pages,
+            Screen::BlockMass => DIGITS,
+            Screen::About => ABOUT_PAGES,
+            _ => self.entries(model).len() as u8,
+        }
+    }
+
+    /// Takes note of what has changed: a campaign that begins or is interrupted comes to the front, and
+    /// no cursor stands beyond the end of its list.
+    pub fn follow(&mut self, model: &PanelModel) {
+        let before = core::mem::replace(&mut self.phase, model.phase);
+        let held = matches!(before, Phase::Idle | Phase::Done | Phase::Paused);
+        let measures = matches!(model.phase, Phase::Armed | Phase::Busy | Phase::Confirming);
+        if before != model.phase {
+            if held && measures && self.screen != Screen::Measure {
+                self.go(Screen::Measure);
+            } else if model.phase == Phase::Paused && model.interrupted && model.findings > 0 {
+                self.go(Screen::Findings);
+            } else if self.screen == Screen::Measure {
+                self.cursor = 0;
+            }
+        }
+        match self.screen {
+            Screen::Sure(Question::End | Question::Redo) if model.phase != Phase::Paused => {
+                self.go(Screen::Measure);
+            }
+            Screen::Result | Screen::Sure(Question::Delete) if model.pages == 0 => {
+                self.go(Screen::Results);
+            }
+            Screen::Findings if model.findings == 0 => self.go(Screen::Measure),
+            Screen::Trial if model.trial == Trial::Off => self.go(Screen::Calibration),
+            _ => {}
+        }
+        self.cursor = self.cursor.min(self.length(model).saturating_sub(1));
+    }
+
+    /// What could not be done is said.
+    pub fn refuse(&mut self, reason: Reason) {
+        self.go(match reason {
+            Reason::LayoutRefused => Screen::Findings,
+            reason => Screen::Refused(reason),
+        });
+    }
+
+    /// Something has been opened.
+    pub fn open(&mut self, screen: Screen) {
+        self.go(screen);
+    }
+
+    /// What a button means now; `model` is what has been [followed](Self::follow) last.
+    pub fn press(&mut self, button: Button, model: &PanelModel) -> Option<Action> {
+        match button {
+            Button::Ok => self.ok(model),
+            Button::Back => self.back(model),
+            Button::Next => self.next(model),
+        }
+    }
+
+    fn ok(&mut self, model: &PanelModel) -> Option<Action> {
+        let entry = self.entries(model).get(usize::from(self.cursor)).copied();
+        if let Some(entry) = entry {
+            return self.enter(entry, model);
+        }
+        match self.screen {
+            Screen::Measure => self.ok_measuring(model),
+            Screen::Findings | Screen::Result | Screen::About => self.next(model),
+            Screen::Layouts if model.layouts > 0 && model.idle => {
+                Some(Action::UseLayout(self.cursor))
+            }
+            Screen::Results if model.results > 0 => Some(Action::OpenResult(self.cursor)),
+            Screen::BlockMass => self.ok_digit(model),
+            Screen::Trial => self.ok_trial(model),
+            Screen::Sure(question) => self.yes(question, model),
+            Screen::Refused(_) => self.back(model),
+            _ => None,
+        }
+    }
+
+    fn enter(&mut self, entry: Entry, model: &PanelModel) -> Option<Action> {
+        use CampaignCommand as C;
+        let screen = match entry {
+            Entry::Measure => Screen::Measure,
+            Entry::Results => Screen::Results,
+            Entry::Layouts => Screen::Layouts,
+            Entry::Calibration => Screen::Calibration,
+            Entry::Storage => Screen::Storage,
+            Entry::About => Screen::About,
+            Entry::Findings => Screen::Findings,
+            Entry::Redo => Screen::Sure(Question::Redo),
+            Entry::End => Screen::Sure(Question::End),
+            Entry::Block => Screen::BlockMass,
+            Entry::Tumble if model.idle => return Some(Action::StartTumble),
+            Entry::Tumble => Screen::Refused(Reason::WrongPhase),
+            Entry::Resume => return Some(Action::Command(C::Resume)),
+            Entry::Skip => return Some(Action::Command(C::Skip)),
+            Entry::Finish => return Some(Action::Command(C::Finish)),
+            Entry::Accept => return Some(Action::Command(C::Accept)),
+            Entry::Reject => return Some(Action::Command(C::Reject)),
+        };
+        if self.screen == Screen::Home {
+            self.home = self.cursor;
+        }
+        self.go(screen);
+        None
+    }
+
+    fn ok_measuring(&mut self, model: &PanelModel) -> Option<Action> {
+        match model.phase {
+            Phase::Idle => Some(Action::Command(CampaignCommand::Start)),
+            Phase::Done if model.block => Some(Action::SolveBlock),
+            Phase::Done => Some(Action::OpenLast),
+            _ => None,
+        }
+    }
+
+    fn ok_digit(&mut self, model: &PanelModel) -> Option<Action> {
+        if self.cursor + 1 < DIGITS {
+            self.cursor += 1;
+            return None;
+        }
+        if self.decigrams == 0 {
+            self.cursor = 0;
+            return None;
+        }
+        self.go(Screen::Measure);
+        if !model.idle {
+            self.refuse(Reason::WrongPhase);
+            return None;
+        }
+        Some(Action::StartBlock { decigrams: self.decigrams })
+    }
+
+    fn ok_trial(&mut self, model: &PanelModel) -> Option<Action> {
+        match model.trial {
+            Trial::Wanted(_) if model.idle => Some(Action::ReadPosition),
+            Trial::Wanted(_) => {
+                self.go(Screen::Refused(Reason::WrongPhase));
+                None
+            }
+            Trial::Wrong(problem) if problem.read_again() => Some(Action::ReadPosition),
+            Trial::Proposed(_) => Some(Action::KeepCalibration),
+            Trial::Wrong(_) | Trial::Kept => self.back(model),
+            Trial::Off | Trial::Reading(_) => None,
+        }
+    }
+
+    fn yes(&mut self, question: Question, model: &PanelModel) -> Option<Action> {
+        self.back(model);
+        match question {
+            Question::End => Some(Action::Command(CampaignCommand::Abort)),
+            Question::Redo => Some(Action::Command(CampaignCommand::Redo)),
+            Question::Delete => Some(Action::DeleteResult),
+        }
+    }
+
+    fn next(&mut self, model: &PanelModel) -> Option<Action> {
+        match (self.screen, model.phase) {
+            (Screen::Measure, Phase::Armed | Phase::Busy) => {
+                return Some(Action::Command(CampaignCommand::Pause));
+            }
+            (Screen::Measure, Phase::Done) => {
+                return Some(Action::Command(CampaignCommand::Start));
+            }
+            (Screen::BlockMass, _) => self.turn_digit(),
+            // The last page asks whether to delete.
+            (Screen::Result, _) if self.cursor + 1 >= model.pages => {
+                self.go(Screen::Sure(Question::Delete));
+            }
+            _ => self.cursor = (self.cursor + 1) % self.length(model).max(1),
+        }
+        None
+    }
+
+    /// The digit in hand counts on, and from nine to zero.
+    fn turn_digit(&mut self) {
+        let unit = 10_u32.pow(u32::from(DIGITS - 1 - self.cursor.min(DIGITS - 1)));
+        let digit = self.decigrams / unit % 10;
+        self.decigrams = self.decigrams - digit * unit + (digit + 1) % 10 * unit;
+    }
+
+    fn back(&mut self, model: &PanelModel) -> Option<Action> {
+        let (screen, action) = match self.screen {
+            Screen::Home => {
+                self.home = 0;
+                (Screen::Home, None)
+            }
+            // Whoever leaves does not hit.
+            Screen::Measure if matches!(model.phase, Phase::Armed | Phase::Busy) => {
+                (Screen::Home, Some(Action::Command(CampaignCommand::Pause)))
+            }
+            Screen::Findings | Screen::Sure(Question::End | Question::Redo) => {
+                (Screen::Measure, None)
+            }
+            Screen::Result => (Screen::Results, None),
+            Screen::Sure(Question::Delete) => (Screen::Result, None),
+            Screen::BlockMass => (Screen::Calibration, None),
+            Screen::Trial => (Screen::Calibration, Some(Action::DropTrial)),
+            _ => (Screen::Home, None),
+        };
+        self.go(screen);
+        action
+    }
+
+    fn go(&mut self, screen: Screen) {
+        self.cursor = if screen == Screen::Home { self.home } else { 0 };
+        self.screen = screen;
+    }
+}
+
+/// Pages about the rig.
+pub const ABOUT_PAGES: u8 = 3;
+
+fn runs(model: &PanelModel) -> bool {
+    !matches!(model.phase, Phase::Idle | Phase::Done)
+}
+
+#[cfg(test)]
+mod tests;

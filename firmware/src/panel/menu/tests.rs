@@ -1,0 +1,294 @@
+use super::*;
+use crate::panel::trial::{Problem, Proposal};
+use massline_shared::calibration::CalibrationSigma;
+use proptest::prelude::*;
+use std::collections::{BTreeSet, VecDeque};
+use std::string::{String, ToString};
+
+/// The deepest screen is a question about a page of a list of home.
+const DEEPEST: usize = 4;
+
+fn model(phase: Phase) -> PanelModel {
+    let idle = matches!(phase, Phase::Idle | Phase::Done);
+    PanelModel { phase, idle, dofs: 3, wanted: 5, hits: 15, layouts: 1, ..PanelModel::START }
+}
+
+const PHASES: [Phase; 7] = [
+    Phase::Idle,
+    Phase::Armed,
+    Phase::Busy,
+    Phase::Confirming,
+    Phase::Paused,
+    Phase::Solving,
+    Phase::Done,
+];
+
+const PROPOSAL: Proposal = Proposal {
+    sound: true,
+    hammer_ratio: None,
+    sigma: CalibrationSigma { gain: 0.0, cross_axis: 0.0, hammer_gain: 0.0 },
+};
+
+fn trials() -> impl Strategy<Value = Trial> {
+    prop_oneof![
+        Just(Trial::Off),
+        (0..6_u8).prop_map(Trial::Wanted),
+        (0..6_u8).prop_map(Trial::Reading),
+        Just(Trial::Wrong(Problem::NotUsable)),
+        Just(Trial::Wrong(Problem::Refused(Reason::SamplerStopped))),
+        Just(Trial::Proposed(PROPOSAL)),
+        Just(Trial::Kept),
+    ]
+}
+
+prop_compose! {
+    fn models()(
+        phase in prop::sample::select(PHASES.to_vec()),
+        (accepted, hits_done) in (0..6_u8, 0..16_u16),
+        (findings, layouts, results, pages) in (0..17_u8, 0..5_u8, 0..9_u8, 0..22_u8),
+        (interrupted, block, streaming) in any::<(bool, bool, bool)>(),
+        trial in trials(),
+    ) -> PanelModel {
+        let of_phase = model(phase);
+        PanelModel {
+            accepted, hits_done, findings, layouts, results, pages, interrupted, block, trial,
+            // The rig is not idle either while it streams or takes a reading.
+            idle: of_phase.idle && !streaming,
+            ..of_phase
+        }
+    }
+}
+
+fn buttons() -> impl Strategy<Value = Button> {
+    prop::sample::select(std::vec![Button::Ok, Button::Back, Button::Next])
+}
+
+/// True when the rig would take the action in this phase, whatever else may be against it.
+fn suits(action: Action, model: &PanelModel) -> bool {
+    use CampaignCommand as C;
+    let phase = model.phase;
+    match action {
+        Action::Command(C::Start) => matches!(phase, Phase::Idle | Phase::Done),
+        Action::Command(C::Accept | C::Reject) => phase == Phase::Confirming,
+        Action::Command(C::Pause) => matches!(phase, Phase::Armed | Phase::Busy),
+        Action::Command(C::Redo | C::Skip | C::Resume | C::Abort) => phase == Phase::Paused,
+        Action::Command(C::Finish) => phase == Phase::Paused && model.accepted > 0,
+        Action::StartBlock { decigrams } => model.idle && decigrams > 0,
+        Action::UseLayout(place) => model.idle && place < model.layouts,
+        Action::OpenResult(place) => place < model.results,
+        Action::OpenLast => phase == Phase::Done,
+        Action::SolveBlock => phase == Phase::Done && model.block,
+        Action::DeleteResult => model.pages > 0,
+        Action::StartTumble => model.idle,
+        Action::ReadPosition => matches!(model.trial, Trial::Wanted(_) | Trial::Wrong(_)),
+        Action::KeepCalibration => matches!(model.trial, Trial::Proposed(_)),
+        Action::DropTrial => model.trial != Trial::Off,
+    }
+}
+
+proptest! {
+    #[test]
+    fn whatever_is_pressed_the_menu_asks_only_for_what_the_phase_allows(
+        steps in prop::collection::vec((models(), prop::collection::vec(buttons(), 0..6)), 1..40),
+    ) {
+        let mut menu = Menu::new();
+        for (model, presses) in steps {
+            menu.follow(&model);
+            for button in presses {
+                if let Some(action) = menu.press(button, &model) {
+                    prop_assert!(suits(action, &model), "{action:?} in {model:?}");
+                }
+                let length = menu.length(&model).max(1);
+                prop_assert!(menu.cursor() < length, "{menu:?}");
+                menu.follow(&model);
+            }
+        }
+    }
+
+    #[test]
+    fn back_leads_home_from_everywhere(
+        steps in prop::collection::vec((models(), buttons()), 0..60),
+        last in models(),
+    ) {
+        let mut menu = Menu::new();
+        for (model, button) in steps {
+            menu.follow(&model);
+            menu.press(button, &model);
+        }
+        menu.follow(&last);
+        for _ in 0..DEEPEST {
+            menu.press(Button::Back, &last);
+            // The rig does what a Back means: it forgets what was on its way.
+            menu.follow(&PanelModel { trial: Trial::Off, ..last });
+        }
+        prop_assert_eq!(menu.screen(), Screen::Home);
+    }
+
+    #[test]
+    fn the_mass_of_the_block_stays_within_its_digits(presses in prop::collection::vec(buttons(), 0..200)) {
+        let mut menu = Menu { screen: Screen::BlockMass, ..Menu::new() };
+        let model = model(Phase::Idle);
+        for button in presses {
+            menu.press(button, &model);
+            prop_assert!(menu.decigrams() < 1_000_000);
+        }
+    }
+}
+
+/// The name of a screen and, where it matters, of what is shown on it.
+fn name(menu: &Menu, model: &PanelModel) -> String {
+    let screen = std::format!("{:?}", menu.screen());
+    match menu.screen() {
+        Screen::Measure => std::format!("{screen} {:?}", model.phase),
+        _ => screen,
+    }
+}
+
+/// Presses everything everywhere and does what the rig would do, until nothing new is found.
+#[test]
+fn every_screen_is_reached_by_buttons_alone() {
+    let mut seen = BTreeSet::new();
+    let mut found = BTreeSet::new();
+    let start = PanelModel { results: 2, findings: 1, ..model(Phase::Idle) };
+    let mut open = VecDeque::from([(Menu::new(), start)]);
+    while let Some((mut menu, model)) = open.pop_front() {
+        menu.follow(&model);
+        if !found.insert(std::format!("{menu:?} {model:?}")) {
+            continue;
+        }
+        seen.insert(name(&menu, &model));
+        // Digits and pages do not lead to new screens.
+        for button in [Button::Ok, Button::Back, Button::Next] {
+            let mut next = menu;
+            if let Some(action) = next.press(button, &model) {
+                open.extend(outcomes(action, next, &model));
+            } else if next.decigrams() == menu.decigrams() {
+                open.push_back((next, model));
+            }
+        }
+    }
+    let phases = ["Idle", "Armed", "Busy", "Confirming", "Paused", "Solving", "Done"];
+    let others = [
+        "Home",
+        "Findings",
+        "Layouts",
+        "Results",
+        "Result",
+        "Calibration",
+        "BlockMass",
+        "Trial",
+        "Storage",
+        "About",
+        "Sure(End)",
+        "Sure(Redo)",
+        "Sure(Delete)",
+        "Refused(StoreFull)",
+    ];
+    let all = phases.map(|phase| std::format!("Measure {phase}")).into_iter();
+    for screen in all.chain(others.map(|screen| screen.to_string())) {
+        assert!(seen.contains(&screen), "{screen} is not reached: {seen:?}");
+    }
+}
+
+/// What may come of an action.
+fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Menu, PanelModel)> {
+    use CampaignCommand as C;
+    let with = |phase| PanelModel {
+        results: model.results,
+        findings: 1,
+        accepted: 1,
+        ..self::model(phase)
+    };
+    let at = |screen| {
+        let mut menu = menu;
+        menu.open(screen);
+        menu
+    };
+    let refused = |reason| {
+        let mut menu = menu;
+        menu.refuse(reason);
+        (menu, *model)
+    };
+    match action {
+        Action::Command(C::Start | C::Resume) | Action::StartBlock { .. } => std::vec![
+            (menu, with(Phase::Armed)),
+            (menu, with(Phase::Busy)),
+            (menu, with(Phase::Confirming)),
+            (menu, with(Phase::Solving)),
+            (menu, with(Phase::Done)),
+            (menu, PanelModel { interrupted: true, ..with(Phase::Paused) }),
+            refused(Reason::StoreFull),
+            refused(Reason::LayoutRefused),
+        ],
+        Action::Command(C::Pause | C::Redo | C::Skip | C::Finish) => {
+            std::vec![(menu, with(Phase::Paused))]
+        }
+        Action::Command(C::Abort) => std::vec![(menu, with(Phase::Idle))],
+        Action::Command(C::Accept | C::Reject) => std::vec![(menu, with(Phase::Armed))],
+        Action::OpenResult(_) | Action::OpenLast => {
+            std::vec![(at(Screen::Result), PanelModel { pages: 2, ..*model })]
+        }
+        Action::DeleteResult => std::vec![(menu, PanelModel { pages: 0, results: 1, ..*model })],
+        Action::StartTumble | Action::ReadPosition => {
+            let trial = |trial| (at(Screen::Trial), PanelModel { trial, ..*model });
+            std::vec![trial(Trial::Wanted(1)), trial(Trial::Proposed(PROPOSAL))]
+        }
+        Action::SolveBlock => {
+            let trial = Trial::Proposed(PROPOSAL);
+            std::vec![(at(Screen::Trial), PanelModel { trial, ..*model })]
+        }
+        Action::KeepCalibration => std::vec![(menu, PanelModel { trial: Trial::Kept, ..*model })],
+        Action::DropTrial => std::vec![(menu, PanelModel { trial: Trial::Off, ..*model })],
+        Action::UseLayout(_) => std::vec![(menu, *model)],
+    }
+}
+
+#[test]
+fn a_campaign_that_the_host_starts_comes_to_the_front() {
+    let mut menu = Menu { screen: Screen::About, ..Menu::new() };
+    menu.follow(&model(Phase::Armed));
+    assert_eq!(menu.screen(), Screen::Measure);
+    // Whoever leaves is not fetched back, but the rig does not wait for a hit meanwhile.
+    let action = menu.press(Button::Back, &model(Phase::Armed));
+    assert_eq!(action, Some(Action::Command(CampaignCommand::Pause)));
+    menu.follow(&model(Phase::Paused));
+    assert_eq!(menu.screen(), Screen::Home);
+}
+
+#[test]
+fn an_interruption_by_the_rig_says_why_at_once() {
+    let mut menu = Menu { screen: Screen::Measure, phase: Phase::Armed, ..Menu::new() };
+    menu.follow(&PanelModel { interrupted: true, findings: 1, ..model(Phase::Paused) });
+    assert_eq!(menu.screen(), Screen::Findings);
+}
+
+#[test]
+fn nothing_is_lost_without_a_question() {
+    let paused = PanelModel { accepted: 2, ..model(Phase::Paused) };
+    let mut menu = Menu { screen: Screen::Measure, phase: Phase::Paused, ..Menu::new() };
+    let entries = menu.entries(&paused);
+    let end = entries.iter().position(|&entry| entry == Entry::End).unwrap();
+    for _ in 0..end {
+        assert_eq!(menu.press(Button::Next, &paused), None);
+    }
+    assert_eq!(menu.press(Button::Ok, &paused), None);
+    assert_eq!(menu.screen(), Screen::Sure(Question::End));
+    assert_eq!(menu.press(Button::Back, &paused), None);
+    assert_eq!(menu.screen(), Screen::Measure);
+}
+
+#[test]
+fn a_mass_is_typed_in_digit_by_digit() {
+    let idle = model(Phase::Idle);
+    let mut menu = Menu { screen: Screen::BlockMass, decigrams: 0, ..Menu::new() };
+    // 2 at the thousands of grams, 9 and over to 1 at the hundreds of milligrams.
+    let presses = "on count count on on on on count count count count count count count count count \
+                   count count on";
+    let mut action = None;
+    for word in presses.split_whitespace() {
+        let button = if word == "on" { Button::Ok } else { Button::Next };
+        action = menu.press(button, &idle);
+    }
+    assert_eq!(action, Some(Action::StartBlock { decigrams: 20_001 }));
+    assert_eq!(menu.screen(), Screen::Measure);
+}

@@ -1,0 +1,200 @@
+//! What the person at the rig sees and presses.
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`menu`] | which screen there is, and what a button means on it: pure, without pixels |
+//! | [`mod@draw`] | the screens as pixels, on any `DrawTarget` |
+//! | [`words`] | a short text for everything that a rig can say |
+//! | [`number`] | numbers as text, without the float formatter of `core`, which takes 20 KB |
+//! | [`summary`] | what is shown of a stored result |
+//!
+//! ```text
+//! rig, store ─▶ PanelModel ─▶ Menu::follow ─▶ draw ─▶ Panel::screen, flush
+//!                  │     Panel::button ─▶ Menu::press ─▶ Action ─▶ rig, store
+//!                  └─▶ cues ─▶ Panel::cue
+//! ```
+
+pub mod draw;
+mod held;
+pub mod menu;
+pub mod number;
+mod pace;
+mod sketch;
+pub mod summary;
+pub(crate) mod task;
+pub mod trial;
+pub mod words;
+
+use heapless::Vec;
+use massline_shared::diagnosis::Diagnostic;
+use massline_shared::layout::Dof;
+use massline_shared::protocol::message::{Measured, Phase};
+use massline_shared::signal::CHANNELS;
+
+use self::trial::Trial;
+
+/// What can be shown and what decides about the meaning of a button.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PanelModel {
+    /// What the campaign is doing.
+    pub phase: Phase,
+    /// The DOF in hand, its index and its name; none without a layout.
+    pub dof: Option<(u8, Dof)>,
+    /// Counts every arming since power-on.
+    pub armings: u32,
+    /// Accepted hits at this DOF.
+    pub accepted: u8,
+    /// Accepted hits wanted at each DOF.
+    pub wanted: u8,
+    /// DOFs of the layout.
+    pub dofs: u8,
+    /// Hits that are accepted or no longer wanted, of all DOFs.
+    pub hits_done: u16,
+    /// Hits of the whole campaign.
+    pub hits: u16,
+    /// Hits rejected in this campaign.
+    pub rejected: u16,
+    /// What was found of the last hit of this campaign.
+    pub verdict: Option<HitVerdict>,
+    /// How much each channel has moved lately: bits of the range of its codes.
+    pub levels: [u8; CHANNELS],
+    /// Time that the campaign will take still, s; none before the first hit.
+    pub seconds_left: Option<u16>,
+    /// True when a block of known mass is hit.
+    pub block: bool,
+    /// Number of the result of the campaign that has ended, 0 when there is none.
+    pub result: u32,
+    /// Mass by the best answer of the last result, kg.
+    pub mass: Option<Measured>,
+    /// True when a campaign that is interrupted was so by the rig itself.
+    pub interrupted: bool,
+    /// True when nothing is measured: layout and calibration may be changed.
+    pub idle: bool,
+    /// Findings about the campaign, or about the layout that was refused.
+    pub findings: u8,
+    /// Layouts that are kept.
+    pub layouts: u8,
+    /// Results that are kept.
+    pub results: u8,
+    /// Pages of the result that is open; 0 when none is.
+    pub pages: u8,
+    /// How far the calibration is.
+    pub trial: Trial,
+}
+
+impl PanelModel {
+    /// What a rig shows that has just started.
+    pub const START: Self = Self {
+        phase: Phase::Idle,
+        dof: None,
+        armings: 0,
+        accepted: 0,
+        wanted: 0,
+        dofs: 0,
+        hits_done: 0,
+        hits: 0,
+        rejected: 0,
+        verdict: None,
+        levels: [0; CHANNELS],
+        seconds_left: None,
+        block: false,
+        result: 0,
+        mass: None,
+        interrupted: false,
+        idle: true,
+        findings: 0,
+        layouts: 0,
+        results: 0,
+        pages: 0,
+        trial: Trial::Off,
+    };
+}
+
+/// What was found of a hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitVerdict {
+    /// Peak force, N.
+    pub peak_force: f32,
+    /// Why it was rejected; none of a good hit.
+    pub reason: Option<Diagnostic>,
+}
+
+/// A button of the rig.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Button {
+    /// Do it, go in.
+    Ok,
+    /// Go out, towards home.
+    Back,
+    /// The next entry, page or digit; pause.
+    Next,
+}
+
+/// What a person hears or sees whose hands are busy with the hammer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cue {
+    /// The rig waits for a hit.
+    Armed,
+    /// The hit counts.
+    Accepted,
+    /// The hit does not count.
+    Rejected,
+    /// There is a result.
+    Done,
+    /// The rig cannot go on, or the result has no answer.
+    Failed,
+}
+
+/// What is to be heard when `after` follows `before`, in this order.
+pub fn cues(before: &PanelModel, after: &PanelModel) -> Vec<Cue, 3> {
+    let mut cues = Vec::new();
+    let mut play = |cue, when: bool| {
+        if when {
+            // There are three at most: an end is neither armed nor interrupted.
+            let _ = cues.push(cue);
+        }
+    };
+    let entered = |phase| after.phase == phase && before.phase != phase;
+    let answered = after.mass.is_some() || after.block;
+    play(Cue::Rejected, after.rejected > before.rejected);
+    play(Cue::Accepted, after.hits_done > before.hits_done && after.rejected <= before.rejected);
+    play(Cue::Armed, after.phase == Phase::Armed && after.armings != before.armings);
+    play(Cue::Done, entered(Phase::Done) && answered);
+    play(Cue::Failed, entered(Phase::Done) && !answered);
+    play(Cue::Failed, entered(Phase::Paused) && after.interrupted);
+    cues
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ARMED: PanelModel =
+        PanelModel { phase: Phase::Armed, armings: 1, hits: 15, ..PanelModel::START };
+
+    #[test]
+    fn each_event_of_a_campaign_is_heard_once() {
+        assert_eq!(cues(&PanelModel::START, &ARMED), [Cue::Armed]);
+        assert_eq!(cues(&ARMED, &ARMED), []);
+        let accepted = PanelModel { armings: 2, hits_done: 1, ..ARMED };
+        assert_eq!(cues(&ARMED, &accepted), [Cue::Accepted, Cue::Armed]);
+        let rejected = PanelModel { armings: 3, rejected: 1, ..accepted };
+        assert_eq!(cues(&accepted, &rejected), [Cue::Rejected, Cue::Armed]);
+    }
+
+    #[test]
+    fn an_end_without_an_answer_is_a_failure() {
+        let done = PanelModel { phase: Phase::Done, ..ARMED };
+        assert_eq!(cues(&ARMED, &done), [Cue::Failed]);
+        let mass = Some(Measured { value: 1.0, sigma: None });
+        assert_eq!(cues(&ARMED, &PanelModel { mass, ..done }), [Cue::Done]);
+        assert_eq!(cues(&ARMED, &PanelModel { block: true, ..done }), [Cue::Done]);
+    }
+
+    #[test]
+    fn only_an_interruption_by_the_rig_itself_is_a_failure() {
+        let paused = PanelModel { phase: Phase::Paused, ..ARMED };
+        assert_eq!(cues(&ARMED, &paused), []);
+        assert_eq!(cues(&ARMED, &PanelModel { interrupted: true, ..paused }), [Cue::Failed]);
+    }
+}

@@ -1,0 +1,196 @@
+//! A small picture of the object: its sensors, its hit places, and an arrow at the one in hand.
+//!
+//! The body frame is seen from the direction (1, 1, 1), z upwards. Lines run from the middle of all
+//! places to each of them, so that the eye sees a body.
+
+use embedded_graphics::prelude::*;
+use massline_shared::layout::RigLayout;
+
+use super::draw::canvas::{Canvas, Screen};
+
+/// Cosine of 30°: x and y of the body run 30° below the horizontal.
+const ACROSS: f32 = 0.866_025_4;
+/// Its sine.
+const DOWN: f32 = 0.5;
+/// Rows and columns at the edge, for the marks of places and for the arrow.
+const MARGIN: f32 = 9.0;
+/// Length of the arrow, pixels.
+const ARROW: f32 = 11.0;
+
+/// A point or a direction as it is seen: right and down, m or of length one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Seen(f32, f32);
+
+fn seen([x, y, z]: [f32; 3]) -> Seen {
+    Seen((y - x) * ACROSS, (x + y) * DOWN - z)
+}
+
+/// Meters to pixels.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    middle: Seen,
+    scale: f32,
+    center: Point,
+}
+
+impl Frame {
+    /// The largest scale at which all places lie within the box; `None` without places that are numbers.
+    fn around(places: impl Iterator<Item = Seen>, at: Point, size: Size) -> Option<Self> {
+        let (mut low, mut high) = (Seen(f32::MAX, f32::MAX), Seen(f32::MIN, f32::MIN));
+        for Seen(x, y) in places.filter(|p| p.0.is_finite() && p.1.is_finite()) {
+            low = Seen(low.0.min(x), low.1.min(y));
+            high = Seen(high.0.max(x), high.1.max(y));
+        }
+        let room = |pixels: u32| (pixels as f32 - 2.0 * MARGIN).max(1.0);
+        // Infinite along an axis in which all places are one.
+        let across = room(size.width) / (high.0 - low.0);
+        let down = room(size.height) / (high.1 - low.1);
+        let scale = across.min(down);
+        let middle = Seen((low.0 + high.0) / 2.0, (low.1 + high.1) / 2.0);
+        let center = at + Point::new(size.width as i32 / 2, size.height as i32 / 2);
+        if !(middle.0.is_finite() && middle.1.is_finite()) || low.0 > high.0 {
+            return None;
+        }
+        // One single place is drawn in the middle.
+        let scale = if scale.is_finite() { scale } else { 0.0 };
+        Some(Self { middle, scale, center })
+    }
+
+    /// The pixel of a place; one that is no number or too far away is in the middle.
+    fn pixel(&self, Seen(x, y): Seen) -> Point {
+        self.center + pixels((x - self.middle.0) * self.scale, (y - self.middle.1) * self.scale)
+    }
+}
+
+fn pixels(x: f32, y: f32) -> Point {
+    let near = |v: f32| {
+        let v = if v.is_finite() { v.clamp(-500.0, 500.0) } else { 0.0 };
+        // Rounded to the nearest, upwards at one half.
+        (v + 1000.5) as i32 - 1000
+    };
+    Point::new(near(x), near(y))
+}
+
+/// Draws the layout into a box; the hit `in_hand` has an arrow.
+pub(super) fn draw<D: Screen>(
+    canvas: &mut Canvas<'_, D>,
+    layout: &RigLayout,
+    in_hand: Option<usize>,
+    at: Point,
+    size: Size,
+) {
+    let sensors = layout.sensors.iter().map(|sensor| seen(sensor.position));
+    let hits = layout.hits.iter().map(|hit| seen(hit.position));
+    let Some(frame) = Frame::around(sensors.clone().chain(hits.clone()), at, size) else { return };
+    let middle = frame.pixel(frame.middle);
+    for place in sensors.clone().chain(hits.clone()) {
+        canvas.stroke(middle, frame.pixel(place));
+    }
+    for place in sensors {
+        let Point { x, y } = frame.pixel(place);
+        canvas.fill(x - 1, y - 1, 3, 3);
+    }
+    let Some(hit) = in_hand.and_then(|index| layout.hits.get(index)) else { return };
+    arrow(canvas, frame.pixel(seen(hit.position)), seen(hit.direction));
+}
+
+/// An arrow whose tip is where the hammer lands; a ring where it comes straight at the eye.
+fn arrow<D: Screen>(canvas: &mut Canvas<'_, D>, tip: Point, Seen(x, y): Seen) {
+    let length = nalgebra::ComplexField::sqrt(x * x + y * y);
+    if length.is_nan() || length <= 0.1 {
+        for (from, to) in
+            [((-4, -4), (4, -4)), ((4, -4), (4, 4)), ((4, 4), (-4, 4)), ((-4, 4), (-4, -4))]
+        {
+            canvas.stroke(tip + Point::from(from), tip + Point::from(to));
+        }
+        return;
+    }
+    let (x, y) = (x / length, y / length);
+    // Twice beside each other, so that it stands out from the body.
+    let aside = if x.abs() > y.abs() { Point::new(0, 1) } else { Point::new(1, 0) };
+    let tail = tip - pixels(x * ARROW, y * ARROW);
+    for offset in [Point::zero(), aside] {
+        canvas.stroke(tail + offset, tip + offset);
+    }
+    for side in [1.0, -1.0] {
+        let barb = pixels(-4.0 * x - side * 4.0 * y, -4.0 * y + side * 4.0 * x);
+        canvas.stroke(tip, tip + barb);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embedded_graphics::mock_display::MockDisplay;
+    use embedded_graphics::pixelcolor::BinaryColor;
+    use massline_shared::layout::{Hit, Sensor};
+
+    const SIDE: Size = Size::new(48, 39);
+
+    /// A screen on which pixels may be drawn twice and beside it.
+    fn screen() -> MockDisplay<BinaryColor> {
+        let mut screen = MockDisplay::new();
+        screen.set_allow_overdraw(true);
+        screen.set_allow_out_of_bounds_drawing(true);
+        screen
+    }
+
+    fn layout(positions: &[[f32; 3]], direction: [f32; 3]) -> RigLayout {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut layout = RigLayout::default();
+        for (node, &position) in (1..).zip(positions) {
+            let _ = layout.sensors.push(Sensor::new(node, position, axes));
+            let _ = layout.hits.push(Hit::new("1:+X".parse().unwrap(), position, direction));
+        }
+        layout
+    }
+
+    #[test]
+    fn no_layout_is_too_strange_to_be_drawn() {
+        let places: [&[[f32; 3]]; 7] = [
+            &[],
+            &[[0.0; 3]],
+            &[[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]],
+            &[[f32::NAN; 3], [0.0; 3]],
+            &[[f32::INFINITY, 0.0, 0.0]],
+            &[[f32::MAX, 0.0, 0.0], [-f32::MAX, 0.0, 0.0]],
+            &[[1e-38, 0.0, 0.0], [0.0; 3]],
+        ];
+        for places in places {
+            for direction in [[0.0; 3], [1.0, 1.0, 1.0], [f32::NAN; 3], [0.0, 0.0, -1.0]] {
+                for in_hand in [None, Some(0), Some(99)] {
+                    let layout = layout(places, direction);
+                    let canvas = &mut Canvas(&mut screen());
+                    draw(canvas, &layout, in_hand, Point::zero(), SIDE);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_place_and_the_arrow_lie_within_the_box() {
+        let places = [[0.0, 0.0, 0.0], [0.2, -0.2, 0.0], [-0.1, 0.3, 0.15]];
+        for direction in [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]] {
+            for hit in 0..3 {
+                let mut screen = screen();
+                let layout = layout(&places, direction);
+                draw(&mut Canvas(&mut screen), &layout, Some(hit), Point::new(8, 8), SIDE);
+                let drawn = screen.affected_area();
+                // The arrow's tail may stand two pixels beyond the margin.
+                let grown = embedded_graphics::primitives::Rectangle::new(
+                    Point::new(5, 5),
+                    SIDE + Size::new(6, 6),
+                );
+                assert!(grown.contains(drawn.top_left), "{drawn:?}");
+                assert!(grown.contains(drawn.bottom_right().unwrap()), "{drawn:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn z_is_up_and_x_and_y_run_towards_the_eye() {
+        assert_eq!(seen([0.0, 0.0, 1.0]), Seen(0.0, -1.0));
+        assert!(seen([1.0, 0.0, 0.0]).0 < 0.0 && seen([1.0, 0.0, 0.0]).1 > 0.0);
+        assert!(seen([0.0, 1.0, 0.0]).0 > 0.0 && seen([0.0, 1.0, 0.0]).1 > 0.0);
+    }
+}

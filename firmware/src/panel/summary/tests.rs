@@ -1,0 +1,127 @@
+use super::*;
+use massline_shared::body::RigidBody;
+use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::identify::Method;
+use massline_shared::layout::RIG_HITS;
+use massline_shared::protocol::object::{COVARIANCE, MeasurementResult, SCATTER};
+use massline_shared::signal::RESPONSES;
+use std::vec::Vec;
+
+fn estimate(method: Method) -> StoredEstimate {
+    StoredEstimate {
+        method: method as u8,
+        // The three-bar frame of the theory, section 11.
+        properties: [
+            1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
+        ],
+        // One part in a hundred of a kilogram, and of a gram square meter.
+        covariance: (0..COVARIANCE)
+            .map(|k| match k {
+                0 => 1e-4,
+                9 => 4e-6,
+                14 | 20 | 27 => 1e-10,
+                _ => 0.0,
+            })
+            .collect(),
+        condition: 8.5,
+        consistency: Some(Consistency { chi_squared: 21.5, degrees_of_freedom: 17 }),
+        diagnostics: (0..16)
+            .map(|k| Diagnostic::about(Code::SensorStrainsBudget, Severity::Note, k, -1.5e30))
+            .collect(),
+    }
+}
+
+fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
+    let dof = |k: usize| DofResult {
+        dof: "65535:-Z".parse().unwrap(),
+        index: k as u8,
+        hits: 5,
+        band_hz: [10.0, 120.0],
+        accelerance: [0.5; RESPONSES],
+        noise: [0.001; RESPONSES],
+        scatter: (0..SCATTER).map(|_| 1e-6).collect(),
+        coherence: Some([0.999; RESPONSES]),
+    };
+    let methods = [Method::MaximumLikelihood, Method::InertiaRestraint];
+    MeasurementResult {
+        number: u32::MAX,
+        layout_hash: 7,
+        calibration: u32::MAX,
+        firmware: "0.1.0".try_into().unwrap(),
+        frf_estimator: FrfEstimator::Hv,
+        terms: Terms::A,
+        band_automatic: true,
+        dofs: (0..dofs).map(dof).collect(),
+        estimates: methods.into_iter().take(estimates).map(estimate).collect(),
+        diagnostics: (0..said)
+            .map(|_| Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0))
+            .collect(),
+    }
+}
+
+/// Walks through the result in pieces, as it is read from the flash.
+fn walk(result: &MeasurementResult) -> Result<Summary, Reason> {
+    let mut bytes = std::vec![0; 8192];
+    let length = postcard::to_slice(result, &mut bytes).unwrap().len();
+    let mut walk = Walk::new();
+    while walk.stage != Stage::Done {
+        let rest: Vec<u8> = bytes[..length].iter().copied().skip(walk.at).take(PIECE).collect();
+        let mut piece = [0; PIECE];
+        piece[..rest.len()].copy_from_slice(&rest);
+        walk.take(&piece)?;
+    }
+    assert_eq!(walk.at, length);
+    Ok(walk.summary)
+}
+
+#[test]
+fn the_largest_result_is_read_in_pieces() {
+    let summary = walk(&result(RIG_HITS, 2, 16)).unwrap();
+    assert_eq!((summary.number, summary.layout_hash), (u32::MAX, 7));
+    assert_eq!(summary.answer.unwrap().method, Method::MaximumLikelihood as u8);
+    // Those of the answer come first and fill the list.
+    assert_eq!(summary.findings.len(), 16);
+}
+
+#[test]
+fn a_result_without_an_answer_has_what_was_said() {
+    let summary = walk(&result(0, 0, 2)).unwrap();
+    assert_eq!(summary.answer, None);
+    assert_eq!(summary.findings.len(), 2);
+    assert_eq!(summary.pages(), 3);
+}
+
+#[test]
+fn bytes_that_are_no_result_are_refused() {
+    let mut walk = Walk::new();
+    let refused = loop {
+        if let Err(reason) = walk.take(&[0xFF; PIECE]) {
+            break reason;
+        }
+    };
+    assert_eq!(refused, Reason::StoreFailed);
+}
+
+#[test]
+fn principal_moments_are_those_of_the_body() {
+    let stored = estimate(Method::MaximumLikelihood);
+    let answer = Answer::from(&stored);
+    let theta = SVector::from(stored.properties.map(f64::from));
+    let expected = RigidBody::from_theta(&theta).principal().unwrap().moments;
+    for (found, moment) in answer.moments.unwrap().into_iter().zip(expected.iter()) {
+        // Single precision of the largest moment, a few roundings.
+        assert!((f64::from(found) - moment).abs() < 1e-6 * expected[2]);
+    }
+    assert_eq!(answer.sigmas.unwrap()[0], 0.01);
+    assert!(answer.moment_sigmas.unwrap().iter().all(|sigma| *sigma > 0.0));
+}
+
+#[test]
+fn the_least_known_property_is_the_one_with_the_largest_share() {
+    // Shares: mass 0.8 %, x by 2 mm of a radius of gyration of 114 mm, moments 0.1 %.
+    let answer = Answer::from(&estimate(Method::MaximumLikelihood));
+    let (k, share) = answer.least_known().unwrap();
+    assert_eq!(k, 3);
+    assert!((share - 0.002 / 0.114).abs() < 2e-4, "{share}");
+    assert_eq!(Answer { sigmas: None, ..answer }.least_known(), None);
+}

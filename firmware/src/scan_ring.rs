@@ -1,0 +1,260 @@
+//! From a converter that writes in circles to scans: what a board's sampler does, without a chip.
+//!
+//! ```text
+//!  ADC ═ DMA ═▶ [ first half | second half ]      a small buffer, written in circles
+//!                    │ interrupt: [`Halves`] says which half is whole and not yet overwritten
+//!                    ▼
+//!               ScanRing::feed   alignment, mean of `ratio` raw scans, rails
+//!                    ▼
+//!               [ scan | scan | … ]  ── ScanRing::read ──▶ Sampler::read
+//! ```
+//!
+//! * *Raw scan*: one pass of the converter through its sequence of `RANKS` inputs: the channels of
+//!   a scan first, and among the rest the sentinel.
+//! * *Sentinel*: an input whose code is known within narrow bounds, as the chip's own voltage
+//!   reference. Where it reads anything else the buffer and the sequence are no longer in step, and
+//!   every channel would be taken for another one.
+//! * *Lap*: the writer has come round to what was not read yet.
+//!
+//! Indices of scans count from power-on and do not wrap: 2⁶⁴ scans outlast the rig.
+
+mod decimation;
+mod halves;
+#[cfg(test)]
+mod tests;
+
+use core::ops::RangeInclusive;
+
+use massline_shared::signal::{CHANNELS, Scan};
+use massline_shared::units::ScanIndex;
+
+use crate::board::SampleError;
+use decimation::Sums;
+pub use decimation::{Decimated, Decimation};
+pub use halves::{Half, HalfFlags, Halves, Lapped};
+
+/// Faults in a row, without one block read between them, after which a converter is given up.
+pub const FAULTS_TO_STOP: u8 = 3;
+
+/// What the raw scans are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Resolution and averaging.
+    pub decimation: Decimation,
+    /// The rank of the sentinel, behind the channels.
+    pub sentinel: usize,
+    /// Its raw codes.
+    pub sentinel_codes: RangeInclusive<u16>,
+    /// Raw scans at the start that are thrown away: the first may be one that no timer has asked for.
+    pub skip: u16,
+}
+
+impl Settings {
+    /// Zeros, which are not usable.
+    const NONE: Self = Self {
+        decimation: Decimation { raw_bits: 0, raw_full: 0, ratio: 0, fraction_bits: 0 },
+        sentinel: 0,
+        sentinel_codes: 0..=0,
+        skip: 0,
+    };
+}
+
+/// Why the converter must be started again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Fault {
+    /// The sentinel is not where it belongs. Not zero, so that no fault is zero.
+    Misaligned = 1,
+    /// The converter says that it has overwritten a code before it was fetched.
+    ConverterOverrun = 2,
+}
+
+/// The scans between the interrupt that makes them and the task that reads them: the last `N`.
+///
+/// All zeros when new, so that it lies in `.bss`.
+#[derive(Debug)]
+pub struct ScanRing<const RANKS: usize, const N: usize> {
+    settings: Settings,
+    running: bool,
+    fault: Option<Fault>,
+    /// Faults since a block was read.
+    faults: u8,
+    skip: u16,
+    sums: Sums<RANKS>,
+    scans: [Scan; N],
+    /// Index of the scan that is made next.
+    written: u64,
+    /// Index of the scan that is read next.
+    read: u64,
+    /// Scans lost and not yet told.
+    lost: u32,
+    /// Raw scans that ever came, and how many they were when the reader last saw a new one.
+    came: u64,
+    seen: (u64, u64),
+}
+
+impl<const RANKS: usize, const N: usize> Default for ScanRing<RANKS, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
+    const CHANNELS: usize = if RANKS < CHANNELS { RANKS } else { CHANNELS };
+
+    /// Takes nothing before [`Self::start`].
+    pub const fn new() -> Self {
+        const { assert!(RANKS > 0 && N > 0, "a ring of nothing") };
+        Self {
+            settings: Settings::NONE,
+            running: false,
+            fault: None,
+            faults: 0,
+            skip: 0,
+            sums: Sums::ZERO,
+            scans: [[0; CHANNELS]; N],
+            written: 0,
+            read: 0,
+            lost: 0,
+            came: 0,
+            seen: (0, 0),
+        }
+    }
+
+    /// Begins a run at `now`; what was not read of an earlier one is gone. To be called before the
+    /// converter is started. Settings that make no sense make a ring that reads as stopped.
+    pub fn start(&mut self, settings: Settings, now: u64) {
+        self.faults = 0;
+        self.lost = 0;
+        self.read = self.written;
+        self.begin(settings, now);
+    }
+
+    /// Goes on at `now` after a fault, with the converter started anew.
+    pub fn restart(&mut self, now: u64) {
+        if self.running {
+            self.begin(self.settings.clone(), now);
+        }
+    }
+
+    /// Ends the run.
+    pub fn stop(&mut self) {
+        self.running = false;
+        self.fault = None;
+    }
+
+    fn begin(&mut self, settings: Settings, now: u64) {
+        self.running = settings.decimation.is_usable() && settings.sentinel < RANKS;
+        self.skip = settings.skip;
+        self.settings = settings;
+        self.fault = None;
+        self.sums = Sums::ZERO;
+        self.seen = (self.came, now);
+    }
+
+    /// Why the converter must be started again, if it must. Until [`Self::restart`] nothing is taken.
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Scans made and not yet read, the lost ones included.
+    pub fn unread(&self) -> u64 {
+        self.written - self.read
+    }
+
+    /// Takes whole raw scans in the order in which they were made. `finish` may correct each scan by
+    /// what its sentinel reads, which has the bits of the scan's codes.
+    pub fn feed(&mut self, raw: &[u16], mut finish: impl FnMut(&mut Scan, u16)) {
+        for raw_scan in raw.as_chunks::<RANKS>().0 {
+            self.came += 1;
+            if !self.running || self.fault.is_some() {
+                return;
+            }
+            if self.skip > 0 {
+                self.skip -= 1;
+                continue;
+            }
+            let settings = &self.settings;
+            if !settings.sentinel_codes.contains(&raw_scan[settings.sentinel]) {
+                return self.fail(Fault::Misaligned);
+            }
+            let Some(codes) = self.sums.add(raw_scan, &settings.decimation) else { continue };
+            let sentinel = codes[settings.sentinel];
+            let mut scan = [0; CHANNELS];
+            scan[..Self::CHANNELS].copy_from_slice(&codes[..Self::CHANNELS]);
+            finish(&mut scan, sentinel);
+            self.push(scan);
+        }
+    }
+
+    fn push(&mut self, scan: Scan) {
+        self.scans[(self.written % N as u64) as usize] = scan;
+        self.written += 1;
+    }
+
+    /// The converter has failed: what has not been read is lost with it.
+    pub fn fail(&mut self, fault: Fault) {
+        if !self.running || self.fault.is_some() {
+            return;
+        }
+        self.fault = Some(fault);
+        self.faults = self.faults.saturating_add(1);
+        // At least the scan that was being made.
+        self.lose(1);
+    }
+
+    /// At least this many raw scans were overwritten before [`Self::feed`] could take them.
+    pub fn lapped(&mut self, raw_scans: u32) {
+        if !self.running {
+            return;
+        }
+        let scans = raw_scans.div_ceil(u32::from(self.settings.decimation.ratio)).max(1);
+        self.sums = Sums::ZERO;
+        self.lose(scans);
+    }
+
+    fn lose(&mut self, scans: u32) {
+        self.written += u64::from(scans);
+        self.lost = self.lost.saturating_add(scans);
+    }
+
+    /// Fills `block` and gives the index of its first scan, or `None` when that many are not there yet.
+    ///
+    /// `now` and `patience` are in any one unit of time.
+    ///
+    /// # Errors
+    /// [`SampleError::Overrun`] once for each gap: nothing before it is given any more. Reading goes on
+    /// behind it; after a [`Self::fault`] the converter must be started again for that.
+    /// [`SampleError::Stopped`] when no raw scan has come for longer than `patience`, after
+    /// [`FAULTS_TO_STOP`] faults in a row, without a start, and for a block that can never be full.
+    pub fn read(
+        &mut self,
+        block: &mut [Scan],
+        now: u64,
+        patience: u64,
+    ) -> Result<Option<ScanIndex>, SampleError> {
+        if !self.running || block.len() > N || self.faults >= FAULTS_TO_STOP {
+            return Err(SampleError::Stopped);
+        }
+        let held = self.unread();
+        if self.lost > 0 || held > N as u64 {
+            self.read = self.written;
+            self.lost = 0;
+            return Err(SampleError::Overrun { lost: u32::try_from(held).unwrap_or(u32::MAX) });
+        }
+        if self.came != self.seen.0 {
+            self.seen = (self.came, now);
+        }
+        if held < block.len() as u64 {
+            let silent = now.saturating_sub(self.seen.1);
+            return if silent > patience { Err(SampleError::Stopped) } else { Ok(None) };
+        }
+        let first = self.read;
+        for (scan, index) in block.iter_mut().zip(first..) {
+            *scan = self.scans[(index % N as u64) as usize];
+        }
+        self.read += block.len() as u64;
+        self.faults = 0;
+        Ok(Some(ScanIndex(first)))
+    }
+}

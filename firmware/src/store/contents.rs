@@ -1,0 +1,254 @@
+//! What a store holds: the sum of all changes in its log.
+//!
+//! The pages of the log move what is still wanted, so changes are not met in the order in which they
+//! were made. They are put in order by their serials: of two changes of the same thing the later one
+//! holds. A change that does away with something (a deletion, the end of a campaign) always lies after
+//! all that it does away with, as nothing that is gone is ever moved.
+
+use heapless::{String, Vec};
+use massline_shared::layout::RIG_HITS;
+use massline_shared::protocol::message::{Measured, ResultEntry};
+use serde::{Deserialize, Serialize};
+
+use super::{LAYOUTS, RESULTS};
+
+/// The most bytes of an encoded change, which is that of a layout: six integers of at most five bytes, three
+/// more bytes, a title.
+pub(super) const MAX_CHANGE: usize = 6 * 5 + 3 + 49;
+
+/// The bytes of something that is kept: pieces in the log with this serial.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Object {
+    pub serial: u32,
+    pub length: u16,
+    /// Bytes found whole in the log when the store was opened.
+    #[serde(skip)]
+    pub found: u16,
+}
+
+/// A layout that is kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptLayout {
+    /// Its name: CRC-32 of its bytes.
+    pub hash: u32,
+    /// Its title.
+    pub title: String<48>,
+    /// True for the one in use.
+    pub in_use: bool,
+    /// Serial of the change that took it into use last.
+    used: u32,
+    object: Object,
+}
+
+/// A result that is kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kept {
+    /// What the list of results shows.
+    pub entry: ResultEntry,
+    /// CRC-32 over the result's bytes.
+    pub crc: u32,
+    pub(super) object: Object,
+}
+
+/// A change of what is kept. Its bytes are those of the store's format.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Change {
+    /// A layout was taken into use, kept before or not; another one gave way for it.
+    Layout {
+        hash: u32,
+        title: String<48>,
+        object: Object,
+        gave_way: Option<u32>,
+    },
+    Calibration {
+        object: Object,
+    },
+    /// A result, which ends its campaign.
+    Result {
+        object: Object,
+        number: u32,
+        layout: u32,
+        mass: Option<Measured>,
+        crc: u32,
+        campaign: u32,
+    },
+    Deleted {
+        number: u32,
+    },
+    /// How far a campaign has come. Campaigns are named by a serial.
+    Progress {
+        object: Object,
+        campaign: u32,
+    },
+    /// A finished DOF of a campaign.
+    Dof {
+        object: Object,
+        campaign: u32,
+        index: u8,
+    },
+    Ended {
+        campaign: u32,
+    },
+}
+
+/// The campaign that has not ended.
+#[derive(Clone, Debug, Default)]
+pub(super) struct KeptCampaign {
+    /// Its name, 0 when there is none.
+    pub serial: u32,
+    pub progress: Option<Object>,
+    /// Its finished DOFs by their index in the layout.
+    pub dofs: Vec<(u8, Object), RIG_HITS>,
+}
+
+/// Everything that is kept.
+#[derive(Debug, Default)]
+pub(super) struct Contents {
+    pub layouts: Vec<KeptLayout, LAYOUTS>,
+    pub calibration: Option<Object>,
+    /// In the order of their numbers.
+    pub results: Vec<Kept, RESULTS>,
+    pub last_number: u32,
+    pub campaign: KeptCampaign,
+    /// The last campaign that has ended.
+    ended: u32,
+}
+
+impl Contents {
+    /// Takes a change in.
+    pub fn apply(&mut self, serial: u32, change: Change) {
+        match change {
+            Change::Layout { hash, title, object, gave_way } => {
+                let gone = |kept: &KeptLayout| Some(kept.hash) == gave_way || kept.hash == hash;
+                if self.layouts.iter().any(|kept| kept.hash == hash && kept.used > serial) {
+                    return;
+                }
+                self.layouts.retain(|kept| !gone(kept) || kept.used > serial);
+                let kept = KeptLayout { hash, title, in_use: false, used: serial, object };
+                // There is room: one has given way, else there were fewer.
+                let _ = self.layouts.push(kept);
+                self.mark_layout_in_use();
+            }
+            Change::Calibration { object } => {
+                if self.calibration.is_none_or(|kept| kept.serial < object.serial) {
+                    self.calibration = Some(object);
+                }
+            }
+            Change::Result { object, number, layout, mass, crc, campaign } => {
+                let length = object.length.into();
+                let entry = ResultEntry { number, layout_hash: layout, mass, length };
+                // Kept twice when it was whole although the flash had said that it was not.
+                self.results.retain(|kept| kept.entry.number != number);
+                let at = self.results.iter().take_while(|kept| kept.entry.number < number).count();
+                // There is room, else the result would not have been kept.
+                let _ = self.results.insert(at, Kept { entry, crc, object });
+                self.last_number = self.last_number.max(number);
+                self.end(campaign);
+            }
+            Change::Deleted { number } => {
+                self.results.retain(|kept| kept.entry.number != number);
+                self.last_number = self.last_number.max(number);
+            }
+            Change::Progress { object, campaign } => {
+                let progress = self.enter(campaign).map(|kept| &mut kept.progress);
+                if let Some(kept) = progress
+                    && kept.is_none_or(|kept| kept.serial < object.serial)
+                {
+                    *kept = Some(object);
+                }
+            }
+            Change::Dof { object, campaign, index } => {
+                let Some(campaign) = self.enter(campaign) else { return };
+                let known = campaign.dofs.iter_mut().find(|(of, _)| *of == index);
+                match known {
+                    Some((_, kept)) if kept.serial > object.serial => {}
+                    Some((_, kept)) => *kept = object,
+                    // There is room for every DOF of a layout.
+                    None => drop(campaign.dofs.push((index, object))),
+                }
+            }
+            Change::Ended { campaign } => self.end(campaign),
+        }
+    }
+
+    /// Takes note of a piece that was found whole in the log.
+    pub fn found(&mut self, serial: u32, length: u16) {
+        let objects = self.objects().filter(|object| object.serial == serial);
+        objects.for_each(|object| object.found = object.found.saturating_add(length));
+    }
+
+    /// Forgets what was not found whole; gives how much that was.
+    pub fn drop_torn(&mut self) -> u32 {
+        let count = |contents: &mut Self| contents.objects().count();
+        let before = count(self);
+        let whole = |object: &Object| object.found == object.length;
+        self.layouts.retain(|kept| whole(&kept.object));
+        self.calibration = self.calibration.filter(whole);
+        self.results.retain(|kept| whole(&kept.object));
+        self.campaign.progress = self.campaign.progress.filter(whole);
+        self.campaign.dofs.retain(|(_, object)| whole(object));
+        self.mark_layout_in_use();
+        (before - count(self)) as u32
+    }
+
+    /// True for the serial of something that is kept, and of its change.
+    pub fn is_live(&self, serial: u32) -> bool {
+        let layouts = self.layouts.iter().flat_map(|kept| [kept.used, kept.object.serial]);
+        let results = self.results.iter().map(|kept| kept.object.serial);
+        let campaign = &self.campaign;
+        let dofs = campaign.dofs.iter().map(|(_, object)| object.serial);
+        let others = self.calibration.iter().chain(&campaign.progress).map(|kept| kept.serial);
+        layouts.chain(results).chain(dofs).chain(others).any(|live| live == serial)
+    }
+
+    /// The layout of this hash, its bytes, and its title.
+    pub fn layout(&self, hash: u32) -> Option<(Object, &String<48>)> {
+        let kept = self.layouts.iter().find(|kept| kept.hash == hash)?;
+        Some((kept.object, &kept.title))
+    }
+
+    /// The bytes of the layout in use.
+    pub fn layout_in_use(&self) -> Option<Object> {
+        self.layouts.iter().find(|kept| kept.in_use).map(|kept| kept.object)
+    }
+
+    /// The layout that gives way for one more.
+    pub fn gives_way(&self) -> Option<u32> {
+        let oldest = self.layouts.iter().min_by_key(|kept| kept.used);
+        oldest.filter(|_| self.layouts.is_full()).map(|kept| kept.hash)
+    }
+
+    fn objects(&mut self) -> impl Iterator<Item = &mut Object> {
+        let Self { layouts, calibration, results, campaign, .. } = self;
+        let layouts = layouts.iter_mut().map(|kept| &mut kept.object);
+        let results = results.iter_mut().map(|kept| &mut kept.object);
+        let dofs = campaign.dofs.iter_mut().map(|(_, object)| object);
+        layouts.chain(results).chain(dofs).chain(calibration).chain(&mut campaign.progress)
+    }
+
+    fn mark_layout_in_use(&mut self) {
+        let last = self.layouts.iter().map(|kept| kept.used).max();
+        self.layouts.iter_mut().for_each(|kept| kept.in_use = Some(kept.used) == last);
+    }
+
+    /// The campaign of this name, when it is the last one and has not ended.
+    fn enter(&mut self, campaign: u32) -> Option<&mut KeptCampaign> {
+        if campaign <= self.ended || campaign < self.campaign.serial {
+            return None;
+        }
+        if campaign > self.campaign.serial {
+            self.campaign = KeptCampaign { serial: campaign, ..KeptCampaign::default() };
+        }
+        Some(&mut self.campaign)
+    }
+
+    fn end(&mut self, campaign: u32) {
+        self.ended = self.ended.max(campaign);
+        if self.campaign.serial <= self.ended {
+            self.campaign = KeptCampaign::default();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,380 @@
+//! The power is cut at every word of every write of whole campaigns, three times in a row, under the
+//! rules of both chips: nothing accepted is lost and nothing torn is shown.
+
+use embassy_futures::block_on;
+use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, Store};
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sensor, Sign};
+use massline_shared::protocol::crc32;
+use massline_shared::protocol::message::{Measured, Reason};
+use massline_virtual::flash::{Chip, ChipFlash, Cut, F411, FlashMemory, G474};
+
+/// DOFs of every campaign here.
+const DOFS: usize = 4;
+
+/// Something that is kept or forgotten.
+#[derive(Clone, Copy, Debug)]
+enum Write {
+    /// The layout of this number.
+    Layout(u32),
+    /// Another use of a layout that is kept.
+    Use(u32),
+    Calibration(u32),
+    /// A finished DOF of a campaign.
+    Dof {
+        campaign: u32,
+        index: u8,
+    },
+    Progress {
+        campaign: u32,
+        dofs: u8,
+    },
+    Result {
+        campaign: u32,
+    },
+    Delete {
+        number: u32,
+    },
+    Abort,
+}
+
+/// Bytes that are this thing's own.
+fn bytes_of(seed: u32, length: usize) -> Vec<u8> {
+    (0..length as u32).map(|i| crc32(&(seed ^ (i << 8)).to_le_bytes()) as u8).collect()
+}
+
+fn layout(number: u32) -> RigLayout {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let dof = Dof { node: 4, sign: Sign::Plus, axis: Axis::X };
+    let at = number as f32;
+    RigLayout {
+        title: format!("layout {number}").as_str().try_into().unwrap(),
+        sensors: (0..3).map(|node| Sensor::new(node, [at, 0.1, 0.2], axes)).collect(),
+        hits: (0..9).map(|_| Hit::new(dof, [0.1, 0.2, at], [1.0, 0.0, 0.0])).collect(),
+        ..RigLayout::default()
+    }
+}
+
+fn layout_bytes(number: u32) -> Vec<u8> {
+    postcard::to_stdvec(&layout(number)).unwrap()
+}
+
+fn calibration(number: u32) -> CalibrationRecord {
+    let mut record = CalibrationRecord::default();
+    record.calibration.channels[3].sensitivity = number as f32;
+    record
+}
+
+fn dof_bytes(campaign: u32, index: u8) -> Vec<u8> {
+    bytes_of(campaign * 16 + u32::from(index), MAX_DOF - usize::from(index))
+}
+
+fn progress_bytes(campaign: u32, dofs: u8) -> Vec<u8> {
+    bytes_of(campaign * 100 + u32::from(dofs), 60 + usize::from(dofs) * (MAX_PROGRESS - 60) / 16)
+}
+
+/// Results of many lengths; with [`DOFS`] DOFs they are not the longest that there are.
+fn result_bytes(campaign: u32) -> Vec<u8> {
+    let longest = MAX_RESULT as u32 - (12 - DOFS as u32) * MAX_DOF as u32;
+    bytes_of(campaign, (longest - campaign * 97 % 700) as usize)
+}
+
+fn mass_of(campaign: u32) -> Option<Measured> {
+    (!campaign.is_multiple_of(3)).then_some(Measured { value: campaign as f32, sigma: Some(0.01) })
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct KeptResult {
+    number: u32,
+    layout: u32,
+    mass: Option<Measured>,
+    bytes: Vec<u8>,
+}
+
+/// What a store ought to show.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Model {
+    /// By their numbers; the one in use is `in_use`.
+    layouts: Vec<u32>,
+    in_use: Option<u32>,
+    calibration: Option<u32>,
+    results: Vec<KeptResult>,
+    next_number: u32,
+    progress: Option<Vec<u8>>,
+    dofs: Vec<Vec<u8>>,
+}
+
+impl Model {
+    /// All that a store shows; every byte is read.
+    fn of<C: Chip>(store: &mut Store<ChipFlash<C>>) -> Self {
+        let (known, in_use) = {
+            let number = |title: &str| title["layout ".len()..].parse::<u32>().unwrap();
+            let layouts = store.layouts();
+            let in_use = layouts.iter().find(|kept| kept.in_use).map(|kept| number(&kept.title));
+            (layouts.iter().map(|kept| number(&kept.title)).collect::<Vec<_>>(), in_use)
+        };
+        assert_eq!(block_on(store.layout()), in_use.map(layout), "the layout in use is whole");
+        let calibrated = block_on(store.calibration());
+        let results = store.results().to_vec();
+        let results = results.iter().map(|kept| {
+            let mut bytes = vec![0; kept.entry.length as usize];
+            let read = block_on(store.read_result(kept, 0, &mut bytes));
+            assert_eq!(read, Ok(bytes.len()));
+            assert_eq!(crc32(&bytes), kept.crc);
+            let (number, layout, mass) =
+                (kept.entry.number, kept.entry.layout_hash, kept.entry.mass);
+            KeptResult { number, layout, mass, bytes }
+        });
+        let mut model = Self {
+            layouts: known,
+            in_use,
+            calibration: calibrated.map(|record| record.calibration.channels[3].sensitivity as u32),
+            results: results.collect(),
+            next_number: store.next_number(),
+            progress: block_on(store.progress(&mut [0; MAX_PROGRESS])).map(<[u8]>::to_vec),
+            dofs: Vec::new(),
+        };
+        while let Some(dof) = block_on(store.dof(model.dofs.len(), &mut [0; MAX_DOF])) {
+            let dof = dof.to_vec();
+            model.dofs.push(dof);
+        }
+        model
+    }
+
+    /// The same with a write done.
+    fn with(&self, write: Write) -> Self {
+        let mut model = self.clone();
+        match write {
+            Write::Layout(number) | Write::Use(number) => {
+                model.layouts.retain(|&known| known != number);
+                if model.layouts.len() == LAYOUTS {
+                    model.layouts.remove(0);
+                }
+                model.layouts.push(number);
+                model.in_use = Some(number);
+            }
+            Write::Calibration(number) => model.calibration = Some(number),
+            Write::Dof { campaign, index } => model.dofs.push(dof_bytes(campaign, index)),
+            Write::Progress { campaign, dofs } => {
+                model.progress = Some(progress_bytes(campaign, dofs));
+            }
+            Write::Result { campaign } => {
+                let (number, bytes) = (model.next_number, result_bytes(campaign));
+                let mass = mass_of(campaign);
+                model.results.push(KeptResult { number, layout: campaign, mass, bytes });
+                model.next_number += 1;
+                model.end_campaign();
+            }
+            Write::Delete { number } => model.results.retain(|kept| kept.number != number),
+            Write::Abort => model.end_campaign(),
+        }
+        model
+    }
+
+    fn end_campaign(&mut self) {
+        self.progress = None;
+        self.dofs.clear();
+    }
+
+    /// The order of layouts shows in which one gives way, not in the list.
+    fn shown(&self) -> Self {
+        let mut shown = self.clone();
+        shown.layouts.sort_unstable();
+        shown
+    }
+}
+
+fn open<C: Chip>(memory: &FlashMemory) -> Store<ChipFlash<C>> {
+    let mut store = Store::new(ChipFlash::<C>::over(memory));
+    block_on(store.open());
+    store
+}
+
+fn do_it<C: Chip>(store: &mut Store<ChipFlash<C>>, write: Write) -> Result<(), Reason> {
+    block_on(async {
+        match write {
+            Write::Layout(number) => store.put_layout(&layout_bytes(number)).await,
+            Write::Use(number) => store.use_layout(layout(number).hash()).await,
+            Write::Calibration(number) => {
+                let bytes = postcard::to_stdvec(&calibration(number)).unwrap();
+                store.put_calibration(&bytes).await
+            }
+            Write::Dof { campaign, index } => {
+                store.put_dof(index, &dof_bytes(campaign, index)).await
+            }
+            Write::Progress { campaign, dofs } => {
+                store.put_progress(&progress_bytes(campaign, dofs)).await
+            }
+            Write::Result { campaign } => {
+                let bytes = result_bytes(campaign);
+                store.put_result(&bytes, campaign, mass_of(campaign)).await.map(|_| ())
+            }
+            Write::Delete { number } => store.delete_result(number).await,
+            Write::Abort => store.clear_progress().await,
+        }
+    })
+}
+
+/// What is written in a campaign; every fifth is aborted.
+fn campaign(number: u32, model: &Model, full: bool) -> Vec<Write> {
+    let mut writes = Vec::new();
+    let oldest = model.results.first().map(|kept| kept.number);
+    writes.extend(oldest.filter(|_| full).map(|number| Write::Delete { number }));
+    match number % 4 {
+        0 => writes.push(Write::Calibration(number)),
+        1 => writes.extend(model.layouts.first().map(|&oldest| Write::Use(oldest))),
+        _ => writes.push(Write::Layout(number)),
+    }
+    for index in 0..DOFS as u8 {
+        writes.push(Write::Dof { campaign: number, index });
+        writes.push(Write::Progress { campaign: number, dofs: index + 1 });
+    }
+    let end = if number % 5 == 4 { Write::Abort } else { Write::Result { campaign: number } };
+    writes.push(end);
+    writes
+}
+
+/// A store in use, and what it ought to show.
+struct Life {
+    memory: FlashMemory,
+    model: Model,
+    campaigns: u32,
+    /// Results that had to make room.
+    deleted: u32,
+}
+
+impl Life {
+    fn new<C: Chip>() -> Self {
+        let memory = FlashMemory::of::<C>();
+        Self {
+            memory,
+            model: Model { next_number: 1, ..Model::default() },
+            campaigns: 0,
+            deleted: 0,
+        }
+    }
+
+    /// Goes through a campaign; `before` is told of every write before it is done.
+    fn campaign<C: Chip>(&mut self, mut before: impl FnMut(&FlashMemory, &Model, Write)) {
+        let mut store = open::<C>(&self.memory);
+        let full = block_on(store.is_full(DOFS));
+        self.deleted += u32::from(full);
+        for write in campaign(self.campaigns, &self.model, full) {
+            before(&self.memory, &self.model, write);
+            do_it(&mut store, write).unwrap_or_else(|reason| panic!("{write:?}: {reason:?}"));
+            self.model = self.model.with(write);
+        }
+        assert_eq!(Model::of(&mut store).shown(), self.model.shown());
+        self.campaigns += 1;
+    }
+}
+
+/// Counts what was tried.
+#[derive(Debug, Default)]
+struct Count {
+    words: u64,
+    cuts: u64,
+    /// Cuts after which the new state was there.
+    done: u64,
+    /// Trials with three cuts before the write was done.
+    triples: u64,
+}
+
+/// Cuts the power at every step of a write, and twice more at any step of its repetitions.
+fn cut_everywhere<C: Chip>(memory: &FlashMemory, model: &Model, write: Write, count: &mut Count) {
+    let (before, after) = (model.shown(), model.with(write).shown());
+    let whole = memory.copied();
+    do_it(&mut open::<C>(&whole), write).unwrap();
+    let steps = whole.steps() - memory.steps();
+    count.words += steps;
+    for step in 0..steps {
+        let memory = memory.copied();
+        let mut there = false;
+        for cut in 0..3 {
+            let seed = (step << 2 | cut) ^ count.cuts << 32;
+            // The second and third cut anywhere, more often early than late.
+            let any = u64::from(crc32(&seed.to_le_bytes()));
+            let at = if cut == 0 { step } else { any % (1 + (steps >> (any >> 32 & 3))) };
+            let mut store = open::<C>(&memory);
+            memory.cut_power(Cut { after: at, seed });
+            let done = do_it(&mut store, write);
+            // A repetition may need fewer steps.
+            assert_eq!(done.is_ok(), memory.has_power(), "{write:?}, step {step}, cut {cut}");
+            count.cuts += u64::from(done.is_err());
+            drop(store);
+            let mut store = open::<C>(&memory);
+            let shown = Model::of(&mut store).shown();
+            assert_eq!(
+                store.failures(),
+                0,
+                "{write:?}, step {step}, cut {cut}: something was torn"
+            );
+            there = shown == after;
+            assert!(
+                there || (done.is_err() && shown == before),
+                "{write:?}, step {step}, cut {cut}: {shown:?}"
+            );
+            if there {
+                count.done += 1;
+                break;
+            }
+            count.triples += u64::from(cut == 2);
+        }
+        if !there {
+            let mut store = open::<C>(&memory);
+            assert_eq!(do_it(&mut store, write), Ok(()), "{write:?} after the cuts at step {step}");
+            assert_eq!(
+                store.failures(),
+                0,
+                "{write:?}, step {step}: wrote over what a cut had left"
+            );
+            drop(store);
+            let shown = Model::of(&mut open::<C>(&memory)).shown();
+            assert_eq!(shown, after, "{write:?}, step {step}");
+        }
+    }
+}
+
+/// Cuts everywhere in whole campaigns: the first ones over erased flash, and others late in the life of
+/// the store, when it is full.
+fn cut_campaigns<C: Chip>(chip: &str, cut_ones: &[u32]) -> Count {
+    let (mut life, mut count) = (Life::new::<C>(), Count::default());
+    let mut opened = 0;
+    for number in 0..=cut_ones[cut_ones.len() - 1] {
+        if cut_ones.contains(&number) {
+            let before: u32 = life.memory.erases().iter().sum();
+            life.campaign::<C>(|memory, model, write| {
+                cut_everywhere::<C>(memory, model, write, &mut count);
+            });
+            opened += life.memory.erases().iter().sum::<u32>() - before;
+        } else {
+            life.campaign::<C>(|_, _, _| {});
+        }
+    }
+    assert!(life.deleted > 0, "the store was full");
+    let Count { words, cuts, done, triples } = count;
+    println!(
+        "{chip}: {cuts} cuts at {words} words; {triples} times three in a row; after {done} the new state was whole"
+    );
+    let erases = life.memory.erases();
+    println!(
+        "{chip}: {opened} pages opened meanwhile; {erases:?} erases in {} campaigns",
+        life.campaigns
+    );
+    assert!(opened > 1, "pages were opened");
+    let (least, most) = (erases.iter().min().unwrap(), erases.iter().max().unwrap());
+    assert!(most - least <= 1, "all pages wear alike: {erases:?}");
+    count
+}
+
+#[test]
+fn no_cut_loses_or_tears_anything_in_flash_of_an_f411() {
+    let count = cut_campaigns::<F411>("F411", &[0, 24]);
+    assert!(count.cuts >= 10_000, "{count:?}");
+}
+
+#[test]
+fn no_cut_loses_or_tears_anything_in_flash_of_a_g474() {
+    let count = cut_campaigns::<G474>("G474", &[0, 24, 25, 26]);
+    assert!(count.cuts >= 10_000, "{count:?}");
+}

@@ -1,0 +1,255 @@
+//! A campaign goes on after a cut of the power: the whole rig over a bench, its flash in a file or cut at
+//! any word.
+
+use std::time::Duration;
+
+use massline::campaign::{Begin, Begun, Ending, Observer, Steer, begin, follow};
+use massline::client::{Client, PipeTransport};
+use massline::interrupt::Interrupt;
+use massline::layout_file::LayoutFile;
+use massline_shared::diagnosis::Code;
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::message::{CampaignCommand, Phase, Status};
+use massline_shared::protocol::object::{DofResult, MeasurementResult, ObjectId, ObjectKind};
+use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::flash::{Cut, FlashBacking, FlashMemory};
+use massline_virtual::{VirtualRig, VirtualRigOptions};
+
+/// Never reached unless something hangs.
+const LATE: Duration = Duration::from_secs(60);
+
+fn layout_file() -> LayoutFile {
+    let text = include_str!("../../host/examples/three-bar-test-1.toml");
+    // Two of the five hits are enough to scatter.
+    let text = text.replace("hits_per_dof = 5", "hits_per_dof = 2");
+    LayoutFile::parse(&text, "three-bar-test-1.toml").unwrap()
+}
+
+fn layout() -> RigLayout {
+    layout_file().rig_layout().unwrap()
+}
+
+/// A rig on a bench with noise; the same bits every time.
+fn power_on(flash: &FlashBacking) -> (VirtualRig, Client) {
+    let bench = Bench::named("default").unwrap();
+    let source = BenchSource::new(&bench, &layout_file().layout, 1).unwrap();
+    let options =
+        VirtualRigOptions { flash: flash.clone(), ..VirtualRigOptions::new(Box::new(source)) };
+    let rig = VirtualRig::start(options).unwrap();
+    let client = Client::new(PipeTransport::new(rig.link()));
+    (rig, client)
+}
+
+fn phase(status: &Status) -> Option<Phase> {
+    Phase::from_raw(status.phase)
+}
+
+/// Waits until the rig is in a phase at a DOF or behind it.
+fn wait_for(client: &mut Client, wanted: Phase, dof: u8) -> Status {
+    let start = std::time::Instant::now();
+    loop {
+        let status = client.status().unwrap();
+        if phase(&status) == Some(wanted) && status.dof >= dof {
+            return status;
+        }
+        assert!(start.elapsed() < LATE, "{status:?}");
+    }
+}
+
+/// Accepts the hit that waits at a DOF or behind it.
+fn accept(client: &mut Client, dof: u8) {
+    wait_for(client, Phase::Confirming, dof);
+    client.command(CampaignCommand::Accept).unwrap();
+}
+
+/// Accepts every hit. The rig waits for that: nothing depends on how fast anybody is.
+struct Accepting;
+
+impl Observer for Accepting {
+    fn steer(&mut self, _: &mut Client, status: &Status) -> massline::error::Result<Option<Steer>> {
+        let waits = phase(status) == Some(Phase::Confirming);
+        Ok(waits.then_some(Steer::Command(CampaignCommand::Accept)))
+    }
+}
+
+/// Goes on with a campaign, or begins one, to its result.
+fn finish(client: &mut Client) -> (Begun, MeasurementResult) {
+    let begun = begin(client, Begin { confirm: true, ..Begin::default() }).unwrap();
+    let ending = follow(client, &Interrupt::new(), Some(LATE), &mut Accepting).unwrap();
+    let Ending::Done(number) = ending else { panic!("{ending:?}") };
+    (begun, read_result(client, number))
+}
+
+fn read_result(client: &mut Client, number: u32) -> MeasurementResult {
+    let object = ObjectId { kind: ObjectKind::Result as u8, number };
+    postcard::from_bytes(&client.download(object, |_, _| ()).unwrap()).unwrap()
+}
+
+/// What a campaign without a cut ends with.
+fn undisturbed(flash: &FlashBacking) -> MeasurementResult {
+    let (rig, mut client) = power_on(flash);
+    client.put_layout(&layout()).unwrap();
+    let (begun, result) = finish(&mut client);
+    assert_eq!((begun, result.dofs.len()), (Begun::Started, 3));
+    rig.stop().unwrap();
+    result
+}
+
+fn same_bits(one: &DofResult, other: &DofResult) -> bool {
+    postcard::to_stdvec(one).unwrap() == postcard::to_stdvec(other).unwrap()
+}
+
+#[test]
+fn a_rig_that_is_switched_off_goes_on_at_the_next_dof() {
+    let whole = undisturbed(&FlashBacking::default());
+    let folder = tempfile::tempdir().unwrap();
+    let flash = FlashBacking::File(folder.path().join("flash.bin"));
+    let (rig, mut client) = power_on(&flash);
+    client.put_layout(&layout()).unwrap();
+    client.start(true, false).unwrap();
+    for _ in 0..3 {
+        accept(&mut client, 0);
+    }
+    wait_for(&mut client, Phase::Confirming, 1);
+    rig.stop().unwrap();
+    // Switched on and off again without a word.
+    power_on(&flash).0.stop().unwrap();
+    let (rig, mut client) = power_on(&flash);
+    let status = client.status().unwrap();
+    assert_eq!((phase(&status), status.layout_hash), (Some(Phase::Paused), layout().hash()));
+    // One of two hits of the second DOF had been accepted: it begins anew.
+    assert_eq!((status.dof, &status.accepted[..], status.hits_per_dof), (1, &[2, 0, 0][..], 2));
+    let (begun, result) = finish(&mut client);
+    assert_eq!(begun, Begun::Resumed);
+    assert_eq!((result.dofs.len(), result.number), (3, 1));
+    assert!(same_bits(&result.dofs[0], &whole.dofs[0]));
+    assert_eq!(result.estimates.len(), whole.estimates.len());
+    rig.stop().unwrap();
+    // It has ended: nothing is left to go on with.
+    let (rig, mut client) = power_on(&flash);
+    assert_eq!(phase(&client.status().unwrap()), Some(Phase::Idle));
+    assert_eq!(read_result(&mut client, 1), result);
+    rig.stop().unwrap();
+}
+
+#[test]
+fn a_campaign_that_was_ended_or_begun_anew_does_not_come_back() {
+    for end in [CampaignCommand::Abort, CampaignCommand::Start] {
+        let memory = FlashMemory::default();
+        let flash = FlashBacking::Memory(memory.clone());
+        let (rig, mut client) = power_on(&flash);
+        client.put_layout(&layout()).unwrap();
+        client.start(true, false).unwrap();
+        for _ in 0..2 {
+            accept(&mut client, 0);
+        }
+        wait_for(&mut client, Phase::Confirming, 1);
+        client.command(CampaignCommand::Pause).unwrap();
+        let steps = memory.steps();
+        if end == CampaignCommand::Abort {
+            client.command(end).unwrap();
+        } else {
+            client.start(true, false).unwrap();
+        }
+        // The answer comes before the rig writes; what it writes it writes whole.
+        let asked = std::time::Instant::now();
+        while memory.steps() == steps {
+            client.status().unwrap();
+            assert!(asked.elapsed() < LATE, "{end:?}: nothing is written");
+        }
+        rig.stop().unwrap();
+        let (rig, mut client) = power_on(&flash);
+        let status = client.status().unwrap();
+        assert_eq!(phase(&status), Some(Phase::Idle), "{end:?}: {status:?}");
+        rig.stop().unwrap();
+    }
+}
+
+#[test]
+fn a_dof_that_was_skipped_stays_skipped_and_hits_still_wait_for_a_confirmation() {
+    let flash = FlashBacking::default();
+    let (rig, mut client) = power_on(&flash);
+    client.put_layout(&layout()).unwrap();
+    client.start(true, false).unwrap();
+    wait_for(&mut client, Phase::Confirming, 0);
+    client.command(CampaignCommand::Skip).unwrap();
+    wait_for(&mut client, Phase::Confirming, 1);
+    rig.stop().unwrap();
+    let (rig, mut client) = power_on(&flash);
+    let status = client.status().unwrap();
+    assert_eq!((phase(&status), status.dof), (Some(Phase::Paused), 1), "{status:?}");
+    client.command(CampaignCommand::Resume).unwrap();
+    for hit in 0..4 {
+        accept(&mut client, 1 + hit / 2);
+    }
+    let number = wait_for(&mut client, Phase::Done, 0).result;
+    let result = read_result(&mut client, number);
+    assert_eq!(result.dofs.iter().map(|dof| dof.index).collect::<Vec<_>>(), [1, 2]);
+    let skipped = |d: &massline_shared::diagnosis::Diagnostic| {
+        d.known_code() == Some(Code::DofSkipped) && d.subject == 0
+    };
+    assert!(result.diagnostics.iter().any(skipped), "{:?}", result.diagnostics);
+    rig.stop().unwrap();
+}
+
+/// Cuts of the power in the test of the whole rig.
+const CUTS: u64 = 36;
+
+#[test]
+fn wherever_the_power_is_cut_the_campaign_ends_with_the_dofs_that_were_finished() {
+    let fresh = FlashMemory::default();
+    let (rig, mut client) = power_on(&FlashBacking::Memory(fresh.clone()));
+    client.put_layout(&layout()).unwrap();
+    rig.stop().unwrap();
+    let memory = fresh.copied();
+    let whole = undisturbed(&FlashBacking::Memory(memory.clone()));
+    let steps = memory.steps() - fresh.steps();
+    let (mut restored, mut stored) = ([0; 4], 0);
+    for i in 0..CUTS {
+        let memory = fresh.copied();
+        let flash = FlashBacking::Memory(memory.clone());
+        let (rig, mut client) = power_on(&flash);
+        memory.cut_power(Cut { after: steps * i / CUTS, seed: i });
+        client.start(true, false).unwrap();
+        // Where a hit waits while there is power all before it is kept.
+        let mut safe = 0;
+        loop {
+            let status = client.status().unwrap();
+            if !memory.has_power() {
+                break;
+            }
+            assert_ne!(phase(&status), Some(Phase::Done), "the cut comes before the end");
+            if phase(&status) == Some(Phase::Confirming) {
+                safe = safe.max(status.dof);
+                client.command(CampaignCommand::Accept).unwrap();
+            }
+        }
+        rig.stop().unwrap();
+
+        let (rig, mut client) = power_on(&flash);
+        let status = client.status().unwrap();
+        assert_eq!(client.stats().unwrap().store_failures, 0, "cut {i}");
+        if let Some(kept) = client.results().unwrap().first() {
+            // The last word was whole after all.
+            assert_eq!(read_result(&mut client, kept.number), whole, "cut {i}");
+            stored += 1;
+            continue;
+        }
+        let finished = status.accepted.iter().filter(|&&accepted| accepted == 2).count();
+        assert!(finished >= usize::from(safe), "cut {i}: {status:?}, {safe} were safe");
+        let wanted = if finished == 0 { Phase::Idle } else { Phase::Paused };
+        assert_eq!(phase(&status), Some(wanted), "cut {i}");
+        restored[finished] += 1;
+        let (begun, result) = finish(&mut client);
+        assert_eq!(begun, if finished == 0 { Begun::Started } else { Begun::Resumed });
+        assert_eq!((result.number, result.dofs.len()), (1, 3), "cut {i}");
+        for dof in 0..finished {
+            assert!(same_bits(&result.dofs[dof], &whole.dofs[dof]), "cut {i}, DOF {dof}");
+        }
+        rig.stop().unwrap();
+    }
+    println!(
+        "{CUTS} cuts of a campaign of {steps} words: went on with {restored:?} finished DOFs, {stored} results were whole"
+    );
+    assert!(restored.iter().all(|&count| count > 0), "{restored:?}");
+}

@@ -1,0 +1,357 @@
+//! Every screen of the panel as a picture.
+
+mod pictures;
+
+use massline::layout_file::LayoutFile;
+use massline_firmware::board::{BoardInfo, StackUse};
+use massline_firmware::panel::draw::{LayoutLine, View, draw};
+use massline_firmware::panel::menu::{Menu, Question, Screen};
+use massline_firmware::panel::summary::{Answer, Summary};
+use massline_firmware::panel::trial::{Problem, Proposal, Trial};
+use massline_firmware::panel::{Button, HitVerdict, PanelModel};
+use massline_firmware::store::RESULTS;
+use massline_shared::calibration::CalibrationSigma;
+use massline_shared::calibration::tumble::{Position, TumbleProblem};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::identify::{Consistency, Method};
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::message::{Measured, Phase, Reason, ResultEntry, Stats};
+use massline_shared::protocol::object::StoredEstimate;
+use massline_virtual::glass::Glass;
+
+/// A rig of which every screen is drawn.
+struct Rig {
+    model: PanelModel,
+    layout: Option<RigLayout>,
+    layouts: Vec<LayoutLine>,
+    results: Vec<ResultEntry>,
+    summary: Option<Summary>,
+    findings: Vec<Diagnostic>,
+    info: BoardInfo,
+    stats: Stats,
+}
+
+impl Rig {
+    fn new() -> Self {
+        let file = include_str!("../../host/examples/three-bar-test-1.toml");
+        let layout = LayoutFile::parse(file, "test").unwrap().rig_layout().unwrap();
+        let line =
+            |title: &str, in_use| LayoutLine { hash: 1, title: title.try_into().unwrap(), in_use };
+        let model = PanelModel {
+            dof: Some((1, layout.hits[1].dof)),
+            accepted: 2,
+            wanted: 5,
+            dofs: 3,
+            hits_done: 7,
+            hits: 15,
+            seconds_left: Some(130),
+            levels: [1, 2, 1, 3, 5, 7, 10, 12, 2, 0],
+            mass: Some(Measured { value: 1.2294, sigma: Some(0.0293) }),
+            result: 3,
+            ..PanelModel::START
+        };
+        Self {
+            model,
+            layout: Some(layout),
+            layouts: vec![line("three-bar frame, test 1", true), line("wheel", false)],
+            results: (1..=3).rev().map(entry).collect(),
+            summary: None,
+            findings: Vec::new(),
+            info: BoardInfo {
+                name: "blackpill-f411",
+                firmware: "0.1.0",
+                git_hash: "0123456789abcdef",
+                git_dirty: true,
+                boot_reason: 1,
+                last_panic: "",
+                stack: StackUse::default,
+            },
+            stats: Stats {
+                uptime_ms: 4_321_000,
+                stack_high_water: 21_964,
+                stack_size: 24_576,
+                triggers: 17,
+                ..Stats::default()
+            },
+        }
+    }
+
+    fn at(phase: Phase) -> Self {
+        let mut rig = Self::new();
+        rig.model.phase = phase;
+        rig.model.idle = matches!(phase, Phase::Idle | Phase::Done);
+        rig
+    }
+
+    /// Draws a screen after some presses of `Next` and compares it with its picture.
+    fn show(mut self, name: &str, screen: Screen, next: usize) {
+        self.model.findings = self.findings.len() as u8;
+        self.model.layouts = self.layouts.len() as u8;
+        self.model.results = self.results.len() as u8;
+        self.model.pages = self.summary.as_ref().map_or(0, Summary::pages);
+        let mut menu = Menu::new();
+        menu.follow(&self.model);
+        menu.open(screen);
+        for _ in 0..next {
+            menu.press(Button::Next, &self.model);
+        }
+        let mut glass = Glass::default();
+        let view = View {
+            menu: &menu,
+            model: &self.model,
+            layout: self.layout.as_ref(),
+            layouts: &self.layouts,
+            results: &self.results,
+            summary: self.summary.as_ref(),
+            findings: &self.findings,
+            info: &self.info,
+            stats: &self.stats,
+        };
+        draw(&view, &mut glass);
+        pictures::check(name, &glass, &[]);
+    }
+}
+
+fn entry(number: u32) -> ResultEntry {
+    let mass = Measured { value: 1.2294 * number as f32, sigma: Some(0.0293) };
+    ResultEntry { number, layout_hash: 7, mass: (number != 2).then_some(mass), length: 1000 }
+}
+
+fn said(code: Code, severity: Severity, subject: u16, value: f32) -> Diagnostic {
+    Diagnostic::about(code, severity, subject, value)
+}
+
+/// The result of the first test of the three-bar frame, as the README has it.
+fn summary() -> Summary {
+    let sigmas =
+        [0.0293, 0.000_91, 0.001_27, 0.001_08, 3.1e-4, 1.9e-4, 3.6e-4, 1.4e-4, 0.7e-4, 1.1e-4];
+    let mut covariance = heapless::Vec::new();
+    for row in 0..10 {
+        for column in 0..=row {
+            let variance = if row == column { sigmas[row] * sigmas[row] } else { 0.0 };
+            covariance.push(variance).unwrap();
+        }
+    }
+    let estimate = StoredEstimate {
+        method: Method::MaximumLikelihood as u8,
+        properties: [
+            1.2294, 0.168_73, -0.089_45, 0.018_89, 0.011_011, 0.006_839, 0.013_882, 0.004_235,
+            -0.000_962, 0.002_692,
+        ],
+        covariance,
+        condition: 8.604,
+        consistency: Some(Consistency { chi_squared: 12.4, degrees_of_freedom: 17 }),
+        diagnostics: Diagnostics::new(),
+    };
+    let findings = [
+        said(Code::SensorStrainsBudget, Severity::Note, 1, 1.7),
+        said(Code::NoPlateau, Severity::Warning, Diagnostic::response_subject(1, 5), 0.031),
+    ];
+    Summary {
+        number: 3,
+        layout_hash: 7,
+        answer: Some(Answer::from(&estimate)),
+        findings: findings.into_iter().collect(),
+    }
+}
+
+fn verdict(reason: Option<Diagnostic>) -> Option<HitVerdict> {
+    Some(HitVerdict { peak_force: 152.3, reason })
+}
+
+#[test]
+fn home() {
+    Rig::at(Phase::Idle).show("home", Screen::Home, 0);
+    Rig::at(Phase::Paused).show("home-end-of-list", Screen::Home, 5);
+}
+
+#[test]
+fn a_campaign_is_prepared() {
+    Rig::at(Phase::Idle).show("measure-idle", Screen::Measure, 0);
+    let without = Rig { layout: None, layouts: Vec::new(), ..Rig::at(Phase::Idle) };
+    without.show("measure-no-layout", Screen::Measure, 0);
+}
+
+#[test]
+fn hits_are_guided() {
+    Rig::at(Phase::Armed).show("armed", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Armed);
+    rig.model.verdict = verdict(None);
+    rig.show("armed-after-good", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Busy);
+    rig.model.verdict = verdict(None);
+    rig.show("busy", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Armed);
+    rig.model.dof = Some((11, "65535:-Z".parse().unwrap()));
+    (rig.model.dofs, rig.model.accepted, rig.model.wanted) = (12, 49, 50);
+    rig.model.seconds_left = Some(u16::MAX);
+    rig.show("armed-longest", Screen::Measure, 0);
+}
+
+#[test]
+fn a_rejected_hit_says_why() {
+    let mut rig = Rig::at(Phase::Armed);
+    rig.model.verdict = verdict(Some(said(Code::DoubleHit, Severity::Error, u16::MAX, 0.42)));
+    rig.show("rejected", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Armed);
+    rig.model.verdict = verdict(Some(said(Code::Overload, Severity::Error, 5, 171.2)));
+    rig.show("rejected-channel", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Busy);
+    rig.model.dof = Some((11, "65535:-Z".parse().unwrap()));
+    (rig.model.accepted, rig.model.wanted) = (49, 50);
+    rig.model.verdict = verdict(Some(said(Code::HitInconsistent, Severity::Error, 1, 0.3)));
+    rig.show("rejected-busy", Screen::Measure, 0);
+}
+
+#[test]
+fn a_campaign_waits_and_ends() {
+    let mut rig = Rig::at(Phase::Confirming);
+    rig.model.verdict = verdict(None);
+    rig.show("confirming", Screen::Measure, 0);
+    let findings = vec![said(Code::GravityNotGiven, Severity::Warning, u16::MAX, 0.0)];
+    Rig { findings, ..Rig::at(Phase::Paused) }.show("paused", Screen::Measure, 1);
+    Rig::at(Phase::Solving).show("solving", Screen::Measure, 0);
+    Rig::at(Phase::Done).show("done", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Done);
+    rig.model.mass = None;
+    rig.show("done-no-answer", Screen::Measure, 0);
+    let mut rig = Rig::at(Phase::Done);
+    rig.model.block = true;
+    rig.show("done-block", Screen::Measure, 0);
+}
+
+#[test]
+fn findings() {
+    let findings = vec![
+        said(Code::SettingOutOfRange, Severity::Error, 3, 9000.0),
+        said(Code::ResultNotStored, Severity::Error, u16::MAX, 0.0),
+        said(Code::HitStrainsBudget, Severity::Note, 2, 2.4),
+    ];
+    let names = ["finding-setting", "finding-store", "finding-hit"];
+    for (page, name) in names.into_iter().enumerate() {
+        let rig = Rig { findings: findings.clone(), ..Rig::at(Phase::Paused) };
+        rig.show(name, Screen::Findings, page);
+    }
+}
+
+/// Every text of a code on the glass, not only counted in characters.
+#[test]
+fn every_code_leaves_the_edges_of_the_glass_free() {
+    for &code in Code::ALL {
+        let mut rig = Rig::at(Phase::Paused);
+        rig.findings = vec![said(code, Severity::Error, 1, 0.5)];
+        rig.model.findings = 1;
+        let mut menu = Menu::new();
+        menu.follow(&rig.model);
+        menu.open(Screen::Findings);
+        let mut glass = Glass::default();
+        let view = View {
+            menu: &menu,
+            model: &rig.model,
+            layout: rig.layout.as_ref(),
+            layouts: &[],
+            results: &[],
+            summary: None,
+            findings: &rig.findings,
+            info: &rig.info,
+            stats: &rig.stats,
+        };
+        draw(&view, &mut glass);
+        // 21 characters of six pixels: two columns stay dark, but for what is cut.
+        let edge = (13..64).any(|y| glass.is_bright(126, y) || glass.is_bright(127, y));
+        assert!(!edge, "{code:?}");
+        assert!((23..64).any(|y| (0..128).any(|x| glass.is_bright(x, y))), "{code:?}");
+    }
+}
+
+#[test]
+fn layouts() {
+    Rig::new().show("layouts", Screen::Layouts, 1);
+    Rig { layouts: Vec::new(), ..Rig::new() }.show("layouts-none", Screen::Layouts, 0);
+}
+
+#[test]
+fn results() {
+    Rig::new().show("results", Screen::Results, 0);
+    let full = (1..=RESULTS as u32).rev().map(entry).collect();
+    Rig { results: full, ..Rig::new() }.show("results-full", Screen::Results, 6);
+    Rig { results: Vec::new(), ..Rig::new() }.show("results-none", Screen::Results, 0);
+}
+
+#[test]
+fn pages_of_a_result() {
+    let names = [
+        "result-mass",
+        "result-inertia",
+        "result-products",
+        "result-principal",
+        "result-limits",
+        "result-finding",
+        "result-finding-response",
+    ];
+    for (page, name) in names.into_iter().enumerate() {
+        let rig = Rig { summary: Some(summary()), ..Rig::new() };
+        rig.show(name, Screen::Result, page);
+    }
+    let nothing = Summary { answer: None, ..summary() };
+    Rig { summary: Some(nothing), ..Rig::new() }.show("result-no-answer", Screen::Result, 0);
+}
+
+#[test]
+fn a_heavy_body_without_sigmas_fits_the_page() {
+    let mut heavy = summary();
+    if let Some(answer) = &mut heavy.answer {
+        answer.properties = answer.properties.map(|value| value * -987.654);
+        answer.sigmas = None;
+        answer.consistency = None;
+    }
+    Rig { summary: Some(heavy.clone()), ..Rig::new() }.show("result-heavy", Screen::Result, 0);
+    Rig { summary: Some(heavy), ..Rig::new() }.show("result-heavy-limits", Screen::Result, 4);
+}
+
+#[test]
+fn calibration() {
+    Rig::new().show("calibration", Screen::Calibration, 0);
+    Rig::new().show("block-mass", Screen::BlockMass, 2);
+    let sigma = CalibrationSigma { gain: 0.000_21, cross_axis: 0.0034, hammer_gain: 0.0041 };
+    let tumble = Proposal { sound: true, hammer_ratio: None, sigma };
+    let block = Proposal { sound: false, hammer_ratio: Some(1.0213), sigma };
+    let problem = TumbleProblem::NotAtRest { position: Position::ALL[0], deviation: 1.0 };
+    for (name, trial) in [
+        ("tumble-wanted", Trial::Wanted(1)),
+        ("tumble-reading", Trial::Reading(1)),
+        ("tumble-moved", Trial::Wrong(Problem::Tumble { sensor: 2, problem })),
+        ("block-sensors-unknown", Trial::Wrong(Problem::SensorsUnknown)),
+        ("tumble-proposal", Trial::Proposed(tumble)),
+        ("block-proposal", Trial::Proposed(block)),
+        ("calibrated", Trial::Kept),
+    ] {
+        let mut rig = Rig::new();
+        rig.model.trial = trial;
+        rig.show(name, Screen::Trial, 0);
+    }
+}
+
+#[test]
+fn storage_and_about() {
+    Rig::new().show("storage", Screen::Storage, 0);
+    let full = (1..=RESULTS as u32).rev().map(entry).collect();
+    Rig { results: full, ..Rig::new() }.show("storage-full", Screen::Storage, 0);
+    let last_panic =
+        "index out of bounds: the len is 3 but the index is 7, firmware/src/store.rs:123";
+    for page in 0..3 {
+        let mut rig = Rig::new();
+        rig.info.last_panic = last_panic;
+        rig.info.boot_reason = 4;
+        rig.show(&format!("about-{}", page + 1), Screen::About, page);
+    }
+}
+
+#[test]
+fn questions_and_refusals() {
+    Rig::at(Phase::Paused).show("sure-end", Screen::Sure(Question::End), 0);
+    Rig::at(Phase::Paused).show("sure-redo", Screen::Sure(Question::Redo), 0);
+    let rig = Rig { summary: Some(summary()), ..Rig::new() };
+    rig.show("sure-delete", Screen::Sure(Question::Delete), 0);
+    Rig::new().show("refused", Screen::Refused(Reason::StoreFull), 0);
+}
