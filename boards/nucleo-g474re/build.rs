@@ -1,21 +1,8 @@
-//! Linker scripts for the chip, and the commit that the firmware is built from.
+//! How the image is linked.
 
-use std::{env, fs, path::PathBuf};
-
-#[path = "../cortex-m/build/commit.rs"]
-mod commit;
+#[path = "../cortex-m/build/image.rs"]
+mod image;
 
 fn main() {
-    println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=memory.x");
-    commit::name_the_commit();
-    if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
-        return;
-    }
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    fs::copy("memory.x", out.join("memory.x")).expect("OUT_DIR is writable");
-    println!("cargo::rustc-link-search={}", out.display());
-    println!("cargo::rustc-link-arg-bins=-Tlink.x");
-    println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
-    println!("cargo::rustc-link-arg-bins=--nmagic");
+    image::link(&["link.x", "defmt.x"]);
 }

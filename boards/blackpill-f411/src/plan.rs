@@ -1,10 +1,11 @@
 //! What is converted when: clocks, inputs, times. The arithmetic is checked when this compiles.
 
+use massline_cortex_m::sequence::Input;
 use massline_firmware::scan_ring::Decimation;
 use massline_shared::signal::{AdcProperties, CHANNELS};
 use massline_shared::units::{Hertz, Seconds, Volts};
 
-use crate::sequence::{Input, SampleTime};
+use crate::sequence::SampleTime;
 
 /// The core, and the timers behind both buses: 25 MHz / 25 · 192 / 2.
 pub const CORE_HZ: u32 = 96_000_000;
@@ -34,25 +35,18 @@ const CONVERSION: u32 = 12;
 
 /// PA0 to PA7 and PB0, PB1 are the inputs 0 to 9, hammer first.
 pub const INPUTS: [Input; RANKS] = {
-    let mut inputs = [Input { channel: VREFINT, time: SENTINEL_TIME }; RANKS];
+    let mut inputs = [Input { channel: VREFINT, time: SENTINEL_TIME as u32 }; RANKS];
     let mut channel = 0;
     while channel < CHANNELS {
-        inputs[channel] = Input { channel: channel as u32, time: CHANNEL_TIME };
+        inputs[channel] = Input { channel: channel as u32, time: CHANNEL_TIME as u32 };
         channel += 1;
     }
     inputs
 };
 
 /// Cycles of the ADC that a raw scan takes.
-const SCAN_CYCLES: u32 = {
-    let mut cycles = 0;
-    let mut rank = 0;
-    while rank < RANKS {
-        cycles += INPUTS[rank].time.cycles() + CONVERSION;
-        rank += 1;
-    }
-    cycles
-};
+const SCAN_CYCLES: u32 =
+    CHANNELS as u32 * (CHANNEL_TIME.cycles() + CONVERSION) + SENTINEL_TIME.cycles() + CONVERSION;
 /// Cycles of the ADC between two raw scans.
 const SCAN_ROOM: u32 = ADC_HZ / (RATE_HZ * RATIO);
 

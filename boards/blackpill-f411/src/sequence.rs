@@ -1,9 +1,6 @@
 //! The registers of the ADC's sequence: RM0383, 11.12, "ADC registers".
-//!
-//! *Rank*: a place in the sequence, from 0.
 
-/// Longest sequence.
-pub const MOST_RANKS: usize = 16;
+use massline_cortex_m::sequence::Layout;
 
 /// How long an input is sampled, in cycles of the ADC's clock; the value is the register's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,58 +31,13 @@ impl SampleTime {
     }
 }
 
-/// An input of the ADC and how long it is sampled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Input {
-    /// 0 to 18.
-    pub channel: u32,
-    /// The same wherever the channel occurs.
-    pub time: SampleTime,
-}
-
-/// Values of the registers that define a sequence.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Registers {
-    /// Length, ranks 12 to 15.
-    pub sqr1: u32,
-    /// Ranks 6 to 11.
-    pub sqr2: u32,
-    /// Ranks 0 to 5.
-    pub sqr3: u32,
-    /// Sample times of channels 10 to 18.
-    pub smpr1: u32,
-    /// Sample times of channels 0 to 9.
-    pub smpr2: u32,
-}
-
-/// The registers for a sequence of 1 to [`MOST_RANKS`] inputs.
-pub const fn sequence<const RANKS: usize>(inputs: &[Input; RANKS]) -> Registers {
-    const { assert!(RANKS >= 1 && RANKS <= MOST_RANKS) };
-    let mut registers =
-        Registers { sqr1: (RANKS as u32 - 1) << 20, sqr2: 0, sqr3: 0, smpr1: 0, smpr2: 0 };
-    let mut rank = 0;
-    while rank < RANKS {
-        let Input { channel, time } = inputs[rank];
-        assert!(channel <= 18, "the ADC has no such input");
-        let place = channel << (5 * (rank % 6));
-        match rank / 6 {
-            0 => registers.sqr3 |= place,
-            1 => registers.sqr2 |= place,
-            _ => registers.sqr1 |= place,
-        }
-        let time = (time as u32) << (3 * (channel % 10));
-        if channel < 10 {
-            registers.smpr2 |= time;
-        } else {
-            registers.smpr1 |= time;
-        }
-        rank += 1;
-    }
-    registers
-}
+/// SQR3, SQR2, SQR1: ranks of five bits, six in a register; the length is `L` of SQR1.
+pub const LAYOUT: Layout = Layout { bits: 5, per_word: 6, first: 0, length: (2, 20) };
 
 #[cfg(test)]
 mod tests {
+    use massline_cortex_m::sequence::{Input, MOST_RANKS, Registers, sequence};
+
     use super::*;
     use crate::plan::INPUTS;
 
@@ -93,14 +45,13 @@ mod tests {
     /// SQ1 in the lowest bits of SQR3, SQ7 in SQR2, SQ13 in SQR1; `L` in bits 23:20 of SQR1; `SMPn` of
     /// three bits each, channel 10 in the lowest of SMPR1, channel 0 in the lowest of SMPR2.
     fn decode(registers: &Registers) -> Vec<(u32, u32)> {
-        let ranks = (registers.sqr1 >> 20 & 0xF) + 1;
-        let words = [registers.sqr3, registers.sqr2, registers.sqr1];
+        let ranks = (registers.ranks[2] >> 20 & 0xF) + 1;
         (0..ranks)
             .map(|rank| {
-                let channel = words[rank as usize / 6] >> (5 * (rank % 6)) & 0x1F;
+                let channel = registers.ranks[rank as usize / 6] >> (5 * (rank % 6)) & 0x1F;
                 let (word, at) = match channel {
-                    0..=9 => (registers.smpr2, channel),
-                    _ => (registers.smpr1, channel - 10),
+                    0..=9 => (registers.times[0], channel),
+                    _ => (registers.times[1], channel - 10),
                 };
                 let code = word >> (3 * at) & 7;
                 (channel, [3, 15, 28, 56, 84, 112, 144, 480][code as usize])
@@ -113,13 +64,10 @@ mod tests {
         // SQR3: 0 | 1 << 5 | 2 << 10 | 3 << 15 | 4 << 20 | 5 << 25, SQR2: 6 | 7 << 5 | 8 << 10 | 9 << 15 |
         // 17 << 20, SQR1: 10 << 20, SMPR2: ten times 2, SMPR1: 7 for channel 17 in bits 23:21.
         let expected = Registers {
-            sqr1: 0x00A0_0000,
-            sqr2: 0x0114_A0E6,
-            sqr3: 0x0A41_8820,
-            smpr1: 0x00E0_0000,
-            smpr2: 0x1249_2492,
+            ranks: [0x0A41_8820, 0x0114_A0E6, 0x00A0_0000, 0],
+            times: [0x1249_2492, 0x00E0_0000],
         };
-        assert_eq!(sequence(&INPUTS), expected);
+        assert_eq!(sequence(&INPUTS, &LAYOUT), expected);
     }
 
     #[test]
@@ -130,18 +78,20 @@ mod tests {
         for shift in 0..19 {
             let inputs: [Input; MOST_RANKS] = core::array::from_fn(|rank| {
                 let channel = (7 * rank as u32 + shift) % 19;
-                Input { channel, time: times[channel as usize % 8] }
+                Input { channel, time: times[channel as usize % 8] as u32 }
             });
-            let expected: Vec<_> =
-                inputs.iter().map(|input| (input.channel, input.time.cycles())).collect();
-            assert_eq!(decode(&sequence(&inputs)), expected);
+            let expected: Vec<_> = inputs
+                .iter()
+                .map(|i| (i.channel, times[i.channel as usize % 8].cycles()))
+                .collect();
+            assert_eq!(decode(&sequence(&inputs, &LAYOUT)), expected);
         }
     }
 
     #[test]
     fn a_short_sequence_has_its_length() {
-        let input = Input { channel: 18, time: SampleTime::Cycles3 };
-        assert_eq!(decode(&sequence(&[input])), [(18, 3)]);
-        assert_eq!(decode(&sequence(&[input; 7])).len(), 7);
+        let input = Input { channel: 18, time: SampleTime::Cycles3 as u32 };
+        assert_eq!(decode(&sequence(&[input], &LAYOUT)), [(18, 3)]);
+        assert_eq!(decode(&sequence(&[input; 7], &LAYOUT)).len(), 7);
     }
 }

@@ -1,4 +1,4 @@
-//! For the build scripts of the boards: the commit that the firmware is built from, as
+//! For build scripts in the folders of `boards/`: the commit that the firmware is built from, as
 //! `MASSLINE_GIT_HASH` and `MASSLINE_GIT_DIRTY`.
 
 use std::process::Command;
@@ -11,7 +11,7 @@ pub fn name_the_commit() {
     if let Some(log) = git(&["rev-parse", "--path-format=absolute", "--git-path", "logs/HEAD"]) {
         println!("cargo::rerun-if-changed={log}");
     }
-    for sources in ["src", "../cortex-m/src", "../../firmware/src", "../../shared/src"] {
+    for sources in ["..", "../../firmware/src", "../../shared/src"] {
         println!("cargo::rerun-if-changed={sources}");
     }
     println!("cargo::rustc-env=MASSLINE_GIT_HASH={}", hash.as_deref().unwrap_or("unknown"));

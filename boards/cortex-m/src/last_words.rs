@@ -1,4 +1,5 @@
 //! The end of a run: the words go into memory that a reset leaves alone, then the chip starts again.
+//! A program has its handlers by [`crate::last_words!`].
 
 use core::fmt;
 use core::mem::MaybeUninit;
@@ -21,32 +22,55 @@ pub fn take() -> &'static str {
     words.take().map_or("", |words| KEPT.init(words).as_str())
 }
 
+/// What a program must say when it ends: how a panic, a hard fault and an interrupt without a handler are
+/// kept, and that `$restart` starts the chip again.
+#[macro_export]
+macro_rules! last_words {
+    ($restart:path) => {
+        #[panic_handler]
+        fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
+            $crate::last_words::panicked(info);
+            $restart()
+        }
+
+        #[cortex_m_rt::exception]
+        unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
+            $crate::last_words::hard_fault(frame);
+            $restart()
+        }
+
+        #[cortex_m_rt::exception]
+        unsafe fn DefaultHandler(number: i16) {
+            panic!("interrupt {number} has no handler");
+        }
+    };
+}
+
 /// The panic of a board.
-pub fn panicked(info: &PanicInfo<'_>) -> ! {
+pub fn panicked(info: &PanicInfo<'_>) {
     match info.location() {
         Some(place) => {
             let file = place.file().rsplit('/').next().unwrap_or_default();
-            end(format_args!("{file}:{}: {}", place.line(), info.message()))
+            keep(format_args!("{file}:{}: {}", place.line(), info.message()));
         }
-        None => end(format_args!("{}", info.message())),
+        None => keep(format_args!("{}", info.message())),
     }
 }
 
 /// The hard fault of a board.
-pub fn hard_fault(frame: &ExceptionFrame) -> ! {
+pub fn hard_fault(frame: &ExceptionFrame) {
     // SAFETY: reading the fault status has no side effect.
     let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
-    end(format_args!(
+    keep(format_args!(
         "hard fault at {:#010x}, called from {:#010x}, status {status:#010x}",
         frame.pc(),
         frame.lr()
-    ))
+    ));
 }
 
-/// Keeps the words and starts the chip again.
-pub fn end(words: fmt::Arguments<'_>) -> ! {
+/// Keeps the words for the next run; this one has ended.
+fn keep(words: fmt::Arguments<'_>) {
     cortex_m::interrupt::disable();
     // SAFETY: nothing else runs any more, and `say` sets every field.
     unsafe { (*addr_of_mut!(LAST_WORDS)).write(Words::none()).say(words) };
-    cortex_m::peripheral::SCB::sys_reset()
 }

@@ -6,12 +6,16 @@ pub mod boot;
 pub mod debounce;
 pub mod flash;
 pub mod frame;
+pub mod sequence;
 pub mod supply;
+pub mod twin;
 
 #[cfg(target_os = "none")]
 pub mod last_words;
 #[cfg(target_os = "none")]
 pub mod panel;
+#[cfg(target_os = "none")]
+pub mod rig;
 #[cfg(target_os = "none")]
 pub mod sampler;
 #[cfg(target_os = "none")]

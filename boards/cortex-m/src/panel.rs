@@ -5,9 +5,11 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use embassy_futures::join::join3;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Ticker, Timer, with_timeout};
+use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use embedded_hal_async::i2c::I2c;
 use massline_firmware::board::Panel;
 use massline_firmware::panel::{Button, Cue};
@@ -33,7 +35,7 @@ const BUS_TIMEOUT: Duration = Duration::from_millis(50);
 const SCREEN_PAUSE: Duration = Duration::from_secs(5);
 
 /// Between the application and the tasks of the panel.
-pub struct Wires {
+struct Wires {
     pages: Channel<CriticalSectionRawMutex, (u8, Page), 1>,
     presses: Channel<CriticalSectionRawMutex, Button, 4>,
     cues: Channel<CriticalSectionRawMutex, Cue, 4>,
@@ -41,35 +43,70 @@ pub struct Wires {
     redraw: AtomicBool,
 }
 
-impl Default for Wires {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl Wires {
-    /// Nothing under way.
-    pub const fn new() -> Self {
-        Self {
-            pages: Channel::new(),
-            presses: Channel::new(),
-            cues: Channel::new(),
-            redraw: AtomicBool::new(false),
-        }
-    }
-}
+static WIRES: Wires = Wires {
+    pages: Channel::new(),
+    presses: Channel::new(),
+    cues: Channel::new(),
+    redraw: AtomicBool::new(false),
+};
 
 /// The application's end.
 pub struct RigPanel {
     frame: &'static mut Frame,
-    wires: &'static Wires,
 }
 
 impl RigPanel {
     /// A black screen. To be called once.
-    pub fn new(wires: &'static Wires) -> Self {
+    pub fn open() -> Self {
         static FRAME: StaticCell<Frame> = StaticCell::new();
-        Self { frame: FRAME.init_with(Frame::new), wires }
+        Self { frame: FRAME.init_with(Frame::new) }
+    }
+}
+
+/// What the panel is wired to.
+pub struct Wiring<I, P, T, L> {
+    /// The bus of the screen.
+    pub bus: I,
+    /// Ok, back, next: each to ground while pressed.
+    pub buttons: [P; 3],
+    /// The buzzer.
+    pub tone: T,
+    /// The light that shines while the buzzer sounds.
+    pub light: L,
+}
+
+/// A light that shines when its pin is low.
+pub struct ActiveLow<P>(pub P);
+
+impl<P: OutputPin> ErrorType for ActiveLow<P> {
+    type Error = P::Error;
+}
+
+impl<P: OutputPin> OutputPin for ActiveLow<P> {
+    fn set_low(&mut self) -> Result<(), P::Error> {
+        self.0.set_high()
+    }
+
+    fn set_high(&mut self) -> Result<(), P::Error> {
+        self.0.set_low()
+    }
+}
+
+/// Something that sounds.
+pub trait Tone {
+    /// Sounds until it is told something else; `None` is silence.
+    fn sound(&mut self, hertz: Option<u32>);
+}
+
+impl<I: I2c, P: InputPin, T: Tone, L: OutputPin> Wiring<I, P, T, L> {
+    /// Serves the screen, the buttons and the buzzer, for ever.
+    pub async fn run(self) {
+        join3(
+            drive_screen(self.bus),
+            watch_buttons(self.buttons),
+            play_cues(self.tone, self.light),
+        )
+        .await;
     }
 }
 
@@ -83,28 +120,28 @@ impl Panel for RigPanel {
     // A page is sent whole or again.
     async fn flush(&mut self) {
         loop {
-            if self.wires.redraw.swap(false, Ordering::Relaxed) {
+            if WIRES.redraw.swap(false, Ordering::Relaxed) {
                 self.frame.change_all();
             }
             let Some((number, page)) = self.frame.changed() else { return };
-            self.wires.pages.send((number, *page)).await;
+            WIRES.pages.send((number, *page)).await;
             self.frame.sent(number);
         }
     }
 
     async fn button(&mut self) -> Button {
-        self.wires.presses.receive().await
+        WIRES.presses.receive().await
     }
 
     fn cue(&mut self, cue: Cue) {
         // One too many is not heard.
-        let _ = self.wires.cues.try_send(cue);
+        let _ = WIRES.cues.try_send(cue);
     }
 }
 
 /// Brings pages to the glass, for ever. A screen that does not answer is asked again later; until then
 /// its pages are thrown away.
-pub async fn drive_screen<I: I2c>(bus: I, wires: &Wires) -> ! {
+async fn drive_screen<I: I2c>(bus: I) -> ! {
     let mut screen = Ssd1306Async::new(
         I2CDisplayInterface::new(bus),
         DisplaySize128x64,
@@ -112,13 +149,13 @@ pub async fn drive_screen<I: I2c>(bus: I, wires: &Wires) -> ! {
     );
     let mut retry = Some(Instant::MIN);
     loop {
-        let (number, page) = wires.pages.receive().await;
+        let (number, page) = WIRES.pages.receive().await;
         if let Some(when) = retry {
             if Instant::now() < when {
                 continue;
             }
             // Whatever was thrown away is to be drawn again.
-            wires.redraw.store(true, Ordering::Relaxed);
+            WIRES.redraw.store(true, Ordering::Relaxed);
         }
         let begin = retry.is_some();
         let sent = with_timeout(BUS_TIMEOUT, send_page(&mut screen, begin, number, &page)).await;
@@ -143,42 +180,33 @@ async fn send_page<I: I2c>(
     screen.draw(page).await
 }
 
-/// The three contacts, true while pressed.
-pub trait Contacts {
-    /// Ok, back, next.
-    fn down(&self) -> [bool; 3];
-}
-
-/// Tells presses, for ever.
-pub async fn watch_buttons(contacts: impl Contacts, wires: &Wires) -> ! {
+/// Tells presses, for ever. A contact that cannot be read is not pressed.
+async fn watch_buttons<P: InputPin>(mut contacts: [P; 3]) -> ! {
     let mut buttons = [Debounce::new(SETTLE.as_ticks()); 3];
     let mut ticker = Ticker::every(LOOK);
     loop {
         ticker.next().await;
         let now = Instant::now().as_ticks();
         let meanings = [Button::Ok, Button::Back, Button::Next];
-        for ((button, down), meaning) in buttons.iter_mut().zip(contacts.down()).zip(meanings) {
-            if button.feed(down, now) {
+        for ((button, contact), meaning) in buttons.iter_mut().zip(&mut contacts).zip(meanings) {
+            if button.feed(contact.is_low().unwrap_or(false), now) {
                 // Four presses that nobody has answered yet are enough.
-                let _ = wires.presses.try_send(meaning);
+                let _ = WIRES.presses.try_send(meaning);
             }
         }
     }
 }
 
-/// A buzzer and a light.
-pub trait Sounder {
-    /// Sounds and shines, or neither.
-    fn tone(&mut self, hertz: Option<u32>);
-}
-
 /// Plays cues, for ever.
-pub async fn play_cues(mut sounder: impl Sounder, wires: &Wires) -> ! {
+async fn play_cues(mut buzzer: impl Tone, mut light: impl OutputPin) -> ! {
     loop {
-        for &(hertz, milliseconds) in score(wires.cues.receive().await) {
-            sounder.tone(Some(hertz));
+        for &(hertz, milliseconds) in score(WIRES.cues.receive().await) {
+            buzzer.sound(Some(hertz));
+            // A light that cannot be switched is only a light.
+            let _ = light.set_high();
             Timer::after_millis(milliseconds).await;
-            sounder.tone(None);
+            buzzer.sound(None);
+            let _ = light.set_low();
             Timer::after_millis(40).await;
         }
     }

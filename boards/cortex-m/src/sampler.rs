@@ -8,11 +8,13 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, with_timeout};
 use massline_firmware::board::{SampleError, Sampler};
-use massline_firmware::scan_ring::{Fault, Half, HalfFlags, Halves, ScanRing, Settings};
+use massline_firmware::scan_ring::{
+    Decimation, Fault, Half, HalfFlags, Halves, ScanRing, Settings,
+};
 use massline_shared::signal::{AdcProperties, HAMMER, Scan};
 use massline_shared::units::ScanIndex;
 
-use crate::supply::Supply;
+use crate::supply::{Noted, Supply};
 
 /// A converter that says nothing for so long has stopped: many times what half a buffer takes.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -149,21 +151,39 @@ impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
     }
 }
 
-/// A [`Sampler`] over a converter and what its interrupt shares.
-pub struct RingSampler<C, const RANKS: usize, const SCANS: usize> {
-    /// The converter, halted.
-    pub converter: C,
-    /// What its interrupt shares.
-    pub shared: &'static Shared<RANKS, SCANS>,
+/// What a converter makes.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
     /// What the scans are.
     pub adc: AdcProperties,
     /// What the raw scans are.
-    pub settings: Settings,
-    /// Corrects the hammer.
-    pub supply: Supply,
+    pub decimation: Decimation,
+    /// The rank of the reference, which is the sentinel as well.
+    pub sentinel: usize,
+    /// What the reference reads.
+    pub noted: Noted,
+}
+
+/// A [`Sampler`] over a converter and what its interrupt shares.
+pub struct RingSampler<C, const RANKS: usize, const SCANS: usize> {
+    /// The converter, halted.
+    converter: C,
+    /// What its interrupt shares.
+    shared: &'static Shared<RANKS, SCANS>,
+    plan: Plan,
 }
 
 impl<C: Converter, const RANKS: usize, const SCANS: usize> RingSampler<C, RANKS, SCANS> {
+    /// Over a converter that is halted.
+    pub const fn new(converter: C, shared: &'static Shared<RANKS, SCANS>, plan: Plan) -> Self {
+        Self { converter, shared, plan }
+    }
+
+    fn settings(&self) -> Settings {
+        let Plan { decimation, sentinel, noted, .. } = self.plan;
+        Settings { decimation, sentinel, sentinel_codes: noted.codes(decimation.raw_bits), skip: 1 }
+    }
+
     fn start_converter(&mut self) {
         self.converter.stop();
         self.shared.with(|pipeline| pipeline.halves = Halves::new());
@@ -175,14 +195,14 @@ impl<C: Converter, const RANKS: usize, const SCANS: usize> Sampler
     for RingSampler<C, RANKS, SCANS>
 {
     fn adc(&self) -> AdcProperties {
-        self.adc
+        self.plan.adc
     }
 
     async fn start(&mut self) -> Result<(), SampleError> {
         self.converter.stop();
         self.shared.with(|pipeline| {
-            pipeline.supply = Some(self.supply);
-            pipeline.ring.start(self.settings.clone(), Instant::now().as_ticks());
+            pipeline.supply = Some(Supply::new(self.plan.noted, self.plan.decimation.bits()));
+            pipeline.ring.start(self.settings(), Instant::now().as_ticks());
         });
         self.start_converter();
         Ok(())

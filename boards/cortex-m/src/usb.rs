@@ -55,6 +55,8 @@ pub struct UsbLink<D: Driver<'static>> {
 pub struct UsbRx<D: Driver<'static>> {
     receiver: Receiver<'static, D>,
     control: ControlChanged<'static>,
+    /// The host has configured the device.
+    configured: bool,
     /// The host has the port open, as far as it says.
     open: bool,
     packet: [u8; PACKET],
@@ -96,7 +98,14 @@ impl<D: Driver<'static>> Link for UsbLink<D> {
 
     fn split(self) -> (UsbRx<D>, UsbTx<D>) {
         let (sender, receiver, control) = self.class.split_with_control();
-        let rx = UsbRx { receiver, control, open: false, packet: [0; PACKET], rest: 0..0 };
+        let rx = UsbRx {
+            receiver,
+            control,
+            configured: false,
+            open: false,
+            packet: [0; PACKET],
+            rest: 0..0,
+        };
         (rx, UsbTx { sender, full: false })
     }
 }
@@ -119,14 +128,19 @@ impl<D: Driver<'static>> Read for UsbRx<D> {
 }
 
 impl<D: Driver<'static>> UsbRx<D> {
-    /// Waits for the next packet that is not empty; 0 when the host has gone.
+    /// Waits for the next packet that is not empty; 0, once, when the host has gone.
     async fn receive(&mut self) -> usize {
         loop {
+            if !self.configured {
+                self.receiver.wait_connection().await;
+                self.configured = true;
+            }
             let packet = self.receiver.read_packet(&mut self.packet);
             match select(packet, self.control.control_changed()).await {
                 Either::First(Ok(0)) => {}
                 Either::First(Ok(count)) => return count,
                 Either::First(Err(_)) => {
+                    self.configured = false;
                     self.open = false;
                     return 0;
                 }

@@ -1,8 +1,14 @@
-//! The rig on a Nucleo board: clocks, pins, and the tasks that the application runs beside.
+//! The rig on a Nucleo board.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-mod chip;
+massline_cortex_m::last_words!(cortex_m::peripheral::SCB::sys_reset);
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    massline_nucleo_g474re::chip::main()
+}
 
 #[cfg(not(target_os = "none"))]
 fn main() {

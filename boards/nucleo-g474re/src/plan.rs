@@ -3,11 +3,12 @@
 //! ADC1 and ADC2 convert at the same time, so the channels come in pairs, and a pair of codes is one word
 //! of the transfer: in memory they lie in the order of the channels.
 
+use massline_cortex_m::sequence::Input;
 use massline_firmware::scan_ring::Decimation;
 use massline_shared::signal::{AdcProperties, CHANNELS};
 use massline_shared::units::{Hertz, Seconds, Volts};
 
-use crate::sequence::{Input, SampleTime};
+use crate::sequence::SampleTime;
 
 /// The core and the timers: 24 MHz / 6 · 85 / 2.
 pub const CORE_HZ: u32 = 170_000_000;
@@ -37,12 +38,14 @@ const CHANNEL_TIME: SampleTime = SampleTime::Cycles24;
 const SENTINEL_TIME: SampleTime = SampleTime::Cycles247;
 
 const fn input(channel: u32) -> Input {
-    Input { channel, time: CHANNEL_TIME }
+    Input { channel, time: CHANNEL_TIME as u32 }
 }
 
 /// PA0 hammer, PC0, PC2, PB0, PB14, the internal reference.
-pub const ADC1: [Input; PAIRS] =
-    [input(1), input(6), input(8), input(15), input(5), Input { channel: 18, time: SENTINEL_TIME }];
+pub const ADC1: [Input; PAIRS] = {
+    let reference = Input { channel: 18, time: SENTINEL_TIME as u32 };
+    [input(1), input(6), input(8), input(15), input(5), reference]
+};
 /// PA1, PC1, PC3, PA4, PA6, and that once more beside the reference. Both of a pair take equally long, so
 /// there it is ADC1 that is waited for, and this code is not used.
 pub const ADC2: [Input; PAIRS] = [input(2), input(7), input(9), input(17), input(3), input(3)];

@@ -1,9 +1,6 @@
 //! The registers of an ADC's sequence: RM0440, 21.7, "ADC registers".
-//!
-//! *Rank*: a place in the sequence, from 0.
 
-/// Longest sequence.
-pub const MOST_RANKS: usize = 16;
+use massline_cortex_m::sequence::Layout;
 
 /// How long an input is sampled, in cycles of the ADC's clock; the value is the register's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,43 +31,13 @@ impl SampleTime {
     }
 }
 
-/// An input of an ADC and how long it is sampled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Input {
-    /// 0 to 18.
-    pub channel: u32,
-    /// The same wherever the channel occurs.
-    pub time: SampleTime,
-}
-
-/// Values of the registers that define a sequence.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Registers {
-    /// Length and ranks 0 to 3; ranks 4 to 8; 9 to 13; 14 and 15.
-    pub sqr: [u32; 4],
-    /// Sample times of channels 0 to 9, and 10 to 18.
-    pub smpr: [u32; 2],
-}
-
-/// The registers for a sequence of 1 to [`MOST_RANKS`] inputs.
-pub const fn sequence<const RANKS: usize>(inputs: &[Input; RANKS]) -> Registers {
-    const { assert!(RANKS >= 1 && RANKS <= MOST_RANKS) };
-    let mut registers = Registers { sqr: [RANKS as u32 - 1, 0, 0, 0], smpr: [0; 2] };
-    let mut rank = 0;
-    while rank < RANKS {
-        let Input { channel, time } = inputs[rank];
-        assert!(channel <= 18, "the ADC has no such input");
-        // Places of six bits, the lowest taken by the length.
-        let place = rank + 1;
-        registers.sqr[place / 5] |= channel << (6 * (place % 5));
-        registers.smpr[(channel / 10) as usize] |= (time as u32) << (3 * (channel % 10));
-        rank += 1;
-    }
-    registers
-}
+/// SQR1 to SQR4: ranks of six bits, five in a register; the lowest place of SQR1 is the length's.
+pub const LAYOUT: Layout = Layout { bits: 6, per_word: 5, first: 1, length: (0, 0) };
 
 #[cfg(test)]
 mod tests {
+    use massline_cortex_m::sequence::{Input, MOST_RANKS, Registers, sequence};
+
     use super::*;
     use crate::plan::{ADC1, ADC2};
 
@@ -94,13 +61,13 @@ mod tests {
             (3, 0),
             (3, 6),
         ];
-        let ranks = (registers.sqr[0] & 0xF) as usize + 1;
+        let ranks = (registers.ranks[0] & 0xF) as usize + 1;
         PLACES[..ranks]
             .iter()
             .map(|&(word, at)| {
-                let channel = registers.sqr[word] >> at & 0x1F;
+                let channel = registers.ranks[word] >> at & 0x1F;
                 let (word, at) = if channel < 10 { (0, channel) } else { (1, channel - 10) };
-                (channel, registers.smpr[word] >> (3 * at) & 7)
+                (channel, registers.times[word] >> (3 * at) & 7)
             })
             .collect()
     }
@@ -110,13 +77,13 @@ mod tests {
         // ADC1: 1, 6, 8, 15, 5, 18. SQR1: 5 | 1 << 6 | 6 << 12 | 8 << 18 | 15 << 24, SQR2: 5 | 18 << 6;
         // SMPR1: 3 for 1, 5, 6, 8; SMPR2: 3 for 15 in bits 17:15, 6 for 18 in bits 26:24.
         let first = Registers {
-            sqr: [0x0F20_6045, 0x0000_0485, 0, 0],
-            smpr: [3 << 3 | 3 << 15 | 3 << 18 | 3 << 24, 3 << 15 | 6 << 24],
+            ranks: [0x0F20_6045, 0x0000_0485, 0, 0],
+            times: [3 << 3 | 3 << 15 | 3 << 18 | 3 << 24, 3 << 15 | 6 << 24],
         };
-        assert_eq!(sequence(&ADC1), first);
+        assert_eq!(sequence(&ADC1, &LAYOUT), first);
         // ADC2: 2, 7, 9, 17, 3, 3. SQR1: 5 | 2 << 6 | 7 << 12 | 9 << 18 | 17 << 24, SQR2: 3 | 3 << 6.
-        let second = sequence(&ADC2);
-        assert_eq!(second.sqr, [0x1124_7085, 0x0000_00C3, 0, 0]);
+        let second = sequence(&ADC2, &LAYOUT);
+        assert_eq!(second.ranks, [0x1124_7085, 0x0000_00C3, 0, 0]);
     }
 
     #[test]
@@ -127,13 +94,12 @@ mod tests {
         for shift in 0..19 {
             let inputs: [Input; MOST_RANKS] = core::array::from_fn(|rank| {
                 let channel = (7 * rank as u32 + shift) % 19;
-                Input { channel, time: times[channel as usize % 8] }
+                Input { channel, time: times[channel as usize % 8] as u32 }
             });
-            let expected: Vec<_> =
-                inputs.iter().map(|input| (input.channel, input.time as u32)).collect();
-            assert_eq!(decode(&sequence(&inputs)), expected);
+            let expected: Vec<_> = inputs.iter().map(|input| (input.channel, input.time)).collect();
+            assert_eq!(decode(&sequence(&inputs, &LAYOUT)), expected);
         }
-        let input = Input { channel: 18, time: SampleTime::Cycles2 };
-        assert_eq!(decode(&sequence(&[input])), [(18, 0)]);
+        let input = Input { channel: 18, time: SampleTime::Cycles2 as u32 };
+        assert_eq!(decode(&sequence(&[input], &LAYOUT)), [(18, 0)]);
     }
 }

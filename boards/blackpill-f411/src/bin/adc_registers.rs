@@ -3,21 +3,18 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-#[path = "../chip/registers.rs"]
-mod registers;
-
-#[cfg(target_os = "none")]
 mod firmware {
     use core::panic::PanicInfo;
 
     use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
     use embassy_stm32::pac::ADC1;
+    use massline_blackpill_f411::chip::registers;
     use massline_blackpill_f411::plan::{INPUTS, RANKS};
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        crate::registers::configure();
+        registers::configure();
         assert_eq!(usize::from(ADC1.sqr1().read().l()) + 1, RANKS, "length");
         for (rank, input) in INPUTS.iter().enumerate() {
             let channel = match rank {
@@ -30,7 +27,7 @@ mod firmware {
                 channel @ 0..10 => ADC1.smpr2().read().smp(channel),
                 channel => ADC1.smpr1().read().smp(channel - 10),
             };
-            assert_eq!(time as u32, input.time as u32, "rank {rank}");
+            assert_eq!(time as u32, input.time, "rank {rank}");
             hprintln!("rank {} channel {} time {}", rank, channel, time as u32);
         }
         assert!(ADC1.cr1().read().scan(), "all ranks are converted");

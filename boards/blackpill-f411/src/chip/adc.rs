@@ -3,6 +3,7 @@
 //! The HAL puts every rank into SQR3, where only six have room, and does not look for overruns; so the
 //! registers are written here.
 
+use crate::plan::{DECIMATION, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL, TIMER_CYCLES, properties};
 use embassy_stm32::interrupt::typelevel::{self, Handler};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::adc::vals::{Dds, Exten};
@@ -14,12 +15,9 @@ use embassy_stm32::peripherals::{
     self, DMA2_CH0, PA0, PA1, PA2, PA3, PA4, PA5, PA6, PA7, PB0, PB1,
 };
 use embassy_stm32::{Peri, bind_interrupts};
-use massline_blackpill_f411::plan::{
-    DECIMATION, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL, TIMER_CYCLES, properties,
-};
-use massline_cortex_m::sampler::{Converter, RawBuffer, RingSampler, Shared, Transfer};
-use massline_cortex_m::supply::{self, Noted, Supply};
-use massline_firmware::scan_ring::{HalfFlags, Settings};
+use massline_cortex_m::sampler::{Converter, Plan, RawBuffer, RingSampler, Shared, Transfer};
+use massline_cortex_m::supply::{self, Noted};
+use massline_firmware::scan_ring::HalfFlags;
 
 use super::registers;
 
@@ -44,9 +42,13 @@ const CHANNEL: u8 = 0;
 /// What belongs to the sampler alone, and is held because its registers are written here.
 #[allow(dead_code, reason = "owned, not used through the HAL")]
 pub struct Parts {
+    /// The converter.
     pub adc: Peri<'static, peripherals::ADC1>,
+    /// The transfer.
     pub dma: Peri<'static, DMA2_CH0>,
+    /// What starts a raw scan.
     pub timer: Peri<'static, peripherals::TIM3>,
+    /// The inputs.
     pub channels: Channels,
 }
 
@@ -68,18 +70,13 @@ pub type Channels = (
 pub fn sampler(parts: Parts) -> AdcSampler {
     // SAFETY: a word of system memory that is always there.
     let noted = Noted::new(unsafe { VREFINT_CAL.read_volatile() });
-    RingSampler {
-        converter: TimedAdc::new(parts),
-        shared: &SHARED,
+    let plan = Plan {
         adc: properties(supply::REFERENCE),
-        settings: Settings {
-            decimation: DECIMATION,
-            sentinel: SENTINEL,
-            sentinel_codes: noted.codes(DECIMATION.raw_bits),
-            skip: 1,
-        },
-        supply: Supply::new(noted, DECIMATION.bits()),
-    }
+        decimation: DECIMATION,
+        sentinel: SENTINEL,
+        noted,
+    };
+    RingSampler::new(TimedAdc::new(parts), &SHARED, plan)
 }
 
 /// ADC, timer and transfer.

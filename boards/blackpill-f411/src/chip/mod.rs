@@ -1,94 +1,91 @@
 //! What runs on the chip.
 
-mod adc;
-mod info;
+pub mod adc;
 mod panel;
-mod registers;
+pub mod registers;
 mod usb;
 
-use core::panic::PanicInfo;
-
-use cortex_m_rt::{ExceptionFrame, entry, exception};
-use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
+use embassy_executor::{Executor, Spawner};
+use embassy_stm32::gpio::{Input, Level, Output, Speed};
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, flash, rcc};
-use embassy_time::{Duration, Timer};
-use massline_blackpill_f411::STORE;
+use embassy_stm32::{Config, Peripherals, flash, pac, rcc};
+use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::Window;
-use massline_cortex_m::last_words;
-use massline_cortex_m::panel::RigPanel;
-use massline_firmware::Memory;
-use massline_firmware::board::Board;
-use static_cell::{ConstStaticCell, StaticCell};
+use massline_cortex_m::panel::{ActiveLow, Wiring};
+use massline_cortex_m::rig::{self, Rig, WATCHDOG};
+use static_cell::StaticCell;
 
-/// Longer than any sector of the store takes to be erased, during which nothing runs: 0.8 s at most.
-const WATCHDOG: Duration = Duration::from_secs(8);
-const WATCHDOG_FED: Duration = Duration::from_secs(1);
+use crate::STORE;
 
-type RigBoard = Board<
-    adc::AdcSampler,
-    usb::Link,
-    Window<flash::Bank1Region1<'static, flash::Blocking>>,
-    RigPanel,
->;
+/// The store's part of the flash.
+pub type Store = Window<flash::Bank1Region1<'static, flash::Blocking>>;
+/// The panel's wires.
+pub type PanelWiring =
+    Wiring<panel::Bus, Input<'static>, panel::Buzzer, ActiveLow<Output<'static>>>;
 
-#[entry]
-fn main() -> ! {
+/// Everything that the board has.
+pub struct Parts {
+    /// What the application needs.
+    pub rig: Rig<adc::AdcSampler, usb::Link, Store, PanelWiring>,
+    /// Answers the host's bus.
+    pub usb: usb::Device,
+    /// Sleeps.
+    pub watchdog: IndependentWatchdog<'static, IWDG>,
+}
+
+/// Runs the rig.
+pub fn main() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
-    let info = info::read();
-    let p = embassy_stm32::init(clocks());
-    let (device, link) = usb::open(p.USB_OTG_FS, p.PA12, p.PA11);
-    let screen = panel::screen(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH0);
-    let contacts = panel::contacts(p.PB12, p.PB13, p.PB14);
-    let sounder = panel::sounder(p.TIM4, p.PB8, p.PC13);
-    let board = Board {
-        info,
-        sampler: adc::sampler(adc::Parts {
-            adc: p.ADC1,
-            dma: p.DMA2_CH0,
-            timer: p.TIM3,
-            channels: (p.PA0, p.PA1, p.PA2, p.PA3, p.PA4, p.PA5, p.PA6, p.PA7, p.PB0, p.PB1),
-        }),
-        link,
-        flash: Window::new(
-            flash::Flash::new_blocking(p.FLASH).into_blocking_regions().bank1_region1,
-            STORE.start,
-            STORE.end - STORE.start,
-        ),
-        panel: RigPanel::new(panel::wires()),
-    };
-    let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG.as_micros() as u32);
-    watchdog.unleash();
-    EXECUTOR.init(Executor::new()).run(|spawner| {
-        start(spawner, feed(watchdog));
-        start(spawner, usb::run(device));
-        start(spawner, panel::show(screen));
-        start(spawner, panel::watch(contacts));
-        start(spawner, panel::play(sounder));
-        start(spawner, rig(board));
+    let parts = parts();
+    EXECUTOR.init(Executor::new()).run(|spawner: Spawner| match run(parts) {
+        Ok(token) => spawner.spawn(token),
+        Err(_) => unreachable!("it is spawned once"),
     })
 }
 
-fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
-    match task {
-        Ok(token) => spawner.spawn(token),
-        Err(_) => unreachable!("every task is spawned once"),
+#[embassy_executor::task]
+async fn run(parts: Parts) {
+    let Parts { rig, mut usb, mut watchdog } = parts;
+    watchdog.unleash();
+    rig.run(|| watchdog.pet(), usb.run()).await;
+}
+
+/// Starts the chip. To be called once.
+pub fn parts() -> Parts {
+    let info = rig::info("blackpill-f411", reset_flags());
+    let p: Peripherals = embassy_stm32::init(clocks());
+    let (usb, link) = usb::open(p.USB_OTG_FS, p.PA12, p.PA11);
+    let sampler = adc::sampler(adc::Parts {
+        adc: p.ADC1,
+        dma: p.DMA2_CH0,
+        timer: p.TIM3,
+        channels: (p.PA0, p.PA1, p.PA2, p.PA3, p.PA4, p.PA5, p.PA6, p.PA7, p.PB0, p.PB1),
+    });
+    let regions = flash::Flash::new_blocking(p.FLASH).into_blocking_regions();
+    let flash = Window::new(regions.bank1_region1, STORE.start, STORE.end - STORE.start);
+    let panel = Wiring {
+        bus: panel::screen(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH0),
+        buttons: [panel::button(p.PB12), panel::button(p.PB13), panel::button(p.PB14)],
+        tone: panel::buzzer(p.TIM4, p.PB8),
+        light: ActiveLow(Output::new(p.PC13, Level::High, Speed::Low)),
+    };
+    Parts {
+        rig: Rig { info, sampler, link, flash, panel },
+        usb,
+        watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG.as_micros() as u32),
     }
 }
 
-#[embassy_executor::task]
-async fn rig(board: RigBoard) {
-    static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
-    massline_firmware::run(board, MEMORY.take()).await;
-}
-
-/// The executor comes round: the rig is alive.
-#[embassy_executor::task]
-async fn feed(mut watchdog: IndependentWatchdog<'static, IWDG>) {
-    loop {
-        watchdog.pet();
-        Timer::after(WATCHDOG_FED).await;
+/// Reads and clears what the reset has left.
+fn reset_flags() -> ResetFlags {
+    let csr = pac::RCC.csr().read();
+    pac::RCC.csr().modify(|w| w.set_rmvf(true));
+    ResetFlags {
+        power: csr.porrstf() || csr.borrstf(),
+        pin: csr.padrstf(),
+        watchdog: csr.wdgrstf() || csr.wwdgrstf(),
+        software: csr.sftrstf(),
     }
 }
 
@@ -113,19 +110,4 @@ fn clocks() -> Config {
     config.rcc.apb2_pre = APBPrescaler::DIV1;
     config.rcc.sys = Sysclk::PLL1_P;
     config
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    last_words::panicked(info)
-}
-
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    last_words::hard_fault(frame)
-}
-
-#[exception]
-unsafe fn DefaultHandler(number: i16) {
-    panic!("interrupt {number} has no handler");
 }

@@ -14,6 +14,9 @@ bind_interrupts!(struct Interrupts {
 /// The serial port.
 pub type Link = UsbLink<Driver<'static, USB_OTG_FS>>;
 
+/// What answers the host's bus.
+pub type Device = UsbDevice<'static, Driver<'static, USB_OTG_FS>>;
+
 /// Packets that have come and wait: one of control and one of data, 64 bytes each.
 const RECEIVE_BUFFER: usize = 128;
 
@@ -22,7 +25,7 @@ pub fn open(
     usb: Peri<'static, USB_OTG_FS>,
     dp: Peri<'static, PA12>,
     dm: Peri<'static, PA11>,
-) -> (UsbDevice<'static, Driver<'static, USB_OTG_FS>>, Link) {
+) -> (Device, Link) {
     static RECEIVED: StaticCell<[u8; RECEIVE_BUFFER]> = StaticCell::new();
     let mut config = Config::default();
     // The board has no wire for it, and is powered by the host anyway.
@@ -30,10 +33,4 @@ pub fn open(
     let received = RECEIVED.init([0; RECEIVE_BUFFER]);
     let driver = Driver::new_fs(usb, Interrupts, dp, dm, received, config);
     massline_cortex_m::usb::open(driver, embassy_stm32::uid::uid_hex())
-}
-
-/// Answers the host's bus.
-#[embassy_executor::task]
-pub async fn run(mut device: UsbDevice<'static, Driver<'static, USB_OTG_FS>>) {
-    device.run().await;
 }

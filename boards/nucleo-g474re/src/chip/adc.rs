@@ -1,6 +1,11 @@
 //! The ADCs: TIM6 starts a raw scan of ADC1 and ADC2 at the same time, channel 1 of DMA1 writes the pairs
 //! of codes into a buffer in circles.
 
+use crate::plan::{
+    self, ADDED_UP, CORE_HZ, DECIMATION, PAIR, PAIRS, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL,
+    TIMER_CYCLES, properties,
+};
+use crate::sequence::LAYOUT;
 use embassy_stm32::interrupt::typelevel::{self, Handler};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::adc::Adc;
@@ -16,14 +21,10 @@ use embassy_stm32::peripherals::{
     self, DMA1_CH1, PA0, PA1, PA4, PA6, PB0, PB14, PC0, PC1, PC2, PC3,
 };
 use embassy_stm32::{Peri, bind_interrupts};
-use massline_cortex_m::sampler::{Converter, RawBuffer, RingSampler, Shared, Transfer};
-use massline_cortex_m::supply::{self, Noted, Supply};
-use massline_firmware::scan_ring::{HalfFlags, Settings};
-use massline_nucleo_g474re::plan::{
-    self, ADDED_UP, CORE_HZ, DECIMATION, PAIR, PAIRS, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL,
-    TIMER_CYCLES, properties,
-};
-use massline_nucleo_g474re::sequence::{Input, sequence};
+use massline_cortex_m::sampler::{Converter, Plan, RawBuffer, RingSampler, Shared, Transfer};
+use massline_cortex_m::sequence::{Input, sequence};
+use massline_cortex_m::supply::{self, Noted};
+use massline_firmware::scan_ring::HalfFlags;
 
 bind_interrupts!(struct Interrupts {
     DMA1_CHANNEL1 => HalfInterrupt;
@@ -49,9 +50,13 @@ const REGULATOR_CYCLES: u32 = CORE_HZ / 1_000_000 * 20;
 /// What belongs to the sampler alone, and is held because its registers are written here.
 #[allow(dead_code, reason = "owned, not used through the HAL")]
 pub struct Parts {
+    /// The converters.
     pub adcs: (Peri<'static, peripherals::ADC1>, Peri<'static, peripherals::ADC2>),
+    /// The transfer.
     pub dma: Peri<'static, DMA1_CH1>,
+    /// What starts a raw scan.
     pub timer: Peri<'static, peripherals::TIM6>,
+    /// The inputs.
     pub channels: Channels,
 }
 
@@ -73,18 +78,13 @@ pub type Channels = (
 pub fn sampler(parts: Parts) -> AdcSampler {
     // SAFETY: a word of system memory that is always there.
     let noted = Noted::at_three_volts(unsafe { VREFINT_CAL.read_volatile() });
-    RingSampler {
-        converter: PairedAdcs::new(parts),
-        shared: &SHARED,
+    let plan = Plan {
         adc: properties(supply::REFERENCE),
-        settings: Settings {
-            decimation: DECIMATION,
-            sentinel: SENTINEL,
-            sentinel_codes: noted.codes(DECIMATION.raw_bits),
-            skip: 1,
-        },
-        supply: Supply::new(noted, DECIMATION.bits()),
-    }
+        decimation: DECIMATION,
+        sentinel: SENTINEL,
+        noted,
+    };
+    RingSampler::new(PairedAdcs::new(parts), &SHARED, plan)
 }
 
 /// ADCs, timer and transfer.
@@ -142,11 +142,11 @@ fn switch_on(adc: Adc, inputs: &[Input; PAIRS]) {
     while adc.cr().read().adcal() {}
     // Four cycles of the ADC must pass before it may be enabled.
     cortex_m::asm::delay(64);
-    let registers = sequence(inputs);
-    adc.sqr1().write_value(Sqr1(registers.sqr[0]));
-    adc.sqr2().write_value(Sqr2(registers.sqr[1]));
-    adc.smpr().write_value(Smpr(registers.smpr[0]));
-    adc.smpr2().write_value(Smpr2(registers.smpr[1]));
+    let registers = sequence(inputs, &LAYOUT);
+    adc.sqr1().write_value(Sqr1(registers.ranks[0]));
+    adc.sqr2().write_value(Sqr2(registers.ranks[1]));
+    adc.smpr().write_value(Smpr(registers.times[0]));
+    adc.smpr2().write_value(Smpr2(registers.times[1]));
     adc.cfgr2().write(|w| {
         w.set_rovse(true);
         w.set_ovsr(ADDED_UP.ilog2() as u8 - 1);

@@ -5,7 +5,11 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m_rt::exception;
 use embassy_stm32::pac::FLASH;
+use embassy_stm32::pac::flash::regs::Eccr;
 use massline_cortex_m::flash::Check;
+
+use crate::STORE_IN_BANK_2;
+use crate::ecc::{Cause, FLAGS, cause};
 
 static UNREADABLE: AtomicBool = AtomicBool::new(false);
 
@@ -13,21 +17,27 @@ static UNREADABLE: AtomicBool = AtomicBool::new(false);
 pub struct Ecc;
 
 impl Check for Ecc {
+    /// Forgets what was corrected, too, so that the register is free for the next address.
     fn take_error(&mut self) -> bool {
+        clear();
         UNREADABLE.swap(false, Ordering::Relaxed)
     }
 }
 
-/// The flags go out when ones are written to them; while they are on, the interrupt comes again.
+/// The flags go out when ones are written to them; while one is on, the interrupt comes again.
+fn clear() {
+    FLASH.eccr().modify(|w| *w = Eccr(w.0 | FLAGS));
+}
+
+/// A torn word of the store is survived; anything else ends the run.
 #[exception]
 unsafe fn NonMaskableInt() {
-    let found = FLASH.eccr().read();
-    if !found.eccd() && !found.eccd2() {
-        panic!("an interrupt that cannot be masked, and not of the flash");
+    match cause(FLASH.eccr().read().0, &STORE_IN_BANK_2) {
+        Cause::Store => UNREADABLE.store(true, Ordering::Relaxed),
+        Cause::Elsewhere { bank, offset } => {
+            panic!("bank {bank} of the flash decays at {offset:#x}")
+        }
+        Cause::Other => panic!("an interrupt that cannot be masked, and not of the flash"),
     }
-    FLASH.eccr().modify(|w| {
-        w.set_eccd(true);
-        w.set_eccd2(true);
-    });
-    UNREADABLE.store(true, Ordering::Relaxed);
+    clear();
 }

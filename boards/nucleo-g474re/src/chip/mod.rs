@@ -1,112 +1,120 @@
 //! What runs on the chip.
 
-mod adc;
+pub mod adc;
 mod ecc;
-mod info;
-mod link;
 mod panel;
+mod serial;
+mod usb;
 
-use core::panic::PanicInfo;
-
-use cortex_m_rt::{ExceptionFrame, entry, exception};
 use defmt_rtt as _;
-use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
+use embassy_executor::{Executor, Spawner};
+use embassy_stm32::gpio::{Input, Level, Output, Speed};
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, flash, rcc};
-use embassy_time::{Duration, Timer};
+use embassy_stm32::{Config, flash, pac, rcc};
+use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::Window;
-use massline_cortex_m::last_words;
-use massline_cortex_m::panel::RigPanel;
-use massline_firmware::Memory;
-use massline_firmware::board::Board;
-use massline_nucleo_g474re::STORE_IN_BANK_2;
-use static_cell::{ConstStaticCell, StaticCell};
+use massline_cortex_m::panel::Wiring;
+use massline_cortex_m::rig::{self, Rig, WATCHDOG};
+use massline_cortex_m::twin::{TwinLink, Used};
+use static_cell::StaticCell;
 
-/// Longer than anything that the rig computes at a time; a page is erased in 25 ms.
-const WATCHDOG: Duration = Duration::from_secs(8);
-const WATCHDOG_FED: Duration = Duration::from_secs(1);
+use crate::STORE_IN_BANK_2;
 
-type RigBoard = Board<
-    adc::AdcSampler,
-    link::SerialLink,
-    Window<flash::Bank2Region<'static, flash::Blocking>, ecc::Ecc>,
-    RigPanel,
->;
+/// The store's part of the flash.
+pub type Store = Window<flash::Bank2Region<'static, flash::Blocking>, ecc::Ecc>;
+/// The ST-LINK's serial port until the host says something over USB.
+pub type Link = TwinLink<serial::SerialLink, usb::Link>;
+/// The panel's wires.
+pub type PanelWiring = Wiring<panel::Bus, Input<'static>, panel::Buzzer, Output<'static>>;
 
-#[entry]
-fn main() -> ! {
+/// Everything that the board has.
+pub struct Parts {
+    /// What the application needs.
+    pub rig: Rig<adc::AdcSampler, Link, Store, PanelWiring>,
+    /// Answers the host's bus.
+    pub usb: usb::Device,
+    /// Sleeps.
+    pub watchdog: IndependentWatchdog<'static, IWDG>,
+}
+
+/// Runs the rig.
+pub fn main() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
-    let info = info::read();
-    let p = embassy_stm32::init(clocks());
+    let parts = parts();
+    let info = &parts.rig.info;
     defmt::info!("massline {} ({})", info.firmware, info.git_hash);
     if !info.last_panic.is_empty() {
         defmt::error!("the last run ended with: {}", info.last_panic);
     }
-    let screen = panel::screen(p.I2C1, p.PA15, p.PB7, p.DMA1_CH4, p.DMA1_CH5);
-    let contacts = panel::contacts(p.PB4, p.PB5, p.PB10);
-    let sounder = panel::sounder(p.TIM4, p.PB6, p.PA5);
-    let uart = link::Parts {
+    EXECUTOR.init(Executor::new()).run(|spawner: Spawner| match run(parts) {
+        Ok(token) => spawner.spawn(token),
+        Err(_) => unreachable!("it is spawned once"),
+    })
+}
+
+#[embassy_executor::task]
+async fn run(parts: Parts) {
+    let Parts { rig, mut usb, mut watchdog } = parts;
+    watchdog.unleash();
+    rig.run(|| watchdog.pet(), usb.run()).await;
+}
+
+/// Starts the chip. To be called once.
+pub fn parts() -> Parts {
+    static USED: Used = Used::new();
+    let info = rig::info("nucleo-g474re", reset_flags());
+    let p = embassy_stm32::init(clocks());
+    let serial = serial::open(serial::Parts {
         uart: p.LPUART1,
         tx: p.PA2,
         rx: p.PA3,
         tx_dma: p.DMA1_CH2,
         rx_dma: p.DMA1_CH3,
+    });
+    let Ok(serial) = serial else { unreachable!("the clocks are those of this file") };
+    let (usb, usb_link) = usb::open(p.USB, p.PA12, p.PA11);
+    let sampler = adc::sampler(adc::Parts {
+        adcs: (p.ADC1, p.ADC2),
+        dma: p.DMA1_CH1,
+        timer: p.TIM6,
+        channels: (p.PA0, p.PA1, p.PC0, p.PC1, p.PC2, p.PC3, p.PB0, p.PA4, p.PB14, p.PA6),
+    });
+    let flash = Window::checked(
+        flash::Flash::new_blocking(p.FLASH).into_blocking_regions().bank2_region,
+        STORE_IN_BANK_2.start,
+        STORE_IN_BANK_2.end - STORE_IN_BANK_2.start,
+        ecc::Ecc,
+    );
+    let panel = Wiring {
+        bus: panel::screen(p.I2C1, p.PA15, p.PB7, p.DMA1_CH4, p.DMA1_CH5),
+        buttons: [panel::button(p.PB4), panel::button(p.PB5), panel::button(p.PB10)],
+        tone: panel::buzzer(p.TIM4, p.PB6),
+        light: Output::new(p.PA5, Level::Low, Speed::Low),
     };
-    let Ok(link) = link::open(uart) else { unreachable!("the clocks are those of this file") };
-    let board = Board {
-        info,
-        sampler: adc::sampler(adc::Parts {
-            adcs: (p.ADC1, p.ADC2),
-            dma: p.DMA1_CH1,
-            timer: p.TIM6,
-            channels: (p.PA0, p.PA1, p.PC0, p.PC1, p.PC2, p.PC3, p.PB0, p.PA4, p.PB14, p.PA6),
-        }),
-        link,
-        flash: Window::checked(
-            flash::Flash::new_blocking(p.FLASH).into_blocking_regions().bank2_region,
-            STORE_IN_BANK_2.start,
-            STORE_IN_BANK_2.end - STORE_IN_BANK_2.start,
-            ecc::Ecc,
-        ),
-        panel: RigPanel::new(panel::wires()),
-    };
-    let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG.as_micros() as u32);
-    watchdog.unleash();
-    EXECUTOR.init(Executor::new()).run(|spawner| {
-        start(spawner, feed(watchdog));
-        start(spawner, panel::show(screen));
-        start(spawner, panel::watch(contacts));
-        start(spawner, panel::play(sounder));
-        start(spawner, rig(board));
-    })
-}
-
-fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
-    match task {
-        Ok(token) => spawner.spawn(token),
-        Err(_) => unreachable!("every task is spawned once"),
+    Parts {
+        rig: Rig { info, sampler, link: TwinLink::new(serial, usb_link, &USED), flash, panel },
+        usb,
+        watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG.as_micros() as u32),
     }
 }
 
-#[embassy_executor::task]
-async fn rig(board: RigBoard) {
-    static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
-    massline_firmware::run(board, MEMORY.take()).await;
-}
-
-/// The executor comes round: the rig is alive.
-#[embassy_executor::task]
-async fn feed(mut watchdog: IndependentWatchdog<'static, IWDG>) {
-    loop {
-        watchdog.pet();
-        Timer::after(WATCHDOG_FED).await;
+/// Reads and clears what the reset has left.
+fn reset_flags() -> ResetFlags {
+    let csr = pac::RCC.csr().read();
+    pac::RCC.csr().modify(|w| w.set_rmvf(true));
+    ResetFlags {
+        power: csr.borrstf(),
+        pin: csr.pinrstf(),
+        watchdog: csr.iwdgrstf() || csr.wwdgrstf(),
+        software: csr.sftrstf(),
     }
 }
 
-/// The board's crystal of 24 MHz makes 170 MHz.
+/// The board's crystal of 24 MHz makes 170 MHz; USB has its own 48 MHz, held by the host's frames.
 fn clocks() -> Config {
-    use rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
+    use rcc::mux::Clk48sel;
+    use rcc::{Hse, HseMode, Hsi48Config, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
     let mut config = Config::default();
     config.rcc.hse = Some(Hse { freq: embassy_stm32::time::mhz(24), mode: HseMode::Oscillator });
     config.rcc.pll = Some(Pll {
@@ -119,21 +127,7 @@ fn clocks() -> Config {
     });
     config.rcc.sys = Sysclk::PLL1_R;
     config.rcc.boost = true;
+    config.rcc.hsi48 = Some(Hsi48Config { sync_from_usb: true });
+    config.rcc.mux.clk48sel = Clk48sel::HSI48;
     config
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    defmt::error!("{}", defmt::Display2Format(info));
-    last_words::panicked(info)
-}
-
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    last_words::hard_fault(frame)
-}
-
-#[exception]
-unsafe fn DefaultHandler(number: i16) {
-    panic!("interrupt {number} has no handler");
 }

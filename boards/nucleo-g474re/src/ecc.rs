@@ -1,0 +1,95 @@
+//! What the flash says of an error that its code could not correct: RM0440, FLASH_ECCR.
+
+use core::ops::Range;
+
+/// Address within the bank, bits 18:0.
+const ADDRESS: u32 = 0x0007_FFFF;
+/// The error is in bank 2.
+const BANK_2: u32 = 1 << 21;
+/// The error is in system memory.
+const SYSTEM: u32 = 1 << 22;
+/// Corrected, in the lower and in the upper word of a pair.
+const CORRECTED: u32 = 1 << 28 | 1 << 30;
+/// Detected and not corrected, likewise.
+const DETECTED: u32 = 1 << 29 | 1 << 31;
+
+/// Bits which go out when they are written: while one is on, the address is that of the first error.
+pub const FLAGS: u32 = CORRECTED | DETECTED;
+
+/// What an interrupt that cannot be masked was about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// A word of the store that was torn: the reader is told.
+    Store,
+    /// A word that nothing should have torn, at this offset from the start of its bank.
+    Elsewhere {
+        /// 1 or 2; 0 is system memory.
+        bank: u8,
+        /// Bytes from there.
+        offset: u32,
+    },
+    /// Not the flash.
+    Other,
+}
+
+/// The cause by what the register holds; `store` is a part of bank 2.
+pub fn cause(register: u32, store: &Range<u32>) -> Cause {
+    if register & DETECTED == 0 {
+        return Cause::Other;
+    }
+    let offset = register & ADDRESS;
+    let bank = match register & (BANK_2 | SYSTEM) {
+        0 => 1,
+        BANK_2 => 2,
+        _ => 0,
+    };
+    if bank == 2 && store.contains(&offset) {
+        Cause::Store
+    } else {
+        Cause::Elsewhere { bank, offset }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::STORE_IN_BANK_2 as STORE;
+
+    const ECCD: u32 = 1 << 31;
+    const BK_ECC: u32 = 1 << 21;
+
+    #[test]
+    fn a_torn_word_of_the_store_is_the_stores() {
+        for offset in [STORE.start, STORE.start + 8, STORE.end - 8] {
+            assert_eq!(cause(ECCD | BK_ECC | offset, &STORE), Cause::Store);
+        }
+    }
+
+    #[test]
+    fn a_word_beside_the_store_is_a_fault() {
+        for (register, bank, offset) in [
+            (ECCD | BK_ECC | (STORE.start - 8), 2, STORE.start - 8),
+            (ECCD | BK_ECC | STORE.end, 2, STORE.end),
+            // The same offset in bank 1, where the code lies.
+            (ECCD | STORE.start, 1, STORE.start),
+            (ECCD | BK_ECC | 1 << 22 | STORE.start, 0, STORE.start),
+        ] {
+            assert_eq!(cause(register, &STORE), Cause::Elsewhere { bank, offset });
+        }
+    }
+
+    #[test]
+    fn without_an_error_that_was_detected_it_is_not_the_flash() {
+        for register in [0, BK_ECC | STORE.start, 1 << 30 | BK_ECC | STORE.start, 1 << 28, 1 << 24]
+        {
+            assert_eq!(cause(register, &STORE), Cause::Other);
+        }
+    }
+
+    #[test]
+    fn either_word_of_a_pair_may_be_torn_and_a_correction_beside_it_changes_nothing() {
+        let at = BK_ECC | STORE.start;
+        assert_eq!(cause(1 << 29 | at, &STORE), Cause::Store);
+        assert_eq!(cause(FLAGS | at, &STORE), Cause::Store);
+    }
+}
