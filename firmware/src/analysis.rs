@@ -4,22 +4,21 @@ use core::cell::RefCell;
 
 use embassy_futures::yield_now;
 use heapless::Vec;
+use massline_shared::averaging::{
+    DofSpectra, HitInHand, HitMemory, Method, band_of, fit_responses, resolution,
+};
 use massline_shared::campaign::Outcome;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::{ScatterAccumulator, lower_triangle};
 use massline_shared::layout::{FrfEstimator, TestSettings};
-use massline_shared::mass_line::{
-    BasisRow, Fitting, Line, MassLineBasis, MassLineError, ResponseFits, Terms, find_band,
-    window_correlation,
-};
+use massline_shared::mass_line::{BasisRow, MassLineError, Terms};
 use massline_shared::protocol::crc32;
 use massline_shared::protocol::message::Measured;
 use massline_shared::protocol::object::{DofResult, MeasurementResult};
 use massline_shared::signal::{
-    Calibration, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES,
-    Standing, lines_of_band,
+    Calibration, FftError, RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES, Standing, lines_of_band,
 };
-use nalgebra::{Complex, SVector};
+use nalgebra::Complex;
 use serde::Serialize;
 
 use crate::block;
@@ -27,7 +26,8 @@ use crate::consistency;
 use crate::deadline::Deadline;
 use crate::identification;
 use crate::rig::{Rig, cut};
-use crate::spectra::{RigSpectra, resolution};
+
+const ZERO: Complex<f32> = Complex { re: 0.0, im: 0.0 };
 
 /// What the analysis keeps between two steps.
 pub(crate) struct AnalysisMemory {
@@ -35,7 +35,6 @@ pub(crate) struct AnalysisMemory {
     /// encoded result.
     scratch: [f32; RECORD_SCANS],
     force: [Complex<f32>; SPECTRUM_LINES],
-    lines: [Complex<f32>; SPECTRUM_LINES],
     basis: [BasisRow<f32>; SPECTRUM_LINES],
     /// Mass lines of the single hits of the DOF in hand.
     single_hits: Option<ScatterAccumulator<f32, RESPONSES>>,
@@ -49,11 +48,9 @@ impl AnalysisMemory {
     /// All zero bytes, so a static one lies in `.bss`; the settings in the result are those of no
     /// campaign and are set by every one.
     pub const fn new() -> Self {
-        const ZERO: Complex<f32> = Complex { re: 0.0, im: 0.0 };
         Self {
             scratch: [0.0; RECORD_SCANS],
             force: [ZERO; SPECTRUM_LINES],
-            lines: [ZERO; SPECTRUM_LINES],
             basis: [BasisRow::EMPTY; SPECTRUM_LINES],
             single_hits: None,
             result: MeasurementResult {
@@ -119,6 +116,7 @@ impl AnalysisMemory {
     }
 
     /// The result as bytes, and the mass by its best answer when there is one.
+    #[inline(never)]
     pub fn encode_result(&mut self) -> (&[u8], Option<Measured>) {
         let mass = self.result.estimates.first().map(identification::mass_of);
         let room = bytemuck::cast_slice_mut(&mut self.scratch);
@@ -132,7 +130,7 @@ impl AnalysisMemory {
 pub(crate) struct Analysis<'a> {
     pub rig: &'a Rig,
     pub record: &'a RefCell<Record>,
-    pub spectra: &'a RefCell<RigSpectra>,
+    pub spectra: &'a RefCell<DofSpectra<f32>>,
     pub memory: &'a mut AnalysisMemory,
 }
 
@@ -143,48 +141,37 @@ impl Analysis<'_> {
     /// Yields between channels; a channel takes about 0.2 M instructions. Deadline: [`crate::deadline::DEADLINE`]
     /// between two yields.
     pub async fn average_hit(&mut self, dof: usize) -> Standing<f32> {
+        // The scratch is as long as the record, so no transform fails.
+        self.try_average_hit(dof).await.unwrap_or(Standing::Agrees)
+    }
+
+    async fn try_average_hit(&mut self, dof: usize) -> Result<Standing<f32>, FftError> {
         let rig = self.rig;
-        let Some(test) = self.settings() else { return Standing::Agrees };
+        let Some(test) = self.settings() else { return Ok(Standing::Agrees) };
         if rig.campaign.borrow().accepted() == 0 {
             self.open_dof(dof);
         }
-        let Some(mut hit) = HitInHand::begin(rig, self.record, self.spectra, self.memory, &test)
-        else {
-            return Standing::Agrees;
-        };
-        let mut single = SVector::<f32, RESPONSES>::zeros();
-        let mut whole = true;
-        for response in 0..rig.adc_in_use().responses() {
+        let mut hit = Hit::begin(rig, self.record, self.spectra, self.memory, &test)?;
+        let responses = rig.adc_in_use().responses();
+        for response in 0..responses {
             // Only the measuring loop, which is here, writes the record: it stays as it is.
             yield_now().await;
-            match (hit.add_response(response), single.get_mut(response)) {
-                (Some(accelerance), Some(value)) => *value = accelerance,
-                _ => whole = false,
+            hit.add_response(response)?;
+        }
+        let standing = hit.join(&test, dof);
+        // One that contradicts its only sibling stays: the DOF begins anew, and the next hit opens it.
+        if let Standing::Astray(_) = standing {
+            hit.remove_force();
+            for response in 0..responses {
+                yield_now().await;
+                hit.remove_response(response)?;
             }
         }
-        // A hit without mass lines of its own tells nothing about the scatter.
-        if !whole {
-            return Standing::Agrees;
-        }
-        rig.calibration.borrow().undo_cross_axis(single.as_mut_slice());
-        let siblings = hit.siblings.get_or_insert_default();
-        let standing = consistency::judge(rig, &test, dof, siblings, &single);
-        match standing {
-            Standing::Agrees => siblings.add(&single),
-            Standing::Astray(_) => {
-                hit.remove_force();
-                for response in 0..rig.adc_in_use().responses() {
-                    yield_now().await;
-                    hit.remove_response(response);
-                }
-            }
-            // The DOF begins anew: the next hit opens it.
-            Standing::Contradicts(_) => {}
-        }
-        standing
+        Ok(standing)
     }
 
     /// Turns the averaged spectra of a DOF into its mass lines and keeps them. Deadline: [`crate::deadline::DEADLINE`].
+    #[inline(never)]
     pub fn close_dof(&mut self, dof: usize) {
         let rig = self.rig;
         let _deadline = Deadline::begin(rig);
@@ -211,18 +198,15 @@ impl Analysis<'_> {
         {
             closed.scatter.extend(lower_triangle(&single_hits.covariance(), RESPONSES));
         }
-        let responses = rig.adc_in_use().responses();
-        closed.band_hz = band_of(rig, &test, &spectra, dof, &mut scratch[..SPECTRUM_LINES]);
-        let duration = RECORD_SCANS as f32 / rig.adc.rate.0;
-        let fitting = Fitting {
-            band: closed.band_hz,
-            decay: test.exponential_decay,
-            terms: test.terms,
-            correlation: window_correlation(test.exponential_decay, duration),
-        };
-        let frf = |response, line| spectra.frf(test.frf_estimator, response, line);
-        let lines = lines_of_spectra(rig, |line| spectra.force_auto(line));
-        let fits = ResponseFits::<f32, RESPONSES>::new(lines, &fitting, responses, frf, basis);
+        let (adc, calibration) = (rig.adc_in_use(), rig.calibration.borrow());
+        let method = Method { adc: &adc, calibration: &calibration, test: &test };
+        if let Some(band) = band_of(method, &spectra, &mut scratch[..SPECTRUM_LINES]) {
+            closed.band_hz = band;
+        } else {
+            closed.band_hz = TestSettings::usual_band();
+            rig.say(Diagnostic::about(Code::BandNotFound, Severity::Warning, dof as u16, 0.0));
+        }
+        let fits = fit_responses(method, &spectra, closed.band_hz, basis);
         match &fits {
             Ok(fits) => {
                 closed.accelerance = fits.accelerance.into();
@@ -237,14 +221,14 @@ impl Analysis<'_> {
                 rig.say(Diagnostic::about(code_of(*error), Severity::Error, dof as u16, 0.0));
             }
         }
-        let band = lines_of_band(closed.band_hz, resolution(rig.adc.rate.0));
-        for response in 0..responses {
+        let band = lines_of_band(closed.band_hz, resolution(&adc));
+        for response in 0..adc.responses() {
             let mean = spectra.mean_coherence(response, band.clone());
             if let (Some(coherence), Some(mean)) = (&mut closed.coherence, mean) {
                 coherence[response] = mean;
             }
         }
-        rig.calibration.borrow().undo_cross_axis(&mut closed.accelerance);
+        calibration.undo_cross_axis(&mut closed.accelerance);
         if fits.is_ok() {
             consistency::tell_not_rigid(rig, &test, &closed.accelerance.into());
         }
@@ -316,107 +300,62 @@ impl Analysis<'_> {
 }
 
 /// A hit that is being averaged. Plain functions: what an async function computes is compiled with the
-/// board, for size.
-struct HitInHand<'a> {
+/// board, for size. None of them is inlined, so that none is on the stack of another.
+struct Hit<'a> {
     rig: &'a Rig,
     record: &'a RefCell<Record>,
-    spectra: &'a RefCell<RigSpectra>,
-    hit: HitAnalysis<f32>,
-    scratch: &'a mut [f32],
-    force: &'a [Complex<f32>],
-    lines: &'a mut [Complex<f32>],
-    basis: Result<MassLineBasis<'a, f32>, MassLineError>,
+    spectra: &'a RefCell<DofSpectra<f32>>,
+    hit: HitInHand<'a, f32>,
     siblings: &'a mut Option<ScatterAccumulator<f32, RESPONSES>>,
 }
 
-impl<'a> HitInHand<'a> {
-    /// Adds the force to the spectra of the DOF; `None` when it cannot be transformed.
+impl<'a> Hit<'a> {
+    /// Adds the force to the spectra of the DOF.
+    #[inline(never)]
     fn begin(
         rig: &'a Rig,
         record: &'a RefCell<Record>,
-        spectra: &'a RefCell<RigSpectra>,
+        spectra: &'a RefCell<DofSpectra<f32>>,
         memory: &'a mut AnalysisMemory,
         test: &TestSettings<f32>,
-    ) -> Option<Self> {
+    ) -> Result<Self, FftError> {
         let _deadline = Deadline::begin(rig);
-        let AnalysisMemory { scratch, force, lines, basis, single_hits: siblings, .. } = memory;
-        let calibration = rig.calibration.borrow();
-        let hit = HitAnalysis::new(&rig.adc_in_use(), &calibration, test, PRE_TRIGGER_SCANS);
-        // The scratch is as long as the record, so no transform fails.
-        hit.force(&*record.borrow(), scratch, force).ok()?;
-        spectra.borrow_mut().add_force(force);
-        let basis = fit_basis(rig, test, |line| force[line].norm_sqr(), basis);
-        Some(Self { rig, record, spectra, hit, scratch, force, lines, basis, siblings })
+        let AnalysisMemory { scratch, force, basis, single_hits: siblings, .. } = memory;
+        let (adc, calibration) = (rig.adc_in_use(), rig.calibration.borrow());
+        let method = Method { adc: &adc, calibration: &calibration, test };
+        let memory = HitMemory { scratch, force, basis };
+        let mut into = spectra.borrow_mut();
+        let hit = HitInHand::begin(method, &*record.borrow(), memory, &mut into)?;
+        Ok(Self { rig, record, spectra, hit, siblings })
     }
 
-    /// Adds a response to the spectra of the DOF; gives this hit's own accelerance when it has one.
-    fn add_response(&mut self, response: usize) -> Option<f32> {
+    /// Adds a response to the spectra of the DOF.
+    #[inline(never)]
+    fn add_response(&mut self, response: usize) -> Result<(), FftError> {
         let _deadline = Deadline::begin(self.rig);
-        self.hit.response(&*self.record.borrow(), response, self.scratch, self.lines).ok()?;
-        self.spectra.borrow_mut().add_response(response, self.force, self.lines);
-        HitAnalysis::divide(self.lines, self.force);
-        let fit = self.basis.as_ref().ok()?.fit(self.lines.iter().copied()).ok()?;
-        Some(fit.accelerance())
+        self.hit.add_response(response, &*self.record.borrow(), &mut self.spectra.borrow_mut())
+    }
+
+    /// Puts the hit beside its siblings; one without mass lines of its own tells nothing about the
+    /// scatter.
+    #[inline(never)]
+    fn join(&mut self, test: &TestSettings<f32>, dof: usize) -> Standing<f32> {
+        let Some(own) = self.hit.mass_lines(&self.rig.calibration.borrow()) else {
+            return Standing::Agrees;
+        };
+        consistency::join(self.rig, test, dof, self.siblings.get_or_insert_default(), &own)
     }
 
     /// Takes the force out of the spectra of the DOF again.
-    fn remove_force(&mut self) {
-        self.spectra.borrow_mut().remove_force(self.force);
+    fn remove_force(&self) {
+        self.hit.remove_force(&mut self.spectra.borrow_mut());
     }
 
-    /// Takes a response out of the spectra of the DOF again: transformed once more, as its lines are
-    /// not kept.
-    fn remove_response(&mut self, response: usize) {
+    /// Takes a response out of the spectra of the DOF again.
+    #[inline(never)]
+    fn remove_response(&mut self, response: usize) -> Result<(), FftError> {
         let _deadline = Deadline::begin(self.rig);
-        // What could be transformed once can be again.
-        if self.hit.response(&*self.record.borrow(), response, self.scratch, self.lines).is_ok() {
-            self.spectra.borrow_mut().remove_response(response, self.force, self.lines);
-        }
-    }
-}
-
-/// The factored design of the mass line fit over the rig's lines.
-fn fit_basis<'b>(
-    rig: &Rig,
-    test: &TestSettings<f32>,
-    weight: impl Fn(usize) -> f32 + Clone,
-    workspace: &'b mut [BasisRow<f32>],
-) -> Result<MassLineBasis<'b, f32>, MassLineError> {
-    // What a band does wrong is the same for every hit of a DOF, so it does not scatter.
-    let (band, lines) = (test.expected_band(), lines_of_spectra(rig, weight));
-    MassLineBasis::new(lines, band, test.exponential_decay, test.terms, workspace)
-}
-
-/// The rig's lines with their weights.
-fn lines_of_spectra(
-    rig: &Rig,
-    weight: impl Fn(usize) -> f32 + Clone,
-) -> impl Iterator<Item = Line<f32>> + Clone {
-    let resolution = resolution(rig.adc.rate.0);
-    (0..SPECTRUM_LINES).map(move |i| Line { frequency: i as f32 * resolution, weight: weight(i) })
-}
-
-/// The band of a DOF: as set, else as its averaged spectra show it.
-fn band_of(
-    rig: &Rig,
-    test: &TestSettings<f32>,
-    spectra: &RigSpectra,
-    dof: usize,
-    squares: &mut [f32],
-) -> [f32; 2] {
-    if let Some(band) = test.band_hz {
-        return band;
-    }
-    squares.fill(0.0);
-    spectra.add_squares(rig.adc_in_use().responses(), squares);
-    let resolution = resolution(rig.adc.rate.0);
-    let frequency = |line: usize| line as f32 * resolution;
-    match find_band(squares, frequency, test.exponential_decay) {
-        Some(found) => found.ends,
-        None => {
-            rig.say(Diagnostic::about(Code::BandNotFound, Severity::Warning, dof as u16, 0.0));
-            TestSettings::usual_band()
-        }
+        self.hit.remove_response(response, &*self.record.borrow(), &mut self.spectra.borrow_mut())
     }
 }
 

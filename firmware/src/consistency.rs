@@ -1,30 +1,30 @@
 //! What shows only when hits are averaged: one that differs from its siblings, a sensor that does not
 //! move with the others.
 
+use massline_shared::averaging;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::{NOT_RIGID, ScatterAccumulator, rigid_residuals};
 use massline_shared::layout::{TestSettings, Verdict};
-use massline_shared::signal::{RESPONSES, Standing, standing};
+use massline_shared::signal::{RESPONSES, Standing};
 use nalgebra::SVector;
 
 use crate::rig::Rig;
 
-/// How a hit stands to its siblings, `single` its own mass lines; told when it does not agree and is
+/// Puts a hit beside its siblings, `single` its own mass lines; tells when it does not agree and is
 /// averaged all the same. A policy that rejects such hits makes [`Standing::Astray`] and
 /// [`Standing::Contradicts`] of them, any other [`Standing::Agrees`].
-pub(crate) fn judge(
+pub(crate) fn join(
     rig: &Rig,
     test: &TestSettings<f32>,
     dof: usize,
-    siblings: &ScatterAccumulator<f32, RESPONSES>,
+    siblings: &mut ScatterAccumulator<f32, RESPONSES>,
     single: &SVector<f32, RESPONSES>,
 ) -> Standing<f32> {
-    let hits = u32::from(siblings.hits());
-    let standing = standing(hits, siblings.spread(), siblings.distance(single));
+    let verdict = test.policy.verdict(Code::HitInconsistent);
+    let standing = averaging::join(siblings, single, verdict);
     let (Standing::Astray(distance) | Standing::Contradicts(distance)) = standing else {
         return standing;
     };
-    let verdict = test.policy.verdict(Code::HitInconsistent);
     if verdict == Verdict::Reject {
         return standing;
     }

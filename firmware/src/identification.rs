@@ -39,6 +39,7 @@ pub(crate) async fn answer(rig: &Rig, result: &mut MeasurementResult, workspace:
 }
 
 /// The answer of the inertia restraint method, into the result. It is also where the fit starts.
+#[inline(never)]
 fn inertia_restraint(rig: &Rig, result: &mut MeasurementResult) -> Option<RigidBody<f32>> {
     let _deadline = Deadline::begin(rig);
     let layout = rig.layout.borrow();
@@ -73,8 +74,10 @@ async fn maximum_likelihood(
     finish(rig, result, fit, workspace)
 }
 
-// Plain functions: what an async function computes is compiled with the board, for size.
+// Plain functions: what an async function computes is compiled with the board, for size. Never inlined: what one
+// of them holds on the stack is not held while another one computes.
 
+#[inline(never)]
 fn start_fit(
     rig: &Rig,
     result: &MeasurementResult,
@@ -84,6 +87,7 @@ fn start_fit(
     with_layout(rig, |layout| Fit::start(layout, dofs, start))
 }
 
+#[inline(never)]
 fn step(
     rig: &Rig,
     result: &MeasurementResult,
@@ -94,6 +98,7 @@ fn step(
     with_layout(rig, |layout| fit.step(layout, dofs, workspace))
 }
 
+#[inline(never)]
 fn finish(
     rig: &Rig,
     result: &mut MeasurementResult,

@@ -30,7 +30,6 @@ mod progress;
 mod rig;
 pub mod scan_ring;
 mod session;
-mod spectra;
 pub mod store;
 
 use core::cell::RefCell;
@@ -41,6 +40,7 @@ use embassy_futures::join::join3;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_shared::averaging::DofSpectra;
 use massline_shared::signal::Record;
 
 use crate::analysis::AnalysisMemory;
@@ -52,14 +52,13 @@ use crate::panel::task::{PanelMemory, PanelTask};
 use crate::progress::Kept;
 use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
-use crate::spectra::RigSpectra;
 use crate::store::Store;
 
 /// All large memory of the application, about 75 KiB. Its initial value is all zeros, so that it
 /// lies in `.bss`.
 pub struct Memory {
     record: RefCell<Record>,
-    spectra: RefCell<RigSpectra>,
+    spectra: RefCell<DofSpectra<f32>>,
     analysis: AnalysisMemory,
     session: SessionMemory,
     panel: PanelMemory,
@@ -76,7 +75,7 @@ impl Memory {
     pub const fn new() -> Self {
         Self {
             record: RefCell::new(Record::new()),
-            spectra: RefCell::new(RigSpectra::new()),
+            spectra: RefCell::new(DofSpectra::<f32>::new()),
             analysis: AnalysisMemory::new(),
             session: SessionMemory::new(),
             panel: PanelMemory::new(),

@@ -10,6 +10,7 @@ use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_shared::averaging::DofSpectra;
 use massline_shared::campaign::Step;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::layout::TestSettings;
@@ -29,7 +30,6 @@ use crate::levels::Levels;
 use crate::panel::HitVerdict;
 use crate::progress::Kept;
 use crate::rig::{Reading, Rig, Streamed, note};
-use crate::spectra::RigSpectra;
 use crate::store::Store;
 
 /// Scans fetched at a time: 5 ms at 4 kS/s.
@@ -44,7 +44,7 @@ pub(crate) struct Measuring<'a, S: Sampler, F: NorFlash> {
     pub rig: &'a Rig,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
     pub record: &'a RefCell<Record>,
-    pub spectra: &'a RefCell<RigSpectra>,
+    pub spectra: &'a RefCell<DofSpectra<f32>>,
     pub memory: &'a mut AnalysisMemory,
     pub kept: Kept,
 }
@@ -138,6 +138,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         }
     }
 
+    #[inline(never)]
     fn grade_hit(&mut self, dof: usize, trigger: ScanIndex) {
         let rig = self.rig;
         let report = {

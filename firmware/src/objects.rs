@@ -5,6 +5,7 @@ use core::cell::{Ref, RefCell};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_shared::averaging::{DofSpectra, resolution};
 use massline_shared::protocol::crc32_of_chunks;
 use massline_shared::protocol::message::Reason;
 use massline_shared::protocol::object::{
@@ -13,7 +14,6 @@ use massline_shared::protocol::object::{
 use massline_shared::signal::{RESPONSES, Record, SPECTRUM_LINES};
 
 use crate::rig::Rig;
-use crate::spectra::{RigSpectra, resolution};
 use crate::store::{Kept, Store};
 
 /// Bytes of the record that are summed at a time.
@@ -27,7 +27,7 @@ pub(crate) struct Objects<'a, F: NorFlash> {
     pub rig: &'a Rig,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
     pub record: &'a RefCell<Record>,
-    pub spectra: &'a RefCell<RigSpectra>,
+    pub spectra: &'a RefCell<DofSpectra<f32>>,
 }
 
 impl<F: NorFlash> Objects<'_, F> {
@@ -101,7 +101,7 @@ impl<F: NorFlash> Objects<'_, F> {
         }
     }
 
-    fn spectra(&self, object: ObjectId) -> Result<Ref<'_, RigSpectra>, Reason> {
+    fn spectra(&self, object: ObjectId) -> Result<Ref<'_, DofSpectra<f32>>, Reason> {
         match self.rig.spectra_of.get() {
             Some(dof) if u32::from(dof) == object.number => {
                 self.spectra.try_borrow().map_err(|_| Reason::Busy)
@@ -111,7 +111,7 @@ impl<F: NorFlash> Objects<'_, F> {
     }
 
     /// dof, hits, responses, 0; lines u16, 0; resolution f32; decay f32.
-    fn header(&self, spectra: &RigSpectra) -> [[u8; 4]; HEADER_WORDS] {
+    fn header(&self, spectra: &DofSpectra<f32>) -> [[u8; 4]; HEADER_WORDS] {
         let rig = self.rig;
         let decay =
             rig.layout.borrow().as_ref().map_or(0.0, |layout| layout.test.exponential_decay);
@@ -120,7 +120,7 @@ impl<F: NorFlash> Objects<'_, F> {
         [
             [dof, spectra.hits() as u8, rig.adc.responses() as u8, 0],
             [lines[0], lines[1], 0, 0],
-            resolution(rig.adc.rate.0).to_le_bytes(),
+            resolution::<f32>(&rig.adc).to_le_bytes(),
             decay.to_le_bytes(),
         ]
     }
@@ -151,7 +151,7 @@ fn crc_of_record(record: &Record) -> u32 {
     }
 }
 
-fn word(header: [[u8; 4]; HEADER_WORDS], spectra: &RigSpectra, i: usize) -> [u8; 4] {
+fn word(header: [[u8; 4]; HEADER_WORDS], spectra: &DofSpectra<f32>, i: usize) -> [u8; 4] {
     let Some(i) = i.checked_sub(HEADER_WORDS) else {
         return header.get(i).copied().unwrap_or_default();
     };

@@ -117,25 +117,35 @@ impl<F: NorFlash> Session<'_, F> {
         out: &mut [u8; MAX_FRAME],
     ) {
         for _ in 0..NEWS_AT_ONCE {
-            let length = if !sender.listened {
+            if !sender.listened {
                 return;
-            } else if let Some(hit) = self.rig.hits.borrow_mut().pop_front() {
-                news.encode(HIT, &hit, out)
-            } else if let Some(block) = news.scans(self.rig, self.record) {
-                news.encode(SCANS, &block, out)
-            } else {
-                let status = self.rig.status();
-                if news.status.as_ref() == Some(&status) {
-                    return;
-                }
-                let length = news.encode(STATUS_CHANGED, &status, out);
-                news.status = Some(status);
-                length
-            };
-            sender.send(out.get(..length)).await;
+            }
+            match self.next_news(news, out) {
+                0 => return,
+                length => sender.send(out.get(..length)).await,
+            }
         }
         // The rest after the next look at what the host wants.
         self.rig.news.signal(());
+    }
+
+    /// Writes the next event as a frame; gives its length, zero without news. Never inlined: an event
+    /// is not held while its frame is sent.
+    #[inline(never)]
+    fn next_news(&self, news: &mut News, out: &mut [u8; MAX_FRAME]) -> usize {
+        if let Some(hit) = self.rig.hits.borrow_mut().pop_front() {
+            return news.encode(HIT, &hit, out);
+        }
+        if let Some(block) = news.scans(self.rig, self.record) {
+            return news.encode(SCANS, &block, out);
+        }
+        let status = self.rig.status();
+        if news.status.as_ref() == Some(&status) {
+            return 0;
+        }
+        let length = news.encode(STATUS_CHANGED, &status, out);
+        news.status = Some(status);
+        length
     }
 
     /// Executes a request; gives its framed answer.

@@ -12,6 +12,7 @@
 //! | [`design`] | which sensors and hits to choose among candidates |
 //! | [`signal`] | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
 //! | [`mass_line`] | the constant part of an accelerance, `A + B/s² + C s²` |
+//! | [`averaging`] | one hit DOF from its hits to its mass lines, step by step |
 //! | [`identify`] | from mass lines to the ten properties with their covariance |
 //! | [`calibration`] | sensors and hammer from what they read of a known input |
 //! | [`campaign`] | which degree of freedom is hit next, and what a verdict leads to |
@@ -24,6 +25,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod averaging;
 pub mod body;
 pub mod calibration;
 pub mod campaign;

@@ -1,13 +1,14 @@
 //! A calibration on its way: the tumble test with six readings, or a block of known mass.
 
+use heapless::Vec;
 use massline_shared::calibration::block::{BlockError, ForceRatio};
 use massline_shared::calibration::tumble::{
     Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading, solve,
 };
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
+use massline_shared::layout::RIG_SENSORS;
 use massline_shared::protocol::message::{Reason, StaticReading};
 use massline_shared::signal::{AdcProperties, CHANNELS, HAMMER};
-use massline_shared::units::Volts;
 
 /// How far a calibration is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,38 +124,25 @@ impl Readings {
         record: &mut CalibrationRecord,
     ) -> Result<Proposal, Problem> {
         let limits = TumbleLimits::<f32>::default();
-        let mut sigma = CalibrationSigma { gain: 0.0, cross_axis: 0.0, ..Default::default() };
-        let mut sound = true;
+        let mut found = Vec::<SensorSensitivity<f32>, RIG_SENSORS>::new();
         for sensor in 0..sensors {
             let of = |place: usize| {
                 TumbleReading::of(Position::ALL[place], &self.readings[place], sensor, adc)
             };
             let readings: [TumbleReading<f32>; Position::ALL.len()] = core::array::from_fn(of);
-            let found = solve(&readings, &limits).map_err(|problems| {
+            let solved = solve(&readings, &limits).map_err(|problems| {
                 let first = problems.first().copied();
                 first.map_or(Problem::NotUsable, |problem| Problem::Tumble {
                     sensor: sensor as u8,
                     problem,
                 })
             })?;
-            sound &= found.is_level(&limits);
-            sigma.gain = sigma.gain.max(found.relative_gain_sigma());
-            sigma.cross_axis = sigma.cross_axis.max(found.relative_cross_axis_sigma());
-            write(record, sensor, &found);
+            found.push(solved).map_err(|_| Problem::NotUsable)?;
         }
         let rest: f32 = self.readings.iter().map(|reading| reading.mean[HAMMER]).sum();
-        let zero = rest / Position::ALL.len() as f32 * adc.volts_per_code();
-        record.calibration.channels[HAMMER].zero = Volts(zero);
-        propose(record, CalibrationMethod::Tumble, Proposal { sound, hammer_ratio: None, sigma })
-    }
-}
-
-fn write(record: &mut CalibrationRecord, sensor: usize, found: &SensorSensitivity<f32>) {
-    let calibration = &mut record.calibration;
-    calibration.set_sensor_sensitivity(sensor, &found.sensitivity.map(f64::from));
-    let channels = calibration.channels.iter_mut().skip(1 + 3 * sensor);
-    for (channel, &zero) in channels.zip(&found.zero) {
-        channel.zero = Volts(zero);
+        record.take_tumble(&found, rest / Position::ALL.len() as f32 * adc.volts_per_code());
+        let sound = found.iter().all(|sensor| sensor.is_level(&limits));
+        propose(record, Proposal { sound, hammer_ratio: None, sigma: record.sigma })
     }
 }
 
@@ -167,19 +155,14 @@ pub(super) fn of_block(
         return Err(Problem::SensorsUnknown);
     }
     record.calibration.channels[HAMMER].sensitivity /= ratio.ratio;
-    let sigma = CalibrationSigma { hammer_gain: ratio.sigma / ratio.ratio, ..record.sigma };
+    record.method = CalibrationMethod::TumbleAndBlock as u8;
+    record.sigma.hammer_gain = ratio.sigma / ratio.ratio;
     let hammer_ratio = Some(ratio.ratio);
-    let proposal = Proposal { sound: ratio.is_consistent(), hammer_ratio, sigma };
-    propose(record, CalibrationMethod::TumbleAndBlock, proposal)
+    let proposal = Proposal { sound: ratio.is_consistent(), hammer_ratio, sigma: record.sigma };
+    propose(record, proposal)
 }
 
-fn propose(
-    record: &mut CalibrationRecord,
-    method: CalibrationMethod,
-    proposal: Proposal,
-) -> Result<Proposal, Problem> {
-    record.method = method as u8;
-    record.sigma = proposal.sigma;
+fn propose(record: &mut CalibrationRecord, proposal: Proposal) -> Result<Proposal, Problem> {
     // The rig has no calendar.
     record.date.clear();
     record.temperature = None;
@@ -189,7 +172,7 @@ fn propose(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use massline_shared::units::{Hertz, Seconds};
+    use massline_shared::units::{Hertz, Seconds, Volts};
 
     const ADC: AdcProperties = AdcProperties {
         rate: Hertz(4000.0),

@@ -28,7 +28,7 @@ pub use contents::{Kept, KeptLayout};
 use log::{Checkpoint, Log};
 
 /// Results that the store holds, if the flash has room for them.
-pub const RESULTS: usize = 32;
+pub const RESULTS: usize = 24;
 /// Layouts that the store holds.
 pub const LAYOUTS: usize = 4;
 /// The most bytes of one result.

@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::tumble::{
     Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading,
     sigma_of_mean, solve,
 };
-use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
 use massline_shared::protocol::message::StaticReading;
-use massline_shared::signal::{AdcProperties, HAMMER};
-use massline_shared::units::Volts;
+use massline_shared::signal::AdcProperties;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -246,39 +245,18 @@ impl Tumble {
         self.sensors.iter().all(|sensor| sensor.is_level(limits))
     }
 
-    /// What has been achieved: the worst of the sensors. The hammer has become unknown against them.
-    pub fn sigma(&self) -> CalibrationSigma {
-        let worst = |of: fn(&SensorSensitivity<f64>) -> f64| {
-            self.sensors.iter().map(of).fold(0.0, f64::max) as f32
-        };
-        CalibrationSigma {
-            gain: worst(SensorSensitivity::relative_gain_sigma),
-            cross_axis: worst(SensorSensitivity::relative_cross_axis_sigma),
-            ..CalibrationSigma::default()
-        }
-    }
-
     /// Becomes part of a calibration.
     pub fn write(&self, record: &mut CalibrationRecord) {
-        let calibration = &mut record.calibration;
-        calibration.channels[HAMMER].zero = Volts(self.hammer_zero as f32);
-        for (k, sensor) in self.sensors.iter().enumerate() {
-            calibration.set_sensor_sensitivity(k, &sensor.sensitivity);
-            for (channel, zero) in calibration.channels.iter_mut().skip(1 + 3 * k).zip(&sensor.zero)
-            {
-                channel.zero = Volts(*zero as f32);
-            }
-        }
-        record.method = CalibrationMethod::Tumble as u8;
-        record.sigma = self.sigma();
+        record.take_tumble(&self.sensors, self.hammer_zero);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use massline_shared::calibration::CalibrationMethod;
     use massline_shared::signal::CHANNELS;
-    use massline_shared::units::{Hertz, Seconds};
+    use massline_shared::units::{Hertz, Seconds, Volts};
 
     const ADC: AdcProperties = AdcProperties {
         rate: Hertz(4000.0),

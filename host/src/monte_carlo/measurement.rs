@@ -1,21 +1,21 @@
 //! One test on the bench by the rig's own pure functions, in double precision: hits are triggered,
 //! recorded, graded and averaged as the firmware does, only without its executor, link and flash.
 
+use massline_shared::averaging::{
+    DofSpectra, HitInHand, HitMemory, Method, band_of, fit_responses, join,
+};
 use massline_shared::campaign::{Campaign, Step};
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::{MassLines, ScatterAccumulator};
 use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, TestSettings, Verdict};
-use massline_shared::mass_line::{
-    BasisRow, Fitting, Line, MassLineBasis, MassLineError, ResponseFits, find_band,
-    window_correlation,
-};
+use massline_shared::mass_line::{BasisRow, MassLineError};
 use massline_shared::signal::{
-    AdcProperties, Calibration, Capture, CaptureState, FftError, HitAnalysis, PRE_TRIGGER_SCANS,
-    RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES, Spectra, Standing, Trigger, grade, standing,
+    AdcProperties, Calibration, Capture, CaptureState, FftError, RECORD_SCANS, RESPONSES, Record,
+    SPECTRUM_LINES, Standing, Trigger, grade,
 };
 use massline_shared::units::{Newtons, ScanIndex};
 use massline_virtual::source::ScanSource;
-use nalgebra::{Complex, SVector};
+use nalgebra::Complex;
 
 /// A layout of the rig in double precision.
 pub type TestLayout = Layout<f64, RIG_SENSORS, RIG_HITS>;
@@ -103,20 +103,17 @@ pub fn measure(
     Ok(Measurement { dofs, rejected: campaign.rejected() })
 }
 
-type Lines = [Complex<f64>; SPECTRUM_LINES];
-const ZERO: Complex<f64> = Complex { re: 0.0, im: 0.0 };
-
 /// The rig without its firmware.
 struct Tester<'a> {
     source: &'a mut dyn ScanSource,
     adc: AdcProperties,
     calibration: &'a Calibration,
     test: TestSettings<f64>,
-    hit: HitAnalysis<f64>,
     record: Box<Record>,
-    spectra: Box<Spectra<f64, RESPONSES, SPECTRUM_LINES>>,
-    single_hits: ScatterAccumulator<f64, RESPONSES>,
+    spectra: Box<DofSpectra<f64>>,
+    siblings: ScatterAccumulator<f64, RESPONSES>,
     scratch: Box<[f64; RECORD_SCANS]>,
+    force: Box<[Complex<f64>; SPECTRUM_LINES]>,
     basis: Box<[BasisRow<f64>; SPECTRUM_LINES]>,
 }
 
@@ -126,17 +123,16 @@ impl<'a> Tester<'a> {
         layout: &TestLayout,
         calibration: &'a Calibration,
     ) -> Self {
-        let adc = source.adc();
         Self {
+            adc: source.adc(),
             source,
-            adc,
             calibration,
             test: layout.test,
-            hit: HitAnalysis::new(&adc, calibration, &layout.test, PRE_TRIGGER_SCANS),
             record: Box::new(Record::new()),
-            spectra: Box::new(Spectra::<f64, RESPONSES, SPECTRUM_LINES>::new()),
-            single_hits: ScatterAccumulator::new(),
+            spectra: Box::new(DofSpectra::<f64>::new()),
+            siblings: ScatterAccumulator::new(),
             scratch: Box::new([0.0; RECORD_SCANS]),
+            force: Box::new([Complex::new(0.0, 0.0); SPECTRUM_LINES]),
             basis: Box::new([BasisRow::default(); SPECTRUM_LINES]),
         }
     }
@@ -162,90 +158,48 @@ impl<'a> Tester<'a> {
 
     fn open_dof(&mut self) {
         self.spectra.clear();
-        self.single_hits = ScatterAccumulator::new();
+        self.siblings = ScatterAccumulator::new();
     }
 
     /// Averages the record in hand, unless it does not agree with its siblings and the policy wants
     /// only those that do.
     fn average_hit(&mut self) -> Result<Standing<f64>, Unmeasured> {
-        let (mut force, mut lines): (Lines, Lines) =
-            ([ZERO; SPECTRUM_LINES], [ZERO; SPECTRUM_LINES]);
-        self.hit.force(&*self.record, &mut *self.scratch, &mut force)?;
-        self.spectra.add_force(&force);
-        let resolution = self.hit.resolution(RECORD_SCANS);
-        let basis = basis(&self.test, resolution, |line| force[line].norm_sqr(), &mut *self.basis)?;
-        let mut single = SVector::<f64, RESPONSES>::zeros();
-        for response in 0..self.adc.responses() {
-            self.hit.response(&*self.record, response, &mut *self.scratch, &mut lines)?;
-            self.spectra.add_response(response, &force, &lines);
-            HitAnalysis::divide(&mut lines, &force);
-            single[response] = basis.fit(lines)?.accelerance();
+        let Self { adc, calibration, test, record, spectra, .. } = self;
+        let responses = adc.responses();
+        let method = Method { adc, calibration, test };
+        let memory = HitMemory {
+            scratch: &mut *self.scratch,
+            force: &mut *self.force,
+            basis: &mut *self.basis,
+        };
+        let mut hit = HitInHand::begin(method, &**record, memory, spectra)?;
+        for response in 0..responses {
+            hit.add_response(response, &**record, spectra)?;
         }
-        self.calibration.undo_cross_axis(single.as_mut_slice());
-        let siblings = &self.single_hits;
-        let distance = siblings.distance(&single);
-        let standing = standing(u32::from(siblings.hits()), siblings.spread(), distance);
-        let rejects = self.test.policy.verdict(Code::HitInconsistent) == Verdict::Reject;
-        if !rejects || standing == Standing::Agrees {
-            self.single_hits.add(&single);
+        let Some(single) = hit.mass_lines(calibration) else { return Ok(Standing::Agrees) };
+        let verdict = test.policy.verdict(Code::HitInconsistent);
+        let standing = join(&mut self.siblings, &single, verdict);
+        if verdict != Verdict::Reject {
             return Ok(Standing::Agrees);
         }
         if let Standing::Astray(_) = standing {
-            self.spectra.remove_force(&force);
-            for response in 0..self.adc.responses() {
-                self.hit.response(&*self.record, response, &mut *self.scratch, &mut lines)?;
-                self.spectra.remove_response(response, &force, &lines);
+            hit.remove_force(spectra);
+            for response in 0..responses {
+                hit.remove_response(response, &**record, spectra)?;
             }
         }
         Ok(standing)
     }
 
     fn close_dof(&mut self) -> Result<TestMassLines, Unmeasured> {
-        let spectra = &self.spectra;
-        let resolution = self.hit.resolution(RECORD_SCANS);
-        let record = RECORD_SCANS as f64 / f64::from(self.adc.rate.0);
-        let responses = self.adc.responses();
-        let fitting = Fitting {
-            band: self.band(resolution),
-            decay: self.test.exponential_decay,
-            terms: self.test.terms,
-            correlation: window_correlation(self.test.exponential_decay, record),
-        };
-        let frf = |response, line| spectra.frf(self.test.frf_estimator, response, line);
-        let lines = lines(resolution, |line| spectra.force_auto(line));
-        let fits =
-            ResponseFits::<f64, RESPONSES>::new(lines, &fitting, responses, frf, &mut *self.basis)?;
+        let Self { adc, calibration, test, spectra, .. } = self;
+        let method = Method { adc, calibration, test };
+        let squares = &mut self.scratch[..SPECTRUM_LINES];
+        let band = band_of(method, spectra, squares).unwrap_or_else(TestSettings::usual_band);
+        let fits = fit_responses(method, spectra, band, &mut *self.basis)?;
         let (mut accelerance, noise) = (fits.accelerance, fits.noise);
         // The noise of a channel is changed by the square of its cross-axis sensitivities only.
         self.calibration.undo_cross_axis(accelerance.as_mut_slice());
-        Ok(MassLines { noise, ..self.single_hits.mass_lines_at(accelerance) })
+        Ok(MassLines { noise, ..self.siblings.mass_lines_at(accelerance) })
     }
-
-    /// The band of the DOF in hand: as set, else as its averaged spectra show it.
-    fn band(&self, resolution: f64) -> [f64; 2] {
-        let found = || {
-            let mut squares = [0.0; SPECTRUM_LINES];
-            self.spectra.add_squares(self.adc.responses(), &mut squares);
-            let frequency = |line: usize| line as f64 * resolution;
-            find_band(&squares, frequency, self.test.exponential_decay).map(|found| found.ends)
-        };
-        self.test.band_hz.or_else(found).unwrap_or_else(TestSettings::usual_band)
-    }
-}
-
-fn basis<'b>(
-    test: &TestSettings<f64>,
-    resolution: f64,
-    weight: impl Fn(usize) -> f64 + Clone,
-    workspace: &'b mut [BasisRow<f64>],
-) -> Result<MassLineBasis<'b, f64>, MassLineError> {
-    let (band, lines) = (test.expected_band(), lines(resolution, weight));
-    MassLineBasis::new(lines, band, test.exponential_decay, test.terms, workspace)
-}
-
-fn lines(
-    resolution: f64,
-    weight: impl Fn(usize) -> f64 + Clone,
-) -> impl Iterator<Item = Line<f64>> + Clone {
-    (0..SPECTRUM_LINES).map(move |i| Line { frequency: i as f64 * resolution, weight: weight(i) })
 }

@@ -3,8 +3,11 @@
 use heapless::String;
 use serde::{Deserialize, Serialize};
 
+use super::tumble::SensorSensitivity;
+use crate::Real;
 use crate::layout::{DEFAULT_HAMMER_GAIN, RIG_SENSORS};
-use crate::signal::Calibration;
+use crate::signal::{Calibration, HAMMER};
+use crate::units::Volts;
 
 /// How a calibration was made, raw in [`CalibrationRecord::method`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -106,6 +109,29 @@ impl CalibrationRecord {
     /// True when a rig can work with it.
     pub fn is_usable(&self) -> bool {
         self.calibration.is_usable() && self.sigma.is_usable()
+    }
+
+    /// Takes what a tumble test has found of the first sensors, and what the hammer puts out at rest, V.
+    /// What is achieved is the worst of the sensors; the hammer has become unknown against them.
+    pub fn take_tumble<R: Real>(&mut self, sensors: &[SensorSensitivity<R>], hammer_zero: R) {
+        let worst = |of: fn(&SensorSensitivity<R>) -> R| {
+            sensors.iter().map(of).fold(R::zero(), |worst, sigma| worst.max(sigma)).to_f32()
+        };
+        self.method = CalibrationMethod::Tumble as u8;
+        self.sigma = CalibrationSigma {
+            gain: worst(SensorSensitivity::relative_gain_sigma),
+            cross_axis: worst(SensorSensitivity::relative_cross_axis_sigma),
+            ..CalibrationSigma::default()
+        };
+        let calibration = &mut self.calibration;
+        calibration.channels[HAMMER].zero = Volts(hammer_zero.to_f32());
+        for (k, sensor) in sensors.iter().enumerate() {
+            calibration.set_sensor_sensitivity(k, &sensor.sensitivity.map(R::to_f64));
+            for (channel, zero) in calibration.channels.iter_mut().skip(1 + 3 * k).zip(&sensor.zero)
+            {
+                channel.zero = Volts(zero.to_f32());
+            }
+        }
     }
 }
 

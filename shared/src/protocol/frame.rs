@@ -69,7 +69,18 @@ impl PlainFrame {
         sequence: u16,
         message: &T,
     ) -> Result<Self, FrameError> {
-        let mut bytes = [0; MAX_PLAIN];
+        let mut plain = Self { bytes: [0; MAX_PLAIN], length: 0 };
+        plain.fill(kind, sequence, message)?;
+        Ok(plain)
+    }
+
+    fn fill<T: serde::Serialize + ?Sized>(
+        &mut self,
+        kind: u16,
+        sequence: u16,
+        message: &T,
+    ) -> Result<(), FrameError> {
+        let bytes = &mut self.bytes;
         bytes[..2].copy_from_slice(&kind.to_le_bytes());
         bytes[2..HEADER].copy_from_slice(&sequence.to_le_bytes());
         let body = postcard::to_slice(message, &mut bytes[HEADER..HEADER + MAX_BODY])
@@ -78,7 +89,8 @@ impl PlainFrame {
         let end = HEADER + body;
         let checksum = crc32(&bytes[..end]);
         bytes[end..end + CHECKSUM].copy_from_slice(&checksum.to_le_bytes());
-        Ok(Self { bytes, length: end + CHECKSUM })
+        self.length = end + CHECKSUM;
+        Ok(())
     }
 
     /// Writes the frame into `out`, its closing zero included; gives its length.
@@ -93,13 +105,18 @@ impl PlainFrame {
 ///
 /// # Errors
 /// [`FrameError::BadBody`] when the message takes more than [`MAX_BODY`] bytes.
+// Never inlined: the frame before its stuffing is on nobody else's stack.
+#[inline(never)]
 pub fn encode_frame<T: serde::Serialize + ?Sized>(
     kind: u16,
     sequence: u16,
     message: &T,
     out: &mut [u8; MAX_FRAME],
 ) -> Result<usize, FrameError> {
-    Ok(PlainFrame::new(kind, sequence, message)?.stuff(out))
+    // In place: a frame that is handed over would be on the stack twice.
+    let mut plain = PlainFrame { bytes: [0; MAX_PLAIN], length: 0 };
+    plain.fill(kind, sequence, message)?;
+    Ok(plain.stuff(out))
 }
 
 /// Unstuffs `bytes` (what stood between two zeros) in place and checks it.

@@ -151,12 +151,7 @@ impl<R: Real> Fit<R> {
                     return Err(fatal(Code::NotConverged, MOST_STEPS as f32));
                 }
                 self.evaluate(&problem, dofs, &mut equations)?;
-                let slopes = self.parameters.slopes();
-                self.stage = Stage::Evaluated(Slope {
-                    information: slopes.transpose() * equations.information() * slopes,
-                    gradient: slopes.transpose() * equations.gradient(),
-                    trials: 0,
-                });
+                self.stage = Stage::Evaluated(self.slope(&equations));
             }
             Stage::Evaluated(slope) => self.descend(&problem, dofs, &mut equations, slope)?,
             Stage::Settled => {
@@ -168,7 +163,19 @@ impl<R: Real> Fit<R> {
         Ok(if let Stage::Done = self.stage { Progress::Done } else { Progress::Going })
     }
 
+    /// Of the equations that [`Fit::evaluate`] leaves.
+    #[inline(never)]
+    fn slope(&self, equations: &NormalEquations<'_, R>) -> Slope<R> {
+        let slopes = self.parameters.slopes();
+        Slope {
+            information: slopes.transpose() * equations.information() * slopes,
+            gradient: slopes.transpose() * equations.gradient(),
+            trials: 0,
+        }
+    }
+
     /// Tries the next damping: moves on where the cost falls.
+    #[inline(never)]
     fn descend<const S: usize, const H: usize, const CH: usize, B>(
         &mut self,
         problem: &Problem<'_, R, S, H, CH>,
@@ -225,6 +232,7 @@ impl<R: Real> Fit<R> {
     }
 
     /// The equations at the present parameters, the causes eliminated; the cost with them.
+    #[inline(never)]
     fn evaluate<const S: usize, const H: usize, const CH: usize, B>(
         &mut self,
         problem: &Problem<'_, R, S, H, CH>,
@@ -286,6 +294,7 @@ impl<R: Real> Fit<R> {
 
     /// A minimum is found. From the way it goes on freely; a free minimum that is no physical body is
     /// left for the consistent one.
+    #[inline(never)]
     fn settle(&mut self) {
         self.stage = Stage::Settled;
         match self.parameters {

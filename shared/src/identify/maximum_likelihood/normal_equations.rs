@@ -272,7 +272,13 @@ fn dot<R: Real>(a: &[R], b: &[R], count: usize) -> R {
     dot_range(a, b, 0, count)
 }
 
+/// Written out in fours: most of the fit's instructions are here.
 fn dot_range<R: Real>(a: &[R], b: &[R], from: usize, to: usize) -> R {
-    let (a, b) = (&a[from..to], &b[from..to]);
-    a.iter().zip(b).fold(R::zero(), |sum, (a, b)| sum + *a * *b)
+    let (a, rest_of_a) = a[from..to].as_chunks::<4>();
+    let (b, rest_of_b) = b[from..to].as_chunks::<4>();
+    let mut sum = R::zero();
+    for (a, b) in a.iter().zip(b) {
+        sum = sum + a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+    }
+    rest_of_a.iter().zip(rest_of_b).fold(sum, |sum, (a, b)| sum + *a * *b)
 }

@@ -4,15 +4,16 @@ use core::fmt;
 
 use cortex_m_rt::entry;
 use massline_on_target::{Measured, end, measure, print};
+use massline_shared::averaging::{self, DofSpectra, HitInHand, HitMemory};
 use massline_shared::body::RigidBody;
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::maximum_likelihood::{CONTRADICTION, Fit, Progress};
 use massline_shared::identify::{Applicability, Estimate, MassLines, Method, ScatterAccumulator};
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RigLayout, Sensor, Sign, TestSettings};
-use massline_shared::mass_line::{BasisRow, Line, MassLineBasis, MassLineError};
+use massline_shared::mass_line::BasisRow;
 use massline_shared::signal::{
-    AdcProperties, CHANNELS, Calibration, FftError, HitAnalysis, HitReport, PRE_TRIGGER_SCANS,
-    RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES, Spectra, grade,
+    AdcProperties, CHANNELS, Calibration, FftError, HitReport, PRE_TRIGGER_SCANS, RECORD_SCANS,
+    RESPONSES, Record, SPECTRUM_LINES, grade,
 };
 use massline_shared::units::{Hertz, Seconds, Volts};
 use nalgebra::{Complex, ComplexField, SVector};
@@ -29,10 +30,9 @@ const ZERO: Complex<f32> = Complex { re: 0.0, im: 0.0 };
 /// What the firmware keeps in statics; it is not part of the stack that is measured.
 struct Memory {
     record: Record,
-    spectra: Spectra<f32, RESPONSES, SPECTRUM_LINES>,
+    spectra: DofSpectra<f32>,
     scratch: [f32; RECORD_SCANS],
     force: [Complex<f32>; SPECTRUM_LINES],
-    lines: [Complex<f32>; SPECTRUM_LINES],
     basis: [BasisRow<f32>; SPECTRUM_LINES],
 }
 
@@ -40,10 +40,9 @@ struct Memory {
 fn main() -> ! {
     let mut memory = Memory {
         record: Record::new(),
-        spectra: Spectra::<f32, RESPONSES, SPECTRUM_LINES>::new(),
+        spectra: DofSpectra::<f32>::new(),
         scratch: [0.0; RECORD_SCANS],
         force: [ZERO; SPECTRUM_LINES],
-        lines: [ZERO; SPECTRUM_LINES],
         basis: [BasisRow::default(); SPECTRUM_LINES],
     };
     let layout = layout(3);
@@ -65,7 +64,7 @@ fn main() -> ! {
     let mut single = None;
     let measured = measure(|| single = Some(analyse(&mut memory)));
     say("hit_analysis", measured);
-    let Some(Ok(single)) = single else { panic!("the hit was not analysed") };
+    let Some(Ok(Some(single))) = single else { panic!("the hit was not analysed") };
     // 12 bits of 16 g over a peak of a few m/s².
     close("mass line", &single, &truth, 0.02);
 
@@ -168,50 +167,16 @@ fn judge_fit(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
 }
 
 /// As the firmware does with a hit.
-fn analyse(memory: &mut Memory) -> Result<SVector<f32, RESPONSES>, Failure> {
-    let Memory { record, spectra, scratch, force, lines, basis } = memory;
-    let test = TestSettings::<f32>::default();
-    let hit = HitAnalysis::<f32>::new(&ADC, &Calibration::default(), &test, PRE_TRIGGER_SCANS);
-    hit.force(record, scratch, force)?;
-    spectra.add_force(force);
-    let resolution = hit.resolution(RECORD_SCANS);
-    let weighted = force
-        .iter()
-        .enumerate()
-        .map(|(i, f)| Line { frequency: i as f32 * resolution, weight: f.norm_sqr() });
-    let basis = MassLineBasis::new(
-        weighted,
-        test.expected_band(),
-        test.exponential_decay,
-        test.terms,
-        basis,
-    )?;
-    let mut single = SVector::zeros();
+fn analyse(memory: &mut Memory) -> Result<Option<SVector<f32, RESPONSES>>, FftError> {
+    let Memory { record, spectra, scratch, force, basis } = memory;
+    let (calibration, test) = (Calibration::default(), TestSettings::<f32>::default());
+    let method = averaging::Method { adc: &ADC, calibration: &calibration, test: &test };
+    let memory = HitMemory { scratch, force, basis };
+    let mut hit = HitInHand::begin(method, record, memory, spectra)?;
     for response in 0..RESPONSES {
-        hit.response(record, response, scratch, lines)?;
-        spectra.add_response(response, force, lines);
-        HitAnalysis::divide(lines, force);
-        single[response] = basis.fit(lines.iter().copied())?.accelerance();
+        hit.add_response(response, record, spectra)?;
     }
-    Ok(single)
-}
-
-#[derive(Debug)]
-enum Failure {
-    Transform,
-    MassLine,
-}
-
-impl From<FftError> for Failure {
-    fn from(_: FftError) -> Self {
-        Self::Transform
-    }
-}
-
-impl From<MassLineError> for Failure {
-    fn from(_: MassLineError) -> Self {
-        Self::MassLine
-    }
+    Ok(hit.mass_lines(&calibration))
 }
 
 /// A tap of 5 ms and 20 N on a body that nothing holds; every channel is read after the one before.

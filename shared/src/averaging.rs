@@ -1,0 +1,247 @@
+//! One hit DOF from its hits to its mass lines, in steps: the caller does other things between two
+//! channels, and keeps the memory where it likes.
+//!
+//! A record goes through [`HitInHand`]: the force, then response by response into the averaged spectra,
+//! then its own mass lines to its siblings with [`join`]. [`band_of`] and [`fit_responses`] turn the
+//! averaged spectra into the mass lines of the DOF.
+//!
+//! ```
+//! # use massline_shared::averaging::*;
+//! # use massline_shared::identify::ScatterAccumulator;
+//! # use massline_shared::layout::{TestSettings, Verdict};
+//! # use massline_shared::mass_line::BasisRow;
+//! # use massline_shared::signal::*;
+//! # use massline_shared::units::*;
+//! # use nalgebra::Complex;
+//! # let adc = AdcProperties { rate: Hertz(4000.0), channels: 10, bits: 12,
+//! #     reference: Volts(3.0), channel_delay: Seconds(1e-5) };
+//! # let (calibration, test) = (Calibration::default(), TestSettings::<f64>::default());
+//! # let mut record = Record::new();
+//! # for n in 0..RECORD_SCANS {
+//! #     let tap = if (n.wrapping_sub(PRE_TRIGGER_SCANS)) < 20 { 500 } else { 0 };
+//! #     record.push(&core::array::from_fn(|k| if k == 0 { tap } else { 2000 + tap / 10 }));
+//! # }
+//! let method = Method { adc: &adc, calibration: &calibration, test: &test };
+//! let mut scratch = [0.0; RECORD_SCANS];
+//! let mut force = [Complex::new(0.0, 0.0); SPECTRUM_LINES];
+//! let mut basis = [BasisRow::default(); SPECTRUM_LINES];
+//! let (mut spectra, mut siblings) = (DofSpectra::<f64>::new(), ScatterAccumulator::new());
+//!
+//! let memory = HitMemory { scratch: &mut scratch, force: &mut force, basis: &mut basis };
+//! let mut hit = HitInHand::begin(method, &record, memory, &mut spectra)?;
+//! for response in 0..adc.responses() {
+//!     hit.add_response(response, &record, &mut spectra)?;
+//! }
+//! if let Some(own) = hit.mass_lines(&calibration) {
+//!     let standing = join(&mut siblings, &own, Verdict::Warn);
+//!     assert_eq!(standing, Standing::Agrees); // the first hit has no siblings
+//! }
+//! let band = band_of(method, &spectra, &mut scratch[..SPECTRUM_LINES]);
+//! let fits = fit_responses(method, &spectra, band.unwrap_or([15.0, 60.0]), &mut basis);
+//! assert!(fits.is_ok());
+//! # Ok::<(), FftError>(())
+//! ```
+
+use nalgebra::{Complex, SVector};
+
+use crate::identify::ScatterAccumulator;
+use crate::layout::{TestSettings, Verdict};
+use crate::mass_line::{
+    BasisRow, Fitting, Line, MassLineBasis, MassLineError, ResponseFits, find_band,
+    window_correlation,
+};
+use crate::signal::{
+    AdcProperties, Calibration, FftError, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES,
+    Readings, RealFft, SPECTRUM_LINES, Spectra, Standing, standing,
+};
+
+/// The averaged spectra of one DOF as the rig keeps them.
+pub type DofSpectra<R> = Spectra<R, RESPONSES, SPECTRUM_LINES>;
+
+/// What the records of a test are analysed with.
+#[derive(Clone, Copy, Debug)]
+pub struct Method<'a, R> {
+    /// Rate, delays and number of the channels.
+    pub adc: &'a AdcProperties,
+    /// What a code means.
+    pub calibration: &'a Calibration,
+    /// Windows, band and terms.
+    pub test: &'a TestSettings<R>,
+}
+
+/// Distance of the rig's spectral lines, Hz.
+pub fn resolution<R: RealFft>(adc: &AdcProperties) -> R {
+    R::of(f64::from(adc.rate.0)) / R::of(RECORD_SCANS as f64)
+}
+
+/// Memory that one hit is analysed in. Between two hits nothing in it is wanted.
+#[derive(Debug)]
+pub struct HitMemory<'m, R> {
+    /// Samples of one channel: [`RECORD_SCANS`].
+    pub scratch: &'m mut [R],
+    /// Lines of the force: [`SPECTRUM_LINES`].
+    pub force: &'m mut [Complex<R>],
+    /// Design of the mass line fit: [`SPECTRUM_LINES`].
+    pub basis: &'m mut [BasisRow<R>],
+}
+
+/// A hit that is being averaged.
+#[derive(Debug)]
+pub struct HitInHand<'m, R> {
+    analysis: HitAnalysis<R>,
+    scratch: &'m mut [R],
+    force: &'m [Complex<R>],
+    basis: Result<MassLineBasis<'m, R>, MassLineError>,
+    single: SVector<R, RESPONSES>,
+    /// True when a response has no mass line of its own.
+    torn: bool,
+}
+
+impl<'m, R: RealFft> HitInHand<'m, R> {
+    /// Adds the force of a record to the spectra.
+    ///
+    /// # Errors
+    /// When the memory is not as long as [`HitMemory`] says.
+    pub fn begin<D: Readings<R> + ?Sized>(
+        method: Method<'_, R>,
+        record: &D,
+        memory: HitMemory<'m, R>,
+        spectra: &mut DofSpectra<R>,
+    ) -> Result<Self, FftError> {
+        let HitMemory { scratch, force, basis } = memory;
+        let Method { adc, calibration, test } = method;
+        let analysis = HitAnalysis::new(adc, calibration, test, PRE_TRIGGER_SCANS);
+        analysis.force(record, scratch, force)?;
+        spectra.add_force(force);
+        let force = &*force;
+        let lines = lines(resolution(method.adc), |line| {
+            force.get(line).map_or(R::zero(), |f| f.norm_sqr())
+        });
+        // What a band does wrong is the same for every hit of a DOF, so it does not scatter.
+        let (band, decay) = (test.expected_band(), test.exponential_decay);
+        let basis = MassLineBasis::new(lines, band, decay, test.terms, basis);
+        Ok(Self { analysis, scratch, force, basis, single: SVector::zeros(), torn: false })
+    }
+
+    /// Adds a response to the spectra, and to this hit's own mass lines.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn add_response<D: Readings<R> + ?Sized>(
+        &mut self,
+        response: usize,
+        record: &D,
+        spectra: &mut DofSpectra<R>,
+    ) -> Result<(), FftError> {
+        let mut lines = self.transform(response, record)?;
+        spectra.add_response(response, self.force, &lines);
+        HitAnalysis::divide(&mut lines, self.force);
+        let fit = self.basis.as_ref().ok().and_then(|basis| basis.fit(lines).ok());
+        match (fit, self.single.get_mut(response)) {
+            (Some(fit), Some(own)) => *own = fit.accelerance(),
+            _ => self.torn = true,
+        }
+        Ok(())
+    }
+
+    /// This hit's own mass lines, once all responses are added, zero beyond the last; `None` when one of
+    /// them has none.
+    pub fn mass_lines(&self, calibration: &Calibration) -> Option<SVector<R, RESPONSES>> {
+        let mut single = self.single;
+        calibration.undo_cross_axis(single.as_mut_slice());
+        (!self.torn).then_some(single)
+    }
+
+    /// Takes the force out of the spectra again.
+    pub fn remove_force(&self, spectra: &mut DofSpectra<R>) {
+        spectra.remove_force(self.force);
+    }
+
+    /// Takes a response out of the spectra again: transformed once more, as its lines are not kept.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn remove_response<D: Readings<R> + ?Sized>(
+        &mut self,
+        response: usize,
+        record: &D,
+        spectra: &mut DofSpectra<R>,
+    ) -> Result<(), FftError> {
+        let lines = self.transform(response, record)?;
+        spectra.remove_response(response, self.force, &lines);
+        Ok(())
+    }
+
+    fn transform<D: Readings<R> + ?Sized>(
+        &mut self,
+        response: usize,
+        record: &D,
+    ) -> Result<[Complex<R>; SPECTRUM_LINES], FftError> {
+        let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_LINES];
+        self.analysis.response(record, response, self.scratch, &mut lines)?;
+        Ok(lines)
+    }
+}
+
+/// Compares a hit with its siblings by their own mass lines, and adds it to them, unless it does not
+/// agree and `verdict` on that is to reject it. Then [`Standing::Astray`] is to be taken out of the
+/// spectra, and with [`Standing::Contradicts`] the DOF begins anew.
+pub fn join<R: RealFft>(
+    siblings: &mut ScatterAccumulator<R, RESPONSES>,
+    single: &SVector<R, RESPONSES>,
+    verdict: Verdict,
+) -> Standing<R> {
+    let hits = u32::from(siblings.hits());
+    let standing = standing(hits, siblings.spread(), siblings.distance(single));
+    if standing == Standing::Agrees || verdict != Verdict::Reject {
+        siblings.add(single);
+    }
+    standing
+}
+
+/// The band of a DOF, Hz: as set, else as its averaged spectra show it; `None` when they show none.
+/// `squares` are [`SPECTRUM_LINES`] numbers of scratch.
+pub fn band_of<R: RealFft>(
+    method: Method<'_, R>,
+    spectra: &DofSpectra<R>,
+    squares: &mut [R],
+) -> Option<[R; 2]> {
+    if method.test.band_hz.is_some() {
+        return method.test.band_hz;
+    }
+    squares.fill(R::zero());
+    spectra.add_squares(method.adc.responses(), squares);
+    let resolution: R = resolution(method.adc);
+    let frequency = |line: usize| R::of(line as f64) * resolution;
+    find_band(squares, frequency, method.test.exponential_decay).map(|found| found.ends)
+}
+
+/// The mass lines of all responses of a DOF over a band, as the sensors read them: what their axes read
+/// of each other is in them.
+///
+/// # Errors
+/// See [`MassLineError`].
+pub fn fit_responses<R: RealFft>(
+    method: Method<'_, R>,
+    spectra: &DofSpectra<R>,
+    band: [R; 2],
+    basis: &mut [BasisRow<R>],
+) -> Result<ResponseFits<R, RESPONSES>, MassLineError> {
+    let Method { adc, test, .. } = method;
+    let decay = test.exponential_decay;
+    let duration = R::of(RECORD_SCANS as f64) / R::of(f64::from(adc.rate.0));
+    let correlation = window_correlation(decay, duration);
+    let fitting = Fitting { band, decay, terms: test.terms, correlation };
+    let frf = |response, line| spectra.frf(test.frf_estimator, response, line);
+    let lines = lines(resolution(adc), |line| spectra.force_auto(line));
+    ResponseFits::new(lines, &fitting, adc.responses(), frf, basis)
+}
+
+/// The rig's lines with their weights.
+fn lines<R: RealFft>(
+    resolution: R,
+    weight: impl Fn(usize) -> R + Clone,
+) -> impl Iterator<Item = Line<R>> + Clone {
+    (0..SPECTRUM_LINES)
+        .map(move |i| Line { frequency: R::of(i as f64) * resolution, weight: weight(i) })
+}
