@@ -23,6 +23,8 @@
 //! | [`hits`] | grades the hits of a recording |
 //! | [`rig`] | simulated rigs, virtual or emulated |
 //! | [`qemu`] | the emulated rig |
+//! | [`firmware`] | builds the firmware of a board |
+//! | [`flash`] | puts firmware on a board |
 #![deny(unsafe_code)]
 
 mod bounded;
@@ -33,6 +35,8 @@ pub mod client;
 pub mod commands;
 pub mod design;
 pub mod error;
+pub mod firmware;
+pub mod flash;
 pub mod hits;
 pub mod identification;
 pub mod interrupt;

@@ -7,6 +7,7 @@ pub mod connect;
 pub mod demo;
 pub mod device;
 pub mod files;
+pub mod flash;
 pub mod hits;
 pub mod keyboard;
 pub mod layout;
@@ -72,6 +73,8 @@ pub enum Command {
     Layout(layout::Args),
     /// Find rigs, say who they are and what they have counted.
     Device(device::Args),
+    /// Put the firmware on a board; what the rig has stored stays.
+    Flash(flash::Args),
     /// Measure with a rig: send the layout, follow the hits, fetch the result.
     Measure(measure::Args),
     /// Calibrate sensors and hammer, keep calibrations, see whether one still holds.
@@ -131,6 +134,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Demo(args) => demo::run(&args, output),
         Command::Layout(args) => layout::run(&args, output),
         Command::Device(args) => device::run(&args, output),
+        Command::Flash(args) => flash::run(&args, output),
         Command::Measure(args) => measure::run(&args, output),
         Command::Calibrate(args) => calibrate::run(&args, output),
         Command::Results(args) => results::run(&args, output),

@@ -12,10 +12,21 @@
 //! [`ScanSource`]: massline_virtual::source::ScanSource
 
 mod feeder;
-mod firmware;
 mod machine;
 mod memory;
 
 pub use feeder::Feeder;
-pub use firmware::{TARGET, build_firmware, checkout};
 pub use machine::EmulatedRig;
+
+pub use crate::firmware::checkout;
+
+/// The target of the emulated rig.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Builds the firmware of the emulated rig from the checkout; gives the ELF file.
+///
+/// # Errors
+/// As [`crate::firmware::build`].
+pub fn build_firmware() -> crate::error::Result<std::path::PathBuf> {
+    crate::firmware::build("massline-mps2-an386", TARGET, "--firmware")
+}

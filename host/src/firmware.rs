@@ -1,25 +1,23 @@
-//! The firmware that the emulated rig runs: built from the checkout that this program came from.
+//! The firmware of a board: built from the checkout that this program came from.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::error::{Error, Result};
 
-/// The target of the emulated rig.
-pub const TARGET: &str = "thumbv7em-none-eabihf";
-const PACKAGE: &str = "massline-mps2-an386";
-
-/// Builds the firmware of the emulated rig from the checkout; gives the ELF file.
+/// Builds `package` for `target` from the checkout; gives the ELF file. `otherwise` names the option that
+/// takes a built one.
 ///
 /// # Errors
 /// `no_checkout` when the sources are gone, `target_missing` when the compiler lacks the target,
 /// `firmware_build_failed` with what cargo said.
-pub fn build_firmware() -> Result<PathBuf> {
-    let checkout = checkout()?;
-    need_target(checkout)?;
+pub fn build(package: &str, target: &str, otherwise: &str) -> Result<PathBuf> {
+    let checkout = checkout()
+        .map_err(|e| e.within(format!("{package} must be built or given by {otherwise}")))?;
+    need_target(checkout, target)?;
     let output = Command::new("cargo")
         .current_dir(checkout)
-        .args(["build", "-p", PACKAGE, "--target", TARGET, "--profile", "firmware"])
+        .args(["build", "-p", package, "--target", target, "--profile", "firmware"])
         .arg("--message-format=json-render-diagnostics")
         .stderr(Stdio::inherit())
         .output()
@@ -30,15 +28,15 @@ pub fn build_firmware() -> Result<PathBuf> {
         return Err(Error::device(
             "firmware_build_failed",
             format!(
-                "cargo could not build {PACKAGE} ({}); --firmware ELF takes a built one",
+                "cargo could not build {package} ({}); {otherwise} ELF takes a built one",
                 output.status
             ),
         ));
     }
-    executable_in(&String::from_utf8_lossy(&output.stdout)).ok_or_else(|| {
+    executable_in(&String::from_utf8_lossy(&output.stdout), package).ok_or_else(|| {
         Error::internal(
             "firmware_build_failed",
-            format!("cargo built {PACKAGE} but named no executable"),
+            format!("cargo built {package} but named no executable"),
         )
     })
 }
@@ -52,16 +50,16 @@ pub fn checkout() -> Result<&'static Path> {
     checkout.filter(|path| path.join("boards/mps2-an386/Cargo.toml").is_file()).ok_or_else(|| {
         Error::input(
             "no_checkout",
-            "the sources of the firmware are not where this program was built; give the built firmware with --firmware ELF",
+            "the sources of the firmware are not where this program was built",
         )
     })
 }
 
 /// The compiler's part for the target has to be installed.
-fn need_target(checkout: &Path) -> Result<()> {
+fn need_target(checkout: &Path, target: &str) -> Result<()> {
     let output = Command::new("rustc")
         .current_dir(checkout)
-        .args(["--print", "target-libdir", "--target", TARGET])
+        .args(["--print", "target-libdir", "--target", target])
         .output()
         .map_err(|error| {
             Error::device("target_missing", format!("cannot ask rustc for its targets: {error}"))
@@ -72,17 +70,17 @@ fn need_target(checkout: &Path) -> Result<()> {
     }
     Err(Error::device(
         "target_missing",
-        format!("the Rust target of the emulated rig is not installed: rustup target add {TARGET}"),
+        format!("the Rust target of the firmware is not installed: rustup target add {target}"),
     ))
 }
 
 /// The executable of the package in cargo's JSON messages.
-fn executable_in(messages: &str) -> Option<PathBuf> {
+fn executable_in(messages: &str, package: &str) -> Option<PathBuf> {
     messages
         .lines()
         .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
         .filter_map(|message| message["executable"].as_str().map(PathBuf::from))
-        .find(|path| path.file_stem().is_some_and(|name| name == PACKAGE))
+        .find(|path| path.file_stem().is_some_and(|name| name == package))
 }
 
 #[cfg(test)]
@@ -95,9 +93,9 @@ mod tests {
             {"reason":"compiler-artifact","executable":null}
             {"reason":"compiler-artifact","executable":"/x/firmware/massline-mps2-an386"}
             {"reason":"build-finished","success":true}"#;
-        let elf = executable_in(messages);
+        let elf = executable_in(messages, "massline-mps2-an386");
         assert_eq!(elf.as_deref(), Some(Path::new("/x/firmware/massline-mps2-an386")));
-        assert_eq!(executable_in("no json\n{}"), None);
+        assert_eq!(executable_in("no json\n{}", "x"), None);
     }
 
     #[test]

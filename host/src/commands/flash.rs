@@ -1,0 +1,236 @@
+//! `massline flash`: puts the firmware on a board.
+
+use std::path::PathBuf;
+
+use clap::builder::PossibleValuesParser;
+use indicatif::ProgressBar;
+use serde_json::{Value, json};
+
+use crate::error::{Error, Result};
+use crate::firmware;
+use crate::flash::board::{BOARDS, Board, Way};
+use crate::flash::drive::{self, Kind, Taken};
+use crate::flash::image::Image;
+use crate::flash::plan::Plan;
+use crate::flash::usb::Stm32Dfu;
+use crate::flash::{Step, Watch, dfuse};
+use crate::interrupt::Interrupt;
+use crate::output::Output;
+
+/// Arguments of `massline flash`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Ways:
+  blackpill-f411   dfu: hold BOOT0, press and release NRST, let BOOT0 go; or probe
+  nucleo-g474re    drive: its USB socket, nothing to press; or probe
+  pico2            drive: hold BOOTSEL while you plug it in; or probe
+
+Without --image the firmware is built from the sources that this program was built from. What the rig has
+stored is never written: layouts, calibration, results stay.
+
+Examples:
+  massline flash --board blackpill-f411
+  massline flash --board blackpill-f411 --dry-run
+  massline flash --board nucleo-g474re --image massline-nucleo-g474re
+  massline flash --board pico2 --drive /media/me/RP2350 --json")]
+pub struct Args {
+    /// The board.
+    #[arg(long, value_parser = PossibleValuesParser::new(BOARDS.iter().map(|b| b.name)))]
+    board: String,
+    /// Firmware as cargo builds it (ELF); without it, it is built.
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
+    /// The way to the board's flash; without it, the one that needs nothing but a cable.
+    #[arg(long, value_enum)]
+    via: Option<Way>,
+    /// Where the board's drive is mounted, if it is not found.
+    #[arg(long, value_name = "FOLDER")]
+    drive: Option<PathBuf>,
+    /// Check the image and say what would be erased and written; touch no board.
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the image is not for the board, the board is not found, or it does not hold what was written.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let board = Board::named(&args.board)
+        .ok_or_else(|| Error::internal("unknown_board", args.board.clone()))?;
+    let way = way(args, board)?;
+    let path = match &args.image {
+        Some(path) => path.clone(),
+        None => firmware::build(&board.package(), board.target, "--image")?,
+    };
+    let plan = Plan::new(board, Image::read(&path, board)?)
+        .map_err(|error| error.within(path.display()))?;
+    let done = if args.dry_run { None } else { Some(flash(way, args, &plan, output)?) };
+    let facts = Facts { way, plan: &plan, path: path.display().to_string(), done };
+    output.answer(&facts.json(), |_| facts.text())
+}
+
+fn way(args: &Args, board: &Board) -> Result<Way> {
+    let way = match args.via {
+        Some(way) => way,
+        None if args.drive.is_some() => Way::Drive,
+        None => board.ways[0],
+    };
+    let names: Vec<_> = board.ways.iter().map(|way| way.name()).collect();
+    if !board.ways.contains(&way) {
+        return Err(Error::input(
+            "no_such_way",
+            format!("{} is not flashed by {}; use {}", board.name, way.name(), names.join(" or ")),
+        ));
+    }
+    if args.drive.is_some() && way != Way::Drive {
+        return Err(Error::input("usage", "--drive goes with --via drive"));
+    }
+    Ok(way)
+}
+
+/// How far it is known that the board holds the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Done {
+    ReadBack,
+    Started,
+    Unverified,
+}
+
+fn flash(way: Way, args: &Args, plan: &Plan, output: &mut Output) -> Result<Done> {
+    let interrupt = output.interrupt().clone();
+    let _guard = interrupt.guard();
+    let mut watch = Bar::new(output, plan, interrupt.clone());
+    match way {
+        Way::Dfu => dfuse::flash(&Stm32Dfu::open()?, plan, &mut watch).map(|()| Done::ReadBack),
+        Way::Drive => {
+            let kind = Kind::of(plan.board).ok_or_else(|| {
+                Error::internal("no_drive", format!("{} shows no drive", plan.board.name))
+            })?;
+            let drive = drive::find(kind, args.drive.as_deref())?;
+            drive::flash(kind, &drive, plan, &mut watch).map(|taken| match taken {
+                Taken::Whole => Done::Started,
+                Taken::Silently => Done::Unverified,
+            })
+        }
+        Way::Probe => by_probe(plan, &mut watch),
+    }
+}
+
+#[cfg(feature = "probe")]
+fn by_probe(plan: &Plan, watch: &mut dyn Watch) -> Result<Done> {
+    crate::flash::probe::flash(plan, watch).map(|()| Done::ReadBack)
+}
+
+#[cfg(not(feature = "probe"))]
+fn by_probe(_: &Plan, _: &mut dyn Watch) -> Result<Done> {
+    Err(Error::input(
+        "built_without_probe",
+        "this massline was built without probes: cargo install --path host --features probe",
+    ))
+}
+
+/// The progress on a terminal.
+struct Bar {
+    bar: ProgressBar,
+    step: Option<Step>,
+    interrupt: Interrupt,
+}
+
+impl Bar {
+    fn new(output: &Output, plan: &Plan, interrupt: Interrupt) -> Self {
+        Self { bar: output.bar(plan.image.len(), plan.board.name), step: None, interrupt }
+    }
+}
+
+impl Watch for Bar {
+    fn at(&mut self, step: Step, done: u64, of: u64) -> Result<()> {
+        if self.interrupt.pressed() {
+            return Err(Error::interrupted(
+                "stopped: the board holds no whole firmware now; run the same again",
+            ));
+        }
+        if self.step != Some(step) {
+            self.step = Some(step);
+            self.bar.set_length(of);
+            self.bar.set_message(match step {
+                Step::Erase => "bytes erased",
+                Step::Write => "bytes written",
+                Step::Verify => "bytes read back",
+            });
+        }
+        self.bar.set_position(done);
+        Ok(())
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// What the command answers.
+struct Facts<'p> {
+    way: Way,
+    plan: &'p Plan,
+    path: String,
+    /// `None` after a dry run.
+    done: Option<Done>,
+}
+
+impl Facts<'_> {
+    fn json(&self) -> Value {
+        let range = |start: u32, end: u64| json!({ "start": start, "end": end });
+        let board = self.plan.board;
+        json!({
+            "board": board.name,
+            "image": self.path,
+            "via": self.way.name(),
+            "segments": self.plan.image.segments.iter().map(|s| range(s.address, s.end())).collect::<Vec<_>>(),
+            "bytes": self.plan.image.len(),
+            "sectors": self.plan.erase.iter().map(|s| range(s.start, s.end.into())).collect::<Vec<_>>(),
+            "store": range(board.store.start, board.store.end.into()),
+            "flashed": self.done.is_some(),
+            "verified": self.done.map(|done| done != Done::Unverified),
+        })
+    }
+
+    fn text(&self) -> String {
+        let board = self.plan.board;
+        let mut lines = vec![format!("{}: {}", board.name, self.path)];
+        for segment in &self.plan.image.segments {
+            lines.push(format!(
+                "  image    0x{:08x} to 0x{:08x}  {:7} bytes",
+                segment.address,
+                segment.end(),
+                segment.bytes.len()
+            ));
+        }
+        lines.push(format!(
+            "  erased   {} sectors, {} bytes\n  store    0x{:08x} to 0x{:08x}, not touched",
+            self.plan.erase.len(),
+            self.plan.erased(),
+            board.store.start,
+            board.store.end
+        ));
+        lines.push(self.outcome().into());
+        lines.join("\n")
+    }
+
+    fn outcome(&self) -> &'static str {
+        match self.done {
+            None => "nothing flashed: this was a dry run",
+            Some(Done::ReadBack) => {
+                "flashed, read back and found the same; the rig starts. Next: massline device identify"
+            }
+            Some(Done::Started) => {
+                "the boot loader has taken every block and started the rig. Next: massline device identify"
+            }
+            Some(Done::Unverified) => {
+                "the ST-LINK has taken the file without a complaint. Next: massline device identify, which \
+                 tells whether the rig runs"
+            }
+        }
+    }
+}

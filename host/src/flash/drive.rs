@@ -1,0 +1,297 @@
+//! Boards that show themselves as a drive: a file that is copied there goes to the flash.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::board::Board;
+use super::plan::Plan;
+use super::{Step, Watch, uf2};
+use crate::error::{Error, Result};
+
+/// What a drive wants to be given, and how it is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The boot loader in the RP2350's ROM: UF2.
+    Rp2350,
+    /// The ST-LINK on a Nucleo: a plain binary.
+    StLink,
+}
+
+/// What is known once the drive has taken the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// The board has started the program, which it does only with all of it.
+    Whole,
+    /// The file went to the board; it has not said that anything failed.
+    Silently,
+}
+
+/// For the board to work off what it was given: 400 KiB take some 10 s over an ST-LINK.
+const LATE: Duration = Duration::from_secs(60);
+/// For the ST-LINK's drive to come back, if the system mounts drives by itself.
+const BACK: Duration = Duration::from_secs(8);
+/// Nothing tells this process that a drive has gone.
+const POLL: Duration = Duration::from_millis(50);
+
+impl Kind {
+    /// What the drive of this board wants; `None` for a board without.
+    pub fn of(board: &Board) -> Option<Self> {
+        match board.name {
+            "pico2" => Some(Self::Rp2350),
+            "nucleo-g474re" => Some(Self::StLink),
+            _ => None,
+        }
+    }
+
+    fn file_name(self) -> &'static str {
+        match self {
+            Self::Rp2350 => "massline.uf2",
+            Self::StLink => "massline.bin",
+        }
+    }
+
+    fn content(self, plan: &Plan) -> Vec<u8> {
+        match self {
+            Self::Rp2350 => uf2::blocks(&plan.image, uf2::RP2350_ARM_S),
+            Self::StLink => plan.image.flat().bytes,
+        }
+    }
+
+    /// Whether this mounted drive is one of the kind.
+    fn is(self, drive: &Path) -> bool {
+        match self {
+            Self::Rp2350 => fs::read_to_string(drive.join("INFO_UF2.TXT"))
+                .is_ok_and(|text| text.contains("RP2350")),
+            Self::StLink => ["DETAILS.TXT", "MBED.HTM"].iter().any(|f| drive.join(f).is_file()),
+        }
+    }
+
+    /// A drive of the kind that is this board's: an ST-LINK is named after the board it sits on.
+    fn is_of_board(self, drive: &Path) -> bool {
+        let label = drive.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        self.is(drive) && (self == Self::Rp2350 || label.contains("G474RE"))
+    }
+
+    fn missing(self) -> Error {
+        let text = match self {
+            Self::Rp2350 => {
+                "no drive of an RP2350's boot loader: hold BOOTSEL while you plug the board in. If your system \
+                 does not mount drives by itself: udisksctl mount -b /dev/disk/by-label/RP2350"
+            }
+            Self::StLink => {
+                "no drive of a Nucleo-G474RE: connect its USB socket by a cable that carries data. If your system \
+                 does not mount drives by itself: udisksctl mount -b /dev/disk/by-label/NOD_G474RE"
+            }
+        };
+        Error::device("no_drive", format!("{text}, and give its path by --drive"))
+    }
+}
+
+/// The only mounted drive of this kind, or the one that the user names.
+///
+/// # Errors
+/// `no_drive`, `several_drives`, `wrong_drive`.
+pub fn find(kind: Kind, named: Option<&Path>) -> Result<PathBuf> {
+    if let Some(drive) = named {
+        if kind.is(drive) {
+            return Ok(drive.to_owned());
+        }
+        let wanted = match kind {
+            Kind::Rp2350 => "an RP2350's boot loader: it has no INFO_UF2.TXT that names the RP2350",
+            Kind::StLink => "an ST-LINK: it has neither DETAILS.TXT nor MBED.HTM",
+        };
+        let message = format!("{} is not the drive of {wanted}", drive.display());
+        return Err(Error::input("wrong_drive", message));
+    }
+    let mut found: Vec<_> = mounted().into_iter().filter(|d| kind.is_of_board(d)).collect();
+    match (found.pop(), found.pop()) {
+        (Some(drive), None) => Ok(drive),
+        (Some(one), Some(other)) => Err(Error::device(
+            "several_drives",
+            format!("{} and {} would both do; name one by --drive", one.display(), other.display()),
+        )),
+        (None, _) => Err(kind.missing()),
+    }
+}
+
+/// Where drives are mounted.
+fn mounted() -> Vec<PathBuf> {
+    match fs::read_to_string("/proc/self/mounts") {
+        Ok(mounts) => mounts.lines().filter_map(fat_drive).collect(),
+        // macOS.
+        Err(_) => fs::read_dir("/Volumes")
+            .map(|volumes| volumes.filter_map(|v| Some(v.ok()?.path())).collect())
+            .unwrap_or_default(),
+    }
+}
+
+/// The mount point of a FAT file system in a line of `/proc/self/mounts`.
+fn fat_drive(line: &str) -> Option<PathBuf> {
+    let mut fields = line.split(' ');
+    let (_, place, system) = (fields.next()?, fields.next()?, fields.next()?);
+    let fat = ["vfat", "msdos", "exfat", "fuseblk"].contains(&system);
+    // Blanks are written in octal.
+    fat.then(|| PathBuf::from(place.replace("\\040", " ")))
+}
+
+/// Copies the image to the drive and waits until the board has taken it.
+///
+/// # Errors
+/// `drive_not_written`, `drive_not_taken`, `flash_refused` with what the board says.
+pub fn flash(kind: Kind, drive: &Path, plan: &Plan, watch: &mut dyn Watch) -> Result<Taken> {
+    let bytes = kind.content(plan);
+    let file = drive.join(kind.file_name());
+    // Complaints about what was flashed before are no news.
+    let before = complaint(drive);
+    copy(&file, &bytes, watch)?;
+    let start = Instant::now();
+    while file.exists() {
+        if start.elapsed() > LATE {
+            return Err(Error::device(
+                "drive_not_taken",
+                format!(
+                    "{} has not taken {} within {} s",
+                    drive.display(),
+                    kind.file_name(),
+                    LATE.as_secs()
+                ),
+            ));
+        }
+        if before.is_none() {
+            refused(drive)?;
+        }
+        thread::sleep(POLL);
+    }
+    match kind {
+        Kind::Rp2350 => Ok(Taken::Whole),
+        Kind::StLink => {
+            let start = Instant::now();
+            while !kind.is(drive) && start.elapsed() < BACK {
+                thread::sleep(POLL);
+            }
+            refused(drive)?;
+            Ok(Taken::Silently)
+        }
+    }
+}
+
+fn copy(path: &Path, bytes: &[u8], watch: &mut dyn Watch) -> Result<()> {
+    let failed = |error: io::Error| {
+        Error::device("drive_not_written", format!("{}: {error}", path.display()))
+    };
+    let mut file = File::create(path).map_err(failed)?;
+    let mut done = 0;
+    for part in bytes.chunks(16 << 10) {
+        file.write_all(part).map_err(failed)?;
+        done += part.len() as u64;
+        watch.at(Step::Write, done, bytes.len() as u64)?;
+    }
+    // The board may be gone with the last block, before the directory is written.
+    let _ = file.sync_all();
+    Ok(())
+}
+
+/// What the ST-LINK writes on its drive when it could not flash.
+fn complaint(drive: &Path) -> Option<String> {
+    let text = fs::read_to_string(drive.join("FAIL.TXT")).ok()?;
+    Some(text.chars().filter(|c| !c.is_control()).take(200).collect())
+}
+
+fn refused(drive: &Path) -> Result<()> {
+    complaint(drive).map_or(Ok(()), |text| {
+        Err(Error::device("flash_refused", format!("the ST-LINK says: {}", text.trim())))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::image::{Image, Segment};
+    use super::*;
+
+    struct Quiet;
+
+    impl Watch for Quiet {
+        fn at(&mut self, _: Step, _: u64, _: u64) -> Result<()> {
+            Ok(())
+        }
+    }
+
+    fn plan(board: &str) -> Plan {
+        let board = Board::named(board).unwrap();
+        let bytes = (0..20_000u32).map(|i| (i / 3) as u8).collect();
+        let image = Image { segments: vec![Segment { address: board.origin, bytes }] };
+        Plan::new(board, image).unwrap()
+    }
+
+    /// Does with the file on its drive what a board does, as soon as it has `size` bytes.
+    fn board(drive: PathBuf, kind: Kind, size: usize) -> thread::JoinHandle<Vec<u8>> {
+        let file = drive.join(kind.file_name());
+        thread::spawn(move || {
+            loop {
+                match fs::read(&file) {
+                    Ok(bytes) if bytes.len() == size => break,
+                    _ => thread::yield_now(),
+                }
+            }
+            let taken = fs::read(&file).unwrap();
+            match kind {
+                Kind::Rp2350 => fs::remove_dir_all(&drive).unwrap(),
+                Kind::StLink => {
+                    fs::write(drive.join("FAIL.TXT"), "SWD ERROR\r\n").unwrap();
+                    fs::remove_file(&file).unwrap();
+                }
+            }
+            taken
+        })
+    }
+
+    fn drive(file: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let drive = folder.path().join("drive");
+        fs::create_dir(&drive).unwrap();
+        fs::write(drive.join(file), text).unwrap();
+        (folder, drive)
+    }
+
+    #[test]
+    fn the_boot_loader_of_an_rp2350_is_given_a_uf2_and_goes_away() {
+        let (_folder, drive) = drive("INFO_UF2.TXT", "UF2 Bootloader v1.0\nBoard-ID: RP2350\n");
+        let plan = plan("pico2");
+        let kind = Kind::of(plan.board).unwrap();
+        let rom = board(drive.clone(), kind, 20_000usize.div_ceil(256) * 512);
+        assert_eq!(find(kind, Some(&drive)), Ok(drive.clone()));
+        assert_eq!(flash(kind, &drive, &plan, &mut Quiet), Ok(Taken::Whole));
+        let (bytes, _) = uf2_decode::convert_from_uf2(&rom.join().unwrap()).unwrap();
+        assert_eq!(bytes[..20_000], plan.image.segments[0].bytes[..]);
+    }
+
+    #[test]
+    fn what_an_st_link_complains_of_is_passed_on() {
+        let (_folder, drive) = drive("DETAILS.TXT", "Version: 0221");
+        let plan = plan("nucleo-g474re");
+        let kind = Kind::of(plan.board).unwrap();
+        let link = board(drive.clone(), kind, 20_000);
+        let error = flash(kind, &drive, &plan, &mut Quiet).unwrap_err();
+        assert_eq!(error.to_string(), "the ST-LINK says: SWD ERROR");
+        assert_eq!(link.join().unwrap(), plan.image.segments[0].bytes);
+    }
+
+    #[test]
+    fn a_drive_of_something_else_is_not_written() {
+        let (_folder, drive) =
+            drive("INFO_UF2.TXT", "Model: Raspberry Pi RP2\nBoard-ID: RPI-RP2\n");
+        assert_eq!(find(Kind::Rp2350, Some(&drive)).unwrap_err().code(), "wrong_drive");
+        assert_eq!(find(Kind::StLink, Some(&drive)).unwrap_err().code(), "wrong_drive");
+    }
+
+    #[test]
+    fn fat_drives_are_found_among_the_mounts() {
+        let line = "/dev/sdb1 /media/me/NOD\\040G474RE vfat rw,nosuid 0 0";
+        assert_eq!(fat_drive(line), Some(PathBuf::from("/media/me/NOD G474RE")));
+        assert_eq!(fat_drive("proc /proc proc rw 0 0"), None);
+        assert_eq!(fat_drive(""), None);
+    }
+}

@@ -1,0 +1,67 @@
+//! What is erased and what is written, and that the store is neither.
+
+use std::ops::Range;
+
+use super::board::Board;
+use super::image::Image;
+use crate::error::{Error, Result};
+
+/// What flashing an image does to a board's flash.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// The board.
+    pub board: &'static Board,
+    /// What is written.
+    pub image: Image,
+    /// The sectors that the image lies in, by rising address; none is of the store.
+    pub erase: Vec<Range<u32>>,
+}
+
+impl Plan {
+    /// Plans an image for a board.
+    ///
+    /// # Errors
+    /// `image_outside_flash`, `image_overlaps_store`.
+    pub fn new(board: &'static Board, image: Image) -> Result<Self> {
+        let flash = board.flash();
+        for segment in &image.segments {
+            let (start, end) = (segment.address, segment.end());
+            if start < flash.start || end > u64::from(flash.end) {
+                return Err(Error::input(
+                    "image_outside_flash",
+                    format!(
+                        "the image holds 0x{start:08x} to 0x{end:08x}; flash of {} is 0x{:08x} to 0x{:08x}",
+                        board.name, flash.start, flash.end
+                    ),
+                ));
+            }
+            if start < board.store.end && end > u64::from(board.store.start) {
+                return Err(overlap(board, start, end));
+            }
+        }
+        let touched = |sector: &Range<u32>| {
+            let meets = |s: &super::image::Segment| {
+                s.address < sector.end && s.end() > u64::from(sector.start)
+            };
+            image.segments.iter().any(meets)
+        };
+        let erase = board.each_sector().filter(touched).collect();
+        Ok(Self { board, image, erase })
+    }
+
+    /// Bytes of the sectors that are erased.
+    pub fn erased(&self) -> u64 {
+        self.erase.iter().map(|sector| u64::from(sector.end - sector.start)).sum()
+    }
+}
+
+fn overlap(board: &Board, start: u32, end: u64) -> Error {
+    Error::input(
+        "image_overlaps_store",
+        format!(
+            "the image holds 0x{start:08x} to 0x{end:08x} and would overwrite what the rig has stored at \
+             0x{:08x} to 0x{:08x} (layouts, calibration, results); link it with boards/{}/memory.x",
+            board.store.start, board.store.end, board.name
+        ),
+    )
+}

@@ -1,0 +1,187 @@
+//! Finds a boot loader on USB and speaks to it, without system libraries.
+
+use std::time::Duration;
+
+use dfu_core::functional_descriptor::FunctionalDescriptor;
+use dfu_core::memory_layout::MemoryLayout;
+use dfu_core::{DfuIo, DfuProtocol};
+use nusb::transfer::{ControlIn, ControlOut, ControlType, Recipient, TransferError};
+use nusb::{DeviceInfo, ErrorKind, Interface, MaybeFuture};
+
+use crate::error::{Error, Result};
+
+/// The DFU boot loader of every STM32.
+const STM32_DFU: (u16, u16) = (0x0483, 0xDF11);
+/// The alternate setting of the internal flash is described by a string that begins so.
+const FLASH: &str = "@Internal Flash";
+/// The boot loader may not answer while it erases.
+const TIMEOUT: Duration = Duration::from_secs(20);
+
+/// The boot loader of an STM32, opened for its internal flash.
+pub struct Stm32Dfu {
+    interface: Interface,
+    descriptor: FunctionalDescriptor,
+    protocol: DfuProtocol<MemoryLayout>,
+}
+
+impl Stm32Dfu {
+    /// Opens the only STM32 in DFU mode.
+    ///
+    /// # Errors
+    /// `no_dfu_device`, `several_dfu_devices`, `usb_denied`, `wrong_chip`, `usb_failed`.
+    pub fn open() -> Result<Self> {
+        let devices = nusb::list_devices().wait().map_err(|error| {
+            Error::device("usb_failed", format!("the USB devices cannot be listed: {error}"))
+        })?;
+        let device = only(devices)?;
+        let device = device.open().wait().map_err(|error| opened(&error))?;
+        let configuration = device.active_configuration().map_err(failed)?;
+        for setting in configuration.interface_alt_settings() {
+            let Some(index) = setting.string_index() else { continue };
+            // Every STM32 answers in US English.
+            let text =
+                device.get_string_descriptor(index, 0x0409, TIMEOUT).wait().map_err(failed)?;
+            // The parser of the layout cuts by bytes.
+            if !text.starts_with(FLASH) || !text.is_ascii() {
+                continue;
+            }
+            let descriptor = configuration
+                .interface_alt_settings()
+                .flat_map(|s| s.descriptors().collect::<Vec<_>>())
+                .find_map(|d| FunctionalDescriptor::from_bytes(d.as_bytes()))
+                .ok_or_else(|| failed("it has no DFU descriptor"))?
+                .map_err(failed)?;
+            let protocol = DfuProtocol::new(&text, descriptor.dfu_version).map_err(failed)?;
+            let interface = device
+                .claim_interface(setting.interface_number())
+                .wait()
+                .map_err(|error| opened(&error))?;
+            interface.set_alt_setting(setting.alternate_setting()).wait().map_err(failed)?;
+            return Ok(Self { interface, descriptor, protocol });
+        }
+        Err(Error::device("wrong_chip", "the device in DFU mode offers no internal flash"))
+    }
+}
+
+fn only(devices: impl Iterator<Item = DeviceInfo>) -> Result<DeviceInfo> {
+    let stm32 = |d: &DeviceInfo| (d.vendor_id(), d.product_id()) == STM32_DFU;
+    let mut found: Vec<_> = devices.filter(stm32).collect();
+    match (found.pop(), found.len()) {
+        (Some(device), 0) => Ok(device),
+        (Some(_), others) => Err(Error::device(
+            "several_dfu_devices",
+            format!("{} chips are in DFU mode; leave one of them connected", others + 1),
+        )),
+        (None, _) => Err(Error::device(
+            "no_dfu_device",
+            "no chip in DFU mode (USB 0483:df11): hold BOOT0, press and release NRST, let BOOT0 go, and run \
+             this again. The cable must carry data. On some boards PA10 must not float: pull it to ground \
+             or 3V3 by 10 kΩ.",
+        )),
+    }
+}
+
+fn opened(error: &nusb::Error) -> Error {
+    match error.kind() {
+        ErrorKind::PermissionDenied => Error::device(
+            "usb_denied",
+            format!(
+                "the chip in DFU mode may not be opened ({error}). Put this line into \
+                 /etc/udev/rules.d/70-massline.rules, run `sudo udevadm control --reload`, and plug the \
+                 board in again:\n{}",
+                udev_rule(STM32_DFU)
+            ),
+        ),
+        ErrorKind::Busy => Error::device(
+            "usb_busy",
+            "another program has opened the chip in DFU mode; end it and run this again",
+        ),
+        _ => failed(error),
+    }
+}
+
+/// The rule by which Linux lets the user who is logged in open this device.
+fn udev_rule((vendor, product): (u16, u16)) -> String {
+    format!(
+        "SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"{vendor:04x}\", ATTR{{idProduct}}==\"{product:04x}\", TAG+=\"uaccess\""
+    )
+}
+
+fn failed(error: impl std::fmt::Display) -> Error {
+    Error::device("usb_failed", format!("the chip in DFU mode cannot be used: {error}"))
+}
+
+/// A transfer that failed.
+#[derive(Debug, thiserror::Error)]
+pub enum UsbError {
+    /// The bus, or the device's refusal.
+    #[error(transparent)]
+    Transfer(#[from] TransferError),
+    /// Resetting the device.
+    #[error(transparent)]
+    Reset(#[from] nusb::Error),
+    /// The protocol.
+    #[error(transparent)]
+    Dfu(#[from] dfu_core::Error),
+}
+
+impl DfuIo for Stm32Dfu {
+    type Read = usize;
+    type Write = usize;
+    type Reset = ();
+    type Error = UsbError;
+    type MemoryLayout = MemoryLayout;
+
+    fn read_control(
+        &self,
+        _: u8,
+        request: u8,
+        value: u16,
+        buffer: &mut [u8],
+    ) -> Result<usize, UsbError> {
+        let transfer = ControlIn {
+            control_type: ControlType::Class,
+            recipient: Recipient::Interface,
+            request,
+            value,
+            index: self.interface.interface_number().into(),
+            length: u16::try_from(buffer.len()).unwrap_or(u16::MAX),
+        };
+        let read = self.interface.control_in(transfer, TIMEOUT).wait()?;
+        let got = read.len().min(buffer.len());
+        buffer[..got].copy_from_slice(&read[..got]);
+        Ok(got)
+    }
+
+    fn write_control(
+        &self,
+        _: u8,
+        request: u8,
+        value: u16,
+        buffer: &[u8],
+    ) -> Result<usize, UsbError> {
+        let transfer = ControlOut {
+            control_type: ControlType::Class,
+            recipient: Recipient::Interface,
+            request,
+            value,
+            index: self.interface.interface_number().into(),
+            data: buffer,
+        };
+        self.interface.control_out(transfer, TIMEOUT).wait()?;
+        Ok(buffer.len())
+    }
+
+    /// Never asked for: the boot loader starts the program by itself.
+    fn usb_reset(self) -> Result<(), UsbError> {
+        Ok(())
+    }
+
+    fn protocol(&self) -> &DfuProtocol<MemoryLayout> {
+        &self.protocol
+    }
+
+    fn functional_descriptor(&self) -> &FunctionalDescriptor {
+        &self.descriptor
+    }
+}
