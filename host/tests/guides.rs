@@ -1,0 +1,51 @@
+//! The commands that the guides print are commands that there are.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use clap::error::ErrorKind;
+use massline::commands::Cli;
+
+/// A sentence may speak of a command without its arguments.
+const INCOMPLETE: [ErrorKind; 2] =
+    [ErrorKind::MissingRequiredArgument, ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand];
+
+/// Every guide of the project.
+fn guides() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let boards = fs::read_dir(root.join("boards")).unwrap();
+    let folders = boards.map(|entry| entry.unwrap().path()).filter(|path| path.is_dir());
+    let all = folders.chain([root.clone(), root.join("boards")]);
+    all.map(|folder| folder.join("README.md")).filter(|path| path.is_file()).collect()
+}
+
+/// Commands in a guide: between backquotes, or on lines of their own, up to a remark.
+fn commands(guide: &str) -> Vec<&str> {
+    let quoted = guide.split('`').skip(1).step_by(2);
+    let lines = guide.lines().map(str::trim);
+    // A drawing may begin with the word, too.
+    let typed = |text: &&str| text.starts_with("massline ") && !text.contains(['\n', '─']);
+    let all = quoted.chain(lines).filter(typed);
+    all.map(|text| text.split(" #").next().unwrap_or(text).trim()).collect()
+}
+
+#[test]
+fn every_command_of_the_guides_can_be_typed() {
+    let mut seen = 0;
+    for path in guides() {
+        let guide = fs::read_to_string(&path).unwrap();
+        // A fence of three is no pair of quotes.
+        for command in commands(&guide.replace("```", "")) {
+            let words = command.split(" > ").next().unwrap_or(command).split_whitespace();
+            if let Err(error) = Cli::try_parse_from(words)
+                && !INCOMPLETE.contains(&error.kind())
+            {
+                panic!("{}: `{command}`: {error}", path.display());
+            }
+            seen += 1;
+        }
+    }
+    // Those of the README alone are more.
+    assert!(seen > 20, "{seen} commands found");
+}
