@@ -133,9 +133,11 @@ impl<'m, R: RealFft> HitInHand<'m, R> {
         record: &D,
         spectra: &mut DofSpectra<R>,
     ) -> Result<(), FftError> {
-        let mut lines = self.transform(response, record)?;
+        let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_LINES];
+        self.analysis.response(record, response, self.scratch, &mut lines)?;
         spectra.add_response(response, self.force, &lines);
         HitAnalysis::divide(&mut lines, self.force);
+        let lines = lines.iter().copied();
         let fit = self.basis.as_ref().ok().and_then(|basis| basis.fit(lines).ok());
         match (fit, self.single.get_mut(response)) {
             (Some(fit), Some(own)) => *own = fit.accelerance(),
@@ -167,19 +169,10 @@ impl<'m, R: RealFft> HitInHand<'m, R> {
         record: &D,
         spectra: &mut DofSpectra<R>,
     ) -> Result<(), FftError> {
-        let lines = self.transform(response, record)?;
-        spectra.remove_response(response, self.force, &lines);
-        Ok(())
-    }
-
-    fn transform<D: Readings<R> + ?Sized>(
-        &mut self,
-        response: usize,
-        record: &D,
-    ) -> Result<[Complex<R>; SPECTRUM_LINES], FftError> {
         let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_LINES];
         self.analysis.response(record, response, self.scratch, &mut lines)?;
-        Ok(lines)
+        spectra.remove_response(response, self.force, &lines);
+        Ok(())
     }
 }
 
