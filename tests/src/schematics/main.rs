@@ -74,7 +74,21 @@ mod tests {
                 pins(list.split_once(to).unwrap().0).collect::<Vec<_>>()
             };
             let (buttons, screen) = (&wiring.buttons, &wiring.screen);
-            assert_eq!(order("channels: (", ')'), wiring.channels, "{board}");
+            match &wiring.adc {
+                None => assert_eq!(order("channels: (", ')'), wiring.channels, "{board}"),
+                Some(adc) => {
+                    // What the firmware calls the converter's pins.
+                    let names = [
+                        ("SDO", "data_out: "),
+                        ("SDI", "data_in: "),
+                        ("SCLK", "clock: "),
+                        ("CS", "select: "),
+                    ];
+                    for ([pin, board], (name, field)) in adc.wires.iter().zip(names) {
+                        assert_eq!((pin.as_str(), order(field, ',')), (name, vec![board.clone()]));
+                    }
+                }
+            }
             assert_eq!(order("buttons: [", ']'), [&*buttons.ok, &*buttons.back, &*buttons.next]);
             assert_eq!(order("screen(", ')'), [&*screen.scl, &*screen.sda]);
             assert_eq!(order("tone: ", ')'), [&*wiring.buzzer]);
@@ -92,11 +106,15 @@ mod tests {
         }
     }
 
-    /// The pins that firmware takes from the chip: `p.PA0`.
+    /// The pins that firmware takes from the chip: `p.PA0`, or `p.PIN_16`, which the board calls GP16.
     fn pins(code: &str) -> impl Iterator<Item = String> {
-        let words = code.split(|c: char| !c.is_ascii_alphanumeric() && c != '.');
-        let pins = words.filter_map(|word| word.strip_prefix("p.P"));
-        pins.filter(|pin| pin.chars().skip(1).all(|c| c.is_ascii_digit()))
-            .map(|pin| format!("P{pin}"))
+        let words = code.split(|c: char| !c.is_ascii_alphanumeric() && c != '.' && c != '_');
+        let number = |text: &str| !text.is_empty() && text.chars().all(|c| c.is_ascii_digit());
+        words.filter_map(|word| word.strip_prefix("p.P")).filter_map(move |pin| {
+            match pin.strip_prefix("IN_") {
+                Some(pin) => number(pin).then(|| format!("GP{pin}")),
+                None => pin.get(1..).is_some_and(number).then(|| format!("P{pin}")),
+            }
+        })
     }
 }

@@ -37,6 +37,15 @@ impl Pen {
         let _ = writeln!(self.svg, "{element}");
     }
 
+    /// From here on everything is drawn farther right by `x`, until [`Pen::unshift`].
+    pub fn shift(&mut self, x: i32) {
+        self.add(format_args!("<g transform=\"translate({x},0)\">"));
+    }
+
+    pub fn unshift(&mut self) {
+        self.add(format_args!("</g>"));
+    }
+
     /// A line through points.
     pub fn wire(&mut self, points: &[(i32, i32)]) {
         let points: Vec<_> = points.iter().map(|(x, y)| format!("{x},{y}")).collect();

@@ -2,9 +2,11 @@
 //! right, the supplies below.
 
 use crate::pen::{Align, Pen};
-use crate::source::{Parts, Plug, Wiring};
+use crate::source::{Adc, Parts, Plug, Wiring};
 
 const SIZE: (i32, i32) = (1300, 1090);
+/// Room for a converter between buffers and board.
+const ADC: i32 = 270;
 /// Height of a channel.
 const ROW: i32 = 66;
 /// The hammer's wire, and that of the first sensor.
@@ -22,18 +24,24 @@ const AMPLIFIERS: [(&str, [u8; 3]); 4] =
 
 /// The sheet as SVG.
 pub fn draw(parts: &Parts, wiring: &Wiring) -> String {
-    let mut pen = Pen::new(SIZE.0, SIZE.1);
+    let beside = if wiring.adc.is_some() { ADC } else { 0 };
+    let mut pen = Pen::new(SIZE.0 + beside, SIZE.1);
     let mut sheet = Sheet { pen: &mut pen, parts, wiring };
     sheet.title();
-    sheet.board();
     sheet.hammer();
     for sensor in 0..parts.sensor.count {
         sheet.sensor(sensor);
     }
+    if let Some(adc) = &wiring.adc {
+        sheet.adc(adc);
+    }
+    sheet.pen.shift(beside);
+    sheet.board();
     sheet.panel();
     for (row, plug) in (0..).zip(&wiring.plug) {
         sheet.plug(HAMMER + 545 + 75 * row, plug);
     }
+    sheet.pen.unshift();
     sheet.supplies();
     pen.finish()
 }
@@ -51,10 +59,70 @@ impl Sheet<'_> {
     }
 
     fn board(&mut self) {
-        self.pen.part((LEFT, 90), (RIGHT - LEFT, SENSORS + 9 * ROW - 80));
-        let middle = (LEFT + RIGHT) / 2;
-        self.pen.text((middle, 114), 15, Align::Middle, &self.wiring.board);
-        self.pen.text((middle, 132), 12, Align::Middle, &self.wiring.chip);
+        let wiring = self.wiring;
+        self.block(RIGHT - LEFT, &wiring.board, &wiring.chip);
+        match &wiring.adc {
+            Some(adc) => {
+                for (y, [_, pin]) in adc_wires(adc) {
+                    self.pen.text((LEFT + 8, y + 4), 12, Align::Left, pin);
+                }
+            }
+            None => self.inputs(),
+        }
+    }
+
+    /// The box that all channels end at.
+    fn block(&mut self, width: i32, name: &str, note: &str) {
+        self.pen.part((LEFT, 90), (width, SENSORS + 9 * ROW - 80));
+        self.pen.text((LEFT + width / 2, 114), 15, Align::Middle, name);
+        self.pen.text((LEFT + width / 2, 132), 12, Align::Middle, note);
+    }
+
+    /// Names of the channels' pins.
+    fn inputs(&mut self) {
+        let wires = [HAMMER].into_iter().chain((0..).map(|row| SENSORS + row * ROW));
+        for (y, pin) in wires.zip(&self.wiring.channels) {
+            let pin = self.pin(pin);
+            self.pen.text((LEFT + 8, y + 17), 12, Align::Left, &pin);
+        }
+    }
+
+    /// A converter with its reference.
+    fn adc(&mut self, adc: &Adc) {
+        let (right, rail, reference) = (LEFT + 170, &self.wiring.supply, self.wiring.sensor_rail());
+        self.block(right - LEFT, &adc.part, &adc.note);
+        self.inputs();
+        for (y, name) in [(175, &adc.supply), (235, &adc.reference)] {
+            self.pen.text((right - 8, y + 4), 12, Align::Right, name);
+            self.pen.wire(&[(right, y), (right + 24, y), (right + 24, y - 10)]);
+        }
+        self.pen.supply((right + 24, 165), rail);
+        self.pen.supply((right + 24, 225), reference);
+        self.pen.text((right - 8, 279), 12, Align::Right, &adc.ground);
+        self.pen.wire(&[(right, 275), (right + 24, 275), (right + 24, 283)]);
+        self.pen.ground((right + 24, 283));
+        for (y, name) in [(335, &adc.joined[0]), (365, &adc.joined[1])] {
+            self.pen.text((right - 8, y + 4), 12, Align::Right, name);
+        }
+        self.pen.wire(&[(right, 335), (right + 24, 335), (right + 24, 365), (right, 365)]);
+        for (y, [pin, _]) in adc_wires(adc) {
+            self.pen.text((right - 8, y + 4), 12, Align::Right, pin);
+            self.pen.wire(&[(right, y), (LEFT + ADC, y)]);
+        }
+        self.reference(adc);
+    }
+
+    /// What makes the supply of the sensors.
+    fn reference(&mut self, adc: &Adc) {
+        let (x, y) = (LEFT, 44);
+        self.pen.part((x, y - 18), (110, 36));
+        self.pen.text((x + 55, y + 5), 12, Align::Middle, &adc.reference_part);
+        self.pen.wire(&[(x, y), (x - 30, y), (x - 30, y - 8)]);
+        self.pen.supply((x - 30, y - 8), &self.wiring.supply);
+        self.pen.wire(&[(x + 110, y), (x + 140, y), (x + 140, y - 8)]);
+        self.pen.supply((x + 140, y - 8), self.wiring.sensor_rail());
+        self.pen.wire(&[(x + 55, y + 18), (x + 55, y + 26)]);
+        self.pen.ground((x + 55, y + 26));
     }
 
     /// The name of a pin, and where it comes out.
@@ -74,8 +142,6 @@ impl Sheet<'_> {
         self.pen.resistor((x, y), &resistor, &self.parts.buffer.resistor);
         self.pen.wire(&[(x + 50, y), (LEFT, y)]);
         self.pen.text((LEFT - 6, y - 6), 12, Align::Right, name);
-        let pin = self.pin(&self.wiring.channels[number]);
-        self.pen.text((LEFT + 8, y + 4), 12, Align::Left, &pin);
     }
 
     fn filter(&mut self, number: usize, x: i32, y: i32) {
@@ -84,7 +150,7 @@ impl Sheet<'_> {
     }
 
     fn hammer(&mut self) {
-        let (y, hammer, rail) = (HAMMER, &self.parts.hammer, &self.wiring.supply);
+        let (y, hammer, rail) = (HAMMER, &self.parts.hammer, self.wiring.sensor_rail());
         self.pen.part((70, y - 30), (100, 76));
         self.pen.text((120, y - 10), 13, Align::Middle, "hammer");
         self.pen.text((120, y + 8), 11, Align::Middle, "0 to 5 V");
@@ -95,7 +161,7 @@ impl Sheet<'_> {
         self.pen.wire(&[(220, y), (BUFFERS, y)]);
         self.pen.resistor_to_rail((245, y), -1, rail, &["R2", &hammer.to_supply]);
         self.pen.resistor_to_rail((245, y), 1, rail, &["R3", &hammer.to_ground]);
-        self.pen.clamp((315, y), rail, &["D1", &hammer.clamp]);
+        self.pen.clamp((315, y), &self.wiring.supply, &["D1", &hammer.clamp]);
         self.filter(0, 375, y);
         self.channel(0, y, (0, 3), "hammer");
     }
@@ -107,7 +173,7 @@ impl Sheet<'_> {
         self.pen.text((135, top + ROW - 4), 13, Align::Middle, &title);
         self.pen.text((135, top + ROW + 14), 12, Align::Middle, &self.parts.sensor.part);
         self.pen.wire(&[(70, top), (46, top), (46, top - 10)]);
-        self.pen.supply((46, top - 10), &self.wiring.supply);
+        self.pen.supply((46, top - 10), self.wiring.sensor_rail());
         self.pen.text((76, top + 4), 11, Align::Left, "VS");
         self.pen.wire(&[(70, top + 2 * ROW), (46, top + 2 * ROW), (46, top + 2 * ROW + 8)]);
         self.pen.ground((46, top + 2 * ROW + 8));
@@ -186,38 +252,63 @@ impl Sheet<'_> {
 
     /// The capacitors at the supplies, and the supplies of the buffers.
     fn supplies(&mut self) {
-        let (y, rail) = (SENSORS + 9 * ROW + 70, &self.wiring.supply);
-        let bulk = &self.parts.decoupling.bulk;
-        let each = &self.parts.decoupling.each;
-        let sensors = (1..=self.parts.sensor.count).map(|n| (each, format!("at sensor {n}")));
-        let buffers = (1..=self.parts.sensor.count).map(|n| (each, format!("at U{n}, pin 4")));
-        let bulks = bulk.at.iter().map(|place| (&bulk.value, format!("at {place}")));
-        let capacitors: Vec<_> =
-            bulks.chain(sensors).chain(buffers).chain([(each, "at the OLED".into())]).collect();
-        let step = 132;
-        let end = 70 + step * (capacitors.len() as i32 - 1);
-        self.pen.wire(&[(46, y), (end, y)]);
-        self.pen.wire(&[(46, y), (46, y - 10)]);
-        self.pen.supply((46, y - 10), rail);
-        for (number, (value, place)) in capacitors.iter().enumerate() {
+        let y = SENSORS + 9 * ROW + 70;
+        let capacitors = capacitors(self.parts, self.wiring);
+        let step = if capacitors.len() > 9 { 116 } else { 132 };
+        let mut last = "";
+        for (number, (rail, value, place)) in capacitors.iter().enumerate() {
             let (x, name) = (70 + step * number as i32, format!("C{}", number + 11));
+            if *rail == last {
+                self.pen.wire(&[(x - step, y), (x, y)]);
+            } else {
+                self.pen.wire(&[(x, y), (x - 24, y), (x - 24, y - 10)]);
+                self.pen.supply((x - 24, y - 10), rail);
+            }
+            last = rail;
             self.pen.capacitor((x, y), &[&name, value]);
             self.pen.text((x - 9, y + 54), 10, Align::Left, place);
         }
-        let amplifiers = &self.parts.buffer.part;
+        self.notes(y + 86);
+    }
+
+    fn notes(&mut self, y: i32) {
+        let (amplifiers, rail) = (&self.parts.buffer.part, &self.wiring.supply);
+        let sensors = self.wiring.sensor_rail();
         let notes = [
             format!(
                 "U1 to U3: {amplifiers}; pin 4 to {rail}, pin 11 to GND. U2D and U3D are free: pin 12 to GND, \
                      pin 13 to pin 14; or U2D amplifies a piezo hammer."
             ),
             format!(
-                "C1 to C10: C0G or film, beside the buffers. Take off the capacitors that a breakout brings at X, Y, Z. \
-                     Sensors run on the board's {rail}, behind no regulator of their own."
+                "C1 to C10: C0G or film, beside the buffers. Take off the capacitors that a breakout brings at \
+                     X, Y, Z. Sensors run on {sensors}, behind no regulator of their own."
             ),
             "Values and reasons: boards/README.md".to_owned(),
         ];
         for (line, note) in (0..).zip(&notes) {
-            self.pen.text((46, y + 86 + 19 * line), 12, Align::Left, note);
+            self.pen.text((46, y + 19 * line), 12, Align::Left, note);
         }
     }
+}
+
+/// The wires between converter and board, from top to bottom.
+fn adc_wires(adc: &Adc) -> impl Iterator<Item = (i32, &[String; 2])> {
+    (0..).map(|row| 430 + 40 * row).zip(&adc.wires)
+}
+
+/// Rail, value and place of each capacitor at a supply.
+fn capacitors<'a>(parts: &'a Parts, wiring: &'a Wiring) -> Vec<(&'a str, &'a str, String)> {
+    let (supply, sensors) = (wiring.supply.as_str(), wiring.sensor_rail());
+    let (bulk, each) = (&parts.decoupling.bulk, parts.decoupling.each.as_str());
+    let count = parts.sensor.count;
+    let mut all = vec![(supply, bulk.value.as_str(), bulk.at_board.clone())];
+    all.extend((1..=count).map(|n| (supply, each, format!("at U{n}, pin 4"))));
+    all.push((supply, each, "at the OLED".into()));
+    for [value, place] in wiring.adc.iter().flat_map(|adc| &adc.capacitors) {
+        let rail = if place.contains("REF") { sensors } else { supply };
+        all.push((rail, value, place.clone()));
+    }
+    all.push((sensors, &bulk.value, bulk.at_sensors.clone()));
+    all.extend((1..=count).map(|n| (sensors, each, format!("at sensor {n}"))));
+    all
 }

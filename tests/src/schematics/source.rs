@@ -73,7 +73,8 @@ pub struct Decoupling {
 #[serde(deny_unknown_fields)]
 pub struct Bulk {
     pub value: String,
-    pub at: Vec<String>,
+    pub at_board: String,
+    pub at_sensors: String,
 }
 
 /// `boards/<name>/wiring.toml`.
@@ -83,13 +84,17 @@ pub struct Wiring {
     pub board: String,
     pub chip: String,
     pub supply: String,
-    /// Hammer, then x, y, z of each sensor.
+    /// Of the sensors, where it is another.
+    pub sensor_supply: Option<String>,
+    /// Hammer, then x, y, z of each sensor: pins of the board, or of the converter beside it.
     pub channels: Vec<String>,
     pub screen: ScreenPins,
     pub buttons: Buttons,
     pub buzzer: String,
     pub light: String,
     pub plug: Vec<Plug>,
+    /// A converter beside the board.
+    pub adc: Option<Adc>,
     /// Where a pin comes out of the board, if that has another name.
     #[serde(default)]
     pub connector: BTreeMap<String, String>,
@@ -110,6 +115,25 @@ pub struct Buttons {
     pub next: String,
 }
 
+/// A converter beside the board, and the reference that supplies the sensors too.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Adc {
+    pub part: String,
+    pub note: String,
+    /// Its pins and those of the board.
+    pub wires: Vec<[String; 2]>,
+    /// Pins at the board's supply, at the reference, at ground.
+    pub supply: String,
+    pub reference: String,
+    pub ground: String,
+    /// Two pins that are joined.
+    pub joined: [String; 2],
+    pub reference_part: String,
+    /// Value and place.
+    pub capacitors: Vec<[String; 2]>,
+}
+
 /// Pins that go to a plug.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -120,6 +144,11 @@ pub struct Plug {
 }
 
 impl Wiring {
+    /// What the sensors run on.
+    pub fn sensor_rail(&self) -> &str {
+        self.sensor_supply.as_deref().unwrap_or(&self.supply)
+    }
+
     /// The pins that the firmware uses.
     #[cfg(test)]
     pub fn firmware_pins(&self) -> impl Iterator<Item = &str> {
@@ -129,7 +158,9 @@ impl Wiring {
         // SWD is the debugger's.
         let plugs = self.plug.iter().filter(|plug| !plug.name.contains("SWD"));
         let plugs = plugs.flat_map(|plug| &plug.pins);
-        let all = self.channels.iter().chain(single).chain(plugs);
+        let channels = self.channels.iter().filter(|_| self.adc.is_none());
+        let wires = self.adc.iter().flat_map(|adc| adc.wires.iter().map(|[_, board]| board));
+        let all = channels.chain(wires).chain(single).chain(plugs);
         all.map(String::as_str)
     }
 }
