@@ -73,7 +73,7 @@ pub static BOARDS: [Board; 3] = [
         target: "thumbv8m.main-none-eabihf",
         origin: 0x1000_0000,
         sectors: &[(1024, 4 << 10)],
-        store: 0x1007_0000..0x1008_0000,
+        store: 0x103F_0000..0x1040_0000,
         ram: 0x2000_0000..0x2008_2000,
         ways: &[Way::Drive, Way::Probe],
     },
