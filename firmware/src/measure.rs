@@ -189,10 +189,11 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
 
     /// Scans are missing. Before the hammer has touched that costs nothing but another arming.
     fn lose_record(&mut self, dof: usize, lost: u32) {
-        self.rig.stats.borrow_mut().scans_lost += u64::from(lost);
+        self.rig.overran(lost);
         if self.rig.campaign.borrow().phase() == Phase::Armed {
             return;
         }
+        self.rig.health.borrow_mut().hits_aborted += 1;
         let mut findings = Diagnostics::new();
         note(&mut findings, Diagnostic::whole(Code::ScansLost, Severity::Error, lost as f32));
         let report = HitReport { findings, ..HitReport::default() };
@@ -253,7 +254,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         rig.reading.set(match taken {
             Either::First(Ok(())) => Reading::Held,
             Either::First(Err(SampleError::Overrun { lost })) => {
-                rig.stats.borrow_mut().scans_lost += u64::from(lost);
+                rig.overran(lost);
                 Reading::Wanted
             }
             Either::First(Err(SampleError::Stopped)) => Reading::Failed,
@@ -296,7 +297,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             let first = match self.sampler.read(&mut block).await {
                 Ok(first) => first,
                 Err(SampleError::Overrun { lost }) => {
-                    self.rig.stats.borrow_mut().scans_lost += u64::from(lost);
+                    self.rig.overran(lost);
                     self.rig.streamed.set(Streamed::default());
                     continue;
                 }

@@ -15,7 +15,7 @@ use massline_shared::identify::Applicability;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, assumed_body, check_settings};
 use massline_shared::protocol::event::HitEvent;
 use massline_shared::protocol::message::{
-    CampaignCommand, CommandRequest, Identity, Measured, Phase, Reason, Stats, Status,
+    CampaignCommand, CommandRequest, Health, Identity, Measured, Phase, Reason, Stats, Status,
 };
 use massline_shared::protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 use massline_shared::signal::{
@@ -41,6 +41,8 @@ pub(crate) struct Rig {
     /// What is to be said about the campaign.
     pub diagnostics: RefCell<Diagnostics>,
     pub stats: RefCell<Stats>,
+    /// What is counted besides; the store has its own part.
+    pub health: RefCell<Health>,
     pub hits: RefCell<Deque<HitEvent, HIT_QUEUE>>,
     pub hits_seen: Cell<u32>,
     /// What was told of the last hit.
@@ -113,6 +115,7 @@ impl Rig {
             campaign: RefCell::new(Campaign::new()),
             diagnostics: RefCell::new(Diagnostics::new()),
             stats: RefCell::new(Stats::default()),
+            health: RefCell::new(Health::default()),
             hits: RefCell::new(Deque::new()),
             hits_seen: Cell::new(0),
             last_hit: RefCell::new(None),
@@ -338,6 +341,12 @@ impl Rig {
         let sensors = layout.as_ref().map_or(0, |layout| layout.sensors.len());
         let responses = self.adc.responses().min(3 * sensors);
         AdcProperties { channels: responses as u8 + 1, ..self.adc }
+    }
+
+    /// The sampler has lost so many scans at once.
+    pub fn overran(&self, lost: u32) {
+        self.stats.borrow_mut().scans_lost += u64::from(lost);
+        self.health.borrow_mut().overruns += 1;
     }
 
     /// Adds to what is to be said about the campaign.

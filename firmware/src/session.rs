@@ -14,14 +14,14 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::event::{HIT, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
 use massline_shared::protocol::message::{
-    ANSWER, CampaignCommand, Command, DeleteResult, GetCalibration, GetIdentity, GetLayout,
-    GetObjectInfo, GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest, ListResults,
-    MAX_CHANGE_ANSWER, PutCalibration, PutLayout, REFUSED, ReadObject, Reason, Refusal, ResultPage,
-    SetStream, StaticReading, Status, TakeReading, changes,
+    ANSWER, CampaignCommand, Command, DeleteResult, GetCalibration, GetHealth, GetIdentity,
+    GetLayout, GetObjectInfo, GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest,
+    ListResults, MAX_CHANGE_ANSWER, PutCalibration, PutLayout, REFUSED, ReadObject, Reason,
+    Refusal, ResultPage, SetStream, StaticReading, Status, TakeReading, changes,
 };
 use massline_shared::protocol::object::{ChunkRef, ChunkRequest};
 use massline_shared::protocol::{
-    Deframer, Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame,
+    Deframer, Endpoint, Frame, FrameError, MAX_FRAME, PlainFrame, crc32, encode_frame,
 };
 use massline_shared::signal::Record;
 use serde::de::DeserializeOwned;
@@ -79,17 +79,21 @@ impl<F: NorFlash> Session<'_, F> {
         let mut sender = Sender { tx, broken: true, listened: false, rig: self.rig };
         let mut news = News::default();
         let mut bytes = [0; 64];
+        let mut intake = Intake::default();
         loop {
             match select(rx.read(&mut bytes), self.rig.news.wait()).await {
                 // The link is gone.
                 Either::First(Ok(0) | Err(_)) => {
                     sender.listened = false;
+                    intake.lost = true;
                     Timer::after(LINK_PAUSE).await;
                 }
                 Either::First(Ok(n)) => {
                     let mut rest = bytes.get(..n).unwrap_or_default();
+                    intake.heard(self.rig);
                     while !rest.is_empty() {
                         let (taken, frame) = deframer.push(rest);
+                        intake.took(self.rig, rest.get(..taken), &frame);
                         rest = rest.get(taken..).unwrap_or_default();
                         match frame {
                             Some(Ok(frame)) => {
@@ -185,6 +189,10 @@ impl<F: NorFlash> Session<'_, F> {
                 let mut stats = rig.stats();
                 stats.store_failures = self.store.lock().await.failures();
                 reply.with::<GetStats>(&stats)
+            }
+            GetHealth::KIND => {
+                let store = self.store.lock().await;
+                reply.with::<GetHealth>(&store.counted(*rig.health.borrow()))
             }
             PutLayout::KIND => {
                 let answer = self.put_layout(reply.frame.body).await?;
@@ -318,6 +326,41 @@ impl<F: NorFlash> Session<'_, F> {
     }
 }
 
+/// What has come in, as far as it is counted by the byte and by the plug.
+#[derive(Default)]
+struct Intake {
+    /// Bytes since the end of the last frame.
+    pending: u32,
+    /// The link is gone.
+    lost: bool,
+}
+
+impl Intake {
+    /// Bytes have come: the link is there.
+    fn heard(&mut self, rig: &Rig) {
+        rig.health.borrow_mut().reconnects += u32::from(core::mem::take(&mut self.lost));
+    }
+
+    /// The deframer took these bytes and found this in them.
+    fn took(
+        &mut self,
+        rig: &Rig,
+        bytes: Option<&[u8]>,
+        frame: &Option<Result<Frame<'_>, FrameError>>,
+    ) {
+        let bytes = bytes.unwrap_or_default();
+        self.pending = self.pending.saturating_add(bytes.len() as u32);
+        if let Some(Err(_)) = frame {
+            let mut health = rig.health.borrow_mut();
+            health.bytes_dropped = health.bytes_dropped.saturating_add(self.pending);
+        }
+        // A zero without a frame is padding.
+        if bytes.last() == Some(&0) {
+            self.pending = 0;
+        }
+    }
+}
+
 /// The message of a whole body.
 fn decode<T: DeserializeOwned>(body: &[u8]) -> Result<T, Reason> {
     match postcard::take_from_bytes(body) {
@@ -381,6 +424,11 @@ impl News {
         let first = self.next_scan.map_or(oldest, |next| next.max(oldest));
         if first + SCANS > end {
             return None;
+        }
+        // A stream that has not filled the record yet has jumped because scans were lost, or begins.
+        if held > record.len() as u64 {
+            let gone = self.next_scan.map_or(0, |next| first - next);
+            rig.health.borrow_mut().stream_scans_dropped += gone as u32;
         }
         self.next_scan = Some(first + SCANS);
         let start = record.len().checked_sub((end - first) as usize)?;

@@ -110,6 +110,14 @@ fn the_rig_tells_who_it_is_and_what_it_has_counted() {
     assert!(identity["result"].is_null());
     let (exit, stats) = rig.run(&["device", "stats"]);
     assert_eq!((exit, &stats["scans_lost"]), (0, &0.into()));
+    assert_eq!(
+        (&stats["firmware_older"], &stats["boot_reason"]),
+        (&false.into(), &"power-on".into())
+    );
+    let erases = stats["flash_erases"].as_u64().unwrap();
+    assert_eq!(rig.run(&["measure", &rig.layout(3)]).0, 0);
+    // A layout and a result into flash that was empty: at least its first page was erased.
+    assert!(rig.run(&["device", "stats"]).1["flash_erases"].as_u64().unwrap() > erases);
 }
 
 #[test]

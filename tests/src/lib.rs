@@ -1,1 +1,3 @@
-//! Tests of what crosses the packages of massline. They live in `tests/`; this library is empty.
+//! Tests of what crosses the packages of massline. They live in `tests/`; here is what they share.
+
+pub mod faulty_sampler;

@@ -6,12 +6,12 @@ use massline::campaign::{Begin, Begun, Ending, begin, follow};
 use massline::client::{Client, Event, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
-use massline_firmware::board::{Board, SampleError, Sampler};
+use massline_firmware::board::SampleError;
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::message::{CampaignCommand, Phase, Reason, Status};
-use massline_shared::signal::{AdcProperties, RECORD_SCANS, Scan};
-use massline_shared::units::ScanIndex;
+use massline_shared::signal::RECORD_SCANS;
+use massline_tests::faulty_sampler::rig_that_loses;
 use massline_virtual::bench::{Bench, BenchSource, TumbleSource};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
@@ -198,56 +198,17 @@ fn redo_measures_the_dof_again_and_a_pause_keeps_the_others() {
     rig.stop().unwrap();
 }
 
-/// A converter that fails once.
-struct FailsOnce<S> {
-    sampler: S,
-    /// Blocks until it fails.
-    left: Option<u32>,
-    fault: SampleError,
-}
-
-impl<S: Sampler> Sampler for FailsOnce<S> {
-    fn adc(&self) -> AdcProperties {
-        self.sampler.adc()
-    }
-
-    async fn start(&mut self) -> Result<(), SampleError> {
-        self.sampler.start().await
-    }
-
-    async fn read(&mut self, block: &mut [Scan]) -> Result<ScanIndex, SampleError> {
-        match &mut self.left {
-            Some(0) => {
-                self.left = None;
-                Err(self.fault)
-            }
-            Some(left) => {
-                *left -= 1;
-                self.sampler.read(block).await
-            }
-            None => self.sampler.read(block).await,
-        }
-    }
-
-    fn stop(&mut self) {
-        self.sampler.stop();
-    }
-}
-
 /// A rig whose converter fails once after so many blocks.
 fn rig_that_fails(
     source: Box<dyn ScanSource>,
-    left: Option<u32>,
+    mut left: u32,
     fault: SampleError,
 ) -> (Client, VirtualRig) {
-    let rig = VirtualRig::start_application(VirtualRigOptions::new(source), async move |board| {
-        let Board { info, sampler, link, flash, panel } = board;
-        let sampler = FailsOnce { sampler, left, fault };
-        let board = Board { info, sampler, link, flash, panel };
-        let mut memory = Box::new(massline_firmware::Memory::new());
-        massline_firmware::run(board, &mut memory).await
-    })
-    .unwrap();
+    let fails = move |_: &[_]| {
+        left = left.wrapping_sub(1);
+        (left == u32::MAX).then_some(fault)
+    };
+    let rig = rig_that_loses(VirtualRigOptions::new(source), fails).unwrap();
     (Client::new(PipeTransport::new(rig.link())), rig)
 }
 
@@ -257,7 +218,7 @@ fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
     let bench = Bench::named("ideal").unwrap();
     let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
     // A hit takes about 160 blocks of 20 scans: this is in the sixth.
-    let left = Some(900);
+    let left = 900;
     let fault = SampleError::Stopped;
     let (mut client, rig) = rig_that_fails(Box::new(source), left, fault);
     client.put_layout(&file.rig_layout().unwrap()).unwrap();
@@ -282,7 +243,7 @@ fn a_reading_outlives_lost_scans_and_says_when_the_converter_has_stopped() {
     let [whole, broken] = faults.map(|fault| {
         let source = Box::new(TumbleSource::new(&Bench::named("ideal").unwrap(), 3, 1).unwrap());
         // In the middle of a reading, which takes 103 blocks.
-        let (mut client, rig) = rig_that_fails(source, Some(50), fault);
+        let (mut client, rig) = rig_that_fails(source, 50, fault);
         let reading = client.static_reading();
         let lost = client.stats().unwrap().scans_lost;
         rig.stop().unwrap();

@@ -72,6 +72,10 @@ fn reading() -> StaticReading {
     StaticReading { scans: 2048, mean: [2047.75; CHANNELS], deviation: [0.625; CHANNELS] }
 }
 
+fn health() -> Health {
+    Health { overruns: 1, hits_aborted: 2, flash_erases: 300, ..Health::default() }
+}
+
 fn identity() -> Identity {
     Identity {
         protocol_major: 1,
@@ -221,6 +225,8 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("TakeReading answer", answer::<TakeReading>(())),
         ("GetReading request", request::<GetReading>(())),
         ("GetReading answer", answer::<GetReading>(reading())),
+        ("GetHealth request", request::<GetHealth>(())),
+        ("GetHealth answer", answer::<GetHealth>(health())),
         ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),
         ("event: status changed", frame(STATUS_CHANGED, &status(2))),
         ("event: hit", frame(HIT, &hit)),

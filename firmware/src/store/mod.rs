@@ -21,11 +21,11 @@ use heapless::String;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{RIG_HITS, RigLayout};
 use massline_shared::protocol::crc32;
-use massline_shared::protocol::message::{Measured, Reason};
+use massline_shared::protocol::message::{Health, Measured, Reason};
 
 use contents::{Change, Contents};
 pub use contents::{Kept, KeptLayout};
-use log::{Checkpoint, Log};
+use log::{Checkpoint, Log, Work};
 
 /// Results that the store holds, if the flash has room for them.
 pub const RESULTS: usize = 24;
@@ -95,6 +95,17 @@ impl<F: NorFlash> Store<F> {
     /// the flash did not answer at the start.
     pub fn failures(&self) -> u32 {
         self.failures
+    }
+
+    /// What has been counted, with the part of the store.
+    pub fn counted(&self, health: Health) -> Health {
+        let Work { erases, bytes, not_kept } = self.log.work();
+        Health {
+            flash_erases: erases,
+            flash_bytes_written: bytes,
+            read_back_failures: not_kept,
+            ..health
+        }
     }
 
     /// The kept layouts.

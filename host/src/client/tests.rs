@@ -240,6 +240,20 @@ fn a_refusal_is_an_error_with_its_reason() {
 }
 
 #[test]
+fn a_rig_that_does_not_know_the_newer_counters_is_older_and_no_failure() {
+    let older = FakeRig::new(|request| {
+        let refusal = Refusal::from(Reason::UnknownMessage);
+        Ok(vec![frame(REFUSED, request.sequence, &refusal)])
+    });
+    assert_eq!(older.client().health().unwrap(), None);
+    let busy = FakeRig::new(|request| {
+        let refusal = Refusal::from(Reason::Busy);
+        Ok(vec![frame(REFUSED, request.sequence, &refusal)])
+    });
+    assert_eq!(busy.client().health().unwrap_err().refusal(), Some(Reason::Busy));
+}
+
+#[test]
 fn another_protocol_major_is_named_with_both_versions() {
     let mut client =
         FakeRig::new(|f| Ok(vec![answer::<GetIdentity>(f, &identity(PROTOCOL_MAJOR + 1))]))

@@ -1,8 +1,10 @@
 //! `massline device`: find rigs, say who they are and what they have counted.
 
+mod stats;
+
 use std::fmt::Write;
 
-use massline_shared::protocol::message::{Identity, Stats, Status};
+use massline_shared::protocol::message::{Identity, Status};
 use serde_json::{Value, json};
 
 use super::connect::PortArgs;
@@ -10,6 +12,7 @@ use crate::campaign::phase_name;
 use crate::client::{PortFacts, list_ports};
 use crate::error::Result;
 use crate::output::Output;
+use stats::Report;
 
 /// Arguments of `massline device`.
 #[derive(Debug, clap::Args)]
@@ -34,8 +37,12 @@ Examples:
   massline device identify
   massline device identify --port /dev/ttyACM0 --json")]
     Identify(PortArgs),
-    /// What the rig has counted since power-on: lost scans, broken frames, stack.
+    /// What the rig has counted since power-on: lost scans, broken frames, flash erases, stack; and
+    /// what of that needs attention.
     #[command(after_help = "\
+A counter that is not zero and means something is explained below the counters, with what to do
+about it; in the JSON that is `findings`. What a rig with older firmware does not count is null.
+
 Examples:
   massline device stats
   massline device stats --port /dev/ttyACM0 --json")]
@@ -59,9 +66,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             output.answer(&value, |_| identity_text(client.port(), &identity, &status))
         }
         Command::Stats(port) => {
-            let (mut client, _) = port.connect()?;
-            let stats = client.stats()?;
-            output.answer(&stats_json(&stats), |_| stats_text(&stats))
+            let (mut client, identity) = port.connect()?;
+            let (stats, health) = (client.stats()?, client.health()?);
+            let report = Report { identity: &identity, stats, health };
+            output.answer(&report.json(), |_| report.text())
         }
     }
 }
@@ -147,36 +155,6 @@ fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
         let _ = write!(text, "\n  last panic {}", identity.last_panic);
     }
     text
-}
-
-fn counters(stats: &Stats) -> [(&'static str, u64); 15] {
-    [
-        ("uptime_ms", stats.uptime_ms),
-        ("scans", stats.scans),
-        ("scans_lost", stats.scans_lost),
-        ("deadlines_missed", stats.deadlines_missed.into()),
-        ("triggers", stats.triggers.into()),
-        ("frames_in", stats.frames_in.into()),
-        ("frames_broken", stats.frames_broken.into()),
-        ("requests_refused", stats.requests_refused.into()),
-        ("requests_repeated", stats.requests_repeated.into()),
-        ("frames_out", stats.frames_out.into()),
-        ("frames_unsent", stats.frames_unsent.into()),
-        ("events_dropped", stats.events_dropped.into()),
-        ("store_failures", stats.store_failures.into()),
-        ("stack_high_water", stats.stack_high_water.into()),
-        ("stack_size", stats.stack_size.into()),
-    ]
-}
-
-fn stats_json(stats: &Stats) -> Value {
-    counters(stats).into_iter().map(|(name, count)| (name.to_owned(), json!(count))).collect()
-}
-
-fn stats_text(stats: &Stats) -> String {
-    let lines =
-        counters(stats).map(|(name, count)| format!("{:18} {count}", name.replace('_', " ")));
-    lines.join("\n")
 }
 
 /// A layout hash or calibration checksum as it is printed; `None` for 0, which stands for none.

@@ -79,6 +79,8 @@ endpoints! {
     /// [`Reason::SamplerStopped`] when it could not be, and with [`Reason::NotFound`] when there is
     /// none or something else has been recorded since.
     GetReading = 15: () => StaticReading;
+    /// What else has been counted since power-on? Since protocol 1.1.
+    GetHealth = 16: () => Health;
 }
 
 /// The most bytes of the framed answer to a request that changes the rig.
@@ -223,6 +225,34 @@ pub struct Stats {
     /// Stack that there is, bytes, 0 when the board does not say.
     pub stack_size: u32,
 }
+
+/// What the rig has counted since power-on besides [`Stats`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// Times that the sampler overran; how many scans each cost is in [`Stats::scans_lost`].
+    pub overruns: u32,
+    /// Hits aborted because scans of their record were lost.
+    pub hits_aborted: u32,
+    /// The longest that the rig computed before it looked after scans, link and panel again, µs: at
+    /// most [`STEP_LIMIT_MS`], or it counts among [`Stats::deadlines_missed`].
+    pub longest_step_us: u32,
+    /// Scans of a stream that were not sent because the link was behind.
+    pub stream_scans_dropped: u32,
+    /// Bytes received and dropped: noise and broken frames.
+    pub bytes_dropped: u32,
+    /// Times that the link was lost and came back.
+    pub reconnects: u32,
+    /// Pages of flash erased.
+    pub flash_erases: u32,
+    /// Bytes of flash written.
+    pub flash_bytes_written: u32,
+    /// Records written to the flash that did not read back as they were written.
+    pub read_back_failures: u32,
+}
+
+/// The longest that a rig may compute before it looks after scans, link and panel again, ms: every
+/// board buffers as many scans.
+pub const STEP_LIMIT_MS: u64 = 40;
 
 /// The answer to a layout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -21,4 +21,4 @@ pub use message::{Endpoint, Refusal};
 /// A rig and a host understand each other when this is equal.
 pub const PROTOCOL_MAJOR: u8 = 1;
 /// Raised when messages are added.
-pub const PROTOCOL_MINOR: u8 = 0;
+pub const PROTOCOL_MINOR: u8 = 1;

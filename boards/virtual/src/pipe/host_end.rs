@@ -61,6 +61,15 @@ impl HostEnd {
         self.shared.lock().lane(direction).filter = filter;
     }
 
+    /// Waits until the rig has taken everything that was written to it; false when it has not within the
+    /// timeout of this clone.
+    pub fn drained(&self) -> bool {
+        let state = self.shared.lock();
+        let full = |state: &mut State| !state.to_rig.bytes.is_empty();
+        let waited = self.shared.changed.wait_timeout_while(state, self.timeout, full);
+        !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
+    }
+
     /// Repeats `attempt` until it does at least one byte or the time is up.
     fn until_done(&self, mut attempt: impl FnMut(&mut State) -> usize) -> io::Result<usize> {
         let deadline = Instant::now() + self.timeout;
@@ -203,6 +212,17 @@ mod tests {
         host.set_timeout(SOON);
         let error = io::Read::read(&mut host, &mut [0; 4]).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::TimedOut);
+    }
+
+    #[test]
+    fn what_the_rig_has_taken_is_drained() {
+        let (mut rx, _tx, mut host) = open(64);
+        assert!(host.drained());
+        host.write_all(b"ping").unwrap();
+        host.set_timeout(SOON);
+        assert!(!host.drained());
+        read_rig(&mut rx);
+        assert!(host.drained());
     }
 
     #[test]

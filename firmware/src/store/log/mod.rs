@@ -76,9 +76,21 @@ struct Page {
     end: u32,
 }
 
+/// What a log has done to its flash since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Work {
+    /// Pages erased.
+    pub erases: u32,
+    /// Bytes written.
+    pub bytes: u32,
+    /// Records that did not read back as they were written.
+    pub not_kept: u32,
+}
+
 /// A log over a flash region.
 pub(super) struct Log<F> {
     flash: F,
+    work: Work,
     window: Option<Window>,
 }
 
@@ -93,7 +105,12 @@ impl<F: NorFlash> Log<F> {
     pub const FORMAT: u32 = 4;
 
     pub fn new(flash: F) -> Self {
-        Self { flash, window: None }
+        Self { flash, work: Work::default(), window: None }
+    }
+
+    /// What has been done to the flash.
+    pub fn work(&self) -> Work {
+        self.work
     }
 
     /// Places for pages.
@@ -215,6 +232,7 @@ impl<F: NorFlash> Log<F> {
             self.window.map_or((0, 0), |window| (window.head.number + 1, window.tail));
         let tail = old_tail.max((number + 2).saturating_sub(self.pages()));
         let start = self.address(number);
+        self.work.erases += 1;
         self.flash.erase(start, start + Self::PAGE).await.map_err(|_| Fault)?;
         let mut page = Page { number, end: 0 };
         let geometry = self.geometry();

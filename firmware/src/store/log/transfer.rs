@@ -96,16 +96,23 @@ impl<F: NorFlash> Log<F> {
         let bytes = header.encode(page.number);
         self.write_flash(address, header.encode(page.number).len(), Source::Memory(&bytes)).await?;
         self.write_flash(address + Self::size(0), header.length.into(), source).await?;
-        let kept = match self.look(address, page.number, size as usize).await {
-            Found::Record(kept) => kept,
-            Found::Nothing(_) => return Err(Fault),
-        };
-        let whole = self.read(&Record { header: kept, address }, 0, &mut []).await.is_some();
-        if kept != header || !whole {
+        if !self.reads_back(address, page.number, header).await {
+            self.work.not_kept += 1;
             return Err(Fault);
         }
         page.end = at + size;
         Ok(())
+    }
+
+    /// True when this record stands there whole.
+    async fn reads_back(&mut self, address: u32, page: u32, header: Header) -> bool {
+        let size = Self::size(header.length.into()) as usize;
+        match self.look(address, page, size).await {
+            Found::Record(kept) if kept == header => {
+                self.read(&Record { header, address }, 0, &mut []).await.is_some()
+            }
+            Found::Record(_) | Found::Nothing(_) => false,
+        }
     }
 
     /// Writes `length` bytes, filled up with ones to whole words.
@@ -126,6 +133,7 @@ impl<F: NorFlash> Log<F> {
                 }
                 Source::Flash(from) => self.read_flash(from + at as u32, words).await?,
             }
+            self.work.bytes = self.work.bytes.wrapping_add(words.len() as u32);
             self.flash.write(address + at as u32, words).await.map_err(|_| Fault)?;
         }
         Ok(())

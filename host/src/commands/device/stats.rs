@@ -1,0 +1,317 @@
+//! `massline device stats`: what the rig has counted since power-on, and what that means.
+
+use std::fmt::Write;
+
+use massline_shared::protocol::message::{Health, Identity, STEP_LIMIT_MS, Stats};
+use serde_json::{Map, Value, json};
+
+/// What a rig says of itself; no `health` when its firmware does not know that question.
+#[derive(Debug)]
+pub(super) struct Report<'a> {
+    pub identity: &'a Identity,
+    pub stats: Stats,
+    pub health: Option<Health>,
+}
+
+/// A counter as it is shown.
+struct Line {
+    /// Its name on the wire, in `--json` and, with spaces, on the screen.
+    name: &'static str,
+    /// None when the rig does not count it.
+    value: Option<u64>,
+    unit: &'static str,
+    /// What it means that it is not zero, and what to do; empty when it means nothing.
+    meaning: &'static str,
+}
+
+const OLDER: &str = "the firmware of this rig is older than this program and does not count everything; \
+                     the README of its board says how to flash a newer one";
+const LITTLE_STACK: &str = "less than an eighth of the stack has never been used: nothing is wrong yet; \
+                            please report it with these counters";
+const RESTARTED: &str = "it has restarted by itself and what was not kept is lost: please report it with \
+                         the last panic, if one is shown";
+
+impl Report<'_> {
+    pub fn json(&self) -> Value {
+        let lines = self.groups().into_iter().flat_map(|(_, lines)| lines);
+        let mut value: Map<_, _> =
+            lines.map(|line| (line.name.to_owned(), json!(line.value))).collect();
+        value.insert("firmware".into(), json!(self.identity.firmware.as_str()));
+        value.insert("firmware_older".into(), json!(self.health.is_none()));
+        value.insert("boot_reason".into(), json!(super::boot_reason(self.identity.boot_reason)));
+        value.insert("last_panic".into(), json!(self.identity.last_panic.as_str()));
+        let findings = self.findings();
+        let finding = |(counter, text): &(&str, &str)| json!({"counter": counter, "text": text});
+        value.insert("findings".into(), findings.iter().map(finding).collect());
+        Value::Object(value)
+    }
+
+    pub fn text(&self) -> String {
+        let identity = self.identity;
+        let started = super::boot_reason(identity.boot_reason);
+        let mut text = format!(
+            "{}, firmware {}, up {}, started by {started}",
+            identity.board,
+            identity.firmware,
+            duration(self.stats.uptime_ms),
+        );
+        // Writing to a String cannot fail.
+        if !identity.last_panic.is_empty() {
+            let _ = write!(text, "\nlast panic: {}", identity.last_panic);
+        }
+        for (group, lines) in self.groups() {
+            let _ = write!(text, "\n{group}");
+            for Line { name, value, unit, .. } in lines {
+                let value = value.map_or("not counted".into(), |value| format!("{value} {unit}"));
+                let name = name.trim_end_matches("_us").trim_end_matches("_ms").replace('_', " ");
+                let _ = write!(text, "\n  {name:22}{}", value.trim_end());
+            }
+        }
+        let findings = self.findings();
+        if findings.is_empty() {
+            return text + "\nnothing here needs attention";
+        }
+        text += "\nwhat that means";
+        for (counter, meaning) in findings {
+            let _ = write!(text, "\n- {}: {meaning}", counter.replace('_', " "));
+        }
+        text
+    }
+
+    /// What is to be said of the counters that are not zero, by counter.
+    fn findings(&self) -> Vec<(&'static str, &'static str)> {
+        let lines = self.groups().into_iter().flat_map(|(_, lines)| lines);
+        let mut findings: Vec<_> = lines
+            .filter(|line| !line.meaning.is_empty() && line.value.is_some_and(|value| value > 0))
+            .map(|line| (line.name, line.meaning))
+            .collect();
+        let Stats { stack_high_water, stack_size, .. } = self.stats;
+        if stack_high_water > 0 && stack_size.saturating_sub(stack_high_water) < stack_size / 8 {
+            findings.push(("stack_free", LITTLE_STACK));
+        }
+        if matches!(self.identity.boot_reason, 3 | 4) {
+            findings.push(("boot_reason", RESTARTED));
+        }
+        if self.health.is_none() {
+            findings.push(("firmware", OLDER));
+        }
+        findings
+    }
+
+    fn groups(&self) -> [(&'static str, Vec<Line>); 5] {
+        [
+            ("sampling", self.sampling()),
+            ("computing", self.computing()),
+            ("link", self.link()),
+            ("flash", self.flash()),
+            ("stack", self.stack()),
+        ]
+    }
+
+    fn sampling(&self) -> Vec<Line> {
+        let Stats { scans, scans_lost, triggers, .. } = self.stats;
+        vec![
+            line("scans", scans, ""),
+            line("triggers", triggers, ""),
+            line("scans_lost", scans_lost, "").means(
+                "the rig did not fetch them in time. A hit that this fell into was aborted and asked \
+                 for again; the results are right. When it goes on, please report it",
+            ),
+            self.health("overruns", "times", |health| health.overruns),
+            self.health("hits_aborted", "", |health| health.hits_aborted).means(
+                "scans of their records were lost: each was rejected by name and asked for again",
+            ),
+        ]
+    }
+
+    fn computing(&self) -> Vec<Line> {
+        let Stats { uptime_ms, deadlines_missed, .. } = self.stats;
+        debug_assert_eq!(STEP_LIMIT_MS, 40, "the words below say so");
+        vec![
+            line("uptime_ms", uptime_ms, "ms"),
+            self.health("longest_step_us", "µs of 40000 allowed", |health| health.longest_step_us),
+            line("deadlines_missed", deadlines_missed, "").means(
+                "the rig computed for longer than 40 ms at a stretch; scans may have been lost then, \
+                 which is counted above. Please report it",
+            ),
+        ]
+    }
+
+    fn link(&self) -> Vec<Line> {
+        let stats = &self.stats;
+        vec![
+            line("frames_in", stats.frames_in, ""),
+            line("frames_out", stats.frames_out, ""),
+            line("frames_broken", stats.frames_broken, "").means(
+                "something arrived that is no message: a torn one, a bad cable, or another program \
+                 that writes to this port. They were dropped and asked for again; when it grows, try \
+                 another cable and close other programs",
+            ),
+            self.health("bytes_dropped", "bytes", |health| health.bytes_dropped),
+            line("requests_refused", stats.requests_refused, ""),
+            line("requests_repeated", stats.requests_repeated, "").means(
+                "an answer was lost or late on its way here and was sent again; nothing was done \
+                 twice",
+            ),
+            line("frames_unsent", stats.frames_unsent, "").means(
+                "nobody read them: this computer was suspended, or a program held the port and did \
+                 not read. Measuring went on",
+            ),
+            line("events_dropped", stats.events_dropped, "").means(
+                "hits that no program was told of because none was reading; they are measured and \
+                 in the result",
+            ),
+            self.health("stream_scans_dropped", "", |health| health.stream_scans_dropped).means(
+                "the stream has gaps there, because the link or the program was too slow. Plug the \
+                 rig in directly and record again",
+            ),
+            self.health("reconnects", "times", |health| health.reconnects),
+        ]
+    }
+
+    fn flash(&self) -> Vec<Line> {
+        vec![
+            self.health("flash_erases", "pages", |health| health.flash_erases),
+            self.health("flash_bytes_written", "bytes", |health| health.flash_bytes_written),
+            self.health("read_back_failures", "", |health| health.read_back_failures),
+            line("store_failures", self.stats.store_failures, "").means(
+                "the flash did not keep what was written, or something kept was found torn. A write \
+                 is tried again elsewhere. When it grows the flash is worn out: download the results \
+                 with `massline results`, then use another board",
+            ),
+        ]
+    }
+
+    fn stack(&self) -> Vec<Line> {
+        let Stats { stack_high_water, stack_size, .. } = self.stats;
+        let measured = |value: u32| (stack_high_water > 0).then_some(u64::from(value));
+        let free = stack_size.saturating_sub(stack_high_water);
+        let bytes = |name, value| Line { name, value, unit: "bytes", meaning: "" };
+        vec![
+            bytes("stack_high_water", measured(stack_high_water)),
+            bytes("stack_size", measured(stack_size)),
+            bytes("stack_free", measured(free)),
+        ]
+    }
+
+    fn health(&self, name: &'static str, unit: &'static str, of: fn(&Health) -> u32) -> Line {
+        let value = self.health.as_ref().map(|health| of(health).into());
+        Line { name, value, unit, meaning: "" }
+    }
+}
+
+fn line(name: &'static str, value: impl Into<u64>, unit: &'static str) -> Line {
+    Line { name, value: Some(value.into()), unit, meaning: "" }
+}
+
+impl Line {
+    fn means(self, meaning: &'static str) -> Self {
+        Self { meaning, ..self }
+    }
+}
+
+/// As a person reads it.
+fn duration(milliseconds: u64) -> String {
+    let seconds = milliseconds / 1000;
+    let (hours, minutes) = (seconds / 3600, seconds / 60 % 60);
+    match (hours, minutes) {
+        (0, 0) => format!("{}.{} s", seconds, milliseconds / 100 % 10),
+        (0, _) => format!("{minutes} min {} s", seconds % 60),
+        _ => format!("{hours} h {minutes} min"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use massline_shared::signal::AdcProperties;
+    use massline_shared::units::{Hertz, Seconds, Volts};
+
+    fn identity(boot_reason: u8) -> Identity {
+        let text = |text: &str| text.try_into().unwrap();
+        Identity {
+            protocol_major: 1,
+            protocol_minor: 1,
+            firmware: "0.1.0".try_into().unwrap(),
+            git_hash: text("0123"),
+            git_dirty: false,
+            board: "virtual".try_into().unwrap(),
+            adc: AdcProperties {
+                rate: Hertz(4000.0),
+                channels: 10,
+                bits: 12,
+                reference: Volts(3.0),
+                channel_delay: Seconds(0.0),
+            },
+            record_scans: 2048,
+            pre_trigger_scans: 80,
+            max_sensors: 3,
+            max_hits: 12,
+            streams: true,
+            boot_reason,
+            last_panic: Default::default(),
+        }
+    }
+
+    fn findings(stats: Stats, health: Option<Health>, boot_reason: u8) -> Vec<&'static str> {
+        let identity = identity(boot_reason);
+        let report = Report { identity: &identity, stats, health };
+        report.findings().into_iter().map(|(counter, _)| counter).collect()
+    }
+
+    #[test]
+    fn a_rig_in_order_needs_no_attention() {
+        let stats = Stats { scans: 5, frames_in: 3, requests_refused: 1, ..Stats::default() };
+        let health = Health { flash_erases: 3, reconnects: 4, ..Health::default() };
+        assert_eq!(findings(stats, Some(health), 1), [""; 0]);
+    }
+
+    #[test]
+    fn every_trouble_is_named_with_what_to_do() {
+        let stats = Stats {
+            scans_lost: 1,
+            deadlines_missed: 1,
+            frames_broken: 1,
+            stack_high_water: 90,
+            stack_size: 100,
+            ..Stats::default()
+        };
+        let health = Health { hits_aborted: 1, ..Health::default() };
+        assert_eq!(
+            findings(stats, Some(health), 3),
+            [
+                "scans_lost",
+                "hits_aborted",
+                "deadlines_missed",
+                "frames_broken",
+                "stack_free",
+                "boot_reason"
+            ]
+        );
+    }
+
+    #[test]
+    fn an_older_rig_shows_what_it_counts_and_says_so() {
+        let identity = identity(1);
+        let report = Report { identity: &identity, stats: Stats::default(), health: None };
+        let (text, json) = (report.text(), report.json());
+        assert!(text.contains("older than this program"), "{text}");
+        assert!(text.contains("flash erases          not counted"), "{text}");
+        assert_eq!((&json["flash_erases"], &json["firmware_older"]), (&Value::Null, &true.into()));
+        assert_eq!(json["scans_lost"], 0);
+    }
+
+    #[test]
+    fn a_stack_that_is_not_measured_has_no_numbers() {
+        let identity = identity(1);
+        let health = Some(Health::default());
+        let report = Report { identity: &identity, stats: Stats::default(), health };
+        assert_eq!(report.json()["stack_free"], Value::Null);
+    }
+
+    #[test]
+    fn an_uptime_reads_like_a_person_says_it() {
+        let read = [900, 61_000, 7_260_000].map(duration);
+        assert_eq!(read, ["0.9 s", "1 min 1 s", "2 h 1 min"]);
+    }
+}

@@ -1,0 +1,124 @@
+//! Scans that the converter loses: a hit that they fell into is aborted by name, asked for again, and the
+//! campaign ends as if nothing had happened.
+
+use std::time::Duration;
+
+use massline::client::{Client, Event, PipeTransport};
+use massline::layout_file::LayoutFile;
+use massline_firmware::board::SampleError;
+use massline_shared::diagnosis::Code;
+use massline_shared::protocol::event::HitEvent;
+use massline_shared::protocol::message::{Health, Phase, Stats, Status};
+use massline_shared::signal::Scan;
+use massline_tests::faulty_sampler::rig_that_loses;
+use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::{VirtualRig, VirtualRigOptions};
+
+/// Never reached unless something hangs.
+const LATE: Duration = Duration::from_secs(60);
+/// Scans that are lost at once.
+const LOST: u32 = 3;
+
+fn file() -> LayoutFile {
+    LayoutFile::parse(include_str!("../../host/examples/three-bar-test-1.toml"), "test").unwrap()
+}
+
+/// A rig on the ideal bench with a steady hand; its converter loses scans in the blocks that `loses` says.
+fn rig_whose_converter(mut loses: impl FnMut(&[Scan]) -> bool + Send + 'static) -> VirtualRig {
+    let mut bench = Bench::named("ideal").unwrap();
+    bench.operator.too_weak_rate = 0.0;
+    bench.operator.too_hard_rate = 0.0;
+    bench.operator.double_rate = 0.0;
+    let source = BenchSource::new(&bench, &file().layout, 1).unwrap();
+    let fault = move |block: &[Scan]| loses(block).then_some(SampleError::Overrun { lost: LOST });
+    rig_that_loses(VirtualRigOptions::new(Box::new(source)), fault).unwrap()
+}
+
+/// Loses scans once, so many blocks after the hammer has struck for the `strike`th time.
+fn after(strike: u32, blocks: u32) -> impl FnMut(&[Scan]) -> bool + Send {
+    let (mut strikes, mut since) = (0, None::<u32>);
+    move |block| {
+        // The hammer rests at some hundred codes of 4096 and strikes with thousands.
+        let struck = block.iter().any(|scan| scan[0].abs_diff(block[0][0]) > 500);
+        since = match since {
+            None if struck => Some(0),
+            // A record is 103 blocks: what the hammer does within is one strike.
+            Some(103) => None,
+            other => other.map(|blocks| blocks + 1),
+        };
+        strikes += u32::from(since == Some(0));
+        strikes == strike && since == Some(blocks)
+    }
+}
+
+struct Measured {
+    hits: Vec<HitEvent>,
+    status: Status,
+    stats: Stats,
+    health: Health,
+    /// That have an answer.
+    methods: usize,
+}
+
+fn measure(rig: VirtualRig) -> Measured {
+    let mut client = Client::new(PipeTransport::new(rig.link()));
+    client.identify().unwrap();
+    client.put_layout(&file().rig_layout().unwrap()).unwrap();
+    client.start(false, false).unwrap();
+    let (mut hits, mut done) = (Vec::new(), None);
+    while done.is_none() {
+        match client.next_event(LATE).unwrap().expect("the campaign goes on") {
+            Event::Hit(hit) => hits.push(hit),
+            Event::Status(status) if status.phase == Phase::Done as u8 => done = Some(status),
+            _ => {}
+        }
+    }
+    let status = done.unwrap();
+    let methods = client.result(status.result).unwrap().estimates.len();
+    let (stats, health) = (client.stats().unwrap(), client.health().unwrap().unwrap());
+    rig.stop().unwrap();
+    Measured { hits, status, stats, health, methods }
+}
+
+#[test]
+fn a_hit_whose_record_misses_scans_is_aborted_by_name_and_asked_for_again() {
+    // In the middle of the record of the sixth hit.
+    let measured = measure(rig_whose_converter(after(6, 50)));
+    let rejected: Vec<_> = measured.hits.iter().filter(|hit| !hit.good).collect();
+    let [aborted] = rejected[..] else { panic!("one hit is aborted: {rejected:?}") };
+    assert_eq!(aborted.number, 6);
+    let [finding] = &aborted.findings[..] else { panic!("for one reason: {aborted:?}") };
+    assert_eq!((finding.known_code(), finding.value), (Some(Code::ScansLost), LOST as f32));
+    let Measured { status, stats, health, .. } = measured;
+    assert_eq!((&status.accepted[..], status.rejected), (&[5, 5, 5][..], 1));
+    assert_eq!((stats.scans_lost, health.overruns, health.hits_aborted), (LOST.into(), 1, 1));
+    assert_eq!((measured.hits.len(), measured.methods), (16, 2));
+}
+
+#[test]
+fn scans_that_are_lost_between_the_hits_cost_no_hit() {
+    let mut blocks = 0;
+    let measured = measure(rig_whose_converter(move |_| {
+        blocks += 1;
+        blocks == 2
+    }));
+    assert_eq!(measured.status.rejected, 0);
+    assert!(measured.hits.iter().all(|hit| hit.good) && measured.hits.len() == 15);
+    let Measured { stats, health, .. } = measured;
+    assert_eq!((stats.scans_lost, health.overruns, health.hits_aborted), (LOST.into(), 1, 0));
+}
+
+#[test]
+fn the_panel_says_which_hit_was_aborted_and_why() {
+    let rig = rig_whose_converter(after(1, 20));
+    let mut client = Client::new(PipeTransport::new(rig.link()));
+    client.put_layout(&file().rig_layout().unwrap()).unwrap();
+    client.start(false, false).unwrap();
+    let why = |model: &massline_firmware::panel::PanelModel| {
+        let reason = model.verdict.and_then(|verdict| verdict.reason);
+        reason.and_then(|reason| reason.known_code()) == Some(Code::ScansLost)
+    };
+    let model = rig.wait_for(LATE, why).expect("the verdict is shown");
+    assert_eq!((model.rejected, model.accepted), (1, 0));
+    rig.stop().unwrap();
+}
