@@ -39,6 +39,7 @@ impl HostEnd {
         if state.plugged {
             state.plugged = false;
             state.pulled = true;
+            state.cut_off = state.writing;
             state.to_rig.clear();
             state.to_host.clear();
             state.wake_rig();
@@ -243,6 +244,21 @@ mod tests {
         assert_eq!(read_rig(&mut rx), b"here");
         block_on(tx.write_all(b"there")).unwrap();
         assert_eq!(read_host(&mut host), b"there");
+    }
+
+    #[test]
+    fn a_write_that_waits_when_the_plug_is_pulled_fails_although_it_is_back_at_once() {
+        let (_rx, mut tx, mut host) = open(4);
+        assert_eq!(block_on(tx.write(b"abcd")).unwrap(), 4);
+        {
+            let mut waits = std::pin::pin!(tx.write(b"ef"));
+            assert!(poll_once(&mut waits).is_pending());
+            host.unplug();
+            host.plug();
+            assert_eq!(block_on(waits), Err(Unplugged));
+        }
+        block_on(tx.write_all(b"gh")).unwrap();
+        assert_eq!(read_host(&mut host), b"gh");
     }
 
     #[test]

@@ -44,6 +44,8 @@ pub fn pipe(capacity: usize) -> (PipeLink, HostEnd) {
             to_host: Lane::new(capacity),
             plugged: true,
             pulled: false,
+            writing: false,
+            cut_off: false,
             rig_ended: false,
             rig_reader: None,
             rig_writer: None,
@@ -66,6 +68,10 @@ struct State {
     plugged: bool,
     /// The plug was pulled and the rig's reader has not been told.
     pulled: bool,
+    /// The rig is in the middle of a write, or has given one up.
+    writing: bool,
+    /// The plug was pulled in the middle of that write.
+    cut_off: bool,
     /// The rig has dropped its end.
     rig_ended: bool,
     rig_reader: Option<Waker>,

@@ -52,6 +52,11 @@ impl Backlog {
 }
 
 impl State {
+    fn begin_write(&mut self) {
+        self.writing = true;
+        self.cut_off = false;
+    }
+
     fn has_small_backlog(&self) -> bool {
         !self.plugged || self.to_host.bytes.len() <= self.to_host.capacity / 2
     }
@@ -99,7 +104,8 @@ pub struct RigRx(Half);
 
 /// To the host.
 ///
-/// A write fails while the host is unplugged.
+/// A write fails while the host is unplugged, and one that waits when the plug is pulled fails even if the
+/// plug is back at once.
 pub struct RigTx(Half);
 
 struct Half(Arc<Shared>);
@@ -145,9 +151,11 @@ impl Read for RigRx {
 impl Write for RigTx {
     async fn write(&mut self, buf: &[u8]) -> Result<usize, Unplugged> {
         let shared = &self.0.0;
+        // What happened to an earlier write that was given up is none of this one's.
+        shared.lock().begin_write();
         poll_fn(|cx| {
             let mut state = shared.lock();
-            if !state.plugged {
+            if std::mem::take(&mut state.cut_off) || !state.plugged {
                 return Poll::Ready(Err(Unplugged));
             }
             if buf.is_empty() {
@@ -156,6 +164,7 @@ impl Write for RigTx {
             match state.to_host.put(buf) {
                 0 => wait(&mut state.rig_writer, cx),
                 count => {
+                    state.writing = false;
                     shared.changed.notify_all();
                     Poll::Ready(Ok(count))
                 }

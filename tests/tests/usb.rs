@@ -1,0 +1,390 @@
+//! What a USB host does to a rig besides asking: nobody reads, the plug is pulled in mid-frame, the host
+//! sleeps, noise comes in. Measuring goes on and completes with the result of an undisturbed rig, the
+//! session recovers by itself, and the counters tell what has happened.
+
+use std::io::{Read, Write};
+use std::sync::LazyLock;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::Duration;
+
+use massline::client::{Client, Event, PipeTransport, Timing};
+use massline::layout_file::LayoutFile;
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::event::{SCAN_BLOCK_BYTES, ScanBlock};
+use massline_shared::protocol::message::{
+    GetIdentity, Health, Identity, Phase, ResultEntry, Stats,
+};
+use massline_shared::protocol::object::{ObjectId, ObjectKind};
+use massline_shared::protocol::{Endpoint, MAX_FRAME, encode_frame};
+use massline_shared::signal::{AdcProperties, Record, Scan};
+use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::pipe::HostEnd;
+use massline_virtual::source::ScanSource;
+use massline_virtual::{VirtualRig, VirtualRigOptions};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Never reached unless something hangs.
+const LATE: Duration = Duration::from_secs(60);
+/// Asks again soon: a rig in this process answers at once or not at all.
+const IMPATIENT: Timing = Timing {
+    answer: Duration::from_millis(50),
+    attempts: 1000,
+    reconnect: Duration::from_secs(10),
+    pause: Duration::from_millis(1),
+};
+/// Hits of a campaign: three DOFs with five each, and none is bad on a bench with a steady hand.
+const HITS: usize = 15;
+
+fn file() -> LayoutFile {
+    LayoutFile::parse(include_str!("../../host/examples/three-bar-test-1.toml"), "test").unwrap()
+}
+
+fn layout() -> RigLayout {
+    file().rig_layout().unwrap()
+}
+
+fn bench() -> BenchSource {
+    let mut bench = Bench::named("ideal").unwrap();
+    bench.operator.too_weak_rate = 0.0;
+    bench.operator.too_hard_rate = 0.0;
+    bench.operator.double_rate = 0.0;
+    BenchSource::new(&bench, &file().layout, 1).unwrap()
+}
+
+/// A rig whose link holds so many bytes in each direction; bench and seed are always the same.
+fn start(link_capacity: usize) -> VirtualRig {
+    let options = VirtualRigOptions { link_capacity, ..VirtualRigOptions::new(Box::new(bench())) };
+    VirtualRig::start(options).unwrap()
+}
+
+fn connect(rig: &VirtualRig) -> Client {
+    Client::with_timing(PipeTransport::new(rig.link()), IMPATIENT)
+}
+
+/// Sends the layout and starts a campaign.
+fn begin(client: &mut Client) {
+    client.put_layout(&layout()).unwrap();
+    client.start(false, false).unwrap();
+}
+
+/// What the rig has of its campaign.
+#[derive(Debug, PartialEq)]
+struct Outcome {
+    results: Vec<ResultEntry>,
+    result: Vec<u8>,
+    accepted: Vec<u8>,
+    rejected: u16,
+}
+
+fn outcome(client: &mut Client) -> Outcome {
+    let (results, status) = (client.results().unwrap(), client.status().unwrap());
+    let object = ObjectId { kind: ObjectKind::Result as u8, number: status.result };
+    let result = client.download(object, |_, _| ()).unwrap();
+    Outcome { results, result, accepted: status.accepted.to_vec(), rejected: status.rejected }
+}
+
+/// What an undisturbed rig has.
+static UNDISTURBED: LazyLock<Outcome> = LazyLock::new(|| {
+    let rig = start(1 << 16);
+    let mut client = connect(&rig);
+    begin(&mut client);
+    finish(&rig);
+    let outcome = outcome(&mut client);
+    assert_eq!((&outcome.accepted[..], outcome.rejected), (&[5, 5, 5][..], 0));
+    let (stats, health) = counters(&mut client);
+    assert_eq!((stats.frames_broken, stats.frames_unsent), (0, 0));
+    assert_eq!((health.bytes_dropped, health.reconnects), (0, 0));
+    rig.stop().unwrap();
+    outcome
+});
+
+/// Waits for the end of the campaign by the panel alone.
+fn finish(rig: &VirtualRig) {
+    assert!(rig.wait_for(LATE, |model| model.phase == Phase::Done).is_some(), "{rig:?}");
+}
+
+fn counters(client: &mut Client) -> (Stats, Health) {
+    (client.stats().unwrap(), client.health().unwrap().unwrap())
+}
+
+/// A question, framed.
+fn question(sequence: u16) -> Vec<u8> {
+    let mut frame = [0; MAX_FRAME];
+    let length = encode_frame(GetIdentity::KIND, sequence, &(), &mut frame).unwrap();
+    frame[..length].to_vec()
+}
+
+#[test]
+fn nobody_reads_for_a_whole_campaign() {
+    // The link holds less than one status: the first event already finds no room.
+    let rig = start(32);
+    let mut client = connect(&rig);
+    client.put_layout(&layout()).unwrap();
+    client.start(false, false).unwrap();
+    drop(client);
+    finish(&rig);
+    // Whoever asks now is told the truth, after what is left of a torn frame.
+    let mut client = connect(&rig);
+    assert_eq!(outcome(&mut client), *UNDISTURBED);
+    let (stats, _) = counters(&mut client);
+    assert!(stats.frames_unsent >= 1, "{stats:?}");
+    // The rig keeps the last four hits for whoever comes; another may be in the frame that was torn.
+    assert!((HITS - 5..=HITS - 4).contains(&(stats.events_dropped as usize)), "{stats:?}");
+    rig.stop().unwrap();
+}
+
+#[test]
+fn a_program_that_asks_and_never_reads_holds_nothing_up() {
+    let rig = start(32);
+    let mut client = connect(&rig);
+    begin(&mut client);
+    let mut link = rig.link();
+    link.set_timeout(LATE);
+    let mut asked = 0;
+    while rig.panel().phase != Phase::Done {
+        // Waits when the rig has not taken the last question: it is busy not getting rid of an answer.
+        link.write_all(&question(asked)).unwrap();
+        asked += 1;
+    }
+    let mut client = connect(&rig);
+    assert_eq!(outcome(&mut client), *UNDISTURBED);
+    let (stats, _) = counters(&mut client);
+    assert!(stats.frames_in >= u32::from(asked) && stats.frames_unsent > 1, "{stats:?}");
+    rig.stop().unwrap();
+}
+
+#[test]
+fn the_plug_is_pulled_in_the_middle_of_a_question_at_every_byte() {
+    let rig = start(1 << 16);
+    let mut client = connect(&rig);
+    begin(&mut client);
+    let before = counters(&mut client);
+    let mut link = rig.link();
+    link.set_timeout(LATE);
+    let whole = question(0xABCD);
+    let mut torn = 0;
+    // All but the last byte, the zero, make a whole frame: the next zero ends it as well.
+    let pulled = whole.len() - 2;
+    for cut in 1..=pulled {
+        link.write_all(&whole[..cut]).unwrap();
+        assert!(link.drained(), "the rig listens");
+        link.unplug();
+        link.plug();
+        torn += cut;
+        // The next question begins with a zero, which ends the torn one.
+        torn += 1;
+        connect(&rig).identify().unwrap();
+    }
+    let mut client = connect(&rig);
+    let after = counters(&mut client);
+    assert_eq!(after.0.frames_broken - before.0.frames_broken, pulled as u32);
+    assert_eq!(after.1.bytes_dropped - before.1.bytes_dropped, torn as u32);
+    assert_eq!(after.1.reconnects - before.1.reconnects, pulled as u32);
+    finish(&rig);
+    assert_eq!(outcome(&mut client), *UNDISTURBED);
+    rig.stop().unwrap();
+}
+
+#[test]
+fn the_plug_is_pulled_in_the_middle_of_an_answer_at_every_byte() {
+    // A link that holds a question but not an answer: the rig is writing when the plug is pulled.
+    let rig = start(32);
+    let mut client = connect(&rig);
+    let identity = client.identify().unwrap();
+    begin(&mut client);
+    let answer = encode_frame(1, 1, &identity, &mut [0; MAX_FRAME]).unwrap();
+    let mut link = rig.link();
+    link.set_timeout(LATE);
+    let (mut pulled, mut measuring) = (0, 0);
+    for cut in (1..answer).cycle() {
+        pull_after(&mut link, cut);
+        assert_eq!(identify(&rig), identity, "after {cut} bytes");
+        pulled += 1;
+        if rig.panel().phase != Phase::Done {
+            measuring += 1;
+        } else if pulled >= answer {
+            break;
+        }
+    }
+    println!("the plug was pulled {pulled} times, {measuring} of them in the campaign");
+    assert!(measuring > 0);
+    let mut client = connect(&rig);
+    let (stats, health) = counters(&mut client);
+    assert_eq!(health.reconnects as usize, pulled);
+    // Whatever was longer than what the link holds beside what had been read was cut.
+    assert!(stats.frames_unsent > 0, "{stats:?}");
+    finish(&rig);
+    assert_eq!(outcome(&mut client), *UNDISTURBED);
+    rig.stop().unwrap();
+}
+
+/// Asks, and pulls the plug when so many bytes have come.
+fn pull_after(link: &mut HostEnd, bytes: usize) {
+    link.write_all(&question(0x1234)).unwrap();
+    link.read_exact(&mut vec![0; bytes]).unwrap();
+    link.unplug();
+    link.plug();
+}
+
+fn identify(rig: &VirtualRig) -> Identity {
+    connect(rig).identify().unwrap()
+}
+
+#[test]
+fn noise_torn_frames_and_giants_come_in_while_the_rig_measures() {
+    let rig = start(1 << 16);
+    let mut client = connect(&rig);
+    begin(&mut client);
+    let before = counters(&mut client);
+    let mut link = rig.link();
+    link.set_timeout(LATE);
+    let (mut broken, mut bytes) = (0, 0);
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut rounds = 0;
+    while rig.panel().phase != Phase::Done || rounds < 100 {
+        for noise in garbage(&mut random) {
+            link.write_all(&noise).unwrap();
+            broken += 1;
+            bytes += noise.len();
+        }
+        // Reads away what the rig says meanwhile, too.
+        client.identify().unwrap();
+        while client.next_event(Duration::ZERO).unwrap().is_some() {}
+        rounds += 1;
+    }
+    let after = counters(&mut client);
+    assert_eq!(after.0.frames_broken - before.0.frames_broken, broken);
+    assert_eq!((after.1.bytes_dropped - before.1.bytes_dropped) as usize, bytes);
+    assert_eq!(after.0.requests_refused, before.0.requests_refused);
+    assert_eq!(outcome(&mut client), *UNDISTURBED);
+    println!("{broken} pieces of garbage, {bytes} bytes, in one campaign");
+    rig.stop().unwrap();
+}
+
+/// Pieces that are no frame, each ended by a zero: noise, a frame that is cut, one with a wrong bit, a
+/// giant that no buffer holds.
+fn garbage(random: &mut ChaCha8Rng) -> [Vec<u8>; 4] {
+    let mut draw = |below: u32| random.random_range(0..below) as usize;
+    let noise = |length: usize, draw: &mut dyn FnMut(u32) -> usize| {
+        let bytes = (0..length).map(|_| 1 + draw(255) as u8);
+        bytes.chain([0]).collect::<Vec<u8>>()
+    };
+    let whole = question(draw(1 << 16) as u16);
+    // Five bytes are less than a header with its checksum, whatever they say.
+    let cut = [&whole[..1 + draw(5)], &[0]].concat();
+    let mut flipped = whole;
+    let at = draw(flipped.len() as u32 - 1);
+    // Not to a zero, which would make two pieces of it.
+    flipped[at] = if flipped[at] == 0x80 { 0x81 } else { flipped[at] ^ 0x80 };
+    // Up to eight bytes of noise are as good as never a frame: a CRC of 32 bits says no.
+    let length = 1 + draw(300);
+    let giant = 3 * MAX_FRAME + draw(1000);
+    [noise(length, &mut draw), cut, flipped, noise(giant, &mut draw)]
+}
+
+/// Tells how many scans the rig has taken, by the second.
+struct Counted {
+    bench: BenchSource,
+    scans: u32,
+    seconds: SyncSender<()>,
+}
+
+impl Counted {
+    fn new() -> (Self, Receiver<()>) {
+        let (seconds, told) = sync_channel(1 << 16);
+        (Self { bench: bench(), scans: 0, seconds }, told)
+    }
+}
+
+impl ScanSource for Counted {
+    fn adc(&self) -> AdcProperties {
+        self.bench.adc()
+    }
+
+    fn started(&mut self) {
+        self.bench.started();
+    }
+
+    fn armed(&mut self, arming: u32, dof: usize) {
+        self.bench.armed(arming, dof);
+    }
+
+    fn next_scan(&mut self) -> Option<Scan> {
+        self.scans += 1;
+        if self.scans as f32 >= self.bench.adc().rate.0 {
+            self.scans = 0;
+            // Nobody listens once the test is over.
+            let _ = self.seconds.try_send(());
+        }
+        self.bench.next_scan()
+    }
+}
+
+/// The next block of the stream, past anything else.
+fn next_block(client: &mut Client) -> ScanBlock {
+    loop {
+        if let Event::Scans(block) = client.next_event(LATE).unwrap().expect("the stream goes on") {
+            return *block;
+        }
+    }
+}
+
+#[test]
+fn a_host_that_sleeps_for_a_minute_of_a_stream_wakes_up_to_a_gap_and_a_working_rig() {
+    let scans = (SCAN_BLOCK_BYTES / Record::SCAN_BYTES) as u64;
+    let (source, seconds) = Counted::new();
+    let options =
+        VirtualRigOptions { link_capacity: 2000, ..VirtualRigOptions::new(Box::new(source)) };
+    let rig = VirtualRig::start(options).unwrap();
+    let mut client = connect(&rig);
+    client.set_stream(true).unwrap();
+    let mut next = next_block(&mut client).first + scans;
+    while seconds.try_recv().is_ok() {}
+    // The host sleeps for a minute of the rig's time.
+    (0..60).for_each(|_| seconds.recv_timeout(LATE).expect("the rig samples on"));
+    // And is back: its next request makes the rig talk again.
+    let asleep = client.stats().unwrap();
+    assert!(asleep.frames_unsent >= 1, "{asleep:?}");
+    let (mut gap, mut gaps) = (0, 0);
+    // Until there has been a gap and the stream goes on behind it without one.
+    let mut since = 0;
+    while since < 20 {
+        let block = next_block(&mut client);
+        assert!(block.first >= next, "no scan comes twice");
+        since = if block.first > next { 0 } else { since + u32::from(gaps > 0) };
+        gaps += u32::from(block.first > next);
+        gap += block.first - next;
+        next = block.first + scans;
+    }
+    client.set_stream(false).unwrap();
+    let (stats, health) = counters(&mut client);
+    // A block that was given up half-way is missing as well.
+    let unsent = scans * u64::from(stats.frames_unsent);
+    let dropped = u64::from(health.stream_scans_dropped);
+    assert!(gap > 100_000 && (dropped..=dropped + unsent).contains(&gap), "{gap}: {health:?}");
+    assert_eq!(stats.scans_lost, 0);
+    // The rig measures as if nothing had been.
+    begin(&mut client);
+    finish(&rig);
+    let now = outcome(&mut client);
+    assert_eq!((now.accepted, now.rejected), (vec![5; 3], 0));
+    rig.stop().unwrap();
+}
+
+#[test]
+fn a_host_that_sleeps_through_a_campaign_finds_its_result_when_it_wakes_up() {
+    let rig = start(400);
+    let mut client = connect(&rig);
+    begin(&mut client);
+    // It has seen the first hit when it falls asleep, with bytes of the rig on their way.
+    while !matches!(client.next_event(LATE).unwrap(), Some(Event::Hit(_))) {}
+    finish(&rig);
+    // The same program goes on where it was.
+    assert_eq!(outcome(&mut client), *UNDISTURBED);
+    let (stats, health) = counters(&mut client);
+    assert!(stats.frames_unsent >= 1 && stats.events_dropped >= 1, "{stats:?}");
+    // No plug was pulled.
+    assert_eq!((health.reconnects, stats.frames_broken), (0, 0));
+    rig.stop().unwrap();
+}
