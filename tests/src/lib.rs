@@ -1,3 +1,4 @@
 //! Tests of what crosses the packages of massline. They live in `tests/`; here is what they share.
 
 pub mod faulty_sampler;
+pub mod garbage;

@@ -15,13 +15,14 @@ use massline_shared::protocol::message::{
     GetIdentity, Health, Identity, Phase, ResultEntry, Stats,
 };
 use massline_shared::protocol::object::{ObjectId, ObjectKind};
-use massline_shared::protocol::{Endpoint, MAX_FRAME, encode_frame};
+use massline_shared::protocol::{MAX_FRAME, encode_frame};
 use massline_shared::signal::{AdcProperties, Record, Scan};
+use massline_tests::garbage::{garbage, question};
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::pipe::HostEnd;
 use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 /// Never reached unless something hangs.
@@ -106,13 +107,6 @@ fn finish(rig: &VirtualRig) {
 
 fn counters(client: &mut Client) -> (Stats, Health) {
     (client.stats().unwrap(), client.health().unwrap().unwrap())
-}
-
-/// A question, framed.
-fn question(sequence: u16) -> Vec<u8> {
-    let mut frame = [0; MAX_FRAME];
-    let length = encode_frame(GetIdentity::KIND, sequence, &(), &mut frame).unwrap();
-    frame[..length].to_vec()
 }
 
 #[test]
@@ -260,27 +254,6 @@ fn noise_torn_frames_and_giants_come_in_while_the_rig_measures() {
     assert_eq!(outcome(&mut client), *UNDISTURBED);
     println!("{broken} pieces of garbage, {bytes} bytes, in one campaign");
     rig.stop().unwrap();
-}
-
-/// Pieces that are no frame, each ended by a zero: noise, a frame that is cut, one with a wrong bit, a
-/// giant that no buffer holds.
-fn garbage(random: &mut ChaCha8Rng) -> [Vec<u8>; 4] {
-    let mut draw = |below: u32| random.random_range(0..below) as usize;
-    let noise = |length: usize, draw: &mut dyn FnMut(u32) -> usize| {
-        let bytes = (0..length).map(|_| 1 + draw(255) as u8);
-        bytes.chain([0]).collect::<Vec<u8>>()
-    };
-    let whole = question(draw(1 << 16) as u16);
-    // Five bytes are less than a header with its checksum, whatever they say.
-    let cut = [&whole[..1 + draw(5)], &[0]].concat();
-    let mut flipped = whole;
-    let at = draw(flipped.len() as u32 - 1);
-    // Not to a zero, which would make two pieces of it.
-    flipped[at] = if flipped[at] == 0x80 { 0x81 } else { flipped[at] ^ 0x80 };
-    // Up to eight bytes of noise are as good as never a frame: a CRC of 32 bits says no.
-    let length = 1 + draw(300);
-    let giant = 3 * MAX_FRAME + draw(1000);
-    [noise(length, &mut draw), cut, flipped, noise(giant, &mut draw)]
 }
 
 /// Tells how many scans the rig has taken, by the second.

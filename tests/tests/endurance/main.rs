@@ -1,0 +1,268 @@
+//! A day at the rig: campaign after campaign while the link does what links do, in simulated time as fast
+//! as it can.
+//!
+//! ```text
+//! MASSLINE_LONG=1 cargo test --release -p massline-tests --test endurance -- --nocapture
+//! ```
+//! runs 24 simulated hours; without `MASSLINE_LONG` it is 20 minutes.
+//!
+//! Two rigs do the same campaigns on the same bench: the link of the first has every fault that
+//! [`trouble`] knows, the second is left alone. Both lose scans in the middle of records. What must hold:
+//!
+//! * **No stall.** Every campaign comes to its end within [`LIMIT_S`] of the rig's own time.
+//! * **No lost result.** A result that was announced can be read back, byte for byte, until it is deleted,
+//!   and there is no other. It has the bytes that the undisturbed rig has. A full store refuses a
+//!   campaign by name and gives nothing away; then the older half is checked and deleted.
+//! * **No leak.** What both rigs and their links have allocated, and the memory of the process, do not
+//!   grow after the first tenth.
+
+mod memory;
+mod trouble;
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use massline::client::{Client, PipeTransport, Timing};
+use massline::layout_file::LayoutFile;
+use massline_firmware::board::SampleError;
+use massline_shared::layout::RigLayout;
+use massline_shared::protocol::message::{Health, Phase, Reason, Stats};
+use massline_shared::protocol::object::{ObjectId, ObjectKind};
+use massline_shared::signal::Scan;
+use massline_tests::faulty_sampler::rig_that_loses;
+use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::{VirtualRig, VirtualRigOptions};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use memory::Memory;
+use trouble::Trouble;
+
+/// Never reached unless something hangs, by the wall clock.
+pub const LATE: Duration = Duration::from_secs(120);
+/// The longest that a campaign may take by the rig's clock, s. Its fifteen hits take 0.8 s each; one in ten
+/// is asked for again, a tap that is not heard is repeated after 3 s, and while a host that reads nothing
+/// is waited for the rig's clock goes with the wall's.
+const LIMIT_S: f64 = 60.0;
+/// Bytes that the link of the disturbed rig holds: a few frames.
+const SHORT_LINK: usize = 2048;
+/// All events of a campaign, so that the undisturbed rig never waits for its host.
+const LONG_LINK: usize = 1 << 20;
+/// Scans are lost in one of so many records.
+const RECORDS_PER_LOSS: u32 = 20;
+/// Layouts that take turns: more than a rig keeps.
+const LAYOUTS: usize = 6;
+/// What allocated memory may grow by, bytes: queues and tables of the test itself are as full at one time
+/// as at another, but for the results of a store that is filled and emptied.
+const GROWTH: usize = 512 * 1024;
+/// What the memory of the process may grow by, bytes: the allocator's own holes come and go.
+const PROCESS_GROWTH: usize = 16 * 1024 * 1024;
+
+/// Simulated time of the run, s.
+fn wanted_s() -> f64 {
+    let hours = if std::env::var_os("MASSLINE_LONG").is_some() { 24.0 } else { 1.0 / 3.0 };
+    hours * 3600.0
+}
+
+fn file() -> LayoutFile {
+    LayoutFile::parse(include_str!("../../../host/examples/three-bar-test-1.toml"), "test").unwrap()
+}
+
+/// The same test under another title, which makes it another layout.
+fn layout(campaign: usize) -> RigLayout {
+    let mut layout = file().rig_layout().unwrap();
+    let title = format!("frame {}", campaign % LAYOUTS);
+    layout.title = title.as_str().try_into().unwrap();
+    layout
+}
+
+/// Loses scans in the middle of some records: the same ones on every rig.
+fn losses() -> impl FnMut(&[Scan]) -> Option<SampleError> + Send {
+    let (mut strikes, mut since) = (0, None::<u32>);
+    move |block| {
+        // The hammer rests at some hundred codes of 4096 and strikes with thousands.
+        let struck = block.iter().any(|scan| scan[0].abs_diff(block[0][0]) > 300);
+        since = match since {
+            None if struck => Some(0),
+            // What the hammer does within the 103 blocks of a record is one strike.
+            Some(103) => None,
+            other => other.map(|blocks| blocks + 1),
+        };
+        strikes += u32::from(since == Some(0));
+        if since == Some(50) && strikes % RECORDS_PER_LOSS == 0 {
+            since = None;
+            return Some(SampleError::Overrun { lost: 20 });
+        }
+        None
+    }
+}
+
+/// A rig and what it has announced.
+struct Rig {
+    rig: VirtualRig,
+    /// Every result that was announced and not deleted, as it was read at once.
+    results: BTreeMap<u32, Vec<u8>>,
+    next: u32,
+    checked: u64,
+    full: u32,
+}
+
+impl Rig {
+    /// A rig whose link holds so many bytes.
+    fn start(link_capacity: usize) -> Self {
+        let bench = Bench::named("default").unwrap();
+        let source = BenchSource::new(&bench, &file().layout, 1).unwrap();
+        let options =
+            VirtualRigOptions { link_capacity, ..VirtualRigOptions::new(Box::new(source)) };
+        let rig = rig_that_loses(options, losses()).unwrap();
+        Self { rig, results: BTreeMap::new(), next: 1, checked: 0, full: 0 }
+    }
+
+    fn client(&self) -> Client {
+        let timing = Timing {
+            answer: Duration::from_millis(10),
+            attempts: 10_000,
+            reconnect: LATE,
+            pause: Duration::from_millis(1),
+        };
+        Client::with_timing(PipeTransport::new(self.rig.link()), timing)
+    }
+
+    /// Starts a campaign; makes room before when the rig says that its store is full.
+    fn begin(&mut self, campaign: usize) {
+        let mut client = self.client();
+        client.put_layout(&layout(campaign)).unwrap();
+        if campaign.is_multiple_of(10) {
+            let calibration = client.calibration().unwrap();
+            client.put_calibration(&calibration).unwrap();
+        }
+        if let Err(refused) = client.start(false, false) {
+            assert_eq!(refused.refusal(), Some(Reason::StoreFull), "campaign {campaign}");
+            self.full += 1;
+            self.make_room();
+            client.start(false, false).unwrap();
+        }
+    }
+
+    /// True when the campaign in hand has ended with its result.
+    fn is_done(&self) -> bool {
+        let panel = self.rig.panel();
+        panel.phase == Phase::Done && panel.result == self.next
+    }
+
+    fn wait_done(&self) {
+        let number = self.next;
+        let done = |model: &massline_firmware::panel::PanelModel| {
+            model.phase == Phase::Done && model.result == number
+        };
+        assert!(self.rig.wait_for(LATE, done).is_some(), "stalled: {:?}", self.rig);
+    }
+
+    /// Reads what was announced, and the list.
+    fn take_result(&mut self) -> &[u8] {
+        let number = self.next;
+        let status = self.client().status().unwrap();
+        assert_eq!((status.result, &status.accepted[..]), (number, &[5, 5, 5][..]));
+        let result = self.read(number);
+        self.results.insert(number, result);
+        self.next += 1;
+        let listed: Vec<_> =
+            self.client().results().unwrap().iter().map(|entry| entry.number).collect();
+        assert!(listed.iter().eq(self.results.keys()), "{listed:?}");
+        &self.results[&number]
+    }
+
+    fn read(&self, number: u32) -> Vec<u8> {
+        let object = ObjectId { kind: ObjectKind::Result as u8, number };
+        self.client().download(object, |_, _| ()).unwrap()
+    }
+
+    /// Reads a result once more that was announced some time ago.
+    fn check(&mut self, number: u32) {
+        assert!(self.read(number) == self.results[&number], "result {number} has changed");
+        self.checked += 1;
+    }
+
+    fn check_all(&mut self) {
+        let numbers: Vec<_> = self.results.keys().copied().collect();
+        numbers.into_iter().for_each(|number| self.check(number));
+    }
+
+    /// Checks everything that is kept and deletes the older half.
+    fn make_room(&mut self) {
+        self.check_all();
+        let half = self.results.len() / 2;
+        assert!(half > 0, "a store without results is not full");
+        for _ in 0..half {
+            let (number, _) = self.results.pop_first().unwrap();
+            self.client().delete_result(number).unwrap();
+        }
+    }
+
+    fn counters(&self) -> (Stats, Health) {
+        let mut client = self.client();
+        (client.stats().unwrap(), client.health().unwrap().unwrap())
+    }
+}
+
+#[test]
+fn a_day_of_hits_link_faults_and_pulled_plugs_loses_nothing() {
+    let (wall, wanted) = (Instant::now(), wanted_s());
+    let (mut disturbed, mut calm) = (Rig::start(SHORT_LINK), Rig::start(LONG_LINK));
+    let mut random = ChaCha8Rng::seed_from_u64(24);
+    let mut trouble = Trouble::new();
+    let mut memory = Memory::default();
+    let (mut campaigns, mut clock, mut longest, mut rejected) = (0, 0.0, 0.0_f64, 0);
+    while clock < wanted {
+        calm.begin(campaigns);
+        let faulty = trouble.choose(&disturbed.rig, &mut random);
+        disturbed.begin(campaigns);
+        let began = Instant::now();
+        while !disturbed.is_done() {
+            assert!(began.elapsed() < LATE, "stalled: {:?}", disturbed.rig);
+            assert_eq!(disturbed.rig.panicked(), None);
+            trouble.make(&disturbed.rig, &mut random);
+        }
+        let result = disturbed.take_result().to_vec();
+        trouble.end(&disturbed.rig, faulty);
+        calm.wait_done();
+        assert!(result == calm.take_result(), "campaign {campaigns} has another result");
+        let (older, _) =
+            disturbed.results.iter().nth(random.random_range(0..disturbed.results.len())).unwrap();
+        disturbed.check(*older);
+
+        let now = disturbed.counters().0.uptime_ms as f64 / 1000.0;
+        longest = longest.max(now - clock);
+        assert!(now - clock < LIMIT_S, "campaign {campaigns} took {} s", now - clock);
+        clock = now;
+        rejected += u64::from(disturbed.client().status().unwrap().rejected);
+        campaigns += 1;
+        memory.look(clock / wanted);
+    }
+    disturbed.check_all();
+    calm.check_all();
+    let (stats, health) = disturbed.counters();
+    println!(
+        "{:.2} h simulated in {:.0} s: {campaigns} campaigns, {} triggers, {rejected} hits rejected, {} of \
+         them aborted for lost scans; the longest campaign took {longest:.1} s of {LIMIT_S} s",
+        clock / 3600.0,
+        wall.elapsed().as_secs_f64(),
+        stats.triggers,
+        health.hits_aborted,
+    );
+    println!("{trouble}");
+    println!(
+        "results: {} announced and equal to those of the undisturbed rig, {} read back later, store full {} \
+         times, {} still kept",
+        disturbed.next - 1,
+        disturbed.checked,
+        disturbed.full,
+        disturbed.results.len(),
+    );
+    println!("the rig: {stats:?}\n         {health:?}\n{memory}");
+    assert_eq!((stats.store_failures, health.read_back_failures), (0, 0));
+    assert!(health.hits_aborted > 0 && trouble.all_kinds_happened(), "{trouble}");
+    memory.check(GROWTH, PROCESS_GROWTH);
+    disturbed.rig.stop().unwrap();
+    calm.rig.stop().unwrap();
+}
