@@ -11,9 +11,7 @@ use massline::client::{Client, Event, PipeTransport, Timing};
 use massline::layout_file::LayoutFile;
 use massline_shared::layout::RigLayout;
 use massline_shared::protocol::event::{SCAN_BLOCK_BYTES, ScanBlock};
-use massline_shared::protocol::message::{
-    GetIdentity, Health, Identity, Phase, ResultEntry, Stats,
-};
+use massline_shared::protocol::message::{Health, Identity, Phase, ResultEntry, Stats};
 use massline_shared::protocol::object::{ObjectId, ObjectKind};
 use massline_shared::protocol::{MAX_FRAME, encode_frame};
 use massline_shared::signal::{AdcProperties, Record, Scan};
