@@ -1,4 +1,4 @@
-//! The commands that the guides print are commands that there are.
+//! The commands that the guides print are commands that there are, and their links lead somewhere.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -48,4 +48,20 @@ fn every_command_of_the_guides_can_be_typed() {
     }
     // Those of the README alone are more.
     assert!(seen > 20, "{seen} commands found");
+}
+
+#[test]
+fn every_link_of_the_guides_leads_to_a_file() {
+    let mut seen = 0;
+    for path in guides() {
+        let guide = fs::read_to_string(&path).unwrap();
+        let links = guide.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        for link in links.filter(|link| !link.starts_with("http") && !link.starts_with('#')) {
+            let file = link.split('#').next().unwrap_or(link);
+            let target = path.parent().unwrap().join(file);
+            assert!(target.exists(), "{}: {link}", path.display());
+            seen += 1;
+        }
+    }
+    assert!(seen > 20, "{seen} links found");
 }

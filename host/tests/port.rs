@@ -6,7 +6,8 @@
 //! cargo test -p massline --test port              the virtual rig on a pty, which taps by itself
 //! ```
 //! `MASSLINE_PORT` is the port, `MASSLINE_LAYOUT` the layout of what hangs there, `MASSLINE_MASS_KG` its mass
-//! where you have weighed it. The rig's settings are left as they were; its new result is deleted.
+//! where you have weighed it. Calibration and results are left as they were; the layout is in use afterwards, and a
+//! campaign that was interrupted is forgotten.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader};

@@ -83,7 +83,7 @@ impl Kind {
             }
             Self::StLink => {
                 "no drive of a Nucleo-G474RE: connect its USB socket by a cable that carries data. If your system \
-                 does not mount drives by itself: udisksctl mount -b /dev/disk/by-label/NOD_G474RE"
+                 does not mount drives by itself: udisksctl mount -b /dev/disk/by-label/NOD*G474RE"
             }
         };
         Error::device("no_drive", format!("{text}, and give its path by --drive"))
