@@ -99,8 +99,16 @@ where
     let (rx, tx) = link.split();
     let objects = Objects { rig: &rig, store: &store, record, spectra };
     let session = Session { rig: &rig, store: &store, record, objects };
-    let measuring =
-        Measuring { sampler, rig: &rig, store: &store, record, spectra, memory: analysis, kept };
+    let measuring = Measuring {
+        sampler,
+        rig: &rig,
+        store: &store,
+        record,
+        spectra,
+        memory: analysis,
+        kept,
+        losses: 0,
+    };
     let task = PanelTask { rig: &rig, store: &store, record, memory: panel_memory };
     join3(
         apart(pin!(measuring.run())),

@@ -30,6 +30,7 @@ use crate::levels::Levels;
 use crate::panel::HitVerdict;
 use crate::progress::Kept;
 use crate::rig::{Reading, Rig, Streamed, note};
+use crate::scan_ring::FAULTS_TO_STOP;
 use crate::store::Store;
 
 /// Scans fetched at a time: 5 ms at 4 kS/s.
@@ -47,6 +48,8 @@ pub(crate) struct Measuring<'a, S: Sampler, F: NorFlash> {
     pub spectra: &'a RefCell<DofSpectra<f32>>,
     pub memory: &'a mut AnalysisMemory,
     pub kept: Kept,
+    /// Losses of scans in a row, without one block read between them.
+    pub losses: u8,
 }
 
 impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
@@ -86,10 +89,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         match taken {
             Either::First(Ok(trigger)) => self.grade_hit(dof, trigger),
             Either::First(Err(SampleError::Overrun { lost })) => self.lose_record(dof, lost),
-            Either::First(Err(SampleError::Stopped)) => {
-                self.rig.say(Diagnostic::whole(Code::SamplerStopped, Severity::Error, 0.0));
-                self.rig.campaign.borrow_mut().interrupted();
-            }
+            Either::First(Err(SampleError::Stopped)) => self.give_up(),
             Either::Second(()) => {}
         }
     }
@@ -114,6 +114,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         let mut block = [[0; CHANNELS]; BLOCK];
         loop {
             let first = self.sampler.read(&mut block).await?;
+            self.losses = 0;
             let _deadline = Deadline::begin(rig);
             rig.stats.borrow_mut().scans += BLOCK as u64;
             let mut record = self.record.borrow_mut();
@@ -187,9 +188,26 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         rig.tell_hit(hit);
     }
 
+    /// The converter does not deliver: the campaign is interrupted.
+    fn give_up(&mut self) {
+        // The user may mend the converter and go on.
+        self.losses = 0;
+        self.rig.say(Diagnostic::whole(Code::SamplerStopped, Severity::Error, 0.0));
+        self.rig.campaign.borrow_mut().interrupted();
+    }
+
+    /// Counts a loss of scans; true when there was nothing but losses for too long.
+    fn lost_too_often(&mut self, lost: u32) -> bool {
+        self.rig.overran(lost);
+        self.losses = self.losses.saturating_add(1);
+        self.losses >= FAULTS_TO_STOP
+    }
+
     /// Scans are missing. Before the hammer has touched that costs nothing but another arming.
     fn lose_record(&mut self, dof: usize, lost: u32) {
-        self.rig.overran(lost);
+        if self.lost_too_often(lost) {
+            return self.give_up();
+        }
         if self.rig.campaign.borrow().phase() == Phase::Armed {
             return;
         }
@@ -253,10 +271,11 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         self.sampler.stop();
         rig.reading.set(match taken {
             Either::First(Ok(())) => Reading::Held,
-            Either::First(Err(SampleError::Overrun { lost })) => {
-                rig.overran(lost);
-                Reading::Wanted
+            Either::First(Err(SampleError::Overrun { lost })) if self.lost_too_often(lost) => {
+                self.losses = 0;
+                Reading::Failed
             }
+            Either::First(Err(SampleError::Overrun { .. })) => Reading::Wanted,
             Either::First(Err(SampleError::Stopped)) => Reading::Failed,
             Either::Second(()) => Reading::None,
         });
@@ -267,6 +286,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         let mut block: [Scan; BLOCK] = [[0; CHANNELS]; BLOCK];
         for _ in 0..RECORD_SCANS.div_ceil(BLOCK) {
             self.sampler.read(&mut block).await?;
+            self.losses = 0;
             self.rig.stats.borrow_mut().scans += BLOCK as u64;
             let mut record = self.record.borrow_mut();
             block.iter().for_each(|scan| record.push(scan));

@@ -304,6 +304,7 @@ impl Rig {
             accepted: campaign.accepted(),
             wanted: campaign.wanted(),
             dofs: self.dofs() as u8,
+            averaged: campaign.dofs().iter().map(|dof| u16::from(dof.accepted)).sum(),
             hits_done: done.sum(),
             hits: campaign.dofs().len() as u16 * wanted,
             rejected: campaign.rejected(),

@@ -6,9 +6,10 @@ use std::time::Duration;
 use massline::client::{Client, Event, PipeTransport};
 use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
+use massline_firmware::scan_ring::FAULTS_TO_STOP;
 use massline_shared::diagnosis::Code;
 use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::message::{Health, Phase, Stats, Status};
+use massline_shared::protocol::message::{CampaignCommand, Health, Phase, Reason, Stats, Status};
 use massline_shared::signal::Scan;
 use massline_tests::faulty_sampler::rig_that_loses;
 use massline_virtual::bench::{Bench, BenchSource};
@@ -120,5 +121,29 @@ fn the_panel_says_which_hit_was_aborted_and_why() {
     };
     let model = rig.wait_for(LATE, why).expect("the verdict is shown");
     assert_eq!((model.rejected, model.accepted), (1, 0));
+    rig.stop().unwrap();
+}
+
+#[test]
+fn a_converter_that_only_loses_scans_interrupts_the_campaign_by_name() {
+    let rig = rig_whose_converter(|_| true);
+    let mut client = Client::new(PipeTransport::new(rig.link()));
+    client.identify().unwrap();
+    client.put_layout(&file().rig_layout().unwrap()).unwrap();
+    client.start(false, false).unwrap();
+    let paused = |status: &Status| status.phase == Phase::Paused as u8;
+    let mut status = client.status().unwrap();
+    while !paused(&status) {
+        if let Event::Status(changed) = client.next_event(LATE).unwrap().expect("it is given up") {
+            status = changed;
+        }
+    }
+    let [why] = &status.diagnostics[..] else { panic!("for one reason: {status:?}") };
+    assert_eq!(why.known_code(), Some(Code::SamplerStopped));
+    assert_eq!(client.health().unwrap().unwrap().overruns, u32::from(FAULTS_TO_STOP));
+    // A reading at rest does not come about either, and says so.
+    client.command(CampaignCommand::Abort).unwrap();
+    let refused = client.static_reading().unwrap_err();
+    assert_eq!(refused.refusal(), Some(Reason::SamplerStopped), "{refused}");
     rig.stop().unwrap();
 }

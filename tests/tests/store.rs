@@ -132,8 +132,8 @@ struct Failing {
     writes: Option<usize>,
     /// Of a write that fails, this many bytes have reached the flash.
     torn: usize,
-    /// After a write that failed all others fail.
-    worn: bool,
+    /// After a write that failed so many others fail.
+    worn: usize,
     /// No read ever succeeds.
     dead: bool,
 }
@@ -145,7 +145,7 @@ impl Failing {
             reads: None,
             writes: None,
             torn: 0,
-            worn: false,
+            worn: 0,
             dead: false,
         }
     }
@@ -188,8 +188,8 @@ impl NorFlash for Failing {
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         if due(&mut self.writes) {
             self.flash.write(offset, &bytes[..self.torn.min(bytes.len())]).await?;
-            if self.worn {
-                self.writes = Some(0);
+            if self.worn > 0 {
+                (self.worn, self.writes) = (self.worn - 1, Some(0));
             }
             return Err(FlashError::File);
         }
@@ -253,7 +253,8 @@ fn flash_that_takes_no_more_writes_leaves_the_list_of_results_as_it_was() {
     let flash = FlashBacking::default();
     block_on(open(&flash).put_result(&bytes_of(1), 0, None)).unwrap();
     for write in 0..25 {
-        let worn = |write| Failing { writes: Some(write), worn: true, ..Failing::over(&flash) };
+        let worn =
+            |write| Failing { writes: Some(write), worn: usize::MAX, ..Failing::over(&flash) };
         let mut store = open_over(worn(write));
         let stored = block_on(store.put_result(&bytes_of(2), 0, None));
         assert_eq!(stored, Err(Reason::StoreFailed), "write {write}");
@@ -415,4 +416,33 @@ fn the_longest_result_is_kept_and_a_longer_one_refused() {
 
 fn raw_capacity(flash: &Flash) -> usize {
     flash.capacity()
+}
+
+#[test]
+fn a_campaign_whose_end_the_flash_refused_does_not_mix_with_the_next() {
+    let mut recovered = 0;
+    for refused in 0..30 {
+        let flash = FlashBacking::default();
+        let mut store = open(&flash);
+        block_on(store.put_dof(0, &[7; 10])).unwrap();
+        block_on(store.put_progress(&[7; 10])).unwrap();
+        drop(store);
+        let flaky = Failing { writes: Some(0), worn: refused, ..Failing::over(&flash) };
+        let mut store = open_over(flaky);
+        if block_on(store.clear_progress()).is_ok() {
+            continue;
+        }
+        assert!(!store.has_progress(), "the rig has ended it");
+        // Nothing of another campaign is kept: it is found again.
+        assert!(open(&flash).has_progress());
+        let kept = block_on(store.put_dof(3, &[8; 10])).is_ok()
+            && block_on(store.put_progress(&[8; 10])).is_ok();
+        if kept {
+            recovered += 1;
+            let (mut store, mut room) = (open(&flash), [0; MAX_DOF]);
+            assert_eq!(block_on(store.dof(0, &mut room)), Some(&[8; 10][..]), "{refused} refused");
+            assert_eq!(block_on(store.dof(1, &mut room)), None, "{refused} refused");
+        }
+    }
+    assert!(recovered > 0, "no flash recovered in time");
 }

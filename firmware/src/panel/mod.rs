@@ -48,6 +48,8 @@ pub struct PanelModel {
     pub wanted: u8,
     /// DOFs of the layout.
     pub dofs: u8,
+    /// Hits that have been accepted, of all DOFs.
+    pub averaged: u16,
     /// Hits that are accepted or no longer wanted, of all DOFs.
     pub hits_done: u16,
     /// Hits of the whole campaign.
@@ -91,6 +93,7 @@ impl PanelModel {
         accepted: 0,
         wanted: 0,
         dofs: 0,
+        averaged: 0,
         hits_done: 0,
         hits: 0,
         rejected: 0,
@@ -157,7 +160,7 @@ pub fn cues(before: &PanelModel, after: &PanelModel) -> Vec<Cue, 3> {
     let entered = |phase| after.phase == phase && before.phase != phase;
     let answered = after.mass.is_some() || after.block;
     play(Cue::Rejected, after.rejected > before.rejected);
-    play(Cue::Accepted, after.hits_done > before.hits_done && after.rejected <= before.rejected);
+    play(Cue::Accepted, after.averaged > before.averaged && after.rejected <= before.rejected);
     play(Cue::Armed, after.phase == Phase::Armed && after.armings != before.armings);
     play(Cue::Done, entered(Phase::Done) && answered);
     play(Cue::Failed, entered(Phase::Done) && !answered);
@@ -176,10 +179,13 @@ mod tests {
     fn each_event_of_a_campaign_is_heard_once() {
         assert_eq!(cues(&PanelModel::START, &ARMED), [Cue::Armed]);
         assert_eq!(cues(&ARMED, &ARMED), []);
-        let accepted = PanelModel { armings: 2, hits_done: 1, ..ARMED };
+        let accepted = PanelModel { armings: 2, averaged: 1, hits_done: 1, ..ARMED };
         assert_eq!(cues(&ARMED, &accepted), [Cue::Accepted, Cue::Armed]);
         let rejected = PanelModel { armings: 3, rejected: 1, ..accepted };
         assert_eq!(cues(&accepted, &rejected), [Cue::Rejected, Cue::Armed]);
+        // The DOF is left out: its hits are no longer wanted, but there was none.
+        let skipped = PanelModel { armings: 4, hits_done: 5, ..rejected };
+        assert_eq!(cues(&rejected, &skipped), [Cue::Armed]);
     }
 
     #[test]

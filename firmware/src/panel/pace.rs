@@ -9,11 +9,12 @@ use super::PanelModel;
 /// to the next node included, pauses not.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
-    /// The last hit that counted, or the end of a pause.
+    /// The last hit that counted, or when measuring began or went on.
     since: Instant,
     /// Mean time of a hit; none before the first.
     hit: Option<Duration>,
-    hits_done: u16,
+    averaged: u16,
+    measuring: bool,
 }
 
 /// A new hit counts for one part in so many of the mean.
@@ -21,22 +22,24 @@ const MEMORY: u32 = 4;
 
 impl Pace {
     pub fn new(now: Instant) -> Self {
-        Self { since: now, hit: None, hits_done: 0 }
+        Self { since: now, hit: None, averaged: 0, measuring: false }
     }
 
     /// Takes note of what is shown now.
     pub fn follow(&mut self, model: &PanelModel, now: Instant) {
         let measuring = matches!(model.phase, Phase::Armed | Phase::Busy | Phase::Confirming);
-        if !measuring || model.hits_done < self.hits_done {
-            let hit = self.hit.filter(|_| model.phase == Phase::Paused);
-            *self = Self { hit, hits_done: model.hits_done, ..Self::new(now) };
-        } else if model.hits_done > self.hits_done {
+        if !measuring {
+            self.hit = self.hit.filter(|_| model.phase == Phase::Paused);
+        } else if self.measuring && model.averaged > self.averaged {
             let took = now.saturating_duration_since(self.since);
-            let took = took / u32::from(model.hits_done - self.hits_done);
+            let took = took / u32::from(model.averaged - self.averaged);
             let mean = |hit: Duration| (hit * (MEMORY - 1) + took) / MEMORY;
             self.hit = Some(self.hit.map_or(took, mean));
-            (self.since, self.hits_done) = (now, model.hits_done);
         }
+        if !self.measuring || self.averaged != model.averaged {
+            self.since = now;
+        }
+        (self.measuring, self.averaged) = (measuring, model.averaged);
     }
 
     /// Time that the rest of the campaign will take, s.
@@ -52,29 +55,48 @@ mod tests {
     use super::*;
 
     fn at(hits_done: u16, phase: Phase) -> PanelModel {
-        PanelModel { phase, hits_done, hits: 10, ..PanelModel::START }
+        PanelModel { phase, averaged: hits_done, hits_done, hits: 10, ..PanelModel::START }
     }
+
+    fn pace_of(seen: &[(u16, Phase, u64)]) -> Pace {
+        let mut pace = Pace::new(Instant::from_secs(0));
+        for &(hits, phase, second) in seen {
+            pace.follow(&at(hits, phase), Instant::from_secs(second));
+        }
+        pace
+    }
+
+    const ARMED: Phase = Phase::Armed;
 
     #[test]
     fn the_time_left_is_that_of_the_hits_left() {
-        let mut pace = Pace::new(Instant::from_secs(0));
-        pace.follow(&at(0, Phase::Armed), Instant::from_secs(1));
-        assert_eq!(pace.seconds_left(&at(0, Phase::Armed)), None);
-        pace.follow(&at(1, Phase::Armed), Instant::from_secs(4));
-        assert_eq!(pace.seconds_left(&at(1, Phase::Armed)), Some(36));
+        let mut pace = pace_of(&[(0, ARMED, 0), (0, ARMED, 1)]);
+        assert_eq!(pace.seconds_left(&at(0, ARMED)), None);
+        pace.follow(&at(1, ARMED), Instant::from_secs(4));
+        assert_eq!(pace.seconds_left(&at(1, ARMED)), Some(36));
         // Eight seconds in the next: a quarter of the way from 4 to 8.
-        pace.follow(&at(2, Phase::Armed), Instant::from_secs(12));
-        assert_eq!(pace.seconds_left(&at(2, Phase::Armed)), Some(40));
+        pace.follow(&at(2, ARMED), Instant::from_secs(12));
+        assert_eq!(pace.seconds_left(&at(2, ARMED)), Some(40));
     }
 
     #[test]
-    fn a_pause_does_not_count_and_a_new_campaign_begins_anew() {
-        let mut pace = Pace::new(Instant::from_secs(0));
-        pace.follow(&at(1, Phase::Armed), Instant::from_secs(4));
-        pace.follow(&at(1, Phase::Paused), Instant::from_secs(1000));
-        pace.follow(&at(2, Phase::Armed), Instant::from_secs(1004));
-        assert_eq!(pace.seconds_left(&at(2, Phase::Armed)), Some(32));
-        pace.follow(&at(0, Phase::Idle), Instant::from_secs(1010));
-        assert_eq!(pace.seconds_left(&at(0, Phase::Armed)), None);
+    fn a_pause_does_not_count_however_long_it_is() {
+        let before = [(0, ARMED, 0), (1, ARMED, 4), (1, Phase::Paused, 10)];
+        let pace = pace_of(&[&before[..], &[(1, ARMED, 1000), (2, ARMED, 1004)]].concat());
+        assert_eq!(pace.seconds_left(&at(2, ARMED)), Some(32));
+    }
+
+    #[test]
+    fn a_dof_that_is_left_out_takes_no_hits_and_no_time() {
+        let mut pace = pace_of(&[(0, ARMED, 0), (1, ARMED, 4)]);
+        let skipped = PanelModel { averaged: 1, ..at(5, ARMED) };
+        pace.follow(&skipped, Instant::from_secs(5));
+        assert_eq!(pace.seconds_left(&skipped), Some(20));
+    }
+
+    #[test]
+    fn a_new_campaign_begins_anew() {
+        let pace = pace_of(&[(0, ARMED, 0), (1, ARMED, 4), (0, Phase::Idle, 10), (0, ARMED, 11)]);
+        assert_eq!(pace.seconds_left(&at(0, ARMED)), None);
     }
 }

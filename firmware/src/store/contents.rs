@@ -242,7 +242,7 @@ impl Contents {
         Some(&mut self.campaign)
     }
 
-    fn end(&mut self, campaign: u32) {
+    pub(super) fn end(&mut self, campaign: u32) {
         self.ended = self.ended.max(campaign);
         if self.campaign.serial <= self.ended {
             self.campaign = KeptCampaign::default();

@@ -269,16 +269,19 @@ impl<F: NorFlash> Store<F> {
         self.read_whole(object, room).await
     }
 
-    /// Forgets the progress of the campaign.
+    /// Forgets the progress of the campaign: what is kept from now on belongs to another one.
     ///
     /// # Errors
-    /// [`Reason::StoreFailed`] when the flash does not keep that.
+    /// [`Reason::StoreFailed`] when the flash does not keep that; then, as long as no other campaign is
+    /// kept, the next start finds it again.
     pub async fn clear_progress(&mut self) -> Result<(), Reason> {
         let campaign = self.contents.campaign.serial;
         if campaign == 0 {
             return Ok(());
         }
-        self.note(Change::Ended { campaign }).await
+        let noted = self.note(Change::Ended { campaign }).await;
+        self.contents.end(campaign);
+        noted
     }
 
     /// The name of the campaign that is under way, a new one when nothing is kept of it.

@@ -26,7 +26,8 @@ Ways:
   pico2            drive: hold BOOTSEL while you plug it in; or probe
 
 Without --image the firmware is built from the sources that this program was built from. What the rig has
-stored is never written: layouts, calibration, results stay.
+stored is not written: layouts, calibration, results stay. Only the ST-LINK's drive (nucleo-g474re) erases
+what its own firmware thinks right: fetch results first, or use --via probe.
 
 Examples:
   massline flash --board blackpill-f411
@@ -146,9 +147,15 @@ impl Bar {
 impl Watch for Bar {
     fn at(&mut self, step: Step, done: u64, of: u64) -> Result<()> {
         if self.interrupt.pressed() {
-            return Err(Error::interrupted(
-                "stopped: the board holds no whole firmware now; run the same again",
-            ));
+            return Err(Error::interrupted(match step {
+                Step::Erase if done == 0 => "stopped before anything was erased",
+                Step::Erase | Step::Write => {
+                    "stopped: the board holds no whole firmware now; run the same again"
+                }
+                Step::Verify => {
+                    "stopped: all is written, but not all of it read back; run the same again to be sure"
+                }
+            }));
         }
         if self.step != Some(step) {
             self.step = Some(step);
@@ -208,14 +215,25 @@ impl Facts<'_> {
             ));
         }
         lines.push(format!(
-            "  erased   {} sectors, {} bytes\n  store    0x{:08x} to 0x{:08x}, not touched",
+            "  erased   {} sectors, {} bytes\n  store    0x{:08x} to 0x{:08x}, {}",
             self.plan.erase.len(),
             self.plan.erased(),
             board.store.start,
-            board.store.end
+            board.store.end,
+            self.store_is()
         ));
         lines.push(self.outcome().into());
         lines.join("\n")
+    }
+
+    /// What happens to the store.
+    fn store_is(&self) -> &'static str {
+        match Kind::of(self.plan.board) {
+            Some(Kind::StLink) if self.way == Way::Drive => {
+                "not written; what the ST-LINK erases is up to its firmware: fetch results first"
+            }
+            _ => "not touched",
+        }
     }
 
     fn outcome(&self) -> &'static str {

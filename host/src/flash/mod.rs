@@ -7,7 +7,8 @@
 //!        board?                                                       └─ probe          SWD, feature `probe`
 //! ```
 //! A **sector** is what the flash erases at once. The **store** is the part of it that the rig itself writes:
-//! settings, layouts, calibration, results. No way of flashing writes or erases there.
+//! settings, layouts, calibration, results. No way of flashing writes there, and
+//! none but the ST-LINK's drive, whose own firmware decides that, may erase there.
 
 pub mod board;
 pub mod dfuse;
