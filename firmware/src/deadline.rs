@@ -1,7 +1,23 @@
 //! Counts the deadlines that are missed. Each is stated on the function that must meet it.
 //!
 //! While a part of the application computes between two awaits everything else waits: the sampler's
-//! buffer fills, the link is not served, a watchdog is not fed.
+//! buffer fills, the link is not served, a watchdog is not fed. The longest parts, as budgets of
+//! `tests/budgets.toml` (a Cortex-M4F in QEMU counts instructions, which are no cycles) and at 100 MHz
+//! with one and a half cycles each:
+//!
+//! | part | while | budget | at 100 MHz |
+//! | --- | --- | --- | --- |
+//! | a block of 20 scans | sampling | not measured apart | far below 1 ms |
+//! | `hit_step`: one channel of a hit | sampler stopped | 0.25 M | 4 ms |
+//! | `hit_grading`: a record | sampler stopped | 0.48 M | 7 ms |
+//! | `dof_closing`: all mass lines of a DOF | sampler stopped | 0.45 M | 7 ms |
+//! | `ml_step_12`: a step of the fit, twelve hit DOFs | sampler stopped | 1.0 M | 15 ms |
+//! | `layout_check` | whenever a layout comes | 0.45 M | 7 ms |
+//! | `record_checksum`: the host asks for a record | any time but sampling | 0.6 M | 9 ms |
+//! | `static_reading`: six of them make a tumble test | idle | 0.25 M | 4 ms |
+//!
+//! A page of flash that is erased or a word that is written stops the whole core of most chips: see
+//! [`crate::board::Board::flash`]. That happens only while the sampler is stopped, and is not counted here.
 
 use embassy_time::{Duration, Instant};
 use massline_shared::protocol::message::STEP_LIMIT_MS;

@@ -13,6 +13,7 @@ use massline_shared::protocol::object::{
 };
 use massline_shared::signal::{RESPONSES, Record, SPECTRUM_LINES};
 
+use crate::deadline::Deadline;
 use crate::rig::Rig;
 use crate::store::{Kept, Store};
 
@@ -40,10 +41,12 @@ impl<F: NorFlash> Objects<'_, F> {
             }
             ObjectKind::Record => {
                 let record = self.record(object)?;
+                let _deadline = Deadline::begin(self.rig);
                 (Record::BYTES as u32, crc_of_record(&record))
             }
             ObjectKind::Spectra => {
                 let spectra = self.spectra(object)?;
+                let _deadline = Deadline::begin(self.rig);
                 let header = self.header(&spectra);
                 let mut crc = crc32_of_chunks();
                 (0..SPECTRA_WORDS).for_each(|i| crc.update(&word(header, &spectra, i)));

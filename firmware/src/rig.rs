@@ -23,6 +23,7 @@ use massline_shared::signal::{
 };
 
 use crate::board::BoardInfo;
+use crate::deadline::Deadline;
 use crate::identification::METHODS;
 use crate::panel::{HitVerdict, PanelModel};
 
@@ -169,7 +170,9 @@ impl Rig {
     }
 
     /// What is to be said about a layout: errors when no method of the rig could give an answer.
+    /// Deadline: [`crate::deadline::DEADLINE`].
     pub fn check(&self, layout: &RigLayout) -> Diagnostics {
+        let _deadline = Deadline::begin(self);
         let mut diagnostics = judge(layout);
         for found in check_settings(&layout.test, self.adc.rate.0, RECORD_SCANS, SPECTRUM_LINES) {
             note(&mut diagnostics, found);

@@ -26,6 +26,7 @@ use super::summary::{self, PIECE};
 use super::trial::{self, Problem, Readings};
 use super::{Button, Cue, PanelModel, cues};
 use crate::board::Panel;
+use crate::deadline::Deadline;
 use crate::rig::{Reading, Rig};
 use crate::store::{Kept, KeptLayout, LAYOUTS, RESULTS, Store};
 
@@ -175,6 +176,7 @@ impl<F: NorFlash> Desk<'_, F> {
     #[inline(never)]
     fn draw(&self, store: &Store<F>, screen: &mut impl canvas::Screen) {
         let rig = self.rig;
+        let _deadline = Deadline::begin(rig);
         let newest_first = store.results().iter().rev().map(|kept| kept.entry);
         let results: Vec<ResultEntry, RESULTS> = newest_first.take(RESULTS).collect();
         let (layout, campaign) = (rig.layout.borrow(), rig.diagnostics.borrow());

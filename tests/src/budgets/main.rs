@@ -137,6 +137,7 @@ fn table(lines: &[Line]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use massline_shared::protocol::message::STEP_LIMIT_MS;
 
     #[test]
     fn a_budget_is_exceeded_from_the_next_byte_on() {
@@ -151,10 +152,34 @@ mod tests {
         assert_eq!(all_ram(image, 20_001), 117_050);
     }
 
+    fn committed() -> Budgets {
+        Budgets::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("budgets.toml")).unwrap()
+    }
+
+    /// What the firmware does between two looks at scans, link and panel.
+    #[test]
+    fn no_step_of_the_rig_takes_longer_than_its_deadline() {
+        const STEPS: [&str; 8] = [
+            "hit_step",
+            "hit_grading",
+            "dof_closing",
+            "irm_solve",
+            "ml_step_12",
+            "layout_check",
+            "record_checksum",
+            "static_reading",
+        ];
+        // A slow board: 84 MHz, and two cycles for an instruction, flash wait states included.
+        let milliseconds = |instructions: u64| 2 * instructions / 84_000;
+        let budgets = committed().instructions;
+        for step in STEPS {
+            assert!(milliseconds(budgets[step]) < STEP_LIMIT_MS, "{step}");
+        }
+    }
+
     #[test]
     fn the_committed_budgets_are_read() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("budgets.toml");
-        let budgets = Budgets::read(&path).unwrap();
+        let budgets = committed();
         assert!(budgets.instructions.contains_key("hit_analysis"));
         assert!(budgets.image.contains_key("mps2-an386"));
     }

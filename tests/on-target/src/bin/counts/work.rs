@@ -11,6 +11,8 @@ use massline_shared::identify::maximum_likelihood::{CONTRADICTION, Fit, Progress
 use massline_shared::identify::{Applicability, Estimate, MassLines, Method, ScatterAccumulator};
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RigLayout, Sensor, Sign, TestSettings};
 use massline_shared::mass_line::BasisRow;
+use massline_shared::protocol::crc32_of_chunks;
+use massline_shared::protocol::message::StaticReading;
 use massline_shared::signal::{
     AdcProperties, CHANNELS, Calibration, FftError, HitReport, PRE_TRIGGER_SCANS, RECORD_SCANS,
     RESPONSES, Record, SPECTRUM_LINES, grade,
@@ -61,9 +63,23 @@ fn main() -> ! {
     });
     say("hit_grading", measured);
     assert!(report.findings.is_empty());
+    say("record_checksum", measure(|| assert_ne!(checksum(&memory.record), 0)));
+    let reading = measure(|| assert_eq!(StaticReading::of(&memory.record).scans, 2048));
+    say("static_reading", reading);
     let mut single = None;
-    let measured = measure(|| single = Some(analyse(&mut memory)));
+    let measured = measure(|| single = Some(analyse(&mut memory, |step| step())));
     say("hit_analysis", measured);
+    // Once more, step by step: between two of them the rig looks after everything else.
+    let mut longest = measure(|| ());
+    let again = analyse(&mut memory, |step| {
+        let measured = measure(step);
+        longest.instructions = longest.instructions.max(measured.instructions);
+        longest.stack = longest.stack.max(measured.stack);
+    });
+    assert!(again.is_ok());
+    say("hit_step", longest);
+    let closed = measure(|| assert!(close_dof(&mut memory)));
+    say("dof_closing", closed);
     let Some(Ok(Some(single))) = single else { panic!("the hit was not analysed") };
     // 12 bits of 16 g over a peak of a few m/s².
     close("mass line", &single, &truth, 0.02);
@@ -166,17 +182,50 @@ fn judge_fit(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
     assert!(within.is_some_and(|within| error <= within), "the fit is {error} off");
 }
 
-/// As the firmware does with a hit.
-fn analyse(memory: &mut Memory) -> Result<Option<SVector<f32, RESPONSES>>, FftError> {
+/// As the firmware does with a hit; `run` runs each of its steps.
+fn analyse(
+    memory: &mut Memory,
+    mut run: impl FnMut(&mut dyn FnMut()),
+) -> Result<Option<SVector<f32, RESPONSES>>, FftError> {
     let Memory { record, spectra, scratch, force, basis } = memory;
     let (calibration, test) = (Calibration::default(), TestSettings::<f32>::default());
     let method = averaging::Method { adc: &ADC, calibration: &calibration, test: &test };
     let memory = HitMemory { scratch, force, basis };
-    let mut hit = HitInHand::begin(method, record, memory, spectra)?;
+    let (mut memory, mut hit) = (Some(memory), None);
+    run(&mut || hit = memory.take().map(|m| HitInHand::begin(method, record, m, spectra)));
+    let Some(hit) = hit else { panic!("the step was not run") };
+    let mut hit = hit?;
     for response in 0..RESPONSES {
-        hit.add_response(response, record, spectra)?;
+        let mut done = Ok(());
+        run(&mut || done = hit.add_response(response, record, spectra));
+        done?;
     }
-    Ok(hit.mass_lines(&calibration))
+    let mut own = None;
+    run(&mut || own = hit.mass_lines(&calibration));
+    Ok(own)
+}
+
+/// As the firmware closes a DOF; true when it has mass lines.
+fn close_dof(memory: &mut Memory) -> bool {
+    let Memory { spectra, scratch, basis, .. } = memory;
+    let (calibration, test) = (Calibration::default(), TestSettings::<f32>::default());
+    let method = averaging::Method { adc: &ADC, calibration: &calibration, test: &test };
+    let band = averaging::band_of(method, spectra, &mut scratch[..SPECTRUM_LINES]);
+    let band = band.unwrap_or(TestSettings::<f32>::usual_band());
+    averaging::fit_responses(method, spectra, band, basis).is_ok()
+}
+
+/// What the rig tells a host that asks for the record.
+fn checksum(record: &Record) -> u32 {
+    let (mut crc, mut piece, mut at) = (crc32_of_chunks(), [0; 4 * Record::SCAN_BYTES], 0);
+    loop {
+        let read = record.read_bytes(at, &mut piece);
+        if read == 0 {
+            return crc.finalize();
+        }
+        crc.update(&piece[..read]);
+        at += read;
+    }
 }
 
 /// A tap of 5 ms and 20 N on a body that nothing holds; every channel is read after the one before.
