@@ -13,8 +13,9 @@ use crate::boot::{ResetFlags, reason};
 use crate::panel::{RigPanel, Tone, Wiring};
 use crate::{last_words, stack};
 
-/// Longer than anything takes during which nothing runs. The longest is the erasure of a sector of an
-/// STM32F411's store: 0.8 s.
+/// Longer than anything takes during which nothing runs, even where its clock is half as fast again as
+/// stated. The longest is the erasure of a sector of an STM32F411's store, 0.8 s; between two of them the
+/// store lets the rest run.
 pub const WATCHDOG: Duration = Duration::from_secs(8);
 const WATCHDOG_FED: Duration = Duration::from_secs(1);
 

@@ -20,8 +20,8 @@ bind_interrupts!(struct Interrupts {
 
 /// What the host opens the port with.
 const BAUD: u32 = 921_600;
-/// 2.8 ms of bytes.
-const RECEIVE_BUFFER: usize = 256;
+/// A whole request, the longest there is: it may come while a page of flash is erased, 22 ms.
+const RECEIVE_BUFFER: usize = 1280;
 
 /// What belongs to the link alone.
 pub struct Parts {

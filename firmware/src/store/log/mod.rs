@@ -19,6 +19,7 @@
 mod finding;
 mod transfer;
 
+use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::protocol::crc32;
 
@@ -233,7 +234,10 @@ impl<F: NorFlash> Log<F> {
         let tail = old_tail.max((number + 2).saturating_sub(self.pages()));
         let start = self.address(number);
         self.work.erases += 1;
-        self.flash.erase(start, start + Self::PAGE).await.map_err(|_| Fault)?;
+        let erased = self.flash.erase(start, start + Self::PAGE).await;
+        // Nothing else runs while a chip erases its own flash: the watchdog is fed between two times.
+        yield_now().await;
+        erased.map_err(|_| Fault)?;
         let mut page = Page { number, end: 0 };
         let geometry = self.geometry();
         self.write_small(&mut page, Kind::Page, number, &geometry).await?;
