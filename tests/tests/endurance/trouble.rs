@@ -54,6 +54,7 @@ pub struct Trouble {
     silent: u64,
     unread: u64,
     sequence: u16,
+    campaigns: u32,
 }
 
 impl Trouble {
@@ -67,13 +68,16 @@ impl Trouble {
             silent: 0,
             unread: 0,
             sequence: 0,
+            campaigns: 0,
         }
     }
 
     /// Chooses the trouble of the next campaign; a bad line is bad from before its start.
     pub fn choose(&mut self, rig: &VirtualRig, random: &mut ChaCha8Rng) -> Option<FaultyPipe> {
         let all: u32 = KINDS.iter().map(|(_, weight)| weight).sum();
-        let mut draw = random.random_range(0..all);
+        // Mixed, and each as often as it is wanted: 13 has no divisor in common with their number.
+        let mut draw = 13 * self.campaigns % all;
+        self.campaigns += 1;
         for (kind, weight) in KINDS {
             if draw < weight {
                 self.kind = kind;
