@@ -3,12 +3,10 @@
 //! The application's part never waits for a wire: pages, presses and cues go over channels to tasks of
 //! their own, so whatever the application gives up leaves no transfer half done.
 
-use core::sync::atomic::{AtomicBool, Ordering};
-
 use embassy_futures::join::join3;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
-use embassy_time::{Duration, Instant, Ticker, Timer, with_timeout};
+use embassy_time::{Duration, Instant, Ticker, Timer, with_deadline, with_timeout};
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use embedded_hal_async::i2c::I2c;
 use massline_firmware::board::Panel;
@@ -22,6 +20,7 @@ use static_cell::StaticCell;
 
 use crate::debounce::Debounce;
 use crate::frame::{Frame, Page, WIDTH};
+use crate::glass::Glass;
 
 type DisplayError = display_interface::DisplayError;
 
@@ -31,24 +30,21 @@ const SETTLE: Duration = Duration::from_millis(20);
 const LOOK: Duration = Duration::from_millis(5);
 /// A page takes 3 ms at 400 kHz; a bus that takes longer hangs.
 const BUS_TIMEOUT: Duration = Duration::from_millis(50);
-/// A screen that did not answer is tried again after this.
-const SCREEN_PAUSE: Duration = Duration::from_secs(5);
+/// A screen that did not answer is tried again after this, and each time after twice as long: its supply
+/// may rise more slowly than the chip's.
+const SHORTEST_PAUSE: Duration = Duration::from_millis(100);
+/// After at most this.
+const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
 /// Between the application and the tasks of the panel.
 struct Wires {
     pages: Channel<CriticalSectionRawMutex, (u8, Page), 1>,
     presses: Channel<CriticalSectionRawMutex, Button, 4>,
     cues: Channel<CriticalSectionRawMutex, Cue, 4>,
-    /// The glass does not show what was sent before.
-    redraw: AtomicBool,
 }
 
-static WIRES: Wires = Wires {
-    pages: Channel::new(),
-    presses: Channel::new(),
-    cues: Channel::new(),
-    redraw: AtomicBool::new(false),
-};
+static WIRES: Wires =
+    Wires { pages: Channel::new(), presses: Channel::new(), cues: Channel::new() };
 
 /// The application's end.
 pub struct RigPanel {
@@ -119,11 +115,7 @@ impl Panel for RigPanel {
 
     // A page is sent whole or again.
     async fn flush(&mut self) {
-        loop {
-            if WIRES.redraw.swap(false, Ordering::Relaxed) {
-                self.frame.change_all();
-            }
-            let Some((number, page)) = self.frame.changed() else { return };
+        while let Some((number, page)) = self.frame.changed() {
             WIRES.pages.send((number, *page)).await;
             self.frame.sent(number);
         }
@@ -139,30 +131,34 @@ impl Panel for RigPanel {
     }
 }
 
-/// Brings pages to the glass, for ever. A screen that does not answer is asked again later; until then
-/// its pages are thrown away.
+/// Brings pages to the glass, for ever. A screen that does not answer is asked again later, and then gets
+/// all of them.
 async fn drive_screen<I: I2c>(bus: I) -> ! {
     let mut screen = Ssd1306Async::new(
         I2CDisplayInterface::new(bus),
         DisplaySize128x64,
         DisplayRotation::Rotate0,
     );
-    let mut retry = Some(Instant::MIN);
+    let (mut glass, mut begin, mut pause) = (Glass::new(), true, SHORTEST_PAUSE);
     loop {
-        let (number, page) = WIRES.pages.receive().await;
-        if let Some(when) = retry {
-            if Instant::now() < when {
-                continue;
-            }
-            // Whatever was thrown away is to be drawn again.
-            WIRES.redraw.store(true, Ordering::Relaxed);
-        }
-        let begin = retry.is_some();
-        let sent = with_timeout(BUS_TIMEOUT, send_page(&mut screen, begin, number, &page)).await;
-        retry = match sent {
-            Ok(Ok(())) => None,
-            _ => Some(Instant::now() + SCREEN_PAUSE),
+        let Some((number, page)) = glass.next() else {
+            let (number, page) = WIRES.pages.receive().await;
+            glass.take(number, &page);
+            continue;
         };
+        let sent = with_timeout(BUS_TIMEOUT, send_page(&mut screen, begin, number, page)).await;
+        begin = !matches!(sent, Ok(Ok(())));
+        if begin {
+            glass.lost();
+            let again = Instant::now() + pause;
+            while let Ok((number, page)) = with_deadline(again, WIRES.pages.receive()).await {
+                glass.take(number, &page);
+            }
+            pause = (pause * 2).min(LONGEST_PAUSE);
+        } else {
+            glass.shown(number);
+            pause = SHORTEST_PAUSE;
+        }
     }
 }
 
