@@ -32,6 +32,11 @@ pub trait Converter {
 
 /// What an interrupt needs to know of the transfer.
 pub trait Transfer {
+    /// Values of its buffer.
+    const LENGTH: usize;
+    /// Raw scans of half of it.
+    const HALF_SCANS: usize;
+
     /// Which halves are done.
     fn flags(&self) -> HalfFlags;
     /// Takes these flags back.
@@ -59,10 +64,10 @@ impl<const LENGTH: usize> RawBuffer<LENGTH> {
         self.0.get() as u32
     }
 
-    /// Copies raw scans out of a half.
-    fn copy<const RANKS: usize>(&self, half: Half, index: usize) -> [u16; RANKS] {
-        let start = if half == Half::First { 0 } else { LENGTH / 2 } + RANKS * index;
-        assert!(start + RANKS <= LENGTH, "outside of the buffer");
+    /// Copies a raw scan of so many values out of a half.
+    pub fn raw_scan<const VALUES: usize>(&self, half: Half, index: usize) -> [u16; VALUES] {
+        let start = if half == Half::First { 0 } else { LENGTH / 2 } + VALUES * index;
+        assert!(start + VALUES <= LENGTH, "outside of the buffer");
         let first = self.0.get().cast::<u16>();
         // SAFETY: within the buffer, as was just asserted. The transfer may write at the same time; a
         // value is read whole, and the caller finds out afterwards that it was too late.
@@ -108,16 +113,16 @@ impl<const RANKS: usize, const SCANS: usize> Shared<RANKS, SCANS> {
         critical_section::with(|cs| work(&mut self.pipeline.borrow_ref_mut(cs)))
     }
 
-    /// The transfer's interrupt.
+    /// The transfer's interrupt; `raw_scan` copies one out of a half.
     ///
     /// Deadline: the time that the transfer takes for half the buffer. A missed one is an overrun.
-    pub fn on_interrupt<const LENGTH: usize>(
+    pub fn on_interrupt(
         &self,
         transfer: &impl Transfer,
-        raw: &RawBuffer<LENGTH>,
+        raw_scan: impl Fn(Half, usize) -> [u16; RANKS],
     ) {
         let enough = self.with(|pipeline| {
-            pipeline.take(transfer, raw);
+            pipeline.take(transfer, raw_scan);
             pipeline.ring.fault().is_some() || pipeline.ring.unread() >= pipeline.wanted as u64
         });
         if enough {
@@ -127,8 +132,8 @@ impl<const RANKS: usize, const SCANS: usize> Shared<RANKS, SCANS> {
 }
 
 impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
-    fn take<const LENGTH: usize>(&mut self, transfer: &impl Transfer, raw: &RawBuffer<LENGTH>) {
-        let (length, raw_scans) = (LENGTH as u16, LENGTH / 2 / RANKS);
+    fn take<T: Transfer>(&mut self, transfer: &T, raw_scan: impl Fn(Half, usize) -> [u16; RANKS]) {
+        let (length, raw_scans) = (T::LENGTH as u16, T::HALF_SCANS);
         let flags = transfer.flags();
         transfer.clear(flags);
         let half = match self.halves.finished(flags, transfer.remaining(), length) {
@@ -138,7 +143,7 @@ impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
         };
         let supply = &mut self.supply;
         for index in 0..raw_scans {
-            self.ring.feed(&raw.copy::<RANKS>(half, index), |scan, reference| {
+            self.ring.feed(&raw_scan(half, index), |scan, reference| {
                 if let Some(supply) = supply {
                     scan[HAMMER] = supply.correct(scan[HAMMER], reference);
                 }
@@ -151,6 +156,15 @@ impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
     }
 }
 
+/// What the sentinel is.
+#[derive(Clone, Copy, Debug)]
+pub enum Sentinel {
+    /// The chip's voltage reference, which tells the supply as well: the hammer is corrected for it.
+    Reference(Noted),
+    /// Always this code.
+    Code(u16),
+}
+
 /// What a converter makes.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
@@ -158,10 +172,8 @@ pub struct Plan {
     pub adc: AdcProperties,
     /// What the raw scans are.
     pub decimation: Decimation,
-    /// The rank of the reference, which is the sentinel as well.
-    pub sentinel: usize,
-    /// What the reference reads.
-    pub noted: Noted,
+    /// The sentinel, and its rank.
+    pub sentinel: (Sentinel, usize),
 }
 
 /// A [`Sampler`] over a converter and what its interrupt shares.
@@ -180,8 +192,19 @@ impl<C: Converter, const RANKS: usize, const SCANS: usize> RingSampler<C, RANKS,
     }
 
     fn settings(&self) -> Settings {
-        let Plan { decimation, sentinel, noted, .. } = self.plan;
-        Settings { decimation, sentinel, sentinel_codes: noted.codes(decimation.raw_bits), skip: 1 }
+        let Plan { decimation, sentinel: (reads, sentinel), .. } = self.plan;
+        let sentinel_codes = match reads {
+            Sentinel::Reference(noted) => noted.codes(decimation.raw_bits),
+            Sentinel::Code(code) => code..=code,
+        };
+        Settings { decimation, sentinel, sentinel_codes, skip: 1 }
+    }
+
+    fn supply(&self) -> Option<Supply> {
+        match self.plan.sentinel.0 {
+            Sentinel::Reference(noted) => Some(Supply::new(noted, self.plan.decimation.bits())),
+            Sentinel::Code(_) => None,
+        }
     }
 
     fn start_converter(&mut self) {
@@ -201,7 +224,7 @@ impl<C: Converter, const RANKS: usize, const SCANS: usize> Sampler
     async fn start(&mut self) -> Result<(), SampleError> {
         self.converter.stop();
         self.shared.with(|pipeline| {
-            pipeline.supply = Some(Supply::new(self.plan.noted, self.plan.decimation.bits()));
+            pipeline.supply = self.supply();
             pipeline.ring.start(self.settings(), Instant::now().as_ticks());
         });
         self.start_converter();

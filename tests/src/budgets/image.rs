@@ -19,17 +19,26 @@ pub struct Image {
     pub static_ram: u64,
 }
 
-/// Builds the firmware of the board whose folder has this name; gives its ELF file, which lies beside
-/// that of any other board.
-pub fn build(checkout: &Path, board: &str, other: &Path) -> anyhow::Result<PathBuf> {
+/// Builds the firmware of the board whose folder has this name, for this target; gives its ELF file, which
+/// lies where that of the emulated board, `emulated`, lies among those of its target.
+pub fn build(
+    checkout: &Path,
+    board: &str,
+    target: Option<&str>,
+    emulated: &Path,
+) -> anyhow::Result<PathBuf> {
     let package = format!("massline-{board}");
+    let target = target.unwrap_or(TARGET);
     let status = Command::new("cargo")
         .current_dir(checkout)
-        .args(["build", "-p", &package, "--target", TARGET, "--profile", "firmware"])
+        .args(["build", "-p", &package, "--target", target, "--profile", "firmware"])
         .status()
         .context("cargo")?;
     ensure!(status.success(), "{package} does not build ({status})");
-    Ok(other.with_file_name(package))
+    let [profile, targets] = [1, 3].map(|up| emulated.ancestors().nth(up));
+    let profile = profile.and_then(Path::file_name).context("an image without a folder")?;
+    let targets = targets.context("an image without a folder of targets")?;
+    Ok(targets.join(target).join(profile).join(package))
 }
 
 /// Reads the sizes out of an ELF file.

@@ -3,7 +3,6 @@
 //! The HAL puts every rank into SQR3, where only six have room, and does not look for overruns; so the
 //! registers are written here.
 
-use crate::plan::{DECIMATION, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL, TIMER_CYCLES, properties};
 use embassy_stm32::interrupt::typelevel::{self, Handler};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::adc::vals::{Dds, Exten};
@@ -15,11 +14,16 @@ use embassy_stm32::peripherals::{
     self, DMA2_CH0, PA0, PA1, PA2, PA3, PA4, PA5, PA6, PA7, PB0, PB1,
 };
 use embassy_stm32::{Peri, bind_interrupts};
-use massline_cortex_m::sampler::{Converter, Plan, RawBuffer, RingSampler, Shared, Transfer};
+use massline_cortex_m::sampler::{
+    Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared, Transfer,
+};
 use massline_cortex_m::supply::{self, Noted};
 use massline_firmware::scan_ring::HalfFlags;
 
 use super::registers;
+use crate::plan::{
+    DECIMATION, HALF_SCANS, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL, TIMER_CYCLES, properties,
+};
 
 bind_interrupts!(struct Interrupts {
     DMA2_STREAM0 => HalfInterrupt;
@@ -73,8 +77,7 @@ pub fn sampler(parts: Parts) -> AdcSampler {
     let plan = Plan {
         adc: properties(supply::REFERENCE),
         decimation: DECIMATION,
-        sentinel: SENTINEL,
-        noted,
+        sentinel: (Sentinel::Reference(noted), SENTINEL),
     };
     RingSampler::new(TimedAdc::new(parts), &SHARED, plan)
 }
@@ -162,13 +165,16 @@ struct HalfInterrupt;
 
 impl Handler<typelevel::DMA2_STREAM0> for HalfInterrupt {
     unsafe fn on_interrupt() {
-        SHARED.on_interrupt(&Stream, &RAW);
+        SHARED.on_interrupt(&Stream, |half, index| RAW.raw_scan(half, index));
     }
 }
 
 struct Stream;
 
 impl Transfer for Stream {
+    const LENGTH: usize = RAW_LENGTH;
+    const HALF_SCANS: usize = HALF_SCANS;
+
     fn flags(&self) -> HalfFlags {
         let flags = DMA2.isr(STREAM / 4).read();
         HalfFlags { first: flags.htif(STREAM % 4), second: flags.tcif(STREAM % 4) }

@@ -1,11 +1,6 @@
 //! The ADCs: TIM6 starts a raw scan of ADC1 and ADC2 at the same time, channel 1 of DMA1 writes the pairs
 //! of codes into a buffer in circles.
 
-use crate::plan::{
-    self, ADDED_UP, CORE_HZ, DECIMATION, PAIR, PAIRS, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL,
-    TIMER_CYCLES, properties,
-};
-use crate::sequence::LAYOUT;
 use embassy_stm32::interrupt::typelevel::{self, Handler};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::adc::Adc;
@@ -21,10 +16,18 @@ use embassy_stm32::peripherals::{
     self, DMA1_CH1, PA0, PA1, PA4, PA6, PB0, PB14, PC0, PC1, PC2, PC3,
 };
 use embassy_stm32::{Peri, bind_interrupts};
-use massline_cortex_m::sampler::{Converter, Plan, RawBuffer, RingSampler, Shared, Transfer};
+use massline_cortex_m::sampler::{
+    Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared, Transfer,
+};
 use massline_cortex_m::sequence::{Input, sequence};
 use massline_cortex_m::supply::{self, Noted};
 use massline_firmware::scan_ring::HalfFlags;
+
+use crate::plan::{
+    self, ADDED_UP, CORE_HZ, DECIMATION, HALF_SCANS, PAIR, PAIRS, RANKS, RAW_LENGTH, RING_SCANS,
+    SENTINEL, TIMER_CYCLES, properties,
+};
+use crate::sequence::LAYOUT;
 
 bind_interrupts!(struct Interrupts {
     DMA1_CHANNEL1 => HalfInterrupt;
@@ -81,8 +84,7 @@ pub fn sampler(parts: Parts) -> AdcSampler {
     let plan = Plan {
         adc: properties(supply::REFERENCE),
         decimation: DECIMATION,
-        sentinel: SENTINEL,
-        noted,
+        sentinel: (Sentinel::Reference(noted), SENTINEL),
     };
     RingSampler::new(PairedAdcs::new(parts), &SHARED, plan)
 }
@@ -210,7 +212,7 @@ struct HalfInterrupt;
 
 impl Handler<typelevel::DMA1_CHANNEL1> for HalfInterrupt {
     unsafe fn on_interrupt() {
-        SHARED.on_interrupt(&Words, &RAW);
+        SHARED.on_interrupt(&Words, |half, index| RAW.raw_scan(half, index));
     }
 }
 
@@ -218,6 +220,9 @@ impl Handler<typelevel::DMA1_CHANNEL1> for HalfInterrupt {
 struct Words;
 
 impl Transfer for Words {
+    const LENGTH: usize = RAW_LENGTH;
+    const HALF_SCANS: usize = HALF_SCANS;
+
     fn flags(&self) -> HalfFlags {
         let flags = DMA1.isr().read();
         HalfFlags { first: flags.htif(STREAM), second: flags.tcif(STREAM) }

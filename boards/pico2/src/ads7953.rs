@@ -1,0 +1,234 @@
+//! The external converter, TI's ADS7953: what it is told, and what its frames say.
+//!
+//! *Frame*: 16 clocks while the chip is selected: a command goes in and a conversion comes out, four bits
+//! of channel (the *tag*) and twelve of code. Its sampling ends where a frame begins. In the mode *Auto-2* the chip goes
+//! from channel 0 to the last and begins again, without being told. SLAS605, "Device functional modes".
+
+use massline_shared::signal::CHANNELS;
+
+use crate::plan::{IN_STEP, OUT_OF_STEP, RANKS, SENTINEL};
+
+/// The last channel of a pass.
+const LAST: u16 = CHANNELS as u16 - 1;
+
+/// Program Auto-2: this is the last channel.
+const PROGRAM_AUTO_2: u16 = 0b1001 << 12 | LAST << 6;
+/// Go on with Auto-2 from channel 0 (bit 10); what follows bit 11 counts: the range of the reference,
+/// no sleep, tags.
+const ENTER_AUTO_2: u16 = 0b0011 << 12 | 1 << 11 | 1 << 10;
+/// What the chip is told first; all zeros after that is "go on".
+pub const COMMANDS: [u16; 2] = [PROGRAM_AUTO_2, ENTER_AUTO_2];
+
+/// Frames after the commands within which a whole pass must have begun: two of them are still of what the
+/// chip did before, and a pass follows that begins anywhere.
+pub const FRAMES_TO_START: usize = 4 * CHANNELS;
+
+const CODE_BITS: u32 = 12;
+const CODE: u16 = (1 << CODE_BITS) - 1;
+
+/// The channel that a frame says it is of.
+const fn tag(frame: u16) -> u16 {
+    frame >> CODE_BITS
+}
+
+/// Looks for the end of a pass among the first frames, so that what follows begins with channel 0.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Start {
+    /// Frames in order, up to the last one.
+    in_order: u16,
+}
+
+impl Start {
+    /// Nothing seen.
+    pub const fn new() -> Self {
+        Self { in_order: 0 }
+    }
+
+    /// Takes a frame; true when it was the last of a whole pass.
+    pub fn ends_with(&mut self, frame: u16) -> bool {
+        self.in_order = match tag(frame) {
+            tag if tag == self.in_order => tag + 1,
+            0 => 1,
+            _ => 0,
+        };
+        self.in_order > LAST
+    }
+}
+
+/// The codes of a pass, and as the sentinel whether every frame is of the channel that it should be of.
+pub fn ranks(frames: [u16; CHANNELS]) -> [u16; RANKS] {
+    let in_step = (0..).zip(frames).all(|(channel, frame)| tag(frame) == channel);
+    let mut ranks = [0; RANKS];
+    for (rank, frame) in ranks.iter_mut().zip(frames) {
+        *rank = frame & CODE;
+    }
+    ranks[SENTINEL] = if in_step { IN_STEP } else { OUT_OF_STEP };
+    ranks
+}
+
+#[cfg(test)]
+mod tests {
+    use massline_firmware::board::SampleError;
+    use massline_firmware::scan_ring::{Fault, ScanRing, Settings};
+
+    use super::*;
+    use crate::plan::DECIMATION;
+
+    /// The chip by its data sheet: a channel that is chosen in one frame is sampled at the end of the next
+    /// and comes out in the one after. The code names frame and channel.
+    struct Chip {
+        connected: bool,
+        last: u16,
+        auto: bool,
+        /// Chosen for the frame to come, sampled, coming out.
+        pipeline: [u16; 3],
+        frames: u16,
+    }
+
+    impl Chip {
+        fn new() -> Self {
+            Self { connected: true, last: 15, auto: false, pipeline: [0; 3], frames: 0 }
+        }
+
+        fn frame(&mut self, command: u16) -> u16 {
+            if !self.connected {
+                // A pull-up.
+                return 0xFFFF;
+            }
+            let [chosen, sampled, _] = self.pipeline;
+            let mut next = chosen;
+            if self.auto {
+                next = if chosen >= self.last { 0 } else { chosen + 1 };
+            }
+            match command >> 12 {
+                0b1001 => self.last = command >> 6 & 0xF,
+                0b0011 => {
+                    self.auto = true;
+                    if command & 1 << 10 != 0 {
+                        next = 0;
+                    }
+                }
+                _ => {}
+            }
+            self.pipeline = [next, chosen, sampled];
+            self.frames += 1;
+            sampled << 12 | code(sampled)
+        }
+    }
+
+    /// In the middle of the range.
+    fn code(channel: u16) -> u16 {
+        1000 + 100 * channel
+    }
+
+    fn settings() -> Settings {
+        Settings {
+            decimation: DECIMATION,
+            sentinel: SENTINEL,
+            sentinel_codes: IN_STEP..=IN_STEP,
+            skip: 0,
+        }
+    }
+
+    /// What the board does at a start: commands, then frames until a pass has ended.
+    fn start(chip: &mut Chip) -> bool {
+        let mut start = Start::new();
+        let frames = COMMANDS.into_iter().chain([0; FRAMES_TO_START]);
+        frames.into_iter().any(|command| start.ends_with(chip.frame(command)))
+    }
+
+    fn passes(chip: &mut Chip, ring: &mut ScanRing<RANKS, 8>, count: usize) {
+        for _ in 0..count {
+            let frames = core::array::from_fn(|_| chip.frame(0));
+            ring.feed(&ranks(frames), |_, _| {});
+        }
+    }
+
+    fn expected() -> [u16; CHANNELS] {
+        // Codes of 14 bits out of equal ones of 12.
+        core::array::from_fn(|channel| 4 * code(channel as u16))
+    }
+
+    #[test]
+    fn commands_are_those_that_were_worked_out_by_hand() {
+        // 1001 xx 1001 xxxxxx: the last channel is 9. 0011 1 1 xxx 0 0 0 xxxx: Auto-2, reset the counter.
+        assert_eq!(COMMANDS, [0x9240, 0x3C00]);
+    }
+
+    #[test]
+    fn from_any_state_of_the_chip_the_first_pass_is_channel_0_to_9() {
+        for before in 0..40 {
+            let mut chip = Chip::new();
+            chip.auto = before % 2 == 1;
+            (0..before).for_each(|_| _ = chip.frame(0));
+            assert!(start(&mut chip), "{before}");
+            let mut ring = ScanRing::<RANKS, 8>::new();
+            ring.start(settings(), 0);
+            passes(&mut chip, &mut ring, usize::from(DECIMATION.ratio));
+            let mut block = [[0; CHANNELS]; 1];
+            assert!(ring.read(&mut block, 0, 1).unwrap().is_some(), "{before}");
+            assert_eq!(block, [expected()], "{before}");
+        }
+    }
+
+    #[test]
+    fn a_chip_that_is_not_there_never_starts() {
+        let mut chip = Chip::new();
+        chip.connected = false;
+        assert!(!start(&mut chip));
+        // A line that is stuck at zero says "channel 0" for ever.
+        let mut begin = Start::new();
+        assert!((0..FRAMES_TO_START).all(|_| !begin.ends_with(0)));
+    }
+
+    #[test]
+    fn a_frame_too_many_or_too_few_or_slipped_bits_are_told_and_a_new_start_mends_them() {
+        type Harm = fn(&mut Chip, usize) -> Vec<u16>;
+        let harms: [(&str, Harm); 4] = [
+            ("a frame is missing", |chip, at| {
+                (0..CHANNELS)
+                    .map(|k| {
+                        if k == at {
+                            chip.frame(0);
+                            chip.frame(0)
+                        } else {
+                            chip.frame(0)
+                        }
+                    })
+                    .collect()
+            }),
+            ("a frame comes twice", |chip, at| {
+                let mut frames: Vec<_> = (0..CHANNELS - 1).map(|_| chip.frame(0)).collect();
+                frames.insert(at.min(CHANNELS - 2), frames[at.min(CHANNELS - 2)]);
+                frames
+            }),
+            ("a clock too many", |chip, at| {
+                let frames: Vec<_> = (0..=CHANNELS).map(|_| chip.frame(0)).collect();
+                (0..CHANNELS)
+                    .map(|k| if k < at { frames[k] } else { frames[k] << 1 | frames[k + 1] >> 15 })
+                    .collect()
+            }),
+            ("the chip is gone", |_, _| vec![0xFFFF; CHANNELS]),
+        ];
+        for (name, harm) in harms {
+            for at in 0..CHANNELS {
+                let mut chip = Chip::new();
+                assert!(start(&mut chip));
+                let mut ring = ScanRing::<RANKS, 8>::new();
+                ring.start(settings(), 0);
+                passes(&mut chip, &mut ring, 6);
+                let harmed: [u16; CHANNELS] = harm(&mut chip, at).try_into().unwrap();
+                ring.feed(&ranks(harmed), |_, _| {});
+                assert_eq!(ring.fault(), Some(Fault::Misaligned), "{name} {at}");
+                let mut block = [[0; CHANNELS]; 1];
+                let lost = ring.read(&mut block, 0, 1);
+                assert!(matches!(lost, Err(SampleError::Overrun { .. })), "{name} {at}");
+                ring.restart(0);
+                assert!(start(&mut chip), "{name} {at}");
+                passes(&mut chip, &mut ring, usize::from(DECIMATION.ratio));
+                assert!(ring.read(&mut block, 0, 1).unwrap().is_some(), "{name} {at}");
+                assert_eq!(block, [expected()], "{name} {at}");
+            }
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! The converter: a state machine of PIO0 makes its frames, two channels of the DMA write them into the
+//! halves of a buffer in turn, and two more set these back to the start of their halves.
+//!
+//! ```text
+//!  A, first half ─▶ A back ─▶ B, second half ─▶ B back ─▶ A
+//! ```
+
+use embassy_rp::interrupt::typelevel::{self, Handler};
+use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use embassy_rp::pac;
+use embassy_rp::pac::dma::regs::{ChTransCount, CtrlTrig};
+use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
+use embassy_rp::peripherals::{
+    DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, PIN_16, PIN_17, PIN_18, PIN_19, PIO0,
+};
+use embassy_rp::pio::{
+    self, Config, Direction, LoadedProgram, Pio, ShiftConfig, ShiftDirection, StateMachine,
+};
+use embassy_rp::{Peri, bind_interrupts, gpio};
+use massline_cortex_m::sampler::{
+    Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared, Transfer,
+};
+use massline_firmware::scan_ring::HalfFlags;
+use static_cell::StaticCell;
+
+use crate::ads7953::{COMMANDS, FRAMES_TO_START, Start, ranks};
+use crate::frames;
+use crate::plan::{
+    DECIMATION, DIVIDER, HALF_PASSES, IN_STEP, PROPERTIES, RANKS, RAW_LENGTH, RING_SCANS, SENTINEL,
+};
+
+bind_interrupts!(struct Interrupts {
+    PIO0_IRQ_0 => pio::InterruptHandler<PIO0>;
+    DMA_IRQ_1 => HalfInterrupt;
+});
+
+/// The sampler of this board.
+pub type AdcSampler = RingSampler<Ads7953, RANKS, RING_SCANS>;
+
+static SHARED: Shared<RANKS, RING_SCANS> = Shared::new();
+static RAW: RawBuffer<RAW_LENGTH> = RawBuffer::new();
+
+/// Frames of half the buffer.
+const HALF: u32 = RAW_LENGTH as u32 / 2;
+/// Channels of the DMA: those that write frames, and those that set them back.
+const WRITERS: [usize; 2] = [0, 2];
+const SETTERS: [usize; 2] = [1, 3];
+const ALL: u16 = 0b1111;
+/// The line of the DMA's interrupt that is the sampler's.
+const LINE: usize = 1;
+/// The state machine that is used.
+const MACHINE: usize = 0;
+/// Looks for a frame, of which one comes every 625 cycles, before it is given up.
+const LOOKS: usize = 10_000;
+
+/// What belongs to the sampler alone.
+pub struct Parts {
+    /// Makes the frames.
+    pub pio: Peri<'static, PIO0>,
+    /// The transfer, which is written by registers.
+    pub dma: Dma,
+    /// SDO of the converter.
+    pub data_out: Peri<'static, PIN_16>,
+    /// SCLK.
+    pub clock: Peri<'static, PIN_18>,
+    /// CS.
+    pub select: Peri<'static, PIN_19>,
+    /// SDI.
+    pub data_in: Peri<'static, PIN_17>,
+}
+
+/// Channels 0 to 3.
+pub type Dma = (
+    Peri<'static, DMA_CH0>,
+    Peri<'static, DMA_CH1>,
+    Peri<'static, DMA_CH2>,
+    Peri<'static, DMA_CH3>,
+);
+
+/// The sampler, halted.
+pub fn sampler(parts: Parts) -> AdcSampler {
+    let plan = Plan {
+        adc: PROPERTIES,
+        decimation: DECIMATION,
+        sentinel: (Sentinel::Code(IN_STEP), SENTINEL),
+    };
+    RingSampler::new(Ads7953::new(parts), &SHARED, plan)
+}
+
+/// Converter, state machine and transfer.
+pub struct Ads7953 {
+    machine: StateMachine<'static, PIO0, MACHINE>,
+    program: LoadedProgram<'static, PIO0>,
+    /// Where the halves begin: the DMA reads it, so it lies in RAM.
+    starts: &'static [u32; 2],
+    _dma: Dma,
+}
+
+impl Ads7953 {
+    fn new(parts: Parts) -> Self {
+        static STARTS: StaticCell<[u32; 2]> = StaticCell::new();
+        let Parts { pio, dma, data_out, clock, select, data_in } = parts;
+        let Pio { mut common, sm0: mut machine, .. } = Pio::new(pio, Interrupts);
+        let program = common.load_program(&frames::program());
+        let [mut data_out, data_in] = [common.make_pio_pin(data_out), common.make_pio_pin(data_in)];
+        let [clock, select] = [common.make_pio_pin(clock), common.make_pio_pin(select)];
+        // Without a converter the line is high, which is no channel of the rig's.
+        data_out.set_pull(gpio::Pull::Up);
+        let mut config = Config::default();
+        config.use_program(&program, &[&clock, &select]);
+        config.set_out_pins(&[&data_in]);
+        config.set_in_pins(&[&data_out]);
+        config.clock_divider = (DIVIDER as u16).into();
+        let left = ShiftConfig { direction: ShiftDirection::Left, ..ShiftConfig::default() };
+        config.shift_in = left;
+        config.shift_out = left;
+        machine.set_config(&config);
+        machine.set_pins(gpio::Level::High, &[&select]);
+        machine.set_pins(gpio::Level::Low, &[&clock, &data_in]);
+        machine.set_pin_dirs(Direction::Out, &[&clock, &select, &data_in]);
+        let half = HALF * size_of::<u16>() as u32;
+        let starts = STARTS.init([RAW.address(), RAW.address() + half]);
+        interrupt::DMA_IRQ_1.set_priority(Priority::P0);
+        interrupt::DMA_IRQ_1.unpend();
+        // SAFETY: its handler looks at what lies in statics only.
+        unsafe { interrupt::DMA_IRQ_1.enable() };
+        Self { machine, program, starts, _dma: dma }
+    }
+
+    /// Reads frames until a pass has ended.
+    fn find_start(&mut self) -> bool {
+        let mut start = Start::new();
+        for _ in 0..COMMANDS.len() + FRAMES_TO_START {
+            let Some(frame) = (0..LOOKS).find_map(|_| self.machine.rx().try_pull()) else {
+                return false;
+            };
+            if start.ends_with(frame as u16) {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn start_transfer(&mut self) {
+        for half in 0..2 {
+            let (writer, setter) = (WRITERS[half], SETTERS[half]);
+            let channel = pac::DMA.ch(writer);
+            channel.read_addr().write_value(self.machine.rx_fifo_ptr() as u32);
+            channel.write_addr().write_value(self.starts[half]);
+            channel.trans_count().write_value(ChTransCount(HALF));
+            let mut control = CtrlTrig(0);
+            control.set_treq_sel(self.machine.rx_treq());
+            control.set_data_size(DataSize::SIZE_HALFWORD);
+            control.set_incr_write(true);
+            control.set_high_priority(true);
+            control.set_chain_to(setter as u8);
+            control.set_en(true);
+            channel.al1_ctrl().write_value(control.0);
+
+            let channel = pac::DMA.ch(setter);
+            channel.read_addr().write_value(&raw const self.starts[half] as u32);
+            channel.write_addr().write_value(pac::DMA.ch(writer).write_addr().as_ptr() as u32);
+            channel.trans_count().write_value(ChTransCount(1));
+            let mut control = CtrlTrig(0);
+            control.set_treq_sel(TreqSel::PERMANENT);
+            control.set_data_size(DataSize::SIZE_WORD);
+            control.set_high_priority(true);
+            control.set_irq_quiet(true);
+            control.set_chain_to(WRITERS[1 - half] as u8);
+            control.set_en(true);
+            channel.al1_ctrl().write_value(control.0);
+        }
+        clear(HalfFlags { first: true, second: true });
+        pac::DMA.inte(LINE).write_value(bits(HalfFlags { first: true, second: true }));
+        pac::DMA.multi_chan_trigger().write(|w| w.set_multi_chan_trigger(1 << WRITERS[0]));
+    }
+}
+
+impl Converter for Ads7953 {
+    /// Takes 0.2 ms. A converter that does not answer as it should leaves the transfer halted.
+    fn start(&mut self) {
+        self.machine.restart();
+        self.machine.clear_fifos();
+        // SAFETY: the machine is halted, and its program begins there.
+        unsafe { self.machine.exec_jmp(self.program.origin) };
+        for command in COMMANDS {
+            self.machine.tx().push(u32::from(command) << u16::BITS);
+        }
+        self.machine.clkdiv_restart();
+        self.machine.set_enable(true);
+        if self.find_start() {
+            self.start_transfer();
+        }
+        // Whatever waited before the transfer has begun.
+        self.machine.rx().stalled();
+    }
+
+    fn stop(&mut self) {
+        self.machine.set_enable(false);
+        pac::DMA.inte(LINE).write_value(0);
+        // A channel that is aborted must not be started by another one meanwhile: RP2350-E5.
+        for channel in WRITERS.into_iter().chain(SETTERS) {
+            pac::DMA.ch(channel).al1_ctrl().write_value(0);
+        }
+        pac::DMA.chan_abort().write(|w| w.set_chan_abort(ALL));
+        while pac::DMA.chan_abort().read().chan_abort() & ALL != 0 {}
+        clear(HalfFlags { first: true, second: true });
+    }
+
+    /// True when the machine has waited for room: then frames came late.
+    fn overrun(&self) -> bool {
+        pac::PIO0.fdebug().read().rxstall() & 1 << MACHINE != 0
+    }
+}
+
+fn bits(flags: HalfFlags) -> u32 {
+    u32::from(flags.first) << WRITERS[0] | u32::from(flags.second) << WRITERS[1]
+}
+
+fn clear(flags: HalfFlags) {
+    pac::DMA.ints(LINE).write_value(bits(flags));
+}
+
+/// The interrupt of the transfer.
+struct HalfInterrupt;
+
+impl Handler<typelevel::DMA_IRQ_1> for HalfInterrupt {
+    unsafe fn on_interrupt() {
+        SHARED.on_interrupt(&Frames, |half, index| ranks(RAW.raw_scan(half, index)));
+    }
+}
+
+/// The transfer, which counts frames.
+struct Frames;
+
+impl Transfer for Frames {
+    const LENGTH: usize = RAW_LENGTH;
+    const HALF_SCANS: usize = HALF_PASSES;
+
+    fn flags(&self) -> HalfFlags {
+        let raised = pac::DMA.intr(LINE).read();
+        HalfFlags { first: raised & 1 << WRITERS[0] != 0, second: raised & 1 << WRITERS[1] != 0 }
+    }
+
+    fn clear(&self, flags: HalfFlags) {
+        clear(flags);
+    }
+
+    /// Between the two halves neither channel is busy, for as long as it takes to set one back: a few
+    /// cycles, after which the other one is.
+    fn remaining(&self) -> u16 {
+        let [first, second] = WRITERS.map(|channel| pac::DMA.ch(channel));
+        for _ in 0..LOOKS {
+            if second.ctrl_trig().read().busy() {
+                return second.trans_count().read().count() as u16;
+            }
+            if first.ctrl_trig().read().busy() {
+                return (HALF + first.trans_count().read().count()) as u16;
+            }
+        }
+        0
+    }
+}

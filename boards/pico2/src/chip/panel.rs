@@ -1,0 +1,63 @@
+//! The panel's wires: I2C0 for the screen, a slice of the PWM for the buzzer.
+
+use embassy_rp::gpio::{Input, Pin, Pull};
+use embassy_rp::i2c::{self, Async, I2c};
+use embassy_rp::peripherals::{I2C0, PIN_4, PIN_5, PIN_14, PWM_SLICE7};
+use embassy_rp::pwm::{self, Pwm};
+use embassy_rp::{Peri, bind_interrupts};
+use massline_cortex_m::panel::Tone;
+
+use crate::plan::CORE_HZ;
+
+bind_interrupts!(struct Interrupts {
+    I2C0_IRQ => i2c::InterruptHandler<I2C0>;
+});
+
+/// Cycles of the core to one of the PWM, so that a tone of 100 Hz can be counted.
+const DIVIDER: u8 = 100;
+
+/// The bus of the screen.
+pub type Bus = I2c<'static, I2C0, Async>;
+
+/// Opens it.
+pub fn screen(
+    i2c: Peri<'static, I2C0>,
+    clock: Peri<'static, PIN_5>,
+    data: Peri<'static, PIN_4>,
+) -> Bus {
+    let mut config = i2c::Config::default();
+    config.frequency = 400_000;
+    // Modules have their own; without a module these keep the bus quiet.
+    config.scl_pullup = true;
+    config.sda_pullup = true;
+    I2c::new_async(i2c, clock, data, Interrupts, config)
+}
+
+/// A button to ground.
+pub fn button(pin: Peri<'static, impl Pin>) -> Input<'static> {
+    Input::new(pin, Pull::Up)
+}
+
+/// A passive piezo buzzer.
+pub struct Buzzer(Pwm<'static>);
+
+/// Silent.
+pub fn buzzer(slice: Peri<'static, PWM_SLICE7>, pin: Peri<'static, PIN_14>) -> Buzzer {
+    Buzzer(Pwm::new_output_a(slice, pin, config(None)))
+}
+
+impl Tone for Buzzer {
+    fn sound(&mut self, hertz: Option<u32>) {
+        self.0.set_config(&config(hertz));
+    }
+}
+
+/// Half the time high, or never.
+fn config(hertz: Option<u32>) -> pwm::Config {
+    let mut config = pwm::Config::default();
+    config.divider = DIVIDER.into();
+    let period = CORE_HZ / u32::from(DIVIDER) / hertz.unwrap_or(1000);
+    config.top = u16::try_from(period - 1).unwrap_or(u16::MAX);
+    config.compare_a = if hertz.is_some() { config.top / 2 } else { 0 };
+    config
+}
