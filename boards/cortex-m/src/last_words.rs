@@ -68,8 +68,8 @@ pub fn hard_fault(frame: &ExceptionFrame) {
     ));
 }
 
-/// Keeps the words for the next run; this one has ended.
-fn keep(words: fmt::Arguments<'_>) {
+/// Keeps the words for the next run; this one has ended, so nothing interrupts it any more.
+pub fn keep(words: fmt::Arguments<'_>) {
     cortex_m::interrupt::disable();
     // SAFETY: nothing else runs any more, and `say` sets every field.
     unsafe { (*addr_of_mut!(LAST_WORDS)).write(Words::none()).say(words) };

@@ -12,6 +12,8 @@ pub mod supply;
 pub mod twin;
 
 #[cfg(target_os = "none")]
+pub mod checks;
+#[cfg(target_os = "none")]
 pub mod last_words;
 #[cfg(target_os = "none")]
 pub mod panel;

@@ -39,9 +39,9 @@ impl Noted {
         Self(if noted >= 1464 && noted <= 1539 { noted } else { TYPICAL })
     }
 
-    /// For a maker who notes the reading at 3.0 V.
-    pub const fn at_three_volts(noted: u16) -> Self {
-        Self::new((noted as u32 * 3000 / NOTED_AT) as u16)
+    /// The reading at 3.3 V by a maker who notes it at 3.0 V.
+    pub const fn code_at_three_volts(noted: u16) -> u16 {
+        (noted as u32 * 3000 / NOTED_AT) as u16
     }
 
     /// Codes of `bits` bits that the reference reads on a supply of 3.0 to 3.6 V. Nothing else that the
@@ -167,8 +167,8 @@ mod tests {
         }
         assert_eq!(Noted::new(1539), Noted(1539));
         // 1652 · 3.0 / 3.3
-        assert_eq!(Noted::at_three_volts(1652), Noted(1501));
-        assert_eq!(Noted::at_three_volts(0xFFFF), Noted(TYPICAL));
+        assert_eq!(Noted::code_at_three_volts(1652), 1501);
+        assert_eq!(Noted::new(Noted::code_at_three_volts(0xFFFF)), Noted(TYPICAL));
     }
 
     #[test]

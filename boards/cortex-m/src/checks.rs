@@ -1,0 +1,128 @@
+//! What the suites of hardware tests ask of every board; an answer that is wrong panics.
+
+use embassy_time::{Duration, Instant, with_timeout};
+use embedded_hal_async::i2c::I2c;
+use embedded_storage_async::nor_flash::NorFlash;
+use massline_firmware::board::{BoardInfo, Sampler};
+use massline_shared::signal::CHANNELS;
+
+use crate::{last_words, stack};
+
+/// Scans of a block, as the rig reads them.
+const BLOCK: usize = 20;
+/// The screen's address.
+const SCREEN: u8 = 0x3C;
+/// Switches it off and on again.
+const OFF: [u8; 2] = [0x00, 0xAE];
+
+/// Scans come for a second, none of them lost, at the rate that the board states.
+pub async fn scans_come_at_their_rate(sampler: &mut impl Sampler) {
+    let adc = sampler.adc();
+    let blocks = adc.rate.0 as u64 / BLOCK as u64;
+    let mut block = [[0; CHANNELS]; BLOCK];
+    assert_eq!(sampler.start().await, Ok(()));
+    let mut last = sampler.read(&mut block).await.expect("the first block comes");
+    let start = Instant::now();
+    for _ in 0..blocks {
+        let first = sampler.read(&mut block).await.expect("no scan is lost");
+        assert_eq!(first.0, last.0 + BLOCK as u64, "the next block follows the last one");
+        last = first;
+        let full = ((1_u32 << adc.bits) - 1) as u16;
+        assert!(block.as_flattened().iter().all(|&code| code <= full), "a code has its bits");
+    }
+    let elapsed = start.elapsed().as_micros() as f32 / 1e6;
+    let expected = (blocks * BLOCK as u64) as f32 / adc.rate.0;
+    sampler.stop();
+    // A block may wait for the half of the transfer's buffer in which it ends: 3.5 ms at most, at either end
+    // of the second. Clocks of crystals differ by 0.01 %.
+    assert!((elapsed - expected).abs() < 0.008, "{elapsed} s instead of {expected} s");
+}
+
+/// A sampler that was stopped starts again, and counts on.
+pub async fn a_stopped_sampler_starts_again(sampler: &mut impl Sampler) {
+    let mut block = [[0; CHANNELS]; BLOCK];
+    let mut next = 0;
+    for _ in 0..20 {
+        assert_eq!(sampler.start().await, Ok(()));
+        let first = sampler.read(&mut block).await.expect("a block after a start");
+        assert!(first.0 >= next, "indices do not run backwards");
+        next = first.0 + BLOCK as u64;
+        sampler.stop();
+    }
+}
+
+/// A page of the store is erased and written, word for word, and then has again what was in it. `keep` has the
+/// length of a page. The content is lost only if the power fails meanwhile.
+pub async fn a_page_is_erased_and_written<F: NorFlash>(flash: &mut F, keep: &mut [u8]) {
+    assert_eq!(keep.len(), F::ERASE_SIZE);
+    let mut pages = (0..flash.capacity() as u32).step_by(F::ERASE_SIZE);
+    let page = loop {
+        // A page with a word that was torn cannot be read as a whole, and is left alone.
+        let page = pages.next().expect("a page that can be read");
+        if flash.read(page, keep).await.is_ok() {
+            break page;
+        }
+    };
+    let end = page + F::ERASE_SIZE as u32;
+    flash.erase(page, end).await.expect("the page is erased");
+    for at in words::<F>() {
+        assert_eq!(read(flash, page + at).await, [0xFF; WORD], "erased at {at:#x}");
+    }
+    for at in words::<F>() {
+        flash.write(page + at, &pattern(at)).await.expect("a word is written");
+    }
+    for at in words::<F>() {
+        assert_eq!(read(flash, page + at).await, pattern(at), "written at {at:#x}");
+    }
+    flash.erase(page, end).await.expect("the page is erased again");
+    for (at, word) in words::<F>().zip(keep.as_chunks::<WORD>().0) {
+        // A word that stays as it is must stay writable.
+        if word != &[0xFF; WORD] {
+            flash.write(page + at, word).await.expect("a word is written again");
+        }
+    }
+    for (at, word) in words::<F>().zip(keep.as_chunks::<WORD>().0) {
+        assert_eq!(&read(flash, page + at).await, word, "as before at {at:#x}");
+    }
+}
+
+/// Bytes that every board's flash writes and reads at a time.
+const WORD: usize = 8;
+
+fn words<F: NorFlash>() -> impl Iterator<Item = u32> {
+    (0..F::ERASE_SIZE as u32).step_by(WORD)
+}
+
+/// Another one for each address of 64 KiB.
+fn pattern(at: u32) -> [u8; WORD] {
+    let [low, high, ..] = at.to_le_bytes();
+    [low, high, 0x5A, 0xA5, !low, !high, 0x0F, 0xF0]
+}
+
+async fn read<F: NorFlash>(flash: &mut F, at: u32) -> [u8; WORD] {
+    let mut word = [0; WORD];
+    flash.read(at, &mut word).await.expect("a word is read");
+    word
+}
+
+/// A screen answers, or its absence is told; the bus does not hang.
+pub async fn the_screen_answers_or_is_absent(bus: &mut impl I2c) {
+    for _ in 0..3 {
+        let answer = with_timeout(Duration::from_millis(50), bus.write(SCREEN, &OFF)).await;
+        assert!(answer.is_ok(), "the bus hangs");
+    }
+}
+
+/// The probe has started the board, not its watchdog and no panic, and the stack was painted.
+pub fn the_start_is_told(info: &BoardInfo) {
+    assert!(info.boot_reason <= 2, "boot reason {}", info.boot_reason);
+    assert_eq!(info.last_panic, "");
+    let used = stack::measure();
+    assert!(used.high_water > 0 && used.high_water < used.size, "{used:?}");
+}
+
+/// Words are kept in memory that nobody initialises.
+pub fn last_words_are_kept() {
+    last_words::keep(format_args!("word {}", 7));
+    assert_eq!(last_words::take(), "word 7");
+}
