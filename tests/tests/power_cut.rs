@@ -7,7 +7,7 @@ use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sensor, Sign};
 use massline_shared::protocol::crc32;
 use massline_shared::protocol::message::{Measured, Reason};
-use massline_virtual::flash::{Chip, ChipFlash, Cut, F411, FlashMemory, G474};
+use massline_virtual::flash::{Chip, ChipFlash, Cut, F411, FlashMemory, G474, W25q};
 
 /// DOFs of every campaign here.
 const DOFS: usize = 4;
@@ -376,5 +376,11 @@ fn no_cut_loses_or_tears_anything_in_flash_of_an_f411() {
 #[test]
 fn no_cut_loses_or_tears_anything_in_flash_of_a_g474() {
     let count = cut_campaigns::<G474>("G474", &[0, 24, 25, 26]);
+    assert!(count.cuts >= 10_000, "{count:?}");
+}
+
+#[test]
+fn no_cut_loses_or_tears_anything_in_flash_beside_an_rp2350() {
+    let count = cut_campaigns::<W25q>("W25Q", &[0, 40]);
     assert!(count.cuts >= 10_000, "{count:?}");
 }

@@ -68,6 +68,17 @@ impl Chip for G474 {
     const ECC: bool = true;
 }
 
+/// The end of the flash beside an RP2350 (W25Q32): bytes.
+#[derive(Clone, Copy, Debug)]
+pub enum W25q {}
+
+impl Chip for W25q {
+    const BYTES: usize = 64 * 1024;
+    const PAGE: usize = 4 * 1024;
+    const WORD: usize = 1;
+    const ECC: bool = false;
+}
+
 /// Bytes of the virtual board's flash.
 pub const FLASH_BYTES: usize = 256 * 1024;
 /// Bytes of it that are erased together.
