@@ -18,7 +18,7 @@ use anyhow::Context;
 use crate::source::{Parts, Wiring};
 
 /// The boards that have a schematic.
-const BOARDS: [&str; 2] = ["blackpill-f411", "nucleo-g474re"];
+const BOARDS: [&str; 3] = ["blackpill-f411", "nucleo-g474re", "pico2"];
 
 fn main() -> anyhow::Result<()> {
     for board in BOARDS {

@@ -254,7 +254,7 @@ impl Sheet<'_> {
     fn supplies(&mut self) {
         let y = SENSORS + 9 * ROW + 70;
         let capacitors = capacitors(self.parts, self.wiring);
-        let step = if capacitors.len() > 9 { 116 } else { 132 };
+        let step = if capacitors.len() > 9 { 108 } else { 132 };
         let mut last = "";
         for (number, (rail, value, place)) in capacitors.iter().enumerate() {
             let (x, name) = (70 + step * number as i32, format!("C{}", number + 11));
