@@ -194,15 +194,16 @@ fn copy(path: &Path, bytes: &[u8], watch: &mut dyn Watch) -> Result<()> {
     Ok(())
 }
 
-/// What the ST-LINK writes on its drive when it could not flash.
+/// What the ST-LINK writes on its drive when it could not flash; a file without text is being written.
 fn complaint(drive: &Path) -> Option<String> {
     let text = fs::read_to_string(drive.join("FAIL.TXT")).ok()?;
-    Some(text.chars().filter(|c| !c.is_control()).take(200).collect())
+    let text: String = text.trim().chars().filter(|c| !c.is_control()).take(200).collect();
+    (!text.is_empty()).then_some(text)
 }
 
 fn refused(drive: &Path) -> Result<()> {
     complaint(drive).map_or(Ok(()), |text| {
-        Err(Error::device("flash_refused", format!("the ST-LINK says: {}", text.trim())))
+        Err(Error::device("flash_refused", format!("the ST-LINK says: {text}")))
     })
 }
 
@@ -230,11 +231,14 @@ mod tests {
     fn board(drive: PathBuf, kind: Kind, size: usize) -> thread::JoinHandle<Vec<u8>> {
         let file = drive.join(kind.file_name());
         thread::spawn(move || {
+            let start = Instant::now();
             loop {
                 match fs::read(&file) {
                     Ok(bytes) if bytes.len() == size => break,
                     _ => thread::yield_now(),
                 }
+                // Never reached unless nothing is copied.
+                assert!(start.elapsed() < LATE, "no file of {size} bytes has come");
             }
             let taken = fs::read(&file).unwrap();
             match kind {
