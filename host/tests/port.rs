@@ -27,12 +27,12 @@ fn a_rig_does_all_that_its_user_needs() {
     let who = rig.ask("who is it", &["device", "identify"]);
     assert_eq!(who["channels"], 10, "{who}");
     assert!(who["last_panic"] == "", "the rig has panicked before: {who}");
-    let before = counters(rig.ask("what has it counted", &["device", "stats"]));
+    let before = rig.ask("what has it counted", &["device", "stats"]);
     settings_come_back(&rig);
     let measured = measure(&rig);
     result_is_kept(&rig, &measured);
-    let after = counters(rig.ask("what has it counted now", &["device", "stats"]));
-    nothing_went_wrong(&before, &after, &measured);
+    let after = rig.ask("what has it counted now", &["device", "stats"]);
+    nothing_went_wrong(&rig, [&before, &after], &measured);
     let (exit, error) = rig.run(&["results", "get", "4294967295"]);
     assert_eq!((exit, &error["error"]["code"]), (2, &"not_found".into()), "a wrong request");
     rig.say("done: all as it should be");
@@ -80,22 +80,21 @@ fn result_is_kept(rig: &Rig, measured: &Value) {
     assert_eq!(rig.run(&["results", "get", &number]).0, 2, "it is gone");
 }
 
-fn counters(stats: Value) -> impl Fn(&str) -> u64 {
-    move |name| stats[name].as_u64().unwrap_or_else(|| panic!("{name} of {stats}"))
-}
-
-fn nothing_went_wrong(
-    before: &impl Fn(&str) -> u64,
-    after: &impl Fn(&str) -> u64,
-    measured: &Value,
-) {
-    for name in ["scans_lost", "deadlines_missed", "frames_broken", "store_failures"] {
+fn nothing_went_wrong(rig: &Rig, stats: [&Value; 2], measured: &Value) {
+    let [before, after] = stats.map(|stats| {
+        move |name: &str| stats[name].as_u64().unwrap_or_else(|| panic!("{name} of {stats}"))
+    });
+    for name in ["scans_lost", "frames_broken", "store_failures"] {
         assert_eq!(after(name), before(name), "{name}");
+    }
+    if rig.simulated.is_none() {
+        // A process of a busy computer is kept waiting now and then.
+        assert_eq!(after("deadlines_missed"), before("deadlines_missed"), "deadlines_missed");
+        assert!(after("stack_high_water") < after("stack_size"), "{}", stats[1]);
     }
     // Every hit that counted has triggered; three DOFs are the least that any layout has.
     assert!(after("triggers") >= before("triggers") + 3, "{measured}");
     assert!(after("uptime_ms") >= before("uptime_ms"), "the rig has started anew");
-    assert!(after("stack_high_water") < after("stack_size") || after("stack_size") == 0);
 }
 
 /// A rig behind a port.
