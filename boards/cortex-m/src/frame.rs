@@ -41,6 +41,12 @@ impl Frame {
         Self { pages: [[0; WIDTH]; PAGES], touched: u8::MAX, sent: [None; PAGES] }
     }
 
+    /// Every page is to be sent again.
+    pub fn change_all(&mut self) {
+        self.touched = u8::MAX;
+        self.sent = [None; PAGES];
+    }
+
     /// A page that is not what was sent, and its number.
     pub fn changed(&mut self) -> Option<(u8, &Page)> {
         while let Some(page) = self.pages.get(self.touched.trailing_zeros() as usize) {
@@ -122,7 +128,8 @@ mod tests {
 
     #[test]
     fn a_new_screen_gets_every_page_once() {
-        let mut frame = Frame::new();
+        let mut frame = sent();
+        frame.change_all();
         let mut numbers = Vec::new();
         while let Some((number, _)) = frame.changed() {
             numbers.push(number);

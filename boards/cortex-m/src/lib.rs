@@ -6,7 +6,6 @@ pub mod boot;
 pub mod debounce;
 pub mod flash;
 pub mod frame;
-pub mod glass;
 pub mod sequence;
 pub mod supply;
 pub mod twin;

@@ -4,8 +4,10 @@
 //! their own, so whatever the application gives up leaves no transfer half done.
 
 use embassy_futures::join::join3;
+use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Ticker, Timer, with_deadline, with_timeout};
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 use embedded_hal_async::i2c::I2c;
@@ -20,7 +22,6 @@ use static_cell::StaticCell;
 
 use crate::debounce::Debounce;
 use crate::frame::{Frame, Page, WIDTH};
-use crate::glass::Glass;
 
 type DisplayError = display_interface::DisplayError;
 
@@ -41,10 +42,16 @@ struct Wires {
     pages: Channel<CriticalSectionRawMutex, (u8, Page), 1>,
     presses: Channel<CriticalSectionRawMutex, Button, 4>,
     cues: Channel<CriticalSectionRawMutex, Cue, 4>,
+    /// The screen has been switched on: it shows nothing that was sent before.
+    woken: Signal<CriticalSectionRawMutex, ()>,
 }
 
-static WIRES: Wires =
-    Wires { pages: Channel::new(), presses: Channel::new(), cues: Channel::new() };
+static WIRES: Wires = Wires {
+    pages: Channel::new(),
+    presses: Channel::new(),
+    cues: Channel::new(),
+    woken: Signal::new(),
+};
 
 /// The application's end.
 pub struct RigPanel {
@@ -121,8 +128,18 @@ impl Panel for RigPanel {
         }
     }
 
+    // The application waits here whenever it has nothing to draw: what a screen that has just woken
+    // missed is sent meanwhile. When that is given up, the next flush sends the rest.
     async fn button(&mut self) -> Button {
-        WIRES.presses.receive().await
+        loop {
+            match select(WIRES.presses.receive(), WIRES.woken.wait()).await {
+                Either::First(button) => return button,
+                Either::Second(()) => {
+                    self.frame.change_all();
+                    self.flush().await;
+                }
+            }
+        }
     }
 
     fn cue(&mut self, cue: Cue) {
@@ -131,46 +148,44 @@ impl Panel for RigPanel {
     }
 }
 
-/// Brings pages to the glass, for ever. A screen that does not answer is asked again later, and then gets
-/// all of them.
+type Screen<I> = Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>;
+
+/// Brings pages to the glass, for ever. While the screen does not answer its pages are thrown away; it is
+/// asked again later.
 async fn drive_screen<I: I2c>(bus: I) -> ! {
-    let mut screen = Ssd1306Async::new(
-        I2CDisplayInterface::new(bus),
-        DisplaySize128x64,
-        DisplayRotation::Rotate0,
-    );
-    let (mut glass, mut begin, mut pause) = (Glass::new(), true, SHORTEST_PAUSE);
+    let interface = I2CDisplayInterface::new(bus);
+    let mut screen = Ssd1306Async::new(interface, DisplaySize128x64, DisplayRotation::Rotate0);
     loop {
-        let Some((number, page)) = glass.next() else {
+        wake(&mut screen).await;
+        WIRES.woken.signal(());
+        let mut shown = true;
+        while shown {
             let (number, page) = WIRES.pages.receive().await;
-            glass.take(number, &page);
-            continue;
-        };
-        let sent = with_timeout(BUS_TIMEOUT, send_page(&mut screen, begin, number, page)).await;
-        begin = !matches!(sent, Ok(Ok(())));
-        if begin {
-            glass.lost();
-            let again = Instant::now() + pause;
-            while let Ok((number, page)) = with_deadline(again, WIRES.pages.receive()).await {
-                glass.take(number, &page);
-            }
-            pause = (pause * 2).min(LONGEST_PAUSE);
-        } else {
-            glass.shown(number);
-            pause = SHORTEST_PAUSE;
+            let sent = with_timeout(BUS_TIMEOUT, send_page(&mut screen, number, &page)).await;
+            shown = matches!(sent, Ok(Ok(())));
         }
     }
 }
 
+/// Switches the screen on, as soon as it answers.
+async fn wake<I: I2c>(screen: &mut Screen<I>) {
+    let mut pause = SHORTEST_PAUSE;
+    loop {
+        let begun = screen.init_with_addr_mode(AddrMode::Horizontal);
+        if let Ok(Ok(())) = with_timeout(BUS_TIMEOUT, begun).await {
+            return;
+        }
+        let again = Instant::now() + pause;
+        while with_deadline(again, WIRES.pages.receive()).await.is_ok() {}
+        pause = (pause * 2).min(LONGEST_PAUSE);
+    }
+}
+
 async fn send_page<I: I2c>(
-    screen: &mut Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>,
-    begin: bool,
+    screen: &mut Screen<I>,
     number: u8,
     page: &Page,
 ) -> Result<(), DisplayError> {
-    if begin {
-        screen.init_with_addr_mode(AddrMode::Horizontal).await?;
-    }
     let row = 8 * number;
     screen.set_draw_area((0, row), (WIDTH as u8, row + 8)).await?;
     screen.draw(page).await
