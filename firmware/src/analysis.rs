@@ -4,6 +4,9 @@ use core::cell::RefCell;
 
 use embassy_futures::yield_now;
 use heapless::Vec;
+use massline_protocol::crc32;
+use massline_protocol::message::Measured;
+use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::averaging::{
     DofSpectra, HitInHand, HitMemory, Method, band_of, fit_responses, resolution,
 };
@@ -12,9 +15,6 @@ use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::{ScatterAccumulator, lower_triangle};
 use massline_shared::layout::{FrfEstimator, TestSettings};
 use massline_shared::mass_line::{BasisRow, MassLineError, Terms};
-use massline_shared::protocol::crc32;
-use massline_shared::protocol::message::Measured;
-use massline_shared::protocol::object::{DofResult, MeasurementResult};
 use massline_shared::signal::{
     Calibration, FftError, RECORD_SCANS, RESPONSES, Record, SPECTRUM_LINES, Standing, lines_of_band,
 };

@@ -1,12 +1,12 @@
 //! What a campaign on a block of known mass says of the hammer, when the mass was typed in at the rig.
 
 use heapless::Vec;
+use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::block::{
     BlockError, BlockHit, BlockMass, ForceRatio, force_ratio,
 };
 use massline_shared::identify::MassLines;
 use massline_shared::layout::RIG_HITS;
-use massline_shared::protocol::object::MeasurementResult;
 use massline_shared::signal::RESPONSES;
 use nalgebra::Vector3;
 

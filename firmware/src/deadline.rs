@@ -20,7 +20,7 @@
 //! [`crate::board::Board::flash`]. That happens only while the sampler is stopped, and is not counted here.
 
 use embassy_time::{Duration, Instant};
-use massline_shared::protocol::message::STEP_LIMIT_MS;
+use massline_protocol::message::STEP_LIMIT_MS;
 
 use crate::rig::Rig;
 
@@ -42,12 +42,10 @@ impl<'a> Deadline<'a> {
 impl Drop for Deadline<'_> {
     fn drop(&mut self) {
         let took = Instant::now().saturating_duration_since(self.began);
-        if missed(took) {
-            self.rig.stats.borrow_mut().deadlines_missed += 1;
-        }
-        let mut health = self.rig.health.borrow_mut();
+        let mut stats = self.rig.stats.borrow_mut();
+        stats.deadlines_missed += u32::from(missed(took));
         let microseconds = u32::try_from(took.as_micros()).unwrap_or(u32::MAX);
-        health.longest_step_us = health.longest_step_us.max(microseconds);
+        stats.longest_step_us = stats.longest_step_us.max(microseconds);
     }
 }
 

@@ -2,14 +2,14 @@
 
 use embassy_futures::yield_now;
 use heapless::Vec;
+use massline_protocol::message::Measured;
+use massline_protocol::object::{DofResult, MeasurementResult, StoredEstimate};
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::maximum_likelihood::{Fit, Progress};
 use massline_shared::identify::{Estimate, MassLines, Method, lower_triangle};
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::message::Measured;
-use massline_shared::protocol::object::{DofResult, MeasurementResult, StoredEstimate};
 use massline_shared::signal::RESPONSES;
 use nalgebra::ComplexField;
 

@@ -5,17 +5,17 @@
 
 use core::cell::RefCell;
 use core::pin::pin;
+use massline_shared::campaign::Phase;
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_protocol::event::HitEvent;
 use massline_shared::averaging::DofSpectra;
 use massline_shared::campaign::Step;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::layout::TestSettings;
-use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::message::Phase;
 use massline_shared::signal::{
     CHANNELS, Capture, CaptureState, HitReport, RECORD_SCANS, Record, Scan, Standing, Trigger,
     grade,
@@ -211,7 +211,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
         if self.rig.campaign.borrow().phase() == Phase::Armed {
             return;
         }
-        self.rig.health.borrow_mut().hits_aborted += 1;
+        self.rig.stats.borrow_mut().hits_aborted += 1;
         let mut findings = Diagnostics::new();
         note(&mut findings, Diagnostic::whole(Code::ScansLost, Severity::Error, lost as f32));
         let report = HitReport { findings, ..HitReport::default() };

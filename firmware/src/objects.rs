@@ -5,12 +5,10 @@ use core::cell::{Ref, RefCell};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_protocol::crc32_of_chunks;
+use massline_protocol::message::Reason;
+use massline_protocol::object::{ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind};
 use massline_shared::averaging::{DofSpectra, resolution};
-use massline_shared::protocol::crc32_of_chunks;
-use massline_shared::protocol::message::Reason;
-use massline_shared::protocol::object::{
-    ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind,
-};
 use massline_shared::signal::{RESPONSES, Record, SPECTRUM_LINES};
 
 use crate::deadline::Deadline;

@@ -7,10 +7,10 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
+use massline_protocol::object::DofResult;
 use massline_shared::campaign::{CampaignProgress, DofProgress, Outcome};
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::RIG_HITS;
-use massline_shared::protocol::object::DofResult;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{AnalysisMemory, checksum_of};

@@ -3,21 +3,23 @@
 //! All parts run in one executor, so cells suffice. Nobody holds a borrow across an await.
 
 use core::cell::{Cell, RefCell};
+use massline_protocol::LayoutHash;
+use massline_shared::campaign::Phase;
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use heapless::{Deque, String, Vec};
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{
+    CampaignCommand, CommandRequest, Identity, Measured, Reason, Stats, Status,
+};
+use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 use massline_shared::calibration::block::{BlockError, ForceRatio};
-use massline_shared::campaign::{Campaign, Outcome, Step};
+use massline_shared::campaign::{self, Campaign, Outcome, Step};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::Applicability;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout, assumed_body, check_settings};
-use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::message::{
-    CampaignCommand, CommandRequest, Health, Identity, Measured, Phase, Reason, Stats, Status,
-};
-use massline_shared::protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 use massline_shared::signal::{
     AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS, SPECTRUM_LINES,
 };
@@ -42,8 +44,6 @@ pub(crate) struct Rig {
     /// What is to be said about the campaign.
     pub diagnostics: RefCell<Diagnostics>,
     pub stats: RefCell<Stats>,
-    /// What is counted besides; the store has its own part.
-    pub health: RefCell<Health>,
     pub hits: RefCell<Deque<HitEvent, HIT_QUEUE>>,
     pub hits_seen: Cell<u32>,
     /// What was told of the last hit.
@@ -116,7 +116,6 @@ impl Rig {
             campaign: RefCell::new(Campaign::new()),
             diagnostics: RefCell::new(Diagnostics::new()),
             stats: RefCell::new(Stats::default()),
-            health: RefCell::new(Health::default()),
             hits: RefCell::new(Deque::new()),
             hits_seen: Cell::new(0),
             last_hit: RefCell::new(None),
@@ -188,17 +187,18 @@ impl Rig {
     /// Executes a command of the host or of the buttons.
     pub fn command(&self, request: CommandRequest, store_full: bool) -> Result<(), Reason> {
         let command = CampaignCommand::from_raw(request.command).ok_or(Reason::Malformed)?;
-        if command == CampaignCommand::Start {
-            self.start(request, store_full)?;
-        } else {
-            self.campaign.borrow_mut().command(command)?;
-            match command {
-                CampaignCommand::Redo => self.spectra_of.set(None),
-                // What had interrupted the campaign is tried again.
-                CampaignCommand::Resume => {
-                    self.diagnostics.borrow_mut().retain(|d| !d.interrupts());
+        match command.steering() {
+            None => self.start(request, store_full)?,
+            Some(command) => {
+                self.campaign.borrow_mut().command(command)?;
+                match command {
+                    campaign::Command::Redo => self.spectra_of.set(None),
+                    // What had interrupted the campaign is tried again.
+                    campaign::Command::Resume => {
+                        self.diagnostics.borrow_mut().retain(|d| !d.interrupts());
+                    }
+                    _ => {}
                 }
-                _ => {}
             }
         }
         self.steer.signal(());
@@ -349,8 +349,9 @@ impl Rig {
 
     /// The sampler has lost so many scans at once.
     pub fn overran(&self, lost: u32) {
-        self.stats.borrow_mut().scans_lost += u64::from(lost);
-        self.health.borrow_mut().overruns += 1;
+        let mut stats = self.stats.borrow_mut();
+        stats.scans_lost += u64::from(lost);
+        stats.overruns += 1;
     }
 
     /// Adds to what is to be said about the campaign.

@@ -2,6 +2,8 @@
 //! block measuring: the session only changes shared state and wakes the measuring loop.
 
 use core::cell::RefCell;
+use massline_protocol::LayoutHash;
+use massline_shared::signal::StaticReading;
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -10,19 +12,19 @@ use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
-use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::RigLayout;
-use massline_shared::protocol::event::{HIT, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
-use massline_shared::protocol::message::{
-    ANSWER, CampaignCommand, Command, DeleteResult, GetCalibration, GetHealth, GetIdentity,
-    GetLayout, GetObjectInfo, GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest,
-    ListResults, MAX_CHANGE_ANSWER, PutCalibration, PutLayout, REFUSED, ReadObject, Reason,
-    Refusal, ResultPage, SetStream, StaticReading, Status, TakeReading, changes,
+use massline_protocol::event::{HIT, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
+use massline_protocol::message::{
+    ANSWER, CampaignCommand, Command, DeleteResult, GetCalibration, GetIdentity, GetLayout,
+    GetObjectInfo, GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest, ListResults,
+    MAX_CHANGE_ANSWER, PutCalibration, PutLayout, REFUSED, ReadObject, Reason, Refusal, ResultPage,
+    SetStream, Status, TakeReading, changes,
 };
-use massline_shared::protocol::object::{ChunkRef, ChunkRequest};
-use massline_shared::protocol::{
+use massline_protocol::object::{ChunkRef, ChunkRequest};
+use massline_protocol::{
     Deframer, Endpoint, Frame, FrameError, MAX_FRAME, PlainFrame, crc32, encode_frame,
 };
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::layout::RigLayout;
 use massline_shared::signal::Record;
 use serde::de::DeserializeOwned;
 
@@ -186,13 +188,8 @@ impl<F: NorFlash> Session<'_, F> {
             GetIdentity::KIND => reply.with::<GetIdentity>(&rig.identity()),
             GetStatus::KIND => reply.with::<GetStatus>(&rig.status()),
             GetStats::KIND => {
-                let mut stats = rig.stats();
-                stats.store_failures = self.store.lock().await.failures();
+                let stats = self.store.lock().await.counted(rig.stats());
                 reply.with::<GetStats>(&stats)
-            }
-            GetHealth::KIND => {
-                let store = self.store.lock().await;
-                reply.with::<GetHealth>(&store.counted(*rig.health.borrow()))
             }
             PutLayout::KIND => {
                 let answer = self.put_layout(reply.frame.body).await?;
@@ -338,7 +335,7 @@ struct Intake {
 impl Intake {
     /// Bytes have come: the link is there.
     fn heard(&mut self, rig: &Rig) {
-        rig.health.borrow_mut().reconnects += u32::from(core::mem::take(&mut self.lost));
+        rig.stats.borrow_mut().reconnects += u32::from(core::mem::take(&mut self.lost));
     }
 
     /// The deframer took these bytes and found this in them.
@@ -351,8 +348,8 @@ impl Intake {
         let bytes = bytes.unwrap_or_default();
         self.pending = self.pending.saturating_add(bytes.len() as u32);
         if let Some(Err(_)) = frame {
-            let mut health = rig.health.borrow_mut();
-            health.bytes_dropped = health.bytes_dropped.saturating_add(self.pending);
+            let mut stats = rig.stats.borrow_mut();
+            stats.bytes_dropped = stats.bytes_dropped.saturating_add(self.pending);
         }
         // A zero without a frame is padding.
         if bytes.last() == Some(&0) {
@@ -428,7 +425,7 @@ impl News {
         // A stream that has not filled the record yet has jumped because scans were lost, or begins.
         if held > record.len() as u64 {
             let gone = self.next_scan.map_or(0, |next| first - next);
-            rig.health.borrow_mut().stream_scans_dropped += gone as u32;
+            rig.stats.borrow_mut().stream_scans_dropped += gone as u32;
         }
         self.next_scan = Some(first + SCANS);
         let start = record.len().checked_sub((end - first) as usize)?;

@@ -6,9 +6,11 @@
 
 use std::time::{Duration, Instant};
 
+use massline_protocol::Raw;
+use massline_protocol::event::{HitEvent, ScanBlock};
+use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_shared::campaign::Phase;
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::protocol::event::{HitEvent, ScanBlock};
-use massline_shared::protocol::message::{CampaignCommand, Phase, Reason, Status};
 
 use crate::client::{Client, ClientError, Event};
 use crate::error::{Error, Result};

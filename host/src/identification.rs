@@ -3,13 +3,13 @@
 
 mod priors;
 
+use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::influence::{Influence, influences};
 use massline_shared::identify::maximum_likelihood::{self, Learned, workspace};
 use massline_shared::identify::{MassLines, Method};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
-use massline_shared::protocol::object::{DofResult, MeasurementResult};
 
 pub use priors::{contradicted_priors, in_place_of_suspects, priors_of_result};
 

@@ -15,6 +15,7 @@ mod template;
 
 use std::path::Path;
 
+use massline_protocol::LayoutHash;
 use massline_shared::layout::{Dof, HostLayout, RigLayout};
 
 pub(crate) use error::Place;

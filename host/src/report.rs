@@ -9,11 +9,11 @@ mod message;
 mod refusals;
 mod table;
 
+use massline_protocol::object::{COVARIANCE, DofResult, MeasurementResult, StoredEstimate};
 use massline_shared::body::{Principal, RigidBody};
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::identify::{Consistency, Estimate, Method};
 use massline_shared::layout::{HostLayout, PROPERTIES};
-use massline_shared::protocol::object::{COVARIANCE, DofResult, MeasurementResult, StoredEstimate};
 use nalgebra::{Matrix3, SMatrix, SVector};
 use serde_json::{Map, Value, json};
 

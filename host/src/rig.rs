@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use massline_shared::protocol::message::Identity;
+use massline_protocol::message::Identity;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 

@@ -4,8 +4,10 @@
 //! until the first of the next one is averaged. In a campaign with confirmation that hit waits for a
 //! verdict, so there is all the time to read what it would wipe out.
 
-use massline_shared::protocol::event::{HitEvent, ScanBlock};
-use massline_shared::protocol::message::{CampaignCommand, Phase, Reason, Status};
+use massline_protocol::Raw;
+use massline_protocol::event::{HitEvent, ScanBlock};
+use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_shared::campaign::Phase;
 
 use crate::campaign::{Observer, Steer};
 use crate::client::{Client, ClientError, DofSpectra};

@@ -14,7 +14,7 @@ use massline::client::{Client, SerialTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline::qemu::{EmulatedRig, Feeder, build_firmware};
-use massline_shared::protocol::message::Stats;
+use massline_protocol::message::Stats;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::source::ScanSource;
 use serde_json::Value;

@@ -18,13 +18,89 @@
 //! With *confirmation* a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
 
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 use crate::layout::RIG_HITS;
-use crate::protocol::message::{CampaignCommand, Phase, Reason};
+
+/// What is shown of a campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// No campaign.
+    Idle,
+    /// Waits for the hammer at the DOF in hand.
+    Armed,
+    /// A record is being taken or analysed.
+    Busy,
+    /// A graded hit waits for the operator to accept or reject it.
+    Confirming,
+    /// A campaign is interrupted, by the operator or by the rig itself; what has been accepted is
+    /// kept. An error in [`Status::diagnostics`] that [`Code::interrupts`] says why the rig did it.
+    ///
+    /// [`Code::interrupts`]: massline_shared::diagnosis::Code::interrupts
+    Paused,
+    /// The ten properties are being computed and stored.
+    Solving,
+    /// The campaign has ended and a result is stored, with or without an answer.
+    Done,
+}
+
+/// What the operator wants of a campaign that has been started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Accept the hit that waits for confirmation.
+    Accept,
+    /// Reject the hit that waits for confirmation.
+    Reject,
+    /// Forget all hits of the DOF in hand and measure it again.
+    Redo,
+    /// Leave the DOF in hand out.
+    Skip,
+    /// Go on with the hits that this DOF has.
+    Finish,
+    /// Interrupt: stop sampling, keep everything accepted.
+    Pause,
+    /// Go on after an interruption.
+    Resume,
+    /// End the campaign without a result.
+    Abort,
+}
+
+impl Command {
+    /// Every command.
+    pub const ALL: [Self; 8] = [
+        Self::Accept,
+        Self::Reject,
+        Self::Redo,
+        Self::Skip,
+        Self::Finish,
+        Self::Pause,
+        Self::Resume,
+        Self::Abort,
+    ];
+}
+
+/// Why a command was not executed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CommandError {
+    /// It has no meaning now.
+    WrongPhase,
+    /// The layout has no hit DOF, or more than a rig has memory for.
+    NoDofs,
+}
+
+impl core::fmt::Display for CommandError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::WrongPhase => "the command has no meaning in this phase of the campaign",
+            Self::NoDofs => "the layout has no hit DOF, or more than a rig has memory for",
+        })
+    }
+}
+
+impl core::error::Error for CommandError {}
 
 /// How a DOF stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Outcome {
     /// Not finished.
     Open,
@@ -37,7 +113,8 @@ pub enum Outcome {
 }
 
 /// One DOF of the campaign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DofProgress {
     /// Hits averaged.
     pub accepted: u8,
@@ -51,7 +128,8 @@ impl DofProgress {
 }
 
 /// What outlives a cut of the power: the finished DOFs. Hits of the DOF in hand do not.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CampaignProgress {
     /// All DOFs, in the order of the layout; without hits unless finished.
     pub dofs: Vec<DofProgress, RIG_HITS>,
@@ -213,17 +291,17 @@ impl Campaign {
     /// Starts a campaign over `dofs` DOFs with `wanted` hits each. A paused one is forgotten.
     ///
     /// # Errors
-    /// [`Reason::WrongPhase`] while one is running and not paused, [`Reason::NoLayout`] without
+    /// [`CommandError::WrongPhase`] while one is running and not paused, [`CommandError::NoDofs`] without
     /// DOFs.
-    pub fn start(&mut self, dofs: usize, wanted: u8, confirm: bool) -> Result<(), Reason> {
+    pub fn start(&mut self, dofs: usize, wanted: u8, confirm: bool) -> Result<(), CommandError> {
         let held = matches!(self.state, State::Waiting | State::Identifying);
         let free = !self.is_running() || (self.paused && held);
         if !free {
-            return Err(Reason::WrongPhase);
+            return Err(CommandError::WrongPhase);
         }
         let mut list = Vec::new();
         if dofs == 0 || list.resize(dofs, DofProgress::OPEN).is_err() {
-            return Err(Reason::NoLayout);
+            return Err(CommandError::NoDofs);
         }
         *self = Self {
             state: State::Waiting,
@@ -255,11 +333,11 @@ impl Campaign {
     /// in hand begins anew.
     ///
     /// # Errors
-    /// [`Reason::WrongPhase`] while a campaign is running, [`Reason::NoLayout`] without DOFs.
-    pub fn restore(&mut self, progress: CampaignProgress) -> Result<(), Reason> {
+    /// [`CommandError::WrongPhase`] while a campaign is running, [`CommandError::NoDofs`] without DOFs.
+    pub fn restore(&mut self, progress: CampaignProgress) -> Result<(), CommandError> {
         let CampaignProgress { dofs, wanted, confirm, rejected } = progress;
         if self.is_running() {
-            return Err(Reason::WrongPhase);
+            return Err(CommandError::WrongPhase);
         }
         self.start(dofs.len(), wanted, confirm)?;
         self.dofs = dofs;
@@ -274,13 +352,12 @@ impl Campaign {
         *self = Self { armings: self.armings, starts: self.starts, ..Self::new() };
     }
 
-    /// Executes a command of the operator, `Start` excepted: that needs the layout, see
-    /// [`Campaign::start`].
+    /// Executes a command of the operator.
     ///
     /// # Errors
-    /// [`Reason::WrongPhase`] when the command has no meaning now; nothing has changed then.
-    pub fn command(&mut self, command: CampaignCommand) -> Result<(), Reason> {
-        use CampaignCommand as C;
+    /// [`CommandError::WrongPhase`] when the command has no meaning now; nothing has changed then.
+    pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
+        use Command as C;
         // Between hits: nothing is recorded or computed, so the DOF in hand may be changed.
         let between = matches!(self.state, State::Waiting | State::Confirming);
         match command {
@@ -306,7 +383,7 @@ impl Campaign {
             C::Abort if self.is_running() && (self.paused || self.state != State::Identifying) => {
                 self.end(State::Idle);
             }
-            _ => return Err(Reason::WrongPhase),
+            _ => return Err(CommandError::WrongPhase),
         }
         Ok(())
     }

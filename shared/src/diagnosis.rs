@@ -2,8 +2,6 @@
 //!
 //! A code travels as a raw integer, so that an older host can pass on a code that it does not know.
 
-use serde::{Deserialize, Serialize};
-
 /// What a diagnostic means for the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -201,7 +199,8 @@ impl Code {
 const RESPONSES_OF_A_DOF: usize = 32;
 
 /// One named fact with the number that decided it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Diagnostic {
     /// Raw [`Code`].
     pub code: u16,

@@ -16,8 +16,6 @@
 //! | [`identify`] | from mass lines to the ten properties with their covariance |
 //! | [`calibration`] | sensors and hammer from what they read of a known input |
 //! | [`campaign`] | which degree of freedom is hit next, and what a verdict leads to |
-//! | [`protocol`] | messages and frames |
-//! | [`checksum`] | CRC-32 |
 //! | [`diagnosis`] | the codes by which every problem is named |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -25,19 +23,21 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "signal")]
 pub mod averaging;
 pub mod body;
+#[cfg(feature = "signal")]
 pub mod calibration;
+#[cfg(feature = "signal")]
 pub mod campaign;
-pub mod checksum;
 pub mod design;
 pub mod diagnosis;
 pub mod identify;
 pub mod layout;
 mod linalg;
 pub mod mass_line;
-pub mod protocol;
 pub mod real;
+#[cfg(feature = "signal")]
 pub mod signal;
 pub mod units;
 

@@ -17,7 +17,6 @@ pub use band::{ABOVE_SUSPENSION, BELOW_ELASTIC, FoundBand, find_band};
 pub use responses::{Fitting, ResponseFits, UNSTEADY};
 
 use nalgebra::Complex;
-use serde::{Deserialize, Serialize};
 
 use crate::Real;
 
@@ -25,8 +24,9 @@ use crate::Real;
 pub const MAX_TERMS: usize = 3;
 
 /// Which terms are fitted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Terms {
     /// A alone.
     A,

@@ -1,7 +1,7 @@
 //! Bytes that are no frame, as a bad cable or another program sends them.
 
-use massline_shared::protocol::message::GetIdentity;
-use massline_shared::protocol::{Endpoint, MAX_FRAME, encode_frame};
+use massline_protocol::message::GetIdentity;
+use massline_protocol::{Endpoint, MAX_FRAME, encode_frame};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 

@@ -5,8 +5,8 @@ use massline::campaign::{Begin, Ending, Observer, begin, follow};
 use massline::client::{Client, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
+use massline_protocol::object::StoredEstimate;
 use massline_shared::identify::Method;
-use massline_shared::protocol::object::StoredEstimate;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 

@@ -16,10 +16,12 @@ use massline::commands::calibrate::tumble::take;
 use massline::commands::demo::LAYOUTS;
 use massline::layout_file::LayoutFile;
 use massline::output::Output;
+use massline_protocol::Raw;
+use massline_protocol::message::CampaignCommand;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
-use massline_shared::protocol::message::{CampaignCommand, Phase};
+use massline_shared::campaign::Phase;
 use massline_shared::units::Hertz;
 use massline_virtual::bench::{Bench, TumbleSource};
 

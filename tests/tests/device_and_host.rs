@@ -7,8 +7,8 @@ use massline::identification::{Options, Selection, identify, lines_of};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline::report::Answer;
+use massline_protocol::object::MeasurementResult;
 use massline_shared::identify::inertia_restraint::Settings;
-use massline_shared::protocol::object::MeasurementResult;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 

@@ -4,10 +4,10 @@ use massline::campaign::{Begin, Ending, Observer, begin, follow};
 use massline::client::{Client, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
+use massline_protocol::event::HitEvent;
+use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::layout::{HostLayout, RigLayout, Verdict};
-use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::object::MeasurementResult;
 use massline_shared::signal::{
     AdcProperties, Calibration, Capture, CaptureState, HitReport, Record, Scan, Trigger, grade,
 };

@@ -8,12 +8,13 @@ use std::time::Duration;
 
 use massline::client::{Client, Event, PipeTransport, Timing, Transport};
 use massline::layout_file::LayoutFile;
+use massline_protocol::LayoutHash;
+use massline_protocol::Raw;
+use massline_protocol::message::{CampaignCommand, ENDPOINTS, Identity, ResultEntry, Status};
+use massline_protocol::object::{ObjectId, ObjectKind};
+use massline_protocol::{MAX_FRAME, PROTOCOL_MAJOR, encode_frame};
+use massline_shared::campaign::Phase;
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::message::{
-    CampaignCommand, ENDPOINTS, Identity, Phase, ResultEntry, Status,
-};
-use massline_shared::protocol::object::{ObjectId, ObjectKind};
-use massline_shared::protocol::{MAX_FRAME, PROTOCOL_MAJOR, encode_frame};
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::flash::{FlashBacking, FlashMemory};
 use massline_virtual::pipe::faults::{FaultRates, FaultyPipe};

@@ -8,11 +8,11 @@ use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::{Measurement, TestLayout, measure};
 use massline::monte_carlo::statistics::MethodStatistics;
 use massline::monte_carlo::{MonteCarlo, Study, believe_bench, report, seed_of_run};
+use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::layout::{HitPolicy, Verdict};
-use massline_shared::protocol::object::MeasurementResult;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 

@@ -3,10 +3,11 @@
 
 use embassy_futures::block_on;
 use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, Store};
+use massline_protocol::LayoutHash;
+use massline_protocol::crc32;
+use massline_protocol::message::{Measured, Reason};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sensor, Sign};
-use massline_shared::protocol::crc32;
-use massline_shared::protocol::message::{Measured, Reason};
 use massline_virtual::flash::{Chip, ChipFlash, Cut, F411, FlashMemory, G474, W25q};
 
 /// DOFs of every campaign here.

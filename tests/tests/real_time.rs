@@ -7,9 +7,11 @@ use massline::client::{Client, Event, PipeTransport};
 use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
 use massline_firmware::scan_ring::FAULTS_TO_STOP;
+use massline_protocol::Raw;
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{CampaignCommand, Reason, Stats, Status};
+use massline_shared::campaign::Phase;
 use massline_shared::diagnosis::Code;
-use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::message::{CampaignCommand, Health, Phase, Reason, Stats, Status};
 use massline_shared::signal::Scan;
 use massline_tests::faulty_sampler::rig_that_loses;
 use massline_virtual::bench::{Bench, BenchSource};
@@ -56,7 +58,6 @@ struct Measured {
     hits: Vec<HitEvent>,
     status: Status,
     stats: Stats,
-    health: Health,
     /// That have an answer.
     methods: usize,
 }
@@ -70,15 +71,15 @@ fn measure(rig: VirtualRig) -> Measured {
     while done.is_none() {
         match client.next_event(LATE).unwrap().expect("the campaign goes on") {
             Event::Hit(hit) => hits.push(hit),
-            Event::Status(status) if status.phase == Phase::Done as u8 => done = Some(status),
+            Event::Status(status) if status.phase == Phase::Done.raw() => done = Some(status),
             _ => {}
         }
     }
     let status = done.unwrap();
     let methods = client.result(status.result).unwrap().estimates.len();
-    let (stats, health) = (client.stats().unwrap(), client.health().unwrap().unwrap());
+    let stats = client.stats().unwrap();
     rig.stop().unwrap();
-    Measured { hits, status, stats, health, methods }
+    Measured { hits, status, stats, methods }
 }
 
 #[test]
@@ -90,9 +91,9 @@ fn a_hit_whose_record_misses_scans_is_aborted_by_name_and_asked_for_again() {
     assert_eq!(aborted.number, 6);
     let [finding] = &aborted.findings[..] else { panic!("for one reason: {aborted:?}") };
     assert_eq!((finding.known_code(), finding.value), (Some(Code::ScansLost), LOST as f32));
-    let Measured { status, stats, health, .. } = measured;
+    let Measured { status, stats, .. } = measured;
     assert_eq!((&status.accepted[..], status.rejected), (&[5, 5, 5][..], 1));
-    assert_eq!((stats.scans_lost, health.overruns, health.hits_aborted), (LOST.into(), 1, 1));
+    assert_eq!((stats.scans_lost, stats.overruns, stats.hits_aborted), (LOST.into(), 1, 1));
     assert_eq!((measured.hits.len(), measured.methods), (16, 2));
 }
 
@@ -105,8 +106,8 @@ fn scans_that_are_lost_between_the_hits_cost_no_hit() {
     }));
     assert_eq!(measured.status.rejected, 0);
     assert!(measured.hits.iter().all(|hit| hit.good) && measured.hits.len() == 15);
-    let Measured { stats, health, .. } = measured;
-    assert_eq!((stats.scans_lost, health.overruns, health.hits_aborted), (LOST.into(), 1, 0));
+    let Measured { stats, .. } = measured;
+    assert_eq!((stats.scans_lost, stats.overruns, stats.hits_aborted), (LOST.into(), 1, 0));
 }
 
 #[test]
@@ -131,7 +132,7 @@ fn a_converter_that_only_loses_scans_interrupts_the_campaign_by_name() {
     client.identify().unwrap();
     client.put_layout(&file().rig_layout().unwrap()).unwrap();
     client.start(false, false).unwrap();
-    let paused = |status: &Status| status.phase == Phase::Paused as u8;
+    let paused = |status: &Status| status.phase == Phase::Paused.raw();
     let mut status = client.status().unwrap();
     while !paused(&status) {
         if let Event::Status(changed) = client.next_event(LATE).unwrap().expect("it is given up") {
@@ -140,7 +141,7 @@ fn a_converter_that_only_loses_scans_interrupts_the_campaign_by_name() {
     }
     let [why] = &status.diagnostics[..] else { panic!("for one reason: {status:?}") };
     assert_eq!(why.known_code(), Some(Code::SamplerStopped));
-    assert_eq!(client.health().unwrap().unwrap().overruns, u32::from(FAULTS_TO_STOP));
+    assert_eq!(client.stats().unwrap().overruns, u32::from(FAULTS_TO_STOP));
     // A reading at rest does not come about either, and says so.
     client.command(CampaignCommand::Abort).unwrap();
     let refused = client.static_reading().unwrap_err();

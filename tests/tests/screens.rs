@@ -10,13 +10,14 @@ use massline_firmware::panel::summary::{Answer, Summary};
 use massline_firmware::panel::trial::{Problem, Proposal, Trial};
 use massline_firmware::panel::{Button, HitVerdict, PanelModel};
 use massline_firmware::store::RESULTS;
+use massline_protocol::message::{Measured, Reason, ResultEntry, Stats};
+use massline_protocol::object::StoredEstimate;
 use massline_shared::calibration::CalibrationSigma;
 use massline_shared::calibration::tumble::{Position, TumbleProblem};
+use massline_shared::campaign::Phase;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::{Consistency, Method};
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::message::{Measured, Phase, Reason, ResultEntry, Stats};
-use massline_shared::protocol::object::StoredEstimate;
 use massline_virtual::glass::Glass;
 
 /// A rig of which every screen is drawn.

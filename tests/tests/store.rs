@@ -3,10 +3,11 @@
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, RESULTS, Store};
+use massline_protocol::LayoutHash;
+use massline_protocol::crc32;
+use massline_protocol::message::{Measured, Reason};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
-use massline_shared::protocol::crc32;
-use massline_shared::protocol::message::{Measured, Reason};
 use massline_virtual::flash::{
     Chip, ChipFlash, F411, Flash, FlashBacking, FlashError, FlashMemory, G474, PAGE_BYTES,
 };

@@ -9,11 +9,12 @@ use std::time::Duration;
 
 use massline::client::{Client, Event, PipeTransport, Timing};
 use massline::layout_file::LayoutFile;
+use massline_protocol::event::{SCAN_BLOCK_BYTES, ScanBlock};
+use massline_protocol::message::{Identity, ResultEntry};
+use massline_protocol::object::{ObjectId, ObjectKind};
+use massline_protocol::{MAX_FRAME, encode_frame};
+use massline_shared::campaign::Phase;
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::event::{SCAN_BLOCK_BYTES, ScanBlock};
-use massline_shared::protocol::message::{Health, Identity, Phase, ResultEntry, Stats};
-use massline_shared::protocol::object::{ObjectId, ObjectKind};
-use massline_shared::protocol::{MAX_FRAME, encode_frame};
 use massline_shared::signal::{AdcProperties, Record, Scan};
 use massline_tests::garbage::{garbage, question};
 use massline_virtual::bench::{Bench, BenchSource};
@@ -91,9 +92,9 @@ static UNDISTURBED: LazyLock<Outcome> = LazyLock::new(|| {
     finish(&rig);
     let outcome = outcome(&mut client);
     assert_eq!((&outcome.accepted[..], outcome.rejected), (&[5, 5, 5][..], 0));
-    let (stats, health) = counters(&mut client);
+    let stats = client.stats().unwrap();
     assert_eq!((stats.frames_broken, stats.frames_unsent), (0, 0));
-    assert_eq!((health.bytes_dropped, health.reconnects), (0, 0));
+    assert_eq!((stats.bytes_dropped, stats.reconnects), (0, 0));
     rig.stop().unwrap();
     outcome
 });
@@ -101,10 +102,6 @@ static UNDISTURBED: LazyLock<Outcome> = LazyLock::new(|| {
 /// Waits for the end of the campaign by the panel alone.
 fn finish(rig: &VirtualRig) {
     assert!(rig.wait_for(LATE, |model| model.phase == Phase::Done).is_some(), "{rig:?}");
-}
-
-fn counters(client: &mut Client) -> (Stats, Health) {
-    (client.stats().unwrap(), client.health().unwrap().unwrap())
 }
 
 #[test]
@@ -119,7 +116,7 @@ fn nobody_reads_for_a_whole_campaign() {
     // Whoever asks now is told the truth, after what is left of a torn frame.
     let mut client = connect(&rig);
     assert_eq!(outcome(&mut client), *UNDISTURBED);
-    let (stats, _) = counters(&mut client);
+    let stats = client.stats().unwrap();
     assert!(stats.frames_unsent >= 1, "{stats:?}");
     // The rig keeps the last four hits for whoever comes; another may be in the frame that was torn.
     assert!((HITS - 5..=HITS - 4).contains(&(stats.events_dropped as usize)), "{stats:?}");
@@ -141,7 +138,7 @@ fn a_program_that_asks_and_never_reads_holds_nothing_up() {
     }
     let mut client = connect(&rig);
     assert_eq!(outcome(&mut client), *UNDISTURBED);
-    let (stats, _) = counters(&mut client);
+    let stats = client.stats().unwrap();
     assert!(stats.frames_in >= u32::from(asked) && stats.frames_unsent > 1, "{stats:?}");
     rig.stop().unwrap();
 }
@@ -151,7 +148,7 @@ fn the_plug_is_pulled_in_the_middle_of_a_question_at_every_byte() {
     let rig = start(1 << 16);
     let mut client = connect(&rig);
     begin(&mut client);
-    let before = counters(&mut client);
+    let before = client.stats().unwrap();
     let mut link = rig.link();
     link.set_timeout(LATE);
     let whole = question(0xABCD);
@@ -169,10 +166,10 @@ fn the_plug_is_pulled_in_the_middle_of_a_question_at_every_byte() {
         connect(&rig).identify().unwrap();
     }
     let mut client = connect(&rig);
-    let after = counters(&mut client);
-    assert_eq!(after.0.frames_broken - before.0.frames_broken, pulled as u32);
-    assert_eq!(after.1.bytes_dropped - before.1.bytes_dropped, torn as u32);
-    assert_eq!(after.1.reconnects - before.1.reconnects, pulled as u32);
+    let after = client.stats().unwrap();
+    assert_eq!(after.frames_broken - before.frames_broken, pulled as u32);
+    assert_eq!(after.bytes_dropped - before.bytes_dropped, torn as u32);
+    assert_eq!(after.reconnects - before.reconnects, pulled as u32);
     finish(&rig);
     assert_eq!(outcome(&mut client), *UNDISTURBED);
     rig.stop().unwrap();
@@ -202,8 +199,8 @@ fn the_plug_is_pulled_in_the_middle_of_an_answer_at_every_byte() {
     println!("the plug was pulled {pulled} times, {measuring} of them in the campaign");
     assert!(measuring > 0);
     let mut client = connect(&rig);
-    let (stats, health) = counters(&mut client);
-    assert_eq!(health.reconnects as usize, pulled);
+    let stats = client.stats().unwrap();
+    assert_eq!(stats.reconnects as usize, pulled);
     // Whatever was longer than what the link holds beside what had been read was cut.
     assert!(stats.frames_unsent > 0, "{stats:?}");
     finish(&rig);
@@ -228,7 +225,7 @@ fn noise_torn_frames_and_giants_come_in_while_the_rig_measures() {
     let rig = start(1 << 16);
     let mut client = connect(&rig);
     begin(&mut client);
-    let before = counters(&mut client);
+    let before = client.stats().unwrap();
     let mut link = rig.link();
     link.set_timeout(LATE);
     let (mut broken, mut bytes) = (0, 0);
@@ -245,10 +242,10 @@ fn noise_torn_frames_and_giants_come_in_while_the_rig_measures() {
         while client.next_event(Duration::ZERO).unwrap().is_some() {}
         rounds += 1;
     }
-    let after = counters(&mut client);
-    assert_eq!(after.0.frames_broken - before.0.frames_broken, broken);
-    assert_eq!((after.1.bytes_dropped - before.1.bytes_dropped) as usize, bytes);
-    assert_eq!(after.0.requests_refused, before.0.requests_refused);
+    let after = client.stats().unwrap();
+    assert_eq!(after.frames_broken - before.frames_broken, broken);
+    assert_eq!((after.bytes_dropped - before.bytes_dropped) as usize, bytes);
+    assert_eq!(after.requests_refused, before.requests_refused);
     assert_eq!(outcome(&mut client), *UNDISTURBED);
     println!("{broken} pieces of garbage, {bytes} bytes, in one campaign");
     rig.stop().unwrap();
@@ -329,11 +326,11 @@ fn a_host_that_sleeps_for_a_minute_of_a_stream_wakes_up_to_a_gap_and_a_working_r
         next = block.first + scans;
     }
     client.set_stream(false).unwrap();
-    let (stats, health) = counters(&mut client);
+    let stats = client.stats().unwrap();
     // A block that was given up half-way is missing as well.
     let unsent = scans * u64::from(stats.frames_unsent);
-    let dropped = u64::from(health.stream_scans_dropped);
-    assert!(gap > 100_000 && (dropped..=dropped + unsent).contains(&gap), "{gap}: {health:?}");
+    let dropped = u64::from(stats.stream_scans_dropped);
+    assert!(gap > 100_000 && (dropped..=dropped + unsent).contains(&gap), "{gap}: {stats:?}");
     assert_eq!(stats.scans_lost, 0);
     // The rig measures as if nothing had been.
     begin(&mut client);
@@ -353,9 +350,9 @@ fn a_host_that_sleeps_through_a_campaign_finds_its_result_when_it_wakes_up() {
     finish(&rig);
     // The same program goes on where it was.
     assert_eq!(outcome(&mut client), *UNDISTURBED);
-    let (stats, health) = counters(&mut client);
+    let stats = client.stats().unwrap();
     assert!(stats.frames_unsent >= 1 && stats.events_dropped >= 1, "{stats:?}");
     // No plug was pulled.
-    assert_eq!((health.reconnects, stats.frames_broken), (0, 0));
+    assert_eq!((stats.reconnects, stats.frames_broken), (0, 0));
     rig.stop().unwrap();
 }

@@ -7,7 +7,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use heapless::{String, Vec};
+use massline_protocol::Raw;
+use massline_protocol::event::{HIT, HitEvent, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
+use massline_protocol::message::*;
+use massline_protocol::object::*;
+use massline_protocol::{Deframer, Endpoint, MAX_FRAME, MAX_LAYOUT, encode_frame};
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
+use massline_shared::campaign::Phase;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::Consistency;
 use massline_shared::identify::Method;
@@ -16,13 +22,7 @@ use massline_shared::layout::{
     Sensor, Sign,
 };
 use massline_shared::mass_line::Terms;
-use massline_shared::protocol::event::{
-    HIT, HitEvent, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock,
-};
-use massline_shared::protocol::message::*;
-use massline_shared::protocol::object::*;
-use massline_shared::protocol::{Deframer, Endpoint, MAX_FRAME, encode_frame};
-use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES};
+use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES, StaticReading};
 use massline_shared::units::{Hertz, Seconds, Volts};
 use serde::Serialize;
 
@@ -72,10 +72,6 @@ fn reading() -> StaticReading {
     StaticReading { scans: 2048, mean: [2047.75; CHANNELS], deviation: [0.625; CHANNELS] }
 }
 
-fn health() -> Health {
-    Health { overruns: 1, hits_aborted: 2, flash_erases: 300, ..Health::default() }
-}
-
 fn identity() -> Identity {
     Identity {
         protocol_major: 1,
@@ -103,7 +99,7 @@ fn identity() -> Identity {
 
 fn status(dofs: usize) -> Status {
     Status {
-        phase: Phase::Armed as u8,
+        phase: Phase::Armed.raw(),
         dof: 2,
         armings: 17,
         accepted: (0..dofs).map(|i| i as u8).collect(),
@@ -225,8 +221,6 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("TakeReading answer", answer::<TakeReading>(())),
         ("GetReading request", request::<GetReading>(())),
         ("GetReading answer", answer::<GetReading>(reading())),
-        ("GetHealth request", request::<GetHealth>(())),
-        ("GetHealth answer", answer::<GetHealth>(health())),
         ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),
         ("event: status changed", frame(STATUS_CHANGED, &status(2))),
         ("event: hit", frame(HIT, &hit)),
@@ -279,7 +273,7 @@ fn kinds_are_unique_and_leave_the_answer_bit_free() {
 fn the_largest_of_each_growing_message_fits_a_frame() {
     let largest = layout(RIG_SENSORS, RIG_HITS);
     let encoded = postcard::to_stdvec(&largest).unwrap();
-    assert!(encoded.len() <= RigLayout::MAX_ENCODED, "{}", encoded.len());
+    assert!(encoded.len() <= MAX_LAYOUT, "{}", encoded.len());
     request::<PutLayout>(largest);
     let mut identity = identity();
     identity.last_panic = text(&"p".repeat(96));

@@ -67,7 +67,7 @@ impl Words {
     }
 
     fn checksum(&self) -> u32 {
-        self.length.rotate_left(16) ^ massline_shared::protocol::crc32(&self.text)
+        self.length.rotate_left(16) ^ massline_protocol::crc32(&self.text)
     }
 }
 

@@ -8,7 +8,7 @@ use embedded_graphics::Pixel;
 use embedded_graphics::draw_target::DrawTarget;
 use embedded_graphics::geometry::{OriginDimensions, Size};
 use embedded_graphics::pixelcolor::BinaryColor;
-use massline_shared::protocol::crc32;
+use massline_protocol::crc32;
 
 /// Columns.
 pub const WIDTH: usize = 128;

@@ -16,7 +16,8 @@
 //! ```
 
 use heapless::Vec;
-use massline_shared::protocol::message::{CampaignCommand, Phase, Reason};
+use massline_protocol::message::{CampaignCommand, Reason};
+use massline_shared::campaign::Phase;
 
 use super::trial::Trial;
 use super::{Button, PanelModel};

@@ -26,9 +26,10 @@ pub mod trial;
 pub mod words;
 
 use heapless::Vec;
+use massline_protocol::message::Measured;
+use massline_shared::campaign::Phase;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::Dof;
-use massline_shared::protocol::message::{Measured, Phase};
 use massline_shared::signal::CHANNELS;
 
 use self::trial::Trial;

@@ -2,13 +2,13 @@
 //! beside what the rig holds already.
 
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_protocol::message::Reason;
+use massline_protocol::object::{DofResult, StoredEstimate};
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::{Consistency, symmetric};
 use massline_shared::layout::FrfEstimator;
 use massline_shared::mass_line::Terms;
-use massline_shared::protocol::message::Reason;
-use massline_shared::protocol::object::{DofResult, StoredEstimate};
 use nalgebra::{ComplexField, SMatrix, SVector};
 use serde::de::DeserializeOwned;
 

@@ -3,6 +3,7 @@
 //! Measuring never waits for it. It waits for the store where an action needs the flash.
 
 use core::cell::RefCell;
+use massline_shared::signal::StaticReading;
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -10,12 +11,10 @@ use embassy_sync::mutex::Mutex;
 use embassy_time::Instant;
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
+use massline_protocol::message::{CampaignCommand, CommandRequest, Reason, ResultEntry, Stats};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::message::{
-    CampaignCommand, CommandRequest, Reason, ResultEntry, StaticReading, Stats,
-};
 use massline_shared::signal::Record;
 
 use super::draw::{LayoutLine, View, canvas, draw};

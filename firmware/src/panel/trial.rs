@@ -1,13 +1,14 @@
 //! A calibration on its way: the tumble test with six readings, or a block of known mass.
 
 use heapless::Vec;
+use massline_protocol::message::Reason;
 use massline_shared::calibration::block::{BlockError, ForceRatio};
 use massline_shared::calibration::tumble::{
     Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading, solve,
 };
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
 use massline_shared::layout::RIG_SENSORS;
-use massline_shared::protocol::message::{Reason, StaticReading};
+use massline_shared::signal::StaticReading;
 use massline_shared::signal::{AdcProperties, CHANNELS, HAMMER};
 
 /// How far a calibration is.

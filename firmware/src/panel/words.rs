@@ -2,11 +2,11 @@
 
 use core::fmt::Write as _;
 
+use massline_protocol::message::Reason;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::{PROPERTIES, RigLayout, Setting};
-use massline_shared::protocol::message::Reason;
 
 use super::number::{Text, decimals_for, fitting};
 use super::trial::Problem;

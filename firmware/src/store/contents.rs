@@ -6,8 +6,8 @@
 //! all that it does away with, as nothing that is gone is ever moved.
 
 use heapless::{String, Vec};
+use massline_protocol::message::{Measured, ResultEntry};
 use massline_shared::layout::RIG_HITS;
-use massline_shared::protocol::message::{Measured, ResultEntry};
 use serde::{Deserialize, Serialize};
 
 use super::{LAYOUTS, RESULTS};

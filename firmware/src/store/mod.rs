@@ -18,10 +18,10 @@ mod writing;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::String;
+use massline_protocol::message::{Measured, Reason, Stats};
+use massline_protocol::{MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{RIG_HITS, RigLayout};
-use massline_shared::protocol::crc32;
-use massline_shared::protocol::message::{Health, Measured, Reason};
 
 use contents::{Change, Contents};
 pub use contents::{Kept, KeptLayout};
@@ -98,13 +98,14 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// What has been counted, with the part of the store.
-    pub fn counted(&self, health: Health) -> Health {
+    pub fn counted(&self, stats: Stats) -> Stats {
         let Work { erases, bytes, not_kept } = self.log.work();
-        Health {
+        Stats {
+            store_failures: self.failures,
             flash_erases: erases,
             flash_bytes_written: bytes,
             read_back_failures: not_kept,
-            ..health
+            ..stats
         }
     }
 
@@ -116,7 +117,7 @@ impl<F: NorFlash> Store<F> {
     /// The layout in use.
     pub async fn layout(&mut self) -> Option<RigLayout> {
         let object = self.contents.layout_in_use()?;
-        self.decode(object, &mut [0; RigLayout::MAX_ENCODED]).await
+        self.decode(object, &mut [0; MAX_LAYOUT]).await
     }
 
     /// Keeps a layout and takes it into use, given by its postcard bytes: a decoded one would stay in

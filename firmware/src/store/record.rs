@@ -5,7 +5,7 @@
 //! torn; header and check belong to one page, so that what an earlier use of the page has left is
 //! never taken for a record.
 
-use massline_shared::protocol::crc32_of_chunks;
+use massline_protocol::crc32_of_chunks;
 
 /// Bytes of a header.
 pub(super) const HEADER: usize = 16;

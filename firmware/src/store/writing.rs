@@ -1,7 +1,7 @@
 //! How the store keeps things: pieces first, and then the change that names them.
 
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_shared::protocol::message::Reason;
+use massline_protocol::message::Reason;
 
 use super::Store;
 use super::contents::{Change, MAX_CHANGE, Object};

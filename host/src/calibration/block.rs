@@ -1,12 +1,12 @@
 //! The result of a block test, and what it says of hammer and sensors.
 
+use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::block::{
     BlockError, BlockHit, BlockMass, ForceRatio, SensorRatio, force_ratio, sensor_ratios,
 };
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
 use massline_shared::identify::MassLines;
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::object::MeasurementResult;
 use massline_shared::signal::{HAMMER, RESPONSES};
 use nalgebra::Vector3;
 

@@ -9,13 +9,13 @@
 use std::f64::consts::TAU;
 use std::fmt;
 
+use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::time_constant::{
     Measured, TimeConstantDifference, difference, mean,
 };
 use massline_shared::layout::RigLayout;
 use massline_shared::mass_line::Line;
-use massline_shared::protocol::object::{DofResult, MeasurementResult};
 use massline_shared::signal::{Calibration, HAMMER};
 use massline_shared::units::Hertz;
 use nalgebra::Vector3;
@@ -271,6 +271,7 @@ mod tests {
     use super::*;
     use crate::commands::calibrate::block::LAYOUT;
     use crate::layout_file::LayoutFile;
+    use massline_protocol::LayoutHash;
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
 

@@ -7,8 +7,8 @@ use massline_shared::calibration::tumble::{
     Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading,
     sigma_of_mean, solve,
 };
-use massline_shared::protocol::message::StaticReading;
 use massline_shared::signal::AdcProperties;
+use massline_shared::signal::StaticReading;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use massline_shared::protocol::crc32;
-use massline_shared::protocol::message::{GetObjectInfo, ReadObject, Reason};
-use massline_shared::protocol::object::{
+use massline_protocol::crc32;
+use massline_protocol::message::{GetObjectInfo, ReadObject, Reason};
+use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, MeasurementResult, ObjectId, ObjectInfo, ObjectKind,
 };
 

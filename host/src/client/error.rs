@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use massline_shared::protocol::message::Reason;
-use massline_shared::protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
+use massline_protocol::message::Reason;
+use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 
 use super::SpectraError;
 use crate::error::Error;

@@ -5,18 +5,19 @@ use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::time::{Duration, Instant};
 
-use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::RigLayout;
-use massline_shared::protocol::event::{HIT, HitEvent, SCANS, STATUS_CHANGED, ScanBlock};
-use massline_shared::protocol::message::{
+use massline_protocol::event::{HIT, HitEvent, SCANS, STATUS_CHANGED, ScanBlock};
+use massline_protocol::message::{
     ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, ENDPOINTS, GetCalibration,
-    GetHealth, GetIdentity, GetLayout, GetReading, GetStats, GetStatus, Health, Identity,
-    LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout, REFUSED, Reason,
-    ResultEntry, SetStream, StaticReading, Stats, Status, TakeReading,
+    GetIdentity, GetLayout, GetReading, GetStats, GetStatus, Identity, LayoutAnswer, ListRequest,
+    ListResults, PutCalibration, PutLayout, REFUSED, ResultEntry, SetStream, Stats, Status,
+    TakeReading,
 };
-use massline_shared::protocol::{
+use massline_protocol::{
     Deframer, Endpoint, Frame, MAX_FRAME, PROTOCOL_MAJOR, Refusal, encode_frame,
 };
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::layout::RigLayout;
+use massline_shared::signal::StaticReading;
 
 use super::{ClientError, Transport};
 
@@ -219,18 +220,6 @@ impl Client {
     /// As [`Client::ask`].
     pub fn stats(&mut self) -> Result<Stats, ClientError> {
         self.ask::<GetStats>(&())
-    }
-
-    /// What else has the rig counted? `None` of a rig whose firmware is older than this question.
-    ///
-    /// # Errors
-    /// As [`Client::ask`].
-    pub fn health(&mut self) -> Result<Option<Health>, ClientError> {
-        match self.ask::<GetHealth>(&()) {
-            Ok(health) => Ok(Some(health)),
-            Err(refused) if refused.refusal() == Some(Reason::UnknownMessage) => Ok(None),
-            Err(error) => Err(error),
-        }
     }
 
     /// Sends a layout.

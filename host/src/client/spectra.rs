@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use massline_shared::protocol::object::{ObjectId, ObjectKind};
+use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::signal::RESPONSES;
 use nalgebra::Complex;
 

@@ -5,14 +5,14 @@ use std::io;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use massline_shared::protocol::event::STATUS_CHANGED;
-use massline_shared::protocol::message::{
+use massline_protocol::event::STATUS_CHANGED;
+use massline_protocol::message::{
     ANSWER, CampaignCommand, Command, DeleteResult, GetIdentity, GetObjectInfo, GetStatus,
     Identity, ListRequest, ListResults, REFUSED, ReadObject, Reason, Refusal, ResultEntry,
     ResultPage, Status,
 };
-use massline_shared::protocol::object::{Chunk, ChunkRequest, ObjectId, ObjectInfo};
-use massline_shared::protocol::{
+use massline_protocol::object::{Chunk, ChunkRequest, ObjectId, ObjectInfo};
+use massline_protocol::{
     Deframer, Endpoint, Frame, MAX_FRAME, PROTOCOL_MAJOR, crc32, encode_frame,
 };
 use massline_shared::signal::AdcProperties;
@@ -237,20 +237,6 @@ fn a_refusal_is_an_error_with_its_reason() {
             .client();
     let error = client.ask::<DeleteResult>(&7).unwrap_err();
     assert_eq!(error.refusal(), Some(Reason::NotFound));
-}
-
-#[test]
-fn a_rig_that_does_not_know_the_newer_counters_is_older_and_no_failure() {
-    let older = FakeRig::new(|request| {
-        let refusal = Refusal::from(Reason::UnknownMessage);
-        Ok(vec![frame(REFUSED, request.sequence, &refusal)])
-    });
-    assert_eq!(older.client().health().unwrap(), None);
-    let busy = FakeRig::new(|request| {
-        let refusal = Refusal::from(Reason::Busy);
-        Ok(vec![frame(REFUSED, request.sequence, &refusal)])
-    });
-    assert_eq!(busy.client().health().unwrap_err().refusal(), Some(Reason::Busy));
 }
 
 #[test]

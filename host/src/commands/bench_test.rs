@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use massline_protocol::object::MeasurementResult;
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::HostLayout;
-use massline_shared::protocol::object::MeasurementResult;
 use massline_shared::signal::{Calibration, ChannelCalibration};
 use massline_shared::units::{Hertz, Volts};
 use massline_virtual::bench::{Bench, BenchError, BenchSource, Bundled, Fault};

@@ -1,6 +1,6 @@
 //! A result beside the truth of a bench.
 
-use massline_shared::protocol::object::MeasurementResult;
+use massline_protocol::object::MeasurementResult;
 use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
@@ -111,9 +111,9 @@ pub fn summary(comparisons: &[Comparison]) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use massline_protocol::object::StoredEstimate;
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
-    use massline_shared::protocol::object::StoredEstimate;
 
     const TRUTH: [f64; 10] = [2.0, 0.1, 0.2, 0.3, 0.01, 0.02, 0.03, 0.001, 0.002, 0.003];
 

@@ -1,6 +1,6 @@
 //! The `--port` argument and the way to the rig behind it.
 
-use massline_shared::protocol::message::Identity;
+use massline_protocol::message::Identity;
 
 use crate::client::{Client, SerialTransport, choose_port};
 use crate::error::Result;

@@ -4,7 +4,7 @@ mod stats;
 
 use std::fmt::Write;
 
-use massline_shared::protocol::message::{Identity, Status};
+use massline_protocol::message::{Identity, Status};
 use serde_json::{Value, json};
 
 use super::connect::PortArgs;
@@ -67,8 +67,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
         Command::Stats(port) => {
             let (mut client, identity) = port.connect()?;
-            let (stats, health) = (client.stats()?, client.health()?);
-            let report = Report { identity: &identity, stats, health };
+            let report = Report { identity: &identity, stats: client.stats()? };
             output.answer(&report.json(), |_| report.text())
         }
     }

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use crossterm::terminal;
-use massline_shared::protocol::message::{CampaignCommand, Phase};
+use massline_protocol::message::CampaignCommand;
+use massline_shared::campaign::Phase;
 
 use crate::campaign::Steer;
 

@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
+use massline_protocol::LayoutHash;
+use massline_protocol::Raw;
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Status};
+use massline_shared::campaign::Phase;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::message::{CampaignCommand, Identity, LayoutAnswer, Phase, Status};
 
 use super::connect::PortArgs;
 use super::files;

@@ -1,9 +1,11 @@
 //! What the person sees while a campaign runs: a bar on a terminal, a line for each hit.
 
 use indicatif::ProgressBar;
+use massline_protocol::Raw;
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{CampaignCommand, Status};
+use massline_shared::campaign::Phase;
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::message::{CampaignCommand, Phase, Status};
 
 use crate::campaign::phase_name;
 use crate::output::{Output, Tone};

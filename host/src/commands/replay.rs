@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use massline_shared::protocol::message::{CampaignCommand, Phase, Status};
+use massline_protocol::Raw;
+use massline_protocol::message::{CampaignCommand, Status};
+use massline_shared::campaign::Phase;
 
 use super::files;
 use super::method::MethodArgs;

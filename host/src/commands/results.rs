@@ -1,6 +1,7 @@
 //! `massline results`: what the rig keeps.
 
-use massline_shared::protocol::message::{Measured, ResultEntry};
+use massline_protocol::LayoutHash;
+use massline_protocol::message::{Measured, ResultEntry};
 use serde_json::json;
 
 use super::connect::PortArgs;

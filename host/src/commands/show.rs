@@ -1,9 +1,9 @@
 //! Results and diagnostics as the commands print them.
 
+use massline_protocol::message::Status;
+use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::identify::inertia_restraint::Settings;
-use massline_shared::protocol::message::Status;
-use massline_shared::protocol::object::MeasurementResult;
 use serde_json::json;
 
 use crate::error::{Error, Result};

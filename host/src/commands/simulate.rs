@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use massline_protocol::LayoutHash;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, Scan};

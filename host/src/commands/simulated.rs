@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{CampaignCommand, Status};
+use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HostLayout, RigLayout};
-use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::message::{CampaignCommand, Status};
-use massline_shared::protocol::object::MeasurementResult;
 
 use super::measure::judge_layout;
 use super::progress::{Progress, Prompts};

@@ -3,12 +3,12 @@
 //! A tight prior drags the answer along, so its residual in the fit says little. The fit is done
 //! without it, and what it gives then is compared with what the prior says.
 
+use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::Estimate;
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::maximum_likelihood::{self, CONTRADICTION, workspace};
 use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
-use massline_shared::protocol::object::MeasurementResult;
 
 use super::{MeasuredLines, lines_of};
 

@@ -12,12 +12,12 @@
 mod report;
 mod words;
 
+use massline_protocol::object::MeasurementResult;
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::maximum_likelihood::{self, Learnt, workspace};
 use massline_shared::identify::single_fault::{DECISIVE, Explained, SingleFault};
 use massline_shared::identify::{Consistency, MassLines};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
-use massline_shared::protocol::object::MeasurementResult;
 use massline_shared::signal::RESPONSES;
 use nalgebra::{SMatrix, SVector};
 

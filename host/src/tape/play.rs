@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use massline_protocol::LayoutHash;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, RECORD_SCANS, Scan};
 use massline_virtual::source::ScanSource;

@@ -1,5 +1,6 @@
 use std::fs;
 
+use massline_protocol::LayoutHash;
 use massline_shared::layout::RigLayout;
 use massline_shared::signal::RECORD_SCANS;
 use massline_shared::units::{Hertz, Seconds, Volts};

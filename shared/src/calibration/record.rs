@@ -1,7 +1,6 @@
 //! A calibration with where it comes from: what a rig keeps.
 
 use heapless::String;
-use serde::{Deserialize, Serialize};
 
 use super::tumble::SensorSensitivity;
 use crate::Real;
@@ -55,8 +54,9 @@ impl CalibrationMethod {
 }
 
 /// Standard deviations that a calibration has achieved, relative, 1 σ: the gains of an error budget.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CalibrationSigma {
     /// Sensitivity of each axis: against the hammer after a block test alone, else by itself.
     pub gain: f32,
@@ -82,7 +82,8 @@ impl CalibrationSigma {
 }
 
 /// A calibration and where it comes from.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CalibrationRecord {
     /// The numbers.
     pub calibration: Calibration,

@@ -20,8 +20,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::Real;
 use crate::layout::{Axis, Sign};
-use crate::protocol::message::StaticReading;
-use crate::signal::{AdcProperties, CHANNELS};
+use crate::signal::{AdcProperties, CHANNELS, StaticReading};
 
 /// Which axis of the sensors points up or down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -2,8 +2,6 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use serde::{Deserialize, Serialize};
-
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::Diagnostics;
@@ -31,7 +29,8 @@ pub struct Estimate<R> {
 }
 
 /// How well the data agree with their error budget.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Consistency<R> {
     /// Weighted square of the residuals, priors included.
     pub chi_squared: R,

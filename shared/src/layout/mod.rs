@@ -27,7 +27,6 @@ pub use uncertainty::{
 };
 
 use heapless::{String, Vec};
-use serde::{Deserialize, Serialize};
 
 use crate::Real;
 use crate::mass_line::Terms;
@@ -47,7 +46,8 @@ pub type RigLayout = Layout<f32, RIG_SENSORS, RIG_HITS>;
 pub type HostLayout = Layout<f64, HOST_SENSORS, HOST_HITS>;
 
 /// A triaxial accelerometer on the object.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sensor<R> {
     /// The node it is glued to.
     pub node: u16,
@@ -63,7 +63,8 @@ pub struct Sensor<R> {
 }
 
 /// A degree of freedom that the hammer excites.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hit<R> {
     /// Its name, `node:±axis`.
     pub dof: Dof,
@@ -76,7 +77,8 @@ pub struct Hit<R> {
 }
 
 /// How the test is run: the `[test]` table.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TestSettings<R> {
     /// Accepted hits wanted at each DOF.
     pub hits_per_dof: u8,
@@ -145,7 +147,8 @@ impl<R: Real> TestSettings<R> {
 }
 
 /// Sensors, hits and settings of one test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     /// Free text.
     pub title: String<48>,
@@ -231,21 +234,6 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             priors: self.priors.iter().map(Prior::cast).collect(),
             attached: self.attached.iter().map(Attached::cast).collect(),
         })
-    }
-}
-
-impl RigLayout {
-    /// The most bytes that an encoded rig layout takes.
-    pub const MAX_ENCODED: usize = 1152;
-
-    /// The name of this layout on the wire and in files: CRC-32 over its encoded bytes.
-    pub fn hash(&self) -> u32 {
-        let mut bytes = [0; Self::MAX_ENCODED];
-        match postcard::to_slice(self, &mut bytes) {
-            Ok(encoded) => crate::checksum::crc32(encoded),
-            // Cannot happen: MAX_ENCODED covers full capacity, which a test proves.
-            Err(_) => 0,
-        }
     }
 }
 

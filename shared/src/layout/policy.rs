@@ -1,7 +1,5 @@
 //! What is done with a hit that has a fault: the `[policy]` table.
 
-use serde::{Deserialize, Serialize};
-
 use crate::diagnosis::{Code, Severity};
 
 /// What is done with a hit in which a fault is found.
@@ -48,8 +46,9 @@ impl Verdict {
 ///
 /// Two bits for each code of [`HitPolicy::CODES`], the first in the lowest bits: 0 the default, else
 /// 1 + the place in [`Verdict::ALL`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(transparent)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(transparent))]
 pub struct HitPolicy(u32);
 
 impl HitPolicy {

@@ -1,14 +1,13 @@
 //! Check of the `[test]` table against what a rig can do.
 
-use serde::{Deserialize, Serialize};
-
 use super::TestSettings;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 
 /// How the spectra averaged over the hits of a DOF become its frequency responses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum FrfEstimator {
     /// `G_XF/G_FF`: right when the noise is on the responses.
     #[default]

@@ -1,8 +1,6 @@
 //! What is not known exactly: the error budget of a test, knowledge from elsewhere, and what hangs on
 //! the object beside itself. All standard deviations, 1 σ.
 
-use serde::{Deserialize, Serialize};
-
 use crate::Real;
 
 /// Names of the ten properties, in the order of `theta`, as in results and files.
@@ -16,7 +14,8 @@ pub const MAX_ATTACHED: usize = 3;
 pub const DEFAULT_HAMMER_GAIN: f64 = 0.02;
 
 /// How well a sensor is mounted and calibrated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SensorUncertainty<R> {
     /// Along each axis, m.
     pub position: R,
@@ -29,7 +28,8 @@ pub struct SensorUncertainty<R> {
 }
 
 /// How well the hammer meets its mark, and the mark its place.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HitUncertainty<R> {
     /// From hit to hit across the direction, m.
     pub position: R,
@@ -42,7 +42,8 @@ pub struct HitUncertainty<R> {
 }
 
 /// A property that is known before the test.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Prior<R> {
     /// Index in `theta`, 0 to 9: the mass is 0.
     pub property: u8,
@@ -53,7 +54,8 @@ pub struct Prior<R> {
 }
 
 /// A body that moves with the object but does not belong to it: sensors, cables, an adapter.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Attached<R> {
     /// [m, m c, J about the origin] in the body frame of the layout.
     pub phi: [R; 10],

@@ -1,7 +1,5 @@
 //! The electrical chain between a quantity and its ADC code.
 
-use serde::{Deserialize, Serialize};
-
 use nalgebra::{Matrix3, Vector3};
 
 use super::{CHANNELS, RESPONSES};
@@ -12,7 +10,8 @@ use crate::units::{Hertz, Seconds, Volts};
 pub const HAMMER: usize = 0;
 
 /// What a sampler states of itself.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AdcProperties {
     /// Scans per second.
     pub rate: Hertz,
@@ -44,7 +43,8 @@ impl AdcProperties {
 }
 
 /// Zero, sensitivity and low-pass of one channel.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ChannelCalibration {
     /// Output at zero force or zero acceleration.
     pub zero: Volts,
@@ -57,8 +57,9 @@ pub struct ChannelCalibration {
 
 /// What one channel of a triaxial sensor reads of the two axes that are not its own, over what it
 /// reads of its own: `xy` is channel x, acceleration along y.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CrossAxis {
     /// Channel x, along y.
     pub xy: f32,
@@ -98,7 +99,8 @@ impl CrossAxis {
 const SENSORS: usize = RESPONSES / 3;
 
 /// Zeros and sensitivities of all channels: the hammer, then sensor 1 x, y, z, …
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Calibration {
     /// Channel by channel.
     pub channels: [ChannelCalibration; CHANNELS],

@@ -15,6 +15,7 @@ mod readings;
 mod record;
 mod siblings;
 mod spectra;
+mod static_reading;
 mod trigger;
 pub mod window;
 
@@ -26,6 +27,7 @@ pub use readings::Readings;
 pub use record::Record;
 pub use siblings::{Standing, inconsistent_from, relative_distance, standing};
 pub use spectra::{Spectra, lines_of_band};
+pub use static_reading::StaticReading;
 pub use trigger::{Capture, CaptureState, EdgeTrigger, Trigger};
 
 /// Channels of the rig: the hammer and three triaxial sensors.

@@ -9,13 +9,13 @@ use massline::layout_file::LayoutFile;
 use massline::recording::Recording;
 use massline::tape::{Sidecar, scans_of_npy};
 use massline::uff::{Encoding, Frf, Quantity, UffFile, write};
-use massline_shared::layout::LayoutReport;
-use massline_shared::protocol::event::{HitEvent, ScanBlock};
-use massline_shared::protocol::frame::{Deframer, FrameError};
-use massline_shared::protocol::message::{
+use massline_protocol::event::{HitEvent, ScanBlock};
+use massline_protocol::frame::{Deframer, FrameError};
+use massline_protocol::message::{
     CommandRequest, Identity, LayoutAnswer, Refusal, ResultPage, Stats, Status,
 };
-use massline_shared::protocol::object::{Chunk, ChunkRequest, MeasurementResult, ObjectInfo};
+use massline_protocol::object::{Chunk, ChunkRequest, MeasurementResult, ObjectInfo};
+use massline_shared::layout::LayoutReport;
 
 /// A target: its name, which is that of its corpus, and the function.
 pub type Target = (&'static str, fn(&[u8]));

@@ -140,7 +140,7 @@ fn table(lines: &[Line]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use massline_shared::protocol::message::STEP_LIMIT_MS;
+    use massline_protocol::message::STEP_LIMIT_MS;
 
     #[test]
     fn a_budget_is_exceeded_from_the_next_byte_on() {

@@ -25,9 +25,10 @@ use std::time::{Duration, Instant};
 use massline::client::{Client, PipeTransport, Timing};
 use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
+use massline_protocol::message::{Reason, Stats};
+use massline_protocol::object::{ObjectId, ObjectKind};
+use massline_shared::campaign::Phase;
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::message::{Health, Phase, Reason, Stats};
-use massline_shared::protocol::object::{ObjectId, ObjectKind};
 use massline_shared::signal::Scan;
 use massline_tests::faulty_sampler::rig_that_loses;
 use massline_virtual::bench::{Bench, BenchSource};
@@ -199,9 +200,9 @@ impl Rig {
         }
     }
 
-    fn counters(&self) -> (Stats, Health) {
+    fn counters(&self) -> Stats {
         let mut client = self.client();
-        (client.stats().unwrap(), client.health().unwrap().unwrap())
+        client.stats().unwrap()
     }
 }
 
@@ -231,7 +232,7 @@ fn a_day_of_hits_link_faults_and_pulled_plugs_loses_nothing() {
             disturbed.results.iter().nth(random.random_range(0..disturbed.results.len())).unwrap();
         disturbed.check(*older);
 
-        let now = disturbed.counters().0.uptime_ms as f64 / 1000.0;
+        let now = disturbed.counters().uptime_ms as f64 / 1000.0;
         longest = longest.max(now - clock);
         assert!(now - clock < LIMIT_S, "campaign {campaigns} took {} s", now - clock);
         clock = now;
@@ -241,14 +242,14 @@ fn a_day_of_hits_link_faults_and_pulled_plugs_loses_nothing() {
     }
     disturbed.check_all();
     calm.check_all();
-    let (stats, health) = disturbed.counters();
+    let stats = disturbed.counters();
     println!(
         "{:.2} h simulated in {:.0} s: {campaigns} campaigns, {} triggers, {rejected} hits rejected, {} of \
          them aborted for lost scans; the longest campaign took {longest:.1} s of {LIMIT_S} s",
         clock / 3600.0,
         wall.elapsed().as_secs_f64(),
         stats.triggers,
-        health.hits_aborted,
+        stats.hits_aborted,
     );
     println!("{trouble}");
     println!(
@@ -259,9 +260,9 @@ fn a_day_of_hits_link_faults_and_pulled_plugs_loses_nothing() {
         disturbed.full,
         disturbed.results.len(),
     );
-    println!("the rig: {stats:?}\n         {health:?}\n{memory}");
-    assert_eq!((stats.store_failures, health.read_back_failures), (0, 0));
-    assert!(health.hits_aborted > 0 && trouble.all_kinds_happened(), "{trouble}");
+    println!("the rig: {stats:?}\n{memory}");
+    assert_eq!((stats.store_failures, stats.read_back_failures), (0, 0));
+    assert!(stats.hits_aborted > 0 && trouble.all_kinds_happened(), "{trouble}");
     memory.check(GROWTH, PROCESS_GROWTH);
     disturbed.rig.stop().unwrap();
     calm.rig.stop().unwrap();

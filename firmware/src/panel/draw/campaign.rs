@@ -1,10 +1,10 @@
 //! What is seen while a campaign is prepared, runs and ends.
 
 use core::fmt::Write as _;
+use massline_shared::campaign::Phase;
 
 use embedded_graphics::prelude::*;
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::protocol::message::Phase;
 use massline_shared::signal::CHANNELS;
 
 use super::View;

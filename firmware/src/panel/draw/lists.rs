@@ -1,8 +1,8 @@
 //! Lists, messages, and what the rig says of itself.
 
+use massline_protocol::message::Reason;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::message::Reason;
 
 use super::canvas::{Canvas, Screen, clipped, text};
 use super::{LayoutLine, View};

@@ -6,9 +6,9 @@ pub mod canvas;
 mod lists;
 mod result;
 
+use massline_protocol::message::{ResultEntry, Stats};
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::message::{ResultEntry, Stats};
 
 use self::canvas::{Canvas, Screen as Pixels};
 use super::PanelModel;

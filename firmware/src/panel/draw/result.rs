@@ -1,7 +1,8 @@
 //! The results that are kept, and the pages of one.
 
+use massline_protocol::LayoutHash;
+use massline_protocol::message::ResultEntry;
 use massline_shared::identify::Method;
-use massline_shared::protocol::message::ResultEntry;
 
 use super::View;
 use super::canvas::{Canvas, Screen, text, top};

@@ -1,9 +1,9 @@
 use super::*;
+use massline_protocol::object::{COVARIANCE, MeasurementResult, SCATTER};
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::identify::Method;
 use massline_shared::layout::RIG_HITS;
-use massline_shared::protocol::object::{COVARIANCE, MeasurementResult, SCATTER};
 use massline_shared::signal::RESPONSES;
 use std::vec::Vec;
 

@@ -21,7 +21,7 @@ mod transfer;
 
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_shared::protocol::crc32;
+use massline_protocol::crc32;
 
 use super::record::{HEADER, Header, Kind};
 use transfer::{Found, PIECE, Source};

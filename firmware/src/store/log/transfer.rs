@@ -1,7 +1,7 @@
 //! Reads and writes records: in pieces of whole words, and with every write read back.
 
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_shared::protocol::{crc32, crc32_of_chunks};
+use massline_protocol::{crc32, crc32_of_chunks};
 
 use super::{Fault, Log, Page, Record};
 use crate::store::record::{Header, Kind};

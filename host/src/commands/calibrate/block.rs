@@ -3,11 +3,11 @@
 use std::num::NonZeroU8;
 use std::path::PathBuf;
 
+use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::object::MeasurementResult;
 
 use super::rig::{OnBlock, RigArgs};
 use super::{OriginArgs, report, store};

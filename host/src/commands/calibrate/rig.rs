@@ -4,10 +4,10 @@ use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{Identity, Status};
 use massline_shared::calibration::tumble::Position;
 use massline_shared::layout::HostLayout;
-use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::message::{Identity, Status};
 use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};

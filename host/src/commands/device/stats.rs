@@ -2,15 +2,14 @@
 
 use std::fmt::Write;
 
-use massline_shared::protocol::message::{Health, Identity, STEP_LIMIT_MS, Stats};
+use massline_protocol::message::{Identity, STEP_LIMIT_MS, Stats};
 use serde_json::{Map, Value, json};
 
-/// What a rig says of itself; no `health` when its firmware does not know that question.
+/// What a rig says of itself.
 #[derive(Debug)]
 pub(super) struct Report<'a> {
     pub identity: &'a Identity,
     pub stats: Stats,
-    pub health: Option<Health>,
 }
 
 /// A counter as it is shown.
@@ -24,8 +23,6 @@ struct Line {
     meaning: &'static str,
 }
 
-const OLDER: &str = "the firmware of this rig is older than this program and does not count everything; \
-                     the README of its board says how to flash a newer one";
 const LITTLE_STACK: &str = "less than an eighth of the stack has never been used: nothing is wrong yet; \
                             please report it with these counters";
 const RESTARTED: &str = "it has restarted by itself and what was not kept is lost: please report it with \
@@ -37,7 +34,6 @@ impl Report<'_> {
         let mut value: Map<_, _> =
             lines.map(|line| (line.name.to_owned(), json!(line.value))).collect();
         value.insert("firmware".into(), json!(self.identity.firmware.as_str()));
-        value.insert("firmware_older".into(), json!(self.health.is_none()));
         value.insert("boot_reason".into(), json!(super::boot_reason(self.identity.boot_reason)));
         value.insert("last_panic".into(), json!(self.identity.last_panic.as_str()));
         let findings = self.findings();
@@ -92,9 +88,6 @@ impl Report<'_> {
         if matches!(self.identity.boot_reason, 3 | 4) {
             findings.push(("boot_reason", RESTARTED));
         }
-        if self.health.is_none() {
-            findings.push(("firmware", OLDER));
-        }
         findings
     }
 
@@ -117,8 +110,8 @@ impl Report<'_> {
                 "the rig did not fetch them in time. A hit that this fell into was aborted and asked \
                  for again; the results are right. When it goes on, please report it",
             ),
-            self.health("overruns", "times", |health| health.overruns),
-            self.health("hits_aborted", "", |health| health.hits_aborted).means(
+            line("overruns", self.stats.overruns, "times"),
+            line("hits_aborted", self.stats.hits_aborted, "").means(
                 "scans of their records were lost: each was rejected by name and asked for again",
             ),
         ]
@@ -129,7 +122,7 @@ impl Report<'_> {
         debug_assert_eq!(STEP_LIMIT_MS, 40, "the words below say so");
         vec![
             line("uptime_ms", uptime_ms, "ms"),
-            self.health("longest_step_us", "µs of 40000 allowed", |health| health.longest_step_us),
+            line("longest_step_us", self.stats.longest_step_us, "µs of 40000 allowed"),
             line("deadlines_missed", deadlines_missed, "").means(
                 "the rig computed for longer than 40 ms at a stretch; scans may have been lost then, \
                  which is counted above. Please report it",
@@ -147,7 +140,7 @@ impl Report<'_> {
                  that writes to this port. They were dropped and asked for again; when it grows, try \
                  another cable and close other programs",
             ),
-            self.health("bytes_dropped", "bytes", |health| health.bytes_dropped),
+            line("bytes_dropped", self.stats.bytes_dropped, "bytes"),
             line("requests_refused", stats.requests_refused, ""),
             line("requests_repeated", stats.requests_repeated, "").means(
                 "an answer was lost or late on its way here and was sent again; nothing was done \
@@ -161,19 +154,19 @@ impl Report<'_> {
                 "hits that no program was told of because none was reading; they are measured and \
                  in the result",
             ),
-            self.health("stream_scans_dropped", "", |health| health.stream_scans_dropped).means(
+            line("stream_scans_dropped", self.stats.stream_scans_dropped, "").means(
                 "the stream has gaps there, because the link or the program was too slow. Plug the \
                  rig in directly and record again",
             ),
-            self.health("reconnects", "times", |health| health.reconnects),
+            line("reconnects", self.stats.reconnects, "times"),
         ]
     }
 
     fn flash(&self) -> Vec<Line> {
         vec![
-            self.health("flash_erases", "pages", |health| health.flash_erases),
-            self.health("flash_bytes_written", "bytes", |health| health.flash_bytes_written),
-            self.health("read_back_failures", "", |health| health.read_back_failures),
+            line("flash_erases", self.stats.flash_erases, "pages"),
+            line("flash_bytes_written", self.stats.flash_bytes_written, "bytes"),
+            line("read_back_failures", self.stats.read_back_failures, ""),
             line("store_failures", self.stats.store_failures, "").means(
                 "the flash did not keep what was written, or something kept was found torn. A write \
                  is tried again elsewhere. When it grows the flash is worn out: download the results \
@@ -192,11 +185,6 @@ impl Report<'_> {
             bytes("stack_size", measured(stack_size)),
             bytes("stack_free", measured(free)),
         ]
-    }
-
-    fn health(&self, name: &'static str, unit: &'static str, of: fn(&Health) -> u32) -> Line {
-        let value = self.health.as_ref().map(|health| of(health).into());
-        Line { name, value, unit, meaning: "" }
     }
 }
 
@@ -231,7 +219,7 @@ mod tests {
         let text = |text: &str| text.try_into().unwrap();
         Identity {
             protocol_major: 1,
-            protocol_minor: 1,
+            protocol_minor: 0,
             firmware: "0.1.0".try_into().unwrap(),
             git_hash: text("0123"),
             git_dirty: false,
@@ -253,32 +241,38 @@ mod tests {
         }
     }
 
-    fn findings(stats: Stats, health: Option<Health>, boot_reason: u8) -> Vec<&'static str> {
+    fn findings(stats: Stats, boot_reason: u8) -> Vec<&'static str> {
         let identity = identity(boot_reason);
-        let report = Report { identity: &identity, stats, health };
+        let report = Report { identity: &identity, stats };
         report.findings().into_iter().map(|(counter, _)| counter).collect()
     }
 
     #[test]
     fn a_rig_in_order_needs_no_attention() {
-        let stats = Stats { scans: 5, frames_in: 3, requests_refused: 1, ..Stats::default() };
-        let health = Health { flash_erases: 3, reconnects: 4, ..Health::default() };
-        assert_eq!(findings(stats, Some(health), 1), [""; 0]);
+        let stats = Stats {
+            scans: 5,
+            frames_in: 3,
+            requests_refused: 1,
+            flash_erases: 3,
+            reconnects: 4,
+            ..Stats::default()
+        };
+        assert_eq!(findings(stats, 1), [""; 0]);
     }
 
     #[test]
     fn every_trouble_is_named_with_what_to_do() {
         let stats = Stats {
             scans_lost: 1,
+            hits_aborted: 1,
             deadlines_missed: 1,
             frames_broken: 1,
             stack_high_water: 90,
             stack_size: 100,
             ..Stats::default()
         };
-        let health = Health { hits_aborted: 1, ..Health::default() };
         assert_eq!(
-            findings(stats, Some(health), 3),
+            findings(stats, 3),
             [
                 "scans_lost",
                 "hits_aborted",
@@ -291,21 +285,9 @@ mod tests {
     }
 
     #[test]
-    fn an_older_rig_shows_what_it_counts_and_says_so() {
-        let identity = identity(1);
-        let report = Report { identity: &identity, stats: Stats::default(), health: None };
-        let (text, json) = (report.text(), report.json());
-        assert!(text.contains("older than this program"), "{text}");
-        assert!(text.contains("flash erases          not counted"), "{text}");
-        assert_eq!((&json["flash_erases"], &json["firmware_older"]), (&Value::Null, &true.into()));
-        assert_eq!(json["scans_lost"], 0);
-    }
-
-    #[test]
     fn a_stack_that_is_not_measured_has_no_numbers() {
         let identity = identity(1);
-        let health = Some(Health::default());
-        let report = Report { identity: &identity, stats: Stats::default(), health };
+        let report = Report { identity: &identity, stats: Stats::default() };
         assert_eq!(report.json()["stack_free"], Value::Null);
     }
 

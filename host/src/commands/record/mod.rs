@@ -9,8 +9,11 @@ mod triggered;
 
 use std::path::{Path, PathBuf};
 
+use massline_protocol::LayoutHash;
+use massline_protocol::Raw;
+use massline_protocol::message::{CampaignCommand, Identity};
+use massline_shared::campaign::Phase;
 use massline_shared::layout::RigLayout;
-use massline_shared::protocol::message::{CampaignCommand, Identity, Phase};
 use massline_shared::signal::{CHANNELS, Calibration, PRE_TRIGGER_SCANS, Scan};
 use serde_json::json;
 

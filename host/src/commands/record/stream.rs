@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use massline_shared::protocol::event::ScanBlock;
-use massline_shared::protocol::message::CampaignCommand;
+use massline_protocol::event::ScanBlock;
+use massline_protocol::message::CampaignCommand;
 use massline_shared::signal::{
     Capture, CaptureState, HitReport, PRE_TRIGGER_SCANS, Record, Scan, Trigger, grade,
 };

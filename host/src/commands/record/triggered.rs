@@ -1,8 +1,10 @@
 //! A recording hit by hit: each record is read before its hit is accepted.
 
-use massline_shared::protocol::event::HitEvent;
-use massline_shared::protocol::message::{CampaignCommand, Phase, Status};
-use massline_shared::protocol::object::{ObjectId, ObjectKind};
+use massline_protocol::Raw;
+use massline_protocol::event::HitEvent;
+use massline_protocol::message::{CampaignCommand, Status};
+use massline_protocol::object::{ObjectId, ObjectKind};
+use massline_shared::campaign::Phase;
 use massline_shared::signal::{PRE_TRIGGER_SCANS, Scan};
 
 use super::{Recording, scans_of};

@@ -1,9 +1,11 @@
 //! The work that is measured: the first test of the three-bar frame of the theory, section 11.
 
 use core::fmt;
+use massline_shared::signal::StaticReading;
 
 use cortex_m_rt::entry;
 use massline_on_target::{Measured, end, measure, print};
+use massline_protocol::crc32_of_chunks;
 use massline_shared::averaging::{self, DofSpectra, HitInHand, HitMemory};
 use massline_shared::body::RigidBody;
 use massline_shared::identify::inertia_restraint::{self, Settings};
@@ -11,8 +13,6 @@ use massline_shared::identify::maximum_likelihood::{CONTRADICTION, Fit, Progress
 use massline_shared::identify::{Applicability, Estimate, MassLines, Method, ScatterAccumulator};
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RigLayout, Sensor, Sign, TestSettings};
 use massline_shared::mass_line::BasisRow;
-use massline_shared::protocol::crc32_of_chunks;
-use massline_shared::protocol::message::StaticReading;
 use massline_shared::signal::{
     AdcProperties, CHANNELS, Calibration, FftError, HitReport, PRE_TRIGGER_SCANS, RECORD_SCANS,
     RESPONSES, Record, SPECTRUM_LINES, grade,

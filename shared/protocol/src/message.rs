@@ -3,10 +3,11 @@
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::calibration::CalibrationRecord;
-use crate::diagnosis::Diagnostics;
-use crate::layout::{RIG_HITS, RigLayout};
-use crate::signal::{AdcProperties, CHANNELS, Record};
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::campaign::{Command as Steering, CommandError};
+use massline_shared::diagnosis::Diagnostics;
+use massline_shared::layout::{RIG_HITS, RigLayout};
+use massline_shared::signal::{AdcProperties, StaticReading};
 
 /// Binds a request, its kind and its answer. The answer's kind is the request's with
 /// [`ANSWER`] set.
@@ -64,9 +65,9 @@ endpoints! {
     /// Steer the campaign.
     Command = 8, changes: CommandRequest => Status;
     /// How long is an object, and what is its checksum?
-    GetObjectInfo = 9: super::object::ObjectId => super::object::ObjectInfo;
+    GetObjectInfo = 9: crate::object::ObjectId => crate::object::ObjectInfo;
     /// A piece of an object.
-    ReadObject = 10: super::object::ChunkRequest => super::object::Chunk;
+    ReadObject = 10: crate::object::ChunkRequest => crate::object::Chunk;
     /// Which results are kept?
     ListResults = 11: ListRequest => ResultPage;
     /// Delete a result.
@@ -79,8 +80,6 @@ endpoints! {
     /// [`Reason::SamplerStopped`] when it could not be, and with [`Reason::NotFound`] when there is
     /// none or something else has been recorded since.
     GetReading = 15: () => StaticReading;
-    /// What else has been counted since power-on? Since protocol 1.1.
-    GetHealth = 16: () => Health;
 }
 
 /// The most bytes of the framed answer to a request that changes the rig.
@@ -124,51 +123,10 @@ pub struct Identity {
     pub last_panic: String<96>,
 }
 
-/// What the campaign is doing, raw in [`Status::phase`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Phase {
-    /// No campaign.
-    Idle = 0,
-    /// Waits for the hammer at [`Status::dof`].
-    Armed = 1,
-    /// A record is being taken or analysed.
-    Busy = 2,
-    /// A graded hit waits for the operator to accept or reject it.
-    Confirming = 3,
-    /// A campaign is interrupted, by the operator or by the rig itself; what has been accepted is
-    /// kept. An error in [`Status::diagnostics`] that [`Code::interrupts`] says why the rig did it.
-    ///
-    /// [`Code::interrupts`]: crate::diagnosis::Code::interrupts
-    Paused = 4,
-    /// The ten properties are being computed and stored.
-    Solving = 5,
-    /// The campaign has ended and a result is stored, with or without an answer:
-    /// [`Status::result`].
-    Done = 6,
-}
-
-impl Phase {
-    /// Read from the wire.
-    pub fn from_raw(raw: u8) -> Option<Self> {
-        [
-            Self::Idle,
-            Self::Armed,
-            Self::Busy,
-            Self::Confirming,
-            Self::Paused,
-            Self::Solving,
-            Self::Done,
-        ]
-        .into_iter()
-        .find(|&phase| phase as u8 == raw)
-    }
-}
-
 /// What the rig is doing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
-    /// Raw [`Phase`].
+    /// Raw [`Phase`](massline_shared::campaign::Phase).
     pub phase: u8,
     /// Index of the DOF in hand.
     pub dof: u8,
@@ -180,7 +138,7 @@ pub struct Status {
     pub hits_per_dof: u8,
     /// Hits rejected in this campaign.
     pub rejected: u16,
-    /// Number of the last hit, as in [`super::event::HitEvent::number`].
+    /// Number of the last hit, as in [`crate::event::HitEvent::number`].
     pub last_hit: u32,
     /// Hash of the layout that is kept, 0 when there is none.
     pub layout_hash: u32,
@@ -222,19 +180,12 @@ pub struct Stats {
     pub store_failures: u32,
     /// Most stack ever used, bytes, 0 when the board does not measure it.
     pub stack_high_water: u32,
-    /// Stack that there is, bytes, 0 when the board does not say.
-    pub stack_size: u32,
-}
-
-/// What the rig has counted since power-on besides [`Stats`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Health {
-    /// Times that the sampler overran; how many scans each cost is in [`Stats::scans_lost`].
+    /// Times that the sampler overran; how many scans each cost is in [`Self::scans_lost`].
     pub overruns: u32,
     /// Hits aborted because scans of their record were lost.
     pub hits_aborted: u32,
     /// The longest that the rig computed before it looked after scans, link and panel again, µs: at
-    /// most [`STEP_LIMIT_MS`], or it counts among [`Stats::deadlines_missed`].
+    /// most [`STEP_LIMIT_MS`], or it counts among [`Self::deadlines_missed`].
     pub longest_step_us: u32,
     /// Scans of a stream that were not sent because the link was behind.
     pub stream_scans_dropped: u32,
@@ -248,6 +199,8 @@ pub struct Health {
     pub flash_bytes_written: u32,
     /// Records written to the flash that did not read back as they were written.
     pub read_back_failures: u32,
+    /// Stack that there is, bytes, 0 when the board does not say.
+    pub stack_size: u32,
 }
 
 /// The longest that a rig may compute before it looks after scans, link and panel again, ms: every
@@ -307,6 +260,23 @@ impl CampaignCommand {
     }
 }
 
+impl CampaignCommand {
+    /// What it asks of a campaign that is there already; `None` of a start.
+    pub fn steering(self) -> Option<Steering> {
+        Some(match self {
+            Self::Start => return None,
+            Self::Accept => Steering::Accept,
+            Self::Reject => Steering::Reject,
+            Self::Redo => Steering::Redo,
+            Self::Skip => Steering::Skip,
+            Self::Finish => Steering::Finish,
+            Self::Pause => Steering::Pause,
+            Self::Resume => Steering::Resume,
+            Self::Abort => Steering::Abort,
+        })
+    }
+}
+
 /// Steers the campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CommandRequest {
@@ -318,43 +288,8 @@ pub struct CommandRequest {
     pub force: bool,
     /// With `Start`: the object is a block of known mass. The layout need not determine ten
     /// properties, none are looked for, and the result is marked by
-    /// [`Code::BlockTest`](crate::diagnosis::Code::BlockTest).
+    /// [`Code::BlockTest`](massline_shared::diagnosis::Code::BlockTest).
     pub block: bool,
-}
-
-/// What the channels read while nothing was hit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StaticReading {
-    /// How many scans.
-    pub scans: u32,
-    /// Mean of every channel, codes.
-    pub mean: [f32; CHANNELS],
-    /// Standard deviation of the scans of every channel, codes.
-    pub deviation: [f32; CHANNELS],
-}
-
-impl StaticReading {
-    /// Of all scans of a record; zeros of an empty one.
-    pub fn of(record: &Record) -> Self {
-        let scans = record.len() as u32;
-        let mut reading = Self { scans, mean: [0.0; CHANNELS], deviation: [0.0; CHANNELS] };
-        let count = u64::from(scans.max(1));
-        for (channel, (mean, deviation)) in
-            reading.mean.iter_mut().zip(&mut reading.deviation).enumerate()
-        {
-            let (mut sum, mut squares) = (0_u64, 0_u64);
-            for code in record.channel(channel) {
-                sum += u64::from(code);
-                squares += u64::from(code) * u64::from(code);
-            }
-            *mean = (sum as f64 / count as f64) as f32;
-            // Exact: n² times the variance of 2048 codes of 16 bits has 54 bits.
-            let spread = count * squares - sum * sum;
-            let variance = spread as f64 / (count * count.saturating_sub(1).max(1)) as f64;
-            *deviation = libm::sqrt(variance) as f32;
-        }
-        reading
-    }
 }
 
 /// Results after a number.
@@ -444,6 +379,15 @@ impl Reason {
     }
 }
 
+impl From<CommandError> for Reason {
+    fn from(error: CommandError) -> Self {
+        match error {
+            CommandError::WrongPhase => Self::WrongPhase,
+            CommandError::NoDofs => Self::NoLayout,
+        }
+    }
+}
+
 /// The answer to a request that was not executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
@@ -454,35 +398,5 @@ pub struct Refusal {
 impl From<Reason> for Refusal {
     fn from(reason: Reason) -> Self {
         Self { reason: reason as u16 }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_static_reading_has_mean_and_deviation_of_every_channel() {
-        let mut record = Record::new();
-        assert_eq!(StaticReading::of(&record).mean, [0.0; CHANNELS]);
-        for n in 0..1000_u16 {
-            // Alternating by the number of the channel about 1000 codes.
-            let sign = if n % 2 == 0 { 1 } else { -1 };
-            record.push(&core::array::from_fn(|k| (1000 + sign * k as i32) as u16));
-        }
-        let reading = StaticReading::of(&record);
-        assert_eq!(reading.scans, 1000);
-        for k in 0..CHANNELS {
-            assert_eq!(reading.mean[k], 1000.0);
-            // The sample deviation of ±k: k √(n/(n − 1)).
-            let expected = k as f32 * (1000.0_f32 / 999.0).sqrt();
-            assert!((reading.deviation[k] - expected).abs() < 1e-5);
-        }
-        let mut extreme = Record::new();
-        (0..5000_u16)
-            .for_each(|n| extreme.push(&[if n % 2 == 0 { 0 } else { u16::MAX }; CHANNELS]));
-        let reading = StaticReading::of(&extreme);
-        assert_eq!(reading.mean[9], 32_767.5);
-        assert!((reading.deviation[9] / 32_767.5 - 1.0).abs() < 1e-3);
     }
 }

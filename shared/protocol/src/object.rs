@@ -3,11 +3,11 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::diagnosis::Diagnostics;
-use crate::identify::Consistency;
-use crate::layout::{Dof, FrfEstimator, RIG_HITS};
-use crate::mass_line::Terms;
-use crate::signal::RESPONSES;
+use massline_shared::diagnosis::Diagnostics;
+use massline_shared::identify::Consistency;
+use massline_shared::layout::{Dof, FrfEstimator, RIG_HITS};
+use massline_shared::mass_line::Terms;
+use massline_shared::signal::RESPONSES;
 
 /// The most bytes of one chunk.
 pub const MAX_CHUNK: usize = 1024;
@@ -109,7 +109,7 @@ pub struct DofResult {
 /// One method's answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StoredEstimate {
-    /// Raw [`crate::identify::Method`].
+    /// Raw [`massline_shared::identify::Method`].
     pub method: u8,
     /// [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz]; kg, m, kg m²; inertia about the centre of
     /// mass, body axes, tensor elements.

@@ -3,10 +3,10 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::diagnosis::Diagnostics;
-use crate::signal::Record;
+use massline_shared::diagnosis::Diagnostics;
+use massline_shared::signal::Record;
 
-/// Kind of a [`super::message::Status`] that is sent because it has changed.
+/// Kind of a [`crate::message::Status`] that is sent because it has changed.
 pub const STATUS_CHANGED: u16 = 0x4001;
 /// Kind of a [`HitEvent`].
 pub const HIT: u16 = 0x4002;
