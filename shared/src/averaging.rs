@@ -42,14 +42,15 @@
 //! # Ok::<(), FftError>(())
 //! ```
 
-use nalgebra::{Complex, SVector};
+use nalgebra::Complex;
 
 use crate::identify::ScatterAccumulator;
-use crate::layout::{TestSettings, Verdict};
+use crate::layout::{RIG_SENSORS, TestSettings, Verdict};
 use crate::mass_line::{
     BasisRow, Fitting, Line, MassLineBasis, MassLineError, ResponseFits, find_band,
     window_correlation,
 };
+use crate::responses::Responses;
 use crate::signal::{
     AdcProperties, Calibration, FftError, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES,
     Readings, RealFft, SPECTRUM_LINES, Spectra, Standing, standing,
@@ -92,7 +93,7 @@ pub struct HitInHand<'m, R> {
     scratch: &'m mut [R],
     force: &'m [Complex<R>],
     basis: Result<MassLineBasis<'m, R>, MassLineError>,
-    single: SVector<R, RESPONSES>,
+    single: Responses<R, RIG_SENSORS>,
     /// True when a response has no mass line of its own.
     torn: bool,
 }
@@ -120,7 +121,7 @@ impl<'m, R: RealFft> HitInHand<'m, R> {
         // What a band does wrong is the same for every hit of a DOF, so it does not scatter.
         let (band, decay) = (test.expected_band(), test.exponential_decay);
         let basis = MassLineBasis::new(lines, band, decay, test.terms, basis);
-        Ok(Self { analysis, scratch, force, basis, single: SVector::zeros(), torn: false })
+        Ok(Self { analysis, scratch, force, basis, single: Responses::zeros(), torn: false })
     }
 
     /// Adds a response to the spectra, and to this hit's own mass lines.
@@ -148,7 +149,7 @@ impl<'m, R: RealFft> HitInHand<'m, R> {
 
     /// This hit's own mass lines, once all responses are added, zero beyond the last; `None` when one of
     /// them has none.
-    pub fn mass_lines(&self, calibration: &Calibration) -> Option<SVector<R, RESPONSES>> {
+    pub fn mass_lines(&self, calibration: &Calibration) -> Option<Responses<R, RIG_SENSORS>> {
         let mut single = self.single;
         calibration.undo_cross_axis(single.as_mut_slice());
         (!self.torn).then_some(single)
@@ -180,8 +181,8 @@ impl<'m, R: RealFft> HitInHand<'m, R> {
 /// agree and `verdict` on that is to reject it. Then [`Standing::Astray`] is to be taken out of the
 /// spectra, and with [`Standing::Contradicts`] the DOF begins anew.
 pub fn join<R: RealFft>(
-    siblings: &mut ScatterAccumulator<R, RESPONSES>,
-    single: &SVector<R, RESPONSES>,
+    siblings: &mut ScatterAccumulator<R, RIG_SENSORS>,
+    single: &Responses<R, RIG_SENSORS>,
     verdict: Verdict,
 ) -> Standing<R> {
     let hits = u32::from(siblings.hits());
@@ -219,7 +220,7 @@ pub fn fit_responses<R: RealFft>(
     spectra: &DofSpectra<R>,
     band: [R; 2],
     basis: &mut [BasisRow<R>],
-) -> Result<ResponseFits<R, RESPONSES>, MassLineError> {
+) -> Result<ResponseFits<R, RIG_SENSORS>, MassLineError> {
     let Method { adc, test, .. } = method;
     let decay = test.exponential_decay;
     let duration = R::of(RECORD_SCANS as f64) / R::of(f64::from(adc.rate.0));

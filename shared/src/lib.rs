@@ -37,11 +37,13 @@ pub mod layout;
 mod linalg;
 pub mod mass_line;
 pub mod real;
+pub mod responses;
 #[cfg(feature = "signal")]
 pub mod signal;
 pub mod units;
 
 pub use real::Real;
+pub use responses::{ResponseRows, ResponseSquare, Responses};
 
 /// Standard acceleration of gravity, m/s².
 pub const STANDARD_GRAVITY: f64 = 9.806_65;

@@ -229,22 +229,6 @@ pub(crate) fn cholesky<R: Real, const N: usize>(m: &SMatrix<R, N, N>) -> Option<
     Some(c)
 }
 
-/// `C⁻¹` of a lower triangular `C` without a zero on its diagonal.
-pub(crate) fn invert_lower<R: Real, const N: usize>(c: &SMatrix<R, N, N>) -> SMatrix<R, N, N> {
-    let mut inverse = SMatrix::<R, N, N>::zeros();
-    for j in 0..N {
-        inverse[(j, j)] = c[(j, j)].recip();
-        for i in j + 1..N {
-            let mut sum = R::zero();
-            for k in j..i {
-                sum += c[(i, k)] * inverse[(k, j)];
-            }
-            inverse[(i, j)] = -sum / c[(i, i)];
-        }
-    }
-    inverse
-}
-
 /// Solves `C x = b` in place for a lower triangular `C` without a zero on its diagonal.
 pub(crate) fn forward_substitute<R: Real, const N: usize>(
     c: &SMatrix<R, N, N>,

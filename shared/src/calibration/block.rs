@@ -16,9 +16,10 @@
 
 use core::fmt;
 
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::Real;
+use crate::responses::Responses;
 use crate::identify::MassLines;
 
 /// The block.
@@ -32,11 +33,11 @@ pub struct BlockMass<R> {
 
 /// The hits along one direction and what the sensors read of them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BlockHit<R, const CH: usize> {
+pub struct BlockHit<R, const S: usize> {
     /// Unit vector of the push in the frame of the block.
     pub direction: Vector3<R>,
     /// Mass lines with the calibration in force, (m/s²)/N.
-    pub lines: MassLines<R, CH>,
+    pub lines: MassLines<R, S>,
 }
 
 /// Why a block test gives no calibration.
@@ -110,8 +111,8 @@ impl<R: Real> ForceRatio<R> {
 ///
 /// # Errors
 /// See [`BlockError`].
-pub fn sensor_ratios<R: Real, const CH: usize>(
-    hits: &[BlockHit<R, CH>],
+pub fn sensor_ratios<R: Real, const S: usize>(
+    hits: &[BlockHit<R, S>],
     sensor: usize,
     axes: &[[R; 3]; 3],
     block: BlockMass<R>,
@@ -133,7 +134,7 @@ pub fn sensor_ratios<R: Real, const CH: usize>(
         for row in 0..3 {
             let channel = 3 * sensor + row;
             let read = hit.lines.accelerance.get(channel).copied().unwrap_or_else(R::zero);
-            let scatter = hit.lines.scatter.get((channel, channel)).copied();
+            let scatter = hit.lines.scatter.diagonal().get(channel).copied();
             let scatter = scatter.unwrap_or_else(R::zero) / count;
             for column in 0..3 {
                 ratio[(row, column)] += read * weights[column];
@@ -160,13 +161,13 @@ const DEAD: f64 = 0.05;
 ///
 /// # Errors
 /// See [`BlockError`]; any direction will do.
-pub fn force_ratio<R: Real, const CH: usize>(
-    hits: &[BlockHit<R, CH>],
+pub fn force_ratio<R: Real, const S: usize>(
+    hits: &[BlockHit<R, S>],
     sensors: usize,
     block: BlockMass<R>,
 ) -> Result<ForceRatio<R>, BlockError> {
     check(hits, block)?;
-    if hits.is_empty() || sensors == 0 || 3 * sensors > CH {
+    if hits.is_empty() || sensors == 0 || sensors > S {
         return Err(BlockError::DirectionsMissing);
     }
     let floor = R::of(FLOOR * FLOOR);
@@ -199,15 +200,15 @@ const FLOOR: f64 = 1e-3;
 
 /// Mass times the mean over the sensors of the length of the accelerance of one direction, and the
 /// variance of that.
-fn mean_ratio<R: Real, const CH: usize>(
-    hit: &BlockHit<R, CH>,
+fn mean_ratio<R: Real, const S: usize>(
+    hit: &BlockHit<R, S>,
     sensors: usize,
     mass: R,
 ) -> Result<(R, R), BlockError> {
     let MassLines { accelerance, scatter, hits, .. } = &hit.lines;
     let count = R::of(f64::from(*hits));
     let share = R::one() / R::of(sensors as f64);
-    let mut along = SVector::<R, CH>::zeros();
+    let mut along = Responses::<R, S>::zeros();
     let mut sum = R::zero();
     for sensor in 0..sensors {
         let channels = 3 * sensor..3 * sensor + 3;
@@ -226,18 +227,18 @@ fn mean_ratio<R: Real, const CH: usize>(
         }
         sum += (square + spread * (count - R::one()) / count).sqrt() * share;
     }
-    let variance = along.dot(&(scatter * along)) / count;
+    let variance = along.dot(&scatter.times(&along)) / count;
     Ok((sum * mass, variance.max(R::zero()) * mass * mass))
 }
 
-fn check<R: Real, const CH: usize>(
-    hits: &[BlockHit<R, CH>],
+fn check<R: Real, const S: usize>(
+    hits: &[BlockHit<R, S>],
     block: BlockMass<R>,
 ) -> Result<(), BlockError> {
     let sound = block.mass.finite() && block.mass > R::zero() && block.sigma.finite();
-    let finite = |hit: &BlockHit<R, CH>| {
+    let finite = |hit: &BlockHit<R, S>| {
         let numbers = hit.direction.iter().chain(hit.lines.accelerance.iter());
-        numbers.chain(hit.lines.scatter.iter()).all(|v| v.finite())
+        numbers.chain(hit.lines.scatter.as_slice()).all(|v| v.finite())
     };
     if !sound || !hits.iter().all(finite) {
         return Err(BlockError::NotFinite);

@@ -9,7 +9,7 @@ use crate::layout::{Hit, Layout, Sensor};
 impl<R: Real> Criterion<R> {
     /// The candidate that lowers the cost most when a sensor is put there as well, and the cost then;
     /// `None` when there is no room or no layout with one more determines the ten.
-    pub fn best_further_sensor<const S: usize, const H: usize, const CH: usize>(
+    pub fn best_further_sensor<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         candidates: impl IntoIterator<Item = Sensor<R>>,
@@ -18,13 +18,13 @@ impl<R: Real> Criterion<R> {
         let costs = candidates.into_iter().filter_map(|sensor| {
             let mut more = layout.clone();
             more.sensors.push(sensor).ok()?;
-            Some((sensor, self.cost::<S, H, CH>(&more, workspace)?))
+            Some((sensor, self.cost(&more, workspace)?))
         });
         least(costs)
     }
 
     /// As [`Self::best_further_sensor`], of a hit.
-    pub fn best_further_hit<const S: usize, const H: usize, const CH: usize>(
+    pub fn best_further_hit<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         candidates: impl IntoIterator<Item = Hit<R>>,
@@ -33,13 +33,13 @@ impl<R: Real> Criterion<R> {
         let costs = candidates.into_iter().filter_map(|hit| {
             let mut more = layout.clone();
             more.hits.push(hit).ok()?;
-            Some((hit, self.cost::<S, H, CH>(&more, workspace)?))
+            Some((hit, self.cost(&more, workspace)?))
         });
         least(costs)
     }
 
     /// The cost without each of the sensors; `None` where the ten cannot be told without it.
-    pub fn costs_without_sensors<const S: usize, const H: usize, const CH: usize>(
+    pub fn costs_without_sensors<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         workspace: &mut [R],
@@ -47,13 +47,13 @@ impl<R: Real> Criterion<R> {
         let less = (0..layout.sensors.len()).map(|index| {
             let mut less = layout.clone();
             less.sensors.remove(index);
-            self.cost::<S, H, CH>(&less, workspace)
+            self.cost(&less, workspace)
         });
         less.collect()
     }
 
     /// As [`Self::costs_without_sensors`], of the hits.
-    pub fn costs_without_hits<const S: usize, const H: usize, const CH: usize>(
+    pub fn costs_without_hits<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         workspace: &mut [R],
@@ -61,7 +61,7 @@ impl<R: Real> Criterion<R> {
         let less = (0..layout.hits.len()).map(|index| {
             let mut less = layout.clone();
             less.hits.remove(index);
-            self.cost::<S, H, CH>(&less, workspace)
+            self.cost(&less, workspace)
         });
         less.collect()
     }
@@ -90,17 +90,17 @@ mod tests {
     fn one_more_helps_and_the_far_one_more_than_the_near_one() {
         let (criterion, layout) = bar();
         let memory = &mut [0.0; WORKSPACE];
-        let present = criterion.cost::<4, 4, 12>(&layout, memory).unwrap();
+        let present = criterion.cost(&layout, memory).unwrap();
         let near = sensor(8, [0.2, 0.0, 0.01]);
         let far = sensor(9, [0.2, -0.2, 0.15]);
         let (best, cost) =
-            criterion.best_further_sensor::<4, 4, 12>(&layout, [near, far], memory).unwrap();
+            criterion.best_further_sensor(&layout, [near, far], memory).unwrap();
         assert_eq!(best.node, 9);
         assert!(cost < present);
         let copies = layout.hits.iter().map(|hit| Hit { direction: [0.0, 0.6, 0.8], ..*hit });
-        let (_, cost) = criterion.best_further_hit::<4, 4, 12>(&layout, copies, memory).unwrap();
+        let (_, cost) = criterion.best_further_hit(&layout, copies, memory).unwrap();
         assert!(cost < present);
-        let none = criterion.best_further_hit::<4, 4, 12>(&layout, [], memory);
+        let none = criterion.best_further_hit(&layout, [], memory);
         assert_eq!(none, None);
     }
 
@@ -108,10 +108,10 @@ mod tests {
     fn what_cannot_be_missed_has_no_cost_without_it() {
         let (criterion, layout) = bar();
         let memory = &mut [0.0; WORKSPACE];
-        let present = criterion.cost::<4, 4, 12>(&layout, memory).unwrap();
-        let hits = criterion.costs_without_hits::<4, 4, 12>(&layout, memory);
+        let present = criterion.cost(&layout, memory).unwrap();
+        let hits = criterion.costs_without_hits(&layout, memory);
         assert_eq!(hits[..], [None; 3]);
-        let sensors = criterion.costs_without_sensors::<4, 4, 12>(&layout, memory);
+        let sensors = criterion.costs_without_sensors(&layout, memory);
         // Two triaxial sensors still give all ten (theory, section 4).
         assert!(sensors.iter().all(|cost| cost.unwrap() > present), "{sensors:?}");
     }

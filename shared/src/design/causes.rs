@@ -127,14 +127,14 @@ pub struct Part<R> {
 
 /// The part of every cause, `None` when the layout does not determine the ten. Workspace as for
 /// [`Criterion::bound`].
-pub fn parts<R: Real, const S: usize, const H: usize, const CH: usize>(
+pub fn parts<R: Real, const S: usize, const H: usize>(
     criterion: &Criterion<R>,
     layout: &Layout<R, S, H>,
     workspace: &mut [R],
 ) -> Option<[Part<R>; Cause::ALL.len()]> {
     let mut variances = |layout: &Layout<R, S, H>, noise: R| {
         let criterion = Criterion { noise, ..*criterion };
-        let bound = criterion.bound::<S, H, CH>(layout, workspace)?;
+        let bound = criterion.bound(layout, workspace)?;
         Some(bound.sigma().component_mul(&bound.sigma()))
     };
     let whole = variances(layout, criterion.noise)?;
@@ -163,7 +163,7 @@ mod tests {
 
     fn bar_parts(layout: &Layout<f64, 3, 4>) -> [Part<f64>; 11] {
         let criterion = Criterion::new(bar_body(), layout.characteristic_length(), 0.005);
-        parts::<f64, 3, 4, 9>(&criterion, layout, &mut [0.0; RIG_WORKSPACE]).unwrap()
+        parts(&criterion, layout, &mut [0.0; RIG_WORKSPACE]).unwrap()
     }
 
     #[test]

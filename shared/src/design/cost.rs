@@ -40,7 +40,7 @@ mod tests {
 
     fn bar_bound() -> (Bound<f64>, f64) {
         let layout = bar_layout();
-        let noise = |_| SVector::<f64, 9>::repeat(0.01);
+        let noise = |_| crate::responses::Responses::<f64, 3>::repeat(0.01);
         let found = bound(&layout, &bar_body(), noise, 5, &mut [0.0; RIG_WORKSPACE]).unwrap();
         (found, layout.characteristic_length())
     }

@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::cost::{relative_variance, scale};
 use crate::Real;
+use crate::responses::Responses;
 use crate::body::RigidBody;
 use crate::identify::maximum_likelihood::{Bound, bound};
 use crate::layout::Layout;
@@ -37,23 +38,23 @@ impl<R: Real> Criterion<R> {
     /// The smallest uncertainty that any method can reach under a layout with its budget, its priors
     /// and its hits per DOF. `None` when the layout does not determine the ten. For `workspace` see
     /// [`maximum_likelihood::workspace`](crate::identify::maximum_likelihood::workspace).
-    pub fn bound<const S: usize, const H: usize, const CH: usize>(
+    pub fn bound<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         workspace: &mut [R],
     ) -> Option<Bound<R>> {
         let hits = u16::from(layout.test.hits_per_dof.max(1));
         let averaged = self.noise / R::of(f64::from(hits)).sqrt();
-        bound(layout, &self.body, |_| SVector::<R, CH>::repeat(averaged), hits, workspace)
+        bound(layout, &self.body, |_| Responses::<R, S>::repeat(averaged), hits, workspace)
     }
 
     /// Sum of the ten relative variances that a layout promises; `None` as for [`Self::bound`].
-    pub fn cost<const S: usize, const H: usize, const CH: usize>(
+    pub fn cost<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         workspace: &mut [R],
     ) -> Option<R> {
-        let bound = self.bound::<S, H, CH>(layout, workspace)?;
+        let bound = self.bound(layout, workspace)?;
         let cost = relative_variance(&bound, &self.scale);
         (cost.finite() && total(cost) < R::of(UNTOLD)).then_some(cost)
     }
@@ -77,7 +78,7 @@ mod tests {
     }
 
     fn cost(layout: &Layout<f64, 3, 4>) -> Option<f64> {
-        criterion().cost::<3, 4, 9>(layout, &mut vec![0.0; workspace(3)])
+        criterion().cost(layout, &mut vec![0.0; workspace(3)])
     }
 
     /// Nothing is wrong but what scatters from hit to hit.
@@ -108,7 +109,7 @@ mod tests {
     #[test]
     fn room_that_is_not_used_changes_nothing() {
         let wide: Layout<f64, 8, 24> = bar_layout().cast().unwrap();
-        let wide = criterion().cost::<8, 24, 24>(&wide, &mut vec![0.0; workspace(8)]).unwrap();
+        let wide = criterion().cost(&wide, &mut vec![0.0; workspace(8)]).unwrap();
         assert!((wide / cost(&bar_layout()).unwrap() - 1.0).abs() < 1e-11);
     }
 
@@ -122,6 +123,6 @@ mod tests {
         assert_eq!(cost(&layout), None);
         let body = RigidBody { mass: 0.0, ..bar_body() };
         let nobody = Criterion::new(body, 0.14, DEFAULT_NOISE);
-        assert_eq!(nobody.cost::<3, 4, 9>(&bar_layout(), &mut vec![0.0; workspace(3)]), None);
+        assert_eq!(nobody.cost(&bar_layout(), &mut vec![0.0; workspace(3)]), None);
     }
 }

@@ -51,7 +51,7 @@ impl<R: Real> Applicability<R> {
         let rescued = rank == 10 && layout.priors.iter().any(Prior::is_of_inertia);
         for found in &mut diagnostics {
             let code = found.known_code();
-            let blocks = |method: &Method| code.is_none_or(|code| method.is_blocked(code, rescued));
+            let blocks = |method: &Method| code.is_none_or(|code| (method.entry().is_blocked)(code, rescued));
             let severity =
                 if methods.iter().all(blocks) { Severity::Error } else { Severity::Warning };
             found.severity = severity as u8;
@@ -62,35 +62,12 @@ impl<R: Real> Applicability<R> {
     /// What keeps a method from an answer; nothing when it is applicable.
     pub fn obstacles(&self, method: Method) -> impl Iterator<Item = Code> + '_ {
         let codes = self.diagnostics.iter().filter_map(Diagnostic::known_code);
-        codes.filter(move |&code| method.is_blocked(code, self.rescued))
+        codes.filter(move |&code| (method.entry().is_blocked)(code, self.rescued))
     }
 
     /// True when nothing keeps the method from an answer.
     pub fn admits(&self, method: Method) -> bool {
         self.obstacles(method).next().is_none()
-    }
-}
-
-impl Method {
-    /// True when a layout of which this is said gives the method no answer; `rescued` when priors make
-    /// up for the hits.
-    fn is_blocked(self, code: Code, rescued: bool) -> bool {
-        match (code, self) {
-            (
-                Code::FewerThanThreeSensors | Code::SensorsCollinear | Code::ResponseRankDeficient,
-                method,
-            ) => method != Self::MaximumLikelihood,
-            (
-                Code::FewerThanThreeHits
-                | Code::HitsAllParallel
-                | Code::HitsConcurrent
-                | Code::HitsThroughCentreOfMass
-                | Code::TenParametersNotIdentifiable,
-                method,
-            ) => method != Self::MaximumLikelihood || !rescued,
-            // Numbers that are wrong, whatever the method.
-            _ => true,
-        }
     }
 }
 

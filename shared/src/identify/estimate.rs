@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
+use super::Method;
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::Diagnostics;
@@ -9,19 +10,14 @@ use crate::diagnosis::Diagnostics;
 /// The ten properties with what is known of their quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate<R> {
+    /// The method that answers.
+    pub method: Method,
     /// The body, in the body frame of the layout.
     pub body: RigidBody<R>,
     /// Covariance of [`RigidBody::theta`]; `None` when it cannot be told.
     pub covariance: Option<SMatrix<R, 10, 10>>,
-    /// Rank of the balanced regression matrix: ten.
-    pub rank: usize,
     /// Condition of the balanced regression matrix.
     pub condition: R,
-    /// Condition of the balanced response matrix, for a method that inverts it.
-    pub response_condition: Option<R>,
-    /// Root mean square of the residuals: of balanced equations a force on a unit force, of maximum
-    /// likelihood in standard deviations, of the global fit in (m/s²)/N.
-    pub rms: R,
     /// Whether the data agree with their error budget, for a method that knows one.
     pub consistency: Option<Consistency<R>>,
     /// What is to be said about the answer; no errors.

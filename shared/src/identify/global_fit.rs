@@ -14,11 +14,14 @@
 
 use nalgebra::{Complex, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-use super::Estimate;
+use super::method::{self, Entry, Observable, Progress};
+use super::observations::{FrequencyResponses, Observations, SpectralLines};
+use super::{Estimate, Method, inertia_restraint};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::{Layout, is_finite};
+use crate::mass_line::Terms;
 use crate::linalg::{LeastSquares, Spectrum, all_finite};
 
 /// Elements of a symmetric 6 × 6 matrix.
@@ -41,53 +44,84 @@ const FIRST_DAMPING: f64 = 1e-1;
 /// Damping that does not shorten a step any more.
 const LEAST_DAMPING: f64 = 1e-14;
 
-/// Frequency responses of a whole test.
-#[derive(Clone, Copy, Debug)]
-pub struct FrequencyResponses<'a, R> {
-    /// Hz.
-    frequencies: &'a [R],
-    /// (m/s²)/N.
-    accelerance: &'a [Complex<R>],
-    channels: usize,
-    hits: usize,
+/// What this file states about the method.
+pub const ENTRY: Entry = Entry {
+    name: "global-fit",
+    short_name: "global-fit",
+    title: "Global fit",
+    summary: "Body and suspension fitted to all lines of the band",
+    observes: Observable::SpectralLines,
+    on_request: true,
+    // It starts from the answer of the inertia restraint method.
+    is_blocked: |_, _| true,
+    workspace: |_, lines| workspace(lines),
+};
+
+/// Numbers of a complex 6 × 6 matrix.
+const INVERSE: usize = 72;
+
+/// Numbers of workspace for so many lines.
+pub const fn workspace(lines: usize) -> usize {
+    INVERSE * lines
 }
 
-impl<'a, R: Real> FrequencyResponses<'a, R> {
-    /// Of accelerances `[line][channel][hit]` in (m/s²)/N at the frequencies of the lines, Hz. `None`
-    /// when their number is not that of lines, channels and hits.
-    pub fn new(
-        frequencies: &'a [R],
-        accelerance: &'a [Complex<R>],
-        channels: usize,
-        hits: usize,
-    ) -> Option<Self> {
-        let whole = frequencies.len() * channels * hits == accelerance.len();
-        whole.then_some(Self { frequencies, accelerance, channels, hits })
+/// The method as the door carries it out: its one step is the whole fit, as spectral lines are kept only where
+/// there is time for it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solver<R> {
+    start: RigidBody<R>,
+    settings: Settings,
+}
+
+impl<R: Real> method::Solver<R> for Solver<R> {
+    fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
+        observed: &Observations<'_, R, S, H, L>,
+        settings: &method::Settings<R>,
+        start: Option<&RigidBody<R>>,
+    ) -> Result<Self, Diagnostics> {
+        if observed.spectral_lines.responses().is_none() {
+            return Err(fatal(Code::FrfMissing, 0.0));
+        }
+        let start = match start {
+            Some(body) => *body,
+            None => {
+                let Observations { layout, mass_lines, .. } = *observed;
+                inertia_restraint::solve(layout, mass_lines, settings.inertia_restraint)?.body
+            }
+        };
+        let elastic = observed.layout.test.terms == Terms::Abc;
+        Ok(Self { start, settings: Settings { damping: false, elastic } })
     }
 
-    fn at(&self, line: usize, channel: usize, hit: usize) -> Complex<R> {
-        self.accelerance[(line * self.channels + channel) * self.hits + hit]
+    fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+        &mut self,
+        _observed: &Observations<'_, R, S, H, L>,
+        _workspace: &mut [R],
+    ) -> Result<Progress, Diagnostics> {
+        Ok(Progress::Done)
     }
 
-    fn is_finite(&self) -> bool {
-        self.frequencies.iter().all(|f| f.finite())
-            && self.accelerance.iter().all(|h| h.re.finite() && h.im.finite())
+    fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+        self,
+        observed: &Observations<'_, R, S, H, L>,
+        workspace: &mut [R],
+    ) -> Result<Estimate<R>, Diagnostics> {
+        let Some(responses) = observed.spectral_lines.responses() else {
+            return Err(fatal(Code::FrfMissing, 0.0));
+        };
+        let found = solve(observed.layout, responses, &self.start, &self.settings, workspace)?;
+        Ok(found.estimate)
     }
 }
 
 /// How the global fit is done.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings<R> {
-    /// σ of the exponential window on the records, 1/s. Without it and without damping only the real
-    /// parts are fitted.
-    pub decay: R,
-    /// Fits the damping of the suspension too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Fits the damping of the suspension too. Without it and without an exponential window on the records
+    /// only the real parts are fitted.
     pub damping: bool,
     /// Eliminates a residual of the elastic modes, `E s²`, for every channel and hit.
     pub elastic: bool,
-    /// What the standard deviations are multiplied by because a window correlates neighbouring lines:
-    /// [`window_correlation`](crate::mass_line::window_correlation).
-    pub correlation: R,
 }
 
 /// What the global fit answers.
@@ -102,7 +136,7 @@ pub struct Solution<R> {
 }
 
 /// Fits body and suspension to frequency responses of all sensors and hits of the layout, in this
-/// order, with equal weights, from the body `start`. `workspace` needs a matrix for every line.
+/// order, with equal weights, from the body `start`. `workspace` has as many numbers as [`workspace`] says.
 ///
 /// # Errors
 /// `data_not_finite`, `layout_not_finite`, `frf_missing` when channels or hits are not those of the
@@ -112,20 +146,21 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     responses: &FrequencyResponses<'_, R>,
     start: &RigidBody<R>,
-    settings: &Settings<R>,
-    workspace: &mut [Matrix6<Complex<R>>],
+    settings: &Settings,
+    workspace: &mut [R],
 ) -> Result<Solution<R>, Diagnostics> {
-    let lines = responses.frequencies.len();
+    let lines = responses.frequencies().len();
     if !is_finite(layout) {
         return Err(fatal(Code::LayoutNotFinite, 0.0));
     }
-    if !(responses.is_finite() && start.is_finite() && settings.decay.finite()) {
+    if !(responses.is_finite() && start.is_finite()) {
         return Err(fatal(Code::DataNotFinite, 0.0));
     }
-    if responses.channels != 3 * layout.sensors.len() || responses.hits != layout.hits.len() {
+    if responses.channels() != 3 * layout.sensors.len() || responses.hits() != layout.hits.len() {
         return Err(fatal(Code::FrfMissing, 0.0));
     }
-    let Some(inverses) = workspace.get_mut(..lines) else {
+    let (inverses, _) = workspace.as_chunks_mut::<INVERSE>();
+    let Some(inverses) = inverses.get_mut(..lines) else {
         return Err(fatal(Code::BandTooNarrow, lines as f32));
     };
     let problem = Problem { layout, responses, settings };
@@ -140,19 +175,19 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
 struct Problem<'a, R, const S: usize, const H: usize> {
     layout: &'a Layout<R, S, H>,
     responses: &'a FrequencyResponses<'a, R>,
-    settings: &'a Settings<R>,
+    settings: &'a Settings,
 }
 
 impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
     fn fit<const N: usize>(
         &self,
         start: &RigidBody<R>,
-        inverses: &mut [Matrix6<Complex<R>>],
+        inverses: &mut [[R; INVERSE]],
     ) -> Result<Solution<R>, Diagnostics> {
         let not_converged = || fatal(Code::NotConverged, MOST_STEPS as f32);
         let freedom = self
             .degrees_of_freedom::<N>()
-            .ok_or_else(|| fatal(Code::BandTooNarrow, self.responses.frequencies.len() as f32))?;
+            .ok_or_else(|| fatal(Code::BandTooNarrow, self.responses.frequencies().len() as f32))?;
         let mut unknowns = SVector::<R, N>::zeros();
         unknowns.fixed_rows_mut::<10>(N - 10).copy_from(&start.phi());
         let (mut equations, mut cost) =
@@ -181,16 +216,16 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
 
     /// Equations less unknowns; `None` when there are not more.
     fn degrees_of_freedom<const N: usize>(&self) -> Option<usize> {
-        let channels = self.responses.channels * self.responses.hits;
+        let channels = self.responses.channels() * self.responses.hits();
         let a_line = if self.complex() { 2 } else { 1 };
-        let equations = self.responses.frequencies.len() * channels * a_line;
+        let equations = self.responses.frequencies().len() * channels * a_line;
         let residuals = if self.settings.elastic { channels } else { 0 };
         equations.checked_sub(N + residuals).filter(|&freedom| freedom > 0)
     }
 
     /// True when the imaginary parts say something.
     fn complex(&self) -> bool {
-        self.settings.damping || self.settings.decay != R::zero()
+        self.settings.damping || self.responses.decay != R::zero()
     }
 
     /// A better point and its cost, with more and more damping; `None` when there is none.
@@ -200,7 +235,7 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
         equations: &LeastSquares<R, N>,
         cost: R,
         damping: &mut R,
-        inverses: &mut [Matrix6<Complex<R>>],
+        inverses: &mut [[R; INVERSE]],
     ) -> Option<(SVector<R, N>, R)> {
         let ten = R::of(10.0);
         for _trial in 0..MOST_TRIALS {
@@ -225,7 +260,7 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
     fn linearised<const N: usize>(
         &self,
         unknowns: &SVector<R, N>,
-        inverses: &mut [Matrix6<Complex<R>>],
+        inverses: &mut [[R; INVERSE]],
     ) -> Option<(LeastSquares<R, N>, R)> {
         let mut equations = LeastSquares::new();
         let cost = self.evaluate(unknowns, inverses, |row, left| equations.push(row, left))?;
@@ -237,16 +272,16 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
     fn evaluate<const N: usize>(
         &self,
         unknowns: &SVector<R, N>,
-        inverses: &mut [Matrix6<Complex<R>>],
+        inverses: &mut [[R; INVERSE]],
         mut equation: impl FnMut([R; N], R),
     ) -> Option<R> {
         self.invert(unknowns, inverses)?;
         let mut cost = R::zero();
         for (hit, dof) in self.layout.hits.iter().enumerate() {
             let force = dof.unit_force(&Vector3::zeros()).map(real);
-            for channel in 0..self.responses.channels {
+            for channel in 0..self.responses.channels() {
                 let reading =
-                    |line: usize| self.reading::<N>(line, channel, hit, &force, &inverses[line]);
+                    |line: usize| self.reading::<N>(line, channel, hit, &force, &inverse_in(&inverses[line]));
                 let lines = 0..inverses.len();
                 let elastic = self.elastic(lines.clone(), reading);
                 for line in lines {
@@ -270,7 +305,7 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
     fn invert<const N: usize>(
         &self,
         unknowns: &SVector<R, N>,
-        inverses: &mut [Matrix6<Complex<R>>],
+        inverses: &mut [[R; INVERSE]],
     ) -> Option<()> {
         let mass = body_of(unknowns)?.mass_matrix();
         let stiffness = symmetric(unknowns, 0);
@@ -282,7 +317,10 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
             if let Some(damping) = &damping {
                 dynamic += damping.map(|c| over * real(c));
             }
-            *inverse = dynamic.try_inverse()?;
+            let (to, _) = inverse.as_chunks_mut::<2>();
+            for (to, v) in to.iter_mut().zip(&dynamic.try_inverse()?) {
+                *to = [v.re, v.im];
+            }
         }
         Some(())
     }
@@ -306,7 +344,7 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
     }
 
     fn s(&self, line: usize) -> Complex<R> {
-        Complex::new(self.settings.decay, self.responses.frequencies[line] * R::two_pi())
+        Complex::new(self.responses.decay, self.responses.frequencies()[line] * R::two_pi())
     }
 
     /// The part of a channel's slopes and residuals along `s²`.
@@ -358,7 +396,7 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
         }
         let to_theta = body.dtheta_dphi();
         let inverse = SMatrix::<R, 10, 10>::from_fn(|i, j| inverse[i][j]);
-        let spread = variance * self.settings.correlation * self.settings.correlation;
+        let spread = variance * self.responses.correlation * self.responses.correlation;
         let covariance = to_theta * inverse * to_theta.transpose() * spread;
         let mut diagnostics = Diagnostics::new();
         if !body.is_physically_consistent() {
@@ -367,18 +405,22 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
             let _ = diagnostics.push(Diagnostic::whole(code, Severity::Warning, margin));
         }
         let estimate = Estimate {
+            method: Method::GlobalFit,
             body,
             covariance: all_finite(&covariance).then_some(covariance),
-            rank,
             condition,
-            response_condition: None,
-            rms: variance.sqrt(),
             consistency: None,
             diagnostics,
         };
         let damping = (N == WITH_DAMPING).then(|| symmetric(unknowns, SYMMETRIC));
         Ok(Solution { estimate, stiffness: symmetric(unknowns, 0), damping })
     }
+}
+
+/// The matrix that a line keeps in the workspace, column by column.
+fn inverse_in<R: Real>(numbers: &[R; INVERSE]) -> Matrix6<Complex<R>> {
+    let (pairs, _) = numbers.as_chunks::<2>();
+    Matrix6::from_iterator(pairs.iter().map(|[re, im]| Complex::new(*re, *im)))
 }
 
 /// The part of a channel along `s²`, for one unit of it.

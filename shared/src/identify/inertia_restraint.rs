@@ -6,12 +6,13 @@
 //! only the triangular factor of the equations is kept, so the memory does not grow with the hits.
 
 use core::array::from_fn;
-use core::borrow::Borrow;
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::weighting::{Weighting, whiten};
-use super::{Estimate, MassLines, ResponseInverse};
+use super::method::{self, Entry, Observable, Progress};
+use super::observations::{Observations, SpectralLines};
+use super::{DofMassLines, Estimate, MassLines, Method, ResponseInverse};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
@@ -23,6 +24,19 @@ use crate::linalg::{LeastSquares, Spectrum, all_finite};
 pub const ILL_CONDITIONED: f64 = 100.0;
 /// Hits at a DOF from which on their scatter is taken for a covariance.
 pub const HITS_FOR_SIGMA: u16 = 3;
+
+/// What this file states about the method.
+pub const ENTRY: Entry = Entry {
+    name: "inertia-restraint",
+    short_name: "irm",
+    title: "Inertia restraint",
+    summary: "Inertia restraint: linear, of the literature",
+    observes: Observable::MassLines,
+    on_request: false,
+    // It begins with the motion of the body, which the sensors have to tell.
+    is_blocked: |_, _| true,
+    workspace: |_, _| 0,
+};
 
 /// The point about which the equations are set up. The answer is in the body frame in any case, but
 /// noise biases it by the choice.
@@ -63,7 +77,7 @@ impl<R> From<ReferencePoint<R>> for Settings<R> {
 
 /// The ten properties from the mass lines of at least three hit DOFs.
 ///
-/// `dofs` gives the index of the hit in the layout and its mass lines; it is walked three times.
+/// `dofs` gives the index of each hit in the layout and its mass lines.
 /// What hangs on the object ([`Layout::attached`]) is taken off the answer.
 ///
 /// The covariance is that of the scatter between the hits,
@@ -74,41 +88,33 @@ impl<R> From<ReferencePoint<R>> for Settings<R> {
 /// Every diagnostic that keeps the data from determining the ten: too few sensors or hits, hits all
 /// parallel or through one point, rank deficiency, numbers that are not finite, a hit that the layout
 /// does not have.
-pub fn solve<R, const S: usize, const H: usize, const CH: usize, I, B>(
+pub fn solve<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
-    dofs: I,
+    dofs: &[DofMassLines<R, S>],
     settings: impl Into<Settings<R>>,
-) -> Result<Estimate<R>, Diagnostics>
-where
-    R: Real,
-    I: IntoIterator<Item = (usize, B)>,
-    I::IntoIter: Clone,
-    B: Borrow<MassLines<R, CH>>,
-{
+) -> Result<Estimate<R>, Diagnostics> {
     let settings = settings.into();
-    let dofs = dofs.into_iter();
-    check_data(layout, dofs.clone())?;
+    check_data(layout, dofs)?;
     let reference = match settings.reference {
         ReferencePoint::Centroid => layout.sensor_centroid(),
         ReferencePoint::Origin => Vector3::zeros(),
         ReferencePoint::At(point) => point,
     };
     let length = layout.characteristic_length();
-    let inverse = ResponseInverse::<R, CH>::new(&layout.response_matrix(&reference), length)
+    let inverse = ResponseInverse::new(&layout.response_matrix(&reference), length)
         .ok_or_else(|| fatal(Code::LayoutNotFinite, length))?;
     if inverse.rank < 6 {
         return Err(rank_deficient(layout.sensors.len(), inverse.rank));
     }
-    let hits = dofs.clone().filter_map(|(index, _)| layout.hits.get(index));
+    let hits = dofs.iter().filter_map(|(index, _)| layout.hits.get(*index));
     let found = check_hits(hits, length, None);
     if !found.is_empty() {
         return Err(found);
     }
     let mut regression = Regression::new(length);
     let mut factors = heapless::Vec::<Option<Matrix6<R>>, H>::new();
-    for (index, lines) in dofs.clone() {
-        if let Some(hit) = layout.hits.get(index) {
-            let lines = lines.borrow();
+    for (index, lines) in dofs {
+        if let Some(hit) = layout.hits.get(*index) {
             let motion = inverse.motion(&lines.accelerance);
             let force = hit.unit_force(&reference);
             let factor = weight_factor(&settings.weighting, hit, &reference, length, lines.hits);
@@ -124,12 +130,10 @@ where
     let covariance = covariance(&regression, &solution.body, &inverse, dofs, &factors);
     let body = solution.body.shifted_to(&-reference);
     let mut estimate = Estimate {
+        method: Method::InertiaRestraint,
         body,
         covariance,
-        rank: solution.rank,
         condition: solution.condition,
-        response_condition: Some(inverse.condition),
-        rms: solution.rms,
         consistency: None,
         diagnostics: Diagnostics::new(),
     };
@@ -137,6 +141,36 @@ where
         .map_err(|left| fatal(Code::AttachedTooHeavy, left))?;
     comment(&mut estimate, layout);
     Ok(estimate)
+}
+
+/// The method as the door carries it out: in one step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solver<R>(Settings<R>);
+
+impl<R: Real> method::Solver<R> for Solver<R> {
+    fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
+        _observed: &Observations<'_, R, S, H, L>,
+        settings: &method::Settings<R>,
+        _start: Option<&RigidBody<R>>,
+    ) -> Result<Self, Diagnostics> {
+        Ok(Self(settings.inertia_restraint))
+    }
+
+    fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+        &mut self,
+        _observed: &Observations<'_, R, S, H, L>,
+        _workspace: &mut [R],
+    ) -> Result<Progress, Diagnostics> {
+        Ok(Progress::Done)
+    }
+
+    fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+        self,
+        observed: &Observations<'_, R, S, H, L>,
+        _workspace: &mut [R],
+    ) -> Result<Estimate<R>, Diagnostics> {
+        solve(observed.layout, observed.mass_lines, self.0)
+    }
 }
 
 /// The balanced least squares problem of the method, hit by hit.
@@ -259,21 +293,17 @@ fn whiten_both_sides<R: Real>(factor: &Matrix6<R>, weight: &Matrix6<R>) -> Matri
 /// Covariance of theta from the scatter of the hits, everything in balanced variables until the
 /// end. `Aⱼᵀ Wⱼ Aⱼ` is summed over the hits and closed by `(Aᵀ A)⁻¹` from both sides.
 #[inline(never)]
-fn covariance<R, const CH: usize, B>(
+fn covariance<R: Real, const S: usize>(
     regression: &Regression<R>,
     body: &RigidBody<R>,
-    inverse: &ResponseInverse<R, CH>,
-    dofs: impl Iterator<Item = (usize, B)> + Clone,
+    inverse: &ResponseInverse<R, S>,
+    dofs: &[DofMassLines<R, S>],
     factors: &[Option<Matrix6<R>>],
-) -> Option<SMatrix<R, 10, 10>>
-where
-    R: Real,
-    B: Borrow<MassLines<R, CH>>,
-{
-    let scatters = |lines: &MassLines<R, CH>| {
-        lines.hits >= HITS_FOR_SIGMA && lines.scatter.iter().any(|v| *v != R::zero())
+) -> Option<SMatrix<R, 10, 10>> {
+    let scatters = |lines: &MassLines<R, S>| {
+        lines.hits >= HITS_FOR_SIGMA && lines.scatter.as_slice().iter().any(|v| *v != R::zero())
     };
-    if !dofs.clone().all(|(_, lines)| scatters(lines.borrow())) {
+    if !dofs.iter().all(|(_, lines)| scatters(lines)) {
         return None;
     }
     let length = regression.length;
@@ -282,15 +312,15 @@ where
         center_of_mass: body.center_of_mass / length,
         inertia: body.inertia / (length * length),
     };
-    // From readings to balanced forces.
-    let mut forces = inverse.matrix;
-    forces.fixed_rows_mut::<3>(3).scale_mut(length);
-    let forces = balanced.mass_matrix() * forces;
+    // From readings to balanced forces, transposed.
+    let mut forces = inverse.transposed;
+    forces.0.iter_mut().skip(3).for_each(|column| column.scale_mut(length));
+    let forces = forces.times_matrix(&balanced.mass_matrix());
     let mut sum = SMatrix::<R, 10, 10>::zeros();
-    for (number, (_, lines)) in dofs.enumerate() {
-        let lines = lines.borrow();
-        let spread = forces * lines.scatter;
-        let mut weight: Matrix6<R> = spread * forces.transpose() / R::of(f64::from(lines.hits));
+    for (number, (_, lines)) in dofs.iter().enumerate() {
+        let spread = forces.0.map(|force| lines.scatter.times(&force));
+        let hits = R::of(f64::from(lines.hits));
+        let mut weight = Matrix6::from_fn(|i, j| spread[i].dot(&forces.0[j]) / hits);
         let motion = regression.balance_motion(&inverse.motion(&lines.accelerance));
         let mut rows = regressor(&motion);
         if let Some(Some(factor)) = factors.get(number) {
@@ -366,14 +396,10 @@ fn sparse_product<R: Real>(
 }
 
 /// Refuses what no arithmetic can repair.
-fn check_data<R, const S: usize, const H: usize, const CH: usize, B>(
+fn check_data<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
-    dofs: impl Iterator<Item = (usize, B)>,
-) -> Result<(), Diagnostics>
-where
-    R: Real,
-    B: Borrow<MassLines<R, CH>>,
-{
+    dofs: &[DofMassLines<R, S>],
+) -> Result<(), Diagnostics> {
     if !is_finite(layout) {
         return Err(fatal(Code::LayoutNotFinite, R::zero()));
     }

@@ -3,14 +3,14 @@
 //! A subject that moves the answer by much more than its share, or without which the data suddenly
 //! agree with their budget, is where to look first.
 
-use core::borrow::Borrow;
-
+use heapless::Vec;
 use nalgebra::SVector;
 
-use super::maximum_likelihood::{Solution, solve};
-use super::{Consistency, MassLines};
+use super::maximum_likelihood::{Solution, Start, solve};
+use super::{Consistency, DofMassLines, MassLines};
 use crate::Real;
 use crate::layout::Layout;
+use crate::responses::{ResponseSquare, Responses};
 
 /// What is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,34 +43,29 @@ impl<R: Real> Influence<R> {
 
 /// The influence of every hit DOF and sensor on a maximum likelihood answer; a subject without which
 /// there is no answer is missing. `workspace` as for [`solve`], `act` is called with each.
-pub fn influences<R, const S: usize, const H: usize, const CH: usize, I, B>(
+pub fn influences<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
-    dofs: I,
+    dofs: &[DofMassLines<R, S>],
     whole: &Solution<R, S, H>,
     workspace: &mut [R],
     mut act: impl FnMut(Influence<R>),
-) where
-    R: Real,
-    I: IntoIterator<Item = (usize, B)>,
-    I::IntoIter: Clone,
-    B: Borrow<MassLines<R, CH>>,
-{
-    let dofs = dofs.into_iter();
-    let start = &whole.estimate.body;
-    for index in dofs.clone().map(|(index, _)| index) {
-        let others = dofs.clone().filter(|(other, _)| *other != index);
-        if let Ok(without) = solve::<R, S, H, CH, _, B>(layout, others, Some(start), workspace) {
+) {
+    let start = Start::At(&whole.estimate.body);
+    for (index, _) in dofs {
+        let others = dofs.iter().filter(|(other, _)| other != index).cloned();
+        let others: Vec<DofMassLines<R, S>, H> = others.take(H).collect();
+        if let Ok(without) = solve(layout, &others, start, workspace) {
             let equations = 3 * layout.sensors.len();
-            act(compare(Subject::Hit(index), whole, &without, equations));
+            act(compare(Subject::Hit(*index), whole, &without, equations));
         }
     }
     for sensor in 0..layout.sensors.len() {
         let mut fewer = layout.clone();
         fewer.sensors.remove(sensor);
-        let others =
-            dofs.clone().map(|(index, lines)| (index, without_sensor(lines.borrow(), sensor)));
-        if let Ok(without) = solve::<R, S, H, CH, _, _>(&fewer, others, Some(start), workspace) {
-            let equations = 3 * dofs.clone().count();
+        let others = dofs.iter().map(|(index, lines)| (*index, without_sensor(lines, sensor)));
+        let others: Vec<DofMassLines<R, S>, H> = others.take(H).collect();
+        if let Ok(without) = solve(&fewer, &others, start, workspace) {
+            let equations = 3 * dofs.len();
             act(compare(Subject::Sensor(sensor), whole, &without, equations));
         }
     }
@@ -97,19 +92,22 @@ fn compare<R: Real, const S: usize, const H: usize>(
 }
 
 /// The mass lines of the other sensors.
-fn without_sensor<R: Real, const CH: usize>(
-    lines: &MassLines<R, CH>,
+fn without_sensor<R: Real, const S: usize>(
+    lines: &MassLines<R, S>,
     sensor: usize,
-) -> MassLines<R, CH> {
+) -> MassLines<R, S> {
     let from = |channel: usize| if channel < 3 * sensor { channel } else { channel + 3 };
-    let kept = |channel: usize| from(channel) < CH;
-    let pick = |vector: &SVector<R, CH>| {
-        SVector::from_fn(|i, _| if kept(i) { vector[from(i)] } else { R::zero() })
+    let kept = |channel: usize| from(channel) < 3 * S;
+    let pick = |vector: &Responses<R, S>| {
+        Responses::from_fn(|axis, i| {
+            let channel = 3 * i + axis;
+            if kept(channel) { vector[from(channel)] } else { R::zero() }
+        })
     };
     MassLines {
         accelerance: pick(&lines.accelerance),
         noise: pick(&lines.noise),
-        scatter: nalgebra::SMatrix::from_fn(|i, j| {
+        scatter: ResponseSquare::from_fn(|i, j| {
             if kept(i) && kept(j) { lines.scatter[(from(i), from(j))] } else { R::zero() }
         }),
         hits: lines.hits,
@@ -132,8 +130,7 @@ mod tests {
         let whole = fits::fit(&layout, &dofs, None).unwrap();
         let mut found = Vec::new();
         let mut workspace = [0.0; RIG_WORKSPACE];
-        let dofs = fits::by_reference(&dofs);
-        influences(&layout, dofs, &whole, &mut workspace, |influence| found.push(influence));
+        influences(&layout, &dofs, &whole, &mut workspace, |influence| found.push(influence));
         assert_eq!(found.len(), 8);
         let surprise = |i: &Influence<f64>| i.share.surprise();
         let most = found.iter().max_by(|a, b| surprise(a).total_cmp(&surprise(b))).unwrap();
@@ -144,7 +141,7 @@ mod tests {
 
     #[test]
     fn without_a_sensor_the_others_move_up() {
-        let lines = MassLines::<f64, 9>::without_scatter(SVector::from_fn(|i, _| i as f64));
+        let lines = MassLines::<f64, 3>::without_scatter(Responses::from_fn(|axis, i| (3 * i + axis) as f64));
         let left = without_sensor(&lines, 1);
         assert_eq!(left.accelerance.as_slice(), [0.0, 1.0, 2.0, 6.0, 7.0, 8.0, 0.0, 0.0, 0.0]);
     }

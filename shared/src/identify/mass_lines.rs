@@ -1,42 +1,46 @@
 //! The measured input of an identification: the mass lines of one hit DOF with their scatter.
 
-use core::borrow::Borrow;
+use core::ops::Index;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::Layout;
 use crate::linalg::all_finite;
+use crate::responses::{ResponseSquare, Responses};
 
 /// Mass line accelerances of one hit DOF, response by response.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MassLines<R, const CH: usize> {
+pub struct MassLines<R, const S: usize> {
     /// Accelerance A of every response, averaged over the hits, (m/s²)/N; zero beyond the last.
-    pub accelerance: SVector<R, CH>,
+    pub accelerance: Responses<R, S>,
     /// Standard deviation of each averaged accelerance by the noise of the spectral lines about the
     /// fit, corrected by [`window_correlation`](crate::mass_line::window_correlation), (m/s²)/N:
     /// placement is not in it, as it moves all lines together. Zero when not known.
-    pub noise: SVector<R, CH>,
+    pub noise: Responses<R, S>,
     /// Sample covariance of the single hits' accelerances, ((m/s²)/N)².
-    pub scatter: SMatrix<R, CH, CH>,
+    pub scatter: ResponseSquare<R, S>,
     /// Hits averaged.
     pub hits: u16,
 }
 
-impl<R: Real, const CH: usize> MassLines<R, CH> {
+/// The mass lines of a hit DOF with its index in the layout.
+pub type DofMassLines<R, const S: usize> = (usize, MassLines<R, S>);
+
+impl<R: Real, const S: usize> MassLines<R, S> {
     /// Of accelerances of which neither noise nor scatter is known.
-    pub fn without_scatter(accelerance: SVector<R, CH>) -> Self {
-        Self { accelerance, noise: SVector::zeros(), scatter: SMatrix::zeros(), hits: 1 }
+    pub fn without_scatter(accelerance: Responses<R, S>) -> Self {
+        Self { accelerance, noise: Responses::zeros(), scatter: ResponseSquare::zeros(), hits: 1 }
     }
 
     /// The same with the standard deviations of the noise.
-    pub fn with_noise(self, noise: SVector<R, CH>) -> Self {
+    pub fn with_noise(self, noise: Responses<R, S>) -> Self {
         Self { noise, ..self }
     }
 
     /// The same in another precision.
-    pub fn cast<Q: Real>(&self) -> MassLines<Q, CH> {
+    pub fn cast<Q: Real>(&self) -> MassLines<Q, S> {
         let to = |v: R| Q::of(v.to_f64());
         MassLines {
             accelerance: self.accelerance.map(to),
@@ -53,41 +57,44 @@ impl<R: Real, const CH: usize> MassLines<R, CH> {
         let count = accelerance.len();
         let fits = |length, whole| length == 0 || length == whole;
         let triangle = count * (count + 1) / 2;
-        if count > CH || !fits(noise.len(), count) || !fits(lower.len(), triangle) {
+        if count > 3 * S || !fits(noise.len(), count) || !fits(lower.len(), triangle) {
             return None;
         }
-        let mut lines = Self::without_scatter(SVector::<R, CH>::zeros());
+        let mut lines = Self::without_scatter(Responses::zeros());
         lines.hits = hits;
-        lines.accelerance.rows_mut(0, count).copy_from_slice(accelerance);
-        lines.noise.rows_mut(0, noise.len()).copy_from_slice(noise);
-        fill_symmetric(&mut lines.scatter, lower.iter().copied());
+        lines.accelerance.as_mut_slice()[..count].copy_from_slice(accelerance);
+        lines.noise.as_mut_slice()[..noise.len()].copy_from_slice(noise);
+        for ((i, j), value) in lower_places().zip(lower) {
+            lines.scatter[(i, j)] = *value;
+            lines.scatter[(j, i)] = *value;
+        }
         Some(lines)
     }
 }
 
 /// Mean and sample covariance of the single hits' mass lines, updated hit by hit (Welford 1962).
 #[derive(Clone, Debug, PartialEq)]
-pub struct ScatterAccumulator<R, const CH: usize> {
-    mean: SVector<R, CH>,
+pub struct ScatterAccumulator<R, const S: usize> {
+    mean: Responses<R, S>,
     /// Sum of the outer products of the deviations; both triangles.
-    outer: SMatrix<R, CH, CH>,
+    outer: ResponseSquare<R, S>,
     hits: u16,
 }
 
-impl<R: Real, const CH: usize> ScatterAccumulator<R, CH> {
+impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
     /// Without hits.
     pub fn new() -> Self {
-        Self { mean: SVector::zeros(), outer: SMatrix::zeros(), hits: 0 }
+        Self { mean: Responses::zeros(), outer: ResponseSquare::zeros(), hits: 0 }
     }
 
     /// Adds the mass lines of one hit.
-    pub fn add(&mut self, accelerance: &SVector<R, CH>) {
+    pub fn add(&mut self, accelerance: &Responses<R, S>) {
         self.hits = self.hits.saturating_add(1);
         let before = accelerance - self.mean;
         self.mean += before / R::of(f64::from(self.hits));
         let after = accelerance - self.mean;
-        for j in 0..CH {
-            for i in j..CH {
+        for j in 0..3 * S {
+            for i in j..3 * S {
                 let product = before[i] * after[j];
                 self.outer[(i, j)] += product;
                 if i > j {
@@ -103,61 +110,64 @@ impl<R: Real, const CH: usize> ScatterAccumulator<R, CH> {
     }
 
     /// Mean of the single hits' mass lines.
-    pub fn mean(&self) -> &SVector<R, CH> {
+    pub fn mean(&self) -> &Responses<R, S> {
         &self.mean
     }
 
     /// Relative distance of the mass lines of another hit from the mean, `|A − mean| / |mean|`; `None`
     /// without hits.
-    pub fn distance(&self, accelerance: &SVector<R, CH>) -> Option<R> {
+    pub fn distance(&self, accelerance: &Responses<R, S>) -> Option<R> {
         let distance = (accelerance - self.mean).norm() / self.mean.norm();
         (self.hits > 0 && distance.finite()).then_some(distance)
     }
 
     /// Relative scatter of the hits, `(tr Cov)^½ / |mean|`; zero with fewer than two hits.
     pub fn spread(&self) -> R {
-        self.covariance().trace().sqrt() / self.mean.norm()
+        self.covariance().diagonal().sum().sqrt() / self.mean.norm()
     }
 
     /// Sample covariance, zero with fewer than two hits.
-    pub fn covariance(&self) -> SMatrix<R, CH, CH> {
-        self.outer / R::of(f64::from(self.hits.max(2) - 1))
+    pub fn covariance(&self) -> ResponseSquare<R, S> {
+        let degrees_of_freedom = R::of(f64::from(self.hits.max(2) - 1));
+        self.outer.map(|v| v / degrees_of_freedom)
     }
 
     /// The mass lines with the mean of the single hits as accelerance, of unknown noise.
-    pub fn mass_lines(&self) -> MassLines<R, CH> {
+    pub fn mass_lines(&self) -> MassLines<R, S> {
         self.mass_lines_at(self.mean)
     }
 
     /// The mass lines with an accelerance from averaged spectra, of unknown noise.
-    pub fn mass_lines_at(&self, accelerance: SVector<R, CH>) -> MassLines<R, CH> {
+    pub fn mass_lines_at(&self, accelerance: Responses<R, S>) -> MassLines<R, S> {
         let scatter = self.covariance();
         MassLines { scatter, hits: self.hits, ..MassLines::without_scatter(accelerance) }
     }
 }
 
-impl<R: Real, const CH: usize> Default for ScatterAccumulator<R, CH> {
+impl<R: Real, const S: usize> Default for ScatterAccumulator<R, S> {
     fn default() -> Self {
         Self::new()
     }
 }
 
+/// Walks DOFs without copying them.
+pub(crate) fn by_reference<R, const S: usize>(
+    dofs: &[DofMassLines<R, S>],
+) -> impl Iterator<Item = (usize, &MassLines<R, S>)> + Clone {
+    dofs.iter().map(|(index, lines)| (*index, lines))
+}
+
 /// Errors for every DOF that the layout does not have, and for numbers that are not finite.
-pub(crate) fn check_mass_lines<R, const S: usize, const H: usize, const CH: usize, B>(
+pub(crate) fn check_mass_lines<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
-    dofs: impl Iterator<Item = (usize, B)>,
-) -> Result<(), Diagnostics>
-where
-    R: Real,
-    B: Borrow<MassLines<R, CH>>,
-{
+    dofs: &[DofMassLines<R, S>],
+) -> Result<(), Diagnostics> {
     let mut found = Diagnostics::new();
     for (index, lines) in dofs {
-        let lines = lines.borrow();
         let finite = all_finite(&lines.accelerance)
-            && all_finite(&lines.scatter)
+            && lines.scatter.is_finite()
             && all_finite(&lines.noise);
-        let code = if layout.hits.get(index).is_none() {
+        let code = if layout.hits.get(*index).is_none() {
             Code::UnknownNode
         } else if !finite {
             Code::DataNotFinite
@@ -165,17 +175,17 @@ where
             continue;
         };
         // Sixteen are enough to say.
-        let _ = found.push(Diagnostic::about(code, Severity::Error, index as u16, 0.0));
+        let _ = found.push(Diagnostic::about(code, Severity::Error, *index as u16, 0.0));
     }
     if found.is_empty() { Ok(()) } else { Err(found) }
 }
 
 /// The lower triangle of the first `count` rows of a symmetric matrix, row by row, as it is stored.
-pub fn lower_triangle<R: Real, const N: usize>(
-    matrix: &SMatrix<R, N, N>,
+pub fn lower_triangle<R: Real>(
+    matrix: &impl Index<(usize, usize), Output = R>,
     count: usize,
 ) -> impl Iterator<Item = R> {
-    (0..count.min(N)).flat_map(move |i| (0..=i).map(move |j| matrix[(i, j)]))
+    lower_places().take(count * (count + 1) / 2).map(|place| matrix[place])
 }
 
 /// The symmetric matrix of a lower triangle as stored; `None` unless it is complete and no more.
@@ -184,19 +194,16 @@ pub fn symmetric<R: Real, const N: usize>(lower: &[R]) -> Option<SMatrix<R, N, N
         return None;
     }
     let mut matrix = SMatrix::<R, N, N>::zeros();
-    fill_symmetric(&mut matrix, lower.iter().copied());
+    for ((i, j), value) in lower_places().zip(lower) {
+        matrix[(i, j)] = *value;
+        matrix[(j, i)] = *value;
+    }
     Some(matrix)
 }
 
-fn fill_symmetric<R: Real, const N: usize>(
-    matrix: &mut SMatrix<R, N, N>,
-    lower: impl Iterator<Item = R>,
-) {
-    let places = (0..N).flat_map(|i| (0..=i).map(move |j| (i, j)));
-    for ((i, j), value) in places.zip(lower) {
-        matrix[(i, j)] = value;
-        matrix[(j, i)] = value;
-    }
+/// Rows and columns of a lower triangle, row by row, without end.
+fn lower_places() -> impl Iterator<Item = (usize, usize)> {
+    (0..).flat_map(|i| (0..=i).map(move |j| (i, j)))
 }
 
 #[cfg(test)]
@@ -204,67 +211,73 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn responses(values: &[f64; 6]) -> Responses<f64, 2> {
+        Responses::from_column_slice(values)
+    }
+
     proptest! {
         #[test]
         fn the_scatter_is_the_sample_covariance(
-            hits in prop::collection::vec(prop::array::uniform4(-2.0..2.0_f64), 2..12),
+            hits in prop::collection::vec(prop::array::uniform6(-2.0..2.0_f64), 2..12),
         ) {
-            let mut sums = ScatterAccumulator::<f64, 4>::new();
+            let mut sums = ScatterAccumulator::<f64, 2>::new();
             for hit in &hits {
-                sums.add(&SVector::from(*hit));
+                sums.add(&responses(hit));
             }
             let n = hits.len() as f64;
-            let mean = hits.iter().map(|h| SVector::from(*h)).sum::<SVector<f64, 4>>() / n;
-            let mut expected = SMatrix::<f64, 4, 4>::zeros();
+            let mean = hits.iter().map(responses).sum::<Responses<f64, 2>>() / n;
+            let mut expected = ResponseSquare::<f64, 2>::zeros();
             for hit in &hits {
-                let d = SVector::from(*hit) - mean;
-                expected += d * d.transpose() / (n - 1.0);
+                let d = responses(hit) - mean;
+                expected.add_outer(&d, &(d / (n - 1.0)));
             }
             // Rounding only.
             prop_assert!((sums.mean() - mean).norm() < 1e-14);
-            prop_assert!((sums.covariance() - expected).norm() < 1e-13);
+            prop_assert!(sums.covariance().as_slice().iter().zip(expected.as_slice()).all(|(a, b)| (a - b).abs() < 1e-13));
             prop_assert_eq!(usize::from(sums.mass_lines().hits), hits.len());
         }
     }
 
     #[test]
     fn stored_mass_lines_read_back() {
-        let mut sums = ScatterAccumulator::<f32, 9>::new();
+        let mut sums = ScatterAccumulator::<f32, 3>::new();
         for k in 0..4 {
-            sums.add(&SVector::from_fn(|i, _| if i < 6 { (i * k) as f32 } else { 0.0 }));
+            sums.add(&Responses::from_fn(|axis, i| if i < 2 { ((3 * i + axis) * k) as f32 } else { 0.0 }));
         }
-        let noise = SVector::from_fn(|i, _| if i < 6 { 0.1 + i as f32 } else { 0.0 });
+        let noise = Responses::from_fn(|axis, i| if i < 2 { 0.1 + (3 * i + axis) as f32 } else { 0.0 });
         let lines = sums.mass_lines().with_noise(noise);
         let lower: std::vec::Vec<_> = lower_triangle(&lines.scatter, 6).collect();
         let accelerance = &lines.accelerance.as_slice()[..6];
         let noise = &lines.noise.as_slice()[..6];
         assert_eq!(MassLines::from_parts(accelerance, noise, &lower, 4), Some(lines.clone()));
-        assert_eq!(MassLines::<f32, 9>::from_parts(accelerance, noise, &lower[1..], 4), None);
-        assert_eq!(MassLines::<f32, 9>::from_parts(accelerance, &noise[1..], &lower, 4), None);
-        assert_eq!(MassLines::<f32, 4>::from_parts(accelerance, noise, &[], 4), None);
+        assert_eq!(MassLines::<f32, 3>::from_parts(accelerance, noise, &lower[1..], 4), None);
+        assert_eq!(MassLines::<f32, 3>::from_parts(accelerance, &noise[1..], &lower, 4), None);
+        assert_eq!(MassLines::<f32, 1>::from_parts(accelerance, noise, &[], 4), None);
         let whole: std::vec::Vec<_> = lower_triangle(&lines.scatter, 9).collect();
-        assert_eq!(symmetric(&whole), Some(lines.scatter));
+        let read: SMatrix<f32, 9, 9> = symmetric(&whole).unwrap();
+        assert!(read.iter().eq(lines.scatter.as_slice()));
         assert_eq!(symmetric::<f32, 9>(&lower), None);
     }
 
     #[test]
     fn a_hit_is_as_far_from_the_others_as_from_their_mean() {
-        let mut sums = ScatterAccumulator::<f64, 2>::new();
-        assert_eq!(sums.distance(&SVector::from([1.0, 0.0])), None);
-        sums.add(&SVector::from([3.0, 3.9]));
-        sums.add(&SVector::from([3.0, 4.1]));
+        let mut sums = ScatterAccumulator::<f64, 1>::new();
+        assert_eq!(sums.distance(&Responses::from([[1.0, 0.0, 0.0]])), None);
+        sums.add(&Responses::from([[3.0, 3.9, 0.0]]));
+        sums.add(&Responses::from([[3.0, 4.1, 0.0]]));
         // From (3, 4) to (0, 0) and to (3, 9), over 5.
-        assert_eq!(sums.distance(&SVector::zeros()), Some(1.0));
-        assert!((sums.distance(&SVector::from([3.0, 9.0])).unwrap() - 1.0).abs() < 1e-15);
+        assert_eq!(sums.distance(&Responses::zeros()), Some(1.0));
+        let far = sums.distance(&Responses::from([[3.0, 9.0, 0.0]])).unwrap();
+        assert!((far - 1.0).abs() < 1e-15);
         // Two hits 0.1 from their mean have the variance 0.02.
         assert!((sums.spread() - 0.02_f64.sqrt() / 5.0).abs() < 1e-15);
     }
 
     #[test]
     fn one_hit_has_no_scatter() {
-        let mut sums = ScatterAccumulator::<f32, 3>::default();
-        sums.add(&SVector::from([1.0, 2.0, 3.0]));
-        assert_eq!(sums.mass_lines().scatter, SMatrix::<f32, 3, 3>::zeros());
-        assert_eq!(*sums.mean(), SVector::from([1.0, 2.0, 3.0]));
+        let mut sums = ScatterAccumulator::<f32, 1>::default();
+        sums.add(&Responses::from([[1.0, 2.0, 3.0]]));
+        assert_eq!(sums.mass_lines().scatter, ResponseSquare::zeros());
+        assert_eq!(*sums.mean(), Responses::from([[1.0, 2.0, 3.0]]));
     }
 }

@@ -1,4 +1,8 @@
-//! From mass lines to the ten rigid body properties with their covariance.
+//! From what a test has observed to the ten rigid body properties with their covariance.
+//!
+//! [`identify`] is the one door: it takes [`Observations`] and the wanted [`Method`]s, and gives a list of
+//! [`Estimate`]s. A method is one file with an [`Entry`] and a solver, and one line in the list below; what
+//! shows or stores answers reads that list.
 
 pub mod global_fit;
 pub mod inertia_restraint;
@@ -9,45 +13,34 @@ pub mod single_fault;
 mod applicability;
 mod attached;
 mod estimate;
+mod identification;
 mod mass_lines;
+mod method;
+mod observations;
 mod response_inverse;
 mod rigidity;
 mod weighting;
 
 pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate};
-pub(crate) use mass_lines::check_mass_lines;
-pub use mass_lines::{MassLines, ScatterAccumulator, lower_triangle, symmetric};
+pub use identification::{Identification, Methods, identify, workspace};
+pub(crate) use mass_lines::{by_reference, check_mass_lines};
+pub use mass_lines::{DofMassLines, MassLines, ScatterAccumulator, lower_triangle, symmetric};
+pub use method::{Entry, Observable, Progress, Settings};
+pub use observations::{FrequencyResponses, NoSpectralLines, Observations, SpectralLines};
 pub use response_inverse::ResponseInverse;
 pub use rigidity::{NOT_RIGID, rigid_residuals};
 pub use weighting::{PlacementErrors, Weighting};
 
-/// How the ten properties were identified, raw in a stored result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Method {
-    /// The linear inertia restraint method (IRM).
-    InertiaRestraint = 1,
+use crate::Real;
+use crate::body::RigidBody;
+use crate::diagnosis::Diagnostics;
+
+method::methods! {
     /// Maximum likelihood with the complete covariance.
-    MaximumLikelihood = 2,
+    MaximumLikelihood = 2 in maximum_likelihood;
+    /// The linear inertia restraint method (IRM).
+    InertiaRestraint = 1 in inertia_restraint;
     /// Body and suspension fitted to all spectral lines.
-    GlobalFit = 3,
-}
-
-impl Method {
-    /// The name in reports and JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::InertiaRestraint => "inertia-restraint",
-            Self::MaximumLikelihood => "maximum-likelihood",
-            Self::GlobalFit => "global-fit",
-        }
-    }
-
-    /// Read from the wire.
-    pub fn from_raw(raw: u8) -> Option<Self> {
-        [Self::InertiaRestraint, Self::MaximumLikelihood, Self::GlobalFit]
-            .into_iter()
-            .find(|m| *m as u8 == raw)
-    }
+    GlobalFit = 3 in global_fit;
 }

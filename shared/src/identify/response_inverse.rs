@@ -1,44 +1,47 @@
 //! From readings to the motion of the body: the pseudo-inverse of the response matrix.
 
-use nalgebra::{SMatrix, SVector, Vector6};
+use nalgebra::{SVector, Vector6};
 
 use crate::Real;
 use crate::linalg::{Spectrum, spectrum};
+use crate::responses::{ResponseRows, Responses};
 
 /// `G⁺` of `xm = G [a; α]` (theory, section 3), by QR in balanced variables.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ResponseInverse<R, const CH: usize> {
-    /// 6 × CH; takes readings in m/s² to [a in m/s²; α in rad/s²]. All zero when the rank is below
+pub struct ResponseInverse<R, const S: usize> {
+    /// Its transpose: takes readings in m/s² to [a in m/s²; α in rad/s²]. All zero when the rank is below
     /// six.
-    pub matrix: SMatrix<R, 6, CH>,
+    pub transposed: ResponseRows<R, S, 6>,
     /// Rank of `G diag(1, 1, 1, 1/L, 1/L, 1/L)`.
     pub rank: usize,
     /// Its condition; infinite when the smallest singular value is zero.
     pub condition: R,
 }
 
-impl<R: Real, const CH: usize> ResponseInverse<R, CH> {
+impl<R: Real, const S: usize> ResponseInverse<R, S> {
     /// Of a response matrix; `length` is L in m. `None` when a number is not finite.
-    pub fn new(response: &SMatrix<R, CH, 6>, length: R) -> Option<Self> {
+    pub fn new(response: &ResponseRows<R, S, 6>, length: R) -> Option<Self> {
         let mut q = *response;
-        q.fixed_columns_mut::<3>(3).unscale_mut(length);
+        q.0.iter_mut().skip(3).for_each(|column| column.unscale_mut(length));
         let factor = orthonormalise(&mut q);
         let Spectrum { rank, condition } = spectrum(&factor)?;
-        let mut matrix = SMatrix::<R, 6, CH>::zeros();
+        let mut transposed = ResponseRows::zeros();
         if rank == 6 {
-            for (i, reading) in q.row_iter().enumerate() {
-                let mut column: Vector6<R> = reading.transpose();
-                back_substitute(&factor, &mut column);
-                column.fixed_rows_mut::<3>(3).unscale_mut(length);
-                matrix.set_column(i, &column);
+            for k in 0..3 * S {
+                let mut motion = SVector::from(q.row(k));
+                back_substitute(&factor, &mut motion);
+                motion.fixed_rows_mut::<3>(3).unscale_mut(length);
+                for (column, value) in transposed.0.iter_mut().zip(&motion) {
+                    column[k] = *value;
+                }
             }
         }
-        Some(Self { matrix, rank, condition })
+        Some(Self { transposed, rank, condition })
     }
 
     /// `[a; α]` in least squares of the readings of one hit.
-    pub fn motion(&self, readings: &SVector<R, CH>) -> Vector6<R> {
-        self.matrix * readings
+    pub fn motion(&self, readings: &Responses<R, S>) -> Vector6<R> {
+        Vector6::from_fn(|i, _| self.transposed.0[i].dot(readings))
     }
 }
 
@@ -46,16 +49,16 @@ impl<R: Real, const CH: usize> ResponseInverse<R, CH> {
 /// second pass where a column loses more than half of its square is as good as Householder (Giraud
 /// et al. 2005) and leaves Q explicit. A dependent
 /// column becomes zero or leaves rounding in the factor, which its singular values show.
-fn orthonormalise<R: Real, const CH: usize>(q: &mut SMatrix<R, CH, 6>) -> [[R; 6]; 6] {
+fn orthonormalise<R: Real, const S: usize>(q: &mut ResponseRows<R, S, 6>) -> [[R; 6]; 6] {
     let mut factor = [[R::zero(); 6]; 6];
     for k in 0..6 {
-        let mut column: SVector<R, CH> = q.column(k).into_owned();
+        let mut column = q.0[k];
         let mut square = column.norm_squared();
         for _pass in 0..2 {
             for i in 0..k {
-                let part = q.column(i).dot(&column);
+                let part = q.0[i].dot(&column);
                 factor[i][k] += part;
-                column.axpy(-part, &q.column(i), R::one());
+                column -= q.0[i] * part;
             }
             let before = square;
             square = column.norm_squared();
@@ -68,7 +71,7 @@ fn orthonormalise<R: Real, const CH: usize>(q: &mut SMatrix<R, CH, 6>) -> [[R; 6
         if norm > R::zero() {
             column.unscale_mut(norm);
         }
-        q.set_column(k, &column);
+        q.0[k] = column;
     }
     factor
 }
@@ -92,14 +95,19 @@ mod tests {
     #[test]
     fn it_inverts_the_response_matrix() {
         let layout = bar_layout();
-        let g = layout.response_matrix::<9>(&Vector3::zeros());
+        let g = layout.response_matrix(&Vector3::zeros());
         let inverse = ResponseInverse::new(&g, layout.characteristic_length()).unwrap();
         assert_eq!(inverse.rank, 6);
         // Rounding times the condition, 4.
-        assert!((inverse.matrix * g - Matrix6::identity()).norm() < 1e-14);
+        let product = Matrix6::from_fn(|i, j| inverse.transposed.0[i].dot(&g.0[j]));
+        assert!((product - Matrix6::identity()).norm() < 1e-14);
         // A pseudo-inverse projects orthogonally: G G⁺ is symmetric.
-        let projector = g * inverse.matrix;
-        assert!((projector - projector.transpose()).norm() < 1e-14);
+        let element = |i, j| {
+            g.row(i).iter().zip(inverse.transposed.row(j)).map(|(a, b)| a * b).sum::<f64>()
+        };
+        for i in 0..9 {
+            assert!((0..i).all(|j| (element(i, j) - element(j, i)).abs() < 1e-14));
+        }
     }
 
     #[test]
@@ -107,16 +115,16 @@ mod tests {
         let mut layout = bar_layout();
         for rank in [5, 3, 0] {
             layout.sensors.pop();
-            let g = layout.response_matrix::<9>(&Vector3::zeros());
+            let g = layout.response_matrix(&Vector3::zeros());
             let inverse = ResponseInverse::new(&g, layout.characteristic_length()).unwrap();
             assert_eq!(inverse.rank, rank);
-            assert_eq!(inverse.matrix, SMatrix::<f64, 6, 9>::zeros());
+            assert_eq!(inverse.transposed, ResponseRows::zeros());
         }
     }
 
     #[test]
     fn a_matrix_that_is_not_finite_is_refused() {
-        let g = SMatrix::<f32, 9, 6>::repeat(f32::NAN);
+        let g = ResponseRows([Responses::<f32, 3>::repeat(f32::NAN); 6]);
         assert!(ResponseInverse::new(&g, 1.0).is_none());
     }
 }

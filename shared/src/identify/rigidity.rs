@@ -6,11 +6,12 @@
 //! the sensors: those have no redundancy, and such a fault passes for a rotation.
 
 use heapless::Vec;
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 
 use super::ResponseInverse;
 use crate::Real;
 use crate::layout::Layout;
+use crate::responses::Responses;
 
 /// From this residual on, a sensor does not move with the others.
 ///
@@ -21,29 +22,23 @@ pub const NOT_RIGID: f64 = 0.08;
 /// The part of each sensor in the residual of the best rigid motion, `|(A − G G⁺ A)_i| / |A|`, of the
 /// mass lines `accelerance` of one hit DOF, (m/s²)/N. `None` when the sensors do not tell all six
 /// motions, or a number is not finite.
-pub fn rigid_residuals<R: Real, const CH: usize, const S: usize, const H: usize>(
+pub fn rigid_residuals<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
-    accelerance: &SVector<R, CH>,
+    accelerance: &Responses<R, S>,
 ) -> Option<Vec<R, S>> {
-    let response = layout.response_matrix::<CH>(&Vector3::zeros());
+    let response = layout.response_matrix(&Vector3::zeros());
     let inverse = ResponseInverse::new(&response, layout.characteristic_length())?;
     if inverse.rank < 6 {
         return None;
     }
-    let used = 3 * layout.sensors.len();
-    let readings =
-        SVector::<R, CH>::from_fn(|i, _| if i < used { accelerance[i] } else { R::zero() });
+    let used = layout.sensors.len();
+    let readings = accelerance.map_with_location(|_, i, v| if i < used { v } else { R::zero() });
     let size = readings.norm();
-    let left = readings - response * inverse.motion(&readings);
+    let left = readings - response.times(&inverse.motion(&readings));
     if !(size.finite() && left.norm().finite() && size > R::zero()) {
         return None;
     }
-    let sensors = left.as_slice().chunks_exact(3).take(layout.sensors.len());
-    Some(
-        sensors
-            .map(|part| part.iter().fold(R::zero(), |sum, &r| sum + r * r).sqrt() / size)
-            .collect(),
-    )
+    Some(left.column_iter().take(used).map(|part| part.norm() / size).collect())
 }
 
 #[cfg(test)]
@@ -51,7 +46,7 @@ mod tests {
     use super::*;
     use crate::layout::tests::{bar_body, bar_layout};
 
-    fn readings(hit: usize) -> SVector<f64, 9> {
+    fn readings(hit: usize) -> Responses<f64, 3> {
         bar_layout().accelerance(&bar_body(), hit).unwrap()
     }
 
@@ -85,9 +80,9 @@ mod tests {
         let mut layout = bar_layout();
         layout.sensors.pop();
         assert_eq!(rigid_residuals(&layout, &readings(0)), None);
-        let nothing = SVector::<f64, 9>::zeros();
+        let nothing = Responses::<f64, 3>::zeros();
         assert_eq!(rigid_residuals(&bar_layout(), &nothing), None);
-        let wild = SVector::<f64, 9>::repeat(f64::NAN);
+        let wild = Responses::<f64, 3>::repeat(f64::NAN);
         assert_eq!(rigid_residuals(&bar_layout(), &wild), None);
     }
 }

@@ -6,13 +6,10 @@
 //! normal to the plane of three sensors: a single hit does not show every mistake. All hits together
 //! show most, because one body has to answer them all.
 
-use core::borrow::Borrow;
-
 use nalgebra::SVector;
 
-use super::inertia_restraint::{self, Settings};
-use super::maximum_likelihood::{self, Learnt};
-use super::{Consistency, MassLines};
+use super::maximum_likelihood::{self, Learnt, Start};
+use super::{Consistency, DofMassLines, MassLines};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::layout::{Axis, Layout, Sign};
@@ -169,17 +166,14 @@ impl<R: Real> SingleFault<R> {
 
     /// Fits the layout that the mistake has made to the data. `workspace` as for
     /// [`maximum_likelihood::solve`]. `None` when that fit has no answer.
-    pub fn test<const S: usize, const H: usize, const CH: usize, B>(
+    pub fn test<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
-        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
-    ) -> Option<Explained<R>>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
+    ) -> Option<Explained<R>> {
         let layout = self.applied(layout)?;
-        let solution = fit::<R, S, H, CH, B>(&layout, dofs, workspace)?;
+        let solution = fit(&layout, dofs, workspace)?;
         let gain = solution.learned.hammer_gain;
         let scale = Learnt { value: R::one() - gain.value, sigma: gain.sigma };
         Some(Explained {
@@ -192,28 +186,24 @@ impl<R: Real> SingleFault<R> {
     /// `body`, the object alone: near its degrees of freedom when the data do not show the mistake.
     /// `dofs` tell how many hits were averaged, and their noise. `None` when the fit has no answer,
     /// which shows that something is wrong.
-    pub fn shows<const S: usize, const H: usize, const CH: usize, B>(
+    pub fn shows<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         body: &RigidBody<R>,
-        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
-    ) -> Option<Consistency<R>>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
+    ) -> Option<Consistency<R>> {
         let truth = self.applied(layout)?;
         let attached = layout.attached.iter().map(|a| SVector::from(a.phi));
         let whole = attached.fold(body.phi(), |sum, phi| sum + phi);
         let whole = RigidBody::from_phi(&whole)?;
-        let mut readings = heapless::Vec::<(usize, MassLines<R, CH>), H>::new();
+        let mut readings = heapless::Vec::<DofMassLines<R, S>, H>::new();
         for (index, lines) in dofs {
-            let accelerance = truth.accelerance::<CH>(&whole, index)?;
-            let MassLines { noise, scatter, hits, .. } = lines.borrow().clone();
-            readings.push((index, MassLines { accelerance, noise, scatter, hits })).ok()?;
+            let accelerance = truth.accelerance(&whole, *index)?;
+            let MassLines { noise, scatter, hits, .. } = lines.clone();
+            readings.push((*index, MassLines { accelerance, noise, scatter, hits })).ok()?;
         }
-        let exact = readings.iter().map(|(index, lines)| (*index, lines));
-        let solution = fit::<R, S, H, CH, &MassLines<R, CH>>(layout, exact, workspace)?;
+        let solution = fit(layout, &readings, workspace)?;
         let Consistency { chi_squared, degrees_of_freedom } = solution.estimate.consistency?;
         // Noise adds its mean.
         let chi_squared = chi_squared + R::of(f64::from(degrees_of_freedom));
@@ -223,17 +213,12 @@ impl<R: Real> SingleFault<R> {
 
 /// The maximum likelihood fit from the start of the linear method, where that has an answer, else from
 /// a crude one.
-fn fit<R: Real, const S: usize, const H: usize, const CH: usize, B>(
+fn fit<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
-    dofs: impl Iterator<Item = (usize, B)> + Clone,
+    dofs: &[DofMassLines<R, S>],
     workspace: &mut [R],
-) -> Option<maximum_likelihood::Solution<R, S, H>>
-where
-    B: Borrow<MassLines<R, CH>>,
-{
-    let linear = inertia_restraint::solve(layout, dofs.clone(), Settings::weighted());
-    let start = linear.ok().map(|estimate| estimate.body);
-    maximum_likelihood::solve(layout, dofs, start.as_ref(), workspace).ok()
+) -> Option<maximum_likelihood::Solution<R, S, H>> {
+    maximum_likelihood::solve(layout, dofs, Start::InertiaRestraint, workspace).ok()
 }
 
 /// True when something is known of the object that a common scale would change: mass or inertia.

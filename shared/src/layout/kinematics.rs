@@ -3,12 +3,13 @@
 //! Motion is `x₀ = [a_O; α]`, the acceleration of a reference point and the angular acceleration;
 //! products of velocities are neglected. Theory, section 2.
 
-use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Complex, Matrix3, SMatrix, Vector3, Vector6};
 
 use super::{Hit, Layout, Sensor};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::linalg::skew;
+use crate::responses::{ResponseRows, Responses};
 
 impl<R: Real> Sensor<R> {
     /// Its axes as rows: `Rᵀ` of the theory.
@@ -70,30 +71,30 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
     }
 
     /// `G`: the readings of all sensors stacked, of `[a_r; α]`; three rows a sensor, zero beyond
-    /// the last. `CH` must be at least three times the sensor capacity.
-    pub fn response_matrix<const CH: usize>(&self, reference: &Vector3<R>) -> SMatrix<R, CH, 6> {
+    /// the last.
+    pub fn response_matrix(&self, reference: &Vector3<R>) -> ResponseRows<R, S, 6> {
         self.stacked(|sensor| sensor.response_rows(reference))
     }
 
     /// What over `s²` adds to [`Layout::response_matrix`]; zero when no gravity is given.
-    pub fn gravity_matrix<const CH: usize>(&self) -> SMatrix<R, CH, 6> {
+    pub fn gravity_matrix(&self) -> ResponseRows<R, S, 6> {
         let gravity = Vector3::from(self.gravity.unwrap_or([R::zero(); 3]));
         self.stacked(|sensor| sensor.gravity_rows(&gravity))
     }
 
     /// `G(s) = G + G_g / s²` with the Laplace variable `s = σ + iω`, rad/s.
-    pub fn response_matrix_at<const CH: usize>(
+    pub fn response_matrix_at(
         &self,
         reference: &Vector3<R>,
         s: Complex<R>,
-    ) -> SMatrix<Complex<R>, CH, 6> {
-        let rigid = self.response_matrix::<CH>(reference);
-        let gravity = self.gravity_matrix::<CH>();
+    ) -> ResponseRows<Complex<R>, S, 6> {
+        let (rigid, gravity) = (self.response_matrix(reference), self.gravity_matrix());
         let inverse = Complex::new(R::one(), R::zero()) / (s * s);
-        SMatrix::from_fn(|i, j| {
-            let g = gravity[(i, j)];
-            Complex::new(rigid[(i, j)] + inverse.re * g, inverse.im * g)
-        })
+        ResponseRows(core::array::from_fn(|j| {
+            rigid.0[j].zip_map(&gravity.0[j], |rigid, gravity| {
+                Complex::new(rigid + inverse.re * gravity, inverse.im * gravity)
+            })
+        }))
     }
 
     /// One row of [`Layout::response_matrix_at`] about the origin, as a column; zero for a channel that
@@ -113,24 +114,16 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
     /// Accelerance of every response under the hit of this index, of a body without suspension:
     /// one column of `G M₀⁻¹ F₀`, (m/s²)/N. `None` when the hit does not exist or the body has no
     /// inertia.
-    pub fn accelerance<const CH: usize>(
-        &self,
-        body: &RigidBody<R>,
-        hit: usize,
-    ) -> Option<SVector<R, CH>> {
+    pub fn accelerance(&self, body: &RigidBody<R>, hit: usize) -> Option<Responses<R, S>> {
         let origin = Vector3::zeros();
         let motion = body.acceleration(&self.hits.get(hit)?.unit_force(&origin))?;
-        Some(self.response_matrix::<CH>(&origin) * motion)
+        Some(self.response_matrix(&origin).times(&motion))
     }
 
-    fn stacked<const CH: usize>(
-        &self,
-        rows: impl Fn(&Sensor<R>) -> SMatrix<R, 3, 6>,
-    ) -> SMatrix<R, CH, 6> {
-        const { assert!(CH >= 3 * S, "three responses a sensor") };
-        let mut matrix = SMatrix::<R, CH, 6>::zeros();
+    fn stacked(&self, rows: impl Fn(&Sensor<R>) -> SMatrix<R, 3, 6>) -> ResponseRows<R, S, 6> {
+        let mut matrix = ResponseRows::zeros();
         for (i, sensor) in self.sensors.iter().enumerate() {
-            matrix.fixed_view_mut::<3, 6>(3 * i, 0).copy_from(&rows(sensor));
+            matrix.set_sensor(i, &rows(sensor));
         }
         matrix
     }
@@ -152,25 +145,28 @@ mod tests {
         let g = Vector3::from(layout.gravity.unwrap());
         let omega = 30.0;
         let s = Complex::new(0.0, omega);
-        let with = layout.response_matrix_at::<9>(&Vector3::zeros(), s);
+        let with = layout.response_matrix_at(&Vector3::zeros(), s);
         let mut moved = layout.clone();
         for sensor in &mut moved.sensors {
             let p = Vector3::from(sensor.position) + sensor_shift(&g, omega);
             sensor.position = p.into();
         }
-        let without = moved.response_matrix::<9>(&Vector3::zeros());
+        let without = moved.response_matrix(&Vector3::zeros());
         // Rounding only: theory, section 2 states the identity.
-        assert!((with.map(|v| v.re) - without).norm() < 1e-14);
-        assert!(with.iter().all(|v| v.im.abs() < 1e-15));
+        for (with, without) in with.0.iter().zip(without.0) {
+            assert!((with.map(|v| v.re) - without).norm() < 1e-14);
+            assert!(with.iter().all(|v| v.im.abs() < 1e-15));
+        }
     }
 
     #[test]
     fn a_sensor_that_feels_no_gravity_has_no_such_rows() {
         let mut layout = bar_layout();
         layout.sensors[1].senses_gravity = false;
-        let g = layout.gravity_matrix::<9>();
-        assert_eq!(g.fixed_view::<3, 6>(3, 0).norm(), 0.0);
-        assert!(g.fixed_view::<3, 6>(0, 0).norm() > 9.0);
+        let g = layout.gravity_matrix();
+        let of_sensor = |i: usize| g.0.iter().map(|column| column.column(i).norm()).sum::<f64>();
+        assert_eq!(of_sensor(1), 0.0);
+        assert!(of_sensor(0) > 9.0);
     }
 
     #[test]
@@ -178,12 +174,12 @@ mod tests {
         let layout = bar_layout();
         let body = crate::layout::tests::bar_body();
         let r = Vector3::new(0.1, -0.2, 0.3);
-        let here = layout.accelerance::<9>(&body, 0).unwrap();
+        let here = layout.accelerance(&body, 0).unwrap();
         let motion = body.shifted_to(&r).acceleration(&layout.hits[0].unit_force(&r)).unwrap();
-        let there = layout.response_matrix::<9>(&r) * motion;
+        let there = layout.response_matrix(&r).times(&motion);
         // Rounding of accelerances of about 3 (m/s²)/N.
         assert!((here - there).norm() < 1e-13);
-        assert!(layout.accelerance::<9>(&body, 3).is_none());
+        assert!(layout.accelerance(&body, 3).is_none());
     }
 
     #[test]

@@ -5,10 +5,11 @@
 //! reaches into a suspension or an elastic mode, the three terms bend and A moves; where both fits are
 //! full of modes, neither fits, and what is left of the lines makes the standard deviation of A large.
 
-use nalgebra::{Complex, SVector};
+use nalgebra::Complex;
 
 use super::{BasisRow, Line, MassLineBasis, MassLineError, Terms};
 use crate::Real;
+use crate::responses::Responses;
 
 /// Share of the band, on a logarithmic scale, that is left out at either end for the comparison.
 const TRIMMED: f64 = 0.2;
@@ -35,19 +36,19 @@ pub struct Fitting<R> {
 
 /// The mass lines of one DOF; zero beyond the last response.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ResponseFits<R, const CH: usize> {
+pub struct ResponseFits<R, const S: usize> {
     /// A of every response, (m/s²)/N.
-    pub accelerance: SVector<R, CH>,
+    pub accelerance: Responses<R, S>,
     /// Their standard deviations by noise, corrected for the window.
-    pub noise: SVector<R, CH>,
+    pub noise: Responses<R, S>,
     /// By how much A moves without the ends of the band, (m/s²)/N.
-    moved: SVector<R, CH>,
+    moved: Responses<R, S>,
     /// Standard deviations of A over the inner band.
-    moved_noise: SVector<R, CH>,
+    moved_noise: Responses<R, S>,
     responses: usize,
 }
 
-impl<R: Real, const CH: usize> ResponseFits<R, CH> {
+impl<R: Real, const S: usize> ResponseFits<R, S> {
     /// Fits `responses` responses. `lines` as for [`MassLineBasis::new`]; `h(response, line)` is the
     /// accelerance of a response at a line, counted as `lines` are.
     ///
@@ -64,17 +65,17 @@ impl<R: Real, const CH: usize> ResponseFits<R, CH> {
         I: Iterator<Item = Line<R>> + Clone,
     {
         let count = lines.clone().count();
-        let responses = responses.min(CH);
+        let responses = responses.min(3 * S);
         let mut fit = |band: [R; 2]| {
             let Fitting { decay, terms, correlation, .. } = *fitting;
             let basis = MassLineBasis::new(lines.clone(), band, decay, terms, workspace)?;
-            let (mut accelerance, mut noise) = (SVector::zeros(), SVector::zeros());
+            let (mut accelerance, mut noise) = (Responses::zeros(), Responses::zeros());
             for response in 0..responses {
                 let line = basis.fit((0..count).map(|line| h(response, line)))?;
                 accelerance[response] = line.accelerance();
                 noise[response] = line.sigma[0] * correlation;
             }
-            Ok::<(SVector<R, CH>, SVector<R, CH>), MassLineError>((accelerance, noise))
+            Ok::<(Responses<R, S>, Responses<R, S>), MassLineError>((accelerance, noise))
         };
         // A band too narrow to be trimmed is not compared.
         let inner = fit(inner(fitting.band));
@@ -83,15 +84,15 @@ impl<R: Real, const CH: usize> ResponseFits<R, CH> {
             // The difference of two least squares fits, one over a part of the data, scatters less
             // than the lesser one.
             Ok((without, its_noise)) => (without - accelerance, its_noise),
-            Err(_) => (SVector::zeros(), SVector::zeros()),
+            Err(_) => (Responses::zeros(), Responses::zeros()),
         };
         Ok(Self { accelerance, noise, moved, moved_noise, responses })
     }
 
     /// Without a mass line yet of any of so many responses.
     pub fn zeros(responses: usize) -> Self {
-        let zero = SVector::zeros();
-        let responses = responses.min(CH);
+        let zero = Responses::zeros();
+        let responses = responses.min(3 * S);
         Self { accelerance: zero, noise: zero, moved: zero, moved_noise: zero, responses }
     }
 

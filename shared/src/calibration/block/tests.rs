@@ -1,6 +1,5 @@
 use super::*;
 use crate::identify::ScatterAccumulator;
-use nalgebra::SMatrix;
 use std::vec::Vec;
 
 const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -18,19 +17,19 @@ fn sensors() -> [Matrix3<f64>; 2] {
 
 /// Five hits along each axis that miss their direction by ±`miss` rad across, read through `sensors`
 /// and a hammer whose output is `hammer` times what it should be.
-fn hits<R: Real>(sensors: &[Matrix3<f64>; 2], hammer: f64, miss: f64) -> Vec<BlockHit<R, 6>> {
+fn hits<R: Real>(sensors: &[Matrix3<f64>; 2], hammer: f64, miss: f64) -> Vec<BlockHit<R, 2>> {
     let pattern = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.0, 0.0]];
     (0..3)
         .map(|axis| {
-            let mut lines = ScatterAccumulator::<f64, 6>::new();
+            let mut lines = ScatterAccumulator::<f64, 2>::new();
             for [a, b] in pattern {
                 let mut push = Vector3::ith(axis, 1.0);
                 push[(axis + 1) % 3] = a * miss;
                 push[(axis + 2) % 3] = b * miss;
                 let acceleration = push.normalize() / BLOCK.mass;
-                let mut read = SVector::<f64, 6>::zeros();
+                let mut read = Responses::<f64, 2>::zeros();
                 for (i, sensor) in sensors.iter().enumerate() {
-                    read.fixed_rows_mut::<3>(3 * i).copy_from(&(sensor * acceleration / hammer));
+                    read.set_column(i, &(sensor * acceleration / hammer));
                 }
                 lines.add(&read);
             }
@@ -121,7 +120,7 @@ fn the_scatter_of_the_directions_is_the_sigma_of_the_cross_axis_ratios() {
 #[test]
 fn what_gives_no_calibration_is_named() {
     let good = hits::<f64>(&sensors(), 1.0, 0.03);
-    let ratio = |hits: &[BlockHit<f64, 6>]| sensor_ratios(hits, 0, &AXES, BLOCK).unwrap_err();
+    let ratio = |hits: &[BlockHit<f64, 2>]| sensor_ratios(hits, 0, &AXES, BLOCK).unwrap_err();
     assert_eq!(ratio(&good[..2]), BlockError::DirectionsMissing);
     assert_eq!(ratio(&[]), BlockError::DirectionsMissing);
     let mut once = good.clone();
@@ -135,8 +134,8 @@ fn what_gives_no_calibration_is_named() {
     assert_eq!(force_ratio(&good, 2, weightless), Err(BlockError::NotFinite));
     let mut dead = good.clone();
     for hit in &mut dead {
-        hit.lines.accelerance.fixed_rows_mut::<3>(3).fill(0.0);
-        hit.lines.scatter = SMatrix::zeros();
+        hit.lines.accelerance.column_mut(1).fill(0.0);
+        hit.lines.scatter = crate::responses::ResponseSquare::zeros();
     }
     let silent = BlockError::Dead { sensor: 1 };
     assert_eq!(sensor_ratios(&dead, 1, &AXES, BLOCK), Err(silent));

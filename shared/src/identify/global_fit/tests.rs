@@ -9,8 +9,8 @@ use std::vec::Vec;
 
 const DECAY: f64 = 10.0;
 
-fn settings() -> Settings<f64> {
-    Settings { decay: DECAY, damping: false, elastic: false, correlation: 1.0 }
+fn settings() -> Settings {
+    Settings { damping: false, elastic: false }
 }
 
 /// Four cords at different points that are stiff along z and softer across, N/m, about the origin.
@@ -45,12 +45,12 @@ fn responses(frequencies: &[f64], stiffness: f64, damping: f64, elastic: f64) ->
             + suspension(stiffness).map(|k| real(k) / (s * s))
             + suspension(damping).map(|c| real(c) / s);
         let inverse = dynamic.try_inverse().unwrap();
-        let response = layout.response_matrix_at::<9>(&Vector3::zeros(), s);
+        let response = layout.response_matrix_at(&Vector3::zeros(), s);
         for channel in 0..9 {
             for hit in &layout.hits {
                 let force = hit.unit_force(&Vector3::zeros()).map(real);
                 let motion = inverse * force;
-                let rigid: Complex<f64> = (0..6).map(|j| response[(channel, j)] * motion[j]).sum();
+                let rigid: Complex<f64> = response.row(channel).iter().zip(&motion).map(|(g, a)| g * a).sum();
                 all.push(rigid + s * s * (elastic * (channel as f64 - 3.0)));
             }
         }
@@ -62,10 +62,11 @@ fn fit(
     frequencies: &[f64],
     accelerance: &[Complex<f64>],
     start: &RigidBody<f64>,
-    settings: &Settings<f64>,
+    settings: &Settings,
 ) -> Result<Solution<f64>, Diagnostics> {
     let data = FrequencyResponses::new(frequencies, accelerance, 9, 3).unwrap();
-    let mut workspace = vec![Matrix6::zeros(); frequencies.len()];
+    let data = data.windowed(DECAY, 1.0);
+    let mut workspace = vec![0.0; workspace(frequencies.len())];
     solve(&bar_layout(), &data, start, settings, &mut workspace)
 }
 
@@ -95,7 +96,7 @@ fn the_body_comes_back_from_lines_near_the_suspension_modes() {
     assert!(worst(&found) < 1e-6, "{:e}", worst(&found));
     let readable = (found.stiffness - suspension(300.0)).fixed_view::<3, 3>(0, 0).norm();
     assert!(readable < 1e-2, "{readable} N/m");
-    assert!(found.damping.is_none() && found.estimate.rank == 10);
+    assert!(found.damping.is_none());
 }
 
 #[test]
@@ -155,12 +156,12 @@ fn bad_input_is_refused() {
     let mut nan = good.clone();
     nan[7].im = f64::NAN;
     assert_eq!(code(fit(&f, &nan, &crude(), &settings())), Some(Code::DataNotFinite));
-    let every = Settings { damping: true, elastic: true, ..settings() };
+    let every = Settings { damping: true, elastic: true };
     let few = fit(&f[..1], &good[..27], &crude(), &every);
     assert_eq!(code(few), Some(Code::BandTooNarrow));
     assert!(FrequencyResponses::new(&f, &good[1..], 9, 3).is_none());
     let data = FrequencyResponses::new(&f, &good, 3, 9).unwrap();
-    let mut workspace = vec![Matrix6::zeros(); f.len()];
+    let mut workspace = vec![0.0; workspace(f.len())];
     let wrong = solve(&bar_layout(), &data, &crude(), &settings(), &mut workspace);
     assert_eq!(code(wrong), Some(Code::FrfMissing));
     let data = FrequencyResponses::new(&f, &good, 9, 3).unwrap();

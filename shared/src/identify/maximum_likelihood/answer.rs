@@ -1,7 +1,5 @@
 //! What a fit that has settled answers.
 
-use core::borrow::Borrow;
-
 use nalgebra::{SMatrix, SVector};
 
 use super::fit::{Fit, Stage, damped_step};
@@ -11,7 +9,7 @@ use super::{CONTRADICTION, Solution, equations_in, fatal, learned, strain, undet
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, Severity};
-use crate::identify::{Estimate, MassLines};
+use crate::identify::{DofMassLines, Estimate, Method};
 use crate::layout::Layout;
 use crate::linalg::all_finite;
 
@@ -22,16 +20,13 @@ impl<R: Real> Fit<R> {
     /// When the information about the ten is not positive definite, a number is not finite, or steps
     /// are missing.
     #[inline(never)]
-    pub fn answer<const S: usize, const H: usize, const CH: usize, B>(
+    pub fn answer<const S: usize, const H: usize>(
         self,
         layout: &Layout<R, S, H>,
-        dofs: impl Iterator<Item = (usize, B)>,
+        dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
-    ) -> Result<Estimate<R>, Diagnostics>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
-        let problem = Problem::<R, S, H, CH>::new(layout);
+    ) -> Result<Estimate<R>, Diagnostics> {
+        let problem = Problem::<R, S, H>::new(layout);
         let mut equations = equations_in(workspace, &problem)?;
         self.conclude(&problem, dofs, &mut equations)
     }
@@ -40,32 +35,26 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// As [`Self::answer`].
-    pub fn finish<const S: usize, const H: usize, const CH: usize, B>(
+    pub fn finish<const S: usize, const H: usize>(
         self,
         layout: &Layout<R, S, H>,
-        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
-    ) -> Result<Solution<R, S, H>, Diagnostics>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
-        let problem = Problem::<R, S, H, CH>::new(layout);
+    ) -> Result<Solution<R, S, H>, Diagnostics> {
+        let problem = Problem::<R, S, H>::new(layout);
         let mut equations = equations_in(workspace, &problem)?;
         let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
-        let estimate = self.conclude(&problem, dofs.clone(), &mut equations)?;
+        let estimate = self.conclude(&problem, dofs, &mut equations)?;
         let learned = learned::learn(&problem, dofs, &body, &mut equations);
         Ok(Solution { estimate, learned: learned.ok_or_else(undetermined)? })
     }
 
-    fn conclude<const S: usize, const H: usize, const CH: usize, B>(
+    fn conclude<const S: usize, const H: usize>(
         mut self,
-        problem: &Problem<'_, R, S, H, CH>,
-        dofs: impl Iterator<Item = (usize, B)>,
+        problem: &Problem<'_, R, S, H>,
+        dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
-    ) -> Result<Estimate<R>, Diagnostics>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
+    ) -> Result<Estimate<R>, Diagnostics> {
         let Stage::Done = self.stage else {
             return Err(fatal(Code::NotConverged, f32::from(self.steps())));
         };
@@ -96,12 +85,10 @@ impl<R: Real> Fit<R> {
             self.say(Code::GravityNotGiven, Severity::Note, R::zero());
         }
         Ok(Estimate {
+            method: Method::MaximumLikelihood,
             body: problem.balance.body_back(&object),
             covariance: Some(problem.balance.covariance_back(&covariance)),
-            rank: self.rank,
             condition: self.condition,
-            response_condition: None,
-            rms: (self.cost / R::of(self.equations as f64)).sqrt(),
             consistency: Some(consistency),
             diagnostics: self.diagnostics,
         })

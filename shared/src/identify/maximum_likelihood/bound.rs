@@ -1,12 +1,13 @@
 //! The smallest uncertainty that any unbiased method can reach: the Cramér-Rao bound.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::answer::covariance_of;
 use super::model::Model;
 use super::normal_equations::NormalEquations;
 use super::problem::Problem;
 use crate::Real;
+use crate::responses::{ResponseSquare, Responses};
 use crate::body::RigidBody;
 use crate::identify::MassLines;
 use crate::layout::Layout;
@@ -34,20 +35,20 @@ impl<R: Real> Bound<R> {
 /// `body` is the object; `noise` the standard deviation of each accelerance that is averaged over
 /// `hits` hits, (m/s²)/N. `None` when the layout does not determine the ten, or when nothing is wrong
 /// with the readings.
-pub fn bound<R: Real, const S: usize, const H: usize, const CH: usize>(
+pub fn bound<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     body: &RigidBody<R>,
-    noise: impl Fn(usize) -> SVector<R, CH>,
+    noise: impl Fn(usize) -> Responses<R, S>,
     hits: u16,
     workspace: &mut [R],
 ) -> Option<Bound<R>> {
-    let problem = Problem::<R, S, H, CH>::new(layout);
+    let problem = Problem::<R, S, H>::new(layout);
     let object = problem.balance.body(body);
     let whole = problem.body_of(&object.phi())?;
     let mut equations = NormalEquations::new(workspace, problem.causes())?;
     let dofs = (0..layout.hits.len()).map(|index| {
         // The readings themselves do not matter to the information.
-        let mut lines = MassLines::without_scatter(SVector::zeros());
+        let mut lines = MassLines::without_scatter(Responses::zeros());
         lines.noise = noise(index);
         lines.hits = hits;
         (index, lines)
@@ -69,38 +70,48 @@ pub fn bound<R: Real, const S: usize, const H: usize, const CH: usize>(
 ///
 /// `first` is a DOF with its mass lines, which tell noise and hits. `None` when the layout does not
 /// have the DOFs or the body has no inertia.
-pub fn readings_covariance<R: Real, const S: usize, const H: usize, const CH: usize>(
+pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     body: &RigidBody<R>,
-    first: (usize, &MassLines<R, CH>),
+    first: (usize, &MassLines<R, S>),
     second: usize,
-) -> Option<SMatrix<R, CH, CH>> {
-    let problem = Problem::<R, S, H, CH>::new(layout);
+) -> Option<ResponseSquare<R, S>> {
+    let problem = Problem::<R, S, H>::new(layout);
     let whole = problem.body_of(&problem.balance.body(body).phi())?;
     let model = Model::new(layout, &problem.balance, &whole)?;
     let (index, lines) = first;
     let of_first = problem.terms(&model, index, lines)?;
     let of_second = problem.terms(&model, second, lines)?;
-    let mut sum = SMatrix::<R, CH, CH>::zeros();
+    let mut sum = ResponseSquare::<R, S>::zeros();
     problem.with_rows(&model, &of_first, |one| {
         problem.with_rows(&model, &of_second, |other| {
             for (i, columns) in one.sensors.iter().enumerate() {
                 let Some(others) = other.sensors.get(i) else { continue };
                 for (a, b) in columns.iter().zip(others) {
-                    let mut block = sum.fixed_view_mut::<3, 3>(3 * i, 3 * i);
-                    block += a * b.transpose();
+                    sum.add_outer(&of_sensor(i, a), &of_sensor(i, b));
                 }
             }
             // After the hammer and what is attached come the ten.
             let causes = one.shared.len().saturating_sub(10);
             for (a, b) in one.shared.iter().zip(other.shared).take(causes) {
-                sum += a * b.transpose();
+                sum.add_outer(a, b);
             }
         });
     });
     if index == second {
-        sum += of_first.model.spread * of_first.model.spread.transpose();
-        sum += SMatrix::from_diagonal(&lines.noise.component_mul(&lines.noise));
+        for column in &of_first.model.spread.0 {
+            sum.add_outer(column, column);
+        }
+        for k in 0..problem.channels {
+            sum[(k, k)] += lines.noise[k] * lines.noise[k];
+        }
     }
     Some(sum)
+}
+
+/// Responses of one sensor alone.
+fn of_sensor<R: Real, const S: usize>(i: usize, readings: &Vector3<R>) -> Responses<R, S> {
+    let mut responses = Responses::<R, S>::zeros();
+    responses.set_column(i, readings);
+    responses
 }

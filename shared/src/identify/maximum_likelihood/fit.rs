@@ -1,8 +1,6 @@
 //! The fit, step by step: Levenberg and Marquardt over phi, or over log-Cholesky parameters where only
 //! physical bodies are looked at.
 
-use core::borrow::Borrow;
-
 use nalgebra::{SMatrix, SVector};
 
 use super::normal_equations::NormalEquations;
@@ -12,7 +10,8 @@ use super::{check_data, equations_in, fatal, start, undetermined};
 use crate::Real;
 use crate::body::{LogCholesky, RigidBody};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use crate::identify::{Consistency, MassLines};
+use crate::identify::inertia_restraint::{self, Settings};
+use crate::identify::{Consistency, DofMassLines, Progress, by_reference};
 use crate::layout::Layout;
 use crate::linalg::{all_finite, cholesky};
 
@@ -30,13 +29,15 @@ const MOST_TRIALS: u8 = 20;
 const FIRST_DAMPING: f64 = 1e-6;
 /// A damping below this does not shorten a step noticeably.
 const UNDAMPED: f64 = 1e-2;
-/// Whether another step is needed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
-    /// Call [`Fit::step`] again.
-    Going,
-    /// Call [`Fit::answer`] or [`Fit::finish`].
-    Done,
+/// Where a fit starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start<'a, R> {
+    /// At a body without what hangs on it: the answer of another method.
+    At(&'a RigidBody<R>),
+    /// At the answer of the inertia restraint method; crudely where it has none.
+    InertiaRestraint,
+    /// At a ball in the middle of sensors and hits.
+    Crude,
 }
 
 /// A fit in progress.
@@ -53,7 +54,6 @@ pub struct Fit<R> {
     length: R,
     /// Readings and priors.
     pub(super) equations: usize,
-    pub(super) rank: usize,
     pub(super) condition: R,
     pub(super) diagnostics: Diagnostics,
     pub(super) stage: Stage<R>,
@@ -87,17 +87,22 @@ impl<R: Real> Fit<R> {
     /// # Errors
     /// Whatever keeps the data from determining the ten by any method: numbers that are not finite,
     /// hits that are too few, parallel or concurrent, an information matrix of a rank below ten.
-    pub fn start<const S: usize, const H: usize, const CH: usize, B>(
+    pub fn start<const S: usize, const H: usize>(
         layout: &Layout<R, S, H>,
-        dofs: impl Iterator<Item = (usize, B)> + Clone,
-        start: Option<&RigidBody<R>>,
-    ) -> Result<Self, Diagnostics>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
-        check_data(layout, dofs.clone())?;
-        let problem = Problem::<R, S, H, CH>::new(layout);
-        let given = start.map(|object| problem.balance.body(object)).filter(start::is_usable);
+        dofs: &[DofMassLines<R, S>],
+        start: Start<'_, R>,
+    ) -> Result<Self, Diagnostics> {
+        check_data(layout, dofs)?;
+        let problem = Problem::<R, S, H>::new(layout);
+        let given = match start {
+            Start::At(object) => Some(*object),
+            Start::InertiaRestraint => {
+                let linear = inertia_restraint::solve(layout, dofs, Settings::weighted());
+                linear.ok().map(|estimate| estimate.body)
+            }
+            Start::Crude => None,
+        };
+        let given = given.map(|object| problem.balance.body(&object)).filter(start::is_usable);
         // The body at which the layout has to determine the ten.
         let (judged, parameters) = match given {
             Some(object) => {
@@ -105,13 +110,13 @@ impl<R: Real> Fit<R> {
                 (whole, Parameters::Free(object.phi()))
             }
             None => {
-                let whole = start::crude(&problem, dofs.clone()).ok_or_else(undetermined)?;
+                let whole = start::crude(&problem, dofs).ok_or_else(undetermined)?;
                 let parameters = Parameters::on_the_way(&problem, &whole);
                 // A ball in the middle is a special body: another one may be determined where it is not.
                 (start::assumed(&problem), parameters.ok_or_else(undetermined)?)
             }
         };
-        let (spectrum, diagnostics) = start::identifiable(&problem, dofs.clone(), &judged)?;
+        let (spectrum, diagnostics) = start::identifiable(&problem, dofs, &judged)?;
         Ok(Self {
             parameters,
             damping: R::of(FIRST_DAMPING),
@@ -119,8 +124,7 @@ impl<R: Real> Fit<R> {
             cost: R::zero(),
             rounding: R::zero(),
             length: problem.balance.length,
-            equations: dofs.count() * problem.channels + layout.priors.len(),
-            rank: spectrum.rank,
+            equations: dofs.len() * problem.channels + layout.priors.len(),
             condition: spectrum.condition,
             diagnostics,
             stage: Stage::Arrived,
@@ -133,16 +137,13 @@ impl<R: Real> Fit<R> {
     /// # Errors
     /// When the equations cannot be solved any more, or sixty of them were not enough.
     #[inline(never)]
-    pub fn step<const S: usize, const H: usize, const CH: usize, B>(
+    pub fn step<const S: usize, const H: usize>(
         &mut self,
         layout: &Layout<R, S, H>,
-        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
-    ) -> Result<Progress, Diagnostics>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
-        let problem = Problem::<R, S, H, CH>::new(layout);
+    ) -> Result<Progress, Diagnostics> {
+        let problem = Problem::<R, S, H>::new(layout);
         let mut equations = equations_in(workspace, &problem)?;
         match self.stage {
             Stage::Arrived => {
@@ -176,16 +177,13 @@ impl<R: Real> Fit<R> {
 
     /// Tries the next damping: moves on where the cost falls.
     #[inline(never)]
-    fn descend<const S: usize, const H: usize, const CH: usize, B>(
+    fn descend<const S: usize, const H: usize>(
         &mut self,
-        problem: &Problem<'_, R, S, H, CH>,
-        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        problem: &Problem<'_, R, S, H>,
+        dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
         slope: Slope<R>,
-    ) -> Result<(), Diagnostics>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
+    ) -> Result<(), Diagnostics> {
         let Slope { information, gradient, trials } = slope;
         let levels = self.parameters.levels(&information);
         if trials >= MOST_TRIALS {
@@ -233,18 +231,15 @@ impl<R: Real> Fit<R> {
 
     /// The equations at the present parameters, the causes eliminated; the cost with them.
     #[inline(never)]
-    fn evaluate<const S: usize, const H: usize, const CH: usize, B>(
+    fn evaluate<const S: usize, const H: usize>(
         &mut self,
-        problem: &Problem<'_, R, S, H, CH>,
-        dofs: impl Iterator<Item = (usize, B)>,
+        problem: &Problem<'_, R, S, H>,
+        dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
-    ) -> Result<(), Diagnostics>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
+    ) -> Result<(), Diagnostics> {
         let phi = self.parameters.phi();
         let body = problem.body_of(&phi).ok_or_else(undetermined)?;
-        let squares = problem.assemble(&body, dofs, equations).ok_or_else(undetermined)?;
+        let squares = problem.assemble(&body, by_reference(dofs), equations).ok_or_else(undetermined)?;
         let object = RigidBody::from_phi(&phi).ok_or_else(undetermined)?;
         let priors = problem.add_priors(&object, equations);
         equations.eliminate().ok_or_else(undetermined)?;
@@ -256,18 +251,15 @@ impl<R: Real> Fit<R> {
     }
 
     /// The cost of another body under the covariance of the present one.
-    fn trial<const S: usize, const H: usize, const CH: usize, B>(
+    fn trial<const S: usize, const H: usize>(
         &self,
-        problem: &Problem<'_, R, S, H, CH>,
-        dofs: impl Iterator<Item = (usize, B)> + Clone,
+        problem: &Problem<'_, R, S, H>,
+        dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
         body: &RigidBody<R>,
-    ) -> Option<R>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
+    ) -> Option<R> {
         let present = problem.body_of(&self.parameters.phi())?;
-        let squares = problem.assemble_second(&present, body, dofs, equations)?;
+        let squares = problem.assemble_second(&present, body, by_reference(dofs), equations)?;
         let object = RigidBody::from_phi(&(body.phi() - problem.attached_sum()))?;
         let cost = squares + problem.cost_of_priors(&object) - equations.explained_second();
         cost.finite().then_some(cost)

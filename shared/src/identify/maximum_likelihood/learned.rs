@@ -1,17 +1,16 @@
 //! What the fit found out about the rig: the causes of error that explain the residuals best.
 
-use core::borrow::Borrow;
-
 use heapless::Vec;
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 
 use super::model::{HIT_CAUSES, Model, SENSOR_CAUSES};
 use super::normal_equations::NormalEquations;
 use super::problem::{Problem, Terms};
 use super::strain::{Causes, HitStrain, root_mean_square};
 use crate::Real;
+use crate::responses::Responses;
 use crate::body::RigidBody;
-use crate::identify::MassLines;
+use crate::identify::{DofMassLines, MassLines};
 
 /// An estimated cause of error and the standard deviation that is left of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -63,16 +62,12 @@ pub struct Learned<R, const S: usize, const H: usize> {
 }
 
 /// The causes at the minimum. Ends the use of the equations.
-pub(super) fn learn<R, const S: usize, const H: usize, const CH: usize, B>(
-    problem: &Problem<'_, R, S, H, CH>,
-    dofs: impl Iterator<Item = (usize, B)>,
+pub(super) fn learn<R: Real, const S: usize, const H: usize>(
+    problem: &Problem<'_, R, S, H>,
+    dofs: &[DofMassLines<R, S>],
     body: &RigidBody<R>,
     equations: &mut NormalEquations<'_, R>,
-) -> Option<Learned<R, S, H>>
-where
-    R: Real,
-    B: Borrow<MassLines<R, CH>>,
-{
+) -> Option<Learned<R, S, H>> {
     let layout = problem.layout;
     let causes = Causes::<R, S>::of(layout.sensors.len(), equations)?;
     equations.complete()?;
@@ -90,11 +85,10 @@ where
     let model = Model::new(layout, &problem.balance, body)?;
     let mut hits = Vec::new();
     for (index, lines) in dofs {
-        let lines = lines.borrow();
-        let terms = problem.terms(&model, index, lines)?;
+        let terms = problem.terms(&model, *index, lines)?;
         let left = causes.residual(problem, &model, &terms);
         let spread_covariance = covariance_of_hit(problem, &model, &terms, equations);
-        hits.push(hit(problem, index, lines, &terms, &left, &spread_covariance)?).ok()?;
+        hits.push(hit(problem, *index, lines, &terms, &left, &spread_covariance)?).ok()?;
     }
     Some(Learned { sensors, hits, hammer_gain })
 }
@@ -128,37 +122,33 @@ type HitCovariance<R> = [[R; HIT_CAUSES]; HIT_CAUSES];
 
 /// Covariance of the hit's own causes after the test: `I − sᵀ D⁻¹ s + (Xᵀ D⁻¹ s)ᵀ N⁻¹ (Xᵀ D⁻¹ s)`
 /// with `s` the readings of one standard deviation each and `N` the normal matrix.
-fn covariance_of_hit<R: Real, const S: usize, const H: usize, const CH: usize>(
-    problem: &Problem<'_, R, S, H, CH>,
-    model: &Model<R, CH>,
-    terms: &Terms<R, CH>,
+fn covariance_of_hit<R: Real, const S: usize, const H: usize>(
+    problem: &Problem<'_, R, S, H>,
+    model: &Model<R, S>,
+    terms: &Terms<R, S>,
     equations: &mut NormalEquations<'_, R>,
 ) -> HitCovariance<R> {
     let spread = &terms.model.spread;
-    let weighted = terms.weight * spread;
+    let weighted = spread.0.map(|column| terms.weight.times(&column));
     let mut covariance: HitCovariance<R> = core::array::from_fn(|i| {
         core::array::from_fn(|j| {
             let unit = if i == j { R::one() } else { R::zero() };
-            unit - spread.column(i).dot(&weighted.column(j))
+            unit - spread.0[i].dot(&weighted[j])
         })
     });
     for j in 0..HIT_CAUSES {
-        let column: SVector<R, CH> = spread.column(j).into_owned();
-        let as_residual = |column: SVector<R, CH>| Terms {
-            model: terms.model.clone(),
-            weight: terms.weight,
-            residual: column,
-        };
+                let as_residual =
+            Terms { model: terms.model.clone(), weight: terms.weight, residual: spread.0[j] };
         equations.begin_second();
-        problem.with_rows(model, &as_residual(column), |rows| equations.add_second(rows));
+        problem.with_rows(model, &as_residual, |rows| equations.add_second(rows));
         equations.solve_second();
         // The readings that the unknowns would explain of it.
-        let mut explained = SVector::<R, CH>::zeros();
+        let mut explained = Responses::<R, S>::zeros();
         problem.with_rows(model, terms, |rows| {
             let mut solved = equations.second().iter();
             for (i, columns) in rows.sensors.iter().enumerate() {
                 for (column, value) in columns.iter().zip(&mut solved) {
-                    let mut part = explained.fixed_rows_mut::<3>(3 * i);
+                    let mut part = explained.column_mut(i);
                     part += column * *value;
                 }
             }
@@ -167,18 +157,18 @@ fn covariance_of_hit<R: Real, const S: usize, const H: usize, const CH: usize>(
             }
         });
         for (i, row) in covariance.iter_mut().enumerate() {
-            row[j] += weighted.column(i).dot(&explained);
+            row[j] += weighted[i].dot(&explained);
         }
     }
     covariance
 }
 
-fn hit<R: Real, const S: usize, const H: usize, const CH: usize>(
-    problem: &Problem<'_, R, S, H, CH>,
+fn hit<R: Real, const S: usize, const H: usize>(
+    problem: &Problem<'_, R, S, H>,
     index: usize,
-    lines: &MassLines<R, CH>,
-    terms: &Terms<R, CH>,
-    left: &SVector<R, CH>,
+    lines: &MassLines<R, S>,
+    terms: &Terms<R, S>,
+    left: &Responses<R, S>,
     covariance: &HitCovariance<R>,
 ) -> Option<LearnedHit<R>> {
     let (miss, lean) = problem.layout.hits.get(index)?.uncertainty.of_mean(lines.hits);

@@ -30,12 +30,12 @@ mod start;
 mod strain;
 
 pub use bound::{Bound, bound, readings_covariance};
-pub use fit::{Fit, Progress};
+pub use fit::{Fit, Start};
 pub use learned::{Learned, LearnedHit, LearnedSensor, Learnt};
 
-use core::borrow::Borrow;
-
-use super::{Estimate, MassLines};
+use super::method::{self, Entry, Observable, Progress};
+use super::observations::{Observations, SpectralLines};
+use super::{DofMassLines, Estimate};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
@@ -47,6 +47,62 @@ use problem::Problem;
 /// Data whose χ² would be exceeded by chance in one of a thousand tests contradict the budget: this
 /// many standard deviations of a normal variable.
 pub const CONTRADICTION: f64 = 3.09;
+
+/// What this file states about the method.
+pub const ENTRY: Entry = Entry {
+    name: "maximum-likelihood",
+    short_name: "ml",
+    title: "Maximum likelihood",
+    summary: "Maximum likelihood with the complete error budget",
+    observes: Observable::MassLines,
+    on_request: false,
+    is_blocked,
+    workspace: |sensors, _| workspace(sensors),
+};
+
+/// It compares readings, so the sensors need not tell all motions; priors can make up for hits.
+fn is_blocked(code: Code, rescued: bool) -> bool {
+    match code {
+        Code::FewerThanThreeSensors | Code::SensorsCollinear | Code::ResponseRankDeficient => false,
+        Code::FewerThanThreeHits
+        | Code::HitsAllParallel
+        | Code::HitsConcurrent
+        | Code::HitsThroughCentreOfMass
+        | Code::TenParametersNotIdentifiable => !rescued,
+        // Numbers that are wrong, whatever the method.
+        _ => true,
+    }
+}
+
+/// The method as the door carries it out.
+pub(super) type Solver<R> = Fit<R>;
+
+impl<R: Real> method::Solver<R> for Fit<R> {
+    fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
+        observed: &Observations<'_, R, S, H, L>,
+        _settings: &method::Settings<R>,
+        start: Option<&RigidBody<R>>,
+    ) -> Result<Self, Diagnostics> {
+        let start = start.map_or(Start::InertiaRestraint, Start::At);
+        Self::start(observed.layout, observed.mass_lines, start)
+    }
+
+    fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+        &mut self,
+        observed: &Observations<'_, R, S, H, L>,
+        workspace: &mut [R],
+    ) -> Result<Progress, Diagnostics> {
+        Self::step(self, observed.layout, observed.mass_lines, workspace)
+    }
+
+    fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+        self,
+        observed: &Observations<'_, R, S, H, L>,
+        workspace: &mut [R],
+    ) -> Result<Estimate<R>, Diagnostics> {
+        self.answer(observed.layout, observed.mass_lines, workspace)
+    }
+}
 
 /// Numbers of workspace for a layout of so many sensors.
 pub const fn workspace(sensors: usize) -> usize {
@@ -67,39 +123,26 @@ pub struct Solution<R, const S: usize, const H: usize> {
 
 /// The ten properties from the mass lines, by as many steps as it takes.
 ///
-/// `start` is the answer of another method where there is one, without what hangs on the object; else a
-/// crude start is looked for.
 /// `workspace` has [`workspace`] numbers for the layout's sensors.
 ///
 /// # Errors
 /// As [`Fit::start`].
-pub fn solve<R, const S: usize, const H: usize, const CH: usize, I, B>(
+pub fn solve<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
-    dofs: I,
-    start: Option<&RigidBody<R>>,
+    dofs: &[DofMassLines<R, S>],
+    start: Start<'_, R>,
     workspace: &mut [R],
-) -> Result<Solution<R, S, H>, Diagnostics>
-where
-    R: Real,
-    I: IntoIterator<Item = (usize, B)>,
-    I::IntoIter: Clone,
-    B: Borrow<MassLines<R, CH>>,
-{
-    let dofs = dofs.into_iter();
-    let mut fit = Fit::start::<S, H, CH, B>(layout, dofs.clone(), start)?;
-    while fit.step::<S, H, CH, B>(layout, dofs.clone(), workspace)? == Progress::Going {}
-    fit.finish::<S, H, CH, B>(layout, dofs, workspace)
+) -> Result<Solution<R, S, H>, Diagnostics> {
+    let mut fit = Fit::start(layout, dofs, start)?;
+    while fit.step(layout, dofs, workspace)? == Progress::Going {}
+    fit.finish(layout, dofs, workspace)
 }
 
 /// Refuses what no arithmetic can repair.
-fn check_data<R, const S: usize, const H: usize, const CH: usize, B>(
+fn check_data<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
-    dofs: impl Iterator<Item = (usize, B)>,
-) -> Result<(), Diagnostics>
-where
-    R: Real,
-    B: Borrow<MassLines<R, CH>>,
-{
+    dofs: &[DofMassLines<R, S>],
+) -> Result<(), Diagnostics> {
     if !is_finite(layout) {
         return Err(fatal(Code::LayoutNotFinite, 0.0));
     }
@@ -107,9 +150,9 @@ where
 }
 
 /// The equations as a step before has left them.
-fn equations_in<'w, R: Real, const S: usize, const H: usize, const CH: usize>(
+fn equations_in<'w, R: Real, const S: usize, const H: usize>(
     workspace: &'w mut [R],
-    problem: &Problem<'_, R, S, H, CH>,
+    problem: &Problem<'_, R, S, H>,
 ) -> Result<NormalEquations<'w, R>, Diagnostics> {
     NormalEquations::new(workspace, problem.causes()).ok_or_else(undetermined)
 }

@@ -4,13 +4,14 @@
 
 use core::array::from_fn;
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::balance::Balance;
 use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::layout::{Hit, Layout, SensorUncertainty};
-use crate::linalg::{cholesky, invert_lower, skew};
+use crate::linalg::skew;
+use crate::responses::{ResponseRows, ResponseSquare, Responses};
 
 /// Causes of error of one sensor: the nine elements of its sensitivity, three rotations, three
 /// displacements.
@@ -23,41 +24,43 @@ pub(super) const HIT_CAUSES: usize = 4;
 
 /// A body on the sensors of a layout.
 #[derive(Clone, Debug)]
-pub(super) struct Model<R, const CH: usize> {
+pub(super) struct Model<R, const S: usize> {
     body: RigidBody<R>,
-    response: SMatrix<R, CH, 6>,
+    response: ResponseRows<R, S, 6>,
     /// `G M₀⁻¹`.
-    readings: SMatrix<R, CH, 6>,
+    readings: ResponseRows<R, S, 6>,
 }
 
 /// What the hits on one DOF read, and how that can be wrong.
 #[derive(Clone, Debug)]
-pub(super) struct HitModel<R, const CH: usize> {
+pub(super) struct HitModel<R, const S: usize> {
     /// Motion [a; α] of the centroid under the unit force.
     pub(super) motion: Vector6<R>,
     /// h.
-    pub(super) reading: SVector<R, CH>,
+    pub(super) reading: Responses<R, S>,
     /// Readings of one standard deviation of each of the hit's own causes.
-    pub(super) spread: SMatrix<R, CH, HIT_CAUSES>,
+    pub(super) spread: ResponseRows<R, S, HIT_CAUSES>,
     /// Directions of the first two causes: unit vectors across the hit.
     pub(super) across: [Vector3<R>; 2],
 }
 
-impl<R: Real, const CH: usize> Model<R, CH> {
+impl<R: Real, const S: usize> Model<R, S> {
     /// Of a balanced body; `None` without mass or with a singular inertia.
-    pub(super) fn new<const S: usize, const H: usize>(
+    pub(super) fn new<const H: usize>(
         layout: &Layout<R, S, H>,
         balance: &Balance<R>,
         body: &RigidBody<R>,
     ) -> Option<Self> {
-        let mut response = SMatrix::<R, CH, 6>::zeros();
+        let mut response = ResponseRows::<R, S, 6>::zeros();
         for (i, sensor) in layout.sensors.iter().enumerate() {
             let axes = sensor.axes_matrix();
             let turning = -(axes * skew(&balance.point(&sensor.position)));
-            response.fixed_view_mut::<3, 3>(3 * i, 0).copy_from(&axes);
-            response.fixed_view_mut::<3, 3>(3 * i, 3).copy_from(&turning);
+            for k in 0..3 {
+                response.0[k].set_column(i, &axes.column(k));
+                response.0[3 + k].set_column(i, &turning.column(k));
+            }
         }
-        let readings = response * body.inverse_mass_matrix()?;
+        let readings = response.times_matrix(&body.inverse_mass_matrix()?);
         Some(Self { body: *body, response, readings })
     }
 
@@ -67,30 +70,30 @@ impl<R: Real, const CH: usize> Model<R, CH> {
         hit: &Hit<R>,
         balance: &Balance<R>,
         n: u16,
-    ) -> Option<HitModel<R, CH>> {
+    ) -> Option<HitModel<R, S>> {
         let direction = Vector3::from(hit.direction);
         let point = balance.point(&hit.position);
         let motion = self.body.acceleration(&wrench(&direction, &point.cross(&direction)))?;
         let across = basis_across(&direction);
         let (miss, lean) = hit.uncertainty.of_mean(n);
         let miss = miss / balance.length;
-        let mut spread = SMatrix::<R, CH, HIT_CAUSES>::zeros();
+        let mut spread = ResponseRows::<R, S, HIT_CAUSES>::zeros();
         for (k, t) in across.iter().enumerate() {
             let displaced = wrench(&Vector3::zeros(), &(t.cross(&direction) * miss));
             let leaning = wrench(&(t * lean), &(point.cross(t) * lean));
-            spread.set_column(k, &(self.readings * displaced));
-            spread.set_column(2 + k, &(self.readings * leaning));
+            spread.0[k] = self.readings.times(&displaced);
+            spread.0[2 + k] = self.readings.times(&leaning);
         }
-        Some(HitModel { motion, reading: self.response * motion, spread, across })
+        Some(HitModel { motion, reading: self.response.times(&motion), spread, across })
     }
 
     /// `∂h/∂phi` under a motion.
-    pub(super) fn slope(&self, motion: &Vector6<R>) -> SMatrix<R, CH, 10> {
-        let mut slope = SMatrix::<R, CH, 10>::zeros();
+    pub(super) fn slope(&self, motion: &Vector6<R>) -> ResponseRows<R, S, 10> {
+        let mut slope = ResponseRows::<R, S, 10>::zeros();
         for (j, row) in regressor(motion).iter().enumerate() {
             for (k, factor) in row.iter().enumerate() {
                 if *factor != R::zero() {
-                    slope.column_mut(k).axpy(-*factor, &self.readings.column(j), R::one());
+                    slope.0[k] -= self.readings.0[j] * *factor;
                 }
             }
         }
@@ -98,42 +101,26 @@ impl<R: Real, const CH: usize> Model<R, CH> {
     }
 }
 
-impl<R: Real, const CH: usize> HitModel<R, CH> {
+impl<R: Real, const S: usize> HitModel<R, S> {
     /// Inverse covariance of the readings: noise and the hit's own errors. Zero beyond `channels`.
     /// `None` when it is not positive definite.
     pub(super) fn weight(
         &self,
-        noise: &SVector<R, CH>,
+        noise: &Responses<R, S>,
         channels: usize,
-    ) -> Option<SMatrix<R, CH, CH>> {
-        let mut covariance = SMatrix::<R, CH, CH>::zeros();
+    ) -> Option<ResponseSquare<R, S>> {
+        let mut covariance = ResponseSquare::<R, S>::zeros();
         for j in 0..channels {
             for i in j..channels {
                 let mut sum = R::zero();
-                for k in 0..HIT_CAUSES {
-                    sum += self.spread[(i, k)] * self.spread[(j, k)];
+                for of_cause in &self.spread.0 {
+                    sum += of_cause[i] * of_cause[j];
                 }
                 covariance[(i, j)] = sum;
             }
             covariance[(j, j)] += noise[j] * noise[j];
         }
-        for i in channels..CH {
-            covariance[(i, i)] = R::one();
-        }
-        let inverse = invert_lower(&cholesky(&covariance)?);
-        let mut weight = SMatrix::<R, CH, CH>::zeros();
-        for j in 0..channels {
-            for i in j..channels {
-                // Below the diagonal of C⁻¹ only.
-                let mut sum = R::zero();
-                for k in i..channels {
-                    sum += inverse[(k, i)] * inverse[(k, j)];
-                }
-                weight[(i, j)] = sum;
-                weight[(j, i)] = sum;
-            }
-        }
-        Some(weight)
+        covariance.inverse(channels)
     }
 
     /// What one standard deviation of each cause of a sensor adds to its three readings: sensitivity
@@ -145,7 +132,7 @@ impl<R: Real, const CH: usize> HitModel<R, CH> {
         uncertainty: &SensorUncertainty<R>,
         length: R,
     ) -> [Vector3<R>; SENSOR_CAUSES] {
-        let reading: Vector3<R> = self.reading.fixed_rows::<3>(3 * index).into_owned();
+        let reading: Vector3<R> = self.reading.column(index).into_owned();
         let turning: Vector3<R> = self.motion.fixed_rows::<3>(3).into_owned();
         let displacement = uncertainty.position / length;
         from_fn(|cause| match cause {

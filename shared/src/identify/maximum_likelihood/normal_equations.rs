@@ -9,6 +9,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::model::{SENSITIVITIES, SENSOR_CAUSES};
 use crate::Real;
+use crate::responses::{ResponseSquare, Responses};
 
 /// Numbers that the normal equations of so many unknowns take: the packed matrix and two right sides.
 pub(super) const fn workspace(unknowns: usize) -> usize {
@@ -26,15 +27,15 @@ pub(super) struct NormalEquations<'w, R> {
 }
 
 /// The part of one hit DOF: its columns, sensor by sensor and those that all sensors share.
-pub(super) struct Rows<'r, R, const CH: usize> {
+pub(super) struct Rows<'r, R, const S: usize> {
     /// Inverse covariance of the readings.
-    pub(super) weight: &'r SMatrix<R, CH, CH>,
+    pub(super) weight: &'r ResponseSquare<R, S>,
     /// Columns that move the readings of one sensor only.
     pub(super) sensors: &'r [[Vector3<R>; SENSOR_CAUSES]],
     /// Columns of all readings: the shared causes, then the ten.
-    pub(super) shared: &'r [SVector<R, CH>],
+    pub(super) shared: &'r [Responses<R, S>],
     /// Measured minus modelled.
-    pub(super) residual: &'r SVector<R, CH>,
+    pub(super) residual: &'r Responses<R, S>,
 }
 
 impl<'w, R: Real> NormalEquations<'w, R> {
@@ -59,11 +60,11 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     }
 
     /// Adds the readings of a hit DOF; gives the weighted square of the residual.
-    pub(super) fn add<const CH: usize>(&mut self, rows: &Rows<'_, R, CH>) -> R {
+    pub(super) fn add<const S: usize>(&mut self, rows: &Rows<'_, R, S>) -> R {
         let first_shared = rows.sensors.len() * SENSOR_CAUSES;
         for (i, columns) in rows.sensors.iter().enumerate() {
             for (k, others) in rows.sensors.iter().enumerate().take(i + 1) {
-                let block = rows.weight.fixed_view::<3, 3>(3 * i, 3 * k).transpose();
+                let block = rows.weight.block(k, i);
                 for (a, own) in columns.iter().enumerate() {
                     // On the diagonal block only what lies below.
                     let count = if i == k { a + 1 } else { SENSOR_CAUSES };
@@ -74,10 +75,10 @@ impl<'w, R: Real> NormalEquations<'w, R> {
             }
         }
         for (s, shared) in rows.shared.iter().enumerate() {
-            let weighted = rows.weight * shared;
+            let weighted = rows.weight.times(shared);
             let row = start(first_shared + s);
             for (i, columns) in rows.sensors.iter().enumerate() {
-                let part: Vector3<R> = weighted.fixed_rows::<3>(3 * i).into_owned();
+                let part: Vector3<R> = weighted.column(i).into_owned();
                 let first = row + SENSOR_CAUSES * i;
                 add_products(&mut self.packed[first..first + SENSOR_CAUSES], columns, &part);
             }
@@ -165,7 +166,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     }
 
     /// Adds a hit DOF to the second right side; gives the weighted square of its residual.
-    pub(super) fn add_second<const CH: usize>(&mut self, rows: &Rows<'_, R, CH>) -> R {
+    pub(super) fn add_second<const S: usize>(&mut self, rows: &Rows<'_, R, S>) -> R {
         add_right(self.second, rows)
     }
 
@@ -243,12 +244,12 @@ const fn start(row: usize) -> usize {
 }
 
 /// `xᵀ W r` for every column of the causes and the ten; gives `rᵀ W r`.
-fn add_right<R: Real, const CH: usize>(right: &mut [R], rows: &Rows<'_, R, CH>) -> R {
-    let weighted = rows.weight * rows.residual;
+fn add_right<R: Real, const S: usize>(right: &mut [R], rows: &Rows<'_, R, S>) -> R {
+    let weighted = rows.weight.times(rows.residual);
     let (of_sensors, of_shared) = right.split_at_mut(rows.sensors.len() * SENSOR_CAUSES);
     let cells = of_sensors.chunks_mut(SENSOR_CAUSES);
     for (i, (columns, cells)) in rows.sensors.iter().zip(cells).enumerate() {
-        add_products(cells, columns, &weighted.fixed_rows::<3>(3 * i).into_owned());
+        add_products(cells, columns, &weighted.column(i).into_owned());
     }
     for (column, to) in rows.shared.iter().zip(of_shared) {
         *to += column.dot(&weighted);

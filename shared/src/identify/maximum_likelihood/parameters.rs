@@ -66,8 +66,8 @@ impl<R: Real> Parameters<R> {
     }
 
     /// Those of a crude start, `whole` the object with all that hangs on it.
-    pub(super) fn on_the_way<const S: usize, const H: usize, const CH: usize>(
-        problem: &Problem<'_, R, S, H, CH>,
+    pub(super) fn on_the_way<const S: usize, const H: usize>(
+        problem: &Problem<'_, R, S, H>,
         whole: &RigidBody<R>,
     ) -> Option<Self> {
         let object = RigidBody::from_phi(&(whole.phi() - problem.attached_sum()));

@@ -12,6 +12,7 @@ use crate::Real;
 use crate::body::RigidBody;
 use crate::identify::MassLines;
 use crate::layout::{Attached, Layout, MAX_ATTACHED};
+use crate::responses::{ResponseSquare, Responses};
 
 /// Columns that all sensors share: the hammer's gain, what hangs on the object, the ten.
 const MOST_SHARED: usize = 1 + MAX_ATTACHED + 10;
@@ -21,7 +22,7 @@ const LEAST_NOISE: f64 = 1e-4;
 
 /// A layout in balanced variables.
 #[derive(Clone, Debug)]
-pub(super) struct Problem<'l, R, const S: usize, const H: usize, const CH: usize> {
+pub(super) struct Problem<'l, R, const S: usize, const H: usize> {
     pub(super) layout: &'l Layout<R, S, H>,
     pub(super) balance: Balance<R>,
     /// Readings in use.
@@ -31,15 +32,14 @@ pub(super) struct Problem<'l, R, const S: usize, const H: usize, const CH: usize
 }
 
 /// One hit DOF: model, weights, and what is left of the measurement.
-pub(super) struct Terms<R, const CH: usize> {
-    pub(super) model: HitModel<R, CH>,
-    pub(super) weight: nalgebra::SMatrix<R, CH, CH>,
-    pub(super) residual: SVector<R, CH>,
+pub(super) struct Terms<R, const S: usize> {
+    pub(super) model: HitModel<R, S>,
+    pub(super) weight: ResponseSquare<R, S>,
+    pub(super) residual: Responses<R, S>,
 }
 
-impl<'l, R: Real, const S: usize, const H: usize, const CH: usize> Problem<'l, R, S, H, CH> {
+impl<'l, R: Real, const S: usize, const H: usize> Problem<'l, R, S, H> {
     pub(super) fn new(layout: &'l Layout<R, S, H>) -> Self {
-        const { assert!(CH >= 3 * S, "three responses a sensor") };
         let balance = Balance::of(layout);
         let body = |a: &Attached<R>| Some((balance.attached(a)?, a.relative_sigma));
         let attached = layout.attached.iter().filter_map(body).collect();
@@ -61,15 +61,12 @@ impl<'l, R: Real, const S: usize, const H: usize, const CH: usize> Problem<'l, R
     }
 
     /// Adds every hit DOF to the equations at a body; gives the weighted square of the residuals.
-    pub(super) fn assemble<B>(
+    pub(super) fn assemble(
         &self,
         body: &RigidBody<R>,
-        dofs: impl Iterator<Item = (usize, B)>,
+        dofs: impl Iterator<Item = (usize, impl Borrow<MassLines<R, S>>)>,
         equations: &mut NormalEquations<'_, R>,
-    ) -> Option<R>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
+    ) -> Option<R> {
         equations.clear();
         let model = Model::new(self.layout, &self.balance, body)?;
         let mut squares = R::zero();
@@ -81,19 +78,16 @@ impl<'l, R: Real, const S: usize, const H: usize, const CH: usize> Problem<'l, R
     }
 
     /// As [`Self::assemble`] into the second right side: the residuals are those of another body.
-    pub(super) fn assemble_second<B>(
+    pub(super) fn assemble_second(
         &self,
         present: &RigidBody<R>,
         other: &RigidBody<R>,
-        dofs: impl Iterator<Item = (usize, B)>,
+        dofs: impl Iterator<Item = (usize, impl Borrow<MassLines<R, S>>)>,
         equations: &mut NormalEquations<'_, R>,
-    ) -> Option<R>
-    where
-        B: Borrow<MassLines<R, CH>>,
-    {
+    ) -> Option<R> {
         equations.begin_second();
         let model = Model::new(self.layout, &self.balance, present)?;
-        let moved = Model::<R, CH>::new(self.layout, &self.balance, other)?;
+        let moved = Model::<R, S>::new(self.layout, &self.balance, other)?;
         let mut squares = R::zero();
         for (index, lines) in dofs {
             let lines = lines.borrow();
@@ -108,24 +102,24 @@ impl<'l, R: Real, const S: usize, const H: usize, const CH: usize> Problem<'l, R
     /// Model, weights and residual of one hit DOF.
     pub(super) fn terms(
         &self,
-        model: &Model<R, CH>,
+        model: &Model<R, S>,
         index: usize,
-        lines: &MassLines<R, CH>,
-    ) -> Option<Terms<R, CH>> {
+        lines: &MassLines<R, S>,
+    ) -> Option<Terms<R, S>> {
         let hit = model.hit(self.layout.hits.get(index)?, &self.balance, lines.hits)?;
         let least = lines.accelerance.amax() * R::of(LEAST_NOISE);
         let weight = hit.weight(&lines.noise.map(|sigma| sigma.max(least)), self.channels)?;
         let mut residual = lines.accelerance - hit.reading;
-        residual.rows_range_mut(self.channels..).fill(R::zero());
+        residual.iter_mut().skip(self.channels).for_each(|left| *left = R::zero());
         Some(Terms { model: hit, weight, residual })
     }
 
     /// The columns of one hit DOF.
     pub(super) fn with_rows<T>(
         &self,
-        model: &Model<R, CH>,
-        terms: &Terms<R, CH>,
-        act: impl FnOnce(&Rows<'_, R, CH>) -> T,
+        model: &Model<R, S>,
+        terms: &Terms<R, S>,
+        act: impl FnOnce(&Rows<'_, R, S>) -> T,
     ) -> T {
         let mut sensors = Vec::<[Vector3<R>; SENSOR_CAUSES], S>::new();
         for (i, sensor) in self.layout.sensors.iter().enumerate() {
@@ -134,15 +128,14 @@ impl<'l, R: Real, const S: usize, const H: usize, const CH: usize> Problem<'l, R
             let _ = sensors.push(terms.model.sensor_causes(i, &axes, &sensor.uncertainty, length));
         }
         let slope = model.slope(&terms.model.motion);
-        let mut shared = Vec::<SVector<R, CH>, MOST_SHARED>::new();
+        let mut shared = Vec::<Responses<R, S>, MOST_SHARED>::new();
         // A hammer that tells too much makes every accelerance too small.
         let _ = shared.push(-(terms.model.reading * self.layout.hammer_gain));
         for (phi, relative_sigma) in &self.attached {
-            let _ = shared.push(slope * phi * *relative_sigma);
+            let _ = shared.push(slope.times(phi) * *relative_sigma);
         }
-        for column in slope.column_iter() {
-            let _ = shared.push(column.into_owned());
-        }
+        // There is room for the ten.
+        let _ = shared.extend_from_slice(&slope.0);
         act(&Rows {
             weight: &terms.weight,
             sensors: &sensors,

@@ -1,7 +1,5 @@
 //! Where the fit starts, and whether there is anything to find.
 
-use core::borrow::Borrow;
-
 use nalgebra::{Matrix3, Vector3};
 
 use super::model::Model;
@@ -9,7 +7,7 @@ use super::problem::Problem;
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use crate::identify::MassLines;
+use crate::identify::DofMassLines;
 use crate::identify::applicability::spectrum_under;
 use crate::layout::{Prior, assumed_body, check_hits};
 use crate::linalg::Spectrum;
@@ -23,13 +21,10 @@ pub(super) fn is_usable<R: Real>(body: &RigidBody<R>) -> bool {
 }
 
 /// A ball about the middle of sensors and hits, as heavy as fits best; the best of a few sizes.
-pub(super) fn crude<R: Real, const S: usize, const H: usize, const CH: usize, B>(
-    problem: &Problem<'_, R, S, H, CH>,
-    dofs: impl Iterator<Item = (usize, B)> + Clone,
-) -> Option<RigidBody<R>>
-where
-    B: Borrow<MassLines<R, CH>>,
-{
+pub(super) fn crude<R: Real, const S: usize, const H: usize>(
+    problem: &Problem<'_, R, S, H>,
+    dofs: &[DofMassLines<R, S>],
+) -> Option<RigidBody<R>> {
     let mut middle = Vector3::zeros();
     let mut count = R::zero();
     let layout = problem.layout;
@@ -46,7 +41,7 @@ where
     for gyration in GYRATION {
         let inertia = Matrix3::from_diagonal_element(R::of(gyration) * extent);
         let unit = RigidBody { mass: R::one(), center_of_mass: middle, inertia };
-        let Some((mass, left)) = heaviness(problem, dofs.clone(), &unit) else { continue };
+        let Some((mass, left)) = heaviness(problem, dofs, &unit) else { continue };
         if best.as_ref().is_none_or(|(least, _)| left < *least) {
             best = Some((left, RigidBody { mass, inertia: inertia * mass, ..unit }));
         }
@@ -55,8 +50,8 @@ where
 }
 
 /// The body that layouts are checked with before anything is measured.
-pub(super) fn assumed<R: Real, const S: usize, const H: usize, const CH: usize>(
-    problem: &Problem<'_, R, S, H, CH>,
+pub(super) fn assumed<R: Real, const S: usize, const H: usize>(
+    problem: &Problem<'_, R, S, H>,
 ) -> RigidBody<R> {
     let sensors = problem.layout.sensors.iter().map(|sensor| sensor.position);
     let places = sensors.chain(problem.layout.hits.iter().map(|hit| hit.position));
@@ -65,19 +60,15 @@ pub(super) fn assumed<R: Real, const S: usize, const H: usize, const CH: usize>(
 
 /// The mass by which a body of one kilogram fits best, and the square of what is left over that of
 /// the readings.
-fn heaviness<R: Real, const S: usize, const H: usize, const CH: usize, B>(
-    problem: &Problem<'_, R, S, H, CH>,
-    dofs: impl Iterator<Item = (usize, B)>,
+fn heaviness<R: Real, const S: usize, const H: usize>(
+    problem: &Problem<'_, R, S, H>,
+    dofs: &[DofMassLines<R, S>],
     unit: &RigidBody<R>,
-) -> Option<(R, R)>
-where
-    B: Borrow<MassLines<R, CH>>,
-{
-    let model = Model::<R, CH>::new(problem.layout, &problem.balance, unit)?;
+) -> Option<(R, R)> {
+    let model = Model::<R, S>::new(problem.layout, &problem.balance, unit)?;
     let (mut of_model, mut mixed, mut of_data) = (R::zero(), R::zero(), R::zero());
     for (index, lines) in dofs {
-        let lines = lines.borrow();
-        let hit = problem.layout.hits.get(index)?;
+        let hit = problem.layout.hits.get(*index)?;
         let reading = model.hit(hit, &problem.balance, lines.hits)?.reading;
         of_model += reading.norm_squared();
         mixed += reading.dot(&lines.accelerance);
@@ -89,15 +80,15 @@ where
 }
 
 /// The spectrum of the slopes, and warnings; errors when the ten cannot be told.
-pub(super) fn identifiable<R: Real, const S: usize, const H: usize, const CH: usize, B>(
-    problem: &Problem<'_, R, S, H, CH>,
-    dofs: impl Iterator<Item = (usize, B)> + Clone,
+pub(super) fn identifiable<R: Real, const S: usize, const H: usize>(
+    problem: &Problem<'_, R, S, H>,
+    dofs: &[DofMassLines<R, S>],
     body: &RigidBody<R>,
 ) -> Result<(Spectrum<R>, Diagnostics), Diagnostics> {
     let layout = problem.layout;
-    let hits = dofs.clone().filter_map(|(index, _)| layout.hits.get(index));
+    let hits = dofs.iter().filter_map(|(index, _)| layout.hits.get(*index));
     let mut found = check_hits(hits, problem.balance.length, None);
-    let hits = dofs.filter_map(|(index, _)| layout.hits.get(index));
+    let hits = dofs.iter().filter_map(|(index, _)| layout.hits.get(*index));
     let spectrum = spectrum_under(layout, hits, &problem.balance.body_back(body));
     let rank = spectrum.map_or(0, |s| s.rank);
     match spectrum {

@@ -1,18 +1,15 @@
 //! How far the causes of error must have moved for the readings to be what they are, and which of them
 //! is the first to be suspected.
 
-use core::borrow::Borrow;
-
 use heapless::Vec;
-use nalgebra::SVector;
-
 use super::model::{HIT_CAUSES, Model, SENSOR_CAUSES};
 use super::normal_equations::NormalEquations;
 use super::problem::{Problem, Terms};
 use crate::Real;
+use crate::responses::Responses;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Severity};
-use crate::identify::MassLines;
+use crate::identify::DofMassLines;
 use crate::layout::MAX_ATTACHED;
 
 /// A suspect has moved by more than this many of its standard deviations in the mean square.
@@ -44,17 +41,17 @@ impl<R: Real, const S: usize> Causes<R, S> {
     }
 
     /// What they leave of the residual of a hit DOF.
-    pub(super) fn residual<const H: usize, const CH: usize>(
+    pub(super) fn residual<const H: usize>(
         &self,
-        problem: &Problem<'_, R, S, H, CH>,
-        model: &Model<R, CH>,
-        terms: &Terms<R, CH>,
-    ) -> SVector<R, CH> {
+        problem: &Problem<'_, R, S, H>,
+        model: &Model<R, S>,
+        terms: &Terms<R, S>,
+    ) -> Responses<R, S> {
         problem.with_rows(model, terms, |rows| {
             let mut left = terms.residual;
             for (i, (columns, values)) in rows.sensors.iter().zip(&self.sensors).enumerate() {
                 for (column, value) in columns.iter().zip(values) {
-                    let mut part = left.fixed_rows_mut::<3>(3 * i);
+                    let mut part = left.column_mut(i);
                     part -= column * *value;
                 }
             }
@@ -68,14 +65,14 @@ impl<R: Real, const S: usize> Causes<R, S> {
 
 impl<R: Real> HitStrain<R> {
     /// Of what [`Causes::residual`] gives.
-    pub(super) fn of<const CH: usize>(
-        terms: &Terms<R, CH>,
-        left: &SVector<R, CH>,
+    pub(super) fn of<const S: usize>(
+        terms: &Terms<R, S>,
+        left: &Responses<R, S>,
         channels: usize,
     ) -> Self {
-        let weighted = terms.weight * left;
+        let weighted = terms.weight.times(left);
         let values: [R; HIT_CAUSES] =
-            core::array::from_fn(|k| terms.model.spread.column(k).dot(&weighted));
+            core::array::from_fn(|k| terms.model.spread.0[k].dot(&weighted));
         // What the hit's own causes leave of the readings is noise.
         let noise = left.dot(&weighted) - sum_of_squares(&values);
         let misfit = (noise.max(R::zero()) / R::of(channels.max(1) as f64)).sqrt();
@@ -94,16 +91,12 @@ fn sum_of_squares<R: Real>(values: &[R]) -> R {
 
 /// The sensor or hit that strains the budget most; `None` when none does by itself.
 #[inline(never)]
-pub(super) fn suspect<R, const S: usize, const H: usize, const CH: usize, B>(
-    problem: &Problem<'_, R, S, H, CH>,
-    dofs: impl Iterator<Item = (usize, B)>,
+pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
+    problem: &Problem<'_, R, S, H>,
+    dofs: &[DofMassLines<R, S>],
     body: &RigidBody<R>,
     equations: &mut NormalEquations<'_, R>,
-) -> Option<Diagnostic>
-where
-    R: Real,
-    B: Borrow<MassLines<R, CH>>,
-{
+) -> Option<Diagnostic> {
     let causes = Causes::<R, S>::of(problem.layout.sensors.len(), equations)?;
     let mut largest = (R::of(SUSPICIOUS), None);
     let mut look_at = |strain: R, code: Code, subject: usize| {
@@ -118,10 +111,10 @@ where
     }
     let model = Model::new(problem.layout, &problem.balance, body)?;
     for (index, lines) in dofs {
-        let terms = problem.terms(&model, index, lines.borrow())?;
+        let terms = problem.terms(&model, *index, lines)?;
         let left = causes.residual(problem, &model, &terms);
         let hit = HitStrain::of(&terms, &left, problem.channels);
-        look_at(hit.strain.max(hit.misfit), Code::HitStrainsBudget, index);
+        look_at(hit.strain.max(hit.misfit), Code::HitStrainsBudget, *index);
     }
     largest.1
 }

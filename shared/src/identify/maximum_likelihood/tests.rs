@@ -1,11 +1,13 @@
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{SVector, Vector3};
 use std::vec::Vec;
 
 use super::*;
+use crate::identify::MassLines;
 use crate::layout::tests::{bar_body, bar_layout};
+use crate::responses::ResponseSquare;
 use crate::layout::{Attached, Hit, HitUncertainty, Prior, SensorUncertainty};
 
-pub(in crate::identify) type Dofs<R> = Vec<(usize, MassLines<R, 9>)>;
+pub(in crate::identify) type Dofs<R> = Vec<DofMassLines<R, 3>>;
 pub(in crate::identify) type Bar<R> = Layout<R, 3, 5>;
 
 /// The three-bar frame with five hits, and small errors.
@@ -26,19 +28,13 @@ pub(in crate::identify) fn exact<const H: usize>(
 ) -> Dofs<f64> {
     (0..layout.hits.len())
         .map(|j| {
-            let readings: SVector<f64, 9> = layout.accelerance(body, j).unwrap();
+            let readings = layout.accelerance(body, j).unwrap();
             let mut lines = MassLines::without_scatter(readings);
-            lines.noise.rows_mut(0, 3 * layout.sensors.len()).fill(1e-3);
+            lines.noise.columns_mut(0, layout.sensors.len()).fill(1e-3);
             lines.hits = 5;
             (j, lines)
         })
         .collect()
-}
-
-pub(in crate::identify) fn by_reference<R>(
-    dofs: &Dofs<R>,
-) -> impl Iterator<Item = (usize, &MassLines<R, 9>)> + Clone {
-    dofs.iter().map(|(j, lines)| (*j, lines))
 }
 
 pub(in crate::identify) fn fit<R: Real, const H: usize>(
@@ -46,7 +42,7 @@ pub(in crate::identify) fn fit<R: Real, const H: usize>(
     dofs: &Dofs<R>,
     start: Option<&RigidBody<R>>,
 ) -> Result<Solution<R, 3, H>, Diagnostics> {
-    solve(layout, by_reference(dofs), start, &mut [R::zero(); RIG_WORKSPACE])
+    solve(layout, dofs, start.map_or(Start::Crude, Start::At), &mut [R::zero(); RIG_WORKSPACE])
 }
 
 /// Largest error over [m, L, L, L, m L² × 6].
@@ -143,8 +139,8 @@ fn causes_are_found_with_their_sign() {
     let turn = nalgebra::Rotation3::new(Vector3::new(0.0, 0.0, -0.005));
     let mut dofs = exact(&layout, &body);
     for (_, lines) in &mut dofs {
-        let turned = turn * lines.accelerance.fixed_rows::<3>(6).into_owned();
-        lines.accelerance.fixed_rows_mut::<3>(6).copy_from(&turned);
+        let turned = turn * lines.accelerance.column(2).into_owned();
+        lines.accelerance.set_column(2, &turned);
     }
     close(found(&layout_of, &dofs).sensors[2].rotation[2], 0.005);
 
@@ -230,7 +226,7 @@ fn single_precision_agrees_to_a_hundredth_of_a_standard_deviation() {
             let lines = MassLines {
                 accelerance: l.accelerance.map(|v| v as f32),
                 noise: l.noise.map(|v| v as f32),
-                scatter: SMatrix::zeros(),
+                scatter: ResponseSquare::zeros(),
                 hits: l.hits,
             };
             (*j, lines)
@@ -264,8 +260,8 @@ fn data_that_contradict_the_budget_say_where() {
 fn numbers_that_are_none_are_refused() {
     let (layout, body) = (five_hits(), bar_body());
     for spoil in [
-        |l: &mut MassLines<f64, 9>| l.accelerance[3] = f64::NAN,
-        |l: &mut MassLines<f64, 9>| l.noise[0] = f64::INFINITY,
+        |l: &mut MassLines<f64, 3>| l.accelerance[3] = f64::NAN,
+        |l: &mut MassLines<f64, 3>| l.noise[0] = f64::INFINITY,
     ] {
         let mut dofs = exact(&layout, &body);
         spoil(&mut dofs[1].1);
@@ -274,7 +270,7 @@ fn numbers_that_are_none_are_refused() {
     }
     assert!(fit(&layout, &Vec::new(), None).is_err());
     let dofs = exact(&layout, &body);
-    assert!(solve(&layout, by_reference(&dofs), None, &mut [0.0; 100]).is_err());
+    assert!(solve(&layout, &dofs, Start::Crude, &mut [0.0; 100]).is_err());
 }
 
 #[test]

@@ -1,0 +1,196 @@
+//! The door to the methods: observations and the wanted methods in, estimates and reasons out.
+//!
+//! [`identify`] does it all; a rig takes [`Identification::step`] by step, with other work between.
+//!
+//! ```
+//! # use massline_shared::body::RigidBody;
+//! # use massline_shared::identify::*;
+//! # use massline_shared::layout::{Hit, Layout, Sensor};
+//! # use nalgebra::SVector;
+//! # let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+//! # let mut layout = Layout::<f64, 3, 4>::default();
+//! # for (node, position) in [(1, [0.0; 3]), (2, [0.2, -0.2, 0.0]), (3, [0.2, 0.0, 0.0])] {
+//! #     layout.sensors.push(Sensor::new(node, position, axes)).unwrap();
+//! # }
+//! # for (dof, position, direction) in [
+//! #     ("1:+Y", [0.0; 3], [0.0, 1.0, 0.0]),
+//! #     ("2:+Z", [0.2, -0.2, 0.0], [0.0, 0.0, 1.0]),
+//! #     ("4:+X", [0.2, -0.2, 0.15], [1.0, 0.0, 0.0]),
+//! # ] {
+//! #     layout.hits.push(Hit::new(dof.parse().unwrap(), position, direction)).unwrap();
+//! # }
+//! # let truth = RigidBody::from_theta(&SVector::from([
+//! #     1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
+//! # ]));
+//! # let mass_lines: Vec<_> = (0..3)
+//! #     .map(|hit| (hit, MassLines::without_scatter(layout.accelerance(&truth, hit).unwrap())))
+//! #     .collect();
+//! // A layout with three sensors and three hits, and one mass line for each response and hit.
+//! let observed = Observations::of_mass_lines(&layout, &mass_lines);
+//! let wanted = observed.methods();
+//! let mut workspace = vec![0.0; workspace(&wanted, 3, 0)];
+//! let found = identify(&observed, &wanted, &Settings::default(), &mut workspace);
+//! let best = &found.estimates()[0];
+//! assert_eq!(best.method, Method::MaximumLikelihood);
+//! assert!((best.body.mass - 1.23).abs() < 1e-6);
+//! ```
+
+use heapless::Vec;
+
+use super::method::{Observable, Progress, Settings};
+use super::observations::{Observations, SpectralLines};
+use super::{Estimate, METHODS, Method, Running};
+use crate::Real;
+use crate::diagnosis::Diagnostics;
+
+/// Methods, the best first.
+pub type Methods = Vec<Method, METHODS>;
+
+impl<R, const S: usize, const H: usize, L: SpectralLines<R>> Observations<'_, R, S, H, L> {
+    /// The methods that answer from these observations without being asked for by name, the best first.
+    pub fn methods(&self) -> Methods {
+        let seen = |method: &Method| match method.entry().observes {
+            Observable::MassLines => true,
+            Observable::SpectralLines => self.spectral_lines.responses().is_some(),
+        };
+        Method::usual().filter(seen).collect()
+    }
+}
+
+impl Method {
+    /// The methods that answer without being asked for by name, the best first.
+    pub fn usual() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(|method| !method.entry().on_request)
+    }
+
+    /// The methods that answer from mass lines without being asked for by name, the best first: those of a
+    /// rig.
+    pub fn of_mass_lines() -> impl Iterator<Item = Self> {
+        Self::usual().filter(|method| method.entry().observes == Observable::MassLines)
+    }
+
+    /// The name in reports and JSON.
+    pub fn name(self) -> &'static str {
+        self.entry().name
+    }
+
+    /// The method of a number that was stored; `None` when this program does not know it.
+    pub fn from_number(number: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|method| method.number() == number)
+    }
+}
+
+/// Numbers of workspace that some methods ask for, with so many sensors and spectral lines.
+pub fn workspace(methods: &[Method], sensors: usize, lines: usize) -> usize {
+    let of = |method: &Method| (method.entry().workspace)(sensors, lines);
+    methods.iter().map(of).max().unwrap_or(0)
+}
+
+/// An identification: what is wanted, what is being carried out, and what has been answered.
+#[derive(Clone, Debug)]
+pub struct Identification<R> {
+    /// The methods that are still to be carried out; the last is the next, so that the simplest comes first
+    /// and the others can start from its answer.
+    queue: Methods,
+    running: Option<(Method, Running<R>)>,
+    /// The method that is being carried out needs no further step.
+    settled: bool,
+    estimates: Vec<Estimate<R>, METHODS>,
+    refusals: Vec<(Method, Diagnostics), METHODS>,
+}
+
+impl<R> Identification<R> {
+    /// Nothing is wanted.
+    pub const fn idle() -> Self {
+        Self {
+            queue: Vec::new(),
+            running: None,
+            settled: false,
+            estimates: Vec::new(),
+            refusals: Vec::new(),
+        }
+    }
+
+    /// Begins anew, in the same memory.
+    pub fn begin(&mut self, wanted: impl IntoIterator<Item = Method>) {
+        self.queue.clear();
+        // There is room for every method once.
+        self.queue.extend(wanted.into_iter().take(METHODS));
+        self.running = None;
+        self.settled = false;
+        self.estimates.clear();
+        self.refusals.clear();
+    }
+
+    /// The answers, the best first.
+    pub fn estimates(&self) -> &[Estimate<R>] {
+        &self.estimates
+    }
+
+    /// The methods without an answer, the best first, and why.
+    pub fn refusals(&self) -> &[(Method, Diagnostics)] {
+        &self.refusals
+    }
+
+    /// Answers and refusals.
+    pub fn into_parts(self) -> (Vec<Estimate<R>, METHODS>, Vec<(Method, Diagnostics), METHODS>) {
+        (self.estimates, self.refusals)
+    }
+}
+
+impl<R: Real> Identification<R> {
+    /// One step of the method in hand. Observations, settings and workspace are the same in every step.
+    pub fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+        &mut self,
+        observed: &Observations<'_, R, S, H, L>,
+        settings: &Settings<R>,
+        workspace: &mut [R],
+    ) -> Progress {
+        match self.running.take() {
+            None => {
+                let Some(method) = self.queue.pop() else { return Progress::Done };
+                let start = self.estimates.first().map(|estimate| estimate.body);
+                self.settled = false;
+                match Running::start(method, observed, settings, start.as_ref()) {
+                    Ok(running) => self.running = Some((method, running)),
+                    Err(reasons) => self.refuse(method, reasons),
+                }
+            }
+            Some((method, running)) if self.settled => {
+                match running.finish(observed, workspace) {
+                    // There is room for every method, and better ones come later.
+                    Ok(estimate) => drop(self.estimates.insert(0, estimate)),
+                    Err(reasons) => self.refuse(method, reasons),
+                }
+            }
+            Some((method, mut running)) => match running.step(observed, workspace) {
+                Ok(progress) => {
+                    self.settled = progress == Progress::Done;
+                    self.running = Some((method, running));
+                }
+                Err(reasons) => self.refuse(method, reasons),
+            },
+        }
+        if self.running.is_none() && self.queue.is_empty() { Progress::Done } else { Progress::Going }
+    }
+
+    fn refuse(&mut self, method: Method, reasons: Diagnostics) {
+        // There is room for every method.
+        let _ = self.refusals.insert(0, (method, reasons));
+    }
+}
+
+/// What the wanted methods answer, by as many steps as it takes. `workspace` has as many numbers as
+/// [`workspace`] says.
+pub fn identify<R: Real, const S: usize, const H: usize, L: SpectralLines<R>>(
+    observed: &Observations<'_, R, S, H, L>,
+    wanted: &[Method],
+    settings: &Settings<R>,
+    workspace: &mut [R],
+) -> Identification<R> {
+    let mut identification = Identification::idle();
+    // The best first, whatever the order that was asked for.
+    identification.begin(Method::ALL.into_iter().filter(|method| wanted.contains(method)));
+    while identification.step(observed, settings, workspace) == Progress::Going {}
+    identification
+}

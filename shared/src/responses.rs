@@ -1,0 +1,256 @@
+//! Vectors and matrices over the responses of all sensors.
+//!
+//! A *response* is what one axis of one triaxial sensor reads. Responses are counted sensor by sensor, x, y, z,
+//! so that response `k` is axis `k % 3` of sensor `k / 3`. Capacities are in sensors: a layout with room for
+//! `S` of them has `3 S` responses.
+
+use core::ops::{Index, IndexMut};
+
+use nalgebra::{Matrix3, SMatrix, SVector};
+
+use crate::Real;
+
+/// One number for each response: column `i` is sensor `i`. `v[k]` is response `k`.
+pub type Responses<R, const S: usize> = SMatrix<R, 3, S>;
+
+/// A matrix with a row for each response and `N` columns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResponseRows<R, const S: usize, const N: usize>(pub [Responses<R, S>; N]);
+
+/// A square matrix over the responses: `[j][b][i][a]` is the element of axis `a` of sensor `i` with axis `b` of
+/// sensor `j`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResponseSquare<R, const S: usize>([[[[R; 3]; S]; 3]; S]);
+
+impl<R: Real, const S: usize, const N: usize> ResponseRows<R, S, N> {
+    /// All zeros.
+    pub fn zeros() -> Self {
+        Self([Responses::zeros(); N])
+    }
+
+    /// The product with a vector.
+    pub fn times(&self, right: &SVector<R, N>) -> Responses<R, S> {
+        let mut sum = Responses::zeros();
+        for (column, factor) in self.0.iter().zip(right) {
+            add_scaled(&mut sum, column, *factor);
+        }
+        sum
+    }
+
+    /// The product with a matrix.
+    pub fn times_matrix<const M: usize>(&self, right: &SMatrix<R, N, M>) -> ResponseRows<R, S, M> {
+        let mut product = ResponseRows::zeros();
+        for (to, column) in product.0.iter_mut().zip(right.column_iter()) {
+            *to = self.times(&column.into_owned());
+        }
+        product
+    }
+
+    /// Writes three rows, those of sensor `i`.
+    pub fn set_sensor(&mut self, i: usize, rows: &SMatrix<R, 3, N>) {
+        for (column, of_sensor) in self.0.iter_mut().zip(rows.column_iter()) {
+            column.set_column(i, &of_sensor);
+        }
+    }
+}
+
+impl<R: Copy, const S: usize, const N: usize> ResponseRows<R, S, N> {
+    /// The row of one response.
+    pub fn row(&self, response: usize) -> [R; N] {
+        core::array::from_fn(|column| self.0[column][response])
+    }
+}
+
+impl<R: Real, const S: usize> ResponseSquare<R, S> {
+    /// All zeros.
+    pub fn zeros() -> Self {
+        Self([[[[R::zero(); 3]; S]; 3]; S])
+    }
+
+    /// Diagonal.
+    pub fn from_diagonal(diagonal: &Responses<R, S>) -> Self {
+        Self::from_fn(|i, j| if i == j { diagonal[i] } else { R::zero() })
+    }
+
+    /// From its elements.
+    pub fn from_fn(mut element: impl FnMut(usize, usize) -> R) -> Self {
+        let mut matrix = Self::zeros();
+        for j in 0..3 * S {
+            for (i, to) in matrix.column_mut(j).iter_mut().enumerate() {
+                *to = element(i, j);
+            }
+        }
+        matrix
+    }
+
+    /// The product with a vector.
+    pub fn times(&self, right: &Responses<R, S>) -> Responses<R, S> {
+        let mut sum = Responses::<R, S>::zeros();
+        for (column, factor) in self.as_slice().chunks_exact(3 * S).zip(right) {
+            for (to, v) in sum.iter_mut().zip(column) {
+                *to += *v * *factor;
+            }
+        }
+        sum
+    }
+
+    /// Adds `left rightᵀ`.
+    pub fn add_outer(&mut self, left: &Responses<R, S>, right: &Responses<R, S>) {
+        for (column, factor) in self.as_mut_slice().chunks_exact_mut(3 * S).zip(right) {
+            for (to, v) in column.iter_mut().zip(left) {
+                *to += *v * *factor;
+            }
+        }
+    }
+
+    /// The block of the responses of sensor `i` with those of sensor `j`.
+    pub fn block(&self, i: usize, j: usize) -> Matrix3<R> {
+        Matrix3::from(core::array::from_fn::<_, 3, _>(|b| self.0[j][b][i]))
+    }
+
+    /// The diagonal.
+    pub fn diagonal(&self) -> Responses<R, S> {
+        Responses::from_fn(|axis, i| self.0[i][axis][i][axis])
+    }
+
+    /// All elements, column by column.
+    pub fn as_slice(&self) -> &[R] {
+        self.0.as_flattened().as_flattened().as_flattened()
+    }
+
+    /// All elements, column by column, to be changed.
+    pub fn as_mut_slice(&mut self) -> &mut [R] {
+        self.0.as_flattened_mut().as_flattened_mut().as_flattened_mut()
+    }
+
+    fn column_mut(&mut self, j: usize) -> &mut [R] {
+        &mut self.as_mut_slice()[3 * S * j..3 * S * (j + 1)]
+    }
+
+    /// Every element changed.
+    pub fn map<Q: Real>(&self, change: impl Fn(R) -> Q) -> ResponseSquare<Q, S> {
+        ResponseSquare(self.0.map(|a| a.map(|b| b.map(|c| c.map(&change)))))
+    }
+
+    /// True when no element is NaN or infinite.
+    pub fn is_finite(&self) -> bool {
+        self.as_slice().iter().all(|v| v.finite())
+    }
+
+    /// The inverse of its first `count` rows and columns, zero beyond, by the Cholesky factor; only the lower
+    /// triangle is read. `None` when they are not positive definite.
+    pub fn inverse(mut self, count: usize) -> Option<Self> {
+        // C with C Cᵀ the matrix, then C⁻¹, both in the lower triangle.
+        for j in 0..count {
+            for i in j..count {
+                let mut sum = self[(i, j)];
+                for k in 0..j {
+                    sum -= self[(i, k)] * self[(j, k)];
+                }
+                self[(i, j)] = if i > j {
+                    sum / self[(j, j)]
+                } else if sum > R::zero() && sum.finite() {
+                    sum.sqrt()
+                } else {
+                    return None;
+                };
+            }
+        }
+        for j in 0..count {
+            self[(j, j)] = self[(j, j)].recip();
+            for i in j + 1..count {
+                let mut sum = R::zero();
+                for k in j..i {
+                    sum += self[(i, k)] * self[(k, j)];
+                }
+                self[(i, j)] = -sum / self[(i, i)];
+            }
+        }
+        let mut inverse = Self::zeros();
+        for j in 0..count {
+            for i in j..count {
+                // C⁻ᵀ C⁻¹; above the diagonal C⁻¹ has nothing.
+                let mut sum = R::zero();
+                for k in i..count {
+                    sum += self[(k, i)] * self[(k, j)];
+                }
+                inverse[(i, j)] = sum;
+                inverse[(j, i)] = sum;
+            }
+        }
+        Some(inverse)
+    }
+}
+
+impl<R: Real, const S: usize> Index<(usize, usize)> for ResponseSquare<R, S> {
+    type Output = R;
+
+    fn index(&self, (i, j): (usize, usize)) -> &R {
+        &self.as_slice()[3 * S * j + i]
+    }
+}
+
+impl<R: Real, const S: usize> IndexMut<(usize, usize)> for ResponseSquare<R, S> {
+    fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut R {
+        &mut self.as_mut_slice()[3 * S * j + i]
+    }
+}
+
+/// `sum += column · factor`.
+fn add_scaled<R: Real, const S: usize>(
+    sum: &mut Responses<R, S>,
+    column: &Responses<R, S>,
+    factor: R,
+) {
+    for (to, v) in sum.iter_mut().zip(column) {
+        *to += *v * factor;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SVector;
+
+    #[test]
+    fn products_are_those_of_plain_matrices() {
+        let element = |i: usize, j: usize| (i * 7 + j * 3) as f64 % 5.0 - 2.0;
+        let square = ResponseSquare::<f64, 2>::from_fn(element);
+        let plain = SMatrix::<f64, 6, 6>::from_fn(element);
+        let vector = Responses::<f64, 2>::from_fn(|axis, i| (3 * i + axis) as f64);
+        let as_plain = SVector::<f64, 6>::from_column_slice(vector.as_slice());
+        // Small integers: exact.
+        assert_eq!(square.times(&vector).as_slice(), (plain * as_plain).as_slice());
+        assert_eq!(square[(4, 1)], plain[(4, 1)]);
+        assert_eq!(square.block(1, 0), plain.fixed_view::<3, 3>(3, 0).into_owned());
+        let mut outer = square;
+        outer.add_outer(&vector, &vector);
+        let expected = plain + as_plain * as_plain.transpose();
+        assert!(outer.as_slice().iter().eq(expected.iter()));
+        assert_eq!(outer.diagonal().as_slice(), expected.diagonal().as_slice());
+        assert_eq!(ResponseSquare::from_diagonal(&vector).times(&vector), vector.component_mul(&vector));
+        let rows = ResponseRows::<f64, 2, 2>([vector, vector * 2.0]);
+        assert_eq!(rows.times(&SVector::from([1.0, -1.0])), -vector);
+        assert_eq!(rows.row(4), [4.0, 8.0]);
+    }
+
+    #[test]
+    fn the_inverse_is_that_of_the_first_rows() {
+        // AᵀA + I is positive definite.
+        let a = |i: usize, j: usize| ((i * 5 + j * j) % 7) as f64 - 3.0;
+        let element = |i: usize, j: usize| {
+            (0..6).map(|k| a(k, i) * a(k, j)).sum::<f64>() + if i == j { 1.0 } else { 0.0 }
+        };
+        let square = ResponseSquare::<f64, 2>::from_fn(element);
+        let inverse = square.inverse(5).unwrap();
+        for i in 0..6 {
+            for j in 0..6 {
+                let product: f64 = (0..5).map(|k| square[(i, k)] * inverse[(k, j)]).sum();
+                let expected = if i < 5 { f64::from(u8::from(i == j)) } else { product };
+                // Rounding times the condition, about a thousand.
+                assert!((product - expected).abs() < 1e-11, "{i} {j}: {product}");
+            }
+        }
+        assert!(square.map(|v| -v).inverse(6).is_none());
+    }
+}
