@@ -286,10 +286,10 @@ pub struct CommandRequest {
     pub confirm: bool,
     /// With `Start`: begin although the layout has an error.
     pub force: bool,
-    /// With `Start`: the object is a block of known mass. The layout need not determine ten
+    /// With `Start`: the object is a block of this mass, kg. The layout need not determine ten
     /// properties, none are looked for, and the result is marked by
     /// [`Code::BlockTest`](massline_shared::diagnosis::Code::BlockTest).
-    pub block: bool,
+    pub block_mass: Option<f32>,
 }
 
 /// Results after a number.

@@ -3,11 +3,15 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::identify::Consistency;
-use massline_shared::layout::{Dof, FrfEstimator, RIG_HITS};
+use massline_shared::identify::{
+    Consistency, DofMassLines, Estimate, METHODS, MassLines, Method, lower_triangle, symmetric,
+};
+use massline_shared::layout::{Dof, FrfEstimator, RIG_HITS, RIG_SENSORS};
 use massline_shared::mass_line::Terms;
 use massline_shared::signal::RESPONSES;
+use nalgebra::SVector;
 
 /// The most bytes of one chunk.
 pub const MAX_CHUNK: usize = 1024;
@@ -100,16 +104,27 @@ pub struct DofResult {
     /// Standard deviation of each accelerance from the scatter of the spectral lines about the model,
     /// corrected for the window, (m/s²)/N.
     pub noise: [f32; RESPONSES],
-    /// Sample covariance of the single hits' mass lines, lower triangle row by row, ((m/s²)/N)².
+    /// Sample covariance of the single hits' mass lines, lower triangle row by row, ((m/s²)/N)²; empty when
+    /// it is not known.
     pub scatter: Vec<f32, SCATTER>,
     /// Mean coherence over the band, response by response; none of a single hit, where it says nothing.
     pub coherence: Option<[f32; RESPONSES]>,
 }
 
+impl DofResult {
+    /// Its mass lines in the domain, with the index of the hit in the layout; `None` when its numbers do not
+    /// fit together.
+    pub fn mass_lines(&self) -> Option<DofMassLines<f32, RIG_SENSORS>> {
+        let hits = u16::from(self.hits);
+        let lines = MassLines::from_parts(&self.accelerance, &self.noise, &self.scatter, hits)?;
+        Some((usize::from(self.index), lines))
+    }
+}
+
 /// One method's answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StoredEstimate {
-    /// Raw [`massline_shared::identify::Method`].
+    /// [`Method::number`].
     pub method: u8,
     /// [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz]; kg, m, kg m²; inertia about the centre of
     /// mass, body axes, tensor elements.
@@ -124,9 +139,37 @@ pub struct StoredEstimate {
     pub diagnostics: Diagnostics,
 }
 
-/// A stored result: what one campaign measured and identified.
+impl From<&Estimate<f32>> for StoredEstimate {
+    fn from(estimate: &Estimate<f32>) -> Self {
+        let covariance = estimate.covariance.as_ref();
+        Self {
+            method: estimate.method.number(),
+            properties: estimate.theta().into(),
+            covariance: covariance.map_or(Vec::new(), |c| lower_triangle(c, 10).collect()),
+            condition: estimate.condition,
+            consistency: estimate.consistency,
+            diagnostics: estimate.diagnostics.clone(),
+        }
+    }
+}
+
+impl StoredEstimate {
+    /// The estimate in the domain; `None` when this program does not know its method.
+    pub fn estimate(&self) -> Option<Estimate<f32>> {
+        Some(Estimate {
+            method: Method::from_number(self.method)?,
+            body: RigidBody::from_theta(&SVector::from(self.properties)),
+            covariance: symmetric(&self.covariance),
+            condition: self.condition,
+            consistency: self.consistency,
+            diagnostics: self.diagnostics.clone(),
+        })
+    }
+}
+
+/// What a stored result begins with: where it comes from and how it was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MeasurementResult {
+pub struct ResultHead {
     /// Number of the result on this rig.
     pub number: u32,
     /// Hash of the layout.
@@ -141,10 +184,28 @@ pub struct MeasurementResult {
     pub terms: Terms,
     /// True when the bands were found from the data.
     pub band_automatic: bool,
+}
+
+/// A stored result: what one campaign measured and identified. A rig writes and reads it piece by piece: the
+/// head, the number of DOFs (postcard's `u32`) and each DOF, the number of estimates and each estimate, the
+/// diagnostics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasurementResult {
+    /// Where it comes from and how it was measured.
+    pub head: ResultHead,
     /// Mass lines, DOF by DOF.
     pub dofs: Vec<DofResult, RIG_HITS>,
     /// The answers, one a method, the best first; empty when there is none.
-    pub estimates: Vec<StoredEstimate, 2>,
+    pub estimates: Vec<StoredEstimate, METHODS>,
     /// What is to be said about the campaign.
     pub diagnostics: Diagnostics,
+}
+
+impl MeasurementResult {
+    /// The answers in the domain, the best first, and the numbers of methods that this program does not know.
+    pub fn estimates(&self) -> (Vec<Estimate<f32>, METHODS>, Vec<u8, METHODS>) {
+        let known = self.estimates.iter().filter_map(StoredEstimate::estimate).collect();
+        let unknown = self.estimates.iter().map(|stored| stored.method);
+        (known, unknown.filter(|&number| Method::from_number(number).is_none()).collect())
+    }
 }
