@@ -5,7 +5,7 @@ use core::borrow::Borrow;
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Layout;
 use crate::linalg::all_finite;
 
@@ -158,14 +158,14 @@ where
             && all_finite(&lines.scatter)
             && all_finite(&lines.noise);
         let code = if layout.hits.get(index).is_none() {
-            Code::UnknownNode
+            Code::HitNotInLayout
         } else if !finite {
             Code::DataNotFinite
         } else {
             continue;
         };
         // Sixteen are enough to say.
-        let _ = found.push(Diagnostic::about(code, Severity::Error, index as u16, 0.0));
+        let _ = found.push(Diagnostic::about(code, Severity::Error, Subject::hit(index), 0.0));
     }
     if found.is_empty() { Ok(()) } else { Err(found) }
 }
