@@ -134,3 +134,22 @@ impl Hits {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_read_the_number_and_the_channel_of_a_finding() {
+        let json = |code, subject| {
+            finding_json(&Diagnostic::about(code, Severity::Error, subject, 0.5)).to_string()
+        };
+        let overload = json(Code::Overload, Subject::Channel(5));
+        let expected = r#""channel":5,"code":"overload","extreme_m_s2":0.5,"severity":"error""#;
+        assert_eq!(overload, format!("{{{expected}}}"));
+        assert!(json(Code::Overload, Subject::Channel(0)).contains(r#""extreme_n":0.5"#));
+        // What is about the force has its channel.
+        assert!(json(Code::DoubleHit, Subject::Whole).contains(r#""channel":0"#));
+        assert!(!json(Code::HitInconsistent, Subject::Whole).contains("channel"));
+    }
+}
