@@ -11,7 +11,7 @@ use massline_shared::averaging::{
     DofSpectra, HitInHand, HitMemory, Method, band_of, fit_responses, resolution,
 };
 use massline_shared::campaign::Outcome;
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::{ScatterAccumulator, lower_triangle};
 use massline_shared::layout::{FrfEstimator, TestSettings};
 use massline_shared::mass_line::{BasisRow, MassLineError, Terms};
@@ -204,7 +204,12 @@ impl Analysis<'_> {
             closed.band_hz = band;
         } else {
             closed.band_hz = TestSettings::usual_band();
-            rig.say(Diagnostic::about(Code::BandNotFound, Severity::Warning, dof as u16, 0.0));
+            rig.say(Diagnostic::about(
+                Code::BandNotFound,
+                Severity::Warning,
+                Subject::hit(dof),
+                0.0,
+            ));
         }
         let fits = fit_responses(method, &spectra, closed.band_hz, basis);
         match &fits {
@@ -212,13 +217,18 @@ impl Analysis<'_> {
                 closed.accelerance = fits.accelerance.into();
                 closed.noise = fits.noise.into();
                 for (response, part) in fits.unsteady() {
-                    let subject = Diagnostic::response_subject(dof, response);
+                    let subject = Subject::response(dof, response);
                     let code = Code::NoPlateau;
                     rig.say(Diagnostic::about(code, Severity::Warning, subject, part));
                 }
             }
             Err(error) => {
-                rig.say(Diagnostic::about(code_of(*error), Severity::Error, dof as u16, 0.0));
+                rig.say(Diagnostic::about(
+                    code_of(*error),
+                    Severity::Error,
+                    Subject::hit(dof),
+                    0.0,
+                ));
             }
         }
         let band = lines_of_band(closed.band_hz, resolution(&adc));
@@ -287,14 +297,14 @@ impl Analysis<'_> {
 
     fn tell_unfinished_dofs(&mut self) {
         let campaign = self.rig.campaign.borrow();
-        for (dof, progress) in (0_u16..).zip(campaign.dofs()) {
+        for (dof, progress) in (0_u8..).zip(campaign.dofs()) {
             let accepted = f32::from(progress.accepted);
             let code = match progress.outcome {
                 Outcome::Skipped => Code::DofSkipped,
                 Outcome::Early => Code::DofFinishedEarly,
                 Outcome::Open | Outcome::Complete => continue,
             };
-            self.rig.say(Diagnostic::about(code, Severity::Warning, dof, accepted));
+            self.rig.say(Diagnostic::about(code, Severity::Warning, Subject::Hit(dof), accepted));
         }
     }
 }

@@ -2,7 +2,7 @@
 //! move with the others.
 
 use massline_shared::averaging;
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::{NOT_RIGID, ScatterAccumulator, rigid_residuals};
 use massline_shared::layout::{TestSettings, Verdict};
 use massline_shared::signal::{RESPONSES, Standing};
@@ -28,7 +28,7 @@ pub(crate) fn join(
     if verdict == Verdict::Reject {
         return standing;
     }
-    let subject = dof as u16;
+    let subject = Subject::hit(dof);
     rig.say(Diagnostic::about(Code::HitInconsistent, verdict.severity(), subject, distance));
     Standing::Agrees
 }
@@ -47,6 +47,6 @@ pub(crate) fn tell_not_rigid(
         // About the sensor, not about a hit: hitting again would not help, so it warns at most.
         let verdict = test.policy.verdict(Code::MotionNotRigid);
         let severity = verdict.severity().min(Severity::Warning);
-        rig.say(Diagnostic::about(Code::MotionNotRigid, severity, sensor as u16, left));
+        rig.say(Diagnostic::about(Code::MotionNotRigid, severity, Subject::sensor(sensor), left));
     }
 }

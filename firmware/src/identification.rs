@@ -147,7 +147,7 @@ fn stored(method: Method, estimate: &Estimate<f32>) -> StoredEstimate {
 
 fn say(rig: &Rig, reasons: Diagnostics, severity: Severity) {
     for reason in reasons {
-        rig.say(Diagnostic { severity: severity as u8, ..reason });
+        rig.say(Diagnostic { severity, ..reason });
     }
 }
 

@@ -14,7 +14,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::event::HitEvent;
 use massline_shared::averaging::DofSpectra;
 use massline_shared::campaign::Step;
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::layout::TestSettings;
 use massline_shared::signal::{
     CHANNELS, Capture, CaptureState, HitReport, RECORD_SCANS, Record, Scan, Standing, Trigger,
@@ -173,7 +173,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, S, F> {
             }
         };
         drop(campaign);
-        self.withdraw_hit(Diagnostic::about(code, Severity::Error, dof as u16, distance));
+        self.withdraw_hit(Diagnostic::about(code, Severity::Error, Subject::hit(dof), distance));
     }
 
     /// Tells about the hit in hand, which was good by itself, once more: now it is rejected.

@@ -28,6 +28,7 @@ struct KeptProgress {
     /// Bit by bit the DOFs that have mass lines.
     measured: u16,
     campaign: CampaignProgress,
+    #[serde(with = "massline_protocol::diagnostic")]
     diagnostics: Diagnostics,
 }
 
@@ -170,12 +171,17 @@ fn bit_of(index: u8) -> u16 {
 mod tests {
     use super::*;
     use crate::store::MAX_PROGRESS;
-    use massline_shared::diagnosis::Diagnostic;
+    use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 
     #[test]
     fn the_longest_progress_fits_the_store() {
         let dof = DofProgress { accepted: u8::MAX, outcome: Outcome::Skipped };
-        let said = Diagnostic { code: u16::MAX, severity: 2, subject: u16::MAX, value: 1.0 };
+        let said = Diagnostic {
+            code: Code::Unknown(u16::MAX),
+            severity: Severity::Error,
+            subject: Subject::response(usize::MAX, usize::MAX),
+            value: 1.0,
+        };
         let progress = KeptProgress {
             layout: u32::MAX,
             calibration: u32::MAX,

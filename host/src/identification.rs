@@ -4,7 +4,7 @@
 mod priors;
 
 use massline_protocol::object::{DofResult, MeasurementResult};
-use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity};
+use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::influence::{Influence, influences};
 use massline_shared::identify::maximum_likelihood::{self, Learned, workspace};
@@ -69,7 +69,7 @@ impl Identification {
         let reasons = self.not_applicable.iter().flat_map(|(_, reasons)| reasons);
         reasons
             .chain(&self.priors)
-            .map(|d| Diagnostic { severity: Severity::Warning as u8, ..*d })
+            .map(|d| Diagnostic { severity: Severity::Warning, ..*d })
             .collect()
     }
 }
@@ -123,7 +123,7 @@ pub fn identify(
         if let Err(mut reasons) = answer {
             if method == Method::MaximumLikelihood {
                 let priors = contradicted_priors(layout, lines).into_iter();
-                let grave = |d| Diagnostic { severity: Severity::Error as u8, ..d };
+                let grave = |d| Diagnostic { severity: Severity::Error, ..d };
                 // What there is no room for beside the few reasons of a fit is left out.
                 reasons.extend(priors.map(grave).take(reasons.capacity() - reasons.len()));
             }
@@ -151,8 +151,8 @@ pub fn refused(
     let reasons = |&method: &Method| {
         let options =
             Options { selection: Selection::Only(method), inertia_restraint: Settings::weighted() };
-        let said = result.diagnostics.iter().filter(|d| d.subject == Diagnostic::WHOLE);
-        let grave = said.filter(|d| Severity::from_raw(d.severity) > Severity::Note);
+        let said = result.diagnostics.iter().filter(|d| d.subject == Subject::Whole);
+        let grave = said.filter(|d| d.severity > Severity::Note);
         match identify(layout, &lines, &options) {
             Err(reasons) => (method, reasons),
             Ok(_) => (method, grave.copied().collect()),

@@ -11,7 +11,7 @@ mod table;
 
 use massline_protocol::object::{COVARIANCE, DofResult, MeasurementResult, StoredEstimate};
 use massline_shared::body::{Principal, RigidBody};
-use massline_shared::diagnosis::{Diagnostic, Severity};
+use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::{Consistency, Estimate, Method};
 use massline_shared::layout::{HostLayout, PROPERTIES};
 use nalgebra::{Matrix3, SMatrix, SVector};
@@ -150,7 +150,7 @@ pub fn diagnostics_json(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> Strin
         .map(|d| {
             json!({
                 "code": code_name(d),
-                "severity": Severity::from_raw(d.severity).name(),
+                "severity": d.severity.name(),
                 "message": say(d),
             })
         })
@@ -284,10 +284,7 @@ fn notes(result: &MeasurementResult) -> Vec<String> {
 
 /// Diagnostics as lines of text.
 pub(crate) fn sentences(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String) -> String {
-    found
-        .iter()
-        .map(|d| format!("{}: {}\n", Severity::from_raw(d.severity).name(), say(d)))
-        .collect()
+    found.iter().map(|d| format!("{}: {}\n", d.severity.name(), say(d))).collect()
 }
 
 /// The symmetric matrix of a lower triangle row by row; `None` unless it is complete.
@@ -308,7 +305,7 @@ fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use massline_shared::diagnosis::Code;
+    use massline_shared::diagnosis::{Code, Severity};
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
 

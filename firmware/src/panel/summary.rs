@@ -2,6 +2,7 @@
 //! beside what the rig holds already.
 
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_protocol::diagnostic::DiagnosticList;
 use massline_protocol::message::Reason;
 use massline_protocol::object::{DofResult, StoredEstimate};
 use massline_shared::body::RigidBody;
@@ -158,7 +159,7 @@ impl Walk {
                 Stage::Dofs(left - 1)
             }
             Stage::Estimates(0) | Stage::Done => {
-                let campaign: Diagnostics = self.decode(piece)?;
+                let DiagnosticList(campaign) = self.decode(piece)?;
                 let findings = &mut self.summary.findings;
                 // What does not fit beside what is said of the answer is left to the host.
                 let room = findings.capacity() - findings.len();

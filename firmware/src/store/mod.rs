@@ -32,7 +32,7 @@ pub const RESULTS: usize = 24;
 /// Layouts that the store holds.
 pub const LAYOUTS: usize = 4;
 /// The most bytes of one result.
-pub const MAX_RESULT: usize = 4608;
+pub const MAX_RESULT: usize = 4688;
 /// The most bytes of one finished DOF, by itself and as a part of a result.
 pub const MAX_DOF: usize = 306;
 /// The most bytes of the progress of a campaign.

@@ -4,7 +4,7 @@
 //! without it, and what it gives then is compared with what the prior says.
 
 use massline_protocol::object::MeasurementResult;
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::Estimate;
 use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::maximum_likelihood::{self, CONTRADICTION, workspace};
@@ -30,7 +30,7 @@ pub fn in_place_of_suspects(
     layout: &HostLayout,
     lines: &MeasuredLines,
 ) -> Option<(Vec<Diagnostic>, Vec<Diagnostic>)> {
-    let is = |d: &Diagnostic, code: Code| d.known_code() == Some(code);
+    let is = |d: &Diagnostic, code: Code| d.code == code;
     if !said.iter().any(|d| is(d, Code::DataContradictBudget)) {
         return None;
     }
@@ -90,7 +90,8 @@ fn contradiction(prior: &Prior<f64>, without: &Estimate<f64>) -> Option<(f64, Di
     let sigma = *without.sigma()?.get(k)?;
     let far = (said - prior.value).abs() / prior.sigma.hypot(sigma);
     let code = Code::PriorContradictsData;
-    let found = Diagnostic::about(code, Severity::Warning, u16::from(prior.property), said as f32);
+    let found =
+        Diagnostic::about(code, Severity::Warning, Subject::Property(prior.property), said as f32);
     (far > CONTRADICTION).then_some((far, found))
 }
 
@@ -136,7 +137,7 @@ mod tests {
         let found = found("mass_kg = { value = 2.4, sigma = 0.0001 }");
         assert_eq!(found.len(), 1);
         let [d] = found[..] else { unreachable!() };
-        assert_eq!((d.known_code(), d.subject), (Some(Code::PriorContradictsData), 0));
+        assert_eq!((d.code, d.subject), (Code::PriorContradictsData, Subject::Property(0)));
         // Exact data of 1.23 kg in single precision.
         assert!((d.value - 1.23).abs() < 1e-4, "{d:?}");
     }
@@ -145,13 +146,16 @@ mod tests {
     fn of_two_priors_the_wrong_one_is_named() {
         let right = "mass_kg = { value = 1.23, sigma = 0.001 }";
         let found = found(&format!("{right}\ncz_m = {{ value = 0.05, sigma = 0.001 }}"));
-        assert_eq!(found.iter().map(|d| d.subject).collect::<Vec<_>>(), [3]);
+        assert_eq!(found.iter().map(|d| d.subject).collect::<Vec<_>>(), [Subject::Property(3)]);
     }
 
     #[test]
     fn two_wrong_ones_are_both_named() {
         let wrong = "mass_kg = { value = 2.4, sigma = 0.001 }";
         let found = found(&format!("{wrong}\ncz_m = {{ value = 0.1, sigma = 0.001 }}"));
-        assert_eq!(found.iter().map(|d| d.subject).collect::<Vec<_>>(), [0, 3]);
+        assert_eq!(
+            found.iter().map(|d| d.subject).collect::<Vec<_>>(),
+            [0, 3].map(Subject::Property)
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! From the functions of a universal file to the mass lines of a layout.
 
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::MassLines;
 use massline_shared::identify::global_fit::{self, FrequencyResponses};
 use massline_shared::layout::{Axis, Dof, Hit, HostLayout, Sensor};
@@ -67,7 +67,7 @@ impl Responses {
                 fits.set(channel, &response.fit(&fitting)?);
             }
             all.diagnostics.extend(fits.unsteady().map(|(channel, part)| {
-                let subject = Diagnostic::response_subject(dof, channel);
+                let subject = Subject::response(dof, channel);
                 Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, part as f32)
             }));
             let hits = u16::from(layout.test.hits_per_dof);

@@ -30,6 +30,7 @@ pub struct HitEvent {
     /// Largest acceleration of any channel, m/s².
     pub peak_acceleration: f32,
     /// What the grading found.
+    #[serde(with = "crate::diagnostic")]
     pub findings: Diagnostics,
 }
 

@@ -83,7 +83,7 @@ endpoints! {
 }
 
 /// The most bytes of the framed answer to a request that changes the rig.
-pub const MAX_CHANGE_ANSWER: usize = 256;
+pub const MAX_CHANGE_ANSWER: usize = 272;
 
 /// True when a request of this kind changes the rig.
 pub fn changes(kind: u16) -> bool {
@@ -145,6 +145,7 @@ pub struct Status {
     /// Number of the result of the campaign that ended last, 0 when there is none.
     pub result: u32,
     /// What is to be said about the campaign.
+    #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 
@@ -214,6 +215,7 @@ pub struct LayoutAnswer {
     pub hash: u32,
     /// What is to be said about it. With an error among them the layout is kept but a campaign
     /// needs [`CommandRequest::force`].
+    #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 

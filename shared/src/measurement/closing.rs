@@ -5,7 +5,7 @@ use super::campaign::{Campaign, Object, Outcome};
 use super::hits::Task;
 use super::{BlockResult, MeasuredDof, Measurement};
 use crate::calibration::block::{BlockError, BlockHit, BlockMass, ForceRatio, force_ratio};
-use crate::diagnosis::{Code, Diagnostic, Severity};
+use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::{
     MassLines, Method, NOT_RIGID, Observations, Progress, Settings, rigid_residuals,
 };
@@ -31,18 +31,18 @@ impl<R: RealFft> Measurement<'_, R> {
         let band = found.unwrap_or_else(TestSettings::usual_band);
         let fits = fit_responses(settings, &self.memory.spectra, band, &mut self.memory.basis);
         if found.is_none() {
-            self.say(Diagnostic::about(Code::BandNotFound, Severity::Warning, dof as u16, 0.0));
+            self.say(Diagnostic::about(Code::BandNotFound, Severity::Warning, Subject::hit(dof), 0.0));
         }
         let fits = match fits {
             Ok(fits) => fits,
             // A response without a mass line has no number; neither has its DOF then.
             Err(error) => {
                 self.memory.forget_dof(dof);
-                return self.say(Diagnostic::about(code_of(error), Severity::Error, dof as u16, 0.0));
+                return self.say(Diagnostic::about(code_of(error), Severity::Error, Subject::hit(dof), 0.0));
             }
         };
         for (response, part) in fits.unsteady() {
-            let subject = Diagnostic::response_subject(dof, response);
+            let subject = Subject::response(dof, response);
             let part = part.to_f32();
             self.say(Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, part));
         }
@@ -79,7 +79,7 @@ impl<R: RealFft> Measurement<'_, R> {
             // About the sensor, not about a hit: hitting again would not help, so it warns at most.
             let verdict = test.policy.verdict(Code::MotionNotRigid);
             let severity = verdict.severity().min(Severity::Warning);
-            self.say(Diagnostic::about(Code::MotionNotRigid, severity, sensor as u16, left));
+            self.say(Diagnostic::about(Code::MotionNotRigid, severity, Subject::sensor(sensor), left));
         }
     }
 
@@ -119,21 +119,21 @@ impl<R: RealFft> Measurement<'_, R> {
             let severity =
                 if answered || place > 0 { Severity::Warning } else { Severity::Error };
             for reason in reasons {
-                let reason = Diagnostic { severity: severity as u8, ..*reason };
+                let reason = Diagnostic { severity, ..*reason };
                 super::note(&mut self.diagnostics, reason);
             }
         }
     }
 
     fn name_unfinished_dofs(&mut self, campaign: &Campaign) {
-        for (dof, progress) in (0_u16..).zip(campaign.dofs()) {
+        for (dof, progress) in campaign.dofs().iter().enumerate() {
             let accepted = f32::from(progress.accepted);
             let code = match progress.outcome {
                 Outcome::Skipped => Code::DofSkipped,
                 Outcome::Early => Code::DofFinishedEarly,
                 Outcome::Open | Outcome::Complete => continue,
             };
-            self.say(Diagnostic::about(code, Severity::Warning, dof, accepted));
+            self.say(Diagnostic::about(code, Severity::Warning, Subject::hit(dof), accepted));
         }
     }
 

@@ -5,7 +5,7 @@ use super::campaign::{Campaign, Phase};
 use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, Recorded, ScanIndex, Streamed, note,
 };
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::{TestSettings, Verdict};
 use crate::signal::{
     Capture, CaptureState, FftError, HitReport, RECORD_SCANS, RealFft, Scan, Standing, Trigger,
@@ -256,7 +256,7 @@ impl<R: RealFft> Measurement<'_, R> {
             {
                 let code = Code::HitInconsistent;
                 let severity = verdict.severity();
-                self.say(Diagnostic::about(code, severity, dof as u16, distance.to_f32()));
+                self.say(Diagnostic::about(code, severity, Subject::hit(dof), distance.to_f32()));
                 campaign.analysed();
             }
             Standing::Astray(distance) => {
@@ -277,7 +277,7 @@ impl<R: RealFft> Measurement<'_, R> {
     fn withdraw(&mut self, code: Code, dof: usize, distance: R) {
         let Some(mut hit) = self.last_hit.take() else { return };
         hit.good = false;
-        let why = Diagnostic::about(code, Severity::Error, dof as u16, distance.to_f32());
+        let why = Diagnostic::about(code, Severity::Error, Subject::hit(dof), distance.to_f32());
         note(&mut hit.findings, why);
         self.last_hit = Some(hit.clone());
         self.report(hit);

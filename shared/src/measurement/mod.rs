@@ -630,7 +630,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
 /// never forced.
 fn can_be_forced(diagnostic: &Diagnostic) -> bool {
     let never = [Code::SettingOutOfRange, Code::LayoutNotFinite, Code::AxesNotOrthonormal];
-    diagnostic.known_code().is_some_and(|code| !never.contains(&code))
+    !never.contains(&diagnostic.code)
 }
 
 /// Adds a diagnostic; of one that is there already the graver stays, of two as grave the one with the larger

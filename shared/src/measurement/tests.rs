@@ -133,7 +133,7 @@ fn scans_lost_after_the_trigger_reject_the_hit_and_before_it_only_arm_again() {
     rig.lost(3);
     assert_eq!((rig.hits(), rig.campaign().unwrap().rejected(), rig.armings()), (1, 1, 2));
     let hit = rig.next_hit().unwrap();
-    assert_eq!((hit.good, hit.findings[0].known_code()), (false, Some(Code::ScansLost)));
+    assert_eq!((hit.good, hit.findings[0].code), (false, Code::ScansLost));
     assert_eq!(rig.counts().hits_aborted, 1);
 }
 

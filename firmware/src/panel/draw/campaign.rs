@@ -87,7 +87,7 @@ fn rejected<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, reason: &Dia
     let hit = text(format_args!("{}/{}", next_hit(model), model.wanted));
     canvas.title(&again, &hit);
     progress(canvas, model);
-    canvas.lines(0, words::of_diagnostic(reason));
+    canvas.lines(0, reason.code.words());
     canvas.text(0, 43, &words::subject(reason, view.layout));
 }
 

@@ -39,14 +39,14 @@ pub(super) fn finding<D: Screen>(
     layout: Option<&RigLayout>,
     pages: &str,
 ) {
-    let title = match Severity::from_raw(diagnostic.severity) {
+    let title = match diagnostic.severity {
         Severity::Note => "Note",
         Severity::Warning => "Warning",
         Severity::Error => "Error",
     };
     canvas.title(title, pages);
     canvas.line(0, &words::subject(diagnostic, layout));
-    canvas.lines(1, words::of_diagnostic(diagnostic));
+    canvas.lines(1, diagnostic.code.words());
 }
 
 /// The layouts that are kept; the one in use has a mark.

@@ -1,7 +1,7 @@
 use super::*;
 use massline_protocol::object::{COVARIANCE, MeasurementResult, SCATTER};
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::Method;
 use massline_shared::layout::RIG_HITS;
 use massline_shared::signal::RESPONSES;
@@ -26,7 +26,12 @@ fn estimate(method: Method) -> StoredEstimate {
         condition: 8.5,
         consistency: Some(Consistency { chi_squared: 21.5, degrees_of_freedom: 17 }),
         diagnostics: (0..16)
-            .map(|k| Diagnostic::about(Code::SensorStrainsBudget, Severity::Note, k, -1.5e30))
+            .map(|_| Diagnostic {
+                code: Code::Unknown(u16::MAX),
+                severity: Severity::Note,
+                subject: Subject::response(usize::MAX, usize::MAX),
+                value: -1.5e30,
+            })
             .collect(),
     }
 }
