@@ -209,8 +209,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         let scale = [R::one(), reference, R::one() / reference];
         let root_weight = R::one() / inverse[0][0];
         let lines = rows.len();
-        let design =
-            MassLineDesign { lines, skipped, terms, complex, root_weight, inverse, scale };
+        let design = MassLineDesign { lines, skipped, terms, complex, root_weight, inverse, scale };
         Ok(Self { rows, design })
     }
 

@@ -10,7 +10,7 @@ use massline_firmware::scan_ring::FAULTS_TO_STOP;
 use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Stats, Status};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::diagnosis::Code;
 use massline_shared::signal::Scan;
 use massline_tests::faulty_sampler::rig_that_loses;

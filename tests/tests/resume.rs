@@ -11,7 +11,7 @@ use massline_protocol::LayoutHash;
 use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Status};
 use massline_protocol::object::{DofResult, MeasurementResult, ObjectId, ObjectKind};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::diagnosis::{Code, Subject};
 use massline_shared::layout::RigLayout;
 use massline_virtual::bench::{Bench, BenchSource};

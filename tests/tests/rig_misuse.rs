@@ -9,7 +9,7 @@ use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
 use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
 use massline_shared::signal::RECORD_SCANS;

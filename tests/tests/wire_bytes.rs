@@ -13,7 +13,7 @@ use massline_protocol::message::*;
 use massline_protocol::object::*;
 use massline_protocol::{Deframer, Endpoint, MAX_FRAME, MAX_LAYOUT, encode_frame};
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::Consistency;
 use massline_shared::identify::Method;

@@ -2,13 +2,13 @@
 
 use core::fmt::Write as _;
 
-use massline_protocol::message::Reason;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
 use massline_shared::diagnosis::{Code, Diagnostic, Subject};
 use massline_shared::layout::{PROPERTIES, RigLayout};
 
 use super::number::{Text, decimals_for, fitting};
+use super::refused::Refused;
 use super::trial::Problem;
 
 /// Characters of a line.
@@ -64,18 +64,16 @@ fn write_channel(text: &mut Text, channel: usize) -> core::fmt::Result {
 }
 
 /// Why the rig does not do what was asked for.
-pub fn of_reason(reason: Reason) -> &'static str {
+pub fn of_reason(reason: Refused) -> &'static str {
     match reason {
-        Reason::UnknownMessage | Reason::Malformed => "This request is not\nunderstood.",
-        Reason::NotFound => "It is there no\nlonger.",
-        Reason::WrongPhase => "Not now: the rig is\nbusy. End or finish\nwhat runs first.",
-        Reason::NoLayout => "No layout is kept:\nsend one from a PC\n(massline measure).",
-        Reason::LayoutRefused => "This layout cannot\ngive an answer.",
-        Reason::StoreFull => "The store is full:\ndelete a result\n(Results).",
-        Reason::StoreFailed => "The flash did not\nkeep it: try again.",
-        Reason::OutOfRange => "It ends before that.",
-        Reason::Busy => "The flash is busy:\ntry again.",
-        Reason::SamplerStopped => Code::SamplerStopped.words(),
+        Refused::NotFound => "It is there no\nlonger.",
+        Refused::WrongPhase => "Not now: the rig is\nbusy. End or finish\nwhat runs first.",
+        Refused::NoLayout => "No layout is kept:\nsend one from a PC\n(massline measure).",
+        Refused::LayoutRefused => "This layout cannot\ngive an answer.",
+        Refused::StoreFull => "The store is full:\ndelete a result\n(Results).",
+        Refused::StoreFailed => "The flash did not\nkeep it: try again.",
+        Refused::Busy => "The flash is busy:\ntry again.",
+        Refused::SamplerStopped => Code::SamplerStopped.words(),
     }
 }
 
@@ -141,11 +139,9 @@ mod tests {
 
     #[test]
     fn every_reason_fits() {
-        for raw in 1..=11 {
-            let reason = Reason::from_raw(raw).unwrap();
+        for reason in Refused::ALL {
             assert!(fits(of_reason(reason)), "{reason:?}");
         }
-        assert_eq!(Reason::from_raw(12), None);
     }
 
     #[test]
@@ -171,7 +167,7 @@ mod tests {
             Problem::NotUsable,
             Problem::NoMass,
             Problem::SensorsUnknown,
-            Problem::Refused(Reason::Busy),
+            Problem::Refused(Refused::Busy),
         ];
         for problem in tumble.chain(block.map(Problem::Block)).chain(others) {
             assert!(fits(of_problem(&problem)), "{problem:?}");

@@ -1,9 +1,9 @@
 //! Numbers that stand for the growable enums of the domain on the wire: an older program passes a number on
 //! that it does not know.
 
-use massline_shared::campaign::Phase;
 use massline_shared::diagnosis::Severity;
 use massline_shared::layout::Setting;
+use massline_shared::measurement::campaign::Phase;
 
 /// An enum that travels as a number.
 pub trait Raw: Sized {

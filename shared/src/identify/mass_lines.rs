@@ -164,9 +164,8 @@ pub(crate) fn check_mass_lines<R: Real, const S: usize, const H: usize>(
 ) -> Result<(), Diagnostics> {
     let mut found = Diagnostics::new();
     for (index, lines) in dofs {
-        let finite = all_finite(&lines.accelerance)
-            && lines.scatter.is_finite()
-            && all_finite(&lines.noise);
+        let finite =
+            all_finite(&lines.accelerance) && lines.scatter.is_finite() && all_finite(&lines.noise);
         let code = if layout.hits.get(*index).is_none() {
             Code::HitNotInLayout
         } else if !finite {
@@ -242,9 +241,12 @@ mod tests {
     fn stored_mass_lines_read_back() {
         let mut sums = ScatterAccumulator::<f32, 3>::new();
         for k in 0..4 {
-            sums.add(&Responses::from_fn(|axis, i| if i < 2 { ((3 * i + axis) * k) as f32 } else { 0.0 }));
+            sums.add(&Responses::from_fn(
+                |axis, i| if i < 2 { ((3 * i + axis) * k) as f32 } else { 0.0 },
+            ));
         }
-        let noise = Responses::from_fn(|axis, i| if i < 2 { 0.1 + (3 * i + axis) as f32 } else { 0.0 });
+        let noise =
+            Responses::from_fn(|axis, i| if i < 2 { 0.1 + (3 * i + axis) as f32 } else { 0.0 });
         let lines = sums.mass_lines().with_noise(noise);
         let lower: std::vec::Vec<_> = lower_triangle(&lines.scatter, 6).collect();
         let accelerance = &lines.accelerance.as_slice()[..6];

@@ -74,9 +74,8 @@ impl<R: RealFft> HitInHand<R> {
         let analysis = HitAnalysis::new(adc, calibration, test, PRE_TRIGGER_SCANS);
         analysis.force(record, scratch, force)?;
         spectra.add_force(force);
-        let lines = lines(resolution(adc), |line| {
-            force.get(line).map_or(R::zero(), |f| f.norm_sqr())
-        });
+        let lines =
+            lines(resolution(adc), |line| force.get(line).map_or(R::zero(), |f| f.norm_sqr()));
         // What a band does wrong is the same for every hit of a DOF, so it does not scatter.
         let (band, decay) = (test.expected_band(), test.exponential_decay);
         let basis = MassLineBasis::new(lines, band, decay, test.terms, basis);

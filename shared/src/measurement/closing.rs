@@ -22,23 +22,36 @@ const MASS_SIGMA: f64 = 1e-3;
 impl<R: RealFft> Measurement<'_, R> {
     /// Turns the averaged spectra of a DOF into its mass lines and keeps them.
     pub(super) fn close_dof(&mut self, dof: usize) {
-        let Some(hit) = self.layout.as_ref().and_then(|layout| layout.hits.get(dof)) else { return };
+        let Some(hit) = self.layout.as_ref().and_then(|layout| layout.hits.get(dof)) else {
+            return;
+        };
         let name = hit.dof;
         let (test, adc) = (self.test(), self.adc_in_use());
-        let settings = ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
+        let settings =
+            ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
         let squares = &mut self.memory.scratch[..SPECTRUM_LINES];
         let found = band_of(settings, &self.memory.spectra, squares);
         let band = found.unwrap_or_else(TestSettings::usual_band);
         let fits = fit_responses(settings, &self.memory.spectra, band, &mut self.memory.basis);
         if found.is_none() {
-            self.say(Diagnostic::about(Code::BandNotFound, Severity::Warning, Subject::hit(dof), 0.0));
+            self.say(Diagnostic::about(
+                Code::BandNotFound,
+                Severity::Warning,
+                Subject::hit(dof),
+                0.0,
+            ));
         }
         let fits = match fits {
             Ok(fits) => fits,
             // A response without a mass line has no number; neither has its DOF then.
             Err(error) => {
                 self.memory.forget_dof(dof);
-                return self.say(Diagnostic::about(code_of(error), Severity::Error, Subject::hit(dof), 0.0));
+                return self.say(Diagnostic::about(
+                    code_of(error),
+                    Severity::Error,
+                    Subject::hit(dof),
+                    0.0,
+                ));
             }
         };
         for (response, part) in fits.unsteady() {
@@ -71,15 +84,19 @@ impl<R: RealFft> Measurement<'_, R> {
 
     /// Names the sensor that moves least with the others, when it does not move as a part of a rigid body.
     fn check_rigidity(&mut self, test: &TestSettings<R>, readings: &Responses<R, RIG_SENSORS>) {
-        let residuals =
-            self.layout.as_ref().and_then(|layout| rigid_residuals(layout, readings));
+        let residuals = self.layout.as_ref().and_then(|layout| rigid_residuals(layout, readings));
         let numbers = residuals.iter().flatten().map(|left| left.to_f32()).enumerate();
         let worst = numbers.filter(|(_, left)| left.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((sensor, left)) = worst.filter(|(_, left)| *left > NOT_RIGID as f32) {
             // About the sensor, not about a hit: hitting again would not help, so it warns at most.
             let verdict = test.policy.verdict(Code::MotionNotRigid);
             let severity = verdict.severity().min(Severity::Warning);
-            self.say(Diagnostic::about(Code::MotionNotRigid, severity, Subject::sensor(sensor), left));
+            self.say(Diagnostic::about(
+                Code::MotionNotRigid,
+                severity,
+                Subject::sensor(sensor),
+                left,
+            ));
         }
     }
 
@@ -102,8 +119,7 @@ impl<R: RealFft> Measurement<'_, R> {
         let Some(layout) = &self.layout else { return Task::Identified };
         let memory = &mut *self.memory;
         let observed = Observations::of_mass_lines(layout, &memory.mass_lines);
-        let step =
-            memory.identification.step(&observed, &Settings::default(), &mut memory.scratch);
+        let step = memory.identification.step(&observed, &Settings::default(), &mut memory.scratch);
         if step == Progress::Going {
             return Task::Identify;
         }
@@ -116,8 +132,7 @@ impl<R: RealFft> Measurement<'_, R> {
         let identification = &self.memory.identification;
         let answered = !identification.estimates().is_empty();
         for (place, (_, reasons)) in identification.refusals().iter().enumerate().rev() {
-            let severity =
-                if answered || place > 0 { Severity::Warning } else { Severity::Error };
+            let severity = if answered || place > 0 { Severity::Warning } else { Severity::Error };
             for reason in reasons {
                 let reason = Diagnostic { severity, ..*reason };
                 super::note(&mut self.diagnostics, reason);

@@ -37,9 +37,7 @@ use heapless::Deque;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::{Applicability, DofMassLines, Method, Methods};
 use crate::layout::{Layout, RIG_HITS, RIG_SENSORS, assumed_body, check_settings};
-use crate::signal::{
-    AdcProperties, Calibration, RECORD_SCANS, RealFft, Record, SPECTRUM_LINES,
-};
+use crate::signal::{AdcProperties, Calibration, RECORD_SCANS, RealFft, Record, SPECTRUM_LINES};
 use crate::units::ScanIndex;
 use averaging::DofSpectra;
 use campaign::{Campaign, CampaignProgress, Command, CommandError, Object, Phase, Start, Step};
@@ -469,6 +467,13 @@ impl<'m, R: RealFft> Measurement<'m, R> {
     /// [`CommandError::WrongPhase`] unless nothing is measured.
     pub fn take_reading(&mut self) -> Result<(), CommandError> {
         self.leave_idle(Activity::Reading)
+    }
+
+    /// Wants no reading any longer.
+    pub fn drop_reading(&mut self) {
+        if let Activity::Reading = self.activity {
+            self.activity = Activity::Idle;
+        }
     }
 
     /// Wants all scans passed on, or no longer.

@@ -1,7 +1,7 @@
 //! What a campaign has measured and identified.
 
 use crate::calibration::block::{BlockError, ForceRatio};
-use crate::diagnosis::Diagnostic;
+use crate::diagnosis::Diagnostics;
 use crate::identify::{DofMassLines, Estimate};
 use crate::layout::{Dof, RIG_SENSORS};
 use crate::signal::RESPONSES;
@@ -32,5 +32,5 @@ pub struct TestResult<'m, R> {
     /// The hammer's gain, of a block of known mass.
     pub block: Option<BlockResult>,
     /// What is to be said about the campaign.
-    pub diagnostics: &'m [Diagnostic],
+    pub diagnostics: &'m Diagnostics,
 }

@@ -1,7 +1,7 @@
 //! What is seen while a campaign is prepared, runs and ends.
 
 use core::fmt::Write as _;
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 
 use embedded_graphics::prelude::*;
 use massline_shared::diagnosis::Diagnostic;

@@ -50,7 +50,8 @@ fn responses(frequencies: &[f64], stiffness: f64, damping: f64, elastic: f64) ->
             for hit in &layout.hits {
                 let force = hit.unit_force(&Vector3::zeros()).map(real);
                 let motion = inverse * force;
-                let rigid: Complex<f64> = response.row(channel).iter().zip(&motion).map(|(g, a)| g * a).sum();
+                let rigid: Complex<f64> =
+                    response.row(channel).iter().zip(&motion).map(|(g, a)| g * a).sum();
                 all.push(rigid + s * s * (elastic * (channel as f64 - 3.0)));
             }
         }

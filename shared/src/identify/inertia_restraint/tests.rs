@@ -294,8 +294,7 @@ fn a_larger_capacity_does_not_change_the_answer() {
     let wide: Layout<f64, 8, 24> = layout.cast().unwrap();
     let dofs = exact(&layout, &body);
     let lines = dofs.iter().map(|(j, l)| {
-        let parts =
-            MassLines::<f64, 8>::from_parts(l.accelerance.as_slice(), &[], &[], 1).unwrap();
+        let parts = MassLines::<f64, 8>::from_parts(l.accelerance.as_slice(), &[], &[], 1).unwrap();
         (*j, parts)
     });
     let lines: Vec<_> = lines.collect();

@@ -1,16 +1,16 @@
 //! How far the causes of error must have moved for the readings to be what they are, and which of them
 //! is the first to be suspected.
 
-use heapless::Vec;
 use super::model::{HIT_CAUSES, Model, SENSOR_CAUSES};
 use super::normal_equations::NormalEquations;
 use super::problem::{Problem, Terms};
 use crate::Real;
-use crate::responses::Responses;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::DofMassLines;
 use crate::layout::MAX_ATTACHED;
+use crate::responses::Responses;
+use heapless::Vec;
 
 /// A suspect has moved by more than this many of its standard deviations in the mean square.
 const SUSPICIOUS: f64 = 2.0;

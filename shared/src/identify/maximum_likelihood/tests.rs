@@ -5,8 +5,8 @@ use super::*;
 use crate::diagnosis::Subject;
 use crate::identify::MassLines;
 use crate::layout::tests::{bar_body, bar_layout};
-use crate::responses::ResponseSquare;
 use crate::layout::{Attached, Hit, HitUncertainty, Prior, SensorUncertainty};
+use crate::responses::ResponseSquare;
 
 pub(in crate::identify) type Dofs<R> = Vec<DofMassLines<R, 3>>;
 pub(in crate::identify) type Bar<R> = Layout<R, 3, 5>;
