@@ -19,7 +19,6 @@ mod held;
 pub mod menu;
 pub mod number;
 mod pace;
-mod sketch;
 pub mod summary;
 pub(crate) mod task;
 pub mod trial;
