@@ -278,7 +278,7 @@ impl CampaignCommand {
 }
 
 /// Steers the campaign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommandRequest {
     /// Raw [`CampaignCommand`].
     pub command: u8,
