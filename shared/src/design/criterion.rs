@@ -2,12 +2,12 @@
 
 use nalgebra::SVector;
 
-use super::cost::{relative_variance, scale};
+use super::cost::relative_variance;
 use crate::Real;
-use crate::responses::Responses;
-use crate::body::RigidBody;
+use crate::body::{RigidBody, scale};
 use crate::identify::maximum_likelihood::{Bound, bound};
 use crate::layout::Layout;
+use crate::responses::Responses;
 
 /// Noise of one accelerance of one hit over the accelerance of the mass itself, 1/m: 0.5 %. The
 /// sensors and hammer of this rig leave 0.4 % to 0.6 % on 1.23 kg with hits of 18 to 30 N, measured on
