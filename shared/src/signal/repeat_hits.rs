@@ -1,6 +1,13 @@
-//! Do the hits at one DOF agree? How far two are apart, and how far is too far.
-
-use nalgebra::Complex;
+//! Do the repeat hits at one DOF agree? One statistic and its limits, for a rig that has just taken a hit
+//! and for a recording that is graded as a whole.
+//!
+//! A hit is a vector `x` of what was measured per force: the mass lines of all responses, or the lines of
+//! their frequency responses. It is compared with the mean `m` of the other hits at its DOF:
+//!
+//! ```text
+//! distance = |x − m| / |m|        scatter = [Σ |xᵢ − m|² / (n − 1)]^½ / |m|
+//! ```
+//! The hit itself is in neither of them, so that a bad one does not hide behind the mean that it moves.
 
 use crate::Real;
 
@@ -17,16 +24,20 @@ const TIMES_SCATTER: f64 = 4.0;
 /// Fewer hits than this do not tell their scatter.
 const FEWEST_FOR_SCATTER: u32 = 3;
 
-/// From this relative distance on a hit is inconsistent with `siblings` hits at its DOF whose own
-/// distances are about `scatter`.
-pub fn inconsistent_from<R: Real>(siblings: u32, scatter: R) -> R {
-    if siblings < FEWEST_FOR_SCATTER {
-        return R::of(DISAGREES);
-    }
-    (scatter * R::of(TIMES_SCATTER)).max(R::of(AGREES)).min(R::of(DISAGREES))
+/// A hit beside the others at its DOF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RepeatHits<R> {
+    /// How many others there are.
+    pub others: u32,
+    /// Square of the length of the mean of the others.
+    pub mean_squared: R,
+    /// Sum of the squares of the distances of the others from their mean.
+    pub scatter_squared: R,
+    /// Square of the distance of the hit from that mean.
+    pub distance_squared: R,
 }
 
-/// How a hit stands to those at its DOF before it.
+/// How a hit stands to the others at its DOF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Standing<R> {
     /// It agrees with them, or there are none.
@@ -37,57 +48,81 @@ pub enum Standing<R> {
     Contradicts(R),
 }
 
-/// How a hit stands at a relative `distance` from the mean of `siblings` hits whose own distances are
-/// about `scatter`; without a distance nothing speaks against it.
-pub fn standing<R: Real>(siblings: u32, scatter: R, distance: Option<R>) -> Standing<R> {
-    match distance.filter(|&far| far > inconsistent_from(siblings, scatter)) {
-        None => Standing::Agrees,
-        Some(far) if siblings > 1 => Standing::Astray(far),
-        Some(far) => Standing::Contradicts(far),
+impl<R: Real> RepeatHits<R> {
+    /// Relative distance of the hit from the mean of the others; `None` without others, or when it is no
+    /// number.
+    pub fn distance(&self) -> Option<R> {
+        let distance = (self.distance_squared / self.mean_squared).sqrt();
+        (self.others > 0 && distance.finite()).then_some(distance)
     }
-}
 
-/// Relative distance of two sets of responses per force, `[Σ w |a − b|² / ½ Σ w (|a|² + |b|²)]^½`
-/// over triples `(a, b, w)`: 0 when equal, 2 when opposite.
-pub fn relative_distance<R: Real>(pairs: impl Iterator<Item = (Complex<R>, Complex<R>, R)>) -> R {
-    let (mut apart, mut size) = (R::zero(), R::zero());
-    pairs.for_each(|(a, b, weight)| {
-        apart += (a - b).norm_sqr() * weight;
-        size += (a.norm_sqr() + b.norm_sqr()) * weight;
-    });
-    let ratio = apart / (size * R::of(0.5));
-    if ratio.finite() { ratio.sqrt() } else { R::zero() }
+    /// Relative scatter of the others about their mean; zero with fewer than two.
+    pub fn scatter(&self) -> R {
+        let freedom = R::of(f64::from(self.others.max(2) - 1));
+        (self.scatter_squared / freedom / self.mean_squared).sqrt()
+    }
+
+    /// From this relative distance on the hit is inconsistent with the others.
+    pub fn limit(&self) -> R {
+        if self.others < FEWEST_FOR_SCATTER {
+            return R::of(DISAGREES);
+        }
+        (self.scatter() * R::of(TIMES_SCATTER)).max(R::of(AGREES)).min(R::of(DISAGREES))
+    }
+
+    /// How the hit stands; without a distance nothing speaks against it.
+    pub fn standing(&self) -> Standing<R> {
+        match self.distance().filter(|&distance| distance > self.limit()) {
+            None => Standing::Agrees,
+            Some(distance) if self.others > 1 => Standing::Astray(distance),
+            Some(distance) => Standing::Contradicts(distance),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// A hit at this relative distance from others that scatter by so much, about a mean of length 2.
+    fn hit(others: u32, scatter: f64, distance: f64) -> RepeatHits<f64> {
+        let freedom = f64::from(others.max(2) - 1);
+        RepeatHits {
+            others,
+            mean_squared: 4.0,
+            scatter_squared: 4.0 * scatter * scatter * freedom,
+            distance_squared: 4.0 * distance * distance,
+        }
+    }
+
+    #[test]
+    fn distance_and_scatter_are_relative_to_the_mean() {
+        let hit = hit(4, 0.1, 0.5);
+        // Squares and their roots.
+        assert!((hit.distance().unwrap() - 0.5).abs() < 1e-15);
+        assert!((hit.scatter() - 0.1).abs() < 1e-15);
+    }
+
     #[test]
     fn few_hits_do_not_tell_their_scatter() {
-        assert_eq!(inconsistent_from(2, 0.01), DISAGREES);
-        assert_eq!(inconsistent_from(3, 0.01), AGREES);
-        assert_eq!(inconsistent_from(3, 0.1), 0.4);
+        assert_eq!(hit(2, 0.01, 0.0).limit(), DISAGREES);
+        assert_eq!(hit(3, 0.01, 0.0).limit(), AGREES);
+        assert!((hit(3, 0.1, 0.0).limit() - 0.4).abs() < 1e-15);
     }
 
     #[test]
     fn one_against_one_tells_less_than_one_against_several() {
-        assert_eq!(standing(0, 0.0, None), Standing::<f64>::Agrees);
-        assert_eq!(standing(1, 0.0, Some(0.5)), Standing::Agrees);
-        assert_eq!(standing(1, 0.0, Some(0.7)), Standing::Contradicts(0.7));
-        assert_eq!(standing(2, 0.01, Some(0.7)), Standing::Astray(0.7));
-        assert_eq!(standing(4, 0.01, Some(0.2)), Standing::Astray(0.2));
-        assert_eq!(standing(4, 0.1, Some(0.2)), Standing::Agrees);
+        assert_eq!(hit(0, 0.0, 0.9).standing(), Standing::Agrees);
+        assert_eq!(hit(1, 0.0, 0.5).standing(), Standing::Agrees);
+        assert!(matches!(hit(1, 0.0, 0.7).standing(), Standing::Contradicts(_)));
+        assert!(matches!(hit(2, 0.01, 0.7).standing(), Standing::Astray(_)));
+        assert!(matches!(hit(4, 0.01, 0.2).standing(), Standing::Astray(_)));
+        assert_eq!(hit(4, 0.1, 0.2).standing(), Standing::Agrees);
     }
 
     #[test]
-    fn opposite_responses_are_two_apart() {
-        let one = Complex::new(1.0, 2.0);
-        let pair = |a, b| relative_distance([(a, b, 3.0)].into_iter());
-        assert_eq!(pair(one, one), 0.0);
-        assert_eq!(pair(one, -one), 2.0);
-        // 10 % more: 0.1 over the mean size, sqrt((1 + 1.21)/2).
-        assert!((pair(one, one * 1.1) - 0.1 / 1.105_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(pair(Complex::new(0.0, 0.0), Complex::new(0.0, 0.0)), 0.0);
+    fn nothing_speaks_against_a_hit_whose_distance_is_no_number() {
+        let nothing = RepeatHits { mean_squared: 0.0, ..hit(4, 0.0, 0.0) };
+        assert_eq!((nothing.distance(), nothing.standing()), (None, Standing::Agrees));
     }
 }
