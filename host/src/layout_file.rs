@@ -11,7 +11,9 @@ mod known;
 mod policy;
 mod raw;
 mod resolve;
+mod source;
 mod template;
+mod tensor;
 
 use std::path::Path;
 
@@ -23,6 +25,8 @@ pub use error::{Fault, LayoutFileError, Place as LayoutPlace};
 pub use gains::StatedGains;
 pub use known::Uncertainty;
 pub use template::{SCHEMA, TEMPLATE};
+
+use source::Source;
 
 /// Longest layout file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 20;
@@ -139,7 +143,7 @@ impl LayoutFile {
     /// # Ok::<(), massline::layout_file::LayoutFileError>(())
     /// ```
     pub fn parse(text: &str, file: &str) -> Result<Self, LayoutFileError> {
-        let (raw, source) = (raw(text, file)?, resolve::Source { file, text });
+        let (raw, source) = (raw(text, file)?, Source { file, text });
         resolve::is_complete(&raw, &source)?;
         resolve::resolve(raw, &source)
     }
@@ -152,7 +156,7 @@ impl LayoutFile {
     pub fn read_candidates(path: &Path) -> Result<Self, LayoutFileError> {
         let file = path.display().to_string();
         let text = utf8(&bytes_of(path)?, &file)?.to_owned();
-        resolve::resolve(raw(&text, &file)?, &resolve::Source { file: &file, text: &text })
+        resolve::resolve(raw(&text, &file)?, &Source { file: &file, text: &text })
     }
 
     /// The layout in the precision and capacity of the rig; `None` when it has more sensors or hits

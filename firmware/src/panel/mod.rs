@@ -20,7 +20,6 @@ pub mod menu;
 pub mod number;
 mod pace;
 pub mod refused;
-mod sketch;
 pub mod summary;
 pub(crate) mod task;
 pub mod trial;

@@ -12,7 +12,8 @@ use toml::Spanned;
 
 use super::error::{Fault, LayoutFileError};
 use super::raw::{RawAttached, RawKnown, RawLayout, RawMass, RawPrior};
-use super::resolve::{Source, tensor_fault};
+use super::source::Source;
+use super::tensor::tensor_fault;
 
 /// Standard deviation of an attached mass that is given as a number alone, relative.
 const ATTACHED_SIGMA: f64 = 0.05;

@@ -15,57 +15,16 @@ use super::policy::policy;
 use super::raw::{
     RawAxes, RawBand, RawBandName, RawHit, RawLayout, RawNode, RawReference, RawSensor, RawTest,
 };
+use super::source::Source;
+use super::tensor::tensor_fault;
 use super::{LayoutFile, Node, Reference, SensorDetails, StatedGains};
 
 /// How far an axis may be from unit length or orthogonality: what four typed digits cause.
 const AXIS_TOLERANCE: f64 = 1e-3;
-/// How far the tensor may be from symmetry, relative to its trace: what six typed digits cause.
-const SYMMETRY_TOLERANCE: f64 = 1e-5;
 /// Bytes of a title.
 const TITLE_BYTES: usize = 48;
 /// The body frame.
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-/// The text that spans point into.
-pub(super) struct Source<'a> {
-    pub(super) file: &'a str,
-    pub(super) text: &'a str,
-}
-
-impl Source<'_> {
-    pub(super) fn fault(&self, span: Range<usize>, key: &str, fault: Fault) -> LayoutFileError {
-        let place = Place::of(self.file, self.text, Some(span), key);
-        LayoutFileError::Fault { place, fault }
-    }
-
-    pub(super) fn finite(
-        &self,
-        span: Range<usize>,
-        key: &str,
-        values: &[f64],
-    ) -> Result<(), LayoutFileError> {
-        match values.iter().find(|v| !v.is_finite()) {
-            Some(&value) => Err(self.fault(span, key, Fault::NotFinite { value })),
-            None => Ok(()),
-        }
-    }
-
-    pub(super) fn within(
-        &self,
-        value: &Spanned<f64>,
-        key: &str,
-        good: impl Fn(f64) -> bool,
-        wanted: &'static str,
-    ) -> Result<f64, LayoutFileError> {
-        let v = *value.get_ref();
-        self.finite(value.span(), key, &[v])?;
-        if good(v) {
-            Ok(v)
-        } else {
-            Err(self.fault(value.span(), key, Fault::OutOfRange { value: v, wanted }))
-        }
-    }
-}
 
 /// A layout to measure with says where its sensors are and where it is hit.
 pub(super) fn is_complete(raw: &RawLayout, source: &Source<'_>) -> Result<(), LayoutFileError> {
@@ -417,17 +376,4 @@ fn reference(raw: &RawReference, source: &Source<'_>) -> Result<Reference, Layou
         center_of_mass_m: raw.center_of_mass_m.as_ref().map(|c| *c.get_ref()),
         inertia_kg_m2: raw.inertia_kg_m2.as_ref().map(|j| *j.get_ref()),
     })
-}
-
-/// Why a tensor belongs to no body: `tr(J)/2·I − J` must be positive semidefinite.
-pub(super) fn tensor_fault(tensor: &Matrix3<f64>) -> Option<Fault> {
-    let trace = tensor.trace();
-    if (tensor - tensor.transpose()).amax() > SYMMETRY_TOLERANCE * trace.abs() {
-        return Some(Fault::NotSymmetric);
-    }
-    let symmetric = (tensor + tensor.transpose()) * 0.5;
-    let margin = Matrix3::identity() * (0.5 * trace) - symmetric;
-    let moments = margin.try_symmetric_eigen(f64::EPSILON, 1000)?.eigenvalues;
-    // A thin rod has an exact zero here, which typed digits make slightly negative.
-    (trace <= 0.0 || moments.min() < -SYMMETRY_TOLERANCE * trace).then_some(Fault::NoBody)
 }

@@ -10,9 +10,11 @@
 //! Products of inertia are tensor elements: `Jxy = −∫ x y dm`. Theory, section 1.
 
 mod log_cholesky;
+mod parameters;
 mod principal;
 
 pub use log_cholesky::LogCholesky;
+pub use parameters::{INERTIAL_PARAMETERS, InertialParameter, scale};
 pub use principal::Principal;
 
 use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, SVector, Vector3, Vector6};

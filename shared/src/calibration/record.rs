@@ -2,6 +2,7 @@
 
 use heapless::String;
 
+use super::block::ForceRatio;
 use super::tumble::SensorSensitivity;
 use crate::Real;
 use crate::layout::{DEFAULT_HAMMER_GAIN, RIG_SENSORS};
@@ -134,6 +135,15 @@ impl CalibrationRecord {
             }
         }
     }
+
+    /// Takes what a block of known mass has found of the hammer against sensors that are known by
+    /// themselves ([`CalibrationMethod::knows_sensors`]).
+    pub fn take_block<R: Real>(&mut self, hammer: &ForceRatio<R>) {
+        let sensitivity = &mut self.calibration.channels[HAMMER].sensitivity;
+        *sensitivity = (R::of(f64::from(*sensitivity)) / hammer.ratio).to_f32();
+        self.method = CalibrationMethod::TumbleAndBlock as u8;
+        self.sigma.hammer_gain = (hammer.sigma / hammer.ratio).to_f32();
+    }
 }
 
 impl From<Calibration> for CalibrationRecord {
@@ -154,6 +164,23 @@ mod tests {
         assert_eq!(record.method(), CalibrationMethod::DataSheet);
         assert_eq!(record.calibration, Calibration::default());
         assert!(record.is_usable());
+    }
+
+    #[test]
+    fn a_block_changes_the_hammer_and_nothing_else() {
+        let before =
+            CalibrationRecord { method: CalibrationMethod::Tumble as u8, ..Default::default() };
+        let mut record = before.clone();
+        record.take_block(&ForceRatio { ratio: 1.02_f32, sigma: 0.003, departure: (0.0, 1.0) });
+        let was = before.calibration.channels[HAMMER].sensitivity;
+        assert_eq!(record.calibration.channels[HAMMER].sensitivity, was / 1.02);
+        assert_eq!(record.method(), CalibrationMethod::TumbleAndBlock);
+        assert_eq!(record.sigma.hammer_gain, 0.003 / 1.02);
+        assert_eq!(
+            (record.sigma.gain, record.sigma.cross_axis),
+            (before.sigma.gain, before.sigma.cross_axis)
+        );
+        assert_eq!(record.calibration.channels[1..], before.calibration.channels[1..]);
     }
 
     #[test]

@@ -11,6 +11,8 @@
 //! positions, and the tilts show in the six midpoints `(V+a + V−a)_k / 2 − zero_k`, `k ≠ a`, which
 //! are zero for level positions: 18 numbers, 12 unknowns.
 
+mod readings;
+
 use core::f64::consts::FRAC_1_SQRT_2;
 use core::fmt;
 use core::str::FromStr;
@@ -20,7 +22,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::Real;
 use crate::layout::{Axis, Sign};
-use crate::signal::{AdcProperties, CHANNELS, StaticReading};
+use crate::signal::{AdcProperties, StaticReading};
+
+pub use readings::{RestReading, SensorProblem, Tumble, TumbleTest};
 
 /// Which axis of the sensors points up or down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -112,15 +116,7 @@ impl<R: Real> TumbleReading<R> {
         sensor: usize,
         adc: &AdcProperties,
     ) -> Self {
-        let code = R::of(f64::from(adc.volts_per_code()));
-        let volts = |values: &[f32; CHANNELS], k: usize| {
-            values.get(1 + 3 * sensor + k).map_or(R::of(f64::NAN), |&v| R::of(f64::from(v)) * code)
-        };
-        let deviation = Vector3::from_fn(|k, _| volts(&reading.deviation, k));
-        let sigma = deviation
-            .map(|volts| sigma_of_mean(volts / code, reading.scans, R::of(f64::from(adc.rate.0))))
-            * code;
-        Self { position, mean: Vector3::from_fn(|k, _| volts(&reading.mean, k)), deviation, sigma }
+        RestReading::of(reading, adc).sensor(sensor, position)
     }
 }
 

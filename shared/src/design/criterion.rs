@@ -2,9 +2,9 @@
 
 use nalgebra::SVector;
 
-use super::cost::{relative_variance, scale};
+use super::cost::relative_variance;
 use crate::Real;
-use crate::body::RigidBody;
+use crate::body::{RigidBody, scale};
 use crate::identify::maximum_likelihood::{Bound, bound};
 use crate::layout::Layout;
 use crate::responses::Responses;

@@ -9,7 +9,7 @@ use nalgebra::SVector;
 
 use super::Method;
 use crate::Real;
-use crate::body::{RigidBody, regressor};
+use crate::body::{RigidBody, regressor, scale};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::{Hit, Layout, LayoutReport, Prior};
 use crate::linalg::{LeastSquares, Spectrum};
@@ -91,11 +91,8 @@ pub(super) fn spectrum_under<'h, R: Real, const S: usize, const H: usize>(
     let centroid = layout.sensor_centroid();
     let body = body.shifted_to(&centroid);
     let length = layout.characteristic_length();
-    let scale = SVector::<R, 10>::from_fn(|k, _| match k {
-        0 => R::one(),
-        1..4 => length,
-        _ => length * length,
-    });
+    // Per kilogram: phi has the mass in all of its elements.
+    let scale = scale(R::one(), length);
     let inverse = body.inverse_mass_matrix()?;
     let mut slopes = LeastSquares::<R, 10>::new();
     for hit in hits {

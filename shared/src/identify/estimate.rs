@@ -49,6 +49,22 @@ impl<R: Real> Consistency<R> {
 }
 
 impl<R: Real> Estimate<R> {
+    /// The same in another precision.
+    pub fn cast<Q: Real>(&self) -> Estimate<Q> {
+        let to = |v: R| Q::of(v.to_f64());
+        Estimate {
+            method: self.method,
+            body: RigidBody::from_theta(&self.theta().map(to)),
+            covariance: self.covariance.map(|c| c.map(to)),
+            condition: to(self.condition),
+            consistency: self.consistency.map(|c| Consistency {
+                chi_squared: to(c.chi_squared),
+                degrees_of_freedom: c.degrees_of_freedom,
+            }),
+            diagnostics: self.diagnostics.clone(),
+        }
+    }
+
     /// [m, c, J about the centre of mass].
     pub fn theta(&self) -> SVector<R, 10> {
         self.body.theta()

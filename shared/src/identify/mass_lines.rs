@@ -50,6 +50,21 @@ impl<R: Real, const S: usize> MassLines<R, S> {
         }
     }
 
+    /// The same with room for another number of sensors; the readings of those that find none are left out.
+    pub fn resized<const T: usize>(&self) -> MassLines<R, T> {
+        let of = |readings: &Responses<R, S>| {
+            Responses::from_fn(|axis, i| readings.get((axis, i)).copied().unwrap_or_else(R::zero))
+        };
+        MassLines {
+            accelerance: of(&self.accelerance),
+            noise: of(&self.noise),
+            scatter: ResponseSquare::from_fn(|i, j| {
+                if i.max(j) < 3 * S { self.scatter[(i, j)] } else { R::zero() }
+            }),
+            hits: self.hits,
+        }
+    }
+
     /// From stored numbers: as many accelerances and standard deviations of their noise as there are
     /// responses, and the lower triangle of the scatter row by row. Noise and scatter are empty when
     /// they are not known. `None` when they do not fit together.
@@ -114,16 +129,9 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
         &self.mean
     }
 
-    /// Relative distance of the mass lines of another hit from the mean, `|A − mean| / |mean|`; `None`
-    /// without hits.
-    pub fn distance(&self, accelerance: &Responses<R, S>) -> Option<R> {
-        let distance = (accelerance - self.mean).norm() / self.mean.norm();
-        (self.hits > 0 && distance.finite()).then_some(distance)
-    }
-
-    /// Relative scatter of the hits, `(tr Cov)^½ / |mean|`; zero with fewer than two hits.
-    pub fn spread(&self) -> R {
-        self.covariance().diagonal().sum().sqrt() / self.mean.norm()
+    /// Sum of the squares of the distances of the single hits' mass lines from their mean.
+    pub fn scatter_squared(&self) -> R {
+        self.outer.diagonal().sum()
     }
 
     /// Sample covariance, zero with fewer than two hits.
@@ -262,17 +270,27 @@ mod tests {
     }
 
     #[test]
-    fn a_hit_is_as_far_from_the_others_as_from_their_mean() {
+    fn readings_keep_their_place_in_more_room_and_in_less() {
+        let mut sums = ScatterAccumulator::<f64, 2>::new();
+        for k in 0..3 {
+            sums.add(&Responses::from_fn(|axis, i| ((3 * i + axis) * k) as f64));
+        }
+        let lines = sums.mass_lines().with_noise(Responses::repeat(0.5));
+        let wide = lines.resized::<4>();
+        assert_eq!(wide.accelerance.as_slice()[..6], *lines.accelerance.as_slice());
+        assert!(wide.accelerance.as_slice()[6..].iter().all(|&v| v == 0.0));
+        assert_eq!((wide.scatter[(5, 4)], wide.scatter[(6, 5)]), (lines.scatter[(5, 4)], 0.0));
+        assert_eq!(wide.resized::<2>(), lines);
+        assert_eq!(wide.resized::<1>().noise.as_slice(), [0.5; 3]);
+    }
+
+    #[test]
+    fn the_scatter_is_a_sum_of_squares() {
         let mut sums = ScatterAccumulator::<f64, 1>::new();
-        assert_eq!(sums.distance(&Responses::from([[1.0, 0.0, 0.0]])), None);
         sums.add(&Responses::from([[3.0, 3.9, 0.0]]));
         sums.add(&Responses::from([[3.0, 4.1, 0.0]]));
-        // From (3, 4) to (0, 0) and to (3, 9), over 5.
-        assert_eq!(sums.distance(&Responses::zeros()), Some(1.0));
-        let far = sums.distance(&Responses::from([[3.0, 9.0, 0.0]])).unwrap();
-        assert!((far - 1.0).abs() < 1e-15);
-        // Two hits 0.1 from their mean have the variance 0.02.
-        assert!((sums.spread() - 0.02_f64.sqrt() / 5.0).abs() < 1e-15);
+        // Two hits 0.1 from their mean.
+        assert!((sums.scatter_squared() - 0.02).abs() < 1e-15);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::mass_line::{
 use crate::responses::Responses;
 use crate::signal::{
     AdcProperties, Calibration, FftError, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES,
-    Readings, RealFft, SPECTRUM_LINES, Spectra, Standing, standing,
+    Readings, RealFft, RepeatHits, SPECTRUM_LINES, Spectra, Standing,
 };
 
 /// The averaged spectra of one DOF as the rig keeps them.
@@ -144,8 +144,14 @@ pub fn join<R: RealFft>(
     single: &Responses<R, RIG_SENSORS>,
     verdict: Verdict,
 ) -> Standing<R> {
-    let hits = u32::from(siblings.hits());
-    let standing = standing(hits, siblings.spread(), siblings.distance(single));
+    let mean = siblings.mean();
+    let hit = RepeatHits {
+        others: u32::from(siblings.hits()),
+        mean_squared: mean.norm_squared(),
+        scatter_squared: siblings.scatter_squared(),
+        distance_squared: (single - mean).norm_squared(),
+    };
+    let standing = hit.standing();
     if standing == Standing::Agrees || verdict != Verdict::Reject {
         siblings.add(single);
     }

@@ -7,7 +7,6 @@ use massline_shared::signal::{CHANNELS, Scan};
 use rand_chacha::ChaCha8Rng;
 
 use super::Bench;
-use super::coasting::Held;
 use super::errors::{TestErrors, normal};
 
 /// One value per channel.
@@ -32,6 +31,15 @@ pub struct Chain {
     /// Clipped input at the last point of the grid and output of the low-pass there.
     input: Channels,
     output: Channels,
+}
+
+/// What the chain holds at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Held {
+    /// Input at the last point of the grid.
+    pub(super) input: Channels,
+    /// Output of the low-pass there.
+    pub(super) output: Channels,
 }
 
 impl Chain {

@@ -1,14 +1,12 @@
 //! Motion without a force, a whole scan at a time.
 //!
 //! Between taps nothing clips and no force acts, so what comes out at the next scan is a linear
-//! function of what the oscillators and low-passes hold now. The factors are found by stepping a
-//! simulation through one scan from every unit state; the numbers are those of the steps up to
-//! rounding.
+//! function of what the oscillators and low-passes hold now. The factors are found by stepping through
+//! one scan from every unit state; the numbers are those of the steps up to rounding.
 
 use massline_shared::signal::CHANNELS;
 
-use super::chain::Channels;
-use super::simulation::Simulation;
+use super::chain::{Channels, Held};
 
 /// Readings beyond this part of the range of a sensor are left to the steps, which clip.
 const CERTAINLY_WITHIN: f64 = 0.5;
@@ -35,29 +33,20 @@ struct Outputs {
     constant: Channels,
 }
 
-/// What the chain holds at one instant.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Held {
-    /// Input at the last point of the grid.
-    pub(super) input: Channels,
-    /// Output of the low-pass there.
-    pub(super) output: Channels,
-}
-
 impl Coasting {
-    /// Of a simulation.
-    pub(super) fn of(simulation: &Simulation) -> Self {
-        let modes = simulation.states().len();
-        let probe = simulation.without_limits();
+    /// Found by scans, none of which clips: `rest` from no motion and empty low-passes; `bare` from any
+    /// motion of the modes and any outputs of the low-passes, with sensors that read nothing at rest.
+    pub(super) fn of(
+        modes: usize,
+        rest: &Scanned,
+        bare: impl Fn(&[[f64; 2]], Channels) -> Scanned,
+    ) -> Self {
         let zero = vec![[0.0; 2]; modes];
-        // At rest the input is what the sensors read of gravity.
-        let rest = probe.clone().free_scan(&zero, [0.0; CHANNELS]);
-        let bare = probe.without_gravity_at_rest();
-        let by_held = bare.clone().free_scan(&zero, [1.0; CHANNELS]);
+        let by_held = bare(&zero, [1.0; CHANNELS]);
         let outputs = |pick: fn(&Scanned) -> Channels| Outputs {
             by_state: Vec::new(),
             by_held: pick(&by_held),
-            constant: pick(&rest),
+            constant: pick(rest),
         };
         let mut coasting = Self {
             modes: vec![[[0.0; 2]; 2]; modes],
@@ -69,7 +58,7 @@ impl Coasting {
             let responses = [0, 1].map(|component| {
                 let mut state = zero.clone();
                 state[mode][component] = 1.0;
-                let scanned = bare.clone().free_scan(&state, [0.0; CHANNELS]);
+                let scanned = bare(&state, [0.0; CHANNELS]);
                 for row in 0..2 {
                     coasting.modes[mode][row][component] = scanned.states[mode][row];
                 }

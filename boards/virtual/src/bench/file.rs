@@ -13,7 +13,7 @@ use super::body::BodyTable;
 use super::faults::Fault;
 use super::locate::{BenchFileError, Located};
 use super::settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
-use super::suspension::rigid_modes;
+use super::suspension::{Cord, Suspension, rigid_modes};
 
 /// The default bench, which is also where a file's missing tables come from.
 pub const DEFAULT: &str = include_str!("../../benches/default.toml");
@@ -58,45 +58,6 @@ const FREQUENCY: RangeInclusive<f64> = 1e-3..=1e5;
 /// Largest acceleration of gravity along an axis, m/s².
 const MOST_GRAVITY: f64 = 100.0;
 
-/// How the object hangs.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Suspension {
-    /// On cords.
-    Cords {
-        /// The cords.
-        cords: Vec<Cord>,
-        /// Fraction of critical damping of each of the six modes.
-        damping_ratio: f64,
-    },
-    /// In some way that gives these frequencies.
-    Frequencies {
-        /// Translations of the centre of mass along x, y, z, then rotations about the principal axes in
-        /// ascending order of moment, Hz.
-        hz: [f64; 6],
-        /// Fraction of critical damping of each of the six modes.
-        damping_ratio: f64,
-    },
-}
-
-/// A cord between the object and the ceiling.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [[suspension.cord]]")]
-pub struct Cord {
-    /// Where it is tied to the object, body frame, m.
-    pub point_m: [f64; 3],
-    /// From the object to the ceiling, body frame, of any length.
-    #[serde(default = "up")]
-    pub direction: [f64; 3],
-    /// Stiffness along the cord, N/m.
-    #[serde(default)]
-    pub axial_n_per_m: f64,
-    /// Length between object and ceiling when loaded, m; the tension over it is the stiffness across.
-    #[serde(default = "quarter_meter")]
-    pub length_m: f64,
-    /// Instead of the three above: stiffness along the body axes, N/m.
-    pub spring_n_per_m: Option<[f64; 3]>,
-}
-
 /// A point where the elastic modes are known.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table [[node]]")]
@@ -130,14 +91,6 @@ pub struct NodeShape {
     pub translation: [f64; 3],
     /// Rotation about the body axes, rad/(m √kg).
     pub rotation: [f64; 3],
-}
-
-fn up() -> [f64; 3] {
-    [0.0, 0.0, 1.0]
-}
-
-fn quarter_meter() -> f64 {
-    0.25
 }
 
 fn half_percent() -> f64 {

@@ -15,7 +15,7 @@
 //! | [`file`](mod@file) | the bench file |
 //! | [`settings`] | its tables about sensors, hammer, converter, taps and operator |
 //! | [`body`] | composes the object of boxes, cylinders and points |
-//! | [`suspension`] | the rigid modes on the cords |
+//! | [`suspension`] | how the object hangs, and its rigid modes |
 //! | [`dynamics`] | modal superposition |
 //! | [`chain`] | clipping, low-pass, noise, converter |
 //! | [`errors`] | what a test has wrong for good |
@@ -54,9 +54,9 @@ pub use locate::BenchFileError;
 pub use operator::{BenchSource, TapHandle};
 pub use tumble::{TumbleHandle, TumbleSource};
 
-use file::{ElasticMode, Node, Suspension};
+use file::{ElasticMode, Node};
 use settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
-use suspension::SuspensionError;
+use suspension::{Suspension, SuspensionError};
 
 /// A checked bench.
 #[derive(Clone, Debug, PartialEq)]

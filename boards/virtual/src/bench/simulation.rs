@@ -5,8 +5,8 @@ use massline_shared::signal::{CHANNELS, RESPONSES, Scan};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use super::chain::{Chain, Channels};
-use super::coasting::{Coasting, Held, Scanned};
+use super::chain::{Chain, Channels, Held};
+use super::coasting::{Coasting, Scanned};
 use super::dynamics::{Oscillators, PointShape, check_node, point_shapes};
 use super::errors::{SensorErrors, TestErrors};
 use super::faults::{self, Mounting};
@@ -80,7 +80,7 @@ impl Simulation {
         for (i, (sensor, error)) in layout.sensors.iter().zip(&errors.sensors).enumerate() {
             simulation.attach(bench, &faults::mounting(bench, i), sensor, error)?;
         }
-        simulation.coasting = Some(Coasting::of(&simulation));
+        simulation.coasting = Some(simulation.free_motion());
         Ok(simulation)
     }
 
@@ -164,23 +164,18 @@ impl Simulation {
         sampled
     }
 
-    /// Displacement and velocity of every mode.
-    pub(super) fn states(&self) -> &[[f64; 2]] {
-        self.oscillators.states()
-    }
-
-    /// The same with sensors that never clip.
-    pub(super) fn without_limits(&self) -> Self {
-        Self { chain: self.chain.without_limits(), ..self.clone() }
-    }
-
-    /// The same with sensors that read nothing at rest.
-    pub(super) fn without_gravity_at_rest(&self) -> Self {
-        Self { at_rest: [0.0; CHANNELS], ..self.clone() }
+    /// The factors of a scan of free motion.
+    fn free_motion(&self) -> Coasting {
+        let unlimited = Self { chain: self.chain.without_limits(), ..self.clone() };
+        let still = vec![[0.0; 2]; self.oscillators.states().len()];
+        // At rest the input is what the sensors read of gravity.
+        let rest = unlimited.clone().free_scan(&still, [0.0; CHANNELS]);
+        let bare = Self { at_rest: [0.0; CHANNELS], ..unlimited };
+        Coasting::of(still.len(), &rest, |states, output| bare.clone().free_scan(states, output))
     }
 
     /// One scan without a force, step by step, from a state and what the low-passes hold.
-    pub(super) fn free_scan(mut self, states: &[[f64; 2]], output: Channels) -> Scanned {
+    fn free_scan(mut self, states: &[[f64; 2]], output: Channels) -> Scanned {
         self.oscillators.states_mut().copy_from_slice(states);
         self.forces.fill(0.0);
         self.chain.hold(&Held { input: self.reading(0.0), output });
@@ -189,7 +184,8 @@ impl Simulation {
             let input = self.step(&[], self.grid_time(step + 1));
             self.chain.advance(step, &input, &mut sampled);
         }
-        Scanned { sampled, held: self.chain.held(), states: self.states().to_vec() }
+        let states = self.oscillators.states().to_vec();
+        Scanned { sampled, held: self.chain.held(), states }
     }
 
     fn grid_time(&self, step: usize) -> f64 {

@@ -9,8 +9,46 @@
 
 use massline_shared::body::RigidBody;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
+use serde::Deserialize;
 
-use super::file::{Cord, Suspension};
+/// How the object hangs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Suspension {
+    /// On cords.
+    Cords {
+        /// The cords.
+        cords: Vec<Cord>,
+        /// Fraction of critical damping of each of the six modes.
+        damping_ratio: f64,
+    },
+    /// In some way that gives these frequencies.
+    Frequencies {
+        /// Translations of the centre of mass along x, y, z, then rotations about the principal axes in
+        /// ascending order of moment, Hz.
+        hz: [f64; 6],
+        /// Fraction of critical damping of each of the six modes.
+        damping_ratio: f64,
+    },
+}
+
+/// A cord between the object and the ceiling.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table [[suspension.cord]]")]
+pub struct Cord {
+    /// Where it is tied to the object, body frame, m.
+    pub point_m: [f64; 3],
+    /// From the object to the ceiling, body frame, of any length.
+    #[serde(default = "up")]
+    pub direction: [f64; 3],
+    /// Stiffness along the cord, N/m.
+    #[serde(default)]
+    pub axial_n_per_m: f64,
+    /// Length between object and ceiling when loaded, m; the tension over it is the stiffness across.
+    #[serde(default = "quarter_meter")]
+    pub length_m: f64,
+    /// Instead of the three above: stiffness along the body axes, N/m.
+    pub spring_n_per_m: Option<[f64; 3]>,
+}
 
 /// A mode of the suspended rigid object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,6 +203,14 @@ fn modes_of(body: &RigidBody<f64>, hz: &[f64; 6], damping_ratio: f64) -> [RigidM
         }
         RigidMode { omega: hz[i] * std::f64::consts::TAU, damping_ratio, shape }
     })
+}
+
+fn up() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+fn quarter_meter() -> f64 {
+    0.25
 }
 
 #[cfg(test)]

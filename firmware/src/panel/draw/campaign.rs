@@ -9,9 +9,9 @@ use massline_shared::signal::CHANNELS;
 
 use super::View;
 use super::canvas::{Canvas, SIZE, Screen, clipped, text, top};
-use super::lists;
+use super::{lists, sketch};
 use crate::panel::number::{Text, decimals_for, fitting};
-use crate::panel::{PanelModel, sketch, words};
+use crate::panel::{PanelModel, words};
 
 /// Where the sketch is.
 const SKETCH: (Point, Size) = (Point::new(80, 12), Size::new(48, 40));

@@ -5,6 +5,7 @@ mod campaign;
 pub mod canvas;
 mod lists;
 mod result;
+mod sketch;
 
 use massline_protocol::message::{ResultEntry, Stats};
 use massline_shared::diagnosis::Diagnostic;

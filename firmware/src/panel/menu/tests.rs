@@ -65,7 +65,7 @@ fn buttons() -> impl Strategy<Value = Button> {
 
 /// True when the rig would take the action in this phase, whatever else may be against it.
 fn suits(action: Action, model: &PanelModel) -> bool {
-    use CampaignCommand as C;
+    use Command as C;
     let phase = model.phase;
     match action {
         Action::Start => matches!(phase, Phase::Idle | Phase::Done),
@@ -192,7 +192,7 @@ fn every_screen_is_reached_by_buttons_alone() {
 
 /// What may come of an action.
 fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Menu, PanelModel)> {
-    use CampaignCommand as C;
+    use Command as C;
     let with = |phase| PanelModel {
         results: model.results,
         findings: 1,

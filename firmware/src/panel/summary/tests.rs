@@ -2,7 +2,7 @@ use super::*;
 use massline_protocol::object::{COVARIANCE, MeasurementResult, SCATTER};
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
-use massline_shared::identify::{Consistency, Method};
+use massline_shared::identify::{Consistency, Estimate, Method};
 use massline_shared::layout::{FrfEstimator, RIG_HITS};
 use massline_shared::mass_line::Terms;
 use massline_shared::signal::RESPONSES;
@@ -132,5 +132,5 @@ fn the_least_known_property_is_the_one_with_the_largest_share() {
     let (k, share) = answer.least_known().unwrap();
     assert_eq!(k, 3);
     assert!((share - 0.002 / 0.114).abs() < 2e-4, "{share}");
-    assert_eq!(Answer { sigmas: None, ..answer }.least_known(), None);
+    assert_eq!(Estimate { covariance: None, ..answer }.least_known(), None);
 }

@@ -6,7 +6,7 @@
 use embedded_graphics::prelude::*;
 use massline_shared::layout::RigLayout;
 
-use super::draw::canvas::{Canvas, Screen};
+use super::canvas::{Canvas, Screen};
 
 /// Cosine of 30°: x and y of the body run 30° below the horizontal.
 const ACROSS: f32 = 0.866_025_4;

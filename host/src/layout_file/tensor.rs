@@ -1,0 +1,21 @@
+//! Whether an inertia tensor can be that of a body.
+
+use nalgebra::Matrix3;
+
+use super::error::Fault;
+
+/// How far the tensor may be from symmetry, relative to its trace: what six typed digits cause.
+const SYMMETRY_TOLERANCE: f64 = 1e-5;
+
+/// Why a tensor belongs to no body: `tr(J)/2·I − J` must be positive semidefinite.
+pub(super) fn tensor_fault(tensor: &Matrix3<f64>) -> Option<Fault> {
+    let trace = tensor.trace();
+    if (tensor - tensor.transpose()).amax() > SYMMETRY_TOLERANCE * trace.abs() {
+        return Some(Fault::NotSymmetric);
+    }
+    let symmetric = (tensor + tensor.transpose()) * 0.5;
+    let margin = Matrix3::identity() * (0.5 * trace) - symmetric;
+    let moments = margin.try_symmetric_eigen(f64::EPSILON, 1000)?.eigenvalues;
+    // A thin rod has an exact zero here, which typed digits make slightly negative.
+    (trace <= 0.0 || moments.min() < -SYMMETRY_TOLERANCE * trace).then_some(Fault::NoBody)
+}

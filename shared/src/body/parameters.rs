@@ -1,0 +1,76 @@
+//! The ten inertial parameters of a rigid body: names, units, and what their errors are compared with.
+
+use nalgebra::SVector;
+
+use crate::Real;
+
+/// One of the ten inertial parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InertialParameter {
+    /// Name in results and files.
+    pub name: &'static str,
+    /// Symbol in tables.
+    pub symbol: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Unit that tables show it in.
+    pub table_unit: &'static str,
+    /// Factor from the SI unit to that of tables.
+    pub table_factor: f64,
+}
+
+/// The ten, in the order of [`RigidBody::theta`](super::RigidBody::theta).
+pub const INERTIAL_PARAMETERS: [InertialParameter; 10] = [
+    InertialParameter {
+        name: "mass",
+        symbol: "m",
+        unit: "kg",
+        table_unit: "kg",
+        table_factor: 1.0,
+    },
+    center_of_mass("cx", "c_x"),
+    center_of_mass("cy", "c_y"),
+    center_of_mass("cz", "c_z"),
+    inertia("Jxx", "J_xx"),
+    inertia("Jyy", "J_yy"),
+    inertia("Jzz", "J_zz"),
+    inertia("Jxy", "J_xy"),
+    inertia("Jxz", "J_xz"),
+    inertia("Jyz", "J_yz"),
+];
+
+const fn center_of_mass(name: &'static str, symbol: &'static str) -> InertialParameter {
+    InertialParameter { name, symbol, unit: "m", table_unit: "mm", table_factor: 1e3 }
+}
+
+const fn inertia(name: &'static str, symbol: &'static str) -> InertialParameter {
+    InertialParameter { name, symbol, unit: "kg m²", table_unit: "g m²", table_factor: 1e3 }
+}
+
+/// [m, L, L, L, m L² × 6]: what errors of the ten are compared with for a body of mass m (kg) and size L
+/// (m). The values themselves will not do, since centre coordinates and products of inertia may be zero.
+pub fn scale<R: Real>(mass: R, length: R) -> SVector<R, 10> {
+    SVector::from_fn(|k, _| match k {
+        0 => mass,
+        1..4 => length,
+        _ => mass * length * length,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scale_is_mass_length_and_mass_times_length_squared() {
+        let scale = scale(1.23, 0.5);
+        assert_eq!((scale[0], scale[3], scale[9]), (1.23, 0.5, 1.23 * 0.25));
+    }
+
+    #[test]
+    fn units_follow_from_the_place_in_the_order() {
+        let units = INERTIAL_PARAMETERS.map(|p| p.unit);
+        assert_eq!(units[..4], ["kg", "m", "m", "m"]);
+        assert!(units[4..].iter().all(|&unit| unit == "kg m²"));
+    }
+}

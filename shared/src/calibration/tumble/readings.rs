@@ -1,0 +1,304 @@
+//! A tumble test as far as it has come: one reading of all channels for each position.
+
+use heapless::Vec;
+use nalgebra::Vector3;
+
+use super::{
+    Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading,
+    sigma_of_mean, solve,
+};
+use crate::Real;
+use crate::layout::RIG_SENSORS;
+use crate::signal::{AdcProperties, CHANNELS, HAMMER, StaticReading};
+
+/// What all channels read at rest, V.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestReading<R> {
+    /// Channels that there are, the hammer first.
+    channels: u8,
+    mean: [R; CHANNELS],
+    deviation: [R; CHANNELS],
+    sigma: [R; CHANNELS],
+}
+
+impl<R: Real> RestReading<R> {
+    /// From the codes that a rig has read.
+    pub fn of(reading: &StaticReading, adc: &AdcProperties) -> Self {
+        let code = R::of(f64::from(adc.volts_per_code()));
+        let rate = R::of(f64::from(adc.rate.0));
+        let codes = |value: f32| R::of(f64::from(value));
+        Self {
+            channels: adc.channels.min(CHANNELS as u8),
+            mean: reading.mean.map(|mean| codes(mean) * code),
+            deviation: reading.deviation.map(|deviation| codes(deviation) * code),
+            sigma: reading
+                .deviation
+                .map(|deviation| sigma_of_mean(codes(deviation), reading.scans, rate) * code),
+        }
+    }
+
+    /// From volts, channel by channel: mean, standard deviation of the scans, standard deviation of the
+    /// mean. `None` when these are not of equally many channels, or of more than there can be.
+    pub fn from_volts(mean: &[R], deviation: &[R], sigma: &[R]) -> Option<Self> {
+        let channels = mean.len();
+        if channels > CHANNELS || deviation.len() != channels || sigma.len() != channels {
+            return None;
+        }
+        let all =
+            |values: &[R]| core::array::from_fn(|k| values.get(k).copied().unwrap_or_else(R::zero));
+        Some(Self {
+            channels: channels as u8,
+            mean: all(mean),
+            deviation: all(deviation),
+            sigma: all(sigma),
+        })
+    }
+
+    /// Mean of each channel that there is, V.
+    pub fn mean(&self) -> &[R] {
+        self.present(&self.mean)
+    }
+
+    /// Standard deviation of the scans of each channel that there is, V.
+    pub fn deviation(&self) -> &[R] {
+        self.present(&self.deviation)
+    }
+
+    /// Standard deviation of each mean, V.
+    pub fn sigma(&self) -> &[R] {
+        self.present(&self.sigma)
+    }
+
+    /// Triaxial sensors in it.
+    pub fn sensors(&self) -> usize {
+        usize::from(self.channels).saturating_sub(1) / 3
+    }
+
+    /// What sensor `sensor` (0-based) has read in a position; NaN for a sensor that it does not have.
+    pub fn sensor(&self, sensor: usize, position: Position) -> TumbleReading<R> {
+        let axes = |values: &[R]| {
+            Vector3::from_fn(|k, _| {
+                values.get(1 + 3 * sensor + k).copied().unwrap_or_else(|| R::of(f64::NAN))
+            })
+        };
+        TumbleReading {
+            position,
+            mean: axes(self.mean()),
+            deviation: axes(self.deviation()),
+            sigma: axes(self.sigma()),
+        }
+    }
+
+    /// Whether it can be taken into a tumble test: the sensors did not move, and every channel is a number.
+    ///
+    /// # Errors
+    /// What is wrong with the first sensor that it is wrong with.
+    pub fn check(
+        &self,
+        position: Position,
+        limits: &TumbleLimits<R>,
+    ) -> Result<(), SensorProblem<R>> {
+        for sensor in 0..self.sensors() {
+            check_reading(&self.sensor(sensor, position), limits)
+                .map_err(|problem| SensorProblem { sensor, problem })?;
+        }
+        Ok(())
+    }
+
+    fn present<'a>(&self, values: &'a [R; CHANNELS]) -> &'a [R] {
+        &values[..usize::from(self.channels)]
+    }
+}
+
+/// What is wrong with the readings of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorProblem<R> {
+    /// Which sensor, 0-based.
+    pub sensor: usize,
+    /// What is wrong.
+    pub problem: TumbleProblem<R>,
+}
+
+/// What a tumble test has found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tumble<R> {
+    /// Sensor by sensor.
+    pub sensors: Vec<SensorSensitivity<R>, RIG_SENSORS>,
+    /// Output of the hammer at rest, V.
+    pub hammer_zero: R,
+}
+
+impl<R: Real> Tumble<R> {
+    /// True when every position was level within the limit.
+    pub fn is_level(&self, limits: &TumbleLimits<R>) -> bool {
+        self.sensors.iter().all(|sensor| sensor.is_level(limits))
+    }
+}
+
+/// The readings of a tumble test, one for each position, in any order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TumbleTest<R> {
+    readings: Vec<(Position, RestReading<R>), { Position::ALL.len() }>,
+}
+
+impl<R> Default for TumbleTest<R> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<R> TumbleTest<R> {
+    /// Without readings.
+    pub const fn new() -> Self {
+        Self { readings: Vec::new() }
+    }
+
+    /// The readings that there are, in the order in which they were taken.
+    pub fn readings(&self) -> &[(Position, RestReading<R>)] {
+        &self.readings
+    }
+
+    /// The positions that are still to be read, in their order.
+    pub fn wanted(&self) -> impl Iterator<Item = Position> {
+        let read = |position| self.readings.iter().any(|(other, _)| *other == position);
+        Position::ALL.into_iter().filter(move |&position| !read(position))
+    }
+}
+
+impl<R: Real> TumbleTest<R> {
+    /// Takes the reading of a position.
+    ///
+    /// # Errors
+    /// As [`RestReading::check`], and when the position has been read; the test stays as it was.
+    pub fn add(
+        &mut self,
+        position: Position,
+        reading: RestReading<R>,
+        limits: &TumbleLimits<R>,
+    ) -> Result<(), SensorProblem<R>> {
+        reading.check(position, limits)?;
+        if !self.wanted().any(|wanted| wanted == position) {
+            return Err(SensorProblem { sensor: 0, problem: TumbleProblem::Repeated(position) });
+        }
+        // There is room for every position once.
+        let _ = self.readings.push((position, reading));
+        Ok(())
+    }
+
+    /// Triaxial sensors in all of the readings.
+    pub fn sensors(&self) -> usize {
+        let sensors = self.readings.iter().map(|(_, reading)| reading.sensors()).min();
+        sensors.unwrap_or(0).min(RIG_SENSORS)
+    }
+
+    /// Zero and sensitivity of each sensor. `None` when there is none, or when something is wrong, of
+    /// which `report` hears.
+    pub fn solve(
+        &self,
+        limits: &TumbleLimits<R>,
+        mut report: impl FnMut(SensorProblem<R>),
+    ) -> Option<Tumble<R>> {
+        let mut sensors = Vec::new();
+        for sensor in 0..self.sensors() {
+            let of_sensor = self.readings.iter().map(|(p, reading)| reading.sensor(sensor, *p));
+            let readings: Vec<_, { Position::ALL.len() }> = of_sensor.collect();
+            match solve(&readings, limits) {
+                Ok(found) => sensors.push(found).ok()?,
+                Err(problems) => {
+                    problems.iter().for_each(|&problem| report(SensorProblem { sensor, problem }));
+                }
+            }
+        }
+        let rest = self.readings.iter().filter_map(|(_, reading)| reading.mean().get(HAMMER));
+        let sum = rest.fold(R::zero(), |sum, volts| sum + *volts);
+        let hammer_zero = sum / R::of(self.readings.len().max(1) as f64);
+        let whole = !sensors.is_empty() && sensors.len() == self.sensors();
+        whole.then_some(Tumble { sensors, hammer_zero })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::{Hertz, Seconds, Volts};
+
+    const ADC: AdcProperties = AdcProperties {
+        rate: Hertz(4000.0),
+        channels: 7,
+        bits: 12,
+        reference: Volts(3.0),
+        channel_delay: Seconds(1e-5),
+    };
+
+    /// Two nominal sensors at rest, and a hammer at 0.12 V.
+    fn reading(position: Position, deviation: f32) -> RestReading<f32> {
+        let up = position.up::<f32>();
+        let mut mean = [0.0; CHANNELS];
+        mean[0] = 0.12 / 3.0 * 4096.0;
+        for k in 0..6 {
+            mean[1 + k] = (1.5 + 0.057 * up[k % 3]) / 3.0 * 4096.0;
+        }
+        let codes = StaticReading { scans: 2048, mean, deviation: [deviation; CHANNELS] };
+        RestReading::of(&codes, &ADC)
+    }
+
+    fn limits() -> TumbleLimits<f32> {
+        TumbleLimits::default()
+    }
+
+    #[test]
+    fn six_readings_in_any_order_give_every_sensor_and_the_zero_of_the_hammer() {
+        let mut test = TumbleTest::new();
+        for place in [3, 0, 5, 1, 2, 4] {
+            assert_eq!(test.solve(&limits(), |_| ()), None);
+            test.add(Position::ALL[place], reading(Position::ALL[place], 0.65), &limits()).unwrap();
+        }
+        assert_eq!((test.wanted().count(), test.sensors()), (0, 2));
+        let found = test.solve(&limits(), |problem| panic!("{problem:?}")).unwrap();
+        assert_eq!(found.sensors.len(), 2);
+        // Codes in single precision: 1e-7 of 2 V, over 0.1 V, a few roundings.
+        let nominal = 0.057 / crate::STANDARD_GRAVITY as f32;
+        for sensor in &found.sensors {
+            assert!((sensor.sensitivity[(1, 1)] / nominal - 1.0).abs() < 2e-5, "{sensor:?}");
+        }
+        assert!((found.hammer_zero - 0.12).abs() < 1e-6 && found.is_level(&limits()));
+    }
+
+    #[test]
+    fn a_sensor_that_moves_and_a_position_that_is_read_twice_are_refused() {
+        let mut test = TumbleTest::new();
+        let first = Position::ALL[0];
+        let moved = test.add(first, reading(first, 40.0), &limits()).unwrap_err();
+        assert!(
+            matches!(moved.problem, TumbleProblem::NotAtRest { position, .. } if position == first)
+        );
+        assert_eq!(test.wanted().next(), Some(first));
+        test.add(first, reading(first, 0.65), &limits()).unwrap();
+        let again = test.add(first, reading(first, 0.65), &limits()).unwrap_err();
+        assert_eq!(again.problem, TumbleProblem::Repeated(first));
+        assert_eq!(test.readings().len(), 1);
+    }
+
+    #[test]
+    fn everything_that_is_wrong_is_reported_with_its_sensor() {
+        let mut test = TumbleTest::new();
+        for place in [0, 1, 3, 2, 4, 5] {
+            let turned = reading(Position::ALL[place], 0.65);
+            let asked = test.wanted().next().unwrap();
+            test.add(asked, turned, &limits()).unwrap();
+        }
+        let mut wrong = std::vec::Vec::new();
+        assert_eq!(test.solve(&limits(), |problem| wrong.push(problem)), None);
+        assert_eq!(wrong.len(), 4, "two positions of two sensors: {wrong:?}");
+        assert!(wrong.iter().all(|w| matches!(w.problem, TumbleProblem::ReadsAs { .. })));
+    }
+
+    #[test]
+    fn volts_of_a_file_have_to_be_of_equally_many_channels() {
+        let volts = [1.5_f64; 7];
+        let read = RestReading::from_volts(&volts, &volts, &volts).unwrap();
+        assert_eq!((read.sensors(), read.mean()), (2, &volts[..]));
+        assert_eq!(RestReading::from_volts(&volts, &volts[1..], &volts), None);
+        assert_eq!(RestReading::from_volts(&[0.0; 11], &[0.0; 11], &[0.0; 11]), None);
+    }
+}
