@@ -1,6 +1,7 @@
 //! A sentence for every diagnostic: what it is, and what to do.
 
 use massline_shared::Real;
+use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::layout::{Layout, PROPERTIES, Prior, Setting};
 
@@ -46,11 +47,7 @@ fn prior_name<R: Real>(property: usize, priors: &[Prior<R>]) -> String {
 }
 
 fn si_unit(property: usize) -> &'static str {
-    match property {
-        0 => "kg",
-        1..=3 => "m",
-        _ => "kg m²",
-    }
+    INERTIAL_PARAMETERS.get(property).map_or("", |parameter| parameter.unit)
 }
 
 /// A number with five digits that count.
