@@ -1,16 +1,14 @@
 //! The four seams between the application and a board: samples, link, flash, panel.
 
-use core::convert::Infallible;
 use core::fmt;
 
-use embedded_graphics::draw_target::DrawTarget;
-use embedded_graphics::pixelcolor::BinaryColor;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::ScanIndex;
 
-use crate::panel::{Button, Cue, PanelModel};
+pub use crate::info::{BoardInfo, StackUse};
+pub use crate::panel::Panel;
 
 /// Why a block of scans did not come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,58 +67,6 @@ pub trait Link {
 
     /// Both directions, to be used at the same time.
     fn split(self) -> (Self::Rx, Self::Tx);
-}
-
-/// A screen of 128 × 64 pixels, three buttons, a sound or light.
-pub trait Panel {
-    /// What is drawn on: 128 × 64 pixels, buffered by the board (1 KiB).
-    type Screen: DrawTarget<Color = BinaryColor, Error = Infallible>;
-
-    /// What is drawn on. Every picture is drawn as a whole.
-    fn screen(&mut self) -> &mut Self::Screen;
-
-    /// Brings what was drawn to the glass; returns at once when no screen is connected. Cancel-safe.
-    ///
-    /// Latency: the others go on while it waits. A glass of 1 KiB takes 24 ms over I²C at 400 kHz, nine
-    /// bits a byte; what is done in one go is at most a page of 128 bytes, 3 ms.
-    fn flush(&mut self) -> impl Future<Output = ()>;
-
-    /// Waits for a press. Cancel-safe.
-    fn button(&mut self) -> impl Future<Output = Button>;
-
-    /// Starts a cue of sound or light and returns.
-    fn cue(&mut self, cue: Cue);
-
-    /// What the next picture shows, for a board whose glass is looked at by a program.
-    fn tell(&mut self, _model: &PanelModel) {}
-}
-
-/// What a board says of itself.
-#[derive(Clone, Copy, Debug)]
-pub struct BoardInfo {
-    /// The folder under `boards/`.
-    pub name: &'static str,
-    /// Version of the firmware.
-    pub firmware: &'static str,
-    /// Commit that it was built from.
-    pub git_hash: &'static str,
-    /// True when that commit had been changed before the build.
-    pub git_dirty: bool,
-    /// Why it started: 0 unknown, 1 power-on, 2 reset pin, 3 watchdog, 4 panic.
-    pub boot_reason: u8,
-    /// The last words of a panic before this start.
-    pub last_panic: &'static str,
-    /// Most stack ever used and stack that there is, bytes.
-    pub stack: fn() -> StackUse,
-}
-
-/// Stack of the board, bytes; zeros when it does not measure.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StackUse {
-    /// Most ever used.
-    pub high_water: u32,
-    /// Size.
-    pub size: u32,
 }
 
 /// Everything that the application needs of a board.

@@ -19,30 +19,30 @@
 //! A page of flash that is erased or a word that is written stops the whole core of most chips: see
 //! [`crate::board::Board::flash`]. That happens only while the sampler is stopped, and is not counted here.
 
-use embassy_time::{Duration, Instant};
-use massline_protocol::message::STEP_LIMIT_MS;
+use core::cell::RefCell;
 
-use crate::rig::Rig;
+use embassy_time::{Duration, Instant};
+use massline_protocol::message::{STEP_LIMIT_MS, Stats};
 
 /// The longest that any part computes between two awaits: as long as every board buffers scans.
 pub(crate) const DEADLINE: Duration = Duration::from_millis(STEP_LIMIT_MS);
 
 /// Runs while a part computes, until it is dropped; not to be held across an await.
 pub(crate) struct Deadline<'a> {
-    rig: &'a Rig,
+    stats: &'a RefCell<Stats>,
     began: Instant,
 }
 
 impl<'a> Deadline<'a> {
-    pub fn begin(rig: &'a Rig) -> Self {
-        Self { rig, began: Instant::now() }
+    pub fn begin(stats: &'a RefCell<Stats>) -> Self {
+        Self { stats, began: Instant::now() }
     }
 }
 
 impl Drop for Deadline<'_> {
     fn drop(&mut self) {
         let took = Instant::now().saturating_duration_since(self.began);
-        let mut stats = self.rig.stats.borrow_mut();
+        let mut stats = self.stats.borrow_mut();
         stats.deadlines_missed += u32::from(missed(took));
         let microseconds = u32::try_from(took.as_micros()).unwrap_or(u32::MAX);
         stats.longest_step_us = stats.longest_step_us.max(microseconds);

@@ -1,10 +1,10 @@
-//! The rig's application: wires measuring, analysing, storing, talking and showing together over the
-//! four seams of [`board`]. Nothing here knows a chip.
+//! The rig's application: wires measuring, storing, talking and showing together over the four seams of
+//! [`board`]. What is measured and computed is in [`massline_shared::measurement`]. Nothing here knows a chip.
 //!
 //! ```text
-//!            Sampler ─▶ measure ─▶ analysis ─▶ store ◀─▶ session ◀─▶ Link
-//!                          ▲          │                     │
-//!                          └───────── rig (shared state) ───┴───▶ panel ◀─▶ Panel
+//!        Sampler ─▶ measure ─▶ Measurement ─▶ outcome ─▶ store ◀─▶ session ◀─▶ Link
+//!                                   │                                │
+//!                                  rig (shared) ─────────────────────┴───▶ panel ◀─▶ Panel
 //! ```
 //!
 //! [`run`] is one future for any executor. All large memory is in [`Memory`], which a board places
@@ -15,51 +15,42 @@
 #[cfg(test)]
 extern crate std;
 
-mod analysis;
-mod apart;
-mod block;
 pub mod board;
-mod consistency;
+mod checkpoint;
 mod deadline;
-mod identification;
+pub mod info;
 mod levels;
 mod measure;
 mod objects;
+mod outcome;
 pub mod panel;
-mod progress;
 mod rig;
 pub mod scan_ring;
 mod session;
 pub mod store;
 
-use core::cell::RefCell;
 use core::convert::Infallible;
-use core::pin::pin;
 
 use embassy_futures::join::join3;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_shared::averaging::DofSpectra;
-use massline_shared::signal::Record;
+use massline_shared::measurement;
 
-use crate::analysis::AnalysisMemory;
-use crate::apart::apart;
 use crate::board::{Board, Link, Panel, Sampler};
-use crate::measure::Measuring;
+use crate::checkpoint::Checkpoint;
+use crate::measure::{Measuring, Room};
 use crate::objects::Objects;
 use crate::panel::task::{PanelMemory, PanelTask};
-use crate::progress::Kept;
 use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
-use crate::store::Store;
+use crate::store::{MAX_DOF, Store};
 
-/// All large memory of the application, about 75 KiB. Its initial value is all zeros, so that it
+/// All large memory of the application, about 80 KiB. Its initial value is all zeros, so that it
 /// lies in `.bss`.
 pub struct Memory {
-    record: RefCell<Record>,
-    spectra: RefCell<DofSpectra<f32>>,
-    analysis: AnalysisMemory,
+    measurement: measurement::Memory<f32>,
+    room: Room,
     session: SessionMemory,
     panel: PanelMemory,
 }
@@ -74,9 +65,8 @@ impl Memory {
     /// Empty memory.
     pub const fn new() -> Self {
         Self {
-            record: RefCell::new(Record::new()),
-            spectra: RefCell::new(DofSpectra::<f32>::new()),
-            analysis: AnalysisMemory::new(),
+            measurement: measurement::Memory::<f32>::new(),
+            room: [0; MAX_DOF],
             session: SessionMemory::new(),
             panel: PanelMemory::new(),
         }
@@ -92,53 +82,33 @@ where
     P: Panel,
 {
     let Board { info, sampler, link, flash, panel } = board;
-    let Memory { record, spectra, analysis, session: session_memory, panel: panel_memory } = memory;
-    let rig = Rig::new(info, sampler.adc(), L::STREAMS);
-    let store = store_over(flash);
-    let kept = apart(pin!(recall(&rig, &store, analysis))).await;
+    let Memory { measurement, room, session: session_memory, panel: panel_memory } = memory;
+    let rig = Rig::new(info, sampler.adc(), L::STREAMS, measurement);
+    let store = Mutex::<NoopRawMutex, _>::new(Store::new(flash));
+    let checkpoint = recall(&rig, &store, room).await;
     let (rx, tx) = link.split();
-    let objects = Objects { rig: &rig, store: &store, record, spectra };
-    let session = Session { rig: &rig, store: &store, record, objects };
-    let measuring = Measuring {
-        sampler,
-        rig: &rig,
-        store: &store,
-        record,
-        spectra,
-        memory: analysis,
-        kept,
-        losses: 0,
-    };
-    let task = PanelTask { rig: &rig, store: &store, record, memory: panel_memory };
-    join3(
-        apart(pin!(measuring.run())),
-        apart(pin!(session.run(rx, tx, session_memory))),
-        apart(pin!(panel::task::run(panel, task))),
-    )
-    .await
-    .0
-}
-
-/// A function of its own: its stack is not needed afterwards.
-#[inline(never)]
-fn store_over<F: NorFlash>(flash: F) -> Mutex<NoopRawMutex, Store<F>> {
-    Mutex::new(Store::new(flash))
+    let objects = Objects { rig: &rig, store: &store };
+    let session = Session { rig: &rig, store: &store, objects };
+    let measuring = Measuring { sampler, rig: &rig, store: &store, checkpoint, room };
+    let task = PanelTask { rig: &rig, store: &store, memory: panel_memory };
+    let panel = panel::task::run(panel, task);
+    join3(measuring.run(), session.run(rx, tx, session_memory), panel).await.0
 }
 
 /// Takes up what the store has kept over a restart.
 async fn recall<F: NorFlash>(
-    rig: &Rig,
+    rig: &Rig<'_>,
     store: &Mutex<NoopRawMutex, Store<F>>,
-    memory: &mut AnalysisMemory,
-) -> Kept {
+    room: &mut Room,
+) -> Checkpoint {
     let mut store = store.lock().await;
     store.open().await;
     if let Some(layout) = store.layout().await {
         rig.set_layout(layout);
     }
     if let Some(calibration) = store.calibration().await.filter(|kept| kept.is_usable()) {
-        *rig.calibration.borrow_mut() = calibration.calibration;
+        rig.measurement.borrow_mut().set_calibration(calibration.calibration);
     }
     rig.last_mass.set(store.results().last().and_then(|kept| kept.entry.mass));
-    Kept::recall(rig, &mut store, memory).await
+    Checkpoint::recall(rig, &mut store, room).await
 }

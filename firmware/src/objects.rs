@@ -1,14 +1,13 @@
 //! Long things as bytes: results from the store, the record and the spectra from memory.
 
-use core::cell::{Ref, RefCell};
-
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::crc32_of_chunks;
 use massline_protocol::message::Reason;
 use massline_protocol::object::{ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind};
-use massline_shared::averaging::{DofSpectra, resolution};
+use massline_shared::measurement::averaging::{DofSpectra, resolution};
+use massline_shared::measurement::{Measurement, Recorded};
 use massline_shared::signal::{RESPONSES, Record, SPECTRUM_LINES};
 
 use crate::deadline::Deadline;
@@ -22,14 +21,12 @@ const HEADER_WORDS: usize = 4;
 const SPECTRA_WORDS: usize = HEADER_WORDS + SPECTRUM_LINES * (1 + 3 * RESPONSES);
 
 /// Where the objects are.
-pub(crate) struct Objects<'a, F: NorFlash> {
-    pub rig: &'a Rig,
+pub(crate) struct Objects<'a, 'm, F: NorFlash> {
+    pub rig: &'a Rig<'m>,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
-    pub record: &'a RefCell<Record>,
-    pub spectra: &'a RefCell<DofSpectra<f32>>,
 }
 
-impl<F: NorFlash> Objects<'_, F> {
+impl<F: NorFlash> Objects<'_, '_, F> {
     /// Length and checksum of an object.
     pub async fn info(&self, object: ObjectId) -> Result<ObjectInfo, Reason> {
         let (length, crc) = match kind(object)? {
@@ -38,16 +35,16 @@ impl<F: NorFlash> Objects<'_, F> {
                 (kept.entry.length, kept.crc)
             }
             ObjectKind::Record => {
-                let record = self.record(object)?;
-                let _deadline = Deadline::begin(self.rig);
-                (Record::BYTES as u32, crc_of_record(&record))
+                let _deadline = Deadline::begin(&self.rig.stats);
+                let measurement = self.rig.measurement.borrow();
+                (Record::BYTES as u32, crc_of_record(record(&measurement, object)?))
             }
             ObjectKind::Spectra => {
-                let spectra = self.spectra(object)?;
-                let _deadline = Deadline::begin(self.rig);
-                let header = self.header(&spectra);
+                let _deadline = Deadline::begin(&self.rig.stats);
+                let measurement = self.rig.measurement.borrow();
+                let (header, spectra) = spectra(&measurement, object)?;
                 let mut crc = crc32_of_chunks();
-                (0..SPECTRA_WORDS).for_each(|i| crc.update(&word(header, &spectra, i)));
+                (0..SPECTRA_WORDS).for_each(|i| crc.update(&word(header, spectra, i)));
                 (SPECTRA_WORDS as u32 * 4, crc.finalize())
             }
         };
@@ -67,21 +64,22 @@ impl<F: NorFlash> Objects<'_, F> {
             ObjectKind::Result => {
                 let kept = self.kept(object).await?;
                 in_range(offset, kept.entry.length as usize)?;
-                self.store.lock().await.read_result(&kept, offset, room).await
+                Ok(self.store.lock().await.read_result(&kept, offset, room).await?)
             }
             ObjectKind::Record => {
-                let record = self.record(object)?;
+                let measurement = self.rig.measurement.borrow();
+                let record = record(&measurement, object)?;
                 in_range(offset, Record::BYTES)?;
                 Ok(record.read_bytes(offset, room))
             }
             ObjectKind::Spectra => {
-                let spectra = self.spectra(object)?;
+                let measurement = self.rig.measurement.borrow();
+                let (header, spectra) = spectra(&measurement, object)?;
                 in_range(offset, SPECTRA_WORDS * 4)?;
-                let header = self.header(&spectra);
                 let places = offset..SPECTRA_WORDS * 4;
                 let read = wanted.min(places.len());
                 for (byte, at) in room.iter_mut().zip(places) {
-                    *byte = word(header, &spectra, at / 4)[at % 4];
+                    *byte = word(header, spectra, at / 4)[at % 4];
                 }
                 Ok(read)
             }
@@ -91,40 +89,39 @@ impl<F: NorFlash> Objects<'_, F> {
     async fn kept(&self, object: ObjectId) -> Result<Kept, Reason> {
         self.store.lock().await.find(object.number).ok_or(Reason::NotFound)
     }
+}
 
-    /// The record, when it holds the hit that is asked for and is not being written.
-    fn record(&self, object: ObjectId) -> Result<Ref<'_, Record>, Reason> {
-        match self.rig.record_of.get() {
-            None if self.rig.rests() => Err(Reason::NotFound),
-            None => Err(Reason::Busy),
-            Some(hit) if hit != object.number => Err(Reason::NotFound),
-            Some(_) => self.record.try_borrow().map_err(|_| Reason::Busy),
-        }
+/// The record, when it holds the hit that is asked for and is not being written.
+fn record<'r>(
+    measurement: &'r Measurement<'_, f32>,
+    object: ObjectId,
+) -> Result<&'r Record, Reason> {
+    match measurement.recorded() {
+        Recorded::Hit(hit) if hit == object.number => Ok(measurement.record()),
+        Recorded::Hit(_) => Err(Reason::NotFound),
+        _ if measurement.rests() => Err(Reason::NotFound),
+        _ => Err(Reason::Busy),
     }
+}
 
-    fn spectra(&self, object: ObjectId) -> Result<Ref<'_, DofSpectra<f32>>, Reason> {
-        match self.rig.spectra_of.get() {
-            Some(dof) if u32::from(dof) == object.number => {
-                self.spectra.try_borrow().map_err(|_| Reason::Busy)
-            }
-            _ => Err(Reason::NotFound),
-        }
-    }
-
-    /// dof, hits, responses, 0; lines u16, 0; resolution f32; decay f32.
-    fn header(&self, spectra: &DofSpectra<f32>) -> [[u8; 4]; HEADER_WORDS] {
-        let rig = self.rig;
-        let decay =
-            rig.layout.borrow().as_ref().map_or(0.0, |layout| layout.test.exponential_decay);
-        let lines = (SPECTRUM_LINES as u16).to_le_bytes();
-        let dof = rig.spectra_of.get().unwrap_or(0);
-        [
-            [dof, spectra.hits() as u8, rig.adc.responses() as u8, 0],
-            [lines[0], lines[1], 0, 0],
-            resolution::<f32>(&rig.adc).to_le_bytes(),
-            decay.to_le_bytes(),
-        ]
-    }
+/// The averaged spectra of the DOF that is asked for, with their header: dof, hits, responses, 0; lines u16, 0;
+/// resolution f32; decay f32.
+fn spectra<'r>(
+    measurement: &'r Measurement<'_, f32>,
+    object: ObjectId,
+) -> Result<([[u8; 4]; HEADER_WORDS], &'r DofSpectra<f32>), Reason> {
+    let found = measurement.spectra().filter(|(dof, _)| u32::from(*dof) == object.number);
+    let (dof, spectra) = found.ok_or(Reason::NotFound)?;
+    let decay = measurement.layout().map_or(0.0, |layout| layout.test.exponential_decay);
+    let lines = (SPECTRUM_LINES as u16).to_le_bytes();
+    let adc = measurement.adc();
+    let header = [
+        [dof, spectra.hits() as u8, adc.responses() as u8, 0],
+        [lines[0], lines[1], 0, 0],
+        resolution::<f32>(adc).to_le_bytes(),
+        decay.to_le_bytes(),
+    ];
+    Ok((header, spectra))
 }
 
 fn kind(object: ObjectId) -> Result<ObjectKind, Reason> {

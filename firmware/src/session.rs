@@ -1,7 +1,6 @@
 //! Answers the host and tells it the news. Whatever arrives is checked; nothing that arrives can
 //! block measuring: the session only changes shared state and wakes the measuring loop.
 
-use core::cell::RefCell;
 use massline_protocol::LayoutHash;
 use massline_shared::signal::StaticReading;
 
@@ -12,12 +11,12 @@ use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
-use massline_protocol::event::{HIT, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
+use massline_protocol::event::{HIT, HitEvent, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
 use massline_protocol::message::{
-    ANSWER, CampaignCommand, Command, DeleteResult, GetCalibration, GetIdentity, GetLayout,
-    GetObjectInfo, GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest, ListResults,
-    MAX_CHANGE_ANSWER, PutCalibration, PutLayout, REFUSED, ReadObject, Reason, Refusal, ResultPage,
-    SetStream, Status, TakeReading, changes,
+    ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetIdentity,
+    GetLayout, GetObjectInfo, GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest,
+    ListResults, MAX_CHANGE_ANSWER, PutCalibration, PutLayout, REFUSED, ReadObject, Reason,
+    Refusal, ResultPage, SetStream, Status, TakeReading, changes,
 };
 use massline_protocol::object::{ChunkRef, ChunkRequest};
 use massline_protocol::{
@@ -25,12 +24,15 @@ use massline_protocol::{
 };
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::RigLayout;
+use massline_shared::measurement::campaign::{Object, Start};
+use massline_shared::measurement::{Recorded, Streamed};
 use massline_shared::signal::Record;
 use serde::de::DeserializeOwned;
 
+use crate::deadline::Deadline;
 use crate::objects::Objects;
-use crate::rig::{Reading, Rig, Streamed};
-use crate::store::Store;
+use crate::rig::Rig;
+use crate::store::{Store, StoreError};
 
 /// A frame that has not left after this long is given up: nobody reads.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
@@ -67,14 +69,13 @@ impl Done {
 }
 
 /// What the session sees of the rest of the rig.
-pub(crate) struct Session<'a, F: NorFlash> {
-    pub rig: &'a Rig,
+pub(crate) struct Session<'a, 'm, F: NorFlash> {
+    pub rig: &'a Rig<'m>,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
-    pub record: &'a RefCell<Record>,
-    pub objects: Objects<'a, F>,
+    pub objects: Objects<'a, 'm, F>,
 }
 
-impl<F: NorFlash> Session<'_, F> {
+impl<F: NorFlash> Session<'_, '_, F> {
     /// Serves the link for ever.
     pub async fn run(&self, mut rx: impl Read, tx: impl Write, memory: &mut SessionMemory) -> ! {
         let SessionMemory { deframer, out, done } = memory;
@@ -119,7 +120,7 @@ impl<F: NorFlash> Session<'_, F> {
     async fn tell(
         &self,
         news: &mut News,
-        sender: &mut Sender<'_, impl Write>,
+        sender: &mut Sender<'_, '_, impl Write>,
         out: &mut [u8; MAX_FRAME],
     ) {
         for _ in 0..NEWS_AT_ONCE {
@@ -139,10 +140,11 @@ impl<F: NorFlash> Session<'_, F> {
     /// is not held while its frame is sent.
     #[inline(never)]
     fn next_news(&self, news: &mut News, out: &mut [u8; MAX_FRAME]) -> usize {
-        if let Some(hit) = self.rig.hits.borrow_mut().pop_front() {
-            return news.encode(HIT, &hit, out);
+        let hit = self.rig.measurement.borrow_mut().next_hit();
+        if let Some(hit) = hit {
+            return news.encode(HIT, &HitEvent::from(hit), out);
         }
-        if let Some(block) = news.scans(self.rig, self.record) {
+        if let Some(block) = news.scans(self.rig) {
             return news.encode(SCANS, &block, out);
         }
         let status = self.rig.status();
@@ -196,8 +198,8 @@ impl<F: NorFlash> Session<'_, F> {
                 reply.with::<PutLayout>(&answer)
             }
             GetLayout::KIND => {
-                let layout = rig.layout.borrow();
-                reply.with::<GetLayout>(layout.as_ref().ok_or(Reason::NoLayout)?)
+                let measurement = rig.measurement.borrow();
+                reply.with::<GetLayout>(measurement.layout().ok_or(Reason::NoLayout)?)
             }
             PutCalibration::KIND => {
                 self.put_calibration(reply.frame.body).await?;
@@ -209,9 +211,7 @@ impl<F: NorFlash> Session<'_, F> {
             }
             Command::KIND => {
                 let request = reply.request::<Command>()?;
-                let store_full = request.command == CampaignCommand::Start as u8
-                    && self.store.lock().await.is_full(rig.dofs()).await;
-                rig.command(request, store_full)?;
+                self.command(request).await?;
                 reply.with::<Command>(&rig.status())
             }
             GetObjectInfo::KIND => {
@@ -231,29 +231,26 @@ impl<F: NorFlash> Session<'_, F> {
             }
             DeleteResult::KIND => {
                 let number = reply.request::<DeleteResult>()?;
-                if !rig.rests() {
+                if !rig.measurement.borrow().rests() {
                     return Err(Reason::WrongPhase);
                 }
                 self.store.lock().await.delete_result(number).await?;
                 reply.with::<DeleteResult>(&())
             }
             TakeReading::KIND => {
-                if !rig.is_idle() {
-                    return Err(Reason::WrongPhase);
-                }
-                rig.reading.set(Reading::Wanted);
-                rig.steer.signal(());
+                rig.take_reading()?;
                 reply.with::<TakeReading>(&())
             }
             GetReading::KIND => {
-                match rig.reading.get() {
-                    Reading::None => return Err(Reason::NotFound),
-                    Reading::Wanted => return Err(Reason::Busy),
-                    Reading::Failed => return Err(Reason::SamplerStopped),
-                    Reading::Held => {}
+                let measurement = rig.measurement.borrow();
+                match measurement.recorded() {
+                    _ if measurement.reads() => Err(Reason::Busy),
+                    Recorded::Reading => {
+                        reply.with::<GetReading>(&StaticReading::of(measurement.record()))
+                    }
+                    Recorded::ReadingFailed => Err(Reason::SamplerStopped),
+                    Recorded::Nothing | Recorded::Hit(_) => Err(Reason::NotFound),
                 }
-                let record = self.record.try_borrow().map_err(|_| Reason::Busy)?;
-                reply.with::<GetReading>(&StaticReading::of(&record))
             }
             SetStream::KIND => {
                 self.set_stream(reply.request::<SetStream>()?)?;
@@ -267,50 +264,71 @@ impl<F: NorFlash> Session<'_, F> {
     /// memory meanwhile.
     async fn put_layout(&self, body: &[u8]) -> Result<LayoutAnswer, Reason> {
         let hash = decode::<RigLayout>(body)?.hash();
-        if hash != self.rig.layout_hash.get() {
-            if !self.rig.is_idle() {
-                return Err(Reason::WrongPhase);
-            }
-            self.rig.changing(async || self.store.lock().await.put_layout(body).await).await?;
-            self.rig.set_layout(decode(body)?);
-            self.rig.changed();
+        let rig = self.rig;
+        if hash != rig.layout_hash.get() {
+            let write = async || {
+                self.store.lock().await.put_layout(body).await?;
+                rig.set_layout(decode(body)?);
+                Ok::<_, Reason>(())
+            };
+            rig.changing(write).await?;
+            rig.changed();
         }
-        let layout = self.rig.layout.borrow();
-        let diagnostics = self.rig.check(layout.as_ref().ok_or(Reason::NoLayout)?);
-        Ok(LayoutAnswer { hash, diagnostics })
+        let _deadline = Deadline::begin(&rig.stats);
+        let measurement = rig.measurement.borrow();
+        let layout = measurement.layout().ok_or(Reason::NoLayout)?;
+        Ok(LayoutAnswer { hash, diagnostics: measurement.check(layout) })
     }
 
     async fn put_calibration(&self, body: &[u8]) -> Result<(), Reason> {
         if !decode::<CalibrationRecord>(body)?.is_usable() {
             return Err(Reason::Malformed);
         }
-        if !self.rig.is_idle() {
-            return Err(Reason::WrongPhase);
-        }
-        self.rig.changing(async || self.store.lock().await.put_calibration(body).await).await?;
-        *self.rig.calibration.borrow_mut() = decode::<CalibrationRecord>(body)?.calibration;
-        Ok(())
+        let write = async || {
+            self.store.lock().await.put_calibration(body).await?;
+            let record = decode::<CalibrationRecord>(body)?;
+            self.rig.measurement.borrow_mut().set_calibration(record.calibration);
+            Ok::<_, Reason>(())
+        };
+        self.rig.changing(write).await
     }
 
     /// The calibration in force; where it comes from is kept in the store alone.
     async fn calibration(&self) -> CalibrationRecord {
         let kept = self.store.lock().await.calibration().await;
-        let calibration = *self.rig.calibration.borrow();
+        let calibration = *self.rig.measurement.borrow().calibration();
         CalibrationRecord { calibration, ..kept.unwrap_or_default() }
     }
 
     fn set_stream(&self, on: bool) -> Result<(), Reason> {
-        if on && !self.rig.stream.get() && (!self.rig.is_idle() || !self.rig.streams) {
-            return Err(Reason::WrongPhase);
-        }
-        if on == self.rig.stream.get() {
+        let mut measurement = self.rig.measurement.borrow_mut();
+        if on == measurement.streamed().is_some() {
             // Nothing changes: a record that is being taken is not disturbed.
             return Ok(());
         }
-        self.rig.streamed.set(Streamed::default());
-        self.rig.stream.set(on);
-        self.rig.steer.signal(());
+        if on && !self.rig.streams {
+            return Err(Reason::WrongPhase);
+        }
+        measurement.set_stream(on)?;
+        drop(measurement);
+        self.rig.steered();
         Ok(())
+    }
+
+    /// Starts or steers the campaign.
+    async fn command(&self, request: CommandRequest) -> Result<(), Reason> {
+        let command = CampaignCommand::from_raw(request.command).ok_or(Reason::Malformed)?;
+        if let Some(command) = command.steering() {
+            return Ok(self.rig.command(command)?);
+        }
+        let object = match request.block_mass {
+            None => Object::Unknown,
+            Some(mass) if mass.is_finite() && mass > 0.0 => Object::Block { mass },
+            Some(_) => return Err(Reason::Malformed),
+        };
+        let start = Start { object, confirm: request.confirm };
+        let room = !self.store.lock().await.is_full(self.rig.dofs()).await;
+        Ok(self.rig.start(start, request.force, room)?)
     }
 
     async fn list(&self, request: ListRequest) -> ResultPage {
@@ -334,14 +352,14 @@ struct Intake {
 
 impl Intake {
     /// Bytes have come: the link is there.
-    fn heard(&mut self, rig: &Rig) {
+    fn heard(&mut self, rig: &Rig<'_>) {
         rig.stats.borrow_mut().reconnects += u32::from(core::mem::take(&mut self.lost));
     }
 
     /// The deframer took these bytes and found this in them.
     fn took(
         &mut self,
-        rig: &Rig,
+        rig: &Rig<'_>,
         bytes: Option<&[u8]>,
         frame: &Option<Result<Frame<'_>, FrameError>>,
     ) {
@@ -354,6 +372,17 @@ impl Intake {
         // A zero without a frame is padding.
         if bytes.last() == Some(&0) {
             self.pending = 0;
+        }
+    }
+}
+
+impl From<StoreError> for Reason {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::NotFound => Self::NotFound,
+            StoreError::Malformed => Self::Malformed,
+            StoreError::Full => Self::StoreFull,
+            StoreError::Failed => Self::StoreFailed,
         }
     }
 }
@@ -408,14 +437,14 @@ struct News {
 
 impl News {
     /// The next scans of the stream, when there are enough to be sent.
-    fn scans(&mut self, rig: &Rig, record: &RefCell<Record>) -> Option<ScanBlock> {
+    fn scans(&mut self, rig: &Rig<'_>) -> Option<ScanBlock> {
         const SCANS: u64 = (SCAN_BLOCK_BYTES / Record::SCAN_BYTES) as u64;
-        if !rig.stream.get() {
+        let measurement = rig.measurement.borrow();
+        let Some(Streamed { end, held }) = measurement.streamed() else {
             self.next_scan = None;
             return None;
-        }
-        let record = record.try_borrow().ok()?;
-        let Streamed { end, held } = rig.streamed.get();
+        };
+        let record = measurement.record();
         let oldest = end.checked_sub(held.min(record.len() as u64))?;
         // Scans that have left the record before they were sent are missing: the host sees the jump.
         let first = self.next_scan.map_or(oldest, |next| next.max(oldest));
@@ -447,16 +476,16 @@ impl News {
 }
 
 /// Writes whole frames to the link, never for longer than [`WRITE_TIMEOUT`].
-struct Sender<'r, W> {
+struct Sender<'r, 'm, W> {
     tx: W,
     /// The last frame did not leave whole: the next begins with a zero, which ends the torn one.
     broken: bool,
     /// A host has been heard and does read; news is sent to nobody else.
     listened: bool,
-    rig: &'r Rig,
+    rig: &'r Rig<'m>,
 }
 
-impl<W: Write> Sender<'_, W> {
+impl<W: Write> Sender<'_, '_, W> {
     async fn send(&mut self, frame: Option<&[u8]>) {
         let Some(frame) = frame.filter(|frame| !frame.is_empty()) else { return };
         let torn = self.broken;

@@ -162,8 +162,7 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
         hit.kept = kept.contains(&place);
         if let Standing::Astray(far) | Standing::Contradicts(far) = beside.standing() {
             let severity = options.test.policy.verdict(Code::HitInconsistent).severity();
-            let subject = u16::try_from(k).unwrap_or(u16::MAX);
-            let found = Diagnostic::about(Code::HitInconsistent, severity, subject, far as f32);
+            let found = Diagnostic::whole(Code::HitInconsistent, severity, far as f32);
             // A hit that is not rejected has few findings.
             let _ = hit.report.findings.push(found);
             hit.kept &= !found.is_error();

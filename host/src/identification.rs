@@ -74,7 +74,7 @@ impl Identification {
         let reasons = self.not_applicable.iter().flat_map(|(_, reasons)| reasons);
         reasons
             .chain(&self.priors)
-            .map(|d| Diagnostic { severity: Severity::Warning as u8, ..*d })
+            .map(|d| Diagnostic { severity: Severity::Warning, ..*d })
             .collect()
     }
 
@@ -118,7 +118,7 @@ pub fn identify<L: SpectralLines<f64>>(
     for (method, reasons) in &mut found.not_applicable {
         if *method == Method::MaximumLikelihood {
             let priors = contradicted_priors(layout, mass_lines).into_iter();
-            let grave = |d| Diagnostic { severity: Severity::Error as u8, ..d };
+            let grave = |d| Diagnostic { severity: Severity::Error, ..d };
             // What there is no room for beside the few reasons of a fit is left out.
             reasons.extend(priors.map(grave).take(reasons.capacity() - reasons.len()));
         }
@@ -134,7 +134,7 @@ fn suspect_priors(
     layout: &HostLayout,
     lines: &[DofMassLines<f64, HOST_SENSORS>],
 ) -> Vec<Diagnostic> {
-    let is = |d: &Diagnostic, code: Code| d.known_code() == Some(code);
+    let is = |d: &Diagnostic, code: Code| d.code == code;
     if !estimate.diagnostics.iter().any(|d| is(d, Code::DataContradictBudget)) {
         return Vec::new();
     }

@@ -11,7 +11,7 @@ mod message;
 mod refusals;
 mod table;
 
-use massline_shared::diagnosis::{Diagnostic, Severity};
+use massline_shared::diagnosis::Diagnostic;
 use serde_json::{Value, json};
 
 pub use details::{details_json, details_text};
@@ -26,7 +26,7 @@ pub fn diagnostics_json(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> Strin
     let entry = |d: &Diagnostic| {
         json!({
             "code": code_name(d),
-            "severity": Severity::from_raw(d.severity).name(),
+            "severity": d.severity.name(),
             "message": say(d),
         })
     };
@@ -35,6 +35,6 @@ pub fn diagnostics_json(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> Strin
 
 /// Diagnostics as lines of text.
 pub(crate) fn sentences(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String) -> String {
-    let line = |d: &Diagnostic| format!("{}: {}\n", Severity::from_raw(d.severity).name(), say(d));
+    let line = |d: &Diagnostic| format!("{}: {}\n", d.severity.name(), say(d));
     found.iter().map(line).collect()
 }

@@ -217,17 +217,16 @@ pub(crate) fn first_error(
     let first = errors.first()?;
     let text = errors.iter().map(|d| say(d)).collect::<Vec<_>>().join("; ");
     let code = report::code_name(first);
-    Some(match first.known_code() {
-        Some(
-            Code::TwoSensorsOnOneNode
-            | Code::UnknownNode
-            | Code::AxesNotOrthonormal
-            | Code::LayoutNotFinite
-            | Code::SettingOutOfRange
-            | Code::DataNotFinite
-            | Code::FrfMissing
-            | Code::BandTooNarrow,
-        ) => Error::input(code, text),
+    Some(match first.code {
+        Code::TwoSensorsOnOneNode
+        | Code::UnknownNode
+        | Code::AxesNotOrthonormal
+        | Code::LayoutNotFinite
+        | Code::SettingOutOfRange
+        | Code::HitNotInLayout
+        | Code::DataNotFinite
+        | Code::FrfMissing
+        | Code::BandTooNarrow => Error::input(code, text),
         _ => Error::undetermined(code, text),
     })
 }
@@ -303,7 +302,7 @@ impl Solution {
 /// show it, or be wrong by placement and gains, which are no part of that model.
 fn not_settled(selection: Selection, found: &[Diagnostic]) -> Option<Error> {
     let code = Code::NotConverged;
-    let ran_away = found.iter().any(|d| d.known_code() == Some(code));
+    let ran_away = found.iter().any(|d| d.code == code);
     (selection == Selection::Only(Method::GlobalFit) && ran_away).then(|| {
         let text = "the global fit did not settle: the stiffness of its suspension ran away, because \
                     these responses hardly show a suspension or are wrong by more than noise \

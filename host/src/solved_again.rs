@@ -13,7 +13,7 @@
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::scale;
-use massline_shared::diagnosis::{Diagnostic, Severity};
+use massline_shared::diagnosis::{Diagnostic, Severity, Subject};
 use massline_shared::identify::{Estimate, Method, Observations, Settings};
 use massline_shared::layout::HostLayout;
 use serde_json::{Value, json};
@@ -160,8 +160,8 @@ impl<'a> SolvedAgain<'a> {
 
     /// What the rig says of the test as a whole and is more than a note: its reasons, whatever the method.
     fn reasons_of_the_rig(&self) -> Vec<Diagnostic> {
-        let whole = self.result.diagnostics.iter().filter(|d| d.subject == Diagnostic::WHOLE);
-        whole.filter(|d| Severity::from_raw(d.severity) > Severity::Note).copied().collect()
+        let whole = self.result.diagnostics.iter().filter(|d| d.subject == Subject::Whole);
+        whole.filter(|d| d.severity > Severity::Note).copied().collect()
     }
 }
 

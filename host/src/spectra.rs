@@ -7,7 +7,7 @@
 use massline_protocol::Raw;
 use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::message::{CampaignCommand, Reason, Status};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 
 use crate::campaign::{Observer, Steer};
 use crate::client::{Client, ClientError, DofSpectra};

@@ -12,10 +12,9 @@
 //! | [`design`] | which sensors and hits to choose among candidates |
 //! | [`signal`] | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
 //! | [`mass_line`] | the constant part of an accelerance, `A + B/s² + C s²` |
-//! | [`averaging`] | one hit DOF from its hits to its mass lines, step by step |
 //! | [`identify`] | from mass lines to the ten properties with their covariance |
 //! | [`calibration`] | sensors and hammer from what they read of a known input |
-//! | [`campaign`] | which degree of freedom is hit next, and what a verdict leads to |
+//! | [`measurement`] | from scans to a result: a state machine without inputs and outputs of its own |
 //! | [`diagnosis`] | the codes by which every problem is named |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -23,19 +22,17 @@
 #[cfg(test)]
 extern crate std;
 
-#[cfg(feature = "signal")]
-pub mod averaging;
 pub mod body;
 #[cfg(feature = "signal")]
 pub mod calibration;
-#[cfg(feature = "signal")]
-pub mod campaign;
 pub mod design;
 pub mod diagnosis;
 pub mod identify;
 pub mod layout;
 mod linalg;
 pub mod mass_line;
+#[cfg(feature = "signal")]
+pub mod measurement;
 pub mod real;
 pub mod responses;
 #[cfg(feature = "signal")]

@@ -122,10 +122,23 @@ impl BasisRow<f32> {
     pub const EMPTY: Self = Self { re: [0.0; MAX_TERMS], im: [0.0; MAX_TERMS - 1] };
 }
 
+impl BasisRow<f64> {
+    /// All zeros, for a static workspace.
+    pub const EMPTY: Self = Self { re: [0.0; MAX_TERMS], im: [0.0; MAX_TERMS - 1] };
+}
+
 /// The design of the fit, factored: `W^½ [1, ω_r²/s², s²/ω_r²] = Q R` with orthonormal Q.
 #[derive(Debug)]
 pub struct MassLineBasis<'a, R> {
     rows: &'a [BasisRow<R>],
+    design: MassLineDesign<R>,
+}
+
+/// A [`MassLineBasis`] without its rows, which stay in the workspace: what is kept between two steps.
+#[derive(Clone, Copy, Debug)]
+pub struct MassLineDesign<R> {
+    /// Lines of the band.
+    lines: usize,
     /// Lines before the band.
     skipped: usize,
     terms: usize,
@@ -195,12 +208,19 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         let inverse = orthonormalise(rows, terms, complex).ok_or(MassLineError::BandTooNarrow)?;
         let scale = [R::one(), reference, R::one() / reference];
         let root_weight = R::one() / inverse[0][0];
-        Ok(Self { rows, skipped, terms, complex, root_weight, inverse, scale })
+        let lines = rows.len();
+        let design = MassLineDesign { lines, skipped, terms, complex, root_weight, inverse, scale };
+        Ok(Self { rows, design })
     }
 
     /// Lines within the band.
     pub fn lines(&self) -> usize {
         self.rows.len()
+    }
+
+    /// The design without its rows.
+    pub fn design(&self) -> MassLineDesign<R> {
+        self.design
     }
 
     /// Fits one channel. `h` is its accelerance at all lines that [`MassLineBasis::new`] was given,
@@ -213,7 +233,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         I: IntoIterator<Item = Complex<R>>,
         I::IntoIter: Clone,
     {
-        let h = h.into_iter().skip(self.skipped);
+        let h = h.into_iter().skip(self.design.skipped);
         let zero = R::zero();
         let mut projection = [zero; MAX_TERMS];
         let mut count = 0;
@@ -235,7 +255,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
                 im -= row.im(k) * *p;
             }
             residual += re * re;
-            if self.complex {
+            if self.design.complex {
                 residual += im * im;
             }
         }
@@ -249,7 +269,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
     pub fn mean_real(&self, h: impl IntoIterator<Item = Complex<R>>) -> Option<R> {
         let mut sum = R::zero();
         let mut count = 0;
-        for (_, h) in self.rows.iter().zip(h.into_iter().skip(self.skipped)) {
+        for (_, h) in self.rows.iter().zip(h.into_iter().skip(self.design.skipped)) {
             sum += h.re;
             count += 1;
         }
@@ -258,26 +278,33 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
 
     /// An accelerance times the root of its line's weight.
     fn weighted(&self, row: &BasisRow<R>, h: Complex<R>) -> (R, R) {
-        let root = row.re[0] * self.root_weight;
+        let root = row.re[0] * self.design.root_weight;
         (root * h.re, root * h.im)
     }
 
     fn coefficients(&self, projection: &[R; MAX_TERMS], residual: R) -> MassLine<R> {
         let zero = R::zero();
-        let equations = self.rows.len() * if self.complex { 2 } else { 1 };
-        let spread = (residual / R::of((equations - self.terms) as f64)).sqrt();
+        let equations = self.rows.len() * if self.design.complex { 2 } else { 1 };
+        let spread = (residual / R::of((equations - self.design.terms) as f64)).sqrt();
         let mut line = MassLine { coefficients: [zero; MAX_TERMS], sigma: [zero; MAX_TERMS] };
-        for i in 0..self.terms {
+        for i in 0..self.design.terms {
             let mut value = zero;
             let mut variance = zero;
-            for k in i..self.terms {
-                value += self.inverse[i][k] * projection[k];
-                variance += self.inverse[i][k] * self.inverse[i][k];
+            for k in i..self.design.terms {
+                value += self.design.inverse[i][k] * projection[k];
+                variance += self.design.inverse[i][k] * self.design.inverse[i][k];
             }
-            line.coefficients[i] = value * self.scale[i];
-            line.sigma[i] = variance.sqrt() * spread * self.scale[i];
+            line.coefficients[i] = value * self.design.scale[i];
+            line.sigma[i] = variance.sqrt() * spread * self.design.scale[i];
         }
         line
+    }
+}
+
+impl<R: Real> MassLineDesign<R> {
+    /// The basis again, over the workspace that it was made in; `None` when that is too small.
+    pub fn over<'a>(&self, workspace: &'a [BasisRow<R>]) -> Option<MassLineBasis<'a, R>> {
+        Some(MassLineBasis { rows: workspace.get(..self.lines)?, design: *self })
     }
 }
 

@@ -228,7 +228,10 @@ mod tests {
         let expected = plain + as_plain * as_plain.transpose();
         assert!(outer.as_slice().iter().eq(expected.iter()));
         assert_eq!(outer.diagonal().as_slice(), expected.diagonal().as_slice());
-        assert_eq!(ResponseSquare::from_diagonal(&vector).times(&vector), vector.component_mul(&vector));
+        assert_eq!(
+            ResponseSquare::from_diagonal(&vector).times(&vector),
+            vector.component_mul(&vector)
+        );
         let rows = ResponseRows::<f64, 2, 2>([vector, vector * 2.0]);
         assert_eq!(rows.times(&SVector::from([1.0, -1.0])), -vector);
         assert_eq!(rows.row(4), [4.0, 8.0]);

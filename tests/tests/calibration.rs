@@ -21,7 +21,7 @@ use massline_protocol::message::CampaignCommand;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::units::Hertz;
 use massline_virtual::bench::{Bench, TumbleSource};
 

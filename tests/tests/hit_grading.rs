@@ -6,7 +6,7 @@ use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline_protocol::event::HitEvent;
 use massline_protocol::object::MeasurementResult;
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::layout::{HostLayout, RigLayout, Verdict};
 use massline_shared::signal::{
     AdcProperties, Calibration, Capture, CaptureState, HitReport, Record, Scan, Trigger, grade,
@@ -57,7 +57,7 @@ fn findings(bench: &Bench, seeds: u64) -> (Vec<(Code, f32)>, usize) {
                 let dof = arming as usize % host.hits.len();
                 let report = graded(&mut source, &rig, arming, dof);
                 hits += 1;
-                all.extend(report.findings.iter().map(|f| (f.known_code().unwrap(), f.value)));
+                all.extend(report.findings.iter().map(|f| (f.code, f.value)));
             }
         }
     }
@@ -115,7 +115,7 @@ fn benched(change: impl Fn(&mut Bench)) -> (Vec<HitEvent>, MeasurementResult) {
 type Change = fn(&mut Bench);
 
 fn has(diagnostics: &[Diagnostic], code: Code) -> bool {
-    diagnostics.iter().any(|d| d.known_code() == Some(code))
+    diagnostics.iter().any(|d| d.code == code)
 }
 
 #[test]
@@ -171,10 +171,10 @@ fn good_campaigns_have_neither_inconsistent_hits_nor_loose_sensors() {
 #[test]
 fn a_tap_astray_differs_from_its_siblings() {
     let (_, result) = benched(|bench| bench.operator.astray_rate = 0.15);
-    let found = result.diagnostics.iter().find(|d| d.known_code() == Some(Code::HitInconsistent));
+    let found = result.diagnostics.iter().find(|d| d.code == Code::HitInconsistent);
     let found = found.expect("80 mm beside the mark");
-    assert_eq!(found.severity, Severity::Warning as u8);
-    assert!(found.subject < 3 && found.value > 0.15, "{found:?}");
+    assert_eq!(found.severity, Severity::Warning);
+    assert!(matches!(found.subject, Subject::Hit(..3)) && found.value > 0.15, "{found:?}");
 }
 
 /// Taps that go 80 mm astray, where the policy wants only hits that agree: every one that is far from
@@ -221,8 +221,12 @@ fn a_tap_astray_is_hit_again_where_the_policy_wants_it() {
 fn a_reversed_axis_is_no_rigid_motion() {
     let axis = massline_shared::layout::Axis::X;
     let (_, result) = benched(|bench| bench.faults.push(Fault::Flip { sensor: 1, axis }));
-    let found = result.diagnostics.iter().find(|d| d.known_code() == Some(Code::MotionNotRigid));
-    assert!(found.is_some_and(|d| d.value > 0.08 && d.subject < 3), "{:?}", result.diagnostics);
+    let found = result.diagnostics.iter().find(|d| d.code == Code::MotionNotRigid);
+    assert!(
+        found.is_some_and(|d| d.value > 0.08 && matches!(d.subject, Subject::Sensor(..3))),
+        "{:?}",
+        result.diagnostics
+    );
 }
 
 /// Plays the scans of the first arming again at every second one, as a stuck buffer would.

@@ -13,7 +13,7 @@ use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, ENDPOINTS, Identity, ResultEntry, Status};
 use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_protocol::{MAX_FRAME, PROTOCOL_MAJOR, encode_frame};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::layout::RigLayout;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::flash::{FlashBacking, FlashMemory};

@@ -16,7 +16,7 @@ use massline_firmware::panel::{Button, Cue, PanelModel};
 use massline_firmware::store::Store;
 use massline_shared::calibration::tumble::Position;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};

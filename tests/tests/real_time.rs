@@ -10,7 +10,7 @@ use massline_firmware::scan_ring::FAULTS_TO_STOP;
 use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Stats, Status};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::diagnosis::Code;
 use massline_shared::signal::Scan;
 use massline_tests::faulty_sampler::rig_that_loses;
@@ -90,7 +90,7 @@ fn a_hit_whose_record_misses_scans_is_aborted_by_name_and_asked_for_again() {
     let [aborted] = rejected[..] else { panic!("one hit is aborted: {rejected:?}") };
     assert_eq!(aborted.number, 6);
     let [finding] = &aborted.findings[..] else { panic!("for one reason: {aborted:?}") };
-    assert_eq!((finding.known_code(), finding.value), (Some(Code::ScansLost), LOST as f32));
+    assert_eq!((finding.code, finding.value), (Code::ScansLost, LOST as f32));
     let Measured { status, stats, .. } = measured;
     assert_eq!((&status.accepted[..], status.rejected), (&[5, 5, 5][..], 1));
     assert_eq!((stats.scans_lost, stats.overruns, stats.hits_aborted), (LOST.into(), 1, 1));
@@ -118,7 +118,7 @@ fn the_panel_says_which_hit_was_aborted_and_why() {
     client.start(false, false).unwrap();
     let why = |model: &massline_firmware::panel::PanelModel| {
         let reason = model.verdict.and_then(|verdict| verdict.reason);
-        reason.and_then(|reason| reason.known_code()) == Some(Code::ScansLost)
+        reason.is_some_and(|reason| reason.code == Code::ScansLost)
     };
     let model = rig.wait_for(LATE, why).expect("the verdict is shown");
     assert_eq!((model.rejected, model.accepted), (1, 0));
@@ -140,7 +140,7 @@ fn a_converter_that_only_loses_scans_interrupts_the_campaign_by_name() {
         }
     }
     let [why] = &status.diagnostics[..] else { panic!("for one reason: {status:?}") };
-    assert_eq!(why.known_code(), Some(Code::SamplerStopped));
+    assert_eq!(why.code, Code::SamplerStopped);
     assert_eq!(client.stats().unwrap().overruns, u32::from(FAULTS_TO_STOP));
     // A reading at rest does not come about either, and says so.
     client.command(CampaignCommand::Abort).unwrap();

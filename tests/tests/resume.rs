@@ -11,8 +11,8 @@ use massline_protocol::LayoutHash;
 use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Status};
 use massline_protocol::object::{DofResult, MeasurementResult, ObjectId, ObjectKind};
-use massline_shared::campaign::Phase;
-use massline_shared::diagnosis::Code;
+use massline_shared::measurement::campaign::Phase;
+use massline_shared::diagnosis::{Code, Subject};
 use massline_shared::layout::RigLayout;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::flash::{Cut, FlashBacking, FlashMemory};
@@ -189,7 +189,7 @@ fn a_dof_that_was_skipped_stays_skipped_and_hits_still_wait_for_a_confirmation()
     let result = read_result(&mut client, number);
     assert_eq!(result.dofs.iter().map(|dof| dof.index).collect::<Vec<_>>(), [1, 2]);
     let skipped = |d: &massline_shared::diagnosis::Diagnostic| {
-        d.known_code() == Some(Code::DofSkipped) && d.subject == 0
+        d.code == Code::DofSkipped && d.subject == Subject::Hit(0)
     };
     assert!(result.diagnostics.iter().any(skipped), "{:?}", result.diagnostics);
     rig.stop().unwrap();

@@ -9,7 +9,7 @@ use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
 use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
 use massline_shared::signal::RECORD_SCANS;
@@ -90,9 +90,7 @@ fn a_layout_that_leaves_no_method_is_refused_with_its_code() {
         let mut layout = good.clone();
         spoil(&mut layout);
         let answer = client.put_layout(&layout).unwrap();
-        let named = |d: &massline_shared::diagnosis::Diagnostic| {
-            d.is_error() && d.known_code() == Some(code)
-        };
+        let named = |d: &massline_shared::diagnosis::Diagnostic| d.is_error() && d.code == code;
         assert!(answer.diagnostics.iter().any(named), "{answer:?}");
         let refusal = client.start(false, false).unwrap_err().refusal();
         assert_eq!(refusal, Some(Reason::LayoutRefused));
@@ -114,8 +112,7 @@ fn concurrent_hits_can_be_forced_and_give_a_reason_instead_of_numbers() {
     let result = client.result(status.result).unwrap();
     assert!(result.estimates.is_empty());
     assert_eq!(result.dofs.len(), 3);
-    let concurrent = |d: &_| massline_shared::diagnosis::Diagnostic::known_code(d);
-    assert!(result.diagnostics.iter().any(|d| concurrent(d) == Some(Code::HitsConcurrent)));
+    assert!(result.diagnostics.iter().any(|d| d.code == Code::HitsConcurrent));
     rig.stop().unwrap();
 }
 
@@ -132,7 +129,7 @@ fn a_campaign_in_which_everything_was_skipped_has_no_mass() {
     let status = wait_for(&mut client, Phase::Done);
     let result = client.result(status.result).unwrap();
     assert!(result.estimates.is_empty() && result.dofs.is_empty());
-    let skipped = result.diagnostics.iter().filter(|d| d.known_code() == Some(Code::DofSkipped));
+    let skipped = result.diagnostics.iter().filter(|d| d.code == Code::DofSkipped);
     assert_eq!(skipped.count(), 3);
     assert_eq!(rig.panel().mass, None);
     rig.stop().unwrap();
@@ -229,7 +226,7 @@ fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
         follow(&mut client, &Interrupt::new(), Some(LONG), &mut ()).unwrap()
     };
     let Ending::Stopped(status) = follow_one(Begun::Started) else { panic!("it has stopped") };
-    assert!(status.diagnostics.iter().any(|d| d.known_code() == Some(Code::SamplerStopped)));
+    assert!(status.diagnostics.iter().any(|d| d.code == Code::SamplerStopped));
     let kept: u8 = status.accepted.iter().sum();
     assert!(kept >= 3, "{status:?}");
     let Ending::Done(number) = follow_one(Begun::Resumed) else { panic!("it goes on") };

@@ -14,10 +14,10 @@ use massline_protocol::message::{Measured, Reason, ResultEntry, Stats};
 use massline_protocol::object::StoredEstimate;
 use massline_shared::calibration::CalibrationSigma;
 use massline_shared::calibration::tumble::{Position, TumbleProblem};
-use massline_shared::campaign::Phase;
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::measurement::campaign::Phase;
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::{Consistency, Method};
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{RigLayout, Setting};
 use massline_virtual::glass::Glass;
 
 /// A rig of which every screen is drawn.
@@ -118,7 +118,7 @@ fn entry(number: u32) -> ResultEntry {
     ResultEntry { number, layout_hash: 7, mass: (number != 2).then_some(mass), length: 1000 }
 }
 
-fn said(code: Code, severity: Severity, subject: u16, value: f32) -> Diagnostic {
+fn said(code: Code, severity: Severity, subject: Subject, value: f32) -> Diagnostic {
     Diagnostic::about(code, severity, subject, value)
 }
 
@@ -145,8 +145,8 @@ fn summary() -> Summary {
         diagnostics: Diagnostics::new(),
     };
     let findings = [
-        said(Code::SensorStrainsBudget, Severity::Note, 1, 1.7),
-        said(Code::NoPlateau, Severity::Warning, Diagnostic::response_subject(1, 5), 0.031),
+        said(Code::SensorStrainsBudget, Severity::Note, Subject::Sensor(1), 1.7),
+        said(Code::NoPlateau, Severity::Warning, Subject::response(1, 5), 0.031),
     ];
     Summary {
         number: 3,
@@ -192,15 +192,17 @@ fn hits_are_guided() {
 #[test]
 fn a_rejected_hit_says_why() {
     let mut rig = Rig::at(Phase::Armed);
-    rig.model.verdict = verdict(Some(said(Code::DoubleHit, Severity::Error, u16::MAX, 0.42)));
+    rig.model.verdict = verdict(Some(said(Code::DoubleHit, Severity::Error, Subject::Whole, 0.42)));
     rig.show("rejected", Screen::Measure, 0);
     let mut rig = Rig::at(Phase::Armed);
-    rig.model.verdict = verdict(Some(said(Code::Overload, Severity::Error, 5, 171.2)));
+    rig.model.verdict =
+        verdict(Some(said(Code::Overload, Severity::Error, Subject::Channel(5), 171.2)));
     rig.show("rejected-channel", Screen::Measure, 0);
     let mut rig = Rig::at(Phase::Busy);
     rig.model.dof = Some((11, "65535:-Z".parse().unwrap()));
     (rig.model.accepted, rig.model.wanted) = (49, 50);
-    rig.model.verdict = verdict(Some(said(Code::HitInconsistent, Severity::Error, 1, 0.3)));
+    rig.model.verdict =
+        verdict(Some(said(Code::HitInconsistent, Severity::Error, Subject::Hit(1), 0.3)));
     rig.show("rejected-busy", Screen::Measure, 0);
 }
 
@@ -209,7 +211,7 @@ fn a_campaign_waits_and_ends() {
     let mut rig = Rig::at(Phase::Confirming);
     rig.model.verdict = verdict(None);
     rig.show("confirming", Screen::Measure, 0);
-    let findings = vec![said(Code::GravityNotGiven, Severity::Warning, u16::MAX, 0.0)];
+    let findings = vec![said(Code::GravityNotGiven, Severity::Warning, Subject::Whole, 0.0)];
     Rig { findings, ..Rig::at(Phase::Paused) }.show("paused", Screen::Measure, 1);
     Rig::at(Phase::Solving).show("solving", Screen::Measure, 0);
     Rig::at(Phase::Done).show("done", Screen::Measure, 0);
@@ -224,9 +226,14 @@ fn a_campaign_waits_and_ends() {
 #[test]
 fn findings() {
     let findings = vec![
-        said(Code::SettingOutOfRange, Severity::Error, 3, 9000.0),
-        said(Code::ResultNotStored, Severity::Error, u16::MAX, 0.0),
-        said(Code::HitStrainsBudget, Severity::Note, 2, 2.4),
+        said(
+            Code::SettingOutOfRange,
+            Severity::Error,
+            Subject::Setting(Setting::ExponentialDecay),
+            9000.0,
+        ),
+        said(Code::ResultNotStored, Severity::Error, Subject::Whole, 0.0),
+        said(Code::HitStrainsBudget, Severity::Note, Subject::Hit(2), 2.4),
     ];
     let names = ["finding-setting", "finding-store", "finding-hit"];
     for (page, name) in names.into_iter().enumerate() {
@@ -240,7 +247,7 @@ fn findings() {
 fn every_code_leaves_the_edges_of_the_glass_free() {
     for &code in Code::ALL {
         let mut rig = Rig::at(Phase::Paused);
-        rig.findings = vec![said(code, Severity::Error, 1, 0.5)];
+        rig.findings = vec![said(code, Severity::Error, code.subject_kind().at(1), 0.5)];
         rig.model.findings = 1;
         let mut menu = Menu::new();
         menu.follow(&rig.model);

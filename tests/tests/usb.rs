@@ -13,7 +13,7 @@ use massline_protocol::event::{SCAN_BLOCK_BYTES, ScanBlock};
 use massline_protocol::message::{Identity, ResultEntry};
 use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_protocol::{MAX_FRAME, encode_frame};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::layout::RigLayout;
 use massline_shared::signal::{AdcProperties, Record, Scan};
 use massline_tests::garbage::{garbage, question};

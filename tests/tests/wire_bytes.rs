@@ -13,13 +13,13 @@ use massline_protocol::message::*;
 use massline_protocol::object::*;
 use massline_protocol::{Deframer, Endpoint, MAX_FRAME, MAX_LAYOUT, encode_frame};
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
-use massline_shared::campaign::Phase;
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::measurement::campaign::Phase;
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::Consistency;
 use massline_shared::identify::Method;
 use massline_shared::layout::{
     Attached, Axis, Dof, FrfEstimator, Hit, MAX_ATTACHED, Prior, RIG_HITS, RIG_SENSORS, RigLayout,
-    Sensor, Sign,
+    Sensor, Setting, Sign,
 };
 use massline_shared::mass_line::Terms;
 use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES, StaticReading};
@@ -31,7 +31,17 @@ fn text<const N: usize>(s: &str) -> String<N> {
 }
 
 fn diagnostics(n: usize) -> Diagnostics {
-    (0..n).map(|i| Diagnostic::about(Code::Overload, Severity::Warning, i as u16, 1.5)).collect()
+    let subjects = [
+        (Code::Overload, Subject::Channel(4)),
+        (Code::NoPlateau, Subject::Response { hit: 1, response: 5 }),
+        (Code::SensorStrainsBudget, Subject::Sensor(2)),
+        (Code::DofSkipped, Subject::Hit(3)),
+        (Code::PriorContradictsData, Subject::Property(9)),
+        (Code::SettingOutOfRange, Subject::Setting(Setting::BandUpper)),
+        (Code::GravityNotGiven, Subject::Whole),
+    ];
+    let about = |(code, subject)| Diagnostic::about(code, Severity::Warning, subject, 1.5);
+    subjects.into_iter().map(about).cycle().take(n).collect()
 }
 
 fn dof(node: u16) -> Dof {
@@ -186,7 +196,7 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         scan: 123_456_789_012,
         peak_force: 21.5,
         peak_acceleration: 99.0,
-        findings: diagnostics(1),
+        findings: diagnostics(7),
     };
     let scans = ScanBlock { first: 77, codes: Vec::from_slice(&[1, 2]).unwrap() };
     let accepted = LayoutAnswer { hash: 9, diagnostics: diagnostics(2) };
@@ -290,6 +300,17 @@ fn the_largest_of_each_growing_message_fits_a_frame() {
     frame(SCANS, &ScanBlock { first: u64::MAX, codes });
 }
 
+/// As many as there is room for, each with the largest numbers that a rig can pass on.
+fn longest_diagnostics() -> Diagnostics {
+    let longest = Diagnostic {
+        code: Code::Unknown(u16::MAX),
+        severity: Severity::Error,
+        subject: Subject::response(usize::MAX, usize::MAX),
+        value: 1.0,
+    };
+    (0..16).map(|_| longest).collect()
+}
+
 fn full_status() -> Status {
     Status {
         armings: u32::MAX,
@@ -298,9 +319,7 @@ fn full_status() -> Status {
         last_hit: u32::MAX,
         layout_hash: u32::MAX,
         result: u32::MAX,
-        diagnostics: (0..16)
-            .map(|_| Diagnostic { code: u16::MAX, severity: 2, subject: u16::MAX, value: 1.0 })
-            .collect(),
+        diagnostics: longest_diagnostics(),
         ..status(0)
     }
 }
@@ -317,7 +336,8 @@ fn the_largest_answer_to_a_change_is_kept_for_a_repetition() {
         answer::<TakeReading>(()),
         frame(REFUSED, &Refusal { reason: u16::MAX }),
     ];
-    assert!(largest.iter().all(|bytes| bytes.len() <= MAX_CHANGE_ANSWER));
+    let longest = largest.iter().map(|bytes| bytes.len()).max();
+    assert!(longest <= Some(MAX_CHANGE_ANSWER), "{longest:?}");
     let changing = ENDPOINTS.iter().filter(|(.., changes)| *changes).count();
     assert_eq!(largest.len(), changing + 1, "every request that changes the rig, and a refusal");
 }
@@ -334,6 +354,7 @@ fn the_largest_result_of_every_number_of_dofs_fits_the_store() {
         largest.layout_hash = u32::MAX;
         largest.calibration = u32::MAX;
         largest.firmware = text(&"9".repeat(16));
+        // A rig knows what it says itself.
         largest.diagnostics = diagnostics(16);
         largest.estimates[0].diagnostics = diagnostics(16);
         let second = largest.estimates[0].clone();

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use massline_firmware::board::Panel;
 use massline_firmware::panel::{Button, Cue, PanelModel};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 
 use crate::glass::Glass;
 use crate::sampler::SharedSource;

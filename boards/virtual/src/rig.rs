@@ -267,7 +267,7 @@ mod tests {
     use embedded_io_async::{Read as _, Write as _};
     use embedded_storage_async::nor_flash::{NorFlash, ReadNorFlash};
     use massline_firmware::board::{Link, Panel, Sampler};
-    use massline_shared::campaign::Phase;
+    use massline_shared::measurement::campaign::Phase;
     use massline_shared::signal::{AdcProperties, Scan};
     use massline_shared::units::{Hertz, Seconds, Volts};
     use std::io::{ErrorKind, Read, Write};

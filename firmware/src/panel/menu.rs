@@ -16,9 +16,9 @@
 //! ```
 
 use heapless::Vec;
-use massline_protocol::message::{CampaignCommand, Reason};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::{Command, Phase};
 
+use super::refused::Refused;
 use super::trial::Trial;
 use super::{Button, PanelModel};
 
@@ -50,7 +50,7 @@ pub enum Screen {
     /// A question before something is lost.
     Sure(Question),
     /// Why the rig does not do it.
-    Refused(Reason),
+    Refused(Refused),
 }
 
 /// What would be lost.
@@ -132,7 +132,9 @@ impl Entry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Steer the campaign.
-    Command(CampaignCommand),
+    Command(Command),
+    /// Start a campaign.
+    Start,
     /// Start a campaign on a block of known mass.
     StartBlock {
         /// Mass of the block with what is glued to it.
@@ -284,9 +286,9 @@ impl Menu {
     }
 
     /// What could not be done is said.
-    pub fn refuse(&mut self, reason: Reason) {
+    pub fn refuse(&mut self, reason: Refused) {
         self.go(match reason {
-            Reason::LayoutRefused => Screen::Findings,
+            Refused::LayoutRefused => Screen::Findings,
             reason => Screen::Refused(reason),
         });
     }
@@ -326,7 +328,7 @@ impl Menu {
     }
 
     fn enter(&mut self, entry: Entry, model: &PanelModel) -> Option<Action> {
-        use CampaignCommand as C;
+        use Command as C;
         let screen = match entry {
             Entry::Measure => Screen::Measure,
             Entry::Results => Screen::Results,
@@ -339,7 +341,7 @@ impl Menu {
             Entry::End => Screen::Sure(Question::End),
             Entry::Block => Screen::BlockMass,
             Entry::Tumble if model.idle => return Some(Action::StartTumble),
-            Entry::Tumble => Screen::Refused(Reason::WrongPhase),
+            Entry::Tumble => Screen::Refused(Refused::WrongPhase),
             Entry::Resume => return Some(Action::Command(C::Resume)),
             Entry::Skip => return Some(Action::Command(C::Skip)),
             Entry::Finish => return Some(Action::Command(C::Finish)),
@@ -355,7 +357,7 @@ impl Menu {
 
     fn ok_measuring(&mut self, model: &PanelModel) -> Option<Action> {
         match model.phase {
-            Phase::Idle => Some(Action::Command(CampaignCommand::Start)),
+            Phase::Idle => Some(Action::Start),
             Phase::Done if model.block => Some(Action::SolveBlock),
             Phase::Done => Some(Action::OpenLast),
             _ => None,
@@ -373,7 +375,7 @@ impl Menu {
         }
         self.go(Screen::Measure);
         if !model.idle {
-            self.refuse(Reason::WrongPhase);
+            self.refuse(Refused::WrongPhase);
             return None;
         }
         Some(Action::StartBlock { decigrams: self.decigrams })
@@ -383,7 +385,7 @@ impl Menu {
         match model.trial {
             Trial::Wanted(_) if model.idle => Some(Action::ReadPosition),
             Trial::Wanted(_) => {
-                self.go(Screen::Refused(Reason::WrongPhase));
+                self.go(Screen::Refused(Refused::WrongPhase));
                 None
             }
             Trial::Wrong(problem) if problem.read_again() => Some(Action::ReadPosition),
@@ -396,8 +398,8 @@ impl Menu {
     fn yes(&mut self, question: Question, model: &PanelModel) -> Option<Action> {
         self.back(model);
         match question {
-            Question::End => Some(Action::Command(CampaignCommand::Abort)),
-            Question::Redo => Some(Action::Command(CampaignCommand::Redo)),
+            Question::End => Some(Action::Command(Command::Abort)),
+            Question::Redo => Some(Action::Command(Command::Redo)),
             Question::Delete => Some(Action::DeleteResult),
         }
     }
@@ -405,10 +407,10 @@ impl Menu {
     fn next(&mut self, model: &PanelModel) -> Option<Action> {
         match (self.screen, model.phase) {
             (Screen::Measure, Phase::Armed | Phase::Busy) => {
-                return Some(Action::Command(CampaignCommand::Pause));
+                return Some(Action::Command(Command::Pause));
             }
             (Screen::Measure, Phase::Done) => {
-                return Some(Action::Command(CampaignCommand::Start));
+                return Some(Action::Start);
             }
             (Screen::BlockMass, _) => self.turn_digit(),
             // The last page asks whether to delete.
@@ -435,7 +437,7 @@ impl Menu {
             }
             // Whoever leaves does not hit.
             Screen::Measure if matches!(model.phase, Phase::Armed | Phase::Busy) => {
-                (Screen::Home, Some(Action::Command(CampaignCommand::Pause)))
+                (Screen::Home, Some(Action::Command(Command::Pause)))
             }
             Screen::Findings | Screen::Sure(Question::End | Question::Redo) => {
                 (Screen::Measure, None)

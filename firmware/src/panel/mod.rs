@@ -19,19 +19,26 @@ mod held;
 pub mod menu;
 pub mod number;
 mod pace;
+pub mod refused;
 pub mod summary;
 pub(crate) mod task;
 pub mod trial;
 pub mod words;
 
+use core::convert::Infallible;
+
+use embedded_graphics::draw_target::DrawTarget;
+use embedded_graphics::pixelcolor::BinaryColor;
 use heapless::Vec;
 use massline_protocol::message::Measured;
-use massline_shared::campaign::Phase;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::Dof;
+use massline_shared::measurement::GradedHit;
+use massline_shared::measurement::campaign::{Campaign, Object, Outcome, Phase};
 use massline_shared::signal::CHANNELS;
 
 use self::trial::Trial;
+use crate::rig::Rig;
 
 /// What can be shown and what decides about the meaning of a button.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,6 +120,52 @@ impl PanelModel {
     };
 }
 
+impl PanelModel {
+    /// What there is to show of the rig. Lists, pages and the calibration are the panel's own.
+    pub(crate) fn of(rig: &Rig<'_>) -> Self {
+        let measurement = rig.measurement.borrow();
+        let campaign = measurement.campaign();
+        let dofs = campaign.map_or(&[][..], Campaign::dofs);
+        let (dof, wanted) = campaign.map_or((0, 0), |c| (c.dof(), c.wanted()));
+        let layout = measurement.layout();
+        let hit = layout.and_then(|layout| layout.hits.get(dof));
+        let done = dofs.iter().map(|of| match of.outcome {
+            Outcome::Open => u16::from(of.accepted).min(wanted.into()),
+            Outcome::Complete | Outcome::Early | Outcome::Skipped => wanted.into(),
+        });
+        let object = campaign.map_or(Object::Unknown, |campaign| campaign.started().object);
+        let diagnostics = measurement.diagnostics();
+        Self {
+            phase: measurement.phase(),
+            dof: hit.map(|hit| (dof as u8, hit.dof)),
+            armings: measurement.armings(),
+            accepted: campaign.map_or(0, Campaign::accepted),
+            wanted,
+            dofs: layout.map_or(0, |layout| layout.hits.len() as u8),
+            averaged: dofs.iter().map(|of| u16::from(of.accepted)).sum(),
+            hits_done: done.sum(),
+            hits: dofs.len() as u16 * u16::from(wanted),
+            rejected: campaign.map_or(0, Campaign::rejected),
+            verdict: measurement.last_hit().map(HitVerdict::from),
+            levels: rig.levels.get(),
+            block: matches!(object, Object::Block { .. }),
+            result: campaign.map_or(0, Campaign::result),
+            mass: rig.last_mass.get(),
+            interrupted: diagnostics.iter().any(|found| found.interrupts()),
+            idle: measurement.is_idle(),
+            findings: diagnostics.len() as u8,
+            ..Self::START
+        }
+    }
+}
+
+impl From<&GradedHit> for HitVerdict {
+    fn from(hit: &GradedHit) -> Self {
+        let decisive = hit.findings.iter().find(|found| found.is_error());
+        Self { peak_force: hit.peak_force, reason: decisive.copied() }
+    }
+}
+
 /// What was found of a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HitVerdict {
@@ -120,6 +173,30 @@ pub struct HitVerdict {
     pub peak_force: f32,
     /// Why it was rejected; none of a good hit.
     pub reason: Option<Diagnostic>,
+}
+
+/// A screen of 128 × 64 pixels, three buttons, a sound or light.
+pub trait Panel {
+    /// What is drawn on: 128 × 64 pixels, buffered by the board (1 KiB).
+    type Screen: DrawTarget<Color = BinaryColor, Error = Infallible>;
+
+    /// What is drawn on. Every picture is drawn as a whole.
+    fn screen(&mut self) -> &mut Self::Screen;
+
+    /// Brings what was drawn to the glass; returns at once when no screen is connected. Cancel-safe.
+    ///
+    /// Latency: the others go on while it waits. A glass of 1 KiB takes 24 ms over I²C at 400 kHz, nine
+    /// bits a byte; what is done in one go is at most a page of 128 bytes, 3 ms.
+    fn flush(&mut self) -> impl Future<Output = ()>;
+
+    /// Waits for a press. Cancel-safe.
+    fn button(&mut self) -> impl Future<Output = Button>;
+
+    /// Starts a cue of sound or light and returns.
+    fn cue(&mut self, cue: Cue);
+
+    /// What the next picture shows, for a board whose glass is looked at by a program.
+    fn tell(&mut self, _model: &PanelModel) {}
 }
 
 /// A button of the rig.

@@ -1,7 +1,7 @@
 //! How long the campaign will take still.
 
 use embassy_time::{Duration, Instant};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 
 use super::PanelModel;
 

@@ -2,36 +2,13 @@
 //! beside what the rig holds already.
 
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_protocol::message::Reason;
-use massline_protocol::object::{DofResult, StoredEstimate};
-use massline_shared::body::RigidBody;
+use massline_protocol::diagnostic::DiagnosticList;
+use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::identify::{Consistency, symmetric};
-use massline_shared::layout::FrfEstimator;
-use massline_shared::mass_line::Terms;
-use nalgebra::{ComplexField, SMatrix, SVector};
+use massline_shared::identify::Estimate;
 use serde::de::DeserializeOwned;
 
-use crate::store::{Kept, Store};
-
-/// The answer of a result with its uncertainty.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
-    /// Raw [`massline_shared::identify::Method`].
-    pub method: u8,
-    /// [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz], SI.
-    pub properties: [f32; 10],
-    /// Their standard deviations.
-    pub sigmas: Option<[f32; 10]>,
-    /// Principal moments, ascending, kg m²; none of an inertia that is not finite.
-    pub moments: Option<[f32; 3]>,
-    /// Their standard deviations.
-    pub moment_sigmas: Option<[f32; 3]>,
-    /// Condition of the balanced regression matrix.
-    pub condition: f32,
-    /// Whether the data agree with their error budget.
-    pub consistency: Option<Consistency<f32>>,
-}
+use crate::store::{Kept, Store, StoreError};
 
 /// What is shown of a result.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +18,7 @@ pub struct Summary {
     /// Hash of the layout that it was measured with.
     pub layout_hash: u32,
     /// The best answer.
-    pub answer: Option<Answer>,
+    pub answer: Option<Estimate<f32>>,
     /// What is to be said about the answer and the campaign.
     pub findings: Diagnostics,
 }
@@ -57,59 +34,18 @@ impl Summary {
     }
 }
 
-impl From<&StoredEstimate> for Answer {
-    fn from(estimate: &StoredEstimate) -> Self {
-        let body = RigidBody::from_theta(&SVector::from(estimate.properties));
-        let principal = body.principal();
-        let covariance: Option<SMatrix<f32, 10, 10>> = symmetric(&estimate.covariance);
-        let deviation = |k: usize, c: &SMatrix<f32, 10, 10>| ComplexField::sqrt(c[(k, k)].max(0.0));
-        Self {
-            method: estimate.method,
-            properties: estimate.properties,
-            sigmas: covariance.as_ref().map(|c| core::array::from_fn(|k| deviation(k, c))),
-            moments: principal.map(|principal| principal.moments.into()),
-            moment_sigmas: principal.zip(covariance).map(|(p, c)| p.moment_sigmas(&c).into()),
-            condition: estimate.condition,
-            consistency: estimate.consistency,
-        }
-    }
-}
-
-impl Answer {
-    /// The property that is known least for its size, and its standard deviation over that size: mass,
-    /// radius of gyration or mean moment. `None` without standard deviations.
-    pub fn least_known(&self) -> Option<(usize, f32)> {
-        let [mass, _, _, _, xx, yy, zz, ..] = self.properties;
-        let moment = (xx + yy + zz) / 3.0;
-        let radius = ComplexField::sqrt((1.5 * moment / mass).max(0.0));
-        let mut worst = None;
-        for (k, sigma) in self.sigmas?.into_iter().enumerate() {
-            let size = [mass, radius, moment][usize::from(k > 0) + usize::from(k > 3)];
-            let relative = sigma / size;
-            // False for a body without size.
-            if relative.is_finite() && worst.is_none_or(|(_, most)| relative > most) {
-                worst = Some((k, relative));
-            }
-        }
-        worst
-    }
-}
-
-/// The start of a stored result, up to the number of its DOFs.
-type Head = (u32, u32, u32, heapless::String<16>, FrfEstimator, Terms, bool, u32);
-
 /// The most bytes of a piece: an estimate, or the mass lines of a DOF.
 pub(super) const PIECE: usize = 512;
 
 /// Reads what is shown of a result, through `piece`.
 ///
 /// # Errors
-/// [`Reason::StoreFailed`] when the flash does not give it back whole.
+/// [`StoreError::Failed`] when the flash does not give it back whole.
 pub(super) async fn open<F: NorFlash>(
     store: &mut Store<F>,
     kept: &Kept,
     piece: &mut [u8; PIECE],
-) -> Result<Summary, Reason> {
+) -> Result<Summary, StoreError> {
     let mut walk = Walk::new();
     while walk.stage != Stage::Done {
         store.read_result(kept, walk.at, piece).await?;
@@ -122,6 +58,8 @@ pub(super) async fn open<F: NorFlash>(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Head,
+    /// The number of DOFs.
+    Counted,
     /// So many DOFs, then the number of estimates.
     Dofs(u32),
     /// So many estimates, then the findings.
@@ -145,20 +83,21 @@ impl Walk {
 
     /// Takes what stands at the front of the piece, which begins at `at`.
     #[inline(never)]
-    fn take(&mut self, piece: &[u8]) -> Result<(), Reason> {
+    fn take(&mut self, piece: &[u8]) -> Result<(), StoreError> {
         self.stage = match self.stage {
             Stage::Head => {
-                let head: Head = self.decode(piece)?;
-                (self.summary.number, self.summary.layout_hash) = (head.0, head.1);
-                Stage::Dofs(head.7)
+                let head: ResultHead = self.decode(piece)?;
+                (self.summary.number, self.summary.layout_hash) = (head.number, head.layout_hash);
+                Stage::Counted
             }
+            Stage::Counted => Stage::Dofs(self.decode(piece)?),
             Stage::Dofs(0) => Stage::Estimates(self.decode(piece)?),
             Stage::Dofs(left) => {
                 self.decode::<DofResult>(piece)?;
                 Stage::Dofs(left - 1)
             }
             Stage::Estimates(0) | Stage::Done => {
-                let campaign: Diagnostics = self.decode(piece)?;
+                let DiagnosticList(campaign) = self.decode(piece)?;
                 let findings = &mut self.summary.findings;
                 // What does not fit beside what is said of the answer is left to the host.
                 let room = findings.capacity() - findings.len();
@@ -168,7 +107,7 @@ impl Walk {
             Stage::Estimates(left) => {
                 let estimate: StoredEstimate = self.decode(piece)?;
                 if self.summary.answer.is_none() {
-                    self.summary.answer = Some(Answer::from(&estimate));
+                    self.summary.answer = estimate.estimate();
                     self.summary.findings = estimate.diagnostics;
                 }
                 Stage::Estimates(left - 1)
@@ -177,8 +116,8 @@ impl Walk {
         Ok(())
     }
 
-    fn decode<T: DeserializeOwned>(&mut self, piece: &[u8]) -> Result<T, Reason> {
-        let (value, rest) = postcard::take_from_bytes(piece).map_err(|_| Reason::StoreFailed)?;
+    fn decode<T: DeserializeOwned>(&mut self, piece: &[u8]) -> Result<T, StoreError> {
+        let (value, rest) = postcard::take_from_bytes(piece).map_err(|_| StoreError::Failed)?;
         self.at += piece.len() - rest.len();
         Ok(value)
     }

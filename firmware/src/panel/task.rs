@@ -2,7 +2,6 @@
 //!
 //! Measuring never waits for it. It waits for the store where an action needs the flash.
 
-use core::cell::RefCell;
 use massline_shared::signal::StaticReading;
 
 use embassy_futures::select::{Either, select};
@@ -11,22 +10,23 @@ use embassy_sync::mutex::Mutex;
 use embassy_time::Instant;
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
-use massline_protocol::message::{CampaignCommand, CommandRequest, Reason, ResultEntry, Stats};
+use massline_protocol::message::{ResultEntry, Stats};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::RigLayout;
-use massline_shared::signal::Record;
+use massline_shared::measurement::campaign::{Object, Start};
+use massline_shared::measurement::{Measurement, Recorded, StartError};
 
 use super::draw::{LayoutLine, View, canvas, draw};
 use super::held::Held;
 use super::menu::{Action, Menu, Screen};
 use super::pace::Pace;
+use super::refused::Refused;
 use super::summary::{self, PIECE};
 use super::trial::{self, Problem, Readings};
-use super::{Button, Cue, PanelModel, cues};
-use crate::board::Panel;
+use super::{Button, Cue, Panel, PanelModel, cues};
 use crate::deadline::Deadline;
-use crate::rig::{Reading, Rig};
+use crate::rig::Rig;
 use crate::store::{Kept, KeptLayout, LAYOUTS, RESULTS, Store};
 
 /// What the panel keeps.
@@ -44,18 +44,17 @@ impl PanelMemory {
 }
 
 /// The loop and what it works on.
-pub(crate) struct PanelTask<'a, F: NorFlash> {
-    pub rig: &'a Rig,
+pub(crate) struct PanelTask<'a, 'm, F: NorFlash> {
+    pub rig: &'a Rig<'m>,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
-    pub record: &'a RefCell<Record>,
     pub memory: &'a mut PanelMemory,
 }
 
 /// Shows and listens for ever.
-pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, F>) -> ! {
-    let PanelTask { rig, store, record, memory: PanelMemory { held, piece } } = task;
+pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, '_, F>) -> ! {
+    let PanelTask { rig, store, memory: PanelMemory { held, piece } } = task;
     let (menu, pace, before) = (Menu::new(), Pace::new(Instant::now()), PanelModel::START);
-    let mut desk = Desk { rig, store, record, menu, held, pace, before };
+    let mut desk = Desk { rig, store, menu, held, pace, before };
     loop {
         for cue in desk.follow() {
             panel.cue(cue);
@@ -67,11 +66,12 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
             && let Some(errand) = desk.press(button)
         {
             let done = match errand {
-                Errand::Start(block) => {
-                    let full = store.lock().await.is_full(rig.dofs()).await;
-                    desk.command(CampaignCommand::Start, block, full)
+                Errand::Start(object) => {
+                    let room = !store.lock().await.is_full(rig.dofs()).await;
+                    desk.start(object, room)
                 }
-                other => rig.changing(async || run_errand(other, &mut desk, piece).await).await,
+                Errand::Open(_) | Errand::Delete(_) => run_errand(errand, &mut desk, piece).await,
+                _ => rig.changing(async || run_errand(errand, &mut desk, piece).await).await,
             };
             desk.answer(done);
         }
@@ -81,8 +81,8 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
 /// What needs the flash.
 #[derive(Clone, Copy)]
 enum Errand {
-    /// A campaign, with the mass of the block when it is one.
-    Start(Option<f32>),
+    /// A campaign.
+    Start(Object),
     Open(Kept),
     Delete(u32),
     UseLayout(u32),
@@ -92,9 +92,9 @@ enum Errand {
 
 async fn run_errand<F: NorFlash>(
     errand: Errand,
-    desk: &mut Desk<'_, F>,
+    desk: &mut Desk<'_, '_, F>,
     piece: &mut [u8; PIECE],
-) -> Result<(), Reason> {
+) -> Result<(), Refused> {
     let mut store = desk.store.lock().await;
     match errand {
         Errand::Open(kept) => {
@@ -109,7 +109,7 @@ async fn run_errand<F: NorFlash>(
         Errand::Start(_) => {}
         Errand::UseLayout(hash) => {
             store.use_layout(hash).await?;
-            let layout = store.layout().await.ok_or(Reason::NotFound)?;
+            let layout = store.layout().await.ok_or(Refused::NotFound)?;
             desk.use_layout(layout);
         }
         Errand::SolveBlock => {
@@ -126,10 +126,9 @@ async fn run_errand<F: NorFlash>(
 
 /// All of the loop that does not wait. Plain functions: what an async function computes is compiled with
 /// the board.
-struct Desk<'a, F: NorFlash> {
-    rig: &'a Rig,
+struct Desk<'a, 'm, F: NorFlash> {
+    rig: &'a Rig<'m>,
     store: &'a Mutex<NoopRawMutex, Store<F>>,
-    record: &'a RefCell<Record>,
     menu: Menu,
     held: &'a mut Held,
     pace: Pace,
@@ -137,9 +136,8 @@ struct Desk<'a, F: NorFlash> {
     before: PanelModel,
 }
 
-impl<F: NorFlash> Desk<'_, F> {
+impl<F: NorFlash> Desk<'_, '_, F> {
     /// Takes note of what has changed; gives what is to be heard of it.
-    #[inline(never)]
     fn follow(&mut self) -> Vec<Cue, 3> {
         self.take_reading();
         let mut model = self.model();
@@ -158,7 +156,7 @@ impl<F: NorFlash> Desk<'_, F> {
 
     /// What can be shown now. While the flash is at work its lists are those of before.
     fn model(&self) -> PanelModel {
-        let mut model = self.rig.panel();
+        let mut model = PanelModel::of(self.rig);
         let lists = |store: &Store<F>| (store.results().len() as u8, store.layouts().len() as u8);
         let before = (self.before.results, self.before.layouts);
         (model.results, model.layouts) =
@@ -172,33 +170,32 @@ impl<F: NorFlash> Desk<'_, F> {
     }
 
     /// Draws what there is to see.
-    #[inline(never)]
     fn draw(&self, store: &Store<F>, screen: &mut impl canvas::Screen) {
         let rig = self.rig;
-        let _deadline = Deadline::begin(rig);
+        let _deadline = Deadline::begin(&rig.stats);
         let newest_first = store.results().iter().rev().map(|kept| kept.entry);
         let results: Vec<ResultEntry, RESULTS> = newest_first.take(RESULTS).collect();
-        let (layout, campaign) = (rig.layout.borrow(), rig.diagnostics.borrow());
+        let stats = &Stats { store_failures: store.failures(), ..rig.stats() };
+        let measurement = rig.measurement.borrow();
         let findings = match &*self.held {
             Held::Refusal(findings) => findings,
-            _ => &*campaign,
+            _ => measurement.diagnostics(),
         };
         let view = View {
             menu: &self.menu,
             model: &self.before,
-            layout: layout.as_ref(),
+            layout: measurement.layout(),
             layouts: &layouts(store),
             results: &results,
             summary: self.held.summary(),
             findings,
             info: &rig.info,
-            stats: &Stats { store_failures: store.failures(), ..rig.stats() },
+            stats,
         };
         draw(&view, screen);
     }
 
     /// Does what a button means, as far as that needs no flash; gives the rest.
-    #[inline(never)]
     fn press(&mut self, button: Button) -> Option<Errand> {
         let action = self.menu.press(button, &self.before)?;
         match self.act(action) {
@@ -211,18 +208,19 @@ impl<F: NorFlash> Desk<'_, F> {
     }
 
     /// What has come of an errand.
-    fn answer(&mut self, done: Result<(), Reason>) {
+    fn answer(&mut self, done: Result<(), Refused>) {
         if let Err(reason) = done {
             self.menu.refuse(reason);
         }
     }
 
-    fn act(&mut self, action: Action) -> Result<Option<Errand>, Reason> {
+    fn act(&mut self, action: Action) -> Result<Option<Errand>, Refused> {
         match action {
-            Action::Command(CampaignCommand::Start) => return Ok(Some(Errand::Start(None))),
-            Action::Command(command) => self.command(command, None, false)?,
+            Action::Start => return Ok(Some(Errand::Start(Object::Unknown))),
+            Action::Command(command) => self.rig.command(command)?,
             Action::StartBlock { decigrams } => {
-                return Ok(Some(Errand::Start(Some(decigrams as f32 * 1e-4))));
+                let mass = decigrams as f32 * 1e-4;
+                return Ok(Some(Errand::Start(Object::Block { mass })));
             }
             Action::StartTumble => {
                 *self.held = Held::Tumble(Readings::new(), false);
@@ -231,23 +229,24 @@ impl<F: NorFlash> Desk<'_, F> {
             Action::ReadPosition => self.read_position()?,
             Action::DropTrial => self.drop_trial(),
             Action::OpenResult(place) => {
-                let store = self.store.try_lock().map_err(|_| Reason::Busy)?;
+                let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
                 let kept = store.results().iter().rev().nth(usize::from(place));
-                return Ok(Some(Errand::Open(*kept.ok_or(Reason::NotFound)?)));
+                return Ok(Some(Errand::Open(*kept.ok_or(Refused::NotFound)?)));
             }
             Action::OpenLast => {
-                let store = self.store.try_lock().map_err(|_| Reason::Busy)?;
-                let kept = store.find(self.before.result).ok_or(Reason::NotFound)?;
+                let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
+                let kept = store.find(self.before.result).ok_or(Refused::NotFound)?;
                 return Ok(Some(Errand::Open(kept)));
             }
             Action::DeleteResult => {
-                let summary = self.held.summary().ok_or(Reason::NotFound)?;
-                let rests = self.rig.rests().then_some(Errand::Delete(summary.number));
-                return rests.ok_or(Reason::WrongPhase).map(Some);
+                let summary = self.held.summary().ok_or(Refused::NotFound)?;
+                let rests =
+                    self.rig.measurement.borrow().rests().then_some(Errand::Delete(summary.number));
+                return rests.ok_or(Refused::WrongPhase).map(Some);
             }
             Action::UseLayout(place) => {
-                let store = self.store.try_lock().map_err(|_| Reason::Busy)?;
-                let kept = store.layouts().get(usize::from(place)).ok_or(Reason::NotFound)?;
+                let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
+                let kept = store.layouts().get(usize::from(place)).ok_or(Refused::NotFound)?;
                 return match kept.in_use {
                     true => Ok(None),
                     false => self.when_idle(Errand::UseLayout(kept.hash)),
@@ -259,35 +258,23 @@ impl<F: NorFlash> Desk<'_, F> {
         Ok(None)
     }
 
-    fn when_idle(&self, errand: Errand) -> Result<Option<Errand>, Reason> {
-        if self.rig.is_idle() { Ok(Some(errand)) } else { Err(Reason::WrongPhase) }
+    fn when_idle(&self, errand: Errand) -> Result<Option<Errand>, Refused> {
+        if self.rig.measurement.borrow().is_idle() {
+            Ok(Some(errand))
+        } else {
+            Err(Refused::WrongPhase)
+        }
     }
 
-    /// Steers the campaign; with the mass of a block it starts one that calibrates. `full` when the
-    /// store has no room for a campaign.
-    fn command(
-        &mut self,
-        command: CampaignCommand,
-        block: Option<f32>,
-        full: bool,
-    ) -> Result<(), Reason> {
-        let request = CommandRequest {
-            command: command as u8,
-            confirm: false,
-            force: false,
-            block: block.is_some(),
-        };
-        let done = self.rig.command(request, full);
-        match done {
-            Ok(()) if command == CampaignCommand::Start => self.rig.block_mass.set(block),
-            Err(Reason::LayoutRefused) => {
-                let layout = self.rig.layout.borrow();
-                let check = |layout| self.rig.check(layout);
-                *self.held = Held::Refusal(layout.as_ref().map_or_else(Diagnostics::new, check));
-            }
-            _ => {}
+    /// Starts a campaign; `room` when the store has room for it.
+    fn start(&mut self, object: Object, room: bool) -> Result<(), Refused> {
+        let started = self.rig.start(Start { object, confirm: false }, false, room);
+        if started == Err(StartError::LayoutRefused) {
+            let measurement = self.rig.measurement.borrow();
+            let check = |layout| measurement.check(layout);
+            *self.held = Held::Refusal(measurement.layout().map_or_else(Diagnostics::new, check));
         }
-        done
+        Ok(started?)
     }
 
     fn use_layout(&self, layout: RigLayout) {
@@ -295,50 +282,46 @@ impl<F: NorFlash> Desk<'_, F> {
         self.rig.changed();
     }
 
-    fn read_position(&mut self) -> Result<(), Reason> {
-        if !self.rig.is_idle() {
-            return Err(Reason::WrongPhase);
+    fn read_position(&mut self) -> Result<(), Refused> {
+        if !self.rig.measurement.borrow().is_idle() {
+            return Err(Refused::WrongPhase);
         }
         match self.held {
             Held::Tumble(_, reading) => *reading = true,
             Held::Retry(readings, _) => *self.held = Held::Tumble(readings.clone(), true),
-            _ => return Err(Reason::NotFound),
+            _ => return Err(Refused::NotFound),
         }
-        self.rig.reading.set(Reading::Wanted);
-        self.rig.steer.signal(());
-        Ok(())
+        Ok(self.rig.take_reading()?)
     }
 
     /// Forgets the calibration on its way, and the reading that it waits for.
     fn drop_trial(&mut self) {
-        if matches!(self.held, Held::Tumble(_, true)) && self.rig.reading.get() == Reading::Wanted {
-            self.rig.reading.set(Reading::None);
-            self.rig.steer.signal(());
+        if matches!(self.held, Held::Tumble(_, true)) {
+            self.rig.measurement.borrow_mut().drop_reading();
+            self.rig.steered();
         }
         *self.held = Held::Nothing;
     }
 
     /// Takes a reading that has come into the tumble test; after the last one it is solved.
-    #[inline(never)]
     fn take_reading(&mut self) {
         let Held::Tumble(readings, true) = &mut *self.held else { return };
-        let refused = |reason| Err(Problem::Refused(reason));
-        let sensors = sensors(self.rig);
-        let taken = match self.rig.reading.get() {
-            Reading::Wanted => return,
-            Reading::None => refused(Reason::Busy),
-            Reading::Failed => refused(Reason::SamplerStopped),
-            Reading::Held => match self.record.try_borrow() {
-                Ok(record) => readings.add(&StaticReading::of(&record), sensors, &self.rig.adc),
-                Err(_) => refused(Reason::Busy),
-            },
+        let measurement = self.rig.measurement.borrow();
+        let sensors = sensors(&measurement);
+        let taken = match measurement.recorded() {
+            _ if measurement.reads() => return,
+            Recorded::Reading => {
+                readings.add(&StaticReading::of(measurement.record()), sensors, measurement.adc())
+            }
+            Recorded::ReadingFailed => Err(Problem::Refused(Refused::SamplerStopped)),
+            Recorded::Nothing | Recorded::Hit(_) => Err(Problem::Refused(Refused::Busy)),
         };
         *self.held = match taken {
             Ok(false) => Held::Tumble(readings.clone(), false),
             Err(problem) => Held::Retry(readings.clone(), problem),
             Ok(true) => {
-                let mut record = CalibrationRecord::from(*self.rig.calibration.borrow());
-                match readings.solve(sensors, &self.rig.adc, &mut record) {
+                let mut record = CalibrationRecord::from(*measurement.calibration());
+                match readings.solve(sensors, measurement.adc(), &mut record) {
                     Ok(proposal) => Held::Proposal(record, proposal),
                     Err(problem) => Held::Failed(problem),
                 }
@@ -347,11 +330,10 @@ impl<F: NorFlash> Desk<'_, F> {
     }
 
     /// What the block test says of the hammer, against the calibration `kept`.
-    #[inline(never)]
     fn solve_block(&mut self, kept: CalibrationRecord) {
-        let calibration = *self.rig.calibration.borrow();
-        let mut record = CalibrationRecord { calibration, ..kept };
-        let proposal = match self.rig.block_ratio.get() {
+        let measurement = self.rig.measurement.borrow();
+        let mut record = CalibrationRecord { calibration: *measurement.calibration(), ..kept };
+        let proposal = match measurement.result().block {
             Some(Ok(ratio)) => trial::of_block(&ratio, &mut record),
             Some(Err(error)) => Err(Problem::Block(error)),
             None => Err(Problem::NoMass),
@@ -364,18 +346,16 @@ impl<F: NorFlash> Desk<'_, F> {
     }
 
     /// The bytes of the calibration that is proposed.
-    fn encode_calibration<'p>(&self, piece: &'p mut [u8; PIECE]) -> Result<&'p [u8], Reason> {
-        let Held::Proposal(record, _) = &*self.held else { return Err(Reason::NotFound) };
+    fn encode_calibration<'p>(&self, piece: &'p mut [u8; PIECE]) -> Result<&'p [u8], Refused> {
+        let Held::Proposal(record, _) = &*self.held else { return Err(Refused::NotFound) };
         let encoded = postcard::to_slice(record, piece);
-        encoded.map(|bytes| &*bytes).map_err(|_| Reason::StoreFailed)
+        encoded.map(|bytes| &*bytes).map_err(|_| Refused::StoreFailed)
     }
 
     /// The calibration that was proposed is kept.
     fn calibrated(&mut self) {
         let Held::Proposal(record, _) = &*self.held else { return };
-        *self.rig.calibration.borrow_mut() = record.calibration;
-        // The block has told what it knew: its ratio is about the calibration of before.
-        self.rig.block_ratio.set(None);
+        self.rig.measurement.borrow_mut().set_calibration(record.calibration);
         *self.held = Held::Kept;
     }
 }
@@ -391,7 +371,7 @@ fn layouts<F: NorFlash>(store: &Store<F>) -> Vec<LayoutLine, LAYOUTS> {
 }
 
 /// Sensors that are calibrated: those of the layout, else all that there are inputs for.
-fn sensors(rig: &Rig) -> usize {
-    let all = rig.adc.responses() / 3;
-    rig.layout.borrow().as_ref().map_or(all, |layout| layout.sensors.len().min(all))
+fn sensors(measurement: &Measurement<'_, f32>) -> usize {
+    let all = measurement.adc().responses() / 3;
+    measurement.layout().map_or(all, |layout| layout.sensors.len().min(all))
 }

@@ -1,7 +1,6 @@
 //! A calibration on its way: the tumble test with six readings, or a block of known mass.
 
 use heapless::Vec;
-use massline_protocol::message::Reason;
 use massline_shared::calibration::block::{BlockError, ForceRatio};
 use massline_shared::calibration::tumble::{
     Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading, solve,
@@ -10,6 +9,8 @@ use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, Calibra
 use massline_shared::layout::RIG_SENSORS;
 use massline_shared::signal::StaticReading;
 use massline_shared::signal::{AdcProperties, CHANNELS, HAMMER};
+
+use super::refused::Refused;
 
 /// How far a calibration is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +48,7 @@ pub enum Problem {
     /// The numbers make no calibration that a rig can work with.
     NotUsable,
     /// The rig could not do it.
-    Refused(Reason),
+    Refused(Refused),
 }
 
 impl Problem {
@@ -57,7 +58,7 @@ impl Problem {
         matches!(
             self,
             Self::Tumble { problem: T::NotFinite(_) | T::NotAtRest { .. }, .. }
-                | Self::Refused(Reason::SamplerStopped | Reason::Busy)
+                | Self::Refused(Refused::SamplerStopped | Refused::Busy)
         )
     }
 }

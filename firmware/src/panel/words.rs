@@ -2,94 +2,19 @@
 
 use core::fmt::Write as _;
 
-use massline_protocol::message::Reason;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
-use massline_shared::diagnosis::{Code, Diagnostic};
-use massline_shared::layout::{PROPERTIES, RigLayout, Setting};
+use massline_shared::diagnosis::{Code, Diagnostic, Subject};
+use massline_shared::layout::{PROPERTIES, RigLayout};
 
 use super::number::{Text, decimals_for, fitting};
+use super::refused::Refused;
 use super::trial::Problem;
 
 /// Characters of a line.
 pub const WIDTH: usize = 21;
 /// Lines of a text.
 pub const LINES: usize = 3;
-
-/// What a code says, its lines parted by `\n`.
-pub fn of_code(code: Code) -> &'static str {
-    match code {
-        Code::FewerThanThreeSensors => "Under 3 sensors: IRM\ncannot, ML has wider\nintervals.",
-        Code::SensorsCollinear => "Sensors on one line:\nmove one away. IRM\ncannot, ML can.",
-        Code::ResponseRankDeficient => "Sensors do not see\nall six motions:\nspread or turn them.",
-        Code::FewerThanThreeHits => "Under 3 hit places:\nadd hits elsewhere,\nother directions.",
-        Code::HitsAllParallel => "All hits parallel:\nadd one in another\ndirection.",
-        Code::HitsConcurrent => "All hits meet in one\npoint: move one past\nit.",
-        Code::HitsThroughCentreOfMass => {
-            "All hits go through\nthe centre of mass:\nhit further out."
-        }
-        Code::TenParametersNotIdentifiable => {
-            "Cannot find all ten:\nmore hit places or\nsensors needed."
-        }
-        Code::TwoSensorsOnOneNode => "Two sensors on one\nnode: give each its\nown.",
-        Code::UnknownNode => "The layout lacks this\nnode: correct the\nlayout.",
-        Code::AxesNotOrthonormal => "Axes not at right\nangles: correct the\nlayout.",
-        Code::LayoutNotFinite => "A number of the\nlayout is not usable:\ncorrect the layout.",
-        Code::SettingOutOfRange => "A setting is out of\nthe rig's range:\nchange [test].",
-        Code::DataNotFinite => "A response is no\nnumber: measure it\nagain.",
-        Code::FrfMissing => "This hit place was\nnot measured.",
-        Code::BandTooNarrow => "Band too narrow:\nwiden test.band_hz.",
-        Code::TooFewHitsForSigma => "Under 3 hits: no +-\nis known. Hit more\noften.",
-        Code::SigmaCoversScatterOnly => {
-            "+- covers the scatter\nof hits only, not\nplaces and gains."
-        }
-        Code::NotPhysicallyConsistent => "No body is like this:\ncheck places, signs;\nhit more.",
-        Code::IllConditioned => "Nearly unsolvable:\nspread sensors and\nhits.",
-        Code::DofSkipped => "This hit place was\nleft out.",
-        Code::DofFinishedEarly => "This hit place has\nfewer hits than\nwanted.",
-        Code::GravityNotGiven => "Layout gives no\ngravity: less exact\nbelow 20 Hz.",
-        Code::ResultNotStored => "Flash kept no result:\ndelete an old one,\nthen go on.",
-        Code::SamplerStopped => "The converter is\nsilent: switch off\nand on again.",
-        Code::BlockTest => "A block of known mass\nwas hit: it only\ncalibrates.",
-        Code::DataContradictBudget => "Data contradict the\nerrors stated: look\nfor a wrong axis.",
-        Code::SensorStrainsBudget => "Suspect: check its\nnode, axes and cable.",
-        Code::HitStrainsBudget => "Suspect: check node,\ndirection and sign.",
-        Code::HeldToConsistency => "Best fit was no body:\nnearest body shown,\n+- is rough.",
-        Code::NotConverged => "No fit: check nodes,\naxes and signs of all\nsensors and hits.",
-        Code::AttachedTooHeavy => "Attached masses weigh\nmore than was found:\ncheck them.",
-        Code::MassNotPositive => "Mass not positive:\ncheck signs and axes.",
-        Code::PriorContradictsData => {
-            "[prior] contradicts\nthe data (see value):\ncheck or widen it."
-        }
-        Code::NoPlateau => "Its mass line is not\nflat: narrow the band\nor hang softer.",
-        Code::BandNotFound => "No clear band: 10 to\n120 Hz used. Hang the\nobject softer.",
-        Code::Overload => "Too hard: a channel\nwas at its end. Hit\nmore gently.",
-        Code::TooWeak => "Too weak: hit harder.",
-        Code::ScansLost => "Samples were lost:\nhit again.",
-        Code::TooHard => "Nearly too hard: hit\nmore gently.",
-        Code::DoubleHit => "Hammer bounced: hold\nit loosely, hit once.",
-        Code::ForceSpectrumLow => "Hit too soft at high\nfrequencies: take a\nharder tip.",
-        Code::PreTriggerNotQuiet => "It was moving: wait\nuntil it hangs still.",
-        Code::ClippedRecord => "It rang too long:\ntake the hammer away,\nhold nothing.",
-        Code::TriggerTooEarly => "Hit too early: wait\na moment after the\nsignal.",
-        Code::DuplicateHit => "Same record as the\nhit before: hit\nagain.",
-        Code::HitInconsistent => "Unlike the others:\nsame point, same\ndirection each time.",
-        Code::MotionNotRigid => "Moves unlike a rigid\nbody: check its axes,\ncable, glue.",
-        Code::HitsDisagree => "First two hits differ\nboth dropped: hit the\nsame point.",
-        Code::SensorAxesSuspect => "Its axes look turned,\nswapped or reversed.",
-        Code::CablesSwapped => "Cables of two sensors\nlook swapped.",
-        Code::HitAtWrongNode => "It seems to have been\nhit at another node.",
-        Code::HitReversed => "It seems to have been\nhit from the other\nside.",
-        Code::CommonScale => "All responses off by\none factor: check the\nhammer's gain.",
-        Code::NoSingleFaultExplains => "No single mistake\nexplains these data.",
-        Code::FaultsNotVisible => "Some mistakes would\nnot show in these\ndata.",
-    }
-}
-
-/// What a diagnostic says; a code that this program does not know goes by its number.
-pub fn of_diagnostic(diagnostic: &Diagnostic) -> &'static str {
-    diagnostic.known_code().map_or("Update this rig: it\ndoes not know this\ncode.", of_code)
-}
 
 /// What a diagnostic is about, and the number that decided where the line has room for it.
 pub fn subject(diagnostic: &Diagnostic, layout: Option<&RigLayout>) -> Text {
@@ -105,26 +30,29 @@ pub fn subject(diagnostic: &Diagnostic, layout: Option<&RigLayout>) -> Text {
 }
 
 fn write_subject(text: &mut Text, d: &Diagnostic, layout: Option<&RigLayout>) -> core::fmt::Result {
-    let index = usize::from(d.subject);
-    let Some(code) = d.known_code() else { return write!(text, "code {}", d.code) };
-    match about(code) {
-        _ if d.subject == Diagnostic::WHOLE => Ok(()),
-        About::Whole => Ok(()),
-        About::Hit => match layout.and_then(|layout| layout.hits.get(index)) {
-            Some(hit) => write!(text, "hit {}", hit.dof),
-            None => write!(text, "hit no. {}", index + 1),
-        },
-        About::Property => text.write_str(PROPERTIES.get(index).unwrap_or(&"property")),
-        About::Sensor => write!(text, "sensor {}", index + 1),
-        About::Channel => write_channel(text, index),
-        About::Setting => {
-            let name = Setting::from_subject(d.subject).map_or("setting", Setting::name);
+    if let Code::Unknown(number) = d.code {
+        return write!(text, "code {number}");
+    }
+    match d.subject {
+        Subject::Whole => Ok(()),
+        Subject::Hit(index) => {
+            match layout.and_then(|layout| layout.hits.get(usize::from(index))) {
+                Some(hit) => write!(text, "hit {}", hit.dof),
+                None => write!(text, "hit no. {}", u16::from(index) + 1),
+            }
+        }
+        Subject::Property(index) => {
+            text.write_str(PROPERTIES.get(usize::from(index)).unwrap_or(&"property"))
+        }
+        Subject::Sensor(index) => write!(text, "sensor {}", u16::from(index) + 1),
+        Subject::Channel(channel) => write_channel(text, channel.into()),
+        Subject::Setting(setting) => {
+            let name = setting.name();
             text.write_str(name.get(..WIDTH.min(name.len())).unwrap_or(name))
         }
-        About::Response => {
-            let (dof, response) = d.response();
-            write!(text, "hit {}, ", dof + 1)?;
-            write_channel(text, response + 1)
+        Subject::Response { hit, response } => {
+            write!(text, "hit {}, ", u16::from(hit) + 1)?;
+            write_channel(text, usize::from(response) + 1)
         }
     }
 }
@@ -135,60 +63,17 @@ fn write_channel(text: &mut Text, channel: usize) -> core::fmt::Result {
     write!(text, "sensor {} {axis}", response / 3 + 1)
 }
 
-/// What the subject of a diagnostic counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum About {
-    Whole,
-    Hit,
-    Sensor,
-    Property,
-    Channel,
-    Setting,
-    Response,
-}
-
-fn about(code: Code) -> About {
-    match code {
-        Code::TwoSensorsOnOneNode
-        | Code::UnknownNode
-        | Code::SensorStrainsBudget
-        | Code::MotionNotRigid
-        | Code::SensorAxesSuspect => About::Sensor,
-        Code::FrfMissing
-        | Code::BandTooNarrow
-        | Code::TooFewHitsForSigma
-        | Code::DofSkipped
-        | Code::DofFinishedEarly
-        | Code::HitStrainsBudget
-        | Code::BandNotFound
-        | Code::DataNotFinite
-        | Code::HitInconsistent
-        | Code::HitsDisagree
-        | Code::HitAtWrongNode
-        | Code::HitReversed => About::Hit,
-        Code::Overload | Code::TooHard | Code::PreTriggerNotQuiet | Code::ClippedRecord => {
-            About::Channel
-        }
-        Code::SettingOutOfRange => About::Setting,
-        Code::PriorContradictsData => About::Property,
-        Code::NoPlateau => About::Response,
-        _ => About::Whole,
-    }
-}
-
 /// Why the rig does not do what was asked for.
-pub fn of_reason(reason: Reason) -> &'static str {
+pub fn of_reason(reason: Refused) -> &'static str {
     match reason {
-        Reason::UnknownMessage | Reason::Malformed => "This request is not\nunderstood.",
-        Reason::NotFound => "It is there no\nlonger.",
-        Reason::WrongPhase => "Not now: the rig is\nbusy. End or finish\nwhat runs first.",
-        Reason::NoLayout => "No layout is kept:\nsend one from a PC\n(massline measure).",
-        Reason::LayoutRefused => "This layout cannot\ngive an answer.",
-        Reason::StoreFull => "The store is full:\ndelete a result\n(Results).",
-        Reason::StoreFailed => "The flash did not\nkeep it: try again.",
-        Reason::OutOfRange => "It ends before that.",
-        Reason::Busy => "The flash is busy:\ntry again.",
-        Reason::SamplerStopped => of_code(Code::SamplerStopped),
+        Refused::NotFound => "It is there no\nlonger.",
+        Refused::WrongPhase => "Not now: the rig is\nbusy. End or finish\nwhat runs first.",
+        Refused::NoLayout => "No layout is kept:\nsend one from a PC\n(massline measure).",
+        Refused::LayoutRefused => "This layout cannot\ngive an answer.",
+        Refused::StoreFull => "The store is full:\ndelete a result\n(Results).",
+        Refused::StoreFailed => "The flash did not\nkeep it: try again.",
+        Refused::Busy => "The flash is busy:\ntry again.",
+        Refused::SamplerStopped => Code::SamplerStopped.words(),
     }
 }
 
@@ -246,26 +131,17 @@ mod tests {
     }
 
     #[test]
-    fn every_code_has_words_of_its_own_that_fit() {
-        for (i, &code) in Code::ALL.iter().enumerate() {
-            assert!(fits(of_code(code)), "{code:?}: {}", of_code(code));
-            assert!(Code::ALL[i + 1..].iter().all(|&other| of_code(other) != of_code(code)));
+    fn the_words_of_every_code_fit() {
+        for code in Code::ALL.iter().copied().chain([Code::Unknown(999)]) {
+            assert!(fits(code.words()), "{code:?}: {}", code.words());
         }
-        assert!(fits(of_diagnostic(&Diagnostic {
-            code: 999,
-            severity: 2,
-            subject: 0,
-            value: 0.0
-        })));
     }
 
     #[test]
     fn every_reason_fits() {
-        for raw in 1..=11 {
-            let reason = Reason::from_raw(raw).unwrap();
+        for reason in Refused::ALL {
             assert!(fits(of_reason(reason)), "{reason:?}");
         }
-        assert_eq!(Reason::from_raw(12), None);
     }
 
     #[test]
@@ -291,7 +167,7 @@ mod tests {
             Problem::NotUsable,
             Problem::NoMass,
             Problem::SensorsUnknown,
-            Problem::Refused(Reason::Busy),
+            Problem::Refused(Refused::Busy),
         ];
         for problem in tumble.chain(block.map(Problem::Block)).chain(others) {
             assert!(fits(of_problem(&problem)), "{problem:?}");
@@ -301,17 +177,23 @@ mod tests {
     #[test]
     fn subjects_are_named_and_fit_a_line_for_every_code() {
         use massline_shared::diagnosis::Severity;
-        for &code in Code::ALL {
-            for (subject_of, value) in [(0, 0.0), (8, -12345.678), (363, 1e-5), (u16::MAX, 1e20)] {
-                let d = Diagnostic::about(code, Severity::Error, subject_of, value);
-                assert!(subject(&d, None).len() <= WIDTH, "{code:?}");
+        for code in Code::ALL.iter().copied().chain([Code::Unknown(u16::MAX)]) {
+            for (index, value) in [(0, 0.0), (8, -12345.678), (u8::MAX, 1e20)] {
+                let of_index = code.subject_kind().at(index);
+                for subject_of in [of_index, Subject::Whole] {
+                    let d = Diagnostic::about(code, Severity::Error, subject_of, value);
+                    assert!(subject(&d, None).len() <= WIDTH, "{code:?}");
+                }
             }
         }
-        let channel =
-            |k| subject(&Diagnostic::about(Code::Overload, Severity::Error, k, 0.0), None);
-        assert_eq!(channel(0), "hammer");
-        assert_eq!(channel(5), "sensor 2 y");
-        let hit = Diagnostic::about(Code::DofSkipped, Severity::Warning, 1, 3.5);
-        assert_eq!(subject(&hit, None).to_string(), "hit no. 2        3.50");
+        let of = |code, subject_of, value| {
+            subject(&Diagnostic::about(code, Severity::Error, subject_of, value), None).to_string()
+        };
+        assert_eq!(of(Code::Overload, Subject::Channel(0), 0.0), "hammer");
+        assert_eq!(of(Code::Overload, Subject::Channel(5), 0.0), "sensor 2 y");
+        assert_eq!(of(Code::DofSkipped, Subject::Hit(1), 3.5), "hit no. 2        3.50");
+        assert_eq!(of(Code::AxesNotOrthonormal, Subject::Hit(1), 0.0), "hit no. 2");
+        assert_eq!(of(Code::AxesNotOrthonormal, Subject::Sensor(1), 0.0), "sensor 2");
+        assert_eq!(of(Code::Unknown(999), Subject::Whole, 0.0), "code 999");
     }
 }

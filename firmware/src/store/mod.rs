@@ -11,28 +11,33 @@
 //! nothing is sampled.
 
 mod contents;
+mod error;
 mod log;
 mod reading;
 mod record;
+mod source;
 mod writing;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::String;
-use massline_protocol::message::{Measured, Reason, Stats};
+use massline_protocol::message::{Measured, Stats};
 use massline_protocol::{MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{RIG_HITS, RigLayout};
 
 use contents::{Change, Contents};
 pub use contents::{Kept, KeptLayout};
+pub use error::StoreError;
 use log::{Checkpoint, Log, Work};
+pub use source::Source;
+use writing::checksum;
 
 /// Results that the store holds, if the flash has room for them.
 pub const RESULTS: usize = 24;
 /// Layouts that the store holds.
 pub const LAYOUTS: usize = 4;
 /// The most bytes of one result.
-pub const MAX_RESULT: usize = 4608;
+pub const MAX_RESULT: usize = 4688;
 /// The most bytes of one finished DOF, by itself and as a part of a result.
 pub const MAX_DOF: usize = 306;
 /// The most bytes of the progress of a campaign.
@@ -55,7 +60,7 @@ pub struct Store<F: NorFlash> {
 
 impl<F: NorFlash> Store<F> {
     /// A store over the whole of `flash`, to be opened. Until then, and for ever over a region that a store
-    /// cannot use, it refuses every write with [`Reason::StoreFailed`].
+    /// cannot use, it refuses every write with [`StoreError::Failed`].
     pub fn new(flash: F) -> Self {
         Self {
             log: Log::new(flash),
@@ -72,7 +77,7 @@ impl<F: NorFlash> Store<F> {
     /// * What other firmware has kept in another format is passed over; it gives way to what is kept
     ///   from now on.
     /// * Flash of which not a single page answers: the content may be whole. Until the next start the
-    ///   store shows nothing and refuses every write with [`Reason::StoreFailed`].
+    ///   store shows nothing and refuses every write with [`StoreError::Failed`].
     pub async fn open(&mut self) {
         if !self.log.is_usable() {
             return;
@@ -125,18 +130,15 @@ impl<F: NorFlash> Store<F> {
     /// way when there are [`LAYOUTS`].
     ///
     /// # Errors
-    /// [`Reason::Malformed`] when the bytes are no layout, [`Reason::StoreFull`], or
-    /// [`Reason::StoreFailed`] when the flash does not keep it.
-    pub async fn put_layout(&mut self, encoded: &[u8]) -> Result<(), Reason> {
+    /// [`StoreError::Malformed`] when the bytes are no layout, [`StoreError::Full`], or
+    /// [`StoreError::Failed`] when the flash does not keep it.
+    pub async fn put_layout(&mut self, encoded: &[u8]) -> Result<(), StoreError> {
         let hash = crc32(encoded);
         if self.contents.layout(hash).is_some() {
             return self.use_layout(hash).await;
         }
-        // The title comes first.
-        let (title, _) =
-            postcard::take_from_bytes::<String<48>>(encoded).map_err(|_| Reason::Malformed)?;
+        let title = &title_of(encoded).ok_or(StoreError::Malformed)?;
         let gave_way = self.contents.gives_way();
-        let title = &title;
         self.keep(encoded, |object| Change::Layout { hash, title: title.clone(), object, gave_way })
             .await
     }
@@ -144,9 +146,9 @@ impl<F: NorFlash> Store<F> {
     /// Takes a kept layout into use.
     ///
     /// # Errors
-    /// [`Reason::NotFound`], or [`Reason::StoreFailed`].
-    pub async fn use_layout(&mut self, hash: u32) -> Result<(), Reason> {
-        let (object, title) = self.contents.layout(hash).ok_or(Reason::NotFound)?;
+    /// [`StoreError::NotFound`], or [`StoreError::Failed`].
+    pub async fn use_layout(&mut self, hash: u32) -> Result<(), StoreError> {
+        let (object, title) = self.contents.layout(hash).ok_or(StoreError::NotFound)?;
         let title = title.clone();
         self.note(Change::Layout { hash, title, object, gave_way: None }).await
     }
@@ -160,8 +162,8 @@ impl<F: NorFlash> Store<F> {
     /// Keeps a calibration, given by its postcard bytes.
     ///
     /// # Errors
-    /// [`Reason::StoreFull`], or [`Reason::StoreFailed`] when the flash does not keep it.
-    pub async fn put_calibration(&mut self, encoded: &[u8]) -> Result<(), Reason> {
+    /// [`StoreError::Full`], or [`StoreError::Failed`] when the flash does not keep it.
+    pub async fn put_calibration(&mut self, encoded: &[u8]) -> Result<(), StoreError> {
         self.keep(encoded, |object| Change::Calibration { object }).await
     }
 
@@ -192,51 +194,51 @@ impl<F: NorFlash> Store<F> {
     /// Keeps a result under [`Store::next_number`]. The campaign that is under way has ended with it.
     ///
     /// # Errors
-    /// [`Reason::StoreFull`], or [`Reason::StoreFailed`] when the flash does not keep it.
+    /// [`StoreError::Full`], or [`StoreError::Failed`] when the flash does not keep it.
     pub async fn put_result(
         &mut self,
-        bytes: &[u8],
+        result: &(impl Source + ?Sized),
         layout: u32,
         mass: Option<Measured>,
-    ) -> Result<u32, Reason> {
-        if self.contents.results.is_full() || bytes.len() > MAX_RESULT {
-            return Err(Reason::StoreFull);
+    ) -> Result<u32, StoreError> {
+        if self.contents.results.is_full() || result.length() > MAX_RESULT {
+            return Err(StoreError::Full);
         }
         let (number, campaign, crc) =
-            (self.next_number(), self.contents.campaign.serial, crc32(bytes));
-        let result = |object| Change::Result { object, number, layout, mass, crc, campaign };
-        self.keep(bytes, result).await?;
+            (self.next_number(), self.contents.campaign.serial, checksum(result));
+        let change = |object| Change::Result { object, number, layout, mass, crc, campaign };
+        self.keep(result, change).await?;
         Ok(number)
     }
 
     /// Forgets a result.
     ///
     /// # Errors
-    /// [`Reason::NotFound`], or [`Reason::StoreFailed`].
-    pub async fn delete_result(&mut self, number: u32) -> Result<(), Reason> {
-        self.find(number).ok_or(Reason::NotFound)?;
+    /// [`StoreError::NotFound`], or [`StoreError::Failed`].
+    pub async fn delete_result(&mut self, number: u32) -> Result<(), StoreError> {
+        self.find(number).ok_or(StoreError::NotFound)?;
         self.note(Change::Deleted { number }).await
     }
 
     /// Reads part of a result into `out`, from `offset` on; gives how many bytes there were.
     ///
     /// # Errors
-    /// [`Reason::StoreFailed`] when some of it cannot be read.
+    /// [`StoreError::Failed`] when some of it cannot be read.
     pub async fn read_result(
         &mut self,
         kept: &Kept,
         offset: usize,
         out: &mut [u8],
-    ) -> Result<usize, Reason> {
-        self.read(kept.object, offset, out).await.ok_or(Reason::StoreFailed)
+    ) -> Result<usize, StoreError> {
+        self.read(kept.object, offset, out).await.ok_or(StoreError::Failed)
     }
 
     /// Keeps a finished DOF of the campaign that is under way, by its index in the layout.
     /// [`Store::put_progress`] follows: without it nothing is known of the campaign.
     ///
     /// # Errors
-    /// [`Reason::StoreFull`], or [`Reason::StoreFailed`] when the flash does not keep it.
-    pub async fn put_dof(&mut self, index: u8, bytes: &[u8]) -> Result<(), Reason> {
+    /// [`StoreError::Full`], or [`StoreError::Failed`] when the flash does not keep it.
+    pub async fn put_dof(&mut self, index: u8, bytes: &[u8]) -> Result<(), StoreError> {
         let campaign = self.campaign();
         self.keep(bytes, |object| Change::Dof { object, campaign, index }).await
     }
@@ -244,8 +246,8 @@ impl<F: NorFlash> Store<F> {
     /// Keeps how far the campaign has come.
     ///
     /// # Errors
-    /// [`Reason::StoreFull`], or [`Reason::StoreFailed`] when the flash does not keep it.
-    pub async fn put_progress(&mut self, bytes: &[u8]) -> Result<(), Reason> {
+    /// [`StoreError::Full`], or [`StoreError::Failed`] when the flash does not keep it.
+    pub async fn put_progress(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
         let campaign = self.campaign();
         self.keep(bytes, |object| Change::Progress { object, campaign }).await
     }
@@ -273,9 +275,9 @@ impl<F: NorFlash> Store<F> {
     /// Forgets the progress of the campaign: what is kept from now on belongs to another one.
     ///
     /// # Errors
-    /// [`Reason::StoreFailed`] when the flash does not keep that; then, as long as no other campaign is
+    /// [`StoreError::Failed`] when the flash does not keep that; then, as long as no other campaign is
     /// kept, the next start finds it again.
-    pub async fn clear_progress(&mut self) -> Result<(), Reason> {
+    pub async fn clear_progress(&mut self) -> Result<(), StoreError> {
         let campaign = self.contents.campaign.serial;
         if campaign == 0 {
             return Ok(());
@@ -297,4 +299,11 @@ impl<F: NorFlash> Store<F> {
         self.serial += 1;
         self.serial
     }
+}
+
+/// The title of an encoded layout; `None` when the bytes are no layout. A function of its own: a decoded layout is
+/// not on the stack while the flash is written.
+#[inline(never)]
+fn title_of(encoded: &[u8]) -> Option<String<48>> {
+    postcard::from_bytes::<RigLayout>(encoded).ok().map(|layout| layout.title)
 }

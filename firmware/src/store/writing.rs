@@ -1,15 +1,17 @@
 //! How the store keeps things: pieces first, and then the change that names them.
 
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_protocol::message::Reason;
+use massline_protocol::crc32_of_chunks;
 
-use super::Store;
 use super::contents::{Change, MAX_CHANGE, Object};
 use super::log::{Checkpoint, Log};
 use super::record::Kind;
+use super::{Source, Store, StoreError};
 
 /// Shortest piece of an object that goes on in another page.
 const MIN_PIECE: usize = 128;
+/// Longest piece of an object: what is held in memory on its way to the flash.
+const MAX_PIECE: usize = 512;
 /// How often a write is tried that the flash does not keep.
 const ATTEMPTS: usize = 3;
 /// Deletions and the like that have room in a full store.
@@ -39,30 +41,34 @@ impl<F: NorFlash> Store<F> {
     /// Keeps an object and the change that names it.
     pub(super) async fn keep(
         &mut self,
-        bytes: &[u8],
+        source: &(impl Source + ?Sized),
         change: impl Fn(Object) -> Change,
-    ) -> Result<(), Reason> {
-        let length = u16::try_from(bytes.len()).map_err(|_| Reason::StoreFull)?;
-        if self.usable && !self.has_room(Self::cost(bytes.len())).await {
-            return Err(Reason::StoreFull);
+    ) -> Result<(), StoreError> {
+        let length = u16::try_from(source.length()).map_err(|_| StoreError::Full)?;
+        if self.usable && !self.has_room(Self::cost(source.length())).await {
+            return Err(StoreError::Full);
         }
-        self.write(bytes, |serial| change(Object { serial, length, found: length })).await
+        self.write(source, |serial| change(Object { serial, length, found: length })).await
     }
 
     /// Makes a change that needs no object.
-    pub(super) async fn note(&mut self, change: Change) -> Result<(), Reason> {
-        self.write(&[], |_| change.clone()).await
+    pub(super) async fn note(&mut self, change: Change) -> Result<(), StoreError> {
+        self.write(&[][..], |_| change.clone()).await
     }
 
-    async fn write(&mut self, bytes: &[u8], change: impl Fn(u32) -> Change) -> Result<(), Reason> {
+    async fn write(
+        &mut self,
+        source: &(impl Source + ?Sized),
+        change: impl Fn(u32) -> Change,
+    ) -> Result<(), StoreError> {
         if !self.usable {
-            return Err(Reason::StoreFailed);
+            return Err(StoreError::Failed);
         }
-        let mut written = Err(Reason::StoreFailed);
+        let mut written = Err(StoreError::Failed);
         for _ in 0..ATTEMPTS {
             // A serial of its own, so that the pieces of a failed attempt belong to nothing.
             self.writing = self.next_serial();
-            written = self.try_write(bytes, &change).await;
+            written = self.try_write(source, &change).await;
             if written.is_ok() {
                 break;
             }
@@ -74,20 +80,24 @@ impl<F: NorFlash> Store<F> {
 
     async fn try_write(
         &mut self,
-        bytes: &[u8],
+        source: &(impl Source + ?Sized),
         change: &impl Fn(u32) -> Change,
-    ) -> Result<(), Reason> {
+    ) -> Result<(), StoreError> {
         let serial = self.writing;
-        let mut offset = 0;
-        while let Some(rest) = bytes.get(offset..).filter(|rest| !rest.is_empty()) {
-            self.make_room(rest.len().min(MIN_PIECE)).await?;
-            let piece = rest.get(..self.log.room()).unwrap_or(rest);
+        let (mut offset, length) = (0, source.length());
+        let mut piece = [0; MAX_PIECE];
+        while offset < length {
+            let rest = length - offset;
+            self.make_room(rest.min(MIN_PIECE)).await?;
+            let count = rest.min(self.log.room()).min(MAX_PIECE);
+            let piece = piece.get_mut(..count).unwrap_or_default();
+            source.read(offset, piece);
             self.append(Kind::Data, serial, offset, piece).await?;
-            offset += piece.len();
+            offset += count;
         }
         let change = change(serial);
         let mut encoded = [0; MAX_CHANGE];
-        let encoded = postcard::to_slice(&change, &mut encoded).map_err(|_| Reason::StoreFull)?;
+        let encoded = postcard::to_slice(&change, &mut encoded).map_err(|_| StoreError::Full)?;
         self.make_room(encoded.len()).await?;
         self.append(Kind::Change, serial, 0, encoded).await?;
         self.contents.apply(serial, change);
@@ -100,22 +110,35 @@ impl<F: NorFlash> Store<F> {
         serial: u32,
         offset: usize,
         payload: &[u8],
-    ) -> Result<(), Reason> {
-        let offset = u16::try_from(offset).map_err(|_| Reason::StoreFull)?;
-        self.log.append(kind, serial, offset, payload).await.map_err(|_| Reason::StoreFailed)
+    ) -> Result<(), StoreError> {
+        let offset = u16::try_from(offset).map_err(|_| StoreError::Full)?;
+        self.log.append(kind, serial, offset, payload).await.map_err(|_| StoreError::Failed)
     }
 
     /// Opens pages until the head has room for so many bytes. What is kept has been moved out of all
     /// other pages after as many as there are.
-    async fn make_room(&mut self, bytes: usize) -> Result<(), Reason> {
+    async fn make_room(&mut self, bytes: usize) -> Result<(), StoreError> {
         let mut pages = self.log.pages();
         while self.log.room() < bytes {
-            pages = pages.checked_sub(1).ok_or(Reason::StoreFull)?;
+            pages = pages.checked_sub(1).ok_or(StoreError::Full)?;
             let Self { log, contents, writing, serial, .. } = self;
             let checkpoint = Checkpoint { serial: *serial, last_number: contents.last_number };
             let live = |kept: u32| kept == *writing || contents.is_live(kept);
-            log.rotate(checkpoint, live).await.map_err(|_| Reason::StoreFailed)?;
+            log.rotate(checkpoint, live).await.map_err(|_| StoreError::Failed)?;
         }
         Ok(())
     }
+}
+
+/// CRC-32 over all bytes of a source.
+pub(super) fn checksum(source: &(impl Source + ?Sized)) -> u32 {
+    let mut crc = crc32_of_chunks();
+    let (mut piece, length) = ([0; 64], source.length());
+    for offset in (0..length).step_by(64) {
+        let count = (length - offset).min(64);
+        let piece = piece.get_mut(..count).unwrap_or_default();
+        source.read(offset, piece);
+        crc.update(piece);
+    }
+    crc.finalize()
 }

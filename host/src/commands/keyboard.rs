@@ -6,7 +6,7 @@ use std::time::Duration;
 use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use crossterm::terminal;
 use massline_protocol::message::CampaignCommand;
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 
 use crate::campaign::Steer;
 

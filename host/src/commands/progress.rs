@@ -4,7 +4,7 @@ use indicatif::ProgressBar;
 use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Status};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::layout::RigLayout;
 
 use crate::campaign::phase_name;

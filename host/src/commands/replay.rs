@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Status};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 
 use super::files;
 use super::method::MethodArgs;

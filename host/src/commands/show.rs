@@ -95,7 +95,7 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
 pub fn stopped(status: &Status) -> Error {
     let reasons: Vec<_> =
         status.diagnostics.iter().filter(|d| d.interrupts()).map(report::message).collect();
-    let code = status.diagnostics.iter().find(|d| d.interrupts()).and_then(|d| d.known_code());
+    let code = status.diagnostics.iter().find(|d| d.interrupts()).map(|d| d.code);
     Error::device(
         code.map_or("campaign_stopped", |code| code.name()),
         format!(
@@ -108,21 +108,19 @@ pub fn stopped(status: &Status) -> Error {
 /// Says every diagnostic on stderr, in the words of `say`.
 pub fn list(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String, output: &mut Output) {
     for d in found {
-        let severity = Severity::from_raw(d.severity);
-        let tone = match severity {
+        let tone = match d.severity {
             Severity::Note => Tone::Strong,
             Severity::Warning => Tone::Warning,
             Severity::Error => Tone::Bad,
         };
-        let head = output.toned(&format!("{}:", severity.name()), tone);
+        let head = output.toned(&format!("{}:", d.severity.name()), tone);
         output.note(format!("{head} {}", say(d)));
     }
 }
 
 /// Says on stderr what is more than a note.
 pub fn warn(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String, output: &mut Output) {
-    let grave: Vec<_> =
-        found.iter().filter(|d| Severity::from_raw(d.severity) > Severity::Note).copied().collect();
+    let grave: Vec<_> = found.iter().filter(|d| d.severity > Severity::Note).copied().collect();
     list(&grave, say, output);
 }
 

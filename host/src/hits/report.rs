@@ -1,6 +1,6 @@
 //! Graded hits as JSON and as a table.
 
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use serde_json::{Value, json};
 
 use super::{Hit, Hits};
@@ -10,9 +10,7 @@ use crate::report::{code_name, message};
 impl Hit {
     /// `rejected`, `warning` or `accepted`: by its gravest finding.
     pub fn verdict(&self) -> &'static str {
-        let gravest =
-            self.report.findings.iter().map(|found| Severity::from_raw(found.severity)).max();
-        match gravest {
+        match self.report.findings.iter().map(|found| found.severity).max() {
             Some(Severity::Error) => "rejected",
             Some(Severity::Warning) => "warning",
             Some(Severity::Note) | None => "accepted",
@@ -40,23 +38,24 @@ impl Hit {
 fn finding_json(found: &Diagnostic) -> Value {
     let mut object = json!({
         "code": code_name(found),
-        "severity": Severity::from_raw(found.severity).name(),
+        "severity": found.severity.name(),
     });
-    let key = match found.known_code() {
-        Some(Code::Overload) if found.subject == 0 => "extreme_n",
-        Some(Code::Overload) => "extreme_m_s2",
-        Some(Code::TooWeak) => "peak_force_n",
-        Some(Code::ForceSpectrumLow) => "level_db",
-        Some(Code::TriggerTooEarly) => "pre_trigger_scans",
-        Some(Code::HitInconsistent) => "distance_relative",
-        Some(Code::DoubleHit) => "second_peak_relative",
+    let key = match found.code {
+        Code::Overload if found.subject == Subject::Channel(0) => "extreme_n",
+        Code::Overload => "extreme_m_s2",
+        Code::TooWeak => "peak_force_n",
+        Code::ForceSpectrumLow => "level_db",
+        Code::TriggerTooEarly => "pre_trigger_scans",
+        Code::HitInconsistent => "distance_relative",
+        Code::DoubleHit => "second_peak_relative",
         _ => "share_relative",
     };
     if let Some(object) = object.as_object_mut() {
         object.insert(key.into(), found.value.into());
-        let is_channel = found.known_code() != Some(Code::HitInconsistent);
-        if is_channel {
-            object.insert("channel".into(), found.subject.into());
+        if found.code != Code::HitInconsistent {
+            // What is of no response is of the force.
+            let channel = if let Subject::Channel(channel) = found.subject { channel } else { 0 };
+            object.insert("channel".into(), channel.into());
         }
     }
     object
@@ -110,24 +109,47 @@ impl Hits {
 
     /// The sentence of a finding, with the channels of this recording.
     fn sentence(&self, found: &Diagnostic) -> String {
-        let name = self.channels.get(usize::from(found.subject)).map(|channel| &channel.name);
-        match (found.known_code(), name) {
-            (Some(Code::HitInconsistent), _) => format!(
+        let name = match found.subject {
+            Subject::Channel(response @ 1..) => self.channels.get(usize::from(response)),
+            _ => None,
+        }
+        .map(|channel| &channel.name);
+        match (found.code, name) {
+            (Code::HitInconsistent, _) => format!(
                 "its responses per force are {:.0} % away from those of the other hits; hit the \
                  same point in the same direction every time",
                 100.0 * found.value
             ),
-            (Some(Code::ForceSpectrumLow), _) => format!(
+            (Code::ForceSpectrumLow, _) => format!(
                 "the force hardly excites the top of the band ({:.0} dB against 0 Hz); take a harder tip, \
                  or lower the HIGH of --band-hz",
                 found.value
             ),
-            (Some(Code::Overload | Code::PreTriggerNotQuiet | Code::ClippedRecord), Some(name))
-                if found.subject > 0 && !name.is_empty() =>
+            (Code::Overload | Code::PreTriggerNotQuiet | Code::ClippedRecord, Some(name))
+                if !name.is_empty() =>
             {
                 format!("\"{name}\": {}", message(found))
             }
             _ => message(found),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_read_the_number_and_the_channel_of_a_finding() {
+        let json = |code, subject| {
+            finding_json(&Diagnostic::about(code, Severity::Error, subject, 0.5)).to_string()
+        };
+        let overload = json(Code::Overload, Subject::Channel(5));
+        let expected = r#""channel":5,"code":"overload","extreme_m_s2":0.5,"severity":"error""#;
+        assert_eq!(overload, format!("{{{expected}}}"));
+        assert!(json(Code::Overload, Subject::Channel(0)).contains(r#""extreme_n":0.5"#));
+        // What is about the force has its channel.
+        assert!(json(Code::DoubleHit, Subject::Whole).contains(r#""channel":0"#));
+        assert!(!json(Code::HitInconsistent, Subject::Whole).contains("channel"));
     }
 }

@@ -3,7 +3,7 @@
 //! A tight prior drags the answer along, so its residual in the fit says little. The fit is done
 //! without it, and what it gives then is compared with what the prior says.
 
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::maximum_likelihood::{self, CONTRADICTION, Start, workspace};
 use massline_shared::identify::{DofMassLines, Estimate};
 use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
@@ -60,7 +60,8 @@ fn contradiction(prior: &Prior<f64>, without: &Estimate<f64>) -> Option<(f64, Di
     let sigma = *without.sigma()?.get(k)?;
     let far = (said - prior.value).abs() / prior.sigma.hypot(sigma);
     let code = Code::PriorContradictsData;
-    let found = Diagnostic::about(code, Severity::Warning, u16::from(prior.property), said as f32);
+    let found =
+        Diagnostic::about(code, Severity::Warning, Subject::Property(prior.property), said as f32);
     (far > CONTRADICTION).then_some((far, found))
 }
 
@@ -98,7 +99,7 @@ mod tests {
         let found = found("mass_kg = { value = 2.4, sigma = 0.0001 }");
         assert_eq!(found.len(), 1);
         let [d] = found[..] else { unreachable!() };
-        assert_eq!((d.known_code(), d.subject), (Some(Code::PriorContradictsData), 0));
+        assert_eq!((d.code, d.subject), (Code::PriorContradictsData, Subject::Property(0)));
         // Exact data of 1.23 kg in single precision.
         assert!((d.value - 1.23).abs() < 1e-4, "{d:?}");
     }
@@ -107,13 +108,16 @@ mod tests {
     fn of_two_priors_the_wrong_one_is_named() {
         let right = "mass_kg = { value = 1.23, sigma = 0.001 }";
         let found = found(&format!("{right}\ncz_m = {{ value = 0.05, sigma = 0.001 }}"));
-        assert_eq!(found.iter().map(|d| d.subject).collect::<Vec<_>>(), [3]);
+        assert_eq!(found.iter().map(|d| d.subject).collect::<Vec<_>>(), [Subject::Property(3)]);
     }
 
     #[test]
     fn two_wrong_ones_are_both_named() {
         let wrong = "mass_kg = { value = 2.4, sigma = 0.001 }";
         let found = found(&format!("{wrong}\ncz_m = {{ value = 0.1, sigma = 0.001 }}"));
-        assert_eq!(found.iter().map(|d| d.subject).collect::<Vec<_>>(), [0, 3]);
+        assert_eq!(
+            found.iter().map(|d| d.subject).collect::<Vec<_>>(),
+            [0, 3].map(Subject::Property)
+        );
     }
 }

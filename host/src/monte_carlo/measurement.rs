@@ -1,10 +1,10 @@
 //! One test on the bench by the rig's own pure functions, in double precision: hits are triggered,
 //! recorded, graded and averaged as the firmware does, only without its executor, link and flash.
 
-use massline_shared::averaging::{
+use massline_shared::measurement::averaging::{
     DofSpectra, HitInHand, HitMemory, Method, band_of, fit_responses, join,
 };
-use massline_shared::campaign::{Campaign, Step};
+use massline_shared::measurement::campaign::{Campaign, Step};
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::{MassLines, ScatterAccumulator};
 use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, TestSettings, Verdict};

@@ -31,7 +31,7 @@ pub fn refusals_text<R: AsRef<[Diagnostic]>>(
 ) -> String {
     let line = |(method, reasons): &(Method, R)| {
         let reasons = reasons.as_ref();
-        let failed = reasons.iter().all(|d| d.known_code().is_some_and(is_failure));
+        let failed = reasons.iter().all(|d| is_failure(d.code));
         let what = if failed { "gave no answer" } else { "not applicable" };
         let coded = |d: &Diagnostic| format!("{}: {}", code_name(d), say(d));
         format!("{}: {what}: {}\n", method.name(), joined(reasons, coded))

@@ -1,6 +1,6 @@
 //! From the functions of a universal file to the mass lines of a layout.
 
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::{FrequencyResponses, MassLines};
 use massline_shared::layout::{Axis, Dof, HOST_SENSORS, Hit, HostLayout, Sensor};
 use massline_shared::mass_line::{
@@ -87,7 +87,7 @@ impl LayoutResponses {
                 fits.set(channel, &response.fit(&fitting)?);
             }
             all.diagnostics.extend(fits.unsteady().map(|(channel, part)| {
-                let subject = Diagnostic::response_subject(dof, channel);
+                let subject = Subject::response(dof, channel);
                 Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, part as f32)
             }));
             let hits = u16::from(layout.test.hits_per_dof);

@@ -4,6 +4,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use massline_shared::diagnosis::Diagnostics;
+use massline_shared::measurement::GradedHit;
 use massline_shared::signal::Record;
 
 /// Kind of a [`crate::message::Status`] that is sent because it has changed.
@@ -30,7 +31,15 @@ pub struct HitEvent {
     /// Largest acceleration of any channel, m/s².
     pub peak_acceleration: f32,
     /// What the grading found.
+    #[serde(with = "crate::diagnostic")]
     pub findings: Diagnostics,
+}
+
+impl From<GradedHit> for HitEvent {
+    fn from(hit: GradedHit) -> Self {
+        let GradedHit { number, dof, good, scan, peak_force, peak_acceleration, findings } = hit;
+        Self { number, dof, good, scan, peak_force, peak_acceleration, findings }
+    }
 }
 
 /// Bytes of scans in a [`ScanBlock`].

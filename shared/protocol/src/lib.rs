@@ -16,6 +16,7 @@
 extern crate std;
 
 pub mod checksum;
+pub mod diagnostic;
 pub mod event;
 pub mod frame;
 mod layout;

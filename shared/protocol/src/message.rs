@@ -4,9 +4,10 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::campaign::{Command as Steering, CommandError};
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::{RIG_HITS, RigLayout};
+use massline_shared::measurement::StartError;
+use massline_shared::measurement::campaign::{Command as Steering, CommandError};
 use massline_shared::signal::{AdcProperties, StaticReading};
 
 /// Binds a request, its kind and its answer. The answer's kind is the request's with
@@ -83,7 +84,7 @@ endpoints! {
 }
 
 /// The most bytes of the framed answer to a request that changes the rig.
-pub const MAX_CHANGE_ANSWER: usize = 256;
+pub const MAX_CHANGE_ANSWER: usize = 272;
 
 /// True when a request of this kind changes the rig.
 pub fn changes(kind: u16) -> bool {
@@ -126,7 +127,7 @@ pub struct Identity {
 /// What the rig is doing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
-    /// Raw [`Phase`](massline_shared::campaign::Phase).
+    /// Raw [`Phase`](massline_shared::measurement::campaign::Phase).
     pub phase: u8,
     /// Index of the DOF in hand.
     pub dof: u8,
@@ -145,6 +146,7 @@ pub struct Status {
     /// Number of the result of the campaign that ended last, 0 when there is none.
     pub result: u32,
     /// What is to be said about the campaign.
+    #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 
@@ -214,6 +216,7 @@ pub struct LayoutAnswer {
     pub hash: u32,
     /// What is to be said about it. With an error among them the layout is kept but a campaign
     /// needs [`CommandRequest::force`].
+    #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 
@@ -376,6 +379,18 @@ impl Reason {
         ]
         .into_iter()
         .find(|&reason| reason as u16 == raw)
+    }
+}
+
+impl From<StartError> for Reason {
+    fn from(error: StartError) -> Self {
+        match error {
+            StartError::Busy => Self::Busy,
+            StartError::NoLayout => Self::NoLayout,
+            StartError::LayoutRefused => Self::LayoutRefused,
+            StartError::NoRoom => Self::StoreFull,
+            StartError::WrongPhase => Self::WrongPhase,
+        }
     }
 }
 

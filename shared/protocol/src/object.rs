@@ -136,6 +136,7 @@ pub struct StoredEstimate {
     /// Whether the data agree with their error budget, for a method that knows one.
     pub consistency: Option<Consistency<f32>>,
     /// What is to be said about the estimate.
+    #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 
@@ -198,6 +199,7 @@ pub struct MeasurementResult {
     /// The answers, one a method, the best first; empty when there is none.
     pub estimates: Vec<StoredEstimate, METHODS>,
     /// What is to be said about the campaign.
+    #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 

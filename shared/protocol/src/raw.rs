@@ -1,7 +1,9 @@
 //! Numbers that stand for the growable enums of the domain on the wire: an older program passes a number on
 //! that it does not know.
 
-use massline_shared::campaign::Phase;
+use massline_shared::diagnosis::Severity;
+use massline_shared::layout::Setting;
+use massline_shared::measurement::campaign::Phase;
 
 /// An enum that travels as a number.
 pub trait Raw: Sized {
@@ -32,3 +34,13 @@ macro_rules! raw {
 }
 
 raw!(Phase: u8 { Idle = 0, Armed = 1, Busy = 2, Confirming = 3, Paused = 4, Solving = 5, Done = 6 });
+raw!(Severity: u8 { Note = 0, Warning = 1, Error = 2 });
+raw!(Setting: u8 {
+    HitsPerDof = 0,
+    BandLower = 1,
+    BandUpper = 2,
+    ExponentialDecay = 3,
+    ForceWindow = 4,
+    Trigger = 5,
+    WeakestHit = 6,
+});

@@ -19,8 +19,8 @@ use core::fmt;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Real;
-use crate::responses::Responses;
 use crate::identify::MassLines;
+use crate::responses::Responses;
 
 /// The block.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -93,8 +93,7 @@ mod tests {
         let present = criterion.cost(&layout, memory).unwrap();
         let near = sensor(8, [0.2, 0.0, 0.01]);
         let far = sensor(9, [0.2, -0.2, 0.15]);
-        let (best, cost) =
-            criterion.best_further_sensor(&layout, [near, far], memory).unwrap();
+        let (best, cost) = criterion.best_further_sensor(&layout, [near, far], memory).unwrap();
         assert_eq!(best.node, 9);
         assert!(cost < present);
         let copies = layout.hits.iter().map(|hit| Hit { direction: [0.0, 0.6, 0.8], ..*hit });

@@ -43,27 +43,23 @@ impl<R: Real> Applicability<R> {
         let (rank, condition) = spectrum.unwrap_or((0, R::zero()));
         let mut diagnostics = geometry.diagnostics.clone();
         let unknown = Code::TenParametersNotIdentifiable;
-        let said = [Some(unknown), Some(Code::LayoutNotFinite)];
-        if rank < 10 && !diagnostics.iter().any(|d| said.contains(&d.known_code())) {
+        let said = [unknown, Code::LayoutNotFinite];
+        if rank < 10 && !diagnostics.iter().any(|d| said.contains(&d.code)) {
             // Sixteen facts are enough to say; more are dropped.
             let _ = diagnostics.push(Diagnostic::whole(unknown, Severity::Error, rank as f32));
         }
         let rescued = rank == 10 && layout.priors.iter().any(Prior::is_of_inertia);
         for found in &mut diagnostics {
-            let code = found.known_code();
-            let blocks = |method: &Method| {
-                code.is_none_or(|code| (method.entry().is_blocked)(code, rescued))
-            };
-            let severity =
-                if methods.iter().all(blocks) { Severity::Error } else { Severity::Warning };
-            found.severity = severity as u8;
+            let blocks = |method: &Method| (method.entry().is_blocked)(found.code, rescued);
+            let blocked = methods.iter().all(blocks);
+            found.severity = if blocked { Severity::Error } else { Severity::Warning };
         }
         Self { diagnostics, geometry, rank, condition, rescued }
     }
 
     /// What keeps a method from an answer; nothing when it is applicable.
     pub fn obstacles(&self, method: Method) -> impl Iterator<Item = Code> + '_ {
-        let codes = self.diagnostics.iter().filter_map(Diagnostic::known_code);
+        let codes = self.diagnostics.iter().map(|d| d.code);
         codes.filter(move |&code| (method.entry().is_blocked)(code, self.rescued))
     }
 

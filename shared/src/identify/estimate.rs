@@ -75,6 +75,23 @@ impl<R: Real> Estimate<R> {
         self.covariance.map(|c| c.diagonal().map(|v| v.max(R::zero()).sqrt()))
     }
 
+    /// The property that is known least for its size, and its standard deviation over that size: mass,
+    /// radius of gyration or mean moment. `None` without standard deviations.
+    pub fn least_known(&self) -> Option<(usize, R)> {
+        let moment = self.body.inertia.trace() / R::of(3.0);
+        let radius = (moment * R::of(1.5) / self.body.mass).max(R::zero()).sqrt();
+        let mut worst = None;
+        for (k, sigma) in self.sigma()?.iter().enumerate() {
+            let size = [self.body.mass, radius, moment][usize::from(k > 0) + usize::from(k > 3)];
+            let relative = *sigma / size;
+            // False for a body without size.
+            if relative.finite() && worst.is_none_or(|(_, most)| relative > most) {
+                worst = Some((k, relative));
+            }
+        }
+        worst
+    }
+
     /// Standard deviations of the principal moments, ascending moments, kg m².
     pub fn principal_moment_sigmas(&self) -> Option<Vector3<R>> {
         Some(self.body.principal()?.moment_sigmas(self.covariance.as_ref()?))

@@ -21,8 +21,8 @@ use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::{Layout, is_finite};
-use crate::mass_line::Terms;
 use crate::linalg::{LeastSquares, Spectrum, all_finite};
+use crate::mass_line::Terms;
 
 /// Elements of a symmetric 6 × 6 matrix.
 const SYMMETRIC: usize = 21;
@@ -280,8 +280,9 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
         for (hit, dof) in self.layout.hits.iter().enumerate() {
             let force = dof.unit_force(&Vector3::zeros()).map(real);
             for channel in 0..self.responses.channels() {
-                let reading =
-                    |line: usize| self.reading::<N>(line, channel, hit, &force, &inverse_in(&inverses[line]));
+                let reading = |line: usize| {
+                    self.reading::<N>(line, channel, hit, &force, &inverse_in(&inverses[line]))
+                };
                 let lines = 0..inverses.len();
                 let elastic = self.elastic(lines.clone(), reading);
                 for line in lines {

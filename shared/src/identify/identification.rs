@@ -92,7 +92,7 @@ pub struct Identification<R> {
     /// The methods that are still to be carried out; the last is the next, so that the simplest comes first
     /// and the others can start from its answer.
     queue: Methods,
-    running: Option<(Method, Running<R>)>,
+    running: Running<R>,
     /// The method that is being carried out needs no further step.
     settled: bool,
     estimates: Vec<Estimate<R>, METHODS>,
@@ -104,7 +104,7 @@ impl<R> Identification<R> {
     pub const fn idle() -> Self {
         Self {
             queue: Vec::new(),
-            running: None,
+            running: Running::No,
             settled: false,
             estimates: Vec::new(),
             refusals: Vec::new(),
@@ -116,7 +116,7 @@ impl<R> Identification<R> {
         self.queue.clear();
         // There is room for every method once.
         self.queue.extend(wanted.into_iter().take(METHODS));
-        self.running = None;
+        self.running = Running::No;
         self.settled = false;
         self.estimates.clear();
         self.refusals.clear();
@@ -146,35 +146,35 @@ impl<R: Real> Identification<R> {
         settings: &Settings<R>,
         workspace: &mut [R],
     ) -> Progress {
-        match self.running.take() {
+        match self.running.method() {
             None => {
                 let Some(method) = self.queue.pop() else { return Progress::Done };
                 let start = self.estimates.first().map(|estimate| estimate.body);
                 self.settled = false;
                 match Running::start(method, observed, settings, start.as_ref()) {
-                    Ok(running) => self.running = Some((method, running)),
+                    Ok(running) => self.running = running,
                     Err(reasons) => self.refuse(method, reasons),
                 }
             }
-            Some((method, running)) if self.settled => {
+            Some(method) if self.settled => {
+                let running = core::mem::replace(&mut self.running, Running::No);
                 match running.finish(observed, workspace) {
                     // There is room for every method, and better ones come later.
                     Ok(estimate) => drop(self.estimates.insert(0, estimate)),
                     Err(reasons) => self.refuse(method, reasons),
                 }
             }
-            Some((method, mut running)) => match running.step(observed, workspace) {
-                Ok(progress) => {
-                    self.settled = progress == Progress::Done;
-                    self.running = Some((method, running));
-                }
+            Some(method) => match self.running.step(observed, workspace) {
+                Ok(progress) => self.settled = progress == Progress::Done,
                 Err(reasons) => self.refuse(method, reasons),
             },
         }
-        if self.running.is_none() && self.queue.is_empty() { Progress::Done } else { Progress::Going }
+        let done = self.running.method().is_none() && self.queue.is_empty();
+        if done { Progress::Done } else { Progress::Going }
     }
 
     fn refuse(&mut self, method: Method, reasons: Diagnostics) {
+        self.running = Running::No;
         // There is room for every method.
         let _ = self.refusals.insert(0, (method, reasons));
     }

@@ -9,9 +9,9 @@ use core::array::from_fn;
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-use super::weighting::{Weighting, whiten};
 use super::method::{self, Entry, Observable, Progress};
 use super::observations::{Observations, SpectralLines};
+use super::weighting::{Weighting, whiten};
 use super::{DofMassLines, Estimate, MassLines, Method, ResponseInverse};
 use crate::Real;
 use crate::body::{RigidBody, regressor};

@@ -141,7 +141,9 @@ mod tests {
 
     #[test]
     fn without_a_sensor_the_others_move_up() {
-        let lines = MassLines::<f64, 3>::without_scatter(Responses::from_fn(|axis, i| (3 * i + axis) as f64));
+        let lines = MassLines::<f64, 3>::without_scatter(Responses::from_fn(|axis, i| {
+            (3 * i + axis) as f64
+        }));
         let left = without_sensor(&lines, 1);
         assert_eq!(left.accelerance.as_slice(), [0.0, 1.0, 2.0, 6.0, 7.0, 8.0, 0.0, 0.0, 0.0]);
     }

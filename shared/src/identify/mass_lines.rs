@@ -5,7 +5,7 @@ use core::ops::Index;
 use nalgebra::SMatrix;
 
 use crate::Real;
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Layout;
 use crate::linalg::all_finite;
 use crate::responses::{ResponseSquare, Responses};
@@ -175,14 +175,14 @@ pub(crate) fn check_mass_lines<R: Real, const S: usize, const H: usize>(
         let finite =
             all_finite(&lines.accelerance) && lines.scatter.is_finite() && all_finite(&lines.noise);
         let code = if layout.hits.get(*index).is_none() {
-            Code::UnknownNode
+            Code::HitNotInLayout
         } else if !finite {
             Code::DataNotFinite
         } else {
             continue;
         };
         // Sixteen are enough to say.
-        let _ = found.push(Diagnostic::about(code, Severity::Error, *index as u16, 0.0));
+        let _ = found.push(Diagnostic::about(code, Severity::Error, Subject::hit(*index), 0.0));
     }
     if found.is_empty() { Ok(()) } else { Err(found) }
 }

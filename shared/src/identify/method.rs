@@ -112,9 +112,25 @@ macro_rules! methods {
             }
         }
 
-        /// A method that is being carried out.
+        /// A method that is being carried out. No method is all zeros, so that a static one takes no room in
+        /// an image.
         #[derive(Clone, Debug)]
-        enum Running<R> { $($variant($module::Solver<R>)),* }
+        #[repr(u8)]
+        enum Running<R> {
+            /// None.
+            No,
+            $($(#[$doc])* $variant($module::Solver<R>)),*
+        }
+
+        impl<R> Running<R> {
+            /// Which method it is.
+            fn method(&self) -> Option<Method> {
+                match self {
+                    Self::No => None,
+                    $(Self::$variant(_) => Some(Method::$variant)),*
+                }
+            }
+        }
 
         impl<R: Real> Running<R> {
             fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
@@ -137,6 +153,7 @@ macro_rules! methods {
                 workspace: &mut [R],
             ) -> Result<Progress, Diagnostics> {
                 match self {
+                    Self::No => Ok(Progress::Done),
                     $(Self::$variant(solver) => method::Solver::step(solver, observed, workspace)),*
                 }
             }
@@ -147,6 +164,7 @@ macro_rules! methods {
                 workspace: &mut [R],
             ) -> Result<Estimate<R>, Diagnostics> {
                 match self {
+                    Self::No => Err(Diagnostics::new()),
                     $(Self::$variant(solver) => method::Solver::finish(solver, observed, workspace)),*
                 }
             }

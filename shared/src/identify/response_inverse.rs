@@ -102,9 +102,8 @@ mod tests {
         let product = Matrix6::from_fn(|i, j| inverse.transposed.0[i].dot(&g.0[j]));
         assert!((product - Matrix6::identity()).norm() < 1e-14);
         // A pseudo-inverse projects orthogonally: G G⁺ is symmetric.
-        let element = |i, j| {
-            g.row(i).iter().zip(inverse.transposed.row(j)).map(|(a, b)| a * b).sum::<f64>()
-        };
+        let element =
+            |i, j| g.row(i).iter().zip(inverse.transposed.row(j)).map(|(a, b)| a * b).sum::<f64>();
         for i in 0..9 {
             assert!((0..i).all(|j| (element(i, j) - element(j, i)).abs() < 1e-14));
         }

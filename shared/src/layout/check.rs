@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Hit, Layout, Sensor};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::linalg::{LeastSquares, Spectrum, symmetric_eigen3};
 
 /// What is below this part of its scale counts as nearly nothing: collinear, parallel, concurrent,
@@ -88,17 +88,18 @@ impl<R: Real> LayoutReport<R> {
         for (i, sensor) in layout.sensors.iter().enumerate() {
             let axes = sensor.axes_matrix();
             let miss = (axes * axes.transpose() - Matrix3::identity()).amax();
-            self.error_about(Code::AxesNotOrthonormal, i, miss, R::of(AXES_TOLERANCE));
+            self.axes_miss(Subject::sensor(i), miss);
         }
         for (j, hit) in layout.hits.iter().enumerate() {
             let miss = (Vector3::from(hit.direction).norm() - R::one()).abs();
-            self.error_about(Code::AxesNotOrthonormal, S + j, miss, R::of(AXES_TOLERANCE));
+            self.axes_miss(Subject::hit(j), miss);
         }
     }
 
-    fn error_about(&mut self, code: Code, subject: usize, value: R, limit: R) {
-        if value > limit {
-            let found = Diagnostic::about(code, Severity::Error, subject as u16, value.to_f32());
+    fn axes_miss(&mut self, subject: Subject, miss: R) {
+        if miss > R::of(AXES_TOLERANCE) {
+            let code = Code::AxesNotOrthonormal;
+            let found = Diagnostic::about(code, Severity::Error, subject, miss.to_f32());
             // Sixteen facts are enough to say; more are dropped.
             let _ = self.diagnostics.push(found);
         }
@@ -111,7 +112,7 @@ impl<R: Real> LayoutReport<R> {
                 let twice = Diagnostic::about(
                     Code::TwoSensorsOnOneNode,
                     Severity::Error,
-                    i as u16,
+                    Subject::sensor(i),
                     f32::from(sensor.node),
                 );
                 let _ = found.push(twice);

@@ -2,7 +2,7 @@
 
 use super::TestSettings;
 use crate::Real;
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 
 /// How the spectra averaged over the hits of a DOF become its frequency responses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,23 +33,22 @@ impl FrfEstimator {
 }
 
 /// Names a setting as the subject of a diagnostic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u16)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Setting {
     /// Accepted hits wanted at each DOF, 1 to 50.
-    HitsPerDof = 0,
+    HitsPerDof,
     /// Lower end of the band, Hz: above zero and below the upper end.
-    BandLower = 1,
+    BandLower,
     /// Upper end of the band, Hz: at most the rate over 2.5 and the last line that is kept.
-    BandUpper = 2,
+    BandUpper,
     /// σ of the exponential window, 1/s: zero or more.
-    ExponentialDecay = 3,
+    ExponentialDecay,
     /// Half width of the force window, s: above zero and within the record.
-    ForceWindow = 4,
+    ForceWindow,
     /// Trigger force, N: above zero.
-    Trigger = 5,
+    Trigger,
     /// Force below which a hit is too weak, N: zero or more.
-    WeakestHit = 6,
+    WeakestHit,
 }
 
 impl Setting {
@@ -63,11 +62,6 @@ impl Setting {
         Self::Trigger,
         Self::WeakestHit,
     ];
-
-    /// The setting that a diagnostic with the code `setting_out_of_range` is about.
-    pub fn from_subject(subject: u16) -> Option<Self> {
-        Self::ALL.into_iter().find(|&setting| setting as u16 == subject)
-    }
 
     /// Its name in the program.
     pub fn name(self) -> &'static str {
@@ -118,7 +112,7 @@ pub fn check_settings<R: Real>(
     ];
     for (setting, value, good) in ranges {
         if !(good && value.finite()) {
-            let (subject, value) = (setting as u16, value.to_f32());
+            let (subject, value) = (Subject::Setting(setting), value.to_f32());
             let out = Diagnostic::about(Code::SettingOutOfRange, Severity::Error, subject, value);
             // Seven settings and one band fit.
             let _ = found.push(out);
@@ -146,8 +140,9 @@ mod tests {
         check_settings(settings, 4000.0, 2048, 128)
             .iter()
             .map(|d| {
-                assert_eq!(d.known_code(), Some(Code::SettingOutOfRange));
-                Setting::from_subject(d.subject).unwrap()
+                assert_eq!(d.code, Code::SettingOutOfRange);
+                let Subject::Setting(setting) = d.subject else { panic!("{d:?}") };
+                setting
             })
             .collect()
     }
@@ -192,7 +187,7 @@ mod tests {
         let settings =
             TestSettings::<f32> { band_hz: Some([10.0, 1601.0]), ..TestSettings::default() };
         let found = check_settings(&settings, 4000.0, 2048, 1025);
-        assert_eq!(found[0].subject, Setting::BandUpper as u16);
+        assert_eq!(found[0].subject, Subject::Setting(Setting::BandUpper));
         let settings = TestSettings { band_hz: Some([10.0, 1600.0]), ..settings };
         assert!(check_settings(&settings, 4000.0, 2048, 1025).is_empty());
     }
@@ -202,7 +197,7 @@ mod tests {
         let settings =
             TestSettings::<f32> { band_hz: Some([10.0, 16.0]), ..TestSettings::default() };
         let found = check_settings(&settings, 4000.0, 2048, 128);
-        assert_eq!(found[0].known_code(), Some(Code::BandTooNarrow));
+        assert_eq!(found[0].code, Code::BandTooNarrow);
         assert_eq!(found[0].value, 3.0);
     }
 }

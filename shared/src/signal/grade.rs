@@ -17,7 +17,7 @@ use channel::{Extreme, Survey, flat_top};
 use super::chain::HAMMER;
 use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Readings, Record};
 use crate::Real;
-use crate::diagnosis::{Code, Diagnostic, Diagnostics};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Subject};
 use crate::layout::{HitPolicy, TestSettings};
 use crate::units::{MetersPerSecondSquared, Newtons};
 
@@ -35,7 +35,7 @@ pub struct HitReport {
     pub peak_force: Newtons,
     /// Largest magnitude of any response, from rest.
     pub peak_acceleration: MetersPerSecondSquared,
-    /// What was found, with the number that decided; channels as subjects, 0 the hammer.
+    /// What was found, with the number that decided; about channels, or about the force as a whole.
     pub findings: Diagnostics,
     /// Tells this record from others.
     pub fingerprint: u32,
@@ -149,11 +149,11 @@ impl<R: Real> HitGrader<'_, R> {
             self.clipped(&mut found, record.scans(), force, &largest);
         }
         if self.pre_trigger < FEWEST_PRE_TRIGGER {
-            found.add(Code::TriggerTooEarly, HAMMER, self.pre_trigger as f32);
+            found.add(Code::TriggerTooEarly, Subject::Whole, self.pre_trigger as f32);
         }
         let fingerprint = fingerprint(record);
         if self.last == Some(fingerprint) {
-            found.add(Code::DuplicateHit, HAMMER, 0.0);
+            found.add(Code::DuplicateHit, Subject::Whole, 0.0);
         }
         HitReport {
             peak_force: Newtons(force.map_or(0.0, |force| force.highest.value.to_f32())),
@@ -174,18 +174,18 @@ impl<R: Real> HitGrader<'_, R> {
     ) {
         let peak = force.highest.value;
         if peak < self.test.weakest_hit_n {
-            found.add(Code::TooWeak, HAMMER, peak.to_f32());
+            found.add(Code::TooWeak, Subject::Whole, peak.to_f32());
         }
         let scale = self.ranges.first().map_or_else(R::one, |range| range.scale);
         let second = force::second_peak(record, scale, force);
         if whole && second > R::zero() {
-            found.add(Code::DoubleHit, HAMMER, second.to_f32());
+            found.add(Code::DoubleHit, Subject::Whole, second.to_f32());
         }
         let half_width = (self.test.force_window_s * self.rate).to_f64() as usize;
         let top = self.test.expected_band()[1];
         let drop = force::spectrum_drop(record, force, half_width, top, self.rate);
         if let Some(drop) = drop.filter(|&drop| drop < R::of(LOWEST_SPECTRUM)) {
-            found.add(Code::ForceSpectrumLow, HAMMER, drop.to_f32());
+            found.add(Code::ForceSpectrumLow, Subject::Whole, drop.to_f32());
         }
     }
 
@@ -193,14 +193,14 @@ impl<R: Real> HitGrader<'_, R> {
     fn clipped(&self, found: &mut Findings, scans: usize, force: &Survey<R>, largest: &Largest<R>) {
         let peak = force.highest.value;
         if peak > R::zero() && force.end_mean > peak * R::of(FORCE_LEFT) {
-            found.add(Code::ClippedRecord, HAMMER, (force.end_mean / peak).to_f32());
+            found.about_channel(Code::ClippedRecord, HAMMER, (force.end_mean / peak).to_f32());
             return;
         }
         let duration = R::of(scans.saturating_sub(force.highest.at) as f64) / self.rate;
         let left = largest.end.value * (-self.test.exponential_decay * duration).exp();
         if left > largest.peak.value * R::of(RESPONSE_LEFT) {
             let left = left / largest.peak.value;
-            found.add(Code::ClippedRecord, largest.end.channel, left.to_f32());
+            found.about_channel(Code::ClippedRecord, largest.end.channel, left.to_f32());
         }
     }
 }
@@ -212,11 +212,15 @@ struct Findings {
 }
 
 impl Findings {
-    fn add(&mut self, code: Code, channel: usize, value: f32) {
+    fn about_channel(&mut self, code: Code, channel: usize, value: f32) {
+        self.add(code, Subject::channel(channel), value);
+    }
+
+    fn add(&mut self, code: Code, subject: Subject, value: f32) {
         let severity = self.policy.verdict(code).severity();
         // Ten channels overloaded and one finding of every other code are more than ever come
         // together; what is too much is left out, and the hit is rejected by what is there.
-        let _ = self.list.push(Diagnostic::about(code, severity, channel as u16, value));
+        let _ = self.list.push(Diagnostic::about(code, severity, subject, value));
     }
 }
 
@@ -284,7 +288,7 @@ fn overload<R: Real, D: Readings<R> + ?Sized>(
         }
     }
     if let Some(value) = worst {
-        found.add(Code::Overload, channel, value.to_f32());
+        found.about_channel(Code::Overload, channel, value.to_f32());
     }
     worst.is_some()
 }
@@ -303,7 +307,7 @@ fn share_of_range<R: Real>(channel: usize, range: &ChannelRange<R>, survey: &Sur
 
 fn too_hard<R: Real>(found: &mut Findings, share: Worst<R>) {
     if share.value >= R::of(NEAR_RANGE) {
-        found.add(Code::TooHard, share.channel, share.value.to_f32());
+        found.about_channel(Code::TooHard, share.channel, share.value.to_f32());
     }
 }
 
@@ -314,7 +318,7 @@ fn not_quiet<R: Real>(found: &mut Findings, force: &Survey<R>, largest: &Largest
     for (unrest, peak) in [(hammer, force.highest.value), (largest.spread, largest.peak.value)] {
         if peak > R::zero() && unrest.value > peak * R::of(NOT_QUIET) {
             let share = unrest.value / peak;
-            found.add(Code::PreTriggerNotQuiet, unrest.channel, share.to_f32());
+            found.about_channel(Code::PreTriggerNotQuiet, unrest.channel, share.to_f32());
             return;
         }
     }

@@ -46,7 +46,7 @@ pub const PRE_TRIGGER_SCANS: usize = 80;
 pub const SPECTRUM_LINES: usize = 128;
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::{AdcProperties, Calibration};
     use crate::units::{Hertz, Seconds, Volts};
 

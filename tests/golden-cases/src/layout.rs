@@ -4,7 +4,6 @@
 use heapless::Vec;
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::maximum_likelihood::{Bound, RIG_WORKSPACE, bound};
 use massline_shared::layout::{
     Axis, Dof, Hit, HitUncertainty, Layout, LayoutReport, Sensor, SensorUncertainty, Sign,
@@ -91,7 +90,7 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let layout = check.layout()?;
     let body = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta")?));
     let report = LayoutReport::new(&layout, Some(&body));
-    let names = report.diagnostics.iter().filter_map(Diagnostic::known_code).map(|c| c.name());
+    let names = report.diagnostics.iter().map(|d| d.code.name());
     check.names("diagnosis", names);
     check.numbers("L", &[report.length]);
     let whole = |rank: usize| R::of(rank as f64);

@@ -27,7 +27,7 @@ use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
 use massline_protocol::message::{Reason, Stats};
 use massline_protocol::object::{ObjectId, ObjectKind};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::layout::RigLayout;
 use massline_shared::signal::Scan;
 use massline_tests::faulty_sampler::rig_that_loses;

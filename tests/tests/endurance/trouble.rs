@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::time::Duration;
 
 use massline_firmware::panel::PanelModel;
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_tests::garbage::{garbage, question};
 use massline_virtual::VirtualRig;
 use massline_virtual::pipe::HostEnd;

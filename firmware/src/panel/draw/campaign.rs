@@ -1,7 +1,7 @@
 //! What is seen while a campaign is prepared, runs and ends.
 
 use core::fmt::Write as _;
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 
 use embedded_graphics::prelude::*;
 use massline_shared::diagnosis::Diagnostic;
@@ -87,7 +87,7 @@ fn rejected<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, reason: &Dia
     let hit = text(format_args!("{}/{}", next_hit(model), model.wanted));
     canvas.title(&again, &hit);
     progress(canvas, model);
-    canvas.lines(0, words::of_diagnostic(reason));
+    canvas.lines(0, reason.code.words());
     canvas.text(0, 43, &words::subject(reason, view.layout));
 }
 

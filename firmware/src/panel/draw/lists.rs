@@ -1,12 +1,12 @@
 //! Lists, messages, and what the rig says of itself.
 
-use massline_protocol::message::Reason;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::RigLayout;
 
 use super::canvas::{Canvas, Screen, clipped, text};
 use super::{LayoutLine, View};
 use crate::panel::menu::{ABOUT_PAGES, Question};
+use crate::panel::refused::Refused;
 use crate::panel::words;
 use crate::store::RESULTS;
 
@@ -39,21 +39,21 @@ pub(super) fn finding<D: Screen>(
     layout: Option<&RigLayout>,
     pages: &str,
 ) {
-    let title = match Severity::from_raw(diagnostic.severity) {
+    let title = match diagnostic.severity {
         Severity::Note => "Note",
         Severity::Warning => "Warning",
         Severity::Error => "Error",
     };
     canvas.title(title, pages);
     canvas.line(0, &words::subject(diagnostic, layout));
-    canvas.lines(1, words::of_diagnostic(diagnostic));
+    canvas.lines(1, diagnostic.code.words());
 }
 
 /// The layouts that are kept; the one in use has a mark.
 pub(super) fn layouts<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.title("Layouts", &text(format_args!("{}", view.layouts.len())));
     if view.layouts.is_empty() {
-        canvas.lines(1, words::of_reason(Reason::NoLayout));
+        canvas.lines(1, words::of_reason(Refused::NoLayout));
         return;
     }
     let line = |layout: &LayoutLine| {
@@ -139,7 +139,7 @@ pub(super) fn sure<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, quest
 }
 
 /// Why the rig does not do it.
-pub(super) fn refused<D: Screen>(canvas: &mut Canvas<'_, D>, reason: Reason) {
+pub(super) fn refused<D: Screen>(canvas: &mut Canvas<'_, D>, reason: Refused) {
     canvas.title("Not possible", "");
     canvas.lines(0, words::of_reason(reason));
     canvas.line(4, "OK");

@@ -15,7 +15,7 @@ use self::canvas::{Canvas, Screen as Pixels};
 use super::PanelModel;
 use super::menu::{Menu, Screen};
 use super::summary::Summary;
-use crate::board::BoardInfo;
+use crate::info::BoardInfo;
 
 /// Everything that may be seen.
 #[derive(Clone, Copy, Debug)]

@@ -2,13 +2,13 @@
 
 use massline_protocol::LayoutHash;
 use massline_protocol::message::ResultEntry;
-use massline_shared::identify::Method;
+use massline_shared::identify::Estimate;
 
 use super::View;
 use super::canvas::{Canvas, Screen, text, top};
 use super::lists;
 use crate::panel::number::{Text, decimals_for, fitting, percent};
-use crate::panel::summary::{ANSWER_PAGES, Answer, Summary};
+use crate::panel::summary::{ANSWER_PAGES, Summary};
 
 const NAMES: [&str; 10] = ["m", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
 /// Millimeters of a meter, gram square meters of a kilogram square meter.
@@ -87,14 +87,14 @@ fn finding_page<D: Screen>(
 
 fn property<D: Screen>(
     canvas: &mut Canvas<'_, D>,
-    answer: &Answer,
+    answer: &Estimate<f32>,
     line: usize,
     k: usize,
     scale: f32,
     unit: &str,
 ) {
-    let sigma = answer.sigmas.map(|sigmas| sigmas[k] * scale);
-    quantity(canvas, line, NAMES[k], answer.properties[k] * scale, sigma, unit);
+    let sigma = answer.sigma().map(|sigmas| sigmas[k] * scale);
+    quantity(canvas, line, NAMES[k], answer.theta()[k] * scale, sigma, unit);
 }
 
 /// A name, a number whose standard deviation has two digits, that deviation, and a unit.
@@ -119,27 +119,20 @@ fn quantity<D: Screen>(
     canvas.text_right(127, y, unit);
 }
 
-fn principal<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Answer) {
-    let Some(moments) = answer.moments else { return canvas.line(0, "not finite") };
-    for (k, moment) in moments.into_iter().enumerate() {
-        let sigma = answer.moment_sigmas.map(|sigmas| sigmas[k] * MILLI);
+fn principal<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>) {
+    let Some(principal) = answer.body.principal() else { return canvas.line(0, "not finite") };
+    let sigmas = answer.covariance.as_ref().map(|c| principal.moment_sigmas(c));
+    for (k, moment) in principal.moments.iter().enumerate() {
+        let sigma = sigmas.map(|sigmas| sigmas[k] * MILLI);
         quantity(canvas, k, ["J1", "J2", "J3"][k], moment * MILLI, sigma, "");
     }
 }
 
 /// What limits the accuracy: the method, whether the data agree with what was stated, how well the
 /// equations are conditioned, and what is known least.
-fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Answer, pages: &str) {
+fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, pages: &str) {
     canvas.title("What limits it", pages);
-    canvas.line(
-        0,
-        match Method::from_raw(answer.method) {
-            Some(Method::MaximumLikelihood) => "Maximum likelihood",
-            Some(Method::InertiaRestraint) => "Inertia restraint",
-            Some(Method::GlobalFit) => "Global fit",
-            None => "Unknown method",
-        },
-    );
+    canvas.line(0, answer.method.entry().title);
     match answer.consistency {
         Some(consistency) => {
             // One test of a thousand by chance, as in the diagnosis.

@@ -35,7 +35,7 @@ fn trials() -> impl Strategy<Value = Trial> {
         (0..6_u8).prop_map(Trial::Wanted),
         (0..6_u8).prop_map(Trial::Reading),
         Just(Trial::Wrong(Problem::NotUsable)),
-        Just(Trial::Wrong(Problem::Refused(Reason::SamplerStopped))),
+        Just(Trial::Wrong(Problem::Refused(Refused::SamplerStopped))),
         Just(Trial::Proposed(PROPOSAL)),
         Just(Trial::Kept),
     ]
@@ -65,10 +65,10 @@ fn buttons() -> impl Strategy<Value = Button> {
 
 /// True when the rig would take the action in this phase, whatever else may be against it.
 fn suits(action: Action, model: &PanelModel) -> bool {
-    use CampaignCommand as C;
+    use Command as C;
     let phase = model.phase;
     match action {
-        Action::Command(C::Start) => matches!(phase, Phase::Idle | Phase::Done),
+        Action::Start => matches!(phase, Phase::Idle | Phase::Done),
         Action::Command(C::Accept | C::Reject) => phase == Phase::Confirming,
         Action::Command(C::Pause) => matches!(phase, Phase::Armed | Phase::Busy),
         Action::Command(C::Redo | C::Skip | C::Resume | C::Abort) => phase == Phase::Paused,
@@ -192,7 +192,7 @@ fn every_screen_is_reached_by_buttons_alone() {
 
 /// What may come of an action.
 fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Menu, PanelModel)> {
-    use CampaignCommand as C;
+    use Command as C;
     let with = |phase| PanelModel {
         results: model.results,
         findings: 1,
@@ -210,15 +210,15 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
         (menu, *model)
     };
     match action {
-        Action::Command(C::Start | C::Resume) | Action::StartBlock { .. } => std::vec![
+        Action::Start | Action::Command(C::Resume) | Action::StartBlock { .. } => std::vec![
             (menu, with(Phase::Armed)),
             (menu, with(Phase::Busy)),
             (menu, with(Phase::Confirming)),
             (menu, with(Phase::Solving)),
             (menu, with(Phase::Done)),
             (menu, PanelModel { interrupted: true, ..with(Phase::Paused) }),
-            refused(Reason::StoreFull),
-            refused(Reason::LayoutRefused),
+            refused(Refused::StoreFull),
+            refused(Refused::LayoutRefused),
         ],
         Action::Command(C::Pause | C::Redo | C::Skip | C::Finish) => {
             std::vec![(menu, with(Phase::Paused))]
@@ -250,7 +250,7 @@ fn a_campaign_that_the_host_starts_comes_to_the_front() {
     assert_eq!(menu.screen(), Screen::Measure);
     // Whoever leaves is not fetched back, but the rig does not wait for a hit meanwhile.
     let action = menu.press(Button::Back, &model(Phase::Armed));
-    assert_eq!(action, Some(Action::Command(CampaignCommand::Pause)));
+    assert_eq!(action, Some(Action::Command(Command::Pause)));
     menu.follow(&model(Phase::Paused));
     assert_eq!(menu.screen(), Screen::Home);
 }

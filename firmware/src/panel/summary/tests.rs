@@ -1,15 +1,17 @@
 use super::*;
 use massline_protocol::object::{COVARIANCE, MeasurementResult, SCATTER};
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
-use massline_shared::identify::Method;
-use massline_shared::layout::RIG_HITS;
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
+use massline_shared::identify::{Consistency, Estimate, Method};
+use massline_shared::layout::{FrfEstimator, RIG_HITS};
+use massline_shared::mass_line::Terms;
 use massline_shared::signal::RESPONSES;
+use nalgebra::SVector;
 use std::vec::Vec;
 
 fn estimate(method: Method) -> StoredEstimate {
     StoredEstimate {
-        method: method as u8,
+        method: method.number(),
         // The three-bar frame of the theory, section 11.
         properties: [
             1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
@@ -26,7 +28,12 @@ fn estimate(method: Method) -> StoredEstimate {
         condition: 8.5,
         consistency: Some(Consistency { chi_squared: 21.5, degrees_of_freedom: 17 }),
         diagnostics: (0..16)
-            .map(|k| Diagnostic::about(Code::SensorStrainsBudget, Severity::Note, k, -1.5e30))
+            .map(|_| Diagnostic {
+                code: Code::Unknown(u16::MAX),
+                severity: Severity::Note,
+                subject: Subject::response(usize::MAX, usize::MAX),
+                value: -1.5e30,
+            })
             .collect(),
     }
 }
@@ -44,13 +51,15 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
     };
     let methods = [Method::MaximumLikelihood, Method::InertiaRestraint];
     MeasurementResult {
-        number: u32::MAX,
-        layout_hash: 7,
-        calibration: u32::MAX,
-        firmware: "0.1.0".try_into().unwrap(),
-        frf_estimator: FrfEstimator::Hv,
-        terms: Terms::A,
-        band_automatic: true,
+        head: ResultHead {
+            number: u32::MAX,
+            layout_hash: 7,
+            calibration: u32::MAX,
+            firmware: "0.1.0".try_into().unwrap(),
+            frf_estimator: FrfEstimator::Hv,
+            terms: Terms::A,
+            band_automatic: true,
+        },
         dofs: (0..dofs).map(dof).collect(),
         estimates: methods.into_iter().take(estimates).map(estimate).collect(),
         diagnostics: (0..said)
@@ -60,7 +69,7 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
 }
 
 /// Walks through the result in pieces, as it is read from the flash.
-fn walk(result: &MeasurementResult) -> Result<Summary, Reason> {
+fn walk(result: &MeasurementResult) -> Result<Summary, StoreError> {
     let mut bytes = std::vec![0; 8192];
     let length = postcard::to_slice(result, &mut bytes).unwrap().len();
     let mut walk = Walk::new();
@@ -78,7 +87,7 @@ fn walk(result: &MeasurementResult) -> Result<Summary, Reason> {
 fn the_largest_result_is_read_in_pieces() {
     let summary = walk(&result(RIG_HITS, 2, 16)).unwrap();
     assert_eq!((summary.number, summary.layout_hash), (u32::MAX, 7));
-    assert_eq!(summary.answer.unwrap().method, Method::MaximumLikelihood as u8);
+    assert_eq!(summary.answer.unwrap().method, Method::MaximumLikelihood);
     // Those of the answer come first and fill the list.
     assert_eq!(summary.findings.len(), 16);
 }
@@ -99,29 +108,29 @@ fn bytes_that_are_no_result_are_refused() {
             break reason;
         }
     };
-    assert_eq!(refused, Reason::StoreFailed);
+    assert_eq!(refused, StoreError::Failed);
 }
 
 #[test]
 fn principal_moments_are_those_of_the_body() {
     let stored = estimate(Method::MaximumLikelihood);
-    let answer = Answer::from(&stored);
+    let answer = stored.estimate().unwrap();
     let theta = SVector::from(stored.properties.map(f64::from));
     let expected = RigidBody::from_theta(&theta).principal().unwrap().moments;
-    for (found, moment) in answer.moments.unwrap().into_iter().zip(expected.iter()) {
+    for (found, moment) in answer.body.principal().unwrap().moments.iter().zip(expected.iter()) {
         // Single precision of the largest moment, a few roundings.
-        assert!((f64::from(found) - moment).abs() < 1e-6 * expected[2]);
+        assert!((f64::from(*found) - moment).abs() < 1e-6 * expected[2]);
     }
-    assert_eq!(answer.sigmas.unwrap()[0], 0.01);
-    assert!(answer.moment_sigmas.unwrap().iter().all(|sigma| *sigma > 0.0));
+    assert_eq!(answer.sigma().unwrap()[0], 0.01);
+    assert!(answer.principal_moment_sigmas().unwrap().iter().all(|sigma| *sigma > 0.0));
 }
 
 #[test]
 fn the_least_known_property_is_the_one_with_the_largest_share() {
     // Shares: mass 0.8 %, x by 2 mm of a radius of gyration of 114 mm, moments 0.1 %.
-    let answer = Answer::from(&estimate(Method::MaximumLikelihood));
+    let answer = estimate(Method::MaximumLikelihood).estimate().unwrap();
     let (k, share) = answer.least_known().unwrap();
     assert_eq!(k, 3);
     assert!((share - 0.002 / 0.114).abs() < 2e-4, "{share}");
-    assert_eq!(Answer { sigmas: None, ..answer }.least_known(), None);
+    assert_eq!(Estimate { covariance: None, ..answer }.least_known(), None);
 }

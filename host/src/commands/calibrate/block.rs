@@ -251,7 +251,7 @@ impl BlockTest {
 
 /// The campaign that was joined may have been one on an object.
 fn require_block(result: &MeasurementResult) -> Result<()> {
-    let is_block = |d: &Diagnostic| d.known_code() == Some(Code::BlockTest);
+    let is_block = |d: &Diagnostic| d.code == Code::BlockTest;
     if result.diagnostics.iter().any(is_block) {
         return Ok(());
     }

@@ -84,7 +84,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let say = |d: &Diagnostic| message_in(d, layout);
     let found = &suggestion.applicability.diagnostics;
     let mut value = report::suggestion_json(&suggestion);
-    value["codes"] = found.iter().filter_map(|d| Some(d.known_code()?.name())).collect();
+    value["codes"] = found.iter().map(|d| d.code.name()).collect();
     value["diagnostics"] = json!(diagnostics_json(found, say));
     value["noise"] = json!(args.noise.noise);
     value["seed"] = json!(args.seed);

@@ -4,7 +4,7 @@ use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Status};
 use massline_protocol::object::{ObjectId, ObjectKind};
-use massline_shared::campaign::Phase;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{PRE_TRIGGER_SCANS, Scan};
 
 use super::{Recording, scans_of};

@@ -137,7 +137,7 @@ fn what_is_no_number_leaves_none() {
     layout.hits[0].direction[1] = f64::NAN;
     assert_eq!(left(&layout), [false; 2]);
     let found = judge(&layout).diagnostics;
-    assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), [Code::LayoutNotFinite as u16]);
+    assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), [Code::LayoutNotFinite]);
     let mut layout = bar_layout();
     layout.sensors[2].axes[0] = [1.1, 0.0, 0.0];
     assert_eq!(left(&layout), [false; 2]);

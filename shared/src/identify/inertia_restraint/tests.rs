@@ -6,6 +6,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::body::tests::bodies;
+use crate::diagnosis::Subject;
 use crate::identify::ScatterAccumulator;
 use crate::layout::tests::{bar_body, bar_layout, sensor};
 use crate::layout::{Attached, Dof, Hit};
@@ -70,11 +71,11 @@ fn error_of_scale<R: Real>(
 fn errors<R: Real>(result: Result<Estimate<R>, Diagnostics>) -> Vec<Code> {
     let found = result.unwrap_err();
     assert!(found.iter().all(Diagnostic::is_error));
-    found.iter().map(|d| d.known_code().unwrap()).collect()
+    found.iter().map(|d| d.code).collect()
 }
 
 fn codes<R>(estimate: &Estimate<R>) -> Vec<Code> {
-    estimate.diagnostics.iter().map(|d| d.known_code().unwrap()).collect()
+    estimate.diagnostics.iter().map(|d| d.code).collect()
 }
 
 proptest! {
@@ -293,8 +294,7 @@ fn a_larger_capacity_does_not_change_the_answer() {
     let wide: Layout<f64, 8, 24> = layout.cast().unwrap();
     let dofs = exact(&layout, &body);
     let lines = dofs.iter().map(|(j, l)| {
-        let parts =
-            MassLines::<f64, 8>::from_parts(l.accelerance.as_slice(), &[], &[], 1).unwrap();
+        let parts = MassLines::<f64, 8>::from_parts(l.accelerance.as_slice(), &[], &[], 1).unwrap();
         (*j, parts)
     });
     let lines: Vec<_> = lines.collect();
@@ -359,6 +359,16 @@ fn readings_that_turn_about_no_third_axis_leave_the_inertia_open() {
 }
 
 #[test]
+fn data_of_a_hit_that_the_layout_does_not_have_are_named_with_the_hit() {
+    let (layout, body) = (bar_layout(), bar_body());
+    let mut dofs = exact(&layout, &body);
+    dofs[0].0 = 9;
+    let found = answer(&layout, &dofs).unwrap_err();
+    assert_eq!(found.len(), 1);
+    assert_eq!((found[0].code, found[0].subject), (Code::HitNotInLayout, Subject::Hit(9)));
+}
+
+#[test]
 fn data_that_are_not_finite_are_named_with_their_hit() {
     let (layout, body) = (bar_layout(), bar_body());
     for spoil in [
@@ -369,12 +379,9 @@ fn data_that_are_not_finite_are_named_with_their_hit() {
         spoil(&mut dofs[1].1);
         let found = answer(&layout, &dofs).unwrap_err();
         assert_eq!(found.len(), 1);
-        assert_eq!(found[0].known_code(), Some(Code::DataNotFinite));
-        assert_eq!(found[0].subject, 1);
+        assert_eq!(found[0].code, Code::DataNotFinite);
+        assert_eq!(found[0].subject, Subject::Hit(1));
     }
-    let mut dofs = exact(&layout, &body);
-    dofs[0].0 = 9;
-    assert_eq!(errors(answer(&layout, &dofs)), [Code::UnknownNode]);
     let mut broken = layout.clone();
     broken.hits[0].position[0] = f64::NAN;
     assert_eq!(errors(answer(&broken, &exact(&layout, &body))), [Code::LayoutNotFinite]);

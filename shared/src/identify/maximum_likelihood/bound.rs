@@ -7,11 +7,11 @@ use super::model::Model;
 use super::normal_equations::NormalEquations;
 use super::problem::Problem;
 use crate::Real;
-use crate::responses::{ResponseSquare, Responses};
 use crate::body::RigidBody;
 use crate::identify::MassLines;
 use crate::layout::Layout;
 use crate::linalg::cholesky;
+use crate::responses::{ResponseSquare, Responses};
 
 /// The bound of the ten.
 #[derive(Clone, Debug, PartialEq)]

@@ -239,7 +239,8 @@ impl<R: Real> Fit<R> {
     ) -> Result<(), Diagnostics> {
         let phi = self.parameters.phi();
         let body = problem.body_of(&phi).ok_or_else(undetermined)?;
-        let squares = problem.assemble(&body, by_reference(dofs), equations).ok_or_else(undetermined)?;
+        let squares =
+            problem.assemble(&body, by_reference(dofs), equations).ok_or_else(undetermined)?;
         let object = RigidBody::from_phi(&phi).ok_or_else(undetermined)?;
         let priors = problem.add_priors(&object, equations);
         equations.eliminate().ok_or_else(undetermined)?;

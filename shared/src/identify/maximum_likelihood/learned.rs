@@ -8,9 +8,9 @@ use super::normal_equations::NormalEquations;
 use super::problem::{Problem, Terms};
 use super::strain::{Causes, HitStrain, root_mean_square};
 use crate::Real;
-use crate::responses::Responses;
 use crate::body::RigidBody;
 use crate::identify::{DofMassLines, MassLines};
+use crate::responses::Responses;
 
 /// An estimated cause of error and the standard deviation that is left of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -137,7 +137,7 @@ fn covariance_of_hit<R: Real, const S: usize, const H: usize>(
         })
     });
     for j in 0..HIT_CAUSES {
-                let as_residual =
+        let as_residual =
             Terms { model: terms.model.clone(), weight: terms.weight, residual: spread.0[j] };
         equations.begin_second();
         problem.with_rows(model, &as_residual, |rows| equations.add_second(rows));

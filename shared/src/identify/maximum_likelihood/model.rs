@@ -65,12 +65,7 @@ impl<R: Real, const S: usize> Model<R, S> {
     }
 
     /// `n` hits on one DOF.
-    pub(super) fn hit(
-        &self,
-        hit: &Hit<R>,
-        balance: &Balance<R>,
-        n: u16,
-    ) -> Option<HitModel<R, S>> {
+    pub(super) fn hit(&self, hit: &Hit<R>, balance: &Balance<R>, n: u16) -> Option<HitModel<R, S>> {
         let direction = Vector3::from(hit.direction);
         let point = balance.point(&hit.position);
         let motion = self.body.acceleration(&wrench(&direction, &point.cross(&direction)))?;

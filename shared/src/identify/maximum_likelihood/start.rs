@@ -97,7 +97,7 @@ pub(super) fn identifiable<R: Real, const S: usize, const H: usize>(
                 && (found.is_empty() || layout.priors.iter().any(Prior::is_of_inertia)) =>
         {
             for diagnostic in &mut found {
-                diagnostic.severity = Severity::Warning as u8;
+                diagnostic.severity = Severity::Warning;
             }
             Ok((spectrum, found))
         }

@@ -1,16 +1,16 @@
 //! How far the causes of error must have moved for the readings to be what they are, and which of them
 //! is the first to be suspected.
 
-use heapless::Vec;
 use super::model::{HIT_CAUSES, Model, SENSOR_CAUSES};
 use super::normal_equations::NormalEquations;
 use super::problem::{Problem, Terms};
 use crate::Real;
-use crate::responses::Responses;
 use crate::body::RigidBody;
-use crate::diagnosis::{Code, Diagnostic, Severity};
+use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::DofMassLines;
 use crate::layout::MAX_ATTACHED;
+use crate::responses::Responses;
+use heapless::Vec;
 
 /// A suspect has moved by more than this many of its standard deviations in the mean square.
 const SUSPICIOUS: f64 = 2.0;
@@ -99,22 +99,22 @@ pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
 ) -> Option<Diagnostic> {
     let causes = Causes::<R, S>::of(problem.layout.sensors.len(), equations)?;
     let mut largest = (R::of(SUSPICIOUS), None);
-    let mut look_at = |strain: R, code: Code, subject: usize| {
+    let mut look_at = |strain: R, code: Code, subject: Subject| {
         if strain > largest.0 {
             let value = strain.to_f32();
-            let found = Diagnostic::about(code, Severity::Warning, subject as u16, value);
+            let found = Diagnostic::about(code, Severity::Warning, subject, value);
             largest = (strain, Some(found));
         }
     };
     for (i, values) in causes.sensors.iter().enumerate() {
-        look_at(root_mean_square(values), Code::SensorStrainsBudget, i);
+        look_at(root_mean_square(values), Code::SensorStrainsBudget, Subject::sensor(i));
     }
     let model = Model::new(problem.layout, &problem.balance, body)?;
     for (index, lines) in dofs {
         let terms = problem.terms(&model, *index, lines)?;
         let left = causes.residual(problem, &model, &terms);
         let hit = HitStrain::of(&terms, &left, problem.channels);
-        look_at(hit.strain.max(hit.misfit), Code::HitStrainsBudget, *index);
+        look_at(hit.strain.max(hit.misfit), Code::HitStrainsBudget, Subject::hit(*index));
     }
     largest.1
 }

@@ -106,9 +106,7 @@ fn what_shows_nothing_has_the_chi_squared_of_chance() {
     let meant = five_hits();
     let dofs = readings(&meant);
     let mut room = vec![0.0; workspace(3)];
-    let mut shows = |fault: SingleFault<f64>| {
-        fault.shows(&meant, &bar_body(), &dofs, &mut room)
-    };
+    let mut shows = |fault: SingleFault<f64>| fault.shows(&meant, &bar_body(), &dofs, &mut room);
     // A node on the line of action: the same force and torque.
     let along = SingleFault::HitAtNode { hit: 1, node: 9, position: END };
     let consistency = shows(along).unwrap();

@@ -8,7 +8,7 @@ use std::vec::Vec;
 
 fn codes(found: &Diagnostics) -> Vec<Code> {
     assert!(found.iter().all(Diagnostic::is_error));
-    found.iter().map(|d| d.known_code().unwrap()).collect()
+    found.iter().map(|d| d.code).collect()
 }
 
 fn check(layout: &Layout<f64, 3, 4>) -> Vec<Code> {
@@ -106,7 +106,18 @@ fn axes_that_are_no_axes_are_named() {
     layout.hits[2].direction = [1.01, 0.0, 0.0];
     let found = check_geometry(&layout, None);
     assert_eq!(codes(&found), [Code::AxesNotOrthonormal; 2]);
-    assert_eq!((found[0].subject, found[1].subject), (1, 3 + 2));
+    assert_eq!((found[0].subject, found[1].subject), (Subject::Sensor(1), Subject::Hit(2)));
+}
+
+#[test]
+fn a_layout_in_more_room_is_judged_the_same() {
+    let mut layout = bar_layout();
+    layout.sensors[2].axes[0] = [0.0, 1.0, 0.1];
+    layout.hits[1].direction = [1.01, 0.0, 0.0];
+    let larger: Layout<f64, 8, 24> = layout.cast().unwrap();
+    let found = check_geometry(&layout, None);
+    assert_eq!(found.len(), 2);
+    assert_eq!(check_geometry(&larger, None), found);
 }
 
 #[test]

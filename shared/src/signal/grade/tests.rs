@@ -27,8 +27,8 @@ fn graded_after(last: Option<u32>, value: impl Fn(usize, usize) -> f32) -> HitRe
     grade(&record(value), &ADC, &Calibration::default(), &test, last)
 }
 
-fn codes(report: &HitReport) -> Vec<(Code, u16)> {
-    report.findings.iter().map(|f| (f.known_code().unwrap(), f.subject)).collect()
+fn codes(report: &HitReport) -> Vec<(Code, Subject)> {
+    report.findings.iter().map(|f| (f.code, f.subject)).collect()
 }
 
 /// A half sine over scans 80 to 100.
@@ -58,7 +58,7 @@ fn a_good_hit_has_no_findings_and_its_peaks() {
 #[test]
 fn a_weak_hit_is_rejected() {
     let report = graded(|k, i| if k == HAMMER { half_sine(7.5, i) } else { 0.0 });
-    assert_eq!(codes(&report), [(Code::TooWeak, 0)]);
+    assert_eq!(codes(&report), [(Code::TooWeak, Subject::Whole)]);
     assert!(!report.good());
 }
 
@@ -71,7 +71,7 @@ fn a_rail_at_either_end_of_any_channel_is_an_overload() {
                 HAMMER => half_sine(30.0, i),
                 _ => 0.0,
             });
-            assert_eq!(codes(&report), [(Code::Overload, channel as u16)]);
+            assert_eq!(codes(&report), [(Code::Overload, Subject::channel(channel))]);
             assert_eq!(report.findings[0].value > 0.0, value > 0.0);
         }
     }
@@ -89,7 +89,10 @@ fn a_channel_that_is_not_in_use_is_not_graded() {
 #[test]
 fn a_sensor_that_clips_at_its_range_is_an_overload() {
     for sign in [1.0, -1.0] {
-        assert_eq!(codes(&answered(sign * 25.0 * G, 16.0 * G)), [(Code::Overload, 4)]);
+        assert_eq!(
+            codes(&answered(sign * 25.0 * G, 16.0 * G)),
+            [(Code::Overload, Subject::Channel(4))]
+        );
     }
 }
 
@@ -97,14 +100,17 @@ fn a_sensor_that_clips_at_its_range_is_an_overload() {
 fn a_sensor_that_feels_gravity_clips_nearer_to_rest() {
     // It stands at 1 g: 15 g more are its end, wherever its zero is.
     for sign in [1.0, -1.0] {
-        assert_eq!(codes(&answered(sign * 25.0 * G, 15.0 * G)), [(Code::Overload, 4)]);
+        assert_eq!(
+            codes(&answered(sign * 25.0 * G, 15.0 * G)),
+            [(Code::Overload, Subject::Channel(4))]
+        );
     }
 }
 
 #[test]
 fn a_sensor_that_clips_early_shows_by_its_flat_top() {
     // Its gain is 10 % less than its calibration says: it stops at 13.5 g from rest.
-    assert_eq!(codes(&answered(16.0 * G, 13.5 * G)), [(Code::Overload, 4)]);
+    assert_eq!(codes(&answered(16.0 * G, 13.5 * G)), [(Code::Overload, Subject::Channel(4))]);
 }
 
 #[test]
@@ -134,7 +140,11 @@ fn a_second_touch_is_a_double_hit_before_or_after_the_main_one() {
             let report = tapped(|i| {
                 pulse(80.0, 20.0, 30.0 * first, i) + pulse(80.0 + gap, 20.0, 30.0 * second, i)
             });
-            assert_eq!(codes(&report), [(Code::DoubleHit, 0)], "{gap} {share} {swapped}");
+            assert_eq!(
+                codes(&report),
+                [(Code::DoubleHit, Subject::Whole)],
+                "{gap} {share} {swapped}"
+            );
             // A code is 0.03 N of 30 N.
             assert!((report.findings[0].value - share).abs() < 5e-3, "{report:?}");
             assert!(!report.good());
@@ -153,7 +163,10 @@ fn ringing_of_hammer_or_filter_is_no_double_hit() {
                 // 30 N of 100: with more the ringing would reach the lower rail, 4.4 N below rest.
                 12.0 * (half_sine(1.0, i) - size * (per_scan * t).sin() * (-0.03 * t).exp())
             });
-            assert!(!codes(&report).contains(&(Code::DoubleHit, 0)), "{size} {report:?}");
+            assert!(
+                !codes(&report).contains(&(Code::DoubleHit, Subject::Whole)),
+                "{size} {report:?}"
+            );
         }
     }
 }
@@ -169,10 +182,10 @@ fn a_shoulder_of_the_pulse_is_no_double_hit() {
 fn a_hit_near_the_end_of_a_range_warns() {
     // The hammer shows (3 V − 0.1 V) / 22.5 mV/N = 128.9 N; a sensor 14.7 g from rest.
     let report = tapped(|i| half_sine(120.0, i));
-    assert_eq!(codes(&report), [(Code::TooHard, 0)]);
+    assert_eq!(codes(&report), [(Code::TooHard, Subject::Channel(0))]);
     assert!(report.good() && (report.findings[0].value - 120.0 / 128.9).abs() < 1e-3);
     let report = answered(-13.6 * G, f32::MAX);
-    assert_eq!(codes(&report), [(Code::TooHard, 4)]);
+    assert_eq!(codes(&report), [(Code::TooHard, Subject::Channel(4))]);
     assert!(report.good() && (report.findings[0].value - 13.6 / 14.7).abs() < 1e-3);
     assert!(answered(13.0 * G, f32::MAX).findings.is_empty());
 }
@@ -186,7 +199,7 @@ fn a_flat_top_is_an_overload_wherever_it_was_clipped() {
                 let value = half_sine(1.0, i);
                 60.0 * if k == channel { value.min(limit) } else { value }
             });
-            assert_eq!(codes(&report), [(Code::Overload, channel as u16)], "{limit}");
+            assert_eq!(codes(&report), [(Code::Overload, Subject::channel(channel))], "{limit}");
             assert!((report.findings[0].value - 60.0 * limit).abs() < 0.1);
         }
     }
@@ -211,7 +224,7 @@ fn a_soft_tip_does_not_excite_the_band() {
     // A half sine of T has its first zero at 1.5/T: at 20 ms that is 75 Hz, and at 120 Hz
     // 20 lg |cos(2.4 π)/(1 − 4·2.4²)| = −37 dB are left. The force window holds all of it.
     let report = tapped(|i| pulse(80.0, 80.0, 30.0, i));
-    assert_eq!(codes(&report), [(Code::ForceSpectrumLow, 0)]);
+    assert_eq!(codes(&report), [(Code::ForceSpectrumLow, Subject::Whole)]);
     assert!(report.good());
     // Codes of 0.03 N over 30 N, and a sum instead of an integral.
     assert!((report.findings[0].value + 37.0).abs() < 1.0, "{report:?}");
@@ -225,18 +238,18 @@ fn a_body_that_moves_before_the_hit_is_not_quiet() {
         5 => 5.0 * swing(i) + half_sine(20.0, i),
         _ => half_sine(40.0, i),
     });
-    assert_eq!(codes(&report), [(Code::PreTriggerNotQuiet, 5)]);
+    assert_eq!(codes(&report), [(Code::PreTriggerNotQuiet, Subject::Channel(5))]);
     // 5/√2 of 40, over eleven of its periods, with quantisation.
     assert!((report.findings[0].value - 0.088).abs() < 3e-3, "{report:?}");
     let report = tapped(|i| half_sine(30.0, i) + 2.0 * swing(i));
-    assert_eq!(codes(&report), [(Code::PreTriggerNotQuiet, 0)]);
+    assert_eq!(codes(&report), [(Code::PreTriggerNotQuiet, Subject::Channel(0))]);
     assert!(report.good());
 }
 
 #[test]
 fn a_hammer_that_stays_clips_the_record() {
     let report = tapped(|i| half_sine(30.0, i).max(if i > 90 { 3.0 } else { 0.0 }));
-    assert_eq!(codes(&report), [(Code::ClippedRecord, 0)]);
+    assert_eq!(codes(&report), [(Code::ClippedRecord, Subject::Channel(0))]);
     assert!((report.findings[0].value - 0.1).abs() < 2e-3 && !report.good());
 }
 
@@ -257,7 +270,7 @@ fn a_response_that_is_not_over_clips_the_record_unless_a_window_ends_it() {
         grade(&ringing, &ADC, &Calibration::default(), &test, None)
     };
     let report = graded(1.0);
-    assert_eq!(codes(&report), [(Code::ClippedRecord, 1)]);
+    assert_eq!(codes(&report), [(Code::ClippedRecord, Subject::Channel(1))]);
     // 1/√2 e^{−0.49}, over three periods.
     assert!((report.findings[0].value - 0.433).abs() < 0.02, "{report:?}");
     assert!(graded(10.0).findings.is_empty());
@@ -268,7 +281,7 @@ fn the_record_of_the_hit_before_is_a_duplicate() {
     let hit = |k: usize, i: usize| half_sine(if k == HAMMER { 30.0 } else { 8.0 }, i);
     let first = graded(hit);
     let again = graded_after(Some(first.fingerprint), hit);
-    assert_eq!(codes(&again), [(Code::DuplicateHit, 0)]);
+    assert_eq!(codes(&again), [(Code::DuplicateHit, Subject::Whole)]);
     assert!(!again.good());
     // One code of one scan makes another record.
     let other = graded_after(Some(first.fingerprint), |k, i| {
@@ -284,7 +297,7 @@ fn the_policy_decides_what_a_finding_means() {
         let policy = HitPolicy::default().with(Code::TooWeak, verdict);
         let test = TestSettings { policy, ..TestSettings::default() };
         let report = grade(&weak, &ADC, &Calibration::default(), &test, None);
-        assert_eq!(report.findings[0].severity, verdict.severity() as u8);
+        assert_eq!(report.findings[0].severity, verdict.severity());
         assert_eq!(report.good(), verdict != Verdict::Reject);
     }
 }
@@ -311,7 +324,7 @@ fn signals_in_units_are_graded_without_ranges() {
     let hit = [force.as_slice(), response.as_slice()];
     assert!(grader(80).grade(&hit).findings.is_empty());
     let early = [&force[70..], &response[70..]];
-    assert_eq!(codes(&grader(10).grade(&early)), [(Code::TriggerTooEarly, 0)]);
+    assert_eq!(codes(&grader(10).grade(&early)), [(Code::TriggerTooEarly, Subject::Whole)]);
     // Whatever is in a signal, there is a report.
     for wild in [f64::NAN, f64::INFINITY, 0.0, -1e308] {
         let _ = grader(80).grade(&[[wild; 100].as_slice(), &[wild; 90]]);

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //!            start                 trigger          record full           good
-//!   Idle ─────────▶ AwaitHit ─────────────▶ Record ─────────────▶ grade ────────▶ Analyse
+//!        ─────────▶ AwaitHit ─────────────▶ Record ─────────────▶ grade ────────▶ Analyse
 //!                      ▲                       │ lost scans         │ bad            │ averaged
 //!                      └───────────────────────┴────────────────────┘◀───────────────┤ more wanted
 //!                      ▲                                        next DOF             ▼ enough
@@ -21,7 +21,7 @@ use heapless::Vec;
 
 use crate::layout::RIG_HITS;
 
-/// What is shown of a campaign.
+/// What is shown of a rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// No campaign.
@@ -112,6 +112,34 @@ pub enum Outcome {
     Skipped,
 }
 
+/// What hangs on the cords.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Object {
+    /// What is to be identified.
+    Unknown,
+    /// A block of known mass, kg: its hits say what the hammer's gain is against the sensors'.
+    Block {
+        /// kg.
+        mass: f32,
+    },
+}
+
+/// How a campaign was started.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Start {
+    /// What is hit.
+    pub object: Object,
+    /// Every hit waits for `Accept` or `Reject`.
+    pub confirm: bool,
+}
+
+impl Start {
+    /// An unknown object, and no confirmation.
+    pub const USUAL: Self = Self { object: Object::Unknown, confirm: false };
+}
+
 /// One DOF of the campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -125,18 +153,23 @@ pub struct DofProgress {
 impl DofProgress {
     /// Nothing measured.
     pub const OPEN: Self = Self { accepted: 0, outcome: Outcome::Open };
+
+    /// True when it is not measured any more.
+    pub fn is_finished(&self) -> bool {
+        self.outcome != Outcome::Open
+    }
 }
 
 /// What outlives a cut of the power: the finished DOFs. Hits of the DOF in hand do not.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CampaignProgress {
+    /// How it was started.
+    pub start: Start,
     /// All DOFs, in the order of the layout; without hits unless finished.
     pub dofs: Vec<DofProgress, RIG_HITS>,
     /// Accepted hits wanted at each DOF.
     pub wanted: u8,
-    /// True when every hit waits for a confirmation.
-    pub confirm: bool,
     /// Hits rejected.
     pub rejected: u16,
 }
@@ -167,7 +200,6 @@ pub enum Step {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    Idle,
     Waiting,
     Recording,
     Confirming,
@@ -175,44 +207,57 @@ enum State {
     Closing,
     Identifying,
     Done { result: u32 },
+    Aborted,
 }
 
-/// A campaign: every hit DOF of a layout measured with a number of hits.
+/// A campaign: every hit DOF of a layout measured with a number of hits. It begins with its start.
 #[derive(Clone, Debug)]
 pub struct Campaign {
     state: State,
+    start: Start,
     dofs: Vec<DofProgress, RIG_HITS>,
     dof: usize,
     wanted: u8,
-    confirm: bool,
     paused: bool,
     armed: bool,
-    armings: u32,
-    starts: u32,
     rejected: u16,
 }
 
-impl Default for Campaign {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Campaign {
-    /// No campaign.
-    pub const fn new() -> Self {
-        Self {
-            state: State::Idle,
-            dofs: Vec::new(),
+    /// Starts a campaign over `dofs` DOFs with `wanted` hits each.
+    ///
+    /// # Errors
+    /// [`CommandError::NoDofs`] without DOFs, or with too many.
+    pub fn new(dofs: usize, wanted: u8, start: Start) -> Result<Self, CommandError> {
+        let mut list = Vec::new();
+        if dofs == 0 || list.resize(dofs, DofProgress::OPEN).is_err() {
+            return Err(CommandError::NoDofs);
+        }
+        Ok(Self {
+            state: State::Waiting,
+            start,
+            dofs: list,
             dof: 0,
-            wanted: 0,
-            confirm: false,
+            wanted: wanted.max(1),
             paused: false,
             armed: false,
-            armings: 0,
-            starts: 0,
             rejected: 0,
-        }
+        })
+    }
+
+    /// Takes up a campaign that a cut of the power has ended: paused, with its finished DOFs. The DOF that was
+    /// in hand begins anew.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn resume(progress: CampaignProgress) -> Result<Self, CommandError> {
+        let CampaignProgress { start, dofs, wanted, rejected } = progress;
+        let mut campaign = Self::new(dofs.len(), wanted, start)?;
+        campaign.dofs = dofs;
+        campaign.rejected = rejected;
+        campaign.next_dof();
+        campaign.paused = true;
+        Ok(campaign)
     }
 
     /// What the rig does next.
@@ -230,7 +275,7 @@ impl Campaign {
     /// What is shown of the campaign.
     pub fn phase(&self) -> Phase {
         match self.state {
-            State::Idle => Phase::Idle,
+            State::Aborted => Phase::Idle,
             _ if self.paused => Phase::Paused,
             State::Waiting if self.armed => Phase::Armed,
             State::Waiting | State::Recording | State::Analysing | State::Closing => Phase::Busy,
@@ -265,14 +310,9 @@ impl Campaign {
         self.rejected
     }
 
-    /// Counts every arming, over all campaigns.
-    pub fn armings(&self) -> u32 {
-        self.armings
-    }
-
-    /// Counts the campaigns started.
-    pub fn starts(&self) -> u32 {
-        self.starts
+    /// How it was started.
+    pub fn started(&self) -> Start {
+        self.start
     }
 
     /// Number of the result, 0 before the campaign is done.
@@ -285,39 +325,18 @@ impl Campaign {
 
     /// True from the start to the end of a campaign, pauses included.
     pub fn is_running(&self) -> bool {
-        !matches!(self.state, State::Idle | State::Done { .. })
+        !matches!(self.state, State::Aborted | State::Done { .. })
     }
 
-    /// Starts a campaign over `dofs` DOFs with `wanted` hits each. A paused one is forgotten.
-    ///
-    /// # Errors
-    /// [`CommandError::WrongPhase`] while one is running and not paused, [`CommandError::NoDofs`] without
-    /// DOFs.
-    pub fn start(&mut self, dofs: usize, wanted: u8, confirm: bool) -> Result<(), CommandError> {
+    /// True when another campaign may take its place: it has ended, or is paused between two hits.
+    pub fn gives_way(&self) -> bool {
         let held = matches!(self.state, State::Waiting | State::Identifying);
-        let free = !self.is_running() || (self.paused && held);
-        if !free {
-            return Err(CommandError::WrongPhase);
-        }
-        let mut list = Vec::new();
-        if dofs == 0 || list.resize(dofs, DofProgress::OPEN).is_err() {
-            return Err(CommandError::NoDofs);
-        }
-        *self = Self {
-            state: State::Waiting,
-            dofs: list,
-            wanted: wanted.max(1),
-            confirm,
-            armings: self.armings,
-            starts: self.starts.wrapping_add(1),
-            ..Self::new()
-        };
-        Ok(())
+        !self.is_running() || (self.paused && held)
     }
 
     /// What has been finished; `None` unless a campaign is running.
     pub fn progress(&self) -> Option<CampaignProgress> {
-        let Self { wanted, confirm, rejected, .. } = *self;
+        let Self { start, wanted, rejected, .. } = *self;
         let mut dofs = self.dofs.clone();
         for (i, dof) in dofs.iter_mut().enumerate() {
             // A DOF has no mass lines before it is closed.
@@ -326,30 +345,7 @@ impl Campaign {
                 *dof = DofProgress::OPEN;
             }
         }
-        self.is_running().then_some(CampaignProgress { dofs, wanted, confirm, rejected })
-    }
-
-    /// Takes up a campaign that a cut of the power has ended: paused, with its finished DOFs. The DOF that was
-    /// in hand begins anew.
-    ///
-    /// # Errors
-    /// [`CommandError::WrongPhase`] while a campaign is running, [`CommandError::NoDofs`] without DOFs.
-    pub fn restore(&mut self, progress: CampaignProgress) -> Result<(), CommandError> {
-        let CampaignProgress { dofs, wanted, confirm, rejected } = progress;
-        if self.is_running() {
-            return Err(CommandError::WrongPhase);
-        }
-        self.start(dofs.len(), wanted, confirm)?;
-        self.dofs = dofs;
-        self.rejected = rejected;
-        self.next_dof();
-        self.paused = true;
-        Ok(())
-    }
-
-    /// Forgets the campaign that has ended: another layout is in use.
-    pub fn forget(&mut self) {
-        *self = Self { armings: self.armings, starts: self.starts, ..Self::new() };
+        self.is_running().then_some(CampaignProgress { start, dofs, wanted, rejected })
     }
 
     /// Executes a command of the operator.
@@ -381,7 +377,7 @@ impl Campaign {
             C::Resume if self.paused => self.paused = false,
             // A result that is being stored is not torn; one that could not be is given up.
             C::Abort if self.is_running() && (self.paused || self.state != State::Identifying) => {
-                self.end(State::Idle);
+                self.end(State::Aborted);
             }
             _ => return Err(CommandError::WrongPhase),
         }
@@ -392,7 +388,6 @@ impl Campaign {
     pub fn armed(&mut self) {
         if self.state == State::Waiting {
             self.armed = true;
-            self.armings = self.armings.wrapping_add(1);
         }
     }
 
@@ -408,7 +403,7 @@ impl Campaign {
         if self.state != State::Recording {
             return;
         }
-        match (good, self.confirm) {
+        match (good, self.start.confirm) {
             (false, _) => self.reject(),
             (true, true) => self.state = State::Confirming,
             (true, false) => self.state = State::Analysing,

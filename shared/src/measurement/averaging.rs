@@ -1,53 +1,15 @@
-//! One hit DOF from its hits to its mass lines, in steps: the caller does other things between two
-//! channels, and keeps the memory where it likes.
+//! One hit DOF from its hits to its mass lines, in steps: other work can be done between two channels.
 //!
 //! A record goes through [`HitInHand`]: the force, then response by response into the averaged spectra,
-//! then its own mass lines to its siblings with [`join`]. [`band_of`] and [`fit_responses`] turn the
+//! then its own mass lines to those of the other hits with [`join`]. [`band_of`] and [`fit_responses`] turn the
 //! averaged spectra into the mass lines of the DOF.
-//!
-//! ```
-//! # use massline_shared::averaging::*;
-//! # use massline_shared::identify::ScatterAccumulator;
-//! # use massline_shared::layout::{TestSettings, Verdict};
-//! # use massline_shared::mass_line::BasisRow;
-//! # use massline_shared::signal::*;
-//! # use massline_shared::units::*;
-//! # use nalgebra::Complex;
-//! # let adc = AdcProperties { rate: Hertz(4000.0), channels: 10, bits: 12,
-//! #     reference: Volts(3.0), channel_delay: Seconds(1e-5) };
-//! # let (calibration, test) = (Calibration::default(), TestSettings::<f64>::default());
-//! # let mut record = Record::new();
-//! # for n in 0..RECORD_SCANS {
-//! #     let tap = if (n.wrapping_sub(PRE_TRIGGER_SCANS)) < 20 { 500 } else { 0 };
-//! #     record.push(&core::array::from_fn(|k| if k == 0 { tap } else { 2000 + tap / 10 }));
-//! # }
-//! let method = Method { adc: &adc, calibration: &calibration, test: &test };
-//! let mut scratch = [0.0; RECORD_SCANS];
-//! let mut force = [Complex::new(0.0, 0.0); SPECTRUM_LINES];
-//! let mut basis = [BasisRow::default(); SPECTRUM_LINES];
-//! let (mut spectra, mut siblings) = (DofSpectra::<f64>::new(), ScatterAccumulator::new());
-//!
-//! let memory = HitMemory { scratch: &mut scratch, force: &mut force, basis: &mut basis };
-//! let mut hit = HitInHand::begin(method, &record, memory, &mut spectra)?;
-//! for response in 0..adc.responses() {
-//!     hit.add_response(response, &record, &mut spectra)?;
-//! }
-//! if let Some(own) = hit.mass_lines(&calibration) {
-//!     let standing = join(&mut siblings, &own, Verdict::Warn);
-//!     assert_eq!(standing, Standing::Agrees); // the first hit has no siblings
-//! }
-//! let band = band_of(method, &spectra, &mut scratch[..SPECTRUM_LINES]);
-//! let fits = fit_responses(method, &spectra, band.unwrap_or([15.0, 60.0]), &mut basis);
-//! assert!(fits.is_ok());
-//! # Ok::<(), FftError>(())
-//! ```
 
 use nalgebra::Complex;
 
 use crate::identify::ScatterAccumulator;
 use crate::layout::{RIG_SENSORS, TestSettings, Verdict};
 use crate::mass_line::{
-    BasisRow, Fitting, Line, MassLineBasis, MassLineError, ResponseFits, find_band,
+    BasisRow, Fitting, Line, MassLineBasis, MassLineDesign, MassLineError, ResponseFits, find_band,
     window_correlation,
 };
 use crate::responses::Responses;
@@ -59,9 +21,9 @@ use crate::signal::{
 /// The averaged spectra of one DOF as the rig keeps them.
 pub type DofSpectra<R> = Spectra<R, RESPONSES, SPECTRUM_LINES>;
 
-/// What the records of a test are analysed with.
+/// What the records of a test are processed with.
 #[derive(Clone, Copy, Debug)]
-pub struct Method<'a, R> {
+pub struct ProcessingSettings<'a, R> {
     /// Rate, delays and number of the channels.
     pub adc: &'a AdcProperties,
     /// What a code means.
@@ -86,42 +48,39 @@ pub struct HitMemory<'m, R> {
     pub basis: &'m mut [BasisRow<R>],
 }
 
-/// A hit that is being averaged.
-#[derive(Debug)]
-pub struct HitInHand<'m, R> {
+/// A hit that is being averaged. Force and design stay in the [`HitMemory`] until the hit is done.
+#[derive(Clone, Debug)]
+pub struct HitInHand<R> {
     analysis: HitAnalysis<R>,
-    scratch: &'m mut [R],
-    force: &'m [Complex<R>],
-    basis: Result<MassLineBasis<'m, R>, MassLineError>,
+    design: Result<MassLineDesign<R>, MassLineError>,
     single: Responses<R, RIG_SENSORS>,
     /// True when a response has no mass line of its own.
     torn: bool,
 }
 
-impl<'m, R: RealFft> HitInHand<'m, R> {
+impl<R: RealFft> HitInHand<R> {
     /// Adds the force of a record to the spectra.
     ///
     /// # Errors
     /// When the memory is not as long as [`HitMemory`] says.
     pub fn begin<D: Readings<R> + ?Sized>(
-        method: Method<'_, R>,
+        settings: ProcessingSettings<'_, R>,
         record: &D,
-        memory: HitMemory<'m, R>,
+        memory: HitMemory<'_, R>,
         spectra: &mut DofSpectra<R>,
     ) -> Result<Self, FftError> {
         let HitMemory { scratch, force, basis } = memory;
-        let Method { adc, calibration, test } = method;
+        let ProcessingSettings { adc, calibration, test } = settings;
         let analysis = HitAnalysis::new(adc, calibration, test, PRE_TRIGGER_SCANS);
         analysis.force(record, scratch, force)?;
         spectra.add_force(force);
-        let force = &*force;
-        let lines = lines(resolution(method.adc), |line| {
-            force.get(line).map_or(R::zero(), |f| f.norm_sqr())
-        });
+        let lines =
+            lines(resolution(adc), |line| force.get(line).map_or(R::zero(), |f| f.norm_sqr()));
         // What a band does wrong is the same for every hit of a DOF, so it does not scatter.
         let (band, decay) = (test.expected_band(), test.exponential_decay);
         let basis = MassLineBasis::new(lines, band, decay, test.terms, basis);
-        Ok(Self { analysis, scratch, force, basis, single: Responses::zeros(), torn: false })
+        let design = basis.map(|basis| basis.design());
+        Ok(Self { analysis, design, single: Responses::zeros(), torn: false })
     }
 
     /// Adds a response to the spectra, and to this hit's own mass lines.
@@ -132,14 +91,17 @@ impl<'m, R: RealFft> HitInHand<'m, R> {
         &mut self,
         response: usize,
         record: &D,
+        memory: HitMemory<'_, R>,
         spectra: &mut DofSpectra<R>,
     ) -> Result<(), FftError> {
+        let HitMemory { scratch, force, basis } = memory;
         let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_LINES];
-        self.analysis.response(record, response, self.scratch, &mut lines)?;
-        spectra.add_response(response, self.force, &lines);
-        HitAnalysis::divide(&mut lines, self.force);
+        self.analysis.response(record, response, scratch, &mut lines)?;
+        spectra.add_response(response, force, &lines);
+        HitAnalysis::divide(&mut lines, force);
         let lines = lines.iter().copied();
-        let fit = self.basis.as_ref().ok().and_then(|basis| basis.fit(lines).ok());
+        let basis = self.design.as_ref().ok().and_then(|design| design.over(basis));
+        let fit = basis.and_then(|basis| basis.fit(lines).ok());
         match (fit, self.single.get_mut(response)) {
             (Some(fit), Some(own)) => *own = fit.accelerance(),
             _ => self.torn = true,
@@ -155,24 +117,21 @@ impl<'m, R: RealFft> HitInHand<'m, R> {
         (!self.torn).then_some(single)
     }
 
-    /// Takes the force out of the spectra again.
-    pub fn remove_force(&self, spectra: &mut DofSpectra<R>) {
-        spectra.remove_force(self.force);
-    }
-
-    /// Takes a response out of the spectra again: transformed once more, as its lines are not kept.
+    /// Takes a response out of the spectra again: transformed once more, as its lines are not kept. The force
+    /// is taken out with [`Spectra::remove_force`].
     ///
     /// # Errors
     /// As [`Self::begin`].
     pub fn remove_response<D: Readings<R> + ?Sized>(
-        &mut self,
+        &self,
         response: usize,
         record: &D,
+        memory: HitMemory<'_, R>,
         spectra: &mut DofSpectra<R>,
     ) -> Result<(), FftError> {
         let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_LINES];
-        self.analysis.response(record, response, self.scratch, &mut lines)?;
-        spectra.remove_response(response, self.force, &lines);
+        self.analysis.response(record, response, memory.scratch, &mut lines)?;
+        spectra.remove_response(response, memory.force, &lines);
         Ok(())
     }
 }
@@ -202,18 +161,18 @@ pub fn join<R: RealFft>(
 /// The band of a DOF, Hz: as set, else as its averaged spectra show it; `None` when they show none.
 /// `squares` are [`SPECTRUM_LINES`] numbers of scratch.
 pub fn band_of<R: RealFft>(
-    method: Method<'_, R>,
+    settings: ProcessingSettings<'_, R>,
     spectra: &DofSpectra<R>,
     squares: &mut [R],
 ) -> Option<[R; 2]> {
-    if method.test.band_hz.is_some() {
-        return method.test.band_hz;
+    if settings.test.band_hz.is_some() {
+        return settings.test.band_hz;
     }
     squares.fill(R::zero());
-    spectra.add_squares(method.adc.responses(), squares);
-    let resolution: R = resolution(method.adc);
+    spectra.add_squares(settings.adc.responses(), squares);
+    let resolution: R = resolution(settings.adc);
     let frequency = |line: usize| R::of(line as f64) * resolution;
-    find_band(squares, frequency, method.test.exponential_decay).map(|found| found.ends)
+    find_band(squares, frequency, settings.test.exponential_decay).map(|found| found.ends)
 }
 
 /// The mass lines of all responses of a DOF over a band, as the sensors read them: what their axes read
@@ -222,12 +181,12 @@ pub fn band_of<R: RealFft>(
 /// # Errors
 /// See [`MassLineError`].
 pub fn fit_responses<R: RealFft>(
-    method: Method<'_, R>,
+    settings: ProcessingSettings<'_, R>,
     spectra: &DofSpectra<R>,
     band: [R; 2],
     basis: &mut [BasisRow<R>],
 ) -> Result<ResponseFits<R, RIG_SENSORS>, MassLineError> {
-    let Method { adc, test, .. } = method;
+    let ProcessingSettings { adc, test, .. } = settings;
     let decay = test.exponential_decay;
     let duration = R::of(RECORD_SCANS as f64) / R::of(f64::from(adc.rate.0));
     let correlation = window_correlation(decay, duration);

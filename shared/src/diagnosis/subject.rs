@@ -1,0 +1,108 @@
+//! What a diagnostic is about.
+
+use crate::layout::Setting;
+
+/// What a diagnostic is about. Indexes count from 0, in the order of the layout.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Subject {
+    /// The whole layout, hit, data set or answer.
+    Whole,
+    /// A sensor.
+    Sensor(u8),
+    /// A hit DOF.
+    Hit(u8),
+    /// A channel of a record: 0 is the hammer, then three for each sensor.
+    Channel(u8),
+    /// One of the inertial parameters, in the order of `theta`.
+    Property(u8),
+    /// A setting of the `[test]` table.
+    Setting(Setting),
+    /// A response due to a hit DOF.
+    Response {
+        /// The hit DOF.
+        hit: u8,
+        /// The response: three for each sensor.
+        response: u8,
+    },
+}
+
+impl Subject {
+    /// The sensor of an index.
+    pub fn sensor(index: usize) -> Self {
+        Self::Sensor(narrow(index))
+    }
+
+    /// The hit DOF of an index.
+    pub fn hit(index: usize) -> Self {
+        Self::Hit(narrow(index))
+    }
+
+    /// The channel of an index.
+    pub fn channel(index: usize) -> Self {
+        Self::Channel(narrow(index))
+    }
+
+    /// A response due to a hit DOF, both by their index.
+    pub fn response(hit: usize, response: usize) -> Self {
+        Self::Response { hit: narrow(hit), response: narrow(response) }
+    }
+}
+
+/// No layout and no record has more; what is counted further is named last.
+fn narrow(index: usize) -> u8 {
+    u8::try_from(index).unwrap_or(u8::MAX)
+}
+
+/// What the subjects of a code count. [`Subject::Whole`] is possible with every kind: then it concerns any
+/// of them, or all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SubjectKind {
+    /// Nothing: the code is about the whole.
+    Whole,
+    /// Sensors.
+    Sensor,
+    /// Hit DOFs.
+    Hit,
+    /// Sensors and hit DOFs.
+    SensorOrHit,
+    /// Channels of a record.
+    Channel,
+    /// Inertial parameters.
+    Property,
+    /// Settings.
+    Setting,
+    /// Responses due to a hit DOF.
+    Response,
+}
+
+impl SubjectKind {
+    /// True when a code of this kind may be about the subject.
+    pub fn admits(self, subject: Subject) -> bool {
+        match subject {
+            Subject::Whole => true,
+            Subject::Sensor(_) => matches!(self, Self::Sensor | Self::SensorOrHit),
+            Subject::Hit(_) => matches!(self, Self::Hit | Self::SensorOrHit),
+            Subject::Channel(_) => self == Self::Channel,
+            Subject::Property(_) => self == Self::Property,
+            Subject::Setting(_) => self == Self::Setting,
+            Subject::Response { .. } => self == Self::Response,
+        }
+    }
+
+    /// A subject of this kind: that of an index, or the response of this index due to the first hit. For
+    /// lists of what can be said.
+    pub fn at(self, index: u8) -> Subject {
+        match self {
+            Self::Whole => Subject::Whole,
+            Self::Sensor => Subject::Sensor(index),
+            Self::Hit | Self::SensorOrHit => Subject::Hit(index),
+            Self::Channel => Subject::Channel(index),
+            Self::Property => Subject::Property(index),
+            Self::Setting => {
+                let setting = Setting::ALL.get(usize::from(index));
+                setting.map_or(Subject::Whole, |&setting| Subject::Setting(setting))
+            }
+            Self::Response => Subject::Response { hit: 0, response: index },
+        }
+    }
+}

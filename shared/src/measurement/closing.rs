@@ -1,0 +1,183 @@
+//! From the averaged hits of a DOF to its mass lines, and from all mass lines to the answers.
+
+use super::averaging::{ProcessingSettings, band_of, fit_responses, resolution};
+use super::campaign::{Campaign, Object, Outcome};
+use super::hits::Task;
+use super::{BlockResult, MeasuredDof, Measurement};
+use crate::calibration::block::{BlockError, BlockHit, BlockMass, ForceRatio, force_ratio};
+use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
+use crate::identify::{
+    MassLines, Method, NOT_RIGID, Observations, Progress, Settings, rigid_residuals,
+};
+use crate::layout::{RIG_HITS, RIG_SENSORS, TestSettings};
+use crate::mass_line::MassLineError;
+use crate::responses::{ResponseSquare, Responses};
+use crate::signal::{RESPONSES, RealFft, SPECTRUM_LINES, lines_of_band};
+use heapless::Vec;
+use nalgebra::Vector3;
+
+/// How well a mass that is typed in is taken to be known, relative: a kitchen scale.
+const MASS_SIGMA: f64 = 1e-3;
+
+impl<R: RealFft> Measurement<'_, R> {
+    /// Turns the averaged spectra of a DOF into its mass lines and keeps them.
+    pub(super) fn close_dof(&mut self, dof: usize) {
+        let Some(hit) = self.layout.as_ref().and_then(|layout| layout.hits.get(dof)) else {
+            return;
+        };
+        let name = hit.dof;
+        let (test, adc) = (self.test(), self.adc_in_use());
+        let settings =
+            ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
+        let squares = &mut self.memory.scratch[..SPECTRUM_LINES];
+        let found = band_of(settings, &self.memory.spectra, squares);
+        let band = found.unwrap_or_else(TestSettings::usual_band);
+        let fits = fit_responses(settings, &self.memory.spectra, band, &mut self.memory.basis);
+        if found.is_none() {
+            self.say(Diagnostic::about(
+                Code::BandNotFound,
+                Severity::Warning,
+                Subject::hit(dof),
+                0.0,
+            ));
+        }
+        let fits = match fits {
+            Ok(fits) => fits,
+            // A response without a mass line has no number; neither has its DOF then.
+            Err(error) => {
+                self.memory.forget_dof(dof);
+                return self.say(Diagnostic::about(
+                    code_of(error),
+                    Severity::Error,
+                    Subject::hit(dof),
+                    0.0,
+                ));
+            }
+        };
+        for (response, part) in fits.unsteady() {
+            let subject = Subject::response(dof, response);
+            let part = part.to_f32();
+            self.say(Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, part));
+        }
+        let mut accelerance = fits.accelerance;
+        // The noise of a channel is changed by the square of its cross-axis sensitivities only.
+        self.calibration.undo_cross_axis(accelerance.as_mut_slice());
+        self.check_rigidity(&test, &accelerance);
+        let spectra = &self.memory.spectra;
+        let hits = spectra.hits();
+        // One hit does not scatter, and a scatter of fewer hits than were averaged is not theirs.
+        let single = self.memory.single_hits.as_ref();
+        let single = single.filter(|single| single.hits() == hits && hits > 1);
+        let scatter = single.map_or_else(ResponseSquare::zeros, |single| single.covariance());
+        let lines = MassLines { accelerance, noise: fits.noise, scatter, hits };
+        let inside = lines_of_band(band, resolution(&adc));
+        let coherence = |response| spectra.mean_coherence(response, inside.clone());
+        let coherence = (hits > 1).then(|| {
+            core::array::from_fn::<_, RESPONSES, _>(|response| {
+                let mean = if response < adc.responses() { coherence(response) } else { None };
+                mean.unwrap_or_else(R::zero)
+            })
+        });
+        let details = MeasuredDof { dof: name, band_hz: band, coherence };
+        self.memory.keep_dof(details, (dof, lines));
+    }
+
+    /// Names the sensor that moves least with the others, when it does not move as a part of a rigid body.
+    fn check_rigidity(&mut self, test: &TestSettings<R>, readings: &Responses<R, RIG_SENSORS>) {
+        let residuals = self.layout.as_ref().and_then(|layout| rigid_residuals(layout, readings));
+        let numbers = residuals.iter().flatten().map(|left| left.to_f32()).enumerate();
+        let worst = numbers.filter(|(_, left)| left.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((sensor, left)) = worst.filter(|(_, left)| *left > NOT_RIGID as f32) {
+            // About the sensor, not about a hit: hitting again would not help, so it warns at most.
+            let verdict = test.policy.verdict(Code::MotionNotRigid);
+            let severity = verdict.severity().min(Severity::Warning);
+            self.say(Diagnostic::about(
+                Code::MotionNotRigid,
+                severity,
+                Subject::sensor(sensor),
+                left,
+            ));
+        }
+    }
+
+    /// A step of the identification.
+    pub(super) fn identify(&mut self, campaign: &Campaign, task: Task<R>) -> Task<R> {
+        match task {
+            Task::Identify => {}
+            Task::Identified => return Task::Identified,
+            _ => {
+                self.name_unfinished_dofs(campaign);
+                if let Object::Block { mass } = campaign.started().object {
+                    self.memory.identification.begin([]);
+                    self.block = Some(self.weigh(mass));
+                    return Task::Identified;
+                }
+                self.memory.identification.begin(Method::of_mass_lines());
+                return Task::Identify;
+            }
+        }
+        let Some(layout) = &self.layout else { return Task::Identified };
+        let memory = &mut *self.memory;
+        let observed = Observations::of_mass_lines(layout, &memory.mass_lines);
+        let step = memory.identification.step(&observed, &Settings::default(), &mut memory.scratch);
+        if step == Progress::Going {
+            return Task::Identify;
+        }
+        self.explain_refusals();
+        Task::Identified
+    }
+
+    /// Says why methods have no answer: an error only of the best method, when no other has one either.
+    fn explain_refusals(&mut self) {
+        let identification = &self.memory.identification;
+        let answered = !identification.estimates().is_empty();
+        for (place, (_, reasons)) in identification.refusals().iter().enumerate().rev() {
+            let severity = if answered || place > 0 { Severity::Warning } else { Severity::Error };
+            for reason in reasons {
+                let reason = Diagnostic { severity, ..*reason };
+                super::note(&mut self.diagnostics, reason);
+            }
+        }
+    }
+
+    fn name_unfinished_dofs(&mut self, campaign: &Campaign) {
+        for (dof, progress) in campaign.dofs().iter().enumerate() {
+            let accepted = f32::from(progress.accepted);
+            let code = match progress.outcome {
+                Outcome::Skipped => Code::DofSkipped,
+                Outcome::Early => Code::DofFinishedEarly,
+                Outcome::Open | Outcome::Complete => continue,
+            };
+            self.say(Diagnostic::about(code, Severity::Warning, Subject::hit(dof), accepted));
+        }
+    }
+
+    /// The hammer against the sensors, from the hits on a block of known mass.
+    fn weigh(&self, mass: f32) -> BlockResult {
+        let layout = self.layout.as_ref().ok_or(BlockError::DirectionsMissing)?;
+        let mut hits = Vec::<BlockHit<R, RIG_SENSORS>, RIG_HITS>::new();
+        for (index, lines) in &self.memory.mass_lines {
+            let hit = layout.hits.get(*index).ok_or(BlockError::DirectionsMissing)?;
+            let mut lines = lines.clone();
+            // Without a scatter the hits count as one.
+            if lines.scatter == ResponseSquare::zeros() {
+                lines.hits = 1;
+            }
+            // There is room for every DOF of a layout.
+            let _ = hits.push(BlockHit { direction: Vector3::from(hit.direction), lines });
+        }
+        let mass = R::of(f64::from(mass));
+        let block = BlockMass { mass, sigma: mass * R::of(MASS_SIGMA) };
+        let ForceRatio { ratio, sigma, departure } =
+            force_ratio(&hits, layout.sensors.len(), block)?;
+        let departure = (departure.0.to_f32(), departure.1.to_f32());
+        Ok(ForceRatio { ratio: ratio.to_f32(), sigma: sigma.to_f32(), departure })
+    }
+}
+
+fn code_of(error: MassLineError) -> Code {
+    match error {
+        MassLineError::NotFinite => Code::DataNotFinite,
+        _ => Code::BandTooNarrow,
+    }
+}

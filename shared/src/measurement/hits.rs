@@ -1,0 +1,297 @@
+//! From scans to an averaged hit: capture, grading, averaging, agreement with the other hits at the DOF.
+
+use super::averaging::{self, HitInHand, ProcessingSettings};
+use super::campaign::{Campaign, Phase};
+use super::{
+    Activity, GradedHit, LOSSES_TO_STOP, Measurement, Recorded, ScanIndex, Streamed, note,
+};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
+use crate::layout::{TestSettings, Verdict};
+use crate::signal::{
+    Capture, CaptureState, FftError, HitReport, RECORD_SCANS, RealFft, Scan, Standing, Trigger,
+    grade,
+};
+use crate::units::Newtons;
+
+/// How far the step of the campaign in hand has come.
+#[derive(Clone, Debug)]
+pub(super) enum Task<R> {
+    /// Not begun.
+    None,
+    /// The sampler runs; with the scan of the trigger once there was one.
+    Capture { capture: Capture, trigger: Option<ScanIndex> },
+    /// The record is whole.
+    Grade { trigger: ScanIndex },
+    /// Responses before the next one are averaged.
+    Average { hit: HitInHand<R>, next: usize },
+    /// The hit does not agree with the others: responses before the next one are taken out again.
+    Withdraw { hit: HitInHand<R>, next: usize, distance: R },
+    /// The methods are being carried out.
+    Identify,
+    /// The result is complete.
+    Identified,
+}
+
+impl<R: RealFft> Measurement<'_, R> {
+    /// The sampler has started, as [`Wish::Scans`](super::Wish::Scans) wants it; scans follow.
+    pub fn sampling_started(&mut self) {
+        self.recorded = Recorded::Nothing;
+        self.memory.record.clear();
+        if let Activity::Measuring(campaign, task) = &mut self.activity {
+            let test = self.layout.as_ref().map(|layout| layout.test.trigger_n);
+            let level = Newtons(test.map_or(0.0, |level| level.to_f32()));
+            let capture = Capture::new(Trigger::new(&self.adc, &self.calibration, level));
+            *task = Task::Capture { capture, trigger: None };
+            campaign.armed();
+            self.armings = self.armings.wrapping_add(1);
+        }
+    }
+
+    /// Takes consecutive scans, `first` the index of the first of them. What comes after the wish has
+    /// changed is left out.
+    pub fn feed(&mut self, first: ScanIndex, scans: &[Scan]) {
+        self.losses = 0;
+        self.counts.scans += scans.len() as u64;
+        let record = &mut self.memory.record;
+        match &mut self.activity {
+            Activity::Idle | Activity::Changing => {}
+            Activity::Reading => {
+                scans.iter().for_each(|scan| record.push(scan));
+                if record.len() >= RECORD_SCANS {
+                    self.recorded = Recorded::Reading;
+                    self.activity = Activity::Idle;
+                }
+            }
+            Activity::Streaming(streamed) => {
+                scans.iter().for_each(|scan| record.push(scan));
+                let count = scans.len() as u64;
+                *streamed = Streamed { end: first.0 + count, held: streamed.held + count };
+            }
+            Activity::Measuring(..) => {
+                for (scan, index) in scans.iter().zip(first.0..) {
+                    if !self.capture(scan, ScanIndex(index)) {
+                        break;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Takes a scan into the record; false when no more are wanted.
+    fn capture(&mut self, scan: &Scan, index: ScanIndex) -> bool {
+        let Activity::Measuring(campaign, task) = &mut self.activity else { return false };
+        let Task::Capture { capture, trigger } = task else { return false };
+        match capture.feed(&mut self.memory.record, scan, index) {
+            CaptureState::Waiting => {}
+            CaptureState::Filling if trigger.is_some() => {}
+            CaptureState::Filling => {
+                *trigger = Some(index);
+                self.counts.triggers += 1;
+                campaign.triggered();
+            }
+            CaptureState::Complete { trigger_scan } => {
+                *task = Task::Grade { trigger: trigger_scan };
+                return false;
+            }
+            CaptureState::Broken => {
+                self.lost(1);
+                return false;
+            }
+        }
+        true
+    }
+
+    /// So many scans were lost at once, and the sampler has begun anew. Before the hammer has touched that
+    /// costs nothing but another arming.
+    pub fn lost(&mut self, scans: u32) {
+        self.counts.scans_lost += u64::from(scans);
+        self.counts.overruns += 1;
+        self.losses = self.losses.saturating_add(1);
+        match &mut self.activity {
+            Activity::Idle | Activity::Changing => {}
+            // A stream goes on behind the gap.
+            Activity::Streaming(streamed) => *streamed = Streamed::default(),
+            _ if self.losses >= LOSSES_TO_STOP => self.stopped(),
+            Activity::Reading => self.memory.record.clear(),
+            Activity::Measuring(campaign, task) => {
+                let trigger = match task {
+                    Task::Capture { trigger, .. } => *trigger,
+                    _ => None,
+                };
+                *task = Task::None;
+                if campaign.phase() == Phase::Armed {
+                    return;
+                }
+                campaign.record_lost();
+                let dof = campaign.dof();
+                self.counts.hits_aborted += 1;
+                let mut findings = Diagnostics::new();
+                let lost = Diagnostic::whole(Code::ScansLost, Severity::Error, scans as f32);
+                note(&mut findings, lost);
+                let report = HitReport { findings, ..HitReport::default() };
+                self.report_hit(dof, trigger.unwrap_or_default(), report);
+            }
+        }
+    }
+
+    /// The converter does not deliver: a campaign is interrupted, anything else ends.
+    pub fn stopped(&mut self) {
+        // The user may mend the converter and go on.
+        self.losses = 0;
+        match &mut self.activity {
+            Activity::Idle | Activity::Changing => return,
+            Activity::Reading => {
+                self.recorded = Recorded::ReadingFailed;
+                self.activity = Activity::Idle;
+                return;
+            }
+            Activity::Streaming(_) => self.activity = Activity::Idle,
+            Activity::Measuring(campaign, task) => {
+                *task = Task::None;
+                campaign.interrupted();
+            }
+        }
+        self.say(Diagnostic::whole(Code::SamplerStopped, Severity::Error, 0.0));
+    }
+
+    /// Grades the record.
+    pub(super) fn grade_hit(&mut self, campaign: &mut Campaign, trigger: ScanIndex) -> Task<R> {
+        let test = self.test().cast();
+        let (adc, last) = (self.adc_in_use(), self.last_record);
+        let report = grade(&self.memory.record, &adc, &self.calibration, &test, last);
+        self.last_record = Some(report.fingerprint);
+        let good = report.good();
+        let number = self.report_hit(campaign.dof(), trigger, report);
+        self.recorded = Recorded::Hit(number);
+        campaign.graded(good);
+        Task::None
+    }
+
+    /// Reports a hit; gives its number.
+    fn report_hit(&mut self, dof: usize, trigger: ScanIndex, report: HitReport) -> u32 {
+        self.hits = self.hits.wrapping_add(1);
+        let hit = GradedHit {
+            number: self.hits,
+            dof: dof as u8,
+            good: report.good(),
+            scan: trigger.0,
+            peak_force: report.peak_force.0,
+            peak_acceleration: report.peak_acceleration.0,
+            findings: report.findings,
+        };
+        self.last_hit = Some(hit.clone());
+        self.report(hit);
+        self.hits
+    }
+
+    /// Averages a piece of the record in hand: force, then response by response, then its agreement with the
+    /// other hits at the DOF; one that does not agree is taken out again where the policy wants only
+    /// those that do.
+    pub(super) fn average_hit(
+        &mut self,
+        campaign: &mut Campaign,
+        dof: usize,
+        task: Task<R>,
+    ) -> Task<R> {
+        // The memory is as long as the record, so no transform fails.
+        self.try_average_hit(campaign, dof, task).unwrap_or_else(|_| {
+            campaign.withdrawn();
+            Task::None
+        })
+    }
+
+    fn try_average_hit(
+        &mut self,
+        campaign: &mut Campaign,
+        dof: usize,
+        task: Task<R>,
+    ) -> Result<Task<R>, FftError> {
+        let responses = self.adc_in_use().responses();
+        Ok(match task {
+            Task::Average { mut hit, next } if next < responses => {
+                let (record, spectra, memory) = self.memory.of_hit();
+                hit.add_response(next, record, memory, spectra)?;
+                Task::Average { hit, next: next + 1 }
+            }
+            Task::Average { hit, .. } => self.join(campaign, dof, hit),
+            Task::Withdraw { hit, next, distance } if next < responses => {
+                let (record, spectra, memory) = self.memory.of_hit();
+                hit.remove_response(next, record, memory, spectra)?;
+                Task::Withdraw { hit, next: next + 1, distance }
+            }
+            Task::Withdraw { distance, .. } => {
+                campaign.withdrawn();
+                self.withdraw(Code::HitInconsistent, dof, distance);
+                Task::None
+            }
+            _ => {
+                if campaign.accepted() == 0 {
+                    self.open_dof(dof);
+                }
+                let (adc, test) = (self.adc_in_use(), self.test());
+                let settings =
+                    ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
+                let (record, spectra, memory) = self.memory.of_hit();
+                let hit = HitInHand::begin(settings, record, memory, spectra)?;
+                Task::Average { hit, next: 0 }
+            }
+        })
+    }
+
+    /// Compares the averaged hit with the others at its DOF. One without mass lines of its own tells nothing
+    /// about the scatter.
+    fn join(&mut self, campaign: &mut Campaign, dof: usize, hit: HitInHand<R>) -> Task<R> {
+        let verdict = self.test().policy.verdict(Code::HitInconsistent);
+        let standing = match hit.mass_lines(&self.calibration) {
+            None => Standing::Agrees,
+            Some(own) => {
+                let others = self.memory.single_hits.get_or_insert_default();
+                averaging::join(others, &own, verdict)
+            }
+        };
+        match standing {
+            Standing::Agrees => campaign.analysed(),
+            Standing::Astray(distance) | Standing::Contradicts(distance)
+                if verdict != Verdict::Reject =>
+            {
+                let code = Code::HitInconsistent;
+                let severity = verdict.severity();
+                self.say(Diagnostic::about(code, severity, Subject::hit(dof), distance.to_f32()));
+                campaign.analysed();
+            }
+            Standing::Astray(distance) => {
+                self.memory.spectra.remove_force(&self.memory.force);
+                return Task::Withdraw { hit, next: 0, distance };
+            }
+            // The DOF begins anew, and the next hit opens it.
+            Standing::Contradicts(distance) => {
+                campaign.contradicted();
+                self.averaged = None;
+                self.withdraw(Code::HitsDisagree, dof, distance);
+            }
+        }
+        Task::None
+    }
+
+    /// Reports the hit in hand, which was good by itself, once more: now it is rejected.
+    fn withdraw(&mut self, code: Code, dof: usize, distance: R) {
+        let Some(mut hit) = self.last_hit.take() else { return };
+        hit.good = false;
+        let why = Diagnostic::about(code, Severity::Error, Subject::hit(dof), distance.to_f32());
+        note(&mut hit.findings, why);
+        self.last_hit = Some(hit.clone());
+        self.report(hit);
+    }
+
+    /// Forgets the hits of the DOF that was in hand.
+    fn open_dof(&mut self, dof: usize) {
+        self.memory.spectra.clear();
+        self.memory.single_hits = None;
+        self.averaged = Some(dof as u8);
+    }
+
+    /// The settings of the test.
+    pub(super) fn test(&self) -> TestSettings<R> {
+        self.layout.as_ref().map_or_else(TestSettings::default, |layout| layout.test)
+    }
+}

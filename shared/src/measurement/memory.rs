@@ -1,0 +1,97 @@
+//! The large memory of a measurement, lent by whoever drives it.
+
+use heapless::Vec;
+use nalgebra::Complex;
+
+use super::averaging::{DofSpectra, HitMemory};
+use super::result::MeasuredDof;
+use crate::identify::{DofMassLines, Identification, ScatterAccumulator};
+use crate::layout::{RIG_HITS, RIG_SENSORS};
+use crate::mass_line::BasisRow;
+use crate::signal::{RECORD_SCANS, Record, SPECTRUM_LINES};
+
+/// The large memory of a measurement: about 75 KiB in single precision. Its initial value is all zeros, so that
+/// a static one takes no room in an image.
+pub struct Memory<R> {
+    pub(super) record: Record,
+    /// Averages of the hits of the DOF in hand.
+    pub(super) spectra: DofSpectra<R>,
+    /// Samples and transform of one channel; after the last hit the workspace of the identification.
+    pub(super) scratch: [R; RECORD_SCANS],
+    pub(super) force: [Complex<R>; SPECTRUM_LINES],
+    pub(super) basis: [BasisRow<R>; SPECTRUM_LINES],
+    /// Mass lines of the single hits of the DOF in hand.
+    pub(super) single_hits: Option<ScatterAccumulator<R, RIG_SENSORS>>,
+    /// What has been measured in this campaign, DOF by DOF.
+    pub(super) dofs: Vec<MeasuredDof<R>, RIG_HITS>,
+    /// The mass lines of these DOFs, in the same order.
+    pub(super) mass_lines: Vec<DofMassLines<R, RIG_SENSORS>, RIG_HITS>,
+    pub(super) identification: Identification<R>,
+}
+
+macro_rules! memory {
+    ($($real:ty),*) => {$(
+        impl Memory<$real> {
+            /// Empty memory.
+            pub const fn new() -> Self {
+                Self {
+                    record: Record::new(),
+                    spectra: DofSpectra::<$real>::new(),
+                    scratch: [0.0; RECORD_SCANS],
+                    force: [Complex { re: 0.0, im: 0.0 }; SPECTRUM_LINES],
+                    basis: [BasisRow::<$real>::EMPTY; SPECTRUM_LINES],
+                    single_hits: None,
+                    dofs: Vec::new(),
+                    mass_lines: Vec::new(),
+                    identification: Identification::idle(),
+                }
+            }
+        }
+
+        impl Default for Memory<$real> {
+            fn default() -> Self {
+                Self::new()
+            }
+        }
+    )*};
+}
+
+memory!(f32, f64);
+
+impl<R> Memory<R> {
+    /// What a hit is processed in.
+    pub(super) fn of_hit(&mut self) -> (&Record, &mut DofSpectra<R>, HitMemory<'_, R>) {
+        let Self { record, spectra, scratch, force, basis, .. } = self;
+        (record, spectra, HitMemory { scratch, force, basis })
+    }
+
+    /// Forgets what a campaign has measured.
+    pub(super) fn forget_campaign(&mut self) {
+        self.single_hits = None;
+        self.dofs.clear();
+        self.mass_lines.clear();
+    }
+
+    /// Keeps what was measured of a DOF, in the place of what was there of it.
+    pub(super) fn keep_dof(
+        &mut self,
+        details: MeasuredDof<R>,
+        mass_lines: DofMassLines<R, RIG_SENSORS>,
+    ) {
+        if let Some(place) = self.mass_lines.iter().position(|(index, _)| *index == mass_lines.0) {
+            self.mass_lines.remove(place);
+            self.dofs.remove(place);
+        }
+        // There is room for every DOF of a layout.
+        let _ = self.mass_lines.push(mass_lines);
+        let _ = self.dofs.push(details);
+    }
+
+    /// Forgets what was measured of a DOF.
+    pub(super) fn forget_dof(&mut self, dof: usize) {
+        if let Some(place) = self.mass_lines.iter().position(|(index, _)| *index == dof) {
+            self.mass_lines.remove(place);
+            self.dofs.remove(place);
+        }
+    }
+}

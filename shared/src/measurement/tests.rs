@@ -1,0 +1,180 @@
+use std::boxed::Box;
+
+use super::campaign::{DofProgress, Outcome};
+use super::*;
+use crate::identify::MassLines;
+use crate::layout::tests::{bar_body, bar_layout};
+use crate::signal::Scan;
+use crate::signal::tests::{ADC, code};
+
+fn memory() -> Box<Memory<f64>> {
+    Box::new(Memory::<f64>::new())
+}
+
+fn measurement(memory: &mut Memory<f64>) -> Measurement<'_, f64> {
+    let mut measurement = Measurement::new(ADC, memory);
+    let mut layout: TestLayout<f64> = bar_layout().cast().unwrap();
+    layout.test.hits_per_dof = 2;
+    measurement.set_layout(layout);
+    measurement
+}
+
+/// Scans of hits of about 20 N, one every 4000, that move every response a little: `count` of them from `first`
+/// on. No two hits are alike.
+fn scans(first: usize, count: usize) -> std::vec::Vec<Scan> {
+    let scan = |n: usize| -> Scan {
+        let (number, n) = (n / 4000, n % 4000);
+        let force = if (200..216).contains(&n) {
+            (20.0 + 0.2 * number as f32) * ((n - 200) as f32 / 16.0 * core::f32::consts::PI).sin()
+        } else {
+            0.0
+        };
+        core::array::from_fn(|channel| match channel {
+            0 => code(0, force),
+            k => code(k, force * (0.3 + 0.1 * k as f32)),
+        })
+    };
+    (first..first + count).map(scan).collect()
+}
+
+/// Drives it until it rests or has something to be kept.
+fn drive(measurement: &mut Measurement<'_, f64>) -> Wish {
+    let mut next = 0;
+    loop {
+        match measurement.wish() {
+            Wish::Scans => {
+                measurement.sampling_started();
+                while measurement.wish() == Wish::Scans {
+                    let block = scans(next, 20);
+                    measurement.feed(ScanIndex(next as u64), &block);
+                    next += 20;
+                    assert!(next < 400_000, "no result: {:?}", measurement.last_hit());
+                }
+                // Another hit, later.
+                next = next.div_ceil(4000) * 4000;
+            }
+            Wish::Work => measurement.work(),
+            wish => return wish,
+        }
+    }
+}
+
+#[test]
+fn nothing_else_begins_while_something_is_measured() {
+    let mut memory = memory();
+    let mut rig = measurement(&mut memory);
+    rig.set_stream(true).unwrap();
+    assert_eq!(rig.start(Start::USUAL, false, true), Err(StartError::WrongPhase));
+    assert_eq!(rig.take_reading(), Err(CommandError::WrongPhase));
+    assert_eq!(rig.begin_change(), Err(StartError::WrongPhase));
+    rig.set_stream(false).unwrap();
+    rig.begin_change().unwrap();
+    assert_eq!(rig.start(Start::USUAL, false, true), Err(StartError::Busy));
+    assert_eq!(rig.set_stream(true), Err(CommandError::WrongPhase));
+    rig.end_change();
+    assert_eq!(rig.start(Start::USUAL, false, false), Err(StartError::NoRoom));
+    rig.start(Start::USUAL, false, true).unwrap();
+    assert_eq!(rig.take_reading(), Err(CommandError::WrongPhase));
+    assert_eq!(rig.set_stream(true), Err(CommandError::WrongPhase));
+    assert_eq!(rig.start(Start::USUAL, false, true), Err(StartError::WrongPhase));
+    rig.command(Command::Abort).unwrap();
+    assert_eq!((rig.phase(), rig.wish()), (Phase::Idle, Wish::Rest));
+    rig.take_reading().unwrap();
+    assert_eq!(rig.wish(), Wish::Scans);
+}
+
+#[test]
+fn a_reading_fills_the_record_and_a_converter_that_stops_ends_it() {
+    let mut memory = memory();
+    let mut rig = measurement(&mut memory);
+    rig.take_reading().unwrap();
+    rig.sampling_started();
+    rig.feed(ScanIndex(0), &scans(0, 1000));
+    rig.lost(5);
+    rig.feed(ScanIndex(1005), &scans(0, RECORD_SCANS));
+    assert_eq!((rig.recorded(), rig.wish()), (Recorded::Reading, Wish::Rest));
+    rig.take_reading().unwrap();
+    rig.sampling_started();
+    for _ in 0..LOSSES_TO_STOP {
+        rig.lost(1);
+    }
+    assert_eq!((rig.recorded(), rig.wish()), (Recorded::ReadingFailed, Wish::Rest));
+}
+
+#[test]
+fn a_campaign_goes_from_scans_to_a_result_to_be_kept() {
+    let mut memory = memory();
+    let mut rig = measurement(&mut memory);
+    rig.start(Start::USUAL, false, true).unwrap();
+    assert_eq!(drive(&mut rig), Wish::Keep);
+    // Two hits at each of three DOFs, none of them rejected.
+    assert_eq!((rig.hits(), rig.counts().triggers, rig.campaign().unwrap().rejected()), (6, 6, 0));
+    assert_eq!(rig.result().dofs.len(), 3);
+    rig.not_stored();
+    assert_eq!((rig.phase(), rig.wish()), (Phase::Paused, Wish::Rest));
+    rig.command(Command::Resume).unwrap();
+    assert_eq!(drive(&mut rig), Wish::Keep);
+    rig.stored(7);
+    assert_eq!((rig.phase(), rig.campaign().unwrap().result()), (Phase::Done, 7));
+    assert!(rig.is_idle());
+}
+
+#[test]
+fn scans_lost_after_the_trigger_reject_the_hit_and_before_it_only_arm_again() {
+    let mut memory = memory();
+    let mut rig = measurement(&mut memory);
+    rig.start(Start::USUAL, false, true).unwrap();
+    rig.sampling_started();
+    rig.feed(ScanIndex(0), &scans(0, 100));
+    rig.lost(3);
+    assert_eq!((rig.wish(), rig.hits(), rig.campaign().unwrap().rejected()), (Wish::Scans, 0, 0));
+    rig.sampling_started();
+    rig.feed(ScanIndex(103), &scans(100, 300));
+    rig.lost(3);
+    assert_eq!((rig.hits(), rig.campaign().unwrap().rejected(), rig.armings()), (1, 1, 2));
+    let hit = rig.next_hit().unwrap();
+    assert_eq!((hit.good, hit.findings[0].code), (false, Code::ScansLost));
+    assert_eq!(rig.counts().hits_aborted, 1);
+}
+
+/// What a rig keeps over a cut of the power is enough for the mass of a block: once it kept a flag alone.
+#[test]
+fn a_block_test_that_goes_on_after_a_cut_knows_its_mass() {
+    let start = Start { object: Object::Block { mass: 2.0 }, confirm: false };
+    let mut before = memory();
+    let mut rig = measurement(&mut before);
+    rig.start(start, false, true).unwrap();
+    rig.command(Command::Skip).unwrap();
+    let progress = rig.progress().unwrap();
+    assert_eq!(progress.dofs[0].outcome, Outcome::Skipped);
+    let mut after = memory();
+    let mut rig = measurement(&mut after);
+    rig.resume(progress, [], |_| false, Diagnostics::new()).unwrap();
+    assert_eq!(rig.phase(), Phase::Paused);
+    assert_eq!(rig.campaign().unwrap().started(), start);
+    rig.command(Command::Resume).unwrap();
+    assert_eq!(drive(&mut rig), Wish::Keep);
+    assert!(rig.result().block.is_some(), "the block is weighed");
+    assert_eq!(rig.result().estimates, []);
+}
+
+#[test]
+fn a_finished_dof_whose_mass_lines_are_lost_is_measured_again() {
+    let mut memory = memory();
+    let mut rig = measurement(&mut memory);
+    let done = DofProgress { accepted: 2, outcome: Outcome::Complete };
+    let dofs = [done, done, DofProgress::OPEN].into_iter().collect();
+    let progress = CampaignProgress { start: Start::USUAL, dofs, wanted: 2, rejected: 0 };
+    let layout = bar_layout();
+    let of = |index: usize| {
+        let accelerance = layout.accelerance(&bar_body(), index).unwrap();
+        let details =
+            MeasuredDof { dof: layout.hits[index].dof, band_hz: [10.0, 120.0], coherence: None };
+        (details, (index, MassLines::without_scatter(accelerance)))
+    };
+    // Of the second the mass lines are lost; those of the third belong to no finished DOF.
+    rig.resume(progress, [of(0), of(2)], |index| index < 2, Diagnostics::new()).unwrap();
+    assert_eq!(rig.result().mass_lines.len(), 1);
+    assert_eq!(rig.campaign().unwrap().dofs(), [done, DofProgress::OPEN, DofProgress::OPEN]);
+    assert_eq!(rig.campaign().unwrap().dof(), 1);
+}
