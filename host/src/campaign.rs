@@ -89,7 +89,7 @@ pub enum Ending {
 }
 
 /// How a campaign is begun.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Begin {
     /// Every hit waits for a verdict.
     pub confirm: bool,
@@ -97,8 +97,8 @@ pub struct Begin {
     pub force: bool,
     /// Forget an interrupted campaign.
     pub restart: bool,
-    /// The object is a block of known mass: mass lines only.
-    pub block: bool,
+    /// The object is a block of this mass, kg: mass lines only.
+    pub block_mass: Option<f32>,
 }
 
 /// What [`begin`] found.
@@ -140,7 +140,10 @@ pub fn begin(client: &mut Client, how: Begin) -> Result<Begun, ClientError> {
 }
 
 fn start(client: &mut Client, how: Begin) -> Result<Status, ClientError> {
-    if how.block { client.start_block(how.confirm) } else { client.start(how.confirm, how.force) }
+    match how.block_mass {
+        Some(mass) => client.start_block(mass, how.confirm),
+        None => client.start(how.confirm, how.force),
+    }
 }
 
 /// Follows the campaign that runs until it ends.

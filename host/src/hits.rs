@@ -1,22 +1,22 @@
 //! Grades the hits of a recording: each by itself, then against the others.
 
 mod cut;
+mod repeats;
 mod report;
-mod siblings;
 
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::TestSettings;
 use massline_shared::signal::{
-    CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport, relative_distance,
+    CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport, Standing,
 };
 use nalgebra::Complex;
 
 use crate::error::{Error, Result};
 use crate::recording::{Channel, Recording};
-use siblings::Distances;
+use repeats::Repeats;
 
-/// Hits that are compared with each other: all pairs are, so a hundred times as many take ten thousand
-/// times as long.
+/// Hits that are compared with each other: their spectra are held in memory, and more than these are no
+/// repeat hits.
 const MOST_HITS: usize = 2000;
 
 /// How a recording is graded; `None` is what the file says or what is not known.
@@ -76,8 +76,7 @@ pub struct Hit {
     pub start_s: f64,
     /// What was found.
     pub report: HitReport,
-    /// Median relative distance of its responses per force from the other hits that are not
-    /// rejected.
+    /// Relative distance of its responses per force from the mean of the others that agree.
     pub distance: Option<f64>,
     /// True when the hit belongs to the best consistent set.
     pub kept: bool,
@@ -154,16 +153,14 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
     let good: Vec<usize> = (0..hits.len()).filter(|&k| hits[k].report.good()).collect();
     let lines = |&k: &usize| FrfLines::of(&cut[k], rate, &options.test).map_err(not_transformed);
     let lines = good.iter().map(lines).collect::<Result<Vec<_>>>()?;
-    let distances = Distances::new(good.len(), |a, b| lines[a].distance(&lines[b]));
-    let all: Vec<usize> = (0..good.len()).collect();
-    let limit = distances.limit_among(&all);
-    let kept = distances.best_consistent(&all, options.keep.unwrap_or(usize::MAX), limit);
+    let repeats = Repeats::new(weighted(&lines));
+    let kept = repeats.best(options.keep.unwrap_or(usize::MAX));
     for (place, &k) in good.iter().enumerate() {
         let hit = &mut hits[k];
-        // Against those that agree: bad ones among the others do not count.
-        hit.distance = distances.median_to(place, &kept);
+        let beside = repeats.beside_the_others(place);
+        hit.distance = beside.distance();
         hit.kept = kept.contains(&place);
-        if let Some(far) = hit.distance.filter(|&far| far > limit) {
+        if let Standing::Astray(far) | Standing::Contradicts(far) = beside.standing() {
             let severity = options.test.policy.verdict(Code::HitInconsistent).severity();
             let found = Diagnostic::whole(Code::HitInconsistent, severity, far as f32);
             // A hit that is not rejected has few findings.
@@ -172,6 +169,19 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
         }
     }
     Ok(())
+}
+
+/// The responses per force of each hit as one vector, a line weighted by what the hits excite it with
+/// together.
+fn weighted(hits: &[FrfLines]) -> Vec<Vec<f64>> {
+    let count = hits.iter().map(|hit| hit.weight.len()).min().unwrap_or(0);
+    let weight = |line: usize| hits.iter().map(|hit| hit.weight[line]).sum::<f64>().sqrt();
+    let weights: Vec<f64> = (0..count).map(weight).collect();
+    let vector = |hit: &FrfLines| {
+        let lines = hit.frf.iter().flat_map(|lines| lines.iter().zip(&weights));
+        lines.flat_map(|(h, weight)| [h.re * weight, h.im * weight]).collect()
+    };
+    hits.iter().map(vector).collect()
 }
 
 fn not_transformed(error: FftError) -> Error {
@@ -213,13 +223,5 @@ impl FrfLines {
             frf.push(of_band(&lines));
         }
         Ok(Self { weight: of_band(&force).iter().map(|f| f.norm_sqr()).collect(), frf })
-    }
-
-    fn distance(&self, other: &Self) -> f64 {
-        let pairs = self.frf.iter().zip(&other.frf).flat_map(|(a, b)| {
-            let weights = self.weight.iter().zip(&other.weight).map(|(a, b)| (a * b).sqrt());
-            a.iter().zip(b).zip(weights).map(|((&a, &b), weight)| (a, b, weight))
-        });
-        relative_distance(pairs)
     }
 }

@@ -1,30 +1,30 @@
-//! The ten properties from mass lines in double precision: every method that the layout admits, and
-//! what the fit found out on the way.
+//! The ten properties in double precision: what the methods answer, and what the fit of maximum likelihood
+//! found out on the way.
 
 mod priors;
+mod report;
 
 use massline_protocol::object::{DofResult, MeasurementResult};
-use massline_shared::diagnosis::{Diagnostic, Diagnostics, Severity, Subject};
-use massline_shared::identify::inertia_restraint::{self, Settings};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::influence::{Influence, influences};
-use massline_shared::identify::maximum_likelihood::{self, Learned, workspace};
-use massline_shared::identify::{MassLines, Method};
+use massline_shared::identify::maximum_likelihood::{self, Learned, Start};
+use massline_shared::identify::{
+    self as solvers, DofMassLines, Estimate, Method, Methods, Observations, Settings, SpectralLines,
+};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 
-pub use priors::{contradicted_priors, in_place_of_suspects, priors_of_result};
-
-use crate::report::Answer;
-
-/// Channels that the host solves for.
-pub const CHANNELS: usize = 3 * HOST_SENSORS;
+use priors::contradicted_priors;
 
 /// Mass lines of the hit DOFs that were measured, with their index in the layout.
-pub type MeasuredLines = Vec<(usize, MassLines<f64, CHANNELS>)>;
+pub type MeasuredLines = Vec<DofMassLines<f64, HOST_SENSORS>>;
+
+/// What the host has observed.
+pub type HostObservations<'a, L> = Observations<'a, f64, HOST_SENSORS, HOST_HITS, L>;
 
 /// Which methods are wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Selection {
-    /// All that answer from mass lines, the best first.
+    /// All that answer without being asked for by name, the best first.
     #[default]
     All,
     /// One.
@@ -33,45 +33,30 @@ pub enum Selection {
 
 impl Selection {
     /// The methods, the best first.
-    pub fn methods(&self) -> &[Method] {
+    pub fn methods(self) -> Methods {
         match self {
-            Self::All => &[Method::MaximumLikelihood, Method::InertiaRestraint],
-            Self::Only(method) => core::slice::from_ref(method),
+            Self::All => Method::usual().collect(),
+            Self::Only(method) => [method].into_iter().collect(),
         }
+    }
+
+    /// True for a method that is wanted.
+    pub fn contains(self, method: Method) -> bool {
+        self.methods().contains(&method)
     }
 }
 
-/// How to identify.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
-    /// The methods.
-    pub selection: Selection,
-    /// How the inertia restraint method sets up its equations.
-    pub inertia_restraint: Settings<f64>,
-}
-
-/// The answers.
+/// What was identified.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Identification {
-    /// One a method, in the order that was asked for.
-    pub answers: Vec<Answer>,
-    /// The methods without an answer, and why.
+    /// The answers, one a method, the best first.
+    pub estimates: Vec<Estimate<f64>>,
+    /// The methods without an answer, the best first, and why.
     pub not_applicable: Vec<(Method, Diagnostics)>,
     /// What the fit of maximum likelihood found out.
     pub details: Option<Details>,
     /// What was said to be known of the object and contradicts the data.
     pub priors: Vec<Diagnostic>,
-}
-
-impl Identification {
-    /// Why methods are missing, which others make up for, and which priors contradict the data.
-    pub fn warnings(&self) -> Vec<Diagnostic> {
-        let reasons = self.not_applicable.iter().flat_map(|(_, reasons)| reasons);
-        reasons
-            .chain(&self.priors)
-            .map(|d| Diagnostic { severity: Severity::Warning, ..*d })
-            .collect()
-    }
 }
 
 /// What the fit of maximum likelihood found out.
@@ -83,96 +68,98 @@ pub struct Details {
     pub influences: Vec<Influence<f64>>,
 }
 
-/// Every method that is wanted and admitted.
-///
-/// # Errors
-/// When none has an answer: the diagnostics of the method that asks for least.
-pub fn identify(
-    layout: &HostLayout,
-    lines: &MeasuredLines,
-    options: &Options,
-) -> Result<Identification, Diagnostics> {
-    let dofs = || lines.iter().map(|(index, lines)| (*index, lines));
-    let linear = inertia_restraint::solve(layout, dofs(), options.inertia_restraint);
-    let mut found = Identification::default();
-    let mut refusal = None;
-    for &method in options.selection.methods() {
-        let answer = match method {
-            // It answers from spectral lines.
-            Method::GlobalFit => continue,
-            Method::InertiaRestraint => linear.as_ref().map_err(Clone::clone).map(|estimate| {
-                found.answers.push(Answer::of(method, estimate));
-            }),
-            Method::MaximumLikelihood => {
-                let mut memory = vec![0.0; workspace(HOST_SENSORS)];
-                let start = linear.as_ref().ok().map(|estimate| &estimate.body);
-                maximum_likelihood::solve(layout, dofs(), start, &mut memory).map(|solution| {
-                    let mut answer = Answer::of(method, &solution.estimate);
-                    let named = in_place_of_suspects(&answer.diagnostics, layout, lines);
-                    if let Some((others, priors)) = named {
-                        (answer.diagnostics, found.priors) = (others, priors);
-                    }
-                    found.answers.push(answer);
-                    let mut of_each = Vec::new();
-                    influences(layout, dofs(), &solution, &mut memory, |i| of_each.push(i));
-                    let learned = solution.learned;
-                    found.details = Some(Details { learned, influences: of_each });
-                })
-            }
-        };
-        if let Err(mut reasons) = answer {
-            if method == Method::MaximumLikelihood {
-                let priors = contradicted_priors(layout, lines).into_iter();
-                let grave = |d| Diagnostic { severity: Severity::Error, ..d };
-                // What there is no room for beside the few reasons of a fit is left out.
-                reasons.extend(priors.map(grave).take(reasons.capacity() - reasons.len()));
-            }
-            refusal.get_or_insert_with(|| reasons.clone());
-            found.not_applicable.push((method, reasons));
-        }
+impl Identification {
+    /// Why methods are missing, which others make up for, and which priors contradict the data.
+    pub fn warnings(&self) -> Vec<Diagnostic> {
+        let reasons = self.not_applicable.iter().flat_map(|(_, reasons)| reasons);
+        reasons
+            .chain(&self.priors)
+            .map(|d| Diagnostic { severity: Severity::Warning, ..*d })
+            .collect()
     }
-    match refusal {
-        Some(reasons) if found.answers.is_empty() => Err(reasons),
-        _ => Ok(found),
+
+    /// The same when at least one method has an answer.
+    ///
+    /// # Errors
+    /// The reasons of the best method, when none has.
+    pub fn answered(self) -> Result<Self, Diagnostics> {
+        match self.not_applicable.first() {
+            Some((_, reasons)) if self.estimates.is_empty() => Err(reasons.clone()),
+            _ => Ok(self),
+        }
     }
 }
 
-/// The methods that a rig's result has no answer of, and why. A rig says why without saying of which
-/// method, so its mass lines are solved again; where double precision has an answer, the reasons are
-/// what the rig says of the test as a whole.
-pub fn refused(
-    result: &MeasurementResult,
-    layout: &HostLayout,
+/// What the selected methods make of what was observed.
+pub fn identify<L: SpectralLines<f64>>(
+    observed: &HostObservations<'_, L>,
     selection: Selection,
-) -> Vec<(Method, Diagnostics)> {
-    let lines = lines_of(result, layout);
-    let answered = |method: Method| result.estimates.iter().any(|e| e.method == method as u8);
-    let missing = selection.methods().iter().filter(|&&method| !answered(method));
-    let reasons = |&method: &Method| {
-        let options =
-            Options { selection: Selection::Only(method), inertia_restraint: Settings::weighted() };
-        let said = result.diagnostics.iter().filter(|d| d.subject == Subject::Whole);
-        let grave = said.filter(|d| d.severity > Severity::Note);
-        match identify(layout, &lines, &options) {
-            Err(reasons) => (method, reasons),
-            Ok(_) => (method, grave.copied().collect()),
-        }
+    settings: &Settings<f64>,
+) -> Identification {
+    let Observations { layout, mass_lines, spectral_lines } = observed;
+    let wanted = match selection {
+        Selection::All => observed.methods(),
+        Selection::Only(_) => selection.methods(),
     };
-    missing.map(reasons).collect()
+    let lines = spectral_lines.responses().map_or(0, |responses| responses.frequencies().len());
+    let mut memory = vec![0.0; solvers::workspace(&wanted, layout.sensors.len(), lines)];
+    let found = solvers::identify(observed, &wanted, settings, &mut memory);
+    let (estimates, refusals) = found.into_parts();
+    let mut found = Identification {
+        estimates: estimates.into_iter().collect(),
+        not_applicable: refusals.into_iter().collect(),
+        ..Identification::default()
+    };
+    let likelihood = |estimate: &&mut Estimate<f64>| estimate.method == Method::MaximumLikelihood;
+    if let Some(estimate) = found.estimates.iter_mut().find(likelihood) {
+        found.priors = suspect_priors(estimate, layout, mass_lines);
+        found.details = details(layout, mass_lines);
+    }
+    for (method, reasons) in &mut found.not_applicable {
+        if *method == Method::MaximumLikelihood {
+            let priors = contradicted_priors(layout, mass_lines).into_iter();
+            let grave = |d| Diagnostic { severity: Severity::Error, ..d };
+            // What there is no room for beside the few reasons of a fit is left out.
+            reasons.extend(priors.map(grave).take(reasons.capacity() - reasons.len()));
+        }
+    }
+    found
 }
 
-/// The mass lines of a stored result; DOFs whose numbers do not fit together are left out.
-pub fn lines_of(result: &MeasurementResult, layout: &HostLayout) -> MeasuredLines {
-    let channels = 3 * layout.sensors.len();
-    let wide = |values: &[f32]| values.iter().copied().map(f64::from).collect::<Vec<_>>();
-    let of_dof = |dof: &DofResult| {
-        let accelerance = wide(dof.accelerance.get(..channels)?);
-        let noise = wide(dof.noise.get(..channels)?);
-        // The first rows of the triangle are those of the channels in use.
-        let scatter = wide(dof.scatter.get(..channels * (channels + 1) / 2).unwrap_or_default());
-        let hits = u16::from(dof.hits);
-        let lines = MassLines::from_parts(&accelerance, &noise, &scatter, hits)?;
-        Some((usize::from(dof.index), lines))
-    };
-    result.dofs.iter().filter_map(of_dof).collect()
+/// Where the data contradict the budget: the priors that contradict the data. The sensor or hit that
+/// strains the budget most is then no longer the first to be suspected, and leaves the estimate's
+/// diagnostics.
+fn suspect_priors(
+    estimate: &mut Estimate<f64>,
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, HOST_SENSORS>],
+) -> Vec<Diagnostic> {
+    let is = |d: &Diagnostic, code: Code| d.code == code;
+    if !estimate.diagnostics.iter().any(|d| is(d, Code::DataContradictBudget)) {
+        return Vec::new();
+    }
+    let priors = contradicted_priors(layout, lines);
+    if !priors.is_empty() {
+        let suspect =
+            |d: &Diagnostic| is(d, Code::SensorStrainsBudget) || is(d, Code::HitStrainsBudget);
+        estimate.diagnostics.retain(|d| !suspect(d));
+    }
+    priors
+}
+
+/// What the fit found out about sensors, hammer and hits, and what each of them does to the answer.
+fn details(layout: &HostLayout, lines: &[DofMassLines<f64, HOST_SENSORS>]) -> Option<Details> {
+    let mut memory = vec![0.0; maximum_likelihood::workspace(layout.sensors.len())];
+    let whole = maximum_likelihood::solve(layout, lines, Start::InertiaRestraint, &mut memory);
+    let whole = whole.ok()?;
+    let mut of_each = Vec::new();
+    influences(layout, lines, &whole, &mut memory, |influence| of_each.push(influence));
+    Some(Details { learned: whole.learned, influences: of_each })
+}
+
+/// The mass lines of a rig's result in double precision; DOFs whose numbers do not fit together are left
+/// out.
+pub fn lines_of(result: &MeasurementResult) -> MeasuredLines {
+    let of_rig = result.dofs.iter().filter_map(DofResult::mass_lines);
+    of_rig.map(|(index, lines)| (index, lines.cast::<f64>().resized())).collect()
 }

@@ -11,9 +11,10 @@
 //! | [`layout_file`] | the layout TOML |
 //! | [`calibration_file`] | the calibration TOML |
 //! | [`uff`] | universal files, dataset 58 |
-//! | [`identification`] | from mass lines to the ten, by every method |
+//! | [`identification`] | the ten in double precision, and what the fit found out |
 //! | [`design`] | what a layout promises, and better ones |
 //! | [`solve`] | the offline solver |
+//! | [`solved_again`] | a rig's result, solved again here |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
 //! | [`monte_carlo`] | many tests on the bench against truth and bound |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
@@ -50,6 +51,7 @@ pub mod report;
 pub mod rig;
 pub mod single_fault;
 pub mod solve;
+pub mod solved_again;
 pub mod spectra;
 pub mod tape;
 mod toml_file;

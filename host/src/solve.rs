@@ -12,20 +12,24 @@ mod frfs;
 
 use std::path::Path;
 
+use massline_shared::Responses;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics};
-use massline_shared::identify::{Applicability, MassLines, Method, inertia_restraint};
-use massline_shared::layout::{HostLayout, assumed_body};
+use massline_shared::identify::inertia_restraint;
+use massline_shared::identify::{
+    Applicability, DofMassLines, Estimate, MassLines, Method, Observable, Observations, Settings,
+};
+use massline_shared::layout::{HOST_SENSORS, HostLayout, assumed_body};
 use nalgebra::{SVector, Vector3};
 use serde_json::{Value, json};
 
-use crate::identification::{self, CHANNELS, Identification, MeasuredLines, Selection, identify};
+use crate::identification::{Identification, Selection, identify};
 use crate::layout_file::{LayoutFile, Reference};
-use crate::report::{self, Answer, Truth, message_in};
+use crate::report::{self, Truth, message_in};
 use crate::single_fault::{Examination, Meant};
 use crate::uff::{Quantity, UffFile};
 use crate::{Error, Result};
-use frfs::{FittedLines, Responses};
+use frfs::{FittedLines, LayoutResponses};
 
 /// The point about which the equations are set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -109,7 +113,7 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
     let layout = &file.layout;
     let (body, about_body) = body_for_checks(file);
     let say = |d: &Diagnostic| message_in(d, layout);
-    let checked = Applicability::new(layout, &body, options.selection.methods());
+    let checked = Applicability::new(layout, &body, &options.selection.methods());
     if let Some(error) = first_error(&checked.diagnostics, say) {
         return Err(match error {
             Error::Undetermined { code, message } => {
@@ -118,35 +122,32 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
             other => other,
         });
     }
-    let responses = Responses::of(layout, uff, options.quantity)?;
+    let responses = LayoutResponses::of(layout, uff, options.quantity)?;
     let FittedLines { lines, band_hz, diagnostics } =
         responses.mass_lines(layout, options.decay)?;
     let reference = match options.reference_point {
         ReferencePoint::Centroid => inertia_restraint::ReferencePoint::Centroid,
         ReferencePoint::Origin => inertia_restraint::ReferencePoint::Origin,
     };
-    let measured: MeasuredLines = lines.iter().cloned().enumerate().collect();
-    let how = identification::Options {
-        selection: options.selection,
-        inertia_restraint: reference.into(),
-    };
+    let settings = Settings { inertia_restraint: reference.into() };
     let meant = Meant::of_file(file);
-    let examination = meant.examine(&measured);
+    let examination = meant.examine(&lines);
     let said = |found: Diagnostics| {
         let error = first_error(&found, say).unwrap_or_else(undetermined);
         blame_the_responses(error, &examination, layout)
     };
-    let identification = if options.selection == Selection::Only(Method::GlobalFit) {
-        let linear =
-            inertia_restraint::solve(layout, lines.iter().enumerate(), how.inertia_restraint);
-        let start = linear.map_err(said)?.body;
-        let found = responses.global_fit(layout, band_hz, options.decay, &start)?;
-        let found = found.map_err(|found| not_settled(&found).unwrap_or_else(|| said(found)))?;
-        let answers = vec![Answer::of(Method::GlobalFit, &found.estimate)];
-        Identification { answers, ..Identification::default() }
+    let observed = Observations::of_mass_lines(layout, &lines);
+    let identification = if wants_spectral_lines(options.selection) {
+        let lines_of_band = responses.spectral_lines(layout, band_hz, options.decay)?;
+        let spectral_lines = lines_of_band.responses()?;
+        let observed = Observations { layout, mass_lines: &lines, spectral_lines };
+        identify(&observed, options.selection, &settings)
     } else {
-        identify(layout, &measured, &how).map_err(said)?
+        identify(&observed, options.selection, &settings)
     };
+    let identification = identification
+        .answered()
+        .map_err(|found| not_settled(options.selection, &found).unwrap_or_else(|| said(found)))?;
     let channels = 3 * layout.sensors.len();
     let truth = file.reference.map(|reference| Truth {
         properties: reference.properties(),
@@ -167,6 +168,11 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
         notes,
         layout: layout.clone(),
     })
+}
+
+/// True when a method is wanted that observes spectral lines.
+fn wants_spectral_lines(selection: Selection) -> bool {
+    selection.methods().iter().any(|method| method.entry().observes == Observable::SpectralLines)
 }
 
 /// The body that a layout is checked with, and a sentence that says where it comes from: `[reference]`
@@ -227,11 +233,11 @@ pub(crate) fn first_error(
 
 /// A quantity of the channels in use, hit by hit.
 fn by_hit(
-    lines: &[MassLines<f64, CHANNELS>],
+    lines: &[DofMassLines<f64, HOST_SENSORS>],
     channels: usize,
-    quantity: fn(&MassLines<f64, CHANNELS>) -> &SVector<f64, CHANNELS>,
+    quantity: fn(&MassLines<f64, HOST_SENSORS>) -> &Responses<f64, HOST_SENSORS>,
 ) -> Vec<Vec<f64>> {
-    lines.iter().map(|hit| quantity(hit).iter().take(channels).copied().collect()).collect()
+    lines.iter().map(|(_, hit)| quantity(hit).iter().take(channels).copied().collect()).collect()
 }
 
 fn undetermined() -> Error {
@@ -240,15 +246,18 @@ fn undetermined() -> Error {
 
 impl Solution {
     /// The best method's answer.
-    pub fn answer(&self) -> Option<&Answer> {
-        self.identification.answers.first()
+    pub fn answer(&self) -> Option<&Estimate<f64>> {
+        self.identification.estimates.first()
     }
 
     /// One object, as all results are printed.
     pub fn to_json(&self) -> Value {
         let lines = self.layout.hits.iter().zip(&self.mass_lines).zip(&self.noise);
+        let said = [self.identification.warnings(), self.diagnostics.clone()].concat();
         let mut value = json!({
-            "results": self.identification.answers.iter().map(Answer::to_json).collect::<Vec<_>>(),
+            "results": self.identification.results_json(),
+            "not_applicable": self.identification.not_applicable_json(&self.layout),
+            "details": self.identification.details_json(&self.layout),
             "layout_hash": self.layout_hash,
             "calibration": null,
             "firmware": null,
@@ -264,10 +273,8 @@ impl Solution {
                 "noise_m_per_s2_per_n": noise,
             })).collect::<Vec<_>>(),
             "notes": self.notes,
-            "diagnostics":
-                report::diagnostics_json(&self.diagnostics, |d| message_in(d, &self.layout)),
+            "diagnostics": report::diagnostics_json(&said, |d| message_in(d, &self.layout)),
         });
-        report::add_identification(&mut value, &self.identification, &self.layout);
         self.examination.add_to(&mut value, &self.layout);
         value
     }
@@ -275,8 +282,7 @@ impl Solution {
     /// For people.
     pub fn to_text(&self) -> String {
         let [low, high] = self.band_hz.map(|end| (end * 10.0).round() / 10.0);
-        let mut text =
-            report::identification_text(&self.identification, &self.layout, self.truth.as_ref());
+        let mut text = self.identification.to_text(&self.layout, self.truth.as_ref());
         text += &self.examination.to_text(&self.layout);
         text += &format!(
             "mass lines ({}) over {low} to {high} Hz{}, equal weights; linear equations about the {}\n",
@@ -294,9 +300,10 @@ impl Solution {
 
 /// A global fit whose suspension runs away, which says nothing against the responses: they may hardly
 /// show it, or be wrong by placement and gains, which are no part of that model.
-fn not_settled(found: &[Diagnostic]) -> Option<Error> {
+fn not_settled(selection: Selection, found: &[Diagnostic]) -> Option<Error> {
     let code = Code::NotConverged;
-    found.iter().any(|d| d.code == code).then(|| {
+    let ran_away = found.iter().any(|d| d.code == code);
+    (selection == Selection::Only(Method::GlobalFit) && ran_away).then(|| {
         let text = "the global fit did not settle: the stiffness of its suspension ran away, because \
                     these responses hardly show a suspension or are wrong by more than noise \
                     (placement, gains), which this method does not know; leave out --method, then \

@@ -6,15 +6,14 @@ use massline_shared::calibration::block::{
 };
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
 use massline_shared::identify::MassLines;
-use massline_shared::layout::RigLayout;
-use massline_shared::signal::{HAMMER, RESPONSES};
+use massline_shared::layout::{RIG_SENSORS, RigLayout};
 use nalgebra::Vector3;
 
 use super::corners::{self, RcCorner};
 use crate::error::{Error, Result};
 
 /// The hits of a block test.
-pub type Hits = Vec<BlockHit<f64, RESPONSES>>;
+pub type Hits = Vec<BlockHit<f64, RIG_SENSORS>>;
 
 /// What a block test has found, relative to the calibration that it was measured with.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +65,7 @@ impl Block {
     /// # Errors
     /// Exit 3 when the hits do not determine a calibration.
     pub fn of(
-        hits: &[BlockHit<f64, RESPONSES>],
+        hits: &[BlockHit<f64, RIG_SENSORS>],
         layout: &RigLayout,
         record: &CalibrationRecord,
         block: BlockMass<f64>,
@@ -83,13 +82,25 @@ impl Block {
         Ok(Self { sensors, hammer, corners })
     }
 
-    /// What has been achieved. With known sensors their own stays, and the hammer's is that of its
-    /// ratio; else the ratio's is that of the sensors, and the hammer has none.
-    pub fn sigma(&self, before: &CalibrationSigma) -> CalibrationSigma {
+    /// Becomes part of the calibration that it was measured with. With known sensors their own stays, and
+    /// the hammer becomes known; else the sensors are known against the hammer, which stays what it is.
+    pub fn write(&self, record: &mut CalibrationRecord) {
+        corners::write(&self.corners, &mut record.calibration);
         if let Some(hammer) = &self.hammer {
-            let relative = hammer.sigma / hammer.ratio;
-            return CalibrationSigma { hammer_gain: relative as f32, ..*before };
+            record.take_block(hammer);
+            return;
         }
+        let calibration = &mut record.calibration;
+        for (k, sensor) in self.sensors.iter().enumerate() {
+            let sensitivity = calibration.sensor_sensitivity(k) * sensor.ratio;
+            calibration.set_sensor_sensitivity(k, &sensitivity);
+        }
+        record.method = CalibrationMethod::Block as u8;
+        record.sigma = self.sensor_sigma();
+    }
+
+    /// What has been achieved of the sensors against the hammer.
+    fn sensor_sigma(&self) -> CalibrationSigma {
         let (mut gain, mut cross_axis) = (0.0_f64, 0.0_f64);
         for SensorRatio { ratio, sigma } in &self.sensors {
             for row in 0..3 {
@@ -101,23 +112,5 @@ impl Block {
             }
         }
         CalibrationSigma { gain: gain as f32, cross_axis: cross_axis as f32, hammer_gain: 0.0 }
-    }
-
-    /// Becomes part of the calibration that it was measured with.
-    pub fn write(&self, record: &mut CalibrationRecord) {
-        record.sigma = self.sigma(&record.sigma);
-        let calibration = &mut record.calibration;
-        corners::write(&self.corners, calibration);
-        if let Some(hammer) = &self.hammer {
-            let sensitivity = f64::from(calibration.channels[HAMMER].sensitivity);
-            calibration.channels[HAMMER].sensitivity = (sensitivity / hammer.ratio) as f32;
-            record.method = CalibrationMethod::TumbleAndBlock as u8;
-            return;
-        }
-        for (k, sensor) in self.sensors.iter().enumerate() {
-            let sensitivity = calibration.sensor_sensitivity(k) * sensor.ratio;
-            calibration.set_sensor_sensitivity(k, &sensitivity);
-        }
-        record.method = CalibrationMethod::Block as u8;
     }
 }

@@ -272,6 +272,7 @@ mod tests {
     use crate::commands::calibrate::block::LAYOUT;
     use crate::layout_file::LayoutFile;
     use massline_protocol::LayoutHash;
+    use massline_protocol::object::ResultHead;
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
 
@@ -321,13 +322,15 @@ mod tests {
             coherence: None,
         };
         MeasurementResult {
-            number: 1,
-            layout_hash: layout.hash(),
-            calibration: 0,
-            firmware: heapless::String::new(),
-            frf_estimator: FrfEstimator::H1,
-            terms: Terms::A,
-            band_automatic: false,
+            head: ResultHead {
+                number: 1,
+                layout_hash: layout.hash(),
+                calibration: 0,
+                firmware: heapless::String::new(),
+                frf_estimator: FrfEstimator::H1,
+                terms: Terms::A,
+                band_automatic: false,
+            },
             dofs: dofs.iter().map(of).collect(),
             estimates: heapless::Vec::new(),
             diagnostics: heapless::Vec::new(),

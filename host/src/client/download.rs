@@ -8,7 +8,7 @@ use massline_protocol::object::{
     ChunkRequest, MAX_CHUNK, MeasurementResult, ObjectId, ObjectInfo, ObjectKind,
 };
 
-use super::{Client, ClientError};
+use super::{Client, ClientError, DofSpectra, SpectraError};
 
 /// How often an object is read whose checksum differs, or that changes while it is read.
 const ATTEMPTS: u32 = 3;
@@ -48,6 +48,22 @@ impl Client {
         let bytes = self.download(object, |_, _| ())?;
         postcard::from_bytes(&bytes)
             .map_err(|_| ClientError::Unreadable { kind: object.kind, number })
+    }
+
+    /// The spectra of a DOF, by its index in the layout; the rig has those of the DOF in hand or
+    /// finished last.
+    ///
+    /// # Errors
+    /// As [`Client::download`], refused with `NotFound` when the rig does not have them any more;
+    /// [`ClientError::Spectra`] when they make no sense.
+    pub fn spectra(&mut self, dof: u8) -> Result<DofSpectra, ClientError> {
+        let object = ObjectId { kind: ObjectKind::Spectra as u8, number: u32::from(dof) };
+        let bytes = self.download(object, |_, _| ())?;
+        let spectra = DofSpectra::from_bytes(&bytes).and_then(|spectra| match spectra.dof {
+            same if same == dof => Ok(spectra),
+            other => Err(SpectraError::OtherDof { dof: other }),
+        });
+        spectra.map_err(|reason| ClientError::Spectra { number: object.number, reason })
     }
 
     fn object_info(&mut self, object: ObjectId) -> Result<ObjectInfo, ClientError> {

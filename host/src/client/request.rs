@@ -263,7 +263,7 @@ impl Client {
             command: command as u8,
             confirm: false,
             force: false,
-            block: false,
+            block_mass: None,
         })
     }
 
@@ -277,21 +277,21 @@ impl Client {
             command: CampaignCommand::Start as u8,
             confirm,
             force,
-            block: false,
+            block_mass: None,
         })
     }
 
-    /// Starts a campaign on a block of known mass: mass lines only. With `confirm` every hit waits for
+    /// Starts a campaign on a block of this mass, kg: mass lines only. With `confirm` every hit waits for
     /// a verdict.
     ///
     /// # Errors
     /// As [`Client::ask`].
-    pub fn start_block(&mut self, confirm: bool) -> Result<Status, ClientError> {
+    pub fn start_block(&mut self, mass: f32, confirm: bool) -> Result<Status, ClientError> {
         self.ask::<Command>(&CommandRequest {
             command: CampaignCommand::Start as u8,
             confirm,
             force: false,
-            block: true,
+            block_mass: Some(mass),
         })
     }
 

@@ -2,11 +2,8 @@
 
 use std::fmt;
 
-use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::signal::RESPONSES;
 use nalgebra::Complex;
-
-use super::{Client, ClientError};
 
 /// Bytes of the header.
 const HEADER: usize = 16;
@@ -76,26 +73,8 @@ impl fmt::Display for SpectraError {
 
 impl std::error::Error for SpectraError {}
 
-impl Client {
-    /// The spectra of a DOF, by its index in the layout; the rig has those of the DOF in hand or
-    /// finished last.
-    ///
-    /// # Errors
-    /// As [`Client::download`], refused with `NotFound` when the rig does not have them any more;
-    /// [`ClientError::Spectra`] when they make no sense.
-    pub fn spectra(&mut self, dof: u8) -> Result<DofSpectra, ClientError> {
-        let object = ObjectId { kind: ObjectKind::Spectra as u8, number: u32::from(dof) };
-        let bytes = self.download(object, |_, _| ())?;
-        let spectra = DofSpectra::from_bytes(&bytes).and_then(|spectra| match spectra.dof {
-            same if same == dof => Ok(spectra),
-            other => Err(SpectraError::OtherDof { dof: other }),
-        });
-        spectra.map_err(|reason| ClientError::Spectra { number: object.number, reason })
-    }
-}
-
 impl DofSpectra {
-    /// Reads an object of kind [`ObjectKind::Spectra`].
+    /// Reads an object of kind [`ObjectKind::Spectra`](massline_protocol::object::ObjectKind::Spectra).
     ///
     /// # Errors
     /// When a field of the header makes no sense, the length is another, or a number is not finite.

@@ -1,15 +1,13 @@
 //! A result beside the truth of a bench.
 
 use massline_protocol::object::MeasurementResult;
+use massline_shared::body::{INERTIAL_PARAMETERS, scale};
+use massline_shared::identify::Estimate;
 use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 use crate::output;
-use crate::report::{self, Answer, Truth, scale_of};
-
-/// Symbols of the ten, in their order.
-const SYMBOLS: [&str; 10] =
-    ["m", "c_x", "c_y", "c_z", "J_xx", "J_yy", "J_zz", "J_xy", "J_xz", "J_yz"];
+use crate::report::{self, Truth};
 
 /// What the sd of a rig's answers covers.
 pub const SIGMA_NOTE: &str = "sd of maximum likelihood covers the whole error budget of the layout, \
@@ -36,8 +34,8 @@ impl Comparison {
     /// # Errors
     /// When the result has no answer.
     pub fn errors_percent(&self) -> Result<[f64; 10]> {
-        let measured = self.answer()?.properties();
-        let scale = scale_of(self.truth[0], self.length);
+        let measured = self.estimate()?.theta();
+        let scale = scale(self.truth[0], self.length);
         let mut errors = [0.0; 10];
         for (k, error) in errors.iter_mut().enumerate() {
             *error = 100.0 * (measured[k] - self.truth[k]) / scale[k];
@@ -51,13 +49,11 @@ impl Comparison {
     /// When the result has no answer.
     pub fn worst(&self) -> Result<(&'static str, f64)> {
         let errors = self.errors_percent()?;
-        let mut worst = (SYMBOLS[0], errors[0]);
-        for (symbol, error) in SYMBOLS.into_iter().zip(errors) {
-            if error.abs() > worst.1.abs() {
-                worst = (symbol, error);
-            }
-        }
-        Ok(worst)
+        let named = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.symbol).zip(errors);
+        let larger = |worst: (&'static str, f64), next: (&'static str, f64)| {
+            if next.1.abs() > worst.1.abs() { next } else { worst }
+        };
+        Ok(named.reduce(larger).unwrap_or_default())
     }
 
     /// One object: the result as it is always printed, with name, seed, truth and errors.
@@ -80,11 +76,12 @@ impl Comparison {
     /// When the result has no answer.
     pub fn table(&self) -> Result<String> {
         let truth = Truth { properties: self.truth.map(Some), length: self.length };
-        Ok(report::table(&self.answer()?, Some(&truth)))
+        Ok(report::table(&self.estimate()?, Some(&truth)))
     }
 
-    fn answer(&self) -> Result<Answer> {
-        self.result.estimates.first().map(Answer::from_stored).ok_or_else(|| {
+    /// The rig's best answer.
+    fn estimate(&self) -> Result<Estimate<f64>> {
+        report::estimates_of(&self.result).into_iter().next().ok_or_else(|| {
             Error::undetermined("no_answer", format!("{}: the result has no answer", self.name))
         })
     }
@@ -111,7 +108,7 @@ pub fn summary(comparisons: &[Comparison]) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use massline_protocol::object::StoredEstimate;
+    use massline_protocol::object::{ResultHead, StoredEstimate};
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
 
@@ -134,13 +131,15 @@ mod tests {
             truth: TRUTH,
             length: 0.5,
             result: MeasurementResult {
-                number: 1,
-                layout_hash: 1,
-                calibration: 1,
-                firmware: heapless::String::new(),
-                frf_estimator: FrfEstimator::H1,
-                terms: Terms::Abc,
-                band_automatic: false,
+                head: ResultHead {
+                    number: 1,
+                    layout_hash: 1,
+                    calibration: 1,
+                    firmware: heapless::String::new(),
+                    frf_estimator: FrfEstimator::H1,
+                    terms: Terms::Abc,
+                    band_automatic: false,
+                },
                 dofs: heapless::Vec::new(),
                 estimates: [estimate].into_iter().collect(),
                 diagnostics: heapless::Vec::new(),

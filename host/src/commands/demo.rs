@@ -9,10 +9,10 @@ use super::bench_test::{BenchArgs, BenchTest};
 use super::compare::{Comparison, SIGMA_NOTE, summary};
 use super::simulated::RigArgs;
 use crate::error::Result;
-use crate::identification::{Selection, refused};
+use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
-use crate::report::{message, refusals_json, refusals_text};
+use crate::solved_again::SolvedAgain;
 
 /// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
 pub const LAYOUTS: [(&str, &str); 4] = [
@@ -72,14 +72,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             length: layout.characteristic_length(),
             result,
         };
-        let refused = refused(&comparison.result, &layout, Selection::All);
+        let again = SolvedAgain::new(&comparison.result, &layout, Selection::All);
         if output.json() {
             let mut test = comparison.to_json()?;
-            test["not_applicable"] = refusals_json(&refused, message);
+            again.add_to(&mut test);
             tests.push(test);
         } else {
-            let refused = refusals_text(&refused, message);
-            output.text(format!("{heading}\n{}{refused}", comparison.table()?))?;
+            let missing = again.missing_text();
+            output.text(format!("{heading}\n{}{missing}", comparison.table()?))?;
         }
         comparisons.push(comparison);
     }

@@ -1,34 +1,53 @@
-//! `--method`: which methods answer.
+//! `--method`: one of the methods by its short name.
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use massline_shared::identify::Method;
 
 use crate::identification::Selection;
 
-/// Which methods answer.
+/// Which methods answer from what a rig has measured.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct MethodArgs {
-    /// One method alone; default: both, maximum likelihood first.
-    #[arg(long, value_enum, value_name = "METHOD")]
-    method: Option<MethodArg>,
-}
-
-/// A method as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum MethodArg {
-    /// Inertia restraint: linear, of the literature.
-    Irm,
-    /// Maximum likelihood with the complete error budget.
-    Ml,
+    #[arg(
+        long,
+        value_name = "METHOD",
+        value_parser = one_of(Method::of_mass_lines()),
+        help = help(Method::of_mass_lines())
+    )]
+    method: Option<Method>,
 }
 
 impl MethodArgs {
     /// The methods.
     pub fn selection(self) -> Selection {
-        match self.method {
-            None => Selection::All,
-            Some(MethodArg::Irm) => Selection::Only(Method::InertiaRestraint),
-            Some(MethodArg::Ml) => Selection::Only(Method::MaximumLikelihood),
-        }
+        selection(self.method)
     }
+}
+
+/// One method, or those that answer without being asked for by name.
+pub(super) fn selection(method: Option<Method>) -> Selection {
+    method.map_or(Selection::All, Selection::Only)
+}
+
+/// Takes the short names of these methods, in the order of their numbers.
+pub(super) fn one_of(
+    methods: impl IntoIterator<Item = Method>,
+) -> impl TypedValueParser<Value = Method> {
+    let mut methods: Vec<Method> = methods.into_iter().collect();
+    methods.sort_by_key(|method| method.number());
+    let value = |method: &Method| {
+        let entry = method.entry();
+        PossibleValue::new(entry.short_name).help(entry.summary)
+    };
+    let names = PossibleValuesParser::new(methods.iter().map(value).collect::<Vec<_>>());
+    names.try_map(move |name| {
+        let named = methods.iter().find(|method| method.entry().short_name == name).copied();
+        named.ok_or("there is no method of this name")
+    })
+}
+
+/// What `--method` does where these methods answer without it.
+pub(super) fn help(usual: impl IntoIterator<Item = Method>) -> String {
+    let titles = usual.into_iter().map(|method| method.entry().title.to_lowercase());
+    format!("One method alone; default: {}", titles.collect::<Vec<_>>().join(", then "))
 }

@@ -75,7 +75,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             let (mut client, _) = port.connect()?;
             let result = client.result(*number)?;
             // The rig keeps one layout, which may not be that of an older result.
-            let layout = client.layout().ok().filter(|kept| kept.hash() == result.layout_hash);
+            let layout = client.layout().ok().filter(|kept| kept.hash() == result.head.layout_hash);
             let meant = layout.and_then(|kept| kept.cast()).map(Meant::of_layout);
             show::measurement(&result, meant.as_ref(), Selection::All, output)
         }

@@ -3,18 +3,18 @@
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Diagnostic, Severity};
-use massline_shared::identify::inertia_restraint::Settings;
 use serde_json::json;
 
 use crate::error::{Error, Result};
-use crate::identification::{Options, Selection, identify, lines_of, priors_of_result, refused};
+use crate::identification::Selection;
 use crate::output::{Output, Tone};
 use crate::report;
 use crate::single_fault::Meant;
 pub(crate) use crate::solve::first_error;
+use crate::solved_again::SolvedAgain;
 
-/// Prints a result of a rig; with the layout that it was measured with, also what the fit finds out
-/// when its mass lines are solved again in double precision.
+/// Prints a result of a rig as the rig found it; with the layout that it was measured with, also what the
+/// host finds when the mass lines are solved again in double precision.
 ///
 /// # Errors
 /// Exit 3 when the result has no answer by the selected methods.
@@ -24,36 +24,19 @@ pub fn measurement(
     selection: Selection,
     output: &mut Output,
 ) -> Result<()> {
-    let mut result = selected(result, selection);
+    let result = selected(result, selection);
     if let Err(error) = require_answer(&result) {
         if let Some(meant) = meant {
             look_for_mistakes(&result, meant, output);
         }
         return Err(error);
     }
-    let found = meant.and_then(|Meant { layout, .. }| {
-        let options = Options { selection, inertia_restraint: Settings::weighted() };
-        let mut found = identify(layout, &lines_of(&result, layout), &options).ok()?;
-        found.not_applicable = refused(&result, layout, selection);
-        found.priors = priors_of_result(&mut result, layout);
-        Some((found, layout))
-    });
-    if let Some((found, _)) = &found {
-        // They are said of their methods.
-        let of_methods = found.warnings();
-        let same = |d: &Diagnostic, of: &Diagnostic| (d.code, d.subject) == (of.code, of.subject);
-        result.diagnostics.retain(|d| !of_methods.iter().any(|of| same(d, of)));
-    }
     let mut value = report::measurement_json(&result);
     let mut text = report::measurement_text(&result);
-    if let Some((found, layout)) = &found {
-        report::add_identification(&mut value, found, layout);
-        text += &report::found_out_text(found, layout);
-    }
     if let Some(meant) = meant {
-        let examination = meant.examine_result(&result);
-        examination.add_to(&mut value, &meant.layout);
-        text += &examination.to_text(&meant.layout);
+        let again = SolvedAgain::examined(&result, meant, selection);
+        again.add_to(&mut value);
+        text += &format!("\n{}", again.to_text());
     }
     output.answer(&value, |_| text)
 }
@@ -73,7 +56,7 @@ pub fn look_for_mistakes(result: &MeasurementResult, meant: &Meant, output: &mut
 fn selected(result: &MeasurementResult, selection: Selection) -> MeasurementResult {
     let mut result = result.clone();
     if let Selection::Only(method) = selection {
-        result.estimates.retain(|estimate| estimate.method == method as u8);
+        result.estimates.retain(|estimate| estimate.method == method.number());
     }
     result
 }
@@ -81,17 +64,27 @@ fn selected(result: &MeasurementResult, selection: Selection) -> MeasurementResu
 /// A result without an answer is an error that says why.
 ///
 /// # Errors
-/// Exit 3 when the result has no answer.
+/// Exit 3 when the result has no answer by a method that this program knows.
 pub fn require_answer(result: &MeasurementResult) -> Result<()> {
-    if !result.estimates.is_empty() {
+    let (known, unknown) = result.estimates();
+    if !known.is_empty() {
         return Ok(());
+    }
+    if let Some(number) = unknown.first() {
+        return Err(Error::undetermined(
+            "unknown_method",
+            format!(
+                "result {} has an answer by method {number} alone, which this program does not know; update it",
+                result.head.number,
+            ),
+        ));
     }
     Err(first_error(&result.diagnostics, report::message).unwrap_or_else(|| {
         Error::undetermined(
             "no_answer",
             format!(
                 "result {} has mass lines of {} DOFs and no ten properties; three independent hits are needed",
-                result.number,
+                result.head.number,
                 result.dofs.len(),
             ),
         )

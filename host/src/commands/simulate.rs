@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use massline_protocol::LayoutHash;
-use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, Scan};
 use massline_virtual::source::ScanSource;
@@ -16,11 +15,11 @@ use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
 use super::simulated::{RigArgs, narrow};
 use crate::error::Result;
-use crate::identification::{Selection, priors_of_result, refused};
+use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
-use crate::report::{diagnostics_json, message_in, refusals_json, refusals_text, sentences};
 use crate::single_fault::Meant;
+use crate::solved_again::SolvedAgain;
 use crate::tape::{Segment, Sidecar, TapeWriter};
 
 /// Arguments of `massline simulate`.
@@ -83,7 +82,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         rig: args.rig.rig,
         firmware: firmware.as_deref(),
     };
-    let mut result = match &args.tape {
+    let result = match &args.tape {
         None => test.run_with(&calibration, output, |source| source)?,
         Some(path) => {
             TapeWriter::check(path)?;
@@ -95,7 +94,6 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             result?
         }
     };
-    let priors = priors_of_result(&mut result, &file.layout);
     let comparison = Comparison {
         name: name.clone(),
         seed: args.bench.seed,
@@ -105,22 +103,16 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     let mut value = comparison.to_json()?;
     value["tape"] = json!(args.tape);
-    let say = |d: &Diagnostic| message_in(d, &file.layout);
-    let refused = refused(&comparison.result, &file.layout, Selection::All);
-    value["not_applicable"] = refusals_json(&refused, say);
-    if let Some(said) = value["diagnostics"].as_array_mut() {
-        said.extend(diagnostics_json(&priors, say));
-    }
     let meant = Meant::of_file(&file);
-    let examination = meant.examine_result(&comparison.result);
-    examination.add_to(&mut value, &meant.layout);
-    let mistakes = examination.to_text(&meant.layout);
+    let again = SolvedAgain::examined(&comparison.result, &meant, Selection::All);
+    again.add_to(&mut value);
     let (symbol, worst) = comparison.worst()?;
-    let table = comparison.table()? + &refusals_text(&refused, say) + &sentences(&priors, say);
+    let table = comparison.table()?;
     output.answer(&value, |output| {
         let heading = output.toned(&file.layout.title, Tone::Strong);
         format!(
-            "{heading}\n{table}{mistakes}worst: {worst:+.3} % of scale at {symbol}\n{SIGMA_NOTE}"
+            "{heading}\n{table}worst: {worst:+.3} % of scale at {symbol}\n{SIGMA_NOTE}\n\n{}",
+            again.to_text().trim_end()
         )
     })
 }

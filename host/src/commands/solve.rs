@@ -5,9 +5,8 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use massline_shared::identify::Method;
 
-use super::number;
+use super::{method, number};
 use crate::error::Result;
-use crate::identification::Selection;
 use crate::output::Output;
 use crate::solve::{Options, ReferencePoint, solve_files};
 use crate::uff::Quantity;
@@ -17,9 +16,9 @@ use crate::uff::Quantity;
 #[command(after_help = "\
 Reads UFF dataset 58, ASCII and binary: frequency responses of every hit DOF at every sensor of the
 layout. Weights are equal; band and terms are those of [test], else 10 to 120 Hz and A, B/s², C s². The
-errors of placement are averaged over test.hits_per_dof hits. Maximum likelihood and inertia restraint
-answer; global-fit fits body and suspension to all lines of the band, for objects whose suspension modes
-are near the band.
+errors of placement are averaged over test.hits_per_dof hits. The method global-fit, which has to be asked
+for, fits body and suspension to all lines of the band: for objects whose suspension modes are near the
+band.
 
 Examples:
   massline solve frame.toml frame.uff
@@ -43,20 +42,13 @@ pub struct Args {
     /// it noise and suspension are taken for something else.
     #[arg(long, value_name = "1/S", default_value = "0", value_parser = number::not_negative)]
     decay: f64,
-    /// One method alone; default: maximum likelihood, then inertia restraint.
-    #[arg(long, value_enum, value_name = "METHOD")]
-    method: Option<SolveMethod>,
-}
-
-/// A method as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum SolveMethod {
-    /// Inertia restraint: linear, of the literature.
-    Irm,
-    /// Maximum likelihood with the complete error budget.
-    Ml,
-    /// Body and suspension fitted to all lines of the band.
-    GlobalFit,
+    #[arg(
+        long,
+        value_name = "METHOD",
+        value_parser = method::one_of(Method::ALL),
+        help = method::help(Method::usual())
+    )]
+    method: Option<Method>,
 }
 
 /// A reference point as an argument.
@@ -90,12 +82,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             Point::Centroid => ReferencePoint::Centroid,
             Point::Origin => ReferencePoint::Origin,
         },
-        selection: match args.method {
-            None => Selection::All,
-            Some(SolveMethod::Irm) => Selection::Only(Method::InertiaRestraint),
-            Some(SolveMethod::Ml) => Selection::Only(Method::MaximumLikelihood),
-            Some(SolveMethod::GlobalFit) => Selection::Only(Method::GlobalFit),
-        },
+        selection: method::selection(args.method),
         quantity: args.quantity.map(|quantity| match quantity {
             Response::Accelerance => Quantity::Acceleration,
             Response::Mobility => Quantity::Velocity,

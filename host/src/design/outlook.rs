@@ -2,15 +2,11 @@
 
 use massline_shared::design::{Criterion, Part, parts, total};
 use massline_shared::identify::maximum_likelihood::workspace;
-use massline_shared::identify::{Applicability, Method};
-use massline_shared::layout::{Dof, HOST_HITS, HOST_SENSORS, HostLayout};
+use massline_shared::identify::{Applicability, Method, Methods};
+use massline_shared::layout::{Dof, HOST_SENSORS, HostLayout};
 
 use super::{Candidates, criterion_for};
-use crate::identification::CHANNELS;
 use crate::layout_file::LayoutFile;
-
-/// The methods, best first.
-pub(super) const METHODS: [Method; 2] = [Method::MaximumLikelihood, Method::InertiaRestraint];
 
 /// The uncertainty that a layout promises.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,8 +53,8 @@ impl Promise {
     /// Of a layout; `None` when it does not determine the ten.
     pub(super) fn of(criterion: &Criterion<f64>, layout: &HostLayout) -> Option<Self> {
         let mut memory = memory();
-        criterion.cost::<HOST_SENSORS, HOST_HITS, CHANNELS>(layout, &mut memory)?;
-        let bound = criterion.bound::<HOST_SENSORS, HOST_HITS, CHANNELS>(layout, &mut memory)?;
+        criterion.cost(layout, &mut memory)?;
+        let bound = criterion.bound(layout, &mut memory)?;
         let relative = bound.sigma().component_div(&criterion.scale);
         Some(Self {
             sigma: bound.sigma().into(),
@@ -73,12 +69,11 @@ impl Outlook {
     pub fn of(file: &LayoutFile, noise: f64) -> Self {
         let layout = &file.layout;
         let (criterion, whose) = criterion_for(file, layout.characteristic_length(), noise);
-        let applicability = Applicability::new(layout, &criterion.body, &METHODS);
-        let possible = METHODS.iter().any(|&method| applicability.admits(method));
+        let methods: Methods = Method::usual().collect();
+        let applicability = Applicability::new(layout, &criterion.body, &methods);
+        let possible = methods.iter().any(|&method| applicability.admits(method));
         let promise = if possible { Promise::of(&criterion, layout) } else { None };
-        let parts = promise.and_then(|_| {
-            parts::<f64, HOST_SENSORS, HOST_HITS, CHANNELS>(&criterion, layout, &mut memory())
-        });
+        let parts = promise.and_then(|_| parts(&criterion, layout, &mut memory()));
         Self {
             applicability,
             promise,
@@ -92,15 +87,13 @@ impl Outlook {
 
 impl Advice {
     fn of(criterion: &Criterion<f64>, file: &LayoutFile) -> Self {
-        const S: usize = HOST_SENSORS;
-        const H: usize = HOST_HITS;
         let (layout, more) = (&file.layout, Candidates::of(file).beyond(file));
         let memory = &mut memory();
-        let hit = criterion.best_further_hit::<S, H, CHANNELS>(layout, more.hits, memory);
-        let sensor = criterion.best_further_sensor::<S, H, CHANNELS>(layout, more.sensors, memory);
+        let hit = criterion.best_further_hit(layout, more.hits, memory);
+        let sensor = criterion.best_further_sensor(layout, more.sensors, memory);
         let percents = |cost: Option<f64>| cost.map(percent);
-        let without_hits = criterion.costs_without_hits::<S, H, CHANNELS>(layout, memory);
-        let without_sensors = criterion.costs_without_sensors::<S, H, CHANNELS>(layout, memory);
+        let without_hits = criterion.costs_without_hits(layout, memory);
+        let without_sensors = criterion.costs_without_sensors(layout, memory);
         Self {
             further_hit: hit.map(|(hit, cost)| (hit.dof, percent(cost))),
             further_sensor: sensor.map(|(sensor, cost)| (sensor.node, percent(cost))),

@@ -1,15 +1,14 @@
 //! Predictions of layouts as JSON and as text.
 
+use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::design::Part;
 use massline_shared::identify::{Applicability, Method};
 use massline_shared::layout::{HostLayout, PROPERTIES, RIG_SENSORS};
 use serde_json::{Map, Value, json};
 
-use super::outlook::METHODS;
 use super::{Advice, Outlook, Promise, Suggestion};
 use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
-use crate::report::ROWS;
 
 /// Causes with less than this part are not worth a line.
 const WORTH_SAYING: f64 = 0.005;
@@ -67,7 +66,7 @@ fn ten(of: impl Fn(usize) -> Value) -> Value {
 }
 
 fn methods_json(applicability: &Applicability<f64>) -> Value {
-    let methods = METHODS.iter().map(|&method| {
+    let methods = Method::usual().map(|method| {
         let obstacles: Vec<_> = applicability.obstacles(method).map(|code| code.name()).collect();
         json!({
             "method": method.name(),
@@ -113,7 +112,8 @@ pub fn outlook_text(outlook: &Outlook, file: &LayoutFile) -> String {
     };
     let mut rows = table();
     rows.set_header(["", "± sd", "unit", "% of scale", "mostly from"]);
-    for (k, (symbol, unit, factor)) in ROWS.into_iter().enumerate() {
+    for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
+        let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
         rows.add_row([
             symbol.to_owned(),
             format!("{:.4}", promise.sigma[k] * factor),
@@ -151,14 +151,14 @@ fn most(parts: &[Part<f64>], share: impl Fn(&Part<f64>) -> f64, count: usize) ->
 }
 
 fn methods_text(applicability: &Applicability<f64>) -> String {
-    let say = |method: &Method| {
-        let mut obstacles = applicability.obstacles(*method);
+    let say = |method: Method| {
+        let mut obstacles = applicability.obstacles(method);
         match obstacles.next() {
             None => format!("{} applies", method.name()),
             Some(code) => format!("{} does not apply ({})", method.name(), code.name()),
         }
     };
-    METHODS.iter().map(say).collect::<Vec<_>>().join(", ")
+    Method::usual().map(say).collect::<Vec<_>>().join(", ")
 }
 
 fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
@@ -196,7 +196,8 @@ pub fn suggestion_text(suggestion: &Suggestion) -> String {
     let Suggestion { promise, before, .. } = suggestion;
     let mut rows = table();
     rows.set_header(["", "± sd now", "± sd suggested", "unit", "% of scale now", "suggested"]);
-    for (k, (symbol, unit, factor)) in ROWS.into_iter().enumerate() {
+    for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
+        let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
         let now = |of: fn(&Promise) -> &[f64; 10], factor: f64, digits: usize| {
             before.as_ref().map_or("-".into(), |p| format!("{:.digits$}", of(p)[k] * factor))
         };

@@ -5,16 +5,14 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc;
 
 use massline_shared::design::{Choice, Counts, Criterion, Found, Search, SearchError};
-use massline_shared::identify::Applicability;
 use massline_shared::identify::maximum_likelihood::workspace;
+use massline_shared::identify::{Applicability, Method, Methods};
 use massline_shared::layout::{
     HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS, extent,
 };
 
-use super::outlook::METHODS;
 use super::{Candidates, Promise, criterion_for};
 use crate::error::{Error, Result};
-use crate::identification::CHANNELS;
 use crate::interrupt::Interrupt;
 use crate::layout_file::LayoutFile;
 
@@ -97,13 +95,14 @@ pub fn suggest(
         seed: options.seed,
     };
     let layout = if wanted.sensors <= RIG_SENSORS && wanted.hits <= RIG_HITS {
-        job.search::<RIG_SENSORS, RIG_HITS, { 3 * RIG_SENSORS }>(&search, interrupt, progress)?
+        job.search::<RIG_SENSORS, RIG_HITS>(&search, interrupt, progress)?
     } else {
-        job.search::<HOST_SENSORS, HOST_HITS, CHANNELS>(&search, interrupt, progress)?
+        job.search::<HOST_SENSORS, HOST_HITS>(&search, interrupt, progress)?
     };
     let layout = layout.ok_or_else(nothing)?;
-    let applicability = Applicability::new(&layout, &criterion.body, &METHODS);
-    if !METHODS.iter().any(|&method| applicability.admits(method)) {
+    let methods: Methods = Method::usual().collect();
+    let applicability = Applicability::new(&layout, &criterion.body, &methods);
+    if !methods.iter().any(|&method| applicability.admits(method)) {
         return Err(nothing());
     }
     Ok(Suggestion {
@@ -167,7 +166,7 @@ struct Job<'a> {
 impl Job<'_> {
     /// The best layout of all starts in the capacity that is just enough, which is several times
     /// faster; `None` when no choice determines the ten.
-    fn search<const S: usize, const H: usize, const CH: usize>(
+    fn search<const S: usize, const H: usize>(
         &self,
         search: &Search,
         interrupt: &Interrupt,
@@ -198,7 +197,7 @@ impl Job<'_> {
                         }
                         let cost = |choice: &Choice<S, H>| {
                             let layout = self.layout(empty, choice);
-                            self.criterion.cost::<S, H, CH>(&layout, &mut memory)
+                            self.criterion.cost(&layout, &mut memory)
                         };
                         let found = start(index).map(|start| search.improve(start, cost));
                         // The receiver lives as long as the threads do.

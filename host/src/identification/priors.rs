@@ -3,56 +3,26 @@
 //! A tight prior drags the answer along, so its residual in the fit says little. The fit is done
 //! without it, and what it gives then is compared with what the prior says.
 
-use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
-use massline_shared::identify::Estimate;
-use massline_shared::identify::inertia_restraint::{self, Settings};
-use massline_shared::identify::maximum_likelihood::{self, CONTRADICTION, workspace};
+use massline_shared::identify::maximum_likelihood::{self, CONTRADICTION, Start, workspace};
+use massline_shared::identify::{DofMassLines, Estimate};
 use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
-
-use super::{MeasuredLines, lines_of};
 
 /// The priors that contradict the data, to be asked when the data contradict the budget or nothing fits
 /// at all: the one without which the rest agrees, or else all that are far from what the data say
 /// without any.
-pub fn contradicted_priors(layout: &HostLayout, lines: &MeasuredLines) -> Vec<Diagnostic> {
+pub(super) fn contradicted_priors(
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, HOST_SENSORS>],
+) -> Vec<Diagnostic> {
     if layout.priors.is_empty() {
         return Vec::new();
     }
-    let mut memory = vec![0.0; workspace(HOST_SENSORS)];
-    search(layout, |layout| fit(layout, lines, &mut memory))
-}
-
-/// The same, where `said` of an answer is that the data contradict the budget; the sensor or hit that
-/// strains the budget most is then no longer the first to be suspected, and leaves `said`.
-pub fn in_place_of_suspects(
-    said: &[Diagnostic],
-    layout: &HostLayout,
-    lines: &MeasuredLines,
-) -> Option<(Vec<Diagnostic>, Vec<Diagnostic>)> {
-    let is = |d: &Diagnostic, code: Code| d.code == code;
-    if !said.iter().any(|d| is(d, Code::DataContradictBudget)) {
-        return None;
-    }
-    let priors = contradicted_priors(layout, lines);
-    let suspect =
-        |d: &Diagnostic| is(d, Code::SensorStrainsBudget) || is(d, Code::HitStrainsBudget);
-    let others = said.iter().filter(|d| !suspect(d)).copied().collect();
-    (!priors.is_empty()).then_some((others, priors))
-}
-
-/// The same of a rig's result, whose answers lose their suspects.
-pub fn priors_of_result(result: &mut MeasurementResult, layout: &HostLayout) -> Vec<Diagnostic> {
-    let lines = lines_of(result, layout);
-    let mut named = Vec::new();
-    for estimate in &mut result.estimates {
-        if let Some((others, priors)) = in_place_of_suspects(&estimate.diagnostics, layout, &lines)
-        {
-            estimate.diagnostics = others.into_iter().collect();
-            named = priors;
-        }
-    }
-    named
+    let mut memory = vec![0.0; workspace(layout.sensors.len())];
+    search(layout, |layout| {
+        let fit = maximum_likelihood::solve(layout, lines, Start::InertiaRestraint, &mut memory);
+        Some(fit.ok()?.estimate)
+    })
 }
 
 fn search(
@@ -95,18 +65,10 @@ fn contradiction(prior: &Prior<f64>, without: &Estimate<f64>) -> Option<(f64, Di
     (far > CONTRADICTION).then_some((far, found))
 }
 
-fn fit(layout: &HostLayout, lines: &MeasuredLines, memory: &mut [f64]) -> Option<Estimate<f64>> {
-    let dofs = || lines.iter().map(|(index, lines)| (*index, lines));
-    let linear = inertia_restraint::solve(layout, dofs(), Settings::weighted()).ok();
-    let start = linear.map(|estimate| estimate.body);
-    let solution = maximum_likelihood::solve(layout, dofs(), start.as_ref(), memory).ok()?;
-    Some(solution.estimate)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::MeasuredLines;
     use super::*;
-    use crate::identification::CHANNELS;
     use crate::layout_file::LayoutFile;
     use massline_shared::body::RigidBody;
     use massline_shared::identify::MassLines;
@@ -120,8 +82,8 @@ mod tests {
         let ten = file.reference.unwrap().complete().unwrap();
         let body = RigidBody::from_theta(&SVector::from(ten));
         let exact = |hit| {
-            let accelerance = file.layout.accelerance::<CHANNELS>(&body, hit).unwrap();
-            (hit, MassLines::<f64, CHANNELS>::without_scatter(accelerance))
+            let accelerance = file.layout.accelerance(&body, hit).unwrap();
+            (hit, MassLines::without_scatter(accelerance))
         };
         let lines: MeasuredLines = (0..file.layout.hits.len()).map(exact).collect();
         contradicted_priors(&file.layout, &lines)

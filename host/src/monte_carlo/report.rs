@@ -1,8 +1,8 @@
 //! A study as JSON and as tables.
 
+use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Method;
-use massline_shared::layout::PROPERTIES;
 use serde_json::{Value, json};
 
 use super::Study;
@@ -13,15 +13,6 @@ use crate::report::{message, refusals_json, refusals_text};
 /// What is said of a single run.
 const ONE_RUN: &str = "one run has an error and no rms error, ratio or coverage; repeat the test, for \
                        example --runs 100";
-
-/// Units of the tables and factors to them, in the order of the ten.
-fn unit(property: usize) -> (&'static str, f64) {
-    match property {
-        0 => ("kg", 1.0),
-        1..=3 => ("mm", 1e3),
-        _ => ("g m²", 1e3),
-    }
-}
 
 /// One object: `runs`, `methods` with the ten of each, SI units; coverages are shares from 0 to 1.
 pub fn to_json(study: &Study) -> Value {
@@ -43,7 +34,7 @@ fn never_answered(study: &Study) -> Vec<(Method, Diagnostics)> {
 }
 
 fn method_json(method: &MethodStatistics) -> Value {
-    let properties = method.properties.iter().zip(PROPERTIES);
+    let properties = method.properties.iter().zip(&INERTIAL_PARAMETERS);
     json!({
         "method": method.method.name(),
         "answers": method.answers,
@@ -51,7 +42,7 @@ fn method_json(method: &MethodStatistics) -> Value {
         "geometric_mean_ratio": method.geometric_mean_ratio(),
         "worst_ratio": method.worst_ratio(),
         "pooled_coverage95": method.pooled_coverage95(),
-        "properties": properties.map(|(p, name)| property_json(name, p)).collect::<Vec<_>>(),
+        "properties": properties.map(|(p, of)| property_json(of.name, p)).collect::<Vec<_>>(),
     })
 }
 
@@ -96,8 +87,8 @@ fn table(method: &MethodStatistics) -> comfy_table::Table {
     let mut table = output::table();
     let error = if method.is_single() { "error" } else { "bias" };
     table.set_header(["", "truth", "unit", "bound", error, "rms", "ratio", "cover"]);
-    for (k, (name, p)) in PROPERTIES.into_iter().zip(&method.properties).enumerate() {
-        let (unit, factor) = unit(k);
+    for (parameter, p) in INERTIAL_PARAMETERS.iter().zip(&method.properties) {
+        let &InertialParameter { name, table_unit: unit, table_factor: factor, .. } = parameter;
         let number = |v: f64| format!("{:.4}", v * factor);
         table.add_row([
             name.to_owned(),

@@ -1,19 +1,10 @@
 //! What many runs say of a method: bias, scatter against the bound, honesty of the intervals.
 
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::identify::Method;
+use massline_shared::identify::{Estimate, Method};
 
 /// Standard deviations on either side of a 95 % interval.
 pub const INTERVAL_95: f64 = 1.96;
-
-/// One method's answer in one run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Answered {
-    /// [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz], SI.
-    pub properties: [f64; 10],
-    /// Their standard deviations; `None` when the method cannot tell.
-    pub sigma: Option<[f64; 10]>,
-}
 
 /// A method over all runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,11 +49,11 @@ impl MethodStatistics {
     /// without mass lines.
     pub fn of(
         method: Method,
-        answers: &[Result<Answered, Option<Diagnostics>>],
+        answers: &[Result<Estimate<f64>, Option<Diagnostics>>],
         truth: &[f64; 10],
         bound: Option<&[f64; 10]>,
     ) -> Self {
-        let answered: Vec<&Answered> = answers.iter().flatten().collect();
+        let answered: Vec<&Estimate<f64>> = answers.iter().flatten().collect();
         let properties = if answered.is_empty() {
             Vec::new()
         } else {
@@ -108,20 +99,20 @@ impl MethodStatistics {
 }
 
 fn property(
-    answered: &[&Answered],
+    answered: &[&Estimate<f64>],
     k: usize,
     truth: f64,
     bound: Option<f64>,
 ) -> PropertyStatistics {
     let count = answered.len() as f64;
-    let errors = answered.iter().map(|a| a.properties[k] - truth);
+    let errors = answered.iter().map(|a| a.theta()[k] - truth);
     let bias = errors.clone().sum::<f64>() / count;
     let many = answered.len() > 1;
     let rms = many.then(|| (errors.clone().map(|e| e * e).sum::<f64>() / count).sqrt());
     let held: Vec<bool> = answered
         .iter()
         .zip(errors)
-        .filter_map(|(a, error)| Some(error.abs() <= INTERVAL_95 * a.sigma.as_ref()?[k]))
+        .filter_map(|(a, error)| Some(error.abs() <= INTERVAL_95 * a.sigma()?[k]))
         .collect();
     let coverage95 = (many && !held.is_empty())
         .then(|| held.iter().filter(|&&holds| holds).count() as f64 / held.len() as f64);
@@ -131,18 +122,26 @@ fn property(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use massline_shared::body::RigidBody;
     use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+    use nalgebra::{SMatrix, SVector};
 
     const TRUTH: [f64; 10] = [1.0; 10];
 
-    fn answer(error: f64, sigma: Option<f64>) -> Result<Answered, Option<Diagnostics>> {
-        Ok(Answered { properties: TRUTH.map(|v| v + error), sigma: sigma.map(|s| [s; 10]) })
+    type Answer = Result<Estimate<f64>, Option<Diagnostics>>;
+
+    fn answer(error: f64, sigma: Option<f64>) -> Answer {
+        Ok(Estimate {
+            method: Method::InertiaRestraint,
+            body: RigidBody::from_theta(&SVector::from(TRUTH.map(|v| v + error))),
+            covariance: sigma.map(|s| SMatrix::identity() * (s * s)),
+            condition: 1.0,
+            consistency: None,
+            diagnostics: Diagnostics::new(),
+        })
     }
 
-    fn statistics(
-        answers: &[Result<Answered, Option<Diagnostics>>],
-        bound: Option<f64>,
-    ) -> MethodStatistics {
+    fn statistics(answers: &[Answer], bound: Option<f64>) -> MethodStatistics {
         let bound = bound.map(|b| [b; 10]);
         MethodStatistics::of(Method::InertiaRestraint, answers, &TRUTH, bound.as_ref())
     }

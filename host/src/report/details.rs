@@ -1,19 +1,21 @@
 //! What a fit found out about sensors, hammer and hits, and what each of them does to the answer.
 
 use massline_shared::identify::influence::{Influence, Subject};
-use massline_shared::identify::maximum_likelihood::{LearnedHit, LearnedSensor, Learnt};
-use massline_shared::layout::{HostLayout, PROPERTIES};
+use massline_shared::identify::maximum_likelihood::{Learned, LearnedHit, LearnedSensor, Learnt};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, PROPERTIES};
 use serde_json::{Value, json};
 
-use crate::identification::Details;
 use crate::output;
 
 /// A subject that moves a property by more than this many standard deviations is worth a word.
 const WORTH_A_WORD: f64 = 1.0;
 
 /// Everything that was found out, with units in the names.
-pub fn details_json(details: &Details, layout: &HostLayout) -> Value {
-    let learned = &details.learned;
+pub fn details_json(
+    learned: &Learned<f64, HOST_SENSORS, HOST_HITS>,
+    influences: &[Influence<f64>],
+    layout: &HostLayout,
+) -> Value {
     json!({
         "hammer_gain": learnt_json(&learned.hammer_gain),
         "sensors": learned.sensors.iter().zip(&layout.sensors).map(|(found, sensor)| json!({
@@ -30,7 +32,7 @@ pub fn details_json(details: &Details, layout: &HostLayout) -> Value {
             "strain": found.strain,
             "misfit": found.misfit,
         })).collect::<Vec<_>>(),
-        "influence": details.influences.iter().map(|i| influence_json(i, layout)).collect::<Vec<_>>(),
+        "influence": influences.iter().map(|i| influence_json(i, layout)).collect::<Vec<_>>(),
     })
 }
 
@@ -53,8 +55,11 @@ fn influence_json(influence: &Influence<f64>, layout: &HostLayout) -> Value {
 }
 
 /// For people: a table of the sensors, one of the hits, and the subjects that move the answer most.
-pub fn details_text(details: &Details, layout: &HostLayout) -> String {
-    let learned = &details.learned;
+pub fn details_text(
+    learned: &Learned<f64, HOST_SENSORS, HOST_HITS>,
+    influences: &[Influence<f64>],
+    layout: &HostLayout,
+) -> String {
     let mut sensors = output::table();
     sensors.set_header(["sensor", "gain, %", "rotation, mrad", "position, mm", "strain"]);
     for (found, sensor) in learned.sensors.iter().zip(&layout.sensors) {
@@ -72,7 +77,7 @@ pub fn details_text(details: &Details, layout: &HostLayout) -> String {
         100.0 * hammer.value,
         100.0 * hammer.sigma
     );
-    for influence in details.influences.iter().filter(|i| i.largest_shift() > WORTH_A_WORD) {
+    for influence in influences.iter().filter(|i| i.largest_shift() > WORTH_A_WORD) {
         text += &influence_line(influence, layout);
     }
     text

@@ -2,8 +2,9 @@
 //! do.
 
 use massline_shared::Real;
+use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::diagnosis::{Diagnostic, Subject, SubjectKind, ValueUnit};
-use massline_shared::layout::{Layout, PROPERTIES, Prior};
+use massline_shared::layout::{Layout, Prior};
 
 /// What is known of a subject beside its index: the node of a sensor, the DOF of a hit, what was said to be
 /// known of a property.
@@ -101,7 +102,8 @@ fn one_of(kind: SubjectKind) -> &'static str {
 }
 
 fn property_name(property: u8) -> &'static str {
-    PROPERTIES.get(usize::from(property)).copied().unwrap_or("a property")
+    let parameter = INERTIAL_PARAMETERS.get(usize::from(property));
+    parameter.map_or("a property", |parameter| parameter.name)
 }
 
 fn axis(response: u8) -> &'static str {

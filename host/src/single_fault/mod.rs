@@ -13,19 +13,13 @@ mod report;
 mod words;
 
 use massline_protocol::object::MeasurementResult;
-use massline_shared::identify::inertia_restraint::{self, Settings};
-use massline_shared::identify::maximum_likelihood::{self, Learnt, workspace};
+use massline_shared::identify::maximum_likelihood::{self, Learnt, Start, workspace};
 use massline_shared::identify::single_fault::{DECISIVE, Explained, SingleFault};
-use massline_shared::identify::{Consistency, MassLines};
+use massline_shared::identify::{Consistency, DofMassLines};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
-use massline_shared::signal::RESPONSES;
-use nalgebra::{SMatrix, SVector};
 
-use crate::identification::{CHANNELS, lines_of};
+use crate::identification::lines_of;
 use crate::layout_file::LayoutFile;
-
-/// Mass lines of hit DOFs, by their index in the layout.
-pub type DofLines<const CH: usize> = [(usize, MassLines<f64, CH>)];
 
 /// A test as it was meant: its layout, and the points that could be hit by mistake.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,13 +48,13 @@ impl Meant {
     }
 
     /// Looks for single mistakes in mass lines.
-    pub fn examine<const CH: usize>(&self, lines: &DofLines<CH>) -> Examination {
+    pub fn examine<const S: usize>(&self, lines: &[DofMassLines<f64, S>]) -> Examination {
         examine(&self.layout, &self.nodes, lines)
     }
 
     /// Looks for single mistakes in what a rig has measured.
     pub fn examine_result(&self, result: &MeasurementResult) -> Examination {
-        self.examine(&lines_of(result, &self.layout))
+        self.examine(&lines_of(result))
     }
 }
 
@@ -105,60 +99,51 @@ pub struct Examination {
 
 /// Looks for single mistakes in a test. `nodes` are the points that could have been hit, with their
 /// positions in the body frame, m.
-pub fn examine<const CH: usize>(
+pub fn examine<const S: usize>(
     layout: &HostLayout,
     nodes: &[(u16, [f64; 3])],
-    lines: &DofLines<CH>,
+    lines: &[DofMassLines<f64, S>],
 ) -> Examination {
     // A layout of the rig is fitted twenty times faster in matrices of its size.
     let small = layout.cast::<f64, RIG_SENSORS, RIG_HITS>();
     match small {
         Some(small) => {
-            let lines = resized::<CH, RESPONSES>(lines);
-            Search::<RIG_SENSORS, RIG_HITS, RESPONSES>::new(&small, nodes, &lines).examine(true)
+            let lines = resized::<S, RIG_SENSORS>(lines);
+            Search::<RIG_SENSORS, RIG_HITS>::new(&small, nodes, &lines).examine(true)
         }
         None => {
-            let lines = resized::<CH, CHANNELS>(lines);
-            Search::<HOST_SENSORS, HOST_HITS, CHANNELS>::new(layout, nodes, &lines).examine(false)
+            let lines = resized::<S, HOST_SENSORS>(lines);
+            Search::<HOST_SENSORS, HOST_HITS>::new(layout, nodes, &lines).examine(false)
         }
     }
 }
 
-/// The same with room for another number of responses.
+/// The same with room for another number of sensors.
 fn resized<const FROM: usize, const TO: usize>(
-    lines: &DofLines<FROM>,
-) -> Vec<(usize, MassLines<f64, TO>)> {
-    let of = |v: &SVector<f64, FROM>| SVector::from_fn(|k, _| v.get(k).copied().unwrap_or(0.0));
-    let resize = |lines: &MassLines<f64, FROM>| MassLines {
-        accelerance: of(&lines.accelerance),
-        noise: of(&lines.noise),
-        scatter: SMatrix::from_fn(|i, j| lines.scatter.get((i, j)).copied().unwrap_or(0.0)),
-        hits: lines.hits,
-    };
-    lines.iter().map(|(index, lines)| (*index, resize(lines))).collect()
+    lines: &[DofMassLines<f64, FROM>],
+) -> Vec<DofMassLines<f64, TO>> {
+    lines.iter().map(|(index, lines)| (*index, lines.resized())).collect()
 }
 
-struct Search<'a, const S: usize, const H: usize, const CH: usize> {
+struct Search<'a, const S: usize, const H: usize> {
     layout: &'a Layout<f64, S, H>,
     nodes: &'a [(u16, [f64; 3])],
-    lines: &'a DofLines<CH>,
+    lines: &'a [DofMassLines<f64, S>],
 }
 
-impl<'a, const S: usize, const H: usize, const CH: usize> Search<'a, S, H, CH> {
+impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     fn new(
         layout: &'a Layout<f64, S, H>,
         nodes: &'a [(u16, [f64; 3])],
-        lines: &'a DofLines<CH>,
+        lines: &'a [DofMassLines<f64, S>],
     ) -> Self {
         Self { layout, nodes, lines }
     }
 
     fn examine(&self, with_hidden: bool) -> Examination {
-        let start = inertia_restraint::solve(self.layout, self.dofs(), Settings::weighted());
-        let start = start.ok().map(|estimate| estimate.body);
         let mut room = self.room();
-        let plain =
-            maximum_likelihood::solve(self.layout, self.dofs(), start.as_ref(), &mut room).ok();
+        let start = Start::InertiaRestraint;
+        let plain = maximum_likelihood::solve(self.layout, self.lines, start, &mut room).ok();
         let plain = plain.map(|solution| solution.estimate);
         let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
         let agrees = consistency.is_some_and(|c| !contradicts(&c));
@@ -181,7 +166,7 @@ impl<'a, const S: usize, const H: usize, const CH: usize> Search<'a, S, H, CH> {
                 .filter(|fault| involves_measured(fault, self.lines));
             let faults: Vec<_> = faults.collect();
             self.in_parallel(&faults, |fault, room| {
-                let shown = fault.shows(self.layout, &estimate.body, self.dofs(), room);
+                let shown = fault.shows(self.layout, &estimate.body, self.lines, room);
                 shown.is_some_and(|c| !is_shown(fault, &c)).then_some(*fault)
             })
         });
@@ -200,15 +185,9 @@ impl<'a, const S: usize, const H: usize, const CH: usize> Search<'a, S, H, CH> {
             .filter(|fault| wanted(fault) && involves_measured(fault, self.lines));
         let faults: Vec<_> = faults.collect();
         self.in_parallel(&faults, |fault, room| {
-            let Explained { consistency, scale } = fault.test(self.layout, self.dofs(), room)?;
+            let Explained { consistency, scale } = fault.test(self.layout, self.lines, room)?;
             Some(Suspect { fault: *fault, consistency, scale })
         })
-    }
-
-    fn dofs(
-        &self,
-    ) -> impl Iterator<Item = (usize, &'a MassLines<f64, CH>)> + Clone + use<'a, S, H, CH> {
-        self.lines.iter().map(|(index, lines)| (*index, lines))
     }
 
     fn room(&self) -> Vec<f64> {
@@ -241,7 +220,10 @@ impl<'a, const S: usize, const H: usize, const CH: usize> Search<'a, S, H, CH> {
 }
 
 /// A mistake at a hit DOF that was not measured is nothing to look for.
-fn involves_measured<const CH: usize>(fault: &SingleFault<f64>, lines: &DofLines<CH>) -> bool {
+fn involves_measured<const S: usize>(
+    fault: &SingleFault<f64>,
+    lines: &[DofMassLines<f64, S>],
+) -> bool {
     match fault {
         SingleFault::HitAtNode { hit, .. } | SingleFault::HitReversed { hit } => {
             lines.iter().any(|(index, _)| index == hit)

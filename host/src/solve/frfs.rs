@@ -1,30 +1,50 @@
 //! From the functions of a universal file to the mass lines of a layout.
 
-use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use massline_shared::identify::MassLines;
-use massline_shared::identify::global_fit::{self, FrequencyResponses};
-use massline_shared::layout::{Axis, Dof, Hit, HostLayout, Sensor};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
+use massline_shared::identify::{FrequencyResponses, MassLines};
+use massline_shared::layout::{Axis, Dof, HOST_SENSORS, Hit, HostLayout, Sensor};
 use massline_shared::mass_line::{
-    BasisRow, Fitting, Line, MassLineError, ResponseFits, Terms, find_band, window_correlation,
+    BasisRow, Fitting, Line, MassLineError, ResponseFits, find_band, window_correlation,
 };
-use nalgebra::{Complex, Matrix6};
+use nalgebra::Complex;
 
-use crate::identification::CHANNELS;
+use crate::identification::MeasuredLines;
 use crate::uff::{Frf, Function, NodeDirection, Quantity, UffFault, UffFile};
 use crate::{Error, Result};
 
 /// The frequency responses of a layout: hit by hit, sensor by sensor, axis by axis.
-pub(super) struct Responses {
+pub(super) struct LayoutResponses {
     hits: Vec<Vec<Response>>,
 }
 
 /// What the mass lines of a layout are, and over which band.
 pub(super) struct FittedLines {
-    pub(super) lines: Vec<MassLines<f64, CHANNELS>>,
+    pub(super) lines: MeasuredLines,
     pub(super) band_hz: [f64; 2],
     /// Bands that end in modes.
     pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+/// The accelerances of all responses at the lines of a band.
+pub(super) struct LinesOfBand {
+    frequencies: Vec<f64>,
+    /// Line by line, channel by channel, hit by hit.
+    accelerance: Vec<Complex<f64>>,
+    channels: usize,
+    hits: usize,
+    decay: f64,
+    correlation: f64,
+}
+
+impl LinesOfBand {
+    /// As the solvers observe them.
+    pub(super) fn responses(&self) -> Result<FrequencyResponses<'_, f64>> {
+        let Self { frequencies, accelerance, channels, hits, .. } = self;
+        let responses = FrequencyResponses::new(frequencies, accelerance, *channels, *hits);
+        let responses =
+            responses.ok_or_else(|| Error::input("frf_missing", "a response has too few lines"))?;
+        Ok(responses.windowed(self.decay, self.correlation))
+    }
 }
 
 /// One frequency response with the directions of the layout.
@@ -35,7 +55,7 @@ struct Response {
     points: Vec<(f64, Complex<f64>)>,
 }
 
-impl Responses {
+impl LayoutResponses {
     /// Finds the function of every sensor axis and hit.
     pub(super) fn of(
         layout: &HostLayout,
@@ -62,7 +82,7 @@ impl Responses {
         let fitting = Fitting { band: band_hz, decay, terms: layout.test.terms, correlation };
         let mut all = FittedLines { lines: Vec::new(), band_hz, diagnostics: Vec::new() };
         for (dof, responses) in self.hits.iter().enumerate() {
-            let mut fits = ResponseFits::<f64, CHANNELS>::zeros(responses.len());
+            let mut fits = ResponseFits::<f64, HOST_SENSORS>::zeros(responses.len());
             for (channel, response) in responses.iter().enumerate() {
                 fits.set(channel, &response.fit(&fitting)?);
             }
@@ -72,19 +92,18 @@ impl Responses {
             }));
             let hits = u16::from(layout.test.hits_per_dof);
             let lines = MassLines::without_scatter(fits.accelerance).with_noise(fits.noise);
-            all.lines.push(MassLines { hits, ..lines });
+            all.lines.push((dof, MassLines { hits, ..lines }));
         }
         Ok(all)
     }
 
-    /// Body and suspension together, from all lines of the band.
-    pub(super) fn global_fit(
+    /// All lines of the band.
+    pub(super) fn spectral_lines(
         &self,
         layout: &HostLayout,
         band_hz: [f64; 2],
         decay: f64,
-        start: &RigidBody<f64>,
-    ) -> Result<std::result::Result<global_fit::Solution<f64>, Diagnostics>> {
+    ) -> Result<LinesOfBand> {
         let frequencies = self.common_frequencies()?;
         let inside: Vec<usize> = (0..frequencies.len())
             .filter(|&k| band_hz[0] <= frequencies[k] && frequencies[k] <= band_hz[1])
@@ -94,20 +113,14 @@ impl Responses {
             channels
                 .flat_map(move |channel| self.hits.iter().map(move |hit| hit[channel].points[k].1))
         };
-        let accelerance: Vec<_> = inside.iter().flat_map(of_line).collect();
-        let frequencies: Vec<f64> = inside.iter().map(|&k| frequencies[k]).collect();
-        let channels = 3 * layout.sensors.len();
-        let data = FrequencyResponses::new(&frequencies, &accelerance, channels, self.hits.len());
-        let data =
-            data.ok_or_else(|| Error::input("frf_missing", "a response has too few lines"))?;
-        let settings = global_fit::Settings {
+        Ok(LinesOfBand {
+            accelerance: inside.iter().flat_map(of_line).collect(),
+            frequencies: inside.iter().map(|&k| frequencies[k]).collect(),
+            channels: 3 * layout.sensors.len(),
+            hits: self.hits.len(),
             decay,
-            damping: false,
-            elastic: layout.test.terms == Terms::Abc,
             correlation: self.correlation(decay),
-        };
-        let mut workspace = vec![Matrix6::zeros(); frequencies.len()];
-        Ok(global_fit::solve(layout, &data, start, &settings, &mut workspace))
+        })
     }
 
     /// The band that all responses together show.
@@ -280,7 +293,7 @@ mod tests {
     const RECORD: f64 = 0.512;
 
     /// Every response the same: 2 (m/s²)/N above a suspension, and what noise is left.
-    fn measured() -> (HostLayout, Responses) {
+    fn measured() -> (HostLayout, LayoutResponses) {
         let layout = LayoutFile::parse(LAYOUT, "test.toml").unwrap().layout;
         let points: Vec<_> = (1..100)
             .map(|k| {
@@ -293,7 +306,7 @@ mod tests {
         let response = || Response { name: String::new(), dataset: 1, points: points.clone() };
         let of_hit = || (0..9).map(|_| response()).collect();
         let hits = layout.hits.iter().map(|_| of_hit()).collect();
-        (layout, Responses { hits })
+        (layout, LayoutResponses { hits })
     }
 
     /// With its σ the fit is exact but for the noise of 1e-6; without, a hundred times that is left.
@@ -302,7 +315,7 @@ mod tests {
         let (layout, responses) = measured();
         let error = |decay: f64| {
             let lines = responses.mass_lines(&layout, decay).unwrap().lines;
-            (lines[0].accelerance[0] - 2.0).abs()
+            (lines[0].1.accelerance[0] - 2.0).abs()
         };
         assert!(error(DECAY) < 1e-6, "{}", error(DECAY));
         assert!(error(0.0) > 1e-4, "{}", error(0.0));
@@ -311,7 +324,7 @@ mod tests {
     #[test]
     fn the_window_correlates_lines() {
         let (layout, responses) = measured();
-        let sigma = responses.mass_lines(&layout, DECAY).unwrap().lines[0].noise[0];
+        let sigma = responses.mass_lines(&layout, DECAY).unwrap().lines[0].1.noise[0];
         // 5.12 is σ T; theory, section 5.
         assert!((responses.correlation(DECAY) - window_correlation(DECAY, RECORD)).abs() < 1e-9);
         assert!((responses.correlation(DECAY) - 5.12_f64.sqrt()).abs() < 1e-3);

@@ -1,6 +1,7 @@
 //! The unit of the number that a diagnostic carries.
 
 use super::Subject;
+use crate::body::INERTIAL_PARAMETERS;
 
 /// The unit of a diagnostic's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,9 +54,10 @@ impl ValueUnit {
             Self::Kilograms | Self::SignedKilograms => "kg",
             Self::KilogramSquareMeters => "kg m²",
             Self::OfProperty => match subject {
-                Subject::Property(0) => "kg",
-                Subject::Property(1..=3) => "m",
-                _ => "kg m²",
+                Subject::Property(k) => {
+                    INERTIAL_PARAMETERS.get(usize::from(k)).map_or("", |parameter| parameter.unit)
+                }
+                _ => "",
             },
             Self::None
             | Self::Count

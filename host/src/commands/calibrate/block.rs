@@ -221,7 +221,12 @@ impl BlockTest {
         make_room(&mut rig.client, &self.layout, self.restart)?;
         rig.client.put_layout(&self.layout)?;
         // A hit that waits to be accepted leaves the time to read the spectra of the DOF before it.
-        let how = Begin { block: true, confirm: true, restart: self.restart, ..Begin::default() };
+        let how = Begin {
+            block_mass: Some(self.mass.mass as f32),
+            confirm: true,
+            restart: self.restart,
+            ..Begin::default()
+        };
         match begin(&mut rig.client, how)? {
             Begun::Started => {}
             Begun::Resumed => output.note("goes on with the interrupted block test"),
@@ -254,7 +259,7 @@ fn require_block(result: &MeasurementResult) -> Result<()> {
         "no_block_test",
         format!(
             "result {} was measured on an object, not on a block; begin anew with --restart",
-            result.number,
+            result.head.number,
         ),
     ))
 }

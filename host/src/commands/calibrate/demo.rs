@@ -92,10 +92,10 @@ pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
         let mut rig = InHand::on_bench(&bench, file.layout.sensors.len(), seed, Some(&flash))?;
         let mut readings = TumbleReadings::new(&directory.path().join("tumble.toml"));
         tumble::take(&mut rig, &mut readings, &limits, output)?;
-        let mut record = nominal_calibration(&bench).into();
+        let mut record = CalibrationRecord::from(nominal_calibration(&bench));
         let found = readings.solve(&limits)?;
         tumble::judge_level(&found, &limits)?;
-        found.write(&mut record);
+        record.take_tumble(&found.sensors, found.hammer_zero);
         store(&mut rig.client, &record)?;
         record
     };

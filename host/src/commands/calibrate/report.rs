@@ -2,6 +2,7 @@
 
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::block::SensorRatio;
+use massline_shared::calibration::tumble::Tumble;
 use massline_shared::signal::HAMMER;
 use massline_shared::units::Hertz;
 use nalgebra::Matrix3;
@@ -9,7 +10,6 @@ use serde_json::{Value, json};
 
 use crate::calibration::block::Block;
 use crate::calibration::corners::{FoundCorner, NoCorner, RcCorner};
-use crate::calibration::tumble::Tumble;
 use crate::calibration::verify::Drift;
 use crate::output;
 
@@ -98,7 +98,7 @@ fn rc(corner: Hertz<f32>) -> String {
 }
 
 /// What a tumble test has found.
-pub(super) fn tumble_json(found: &Tumble) -> Value {
+pub(super) fn tumble_json(found: &Tumble<f64>) -> Value {
     let sensors: Vec<_> = found
         .sensors
         .iter()
@@ -115,7 +115,7 @@ pub(super) fn tumble_json(found: &Tumble) -> Value {
     json!({ "sensors": sensors })
 }
 
-pub(super) fn tumble_text(found: &Tumble, record: &CalibrationRecord) -> String {
+pub(super) fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord) -> String {
     let tilts = found.sensors.iter().map(|s| format!("{:.1}", 1e3 * s.tilt)).collect::<Vec<_>>();
     format!(
         "{}\npositions tilted by {} mrad rms; the hammer is the next: massline calibrate block",

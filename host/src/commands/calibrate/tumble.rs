@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use massline_shared::calibration::tumble::{Position, TumbleLimits};
+use massline_shared::calibration::tumble::{Position, RestReading, Tumble, TumbleLimits};
 
 use super::rig::{InHand, RigArgs};
 use super::{OriginArgs, report, store};
-use crate::calibration::tumble::{RestReading, Tumble, TumbleReadings, check_rest};
+use crate::calibration::tumble::{TumbleReadings, check_rest};
 use crate::error::{Error, Result};
 use crate::output::Output;
 
@@ -55,14 +55,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         readings.forget();
     }
     let mut rig = args.rig.in_hand()?;
-    if readings.positions().next().is_some() {
+    if !readings.is_empty() {
         output.note(format!("goes on with the readings of {}", args.readings.display()));
     }
     take(&mut rig, &mut readings, &limits, output)?;
     let found = readings.solve(&limits)?;
     judge_level(&found, &limits)?;
     let mut record = rig.client.calibration()?;
-    found.write(&mut record);
+    record.take_tumble(&found.sensors, found.hammer_zero);
     origin.write(&mut record);
     if !args.dry_run {
         store(&mut rig.client, &record)?;
@@ -108,7 +108,7 @@ pub fn take(
                 other => break other.map(|()| reading)?,
             }
         };
-        readings.add(position, reading)?;
+        readings.add(position, reading, limits)?;
         bar.suspend(|| output.note(format!("{position}  read")));
         bar.inc(1);
     }
@@ -126,7 +126,7 @@ fn prompt(position: Position) -> String {
 ///
 /// # Errors
 /// Exit 3 with the sensor and axis that are off most.
-pub fn judge_level(found: &Tumble, limits: &TumbleLimits<f64>) -> Result<()> {
+pub fn judge_level(found: &Tumble<f64>, limits: &TumbleLimits<f64>) -> Result<()> {
     if found.is_level(limits) {
         return Ok(());
     }

@@ -1,0 +1,47 @@
+//! What was identified as JSON and as text.
+
+use massline_shared::diagnosis::Diagnostic;
+use massline_shared::layout::HostLayout;
+use serde_json::{Value, json};
+
+use super::{Details, Identification};
+use crate::report::{
+    Truth, details_json, details_text, estimate_json, message_in, refusals_json, refusals_text,
+    sentences, table,
+};
+
+impl Identification {
+    /// The estimates, the best first: entries of `results`.
+    pub fn results_json(&self) -> Value {
+        self.estimates.iter().map(estimate_json).collect()
+    }
+
+    /// The methods without an answer, and why: `not_applicable`.
+    pub fn not_applicable_json(&self, layout: &HostLayout) -> Value {
+        refusals_json(&self.not_applicable, |d| message_in(d, layout))
+    }
+
+    /// What the fit found out: `details`, null where it has no answer.
+    pub fn details_json(&self, layout: &HostLayout) -> Value {
+        let of =
+            |Details { learned, influences }: &Details| details_json(learned, influences, layout);
+        json!(self.details.as_ref().map(of))
+    }
+
+    /// Every estimate as a table, why others are missing, and what was found out.
+    pub fn to_text(&self, layout: &HostLayout, truth: Option<&Truth>) -> String {
+        let tables = self.estimates.iter().map(|estimate| table(estimate, truth) + "\n");
+        tables.collect::<String>() + &self.found_out_text(layout)
+    }
+
+    /// Why estimates are missing, and what was found out.
+    pub fn found_out_text(&self, layout: &HostLayout) -> String {
+        let say = |d: &Diagnostic| message_in(d, layout);
+        let mut text = refusals_text(&self.not_applicable, say);
+        text += &sentences(&self.priors, say);
+        if let Some(Details { learned, influences }) = &self.details {
+            text += &details_text(learned, influences, layout);
+        }
+        text
+    }
+}

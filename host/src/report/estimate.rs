@@ -1,0 +1,118 @@
+//! One estimate of the ten properties as JSON.
+
+use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::identify::Estimate;
+use nalgebra::Matrix3;
+use serde_json::{Map, Value, json};
+
+use super::{diagnostics_json, message};
+
+/// Half of a 95 % interval of a normal variable, in standard deviations.
+pub const HALF_WIDTH_95: f64 = 1.959_963_985;
+
+/// An entry of `results`.
+pub fn estimate_json(estimate: &Estimate<f64>) -> Value {
+    let Estimate { body, covariance, .. } = estimate;
+    let sigma: Option<[f64; 10]> = estimate.sigma().map(Into::into);
+    let principal = body.principal();
+    let sigma_tensor = sigma.map(|s| {
+        let [.., xx, yy, zz, xy, xz, yz] = s;
+        [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    });
+    json!({
+        "method": estimate.method.name(),
+        "mass_kg": { "value": body.mass, "sigma": sigma.map(|s| s[0]) },
+        "center_of_mass_m": {
+            "value": <[f64; 3]>::from(body.center_of_mass),
+            "sigma": sigma.map(|s| [s[1], s[2], s[3]]),
+        },
+        "inertia_kg_m2": { "value": rows(&body.inertia), "sigma": sigma_tensor },
+        "interval95": intervals(estimate),
+        "covariance": covariance.map(|c| {
+            (0..10).map(|i| c.row(i).iter().copied().collect::<Vec<_>>()).collect::<Vec<_>>()
+        }),
+        "principal_moments_kg_m2": {
+            "value": principal.map(|p| <[f64; 3]>::from(p.moments)),
+            "sigma": estimate.principal_moment_sigmas().map(<[f64; 3]>::from),
+        },
+        "principal_axes": principal.map(|p| rows(&p.axes)),
+        "physically_consistent": body.is_physically_consistent(),
+        "condition": estimate.condition,
+        "chi_squared": estimate.consistency.map(|c| json!({
+            "value": c.chi_squared,
+            "degrees_of_freedom": c.degrees_of_freedom,
+            "reduced": c.reduced(),
+        })),
+        "diagnostics": diagnostics_json(&estimate.diagnostics, message),
+    })
+}
+
+/// Lower and upper end of the 95 % interval of each of the ten, by name.
+fn intervals(estimate: &Estimate<f64>) -> Option<Map<String, Value>> {
+    let (values, sigma) = (estimate.theta(), estimate.sigma()?);
+    let ends = values.iter().zip(sigma.iter()).map(|(value, sigma)| {
+        let half = HALF_WIDTH_95 * sigma;
+        json!([value - half, value + half])
+    });
+    let names = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.name.to_owned());
+    Some(names.zip(ends).collect())
+}
+
+/// A matrix row by row.
+fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| matrix[(i, j)]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use massline_shared::body::RigidBody;
+    use massline_shared::diagnosis::Diagnostics;
+    use massline_shared::identify::Method;
+    use nalgebra::{SMatrix, SVector};
+
+    fn estimate() -> Estimate<f64> {
+        // A body with the principal moments 2, 3, 4 about the axes y, x, z.
+        let theta = [2.0, 0.5, 0.25, -0.125, 3.0, 2.0, 4.0, 0.0, 0.0, 0.0];
+        let variances = SVector::<f64, 10>::from_fn(|k, _| ((k + 1) as f64).powi(2));
+        Estimate {
+            method: Method::InertiaRestraint,
+            body: RigidBody::from_theta(&SVector::from(theta)),
+            covariance: Some(SMatrix::from_diagonal(&variances)),
+            condition: 8.0,
+            consistency: None,
+            diagnostics: Diagnostics::new(),
+        }
+    }
+
+    #[test]
+    fn principal_moments_ascend_and_axes_are_columns() {
+        let json = estimate_json(&estimate());
+        let moments = &json["principal_moments_kg_m2"];
+        for (k, (value, sigma)) in [(2.0, 6.0), (3.0, 5.0), (4.0, 7.0)].into_iter().enumerate() {
+            // Rounding of an eigenvalue problem in double precision.
+            assert!((moments["value"][k].as_f64().unwrap() - value).abs() < 1e-12);
+            assert!((moments["sigma"][k].as_f64().unwrap() - sigma).abs() < 1e-12);
+        }
+        let element = |i: usize, j: usize| json["principal_axes"][i][j].as_f64().unwrap().abs();
+        // The first axis is y: the first column has its one in the second row.
+        assert!((element(1, 0) - 1.0).abs() < 1e-12 && element(0, 0) < 1e-12);
+    }
+
+    #[test]
+    fn intervals_are_about_the_value_of_their_name() {
+        let json = estimate_json(&estimate());
+        let [low, high] = [0, 1].map(|k| json["interval95"]["cz"][k].as_f64().unwrap());
+        assert!((low + high + 0.25).abs() < 1e-12, "{json}");
+        assert!((high - low - 8.0 * HALF_WIDTH_95).abs() < 1e-12, "{json}");
+    }
+
+    #[test]
+    fn without_covariance_there_is_no_sigma() {
+        let json = estimate_json(&Estimate { covariance: None, ..estimate() });
+        assert!(json["covariance"].is_null() && json["interval95"].is_null());
+        assert!(json["mass_kg"]["sigma"].is_null());
+        assert!(json["principal_moments_kg_m2"]["sigma"].is_null());
+        assert_eq!(json["mass_kg"]["value"], 2.0);
+    }
+}

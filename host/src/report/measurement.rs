@@ -1,0 +1,195 @@
+//! A rig's stored result, as the rig found it.
+
+use massline_protocol::object::{DofResult, MeasurementResult};
+use massline_shared::identify::Estimate;
+use serde_json::{Value, json};
+
+use super::{diagnostics_json, estimate_json, message, sentences, table};
+
+/// The rig's estimates by the methods that this program knows, the best first, in double precision.
+pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
+    let (known, _) = result.estimates();
+    known.iter().map(Estimate::cast).collect()
+}
+
+/// A result of a rig as JSON: `results` with one entry a method, the layout's hash, the
+/// calibration's checksum, the firmware's version, the mass lines.
+pub fn measurement_json(result: &MeasurementResult) -> Value {
+    let head = &result.head;
+    json!({
+        "results": estimates_of(result).iter().map(estimate_json).collect::<Vec<_>>(),
+        "number": head.number,
+        "layout_hash": head.layout_hash,
+        "calibration": head.calibration,
+        "firmware": head.firmware.as_str(),
+        "frf_estimator": head.frf_estimator.name(),
+        "terms": head.terms.name(),
+        "band_automatic": head.band_automatic,
+        "mass_lines": result.dofs.iter().map(dof_json).collect::<Vec<_>>(),
+        "notes": notes(result),
+        "diagnostics": diagnostics_json(&result.diagnostics, message),
+    })
+}
+
+fn dof_json(dof: &DofResult) -> Value {
+    json!({
+        "dof": dof.dof.to_string(),
+        "hits": dof.hits,
+        "band_hz": dof.band_hz,
+        "accelerance_m_per_s2_per_n": dof.accelerance,
+        "noise_m_per_s2_per_n": dof.noise,
+        // Null for a single hit, where it is one by definition.
+        "coherence": dof.coherence,
+    })
+}
+
+/// A result of a rig for people.
+pub fn measurement_text(result: &MeasurementResult) -> String {
+    let head = &result.head;
+    let hits: Vec<String> =
+        result.dofs.iter().map(|d| format!("{} ({} hits)", d.dof, d.hits)).collect();
+    let mut text = format!(
+        "Result {} (layout {:08x}, calibration {:08x}, firmware {}): {}\n",
+        head.number,
+        head.layout_hash,
+        head.calibration,
+        head.firmware,
+        hits.join(", ")
+    );
+    for estimate in estimates_of(result) {
+        text += &table(&estimate, None);
+    }
+    text += &format!("mass lines ({}) of {}, ", head.terms.name(), head.frf_estimator.name());
+    text += &bands_text(result);
+    for note in notes(result) {
+        text += &format!("note: {note}\n");
+    }
+    text += &sentences(&result.diagnostics, message);
+    text
+}
+
+/// The band of every DOF, once when they are alike.
+fn bands_text(result: &MeasurementResult) -> String {
+    let ends = |[low, high]: [f32; 2]| format!("{low:.1} to {high:.1} Hz");
+    let origin = if result.head.band_automatic { "found from the data" } else { "as set" };
+    let first = result.dofs.first().map(|dof| dof.band_hz);
+    match first {
+        Some(band) if result.dofs.iter().all(|dof| dof.band_hz == band) => {
+            format!("over {}, {origin}\n", ends(band))
+        }
+        Some(_) => {
+            let each = result.dofs.iter().map(|dof| format!("{} {}", dof.dof, ends(dof.band_hz)));
+            format!("{origin} over {}\n", each.collect::<Vec<_>>().join(", "))
+        }
+        None => format!("band {origin}\n"),
+    }
+}
+
+/// What is missing in the numbers and why.
+fn notes(result: &MeasurementResult) -> Vec<String> {
+    let mut notes = Vec::new();
+    let (_, unknown) = result.estimates();
+    for number in unknown {
+        notes.push(format!(
+            "the rig has an answer by method {number}, which this program does not know; update it"
+        ));
+    }
+    let single: Vec<String> = result
+        .dofs
+        .iter()
+        .filter(|dof| dof.coherence.is_none())
+        .map(|dof| dof.dof.to_string())
+        .collect();
+    if !single.is_empty() {
+        notes.push(format!(
+            "no coherence is given for {}: of a single hit it is 1 by definition and says nothing",
+            single.join(", ")
+        ));
+    }
+    notes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use massline_protocol::object::{ResultHead, StoredEstimate};
+    use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+    use massline_shared::identify::Method;
+    use massline_shared::layout::FrfEstimator;
+    use massline_shared::mass_line::Terms;
+
+    fn stored() -> StoredEstimate {
+        let mut covariance = heapless::Vec::new();
+        for row in 0..10_u8 {
+            for column in 0..=row {
+                let value = if row == column { f32::from(row + 1).powi(2) } else { 0.0 };
+                covariance.push(value).unwrap();
+            }
+        }
+        let scatter = Diagnostic::whole(Code::SigmaCoversScatterOnly, Severity::Note, 0.0);
+        StoredEstimate {
+            method: Method::InertiaRestraint.number(),
+            properties: [2.0, 0.5, 0.25, -0.125, 3.0, 2.0, 4.0, 0.0, 0.0, 0.0],
+            covariance,
+            condition: 8.0,
+            consistency: None,
+            diagnostics: [scatter].into_iter().collect(),
+        }
+    }
+
+    fn measurement(estimates: &[StoredEstimate]) -> MeasurementResult {
+        MeasurementResult {
+            head: ResultHead {
+                number: 7,
+                layout_hash: 0xABCD,
+                calibration: 3,
+                firmware: "0.1.0".try_into().unwrap(),
+                frf_estimator: FrfEstimator::H1,
+                terms: Terms::Abc,
+                band_automatic: false,
+            },
+            dofs: heapless::Vec::new(),
+            estimates: estimates.iter().cloned().collect(),
+            diagnostics: heapless::Vec::new(),
+        }
+    }
+
+    #[test]
+    fn the_json_has_its_stable_shape() {
+        let json = measurement_json(&measurement(&[stored()]));
+        assert_eq!(json["layout_hash"], 0xABCD);
+        assert_eq!(json["calibration"], 3);
+        assert_eq!(json["firmware"], "0.1.0");
+        let result = &json["results"][0];
+        assert_eq!(result["method"], "inertia-restraint");
+        assert_eq!(result["mass_kg"], json!({"value": 2.0, "sigma": 1.0}));
+        assert_eq!(result["center_of_mass_m"]["value"], json!([0.5, 0.25, -0.125]));
+        assert_eq!(result["center_of_mass_m"]["sigma"], json!([2.0, 3.0, 4.0]));
+        let inertia = &result["inertia_kg_m2"];
+        assert_eq!(inertia["value"], json!([[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 4.0]]));
+        assert_eq!(inertia["sigma"], json!([[5.0, 8.0, 9.0], [8.0, 6.0, 10.0], [9.0, 10.0, 7.0]]));
+        assert_eq!(result["covariance"].as_array().unwrap().len(), 10);
+        assert_eq!(result["covariance"][9][9], 100.0);
+        assert_eq!(result["physically_consistent"], true);
+        assert_eq!(result["diagnostics"][0]["code"], "sigma_covers_scatter_only");
+        assert_eq!(result["diagnostics"][0]["severity"], "note");
+        assert!(!result["diagnostics"][0]["message"].as_str().unwrap().is_empty());
+    }
+
+    #[test]
+    fn an_answer_by_an_unknown_method_is_named_with_its_number() {
+        let result = measurement(&[StoredEstimate { method: 99, ..stored() }, stored()]);
+        let json = measurement_json(&result);
+        assert_eq!(json["results"].as_array().unwrap().len(), 1);
+        assert!(json["notes"][0].as_str().unwrap().contains("method 99"), "{json}");
+        assert!(measurement_text(&result).contains("note: the rig has an answer by method 99"));
+    }
+
+    #[test]
+    fn the_text_names_the_result_and_what_its_sigma_covers() {
+        let text = measurement_text(&measurement(&[stored()]));
+        assert!(text.contains("Result 7") && text.contains("0000abcd"), "{text}");
+        assert!(text.contains("scatter between hits only"), "{text}");
+        assert!(text.contains("J_xz"), "{text}");
+    }
+}

@@ -1,0 +1,172 @@
+//! A rig's result, solved again on the host in double precision from the mass lines in it.
+//!
+//! What the rig found and what the host finds are never mixed: the rig's own answer stays as it is stored,
+//! and what is found here is marked as the host's.
+//!
+//! | in JSON | whose |
+//! | --- | --- |
+//! | `results` | the rig's estimates with the rig's diagnostics |
+//! | `diagnostics` | the rig's; an entry with `"found_by": "host"` is the host's |
+//! | `not_applicable` | the methods without an answer by the rig, with `found_by` of the reasons: the host's where it has none either, because a rig does not store which method a reason is of |
+//! | `host` | what the host found: `results`, `not_applicable`, `details`, `diagnostics`, `mistakes` |
+//! | `details`, `single_faults` | the host's, as under `host` |
+
+use massline_protocol::object::MeasurementResult;
+use massline_shared::body::scale;
+use massline_shared::diagnosis::{Diagnostic, Severity, Subject};
+use massline_shared::identify::{Estimate, Method, Observations, Settings};
+use massline_shared::layout::HostLayout;
+use serde_json::{Value, json};
+
+use crate::identification::{Identification, Selection, identify, lines_of};
+use crate::report::{
+    diagnostics_json, estimates_of, message_in, refusals_json, refusals_text, table,
+};
+use crate::single_fault::{Examination, Meant};
+
+/// Heading of what the host found, in text.
+const HEADING: &str = "solved again here, in double precision";
+
+/// What the host found from the mass lines of a rig's result.
+#[derive(Clone, Debug)]
+pub struct SolvedAgain<'a> {
+    /// The estimates, and what the fit found out.
+    pub identification: Identification,
+    /// Which single mistake explains the data, where it was looked for.
+    pub examination: Option<Examination>,
+    result: &'a MeasurementResult,
+    layout: &'a HostLayout,
+    selection: Selection,
+}
+
+/// Who found the reasons of a missing answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FoundBy {
+    Rig,
+    Host,
+}
+
+impl FoundBy {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Rig => "rig",
+            Self::Host => "host",
+        }
+    }
+}
+
+impl<'a> SolvedAgain<'a> {
+    /// Solves the mass lines of a result under the layout that it was measured with.
+    pub fn new(
+        result: &'a MeasurementResult,
+        layout: &'a HostLayout,
+        selection: Selection,
+    ) -> Self {
+        let lines = lines_of(result);
+        let observed = Observations::of_mass_lines(layout, &lines);
+        let identification = identify(&observed, selection, &Settings::default());
+        Self { identification, examination: None, result, layout, selection }
+    }
+
+    /// The same, with a search for the single mistake that explains the data.
+    pub fn examined(result: &'a MeasurementResult, meant: &'a Meant, selection: Selection) -> Self {
+        let examination = Some(meant.examine_result(result));
+        Self { examination, ..Self::new(result, &meant.layout, selection) }
+    }
+
+    /// Puts what was found into the object of the rig's result.
+    pub fn add_to(&self, value: &mut Value) {
+        let Self { identification, layout, .. } = self;
+        let say = |d: &Diagnostic| message_in(d, layout);
+        let warnings = identification.warnings();
+        // What the rig has said itself is not said again.
+        let is_new = |d: &&Diagnostic| {
+            !self.result.diagnostics.iter().any(|of| (of.code, of.subject) == (d.code, d.subject))
+        };
+        let new: Vec<Diagnostic> = warnings.iter().filter(is_new).copied().collect();
+        let (mut all, mut new) = (diagnostics_json(&warnings, say), diagnostics_json(&new, say));
+        let mut host = json!({
+            "results": identification.results_json(),
+            "not_applicable": identification.not_applicable_json(layout),
+            "details": identification.details_json(layout),
+            "mistakes": null,
+        });
+        if let Some(examination) = &self.examination {
+            host["mistakes"] = examination.to_json(layout);
+            value["single_faults"] = host["mistakes"].clone();
+            let found = examination.diagnostics_json(layout);
+            all.extend(found.iter().cloned());
+            new.extend(found);
+        }
+        if let Value::Array(diagnostics) = &mut value["diagnostics"] {
+            diagnostics.extend(new.into_iter().map(|found| marked(found, FoundBy::Host)));
+        }
+        let missing = self
+            .missing()
+            .into_iter()
+            .map(|(refused, found_by)| marked(refusals_json(&[refused], say)[0].take(), found_by));
+        value["not_applicable"] = missing.collect();
+        value["details"] = host["details"].clone();
+        host["diagnostics"] = all.into();
+        value["host"] = host;
+    }
+
+    /// The methods that the rig has no answer of, and why: a line for each.
+    pub fn missing_text(&self) -> String {
+        let missing: Vec<_> = self.missing().into_iter().map(|(refused, _)| refused).collect();
+        refusals_text(&missing, |d| message_in(d, self.layout))
+    }
+
+    /// For people: a headed part.
+    pub fn to_text(&self) -> String {
+        let mut text = format!("{HEADING}\n");
+        let of_rig = estimates_of(self.result);
+        for estimate in &self.identification.estimates {
+            match of_rig.iter().find(|rig| rig.method == estimate.method) {
+                Some(rig) => text += &self.comparison(estimate, rig),
+                None => text += &format!("the rig has no such answer:\n{}", table(estimate, None)),
+            }
+        }
+        text += &self.identification.found_out_text(self.layout);
+        if let Some(examination) = &self.examination {
+            text += &examination.to_text(self.layout);
+        }
+        text
+    }
+
+    /// How far the rig's answer is from the host's.
+    fn comparison(&self, host: &Estimate<f64>, rig: &Estimate<f64>) -> String {
+        let scale = scale(host.body.mass, self.layout.characteristic_length());
+        let apart = 100.0 * (host.theta() - rig.theta()).component_div(&scale).amax();
+        format!("{}: the rig's answer within {apart:.2e} % of scale\n", host.method.name())
+    }
+
+    /// The methods that the rig has no answer of, why, and who says so.
+    fn missing(&self) -> Vec<((Method, Vec<Diagnostic>), FoundBy)> {
+        let of_rig = estimates_of(self.result);
+        let missing = |method: &Method| {
+            self.selection.contains(*method)
+                && !of_rig.iter().any(|estimate| estimate.method == *method)
+        };
+        let refused = |method: Method| {
+            let host = self.identification.not_applicable.iter().find(|(of, _)| *of == method);
+            match host {
+                Some((_, reasons)) => ((method, reasons.to_vec()), FoundBy::Host),
+                None => ((method, self.reasons_of_the_rig()), FoundBy::Rig),
+            }
+        };
+        Method::of_mass_lines().filter(missing).map(refused).collect()
+    }
+
+    /// What the rig says of the test as a whole and is more than a note: its reasons, whatever the method.
+    fn reasons_of_the_rig(&self) -> Vec<Diagnostic> {
+        let whole = self.result.diagnostics.iter().filter(|d| d.subject == Subject::Whole);
+        whole.filter(|d| d.severity > Severity::Note).copied().collect()
+    }
+}
+
+/// A JSON object with who found it.
+fn marked(mut value: Value, by: FoundBy) -> Value {
+    value["found_by"] = by.name().into();
+    value
+}
