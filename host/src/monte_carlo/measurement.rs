@@ -2,7 +2,7 @@
 //! recorded, graded, averaged and identified as on a rig, without its link and flash.
 
 use massline_shared::diagnosis::{Code, Diagnostics};
-use massline_shared::identify::{DofMassLines, Estimate};
+use massline_shared::identify::{DofMassLines, Estimate, Method};
 use massline_shared::layout::RIG_SENSORS;
 use massline_shared::measurement::campaign::Start;
 use massline_shared::measurement::{self, Measurement, Memory, StartError, Wish};
@@ -27,8 +27,8 @@ pub struct Measured {
     pub dofs: Vec<DofMassLines<f64, RIG_SENSORS>>,
     /// The answers, the best method first.
     pub estimates: Vec<Estimate<f64>>,
-    /// Why the other methods have none.
-    pub reasons: Diagnostics,
+    /// The other methods, and why they have none.
+    pub refusals: Vec<(Method, Diagnostics)>,
     /// Hits that were not good enough.
     pub rejected: u16,
 }
@@ -92,7 +92,7 @@ pub fn measure(
     Ok(Measured {
         dofs: result.mass_lines.to_vec(),
         estimates: result.estimates.to_vec(),
-        reasons: result.diagnostics.clone(),
+        refusals: result.refusals.to_vec(),
         rejected: rig.campaign().map_or(0, |campaign| campaign.rejected()),
     })
 }
