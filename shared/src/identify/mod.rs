@@ -23,7 +23,7 @@ mod weighting;
 
 pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate};
-pub use identification::{Identification, Methods, identify, workspace};
+pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
 pub use mass_lines::{DofMassLines, MassLines, ScatterAccumulator, lower_triangle, symmetric};
 pub(crate) use mass_lines::{by_reference, check_mass_lines};
 pub use method::{Entry, Observable, Progress, Settings};
