@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use massline_protocol::Raw;
 use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::message::{CampaignCommand, Reason, Status};
-use massline_shared::measurement::campaign::Phase;
 use massline_shared::diagnosis::Diagnostic;
+use massline_shared::measurement::campaign::Phase;
 
 use crate::client::{Client, ClientError, Event};
 use crate::error::{Error, Result};

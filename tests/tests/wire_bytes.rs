@@ -13,7 +13,6 @@ use massline_protocol::message::*;
 use massline_protocol::object::*;
 use massline_protocol::{Deframer, Endpoint, MAX_FRAME, MAX_LAYOUT, encode_frame};
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
-use massline_shared::measurement::campaign::Phase;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::Consistency;
 use massline_shared::identify::Method;
@@ -22,6 +21,7 @@ use massline_shared::layout::{
     Sensor, Setting, Sign,
 };
 use massline_shared::mass_line::Terms;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES, StaticReading};
 use massline_shared::units::{Hertz, Seconds, Volts};
 use serde::Serialize;

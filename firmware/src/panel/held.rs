@@ -1,11 +1,12 @@
 //! What the panel keeps between two screens: one thing at a time, in the memory of the largest.
 
 use massline_shared::calibration::CalibrationRecord;
+use massline_shared::calibration::tumble::TumbleTest;
 use massline_shared::diagnosis::Diagnostics;
 
 use super::menu::{Question, Screen};
 use super::summary::Summary;
-use super::trial::{Problem, Proposal, Readings, Trial};
+use super::trial::{Problem, Proposal, Trial};
 
 /// The one thing. The first is all zero bytes, so that the rig's memory is.
 #[repr(u8)]
@@ -16,9 +17,9 @@ pub(super) enum Held {
     /// Why the layout was refused.
     Refusal(Diagnostics),
     /// The tumble test; true while a reading is being taken.
-    Tumble(Readings, bool),
+    Tumble(TumbleTest<f32>, bool),
     /// What went wrong with the last reading; the test goes on.
-    Retry(Readings, Problem),
+    Retry(TumbleTest<f32>, Problem),
     /// A calibration that did not come about.
     Failed(Problem),
     /// A calibration that waits to be kept.
@@ -31,8 +32,8 @@ impl Held {
     /// How far the calibration is.
     pub fn trial(&self) -> Trial {
         match self {
-            Self::Tumble(readings, false) => Trial::Wanted(readings.wanted()),
-            Self::Tumble(readings, true) => Trial::Reading(readings.wanted()),
+            Self::Tumble(readings, false) => Trial::Wanted(readings.readings().len() as u8),
+            Self::Tumble(readings, true) => Trial::Reading(readings.readings().len() as u8),
             Self::Retry(_, problem) | Self::Failed(problem) => Trial::Wrong(*problem),
             Self::Proposal(_, proposal) => Trial::Proposed(*proposal),
             Self::Kept => Trial::Kept,

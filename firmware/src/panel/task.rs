@@ -2,7 +2,7 @@
 //!
 //! Measuring never waits for it. It waits for the store where an action needs the flash.
 
-use massline_shared::signal::StaticReading;
+use massline_shared::signal::{AdcProperties, StaticReading};
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -12,6 +12,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 use massline_protocol::message::{ResultEntry, Stats};
 use massline_shared::calibration::CalibrationRecord;
+use massline_shared::calibration::tumble::TumbleTest;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Object, Start};
@@ -23,7 +24,7 @@ use super::menu::{Action, Menu, Screen};
 use super::pace::Pace;
 use super::refused::Refused;
 use super::summary::{self, PIECE};
-use super::trial::{self, Problem, Readings};
+use super::trial::{self, Problem};
 use super::{Button, Cue, Panel, PanelModel, cues};
 use crate::deadline::Deadline;
 use crate::rig::Rig;
@@ -223,7 +224,7 @@ impl<F: NorFlash> Desk<'_, '_, F> {
                 return Ok(Some(Errand::Start(Object::Block { mass })));
             }
             Action::StartTumble => {
-                *self.held = Held::Tumble(Readings::new(), false);
+                *self.held = Held::Tumble(TumbleTest::new(), false);
                 self.menu.open(Screen::Trial);
             }
             Action::ReadPosition => self.read_position()?,
@@ -307,11 +308,11 @@ impl<F: NorFlash> Desk<'_, '_, F> {
     fn take_reading(&mut self) {
         let Held::Tumble(readings, true) = &mut *self.held else { return };
         let measurement = self.rig.measurement.borrow();
-        let sensors = sensors(&measurement);
+        let adc = calibrated(&measurement);
         let taken = match measurement.recorded() {
             _ if measurement.reads() => return,
             Recorded::Reading => {
-                readings.add(&StaticReading::of(measurement.record()), sensors, measurement.adc())
+                trial::add_reading(readings, &StaticReading::of(measurement.record()), &adc)
             }
             Recorded::ReadingFailed => Err(Problem::Refused(Refused::SamplerStopped)),
             Recorded::Nothing | Recorded::Hit(_) => Err(Problem::Refused(Refused::Busy)),
@@ -321,7 +322,7 @@ impl<F: NorFlash> Desk<'_, '_, F> {
             Err(problem) => Held::Retry(readings.clone(), problem),
             Ok(true) => {
                 let mut record = CalibrationRecord::from(*measurement.calibration());
-                match readings.solve(sensors, measurement.adc(), &mut record) {
+                match trial::of_tumble(readings, &mut record) {
                     Ok(proposal) => Held::Proposal(record, proposal),
                     Err(problem) => Held::Failed(problem),
                 }
@@ -370,8 +371,10 @@ fn layouts<F: NorFlash>(store: &Store<F>) -> Vec<LayoutLine, LAYOUTS> {
     store.layouts().iter().map(line).collect()
 }
 
-/// Sensors that are calibrated: those of the layout, else all that there are inputs for.
-fn sensors(measurement: &Measurement<'_, f32>) -> usize {
-    let all = measurement.adc().responses() / 3;
-    measurement.layout().map_or(all, |layout| layout.sensors.len().min(all))
+/// The converter with the sensors that are calibrated: those of the layout, else all that there are inputs for.
+fn calibrated(measurement: &Measurement<'_, f32>) -> AdcProperties {
+    match measurement.layout() {
+        Some(_) => measurement.adc_in_use(),
+        None => *measurement.adc(),
+    }
 }

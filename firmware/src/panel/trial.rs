@@ -1,14 +1,11 @@
 //! A calibration on its way: the tumble test with six readings, or a block of known mass.
 
-use heapless::Vec;
 use massline_shared::calibration::block::{BlockError, ForceRatio};
 use massline_shared::calibration::tumble::{
-    Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading, solve,
+    RestReading, SensorProblem, TumbleLimits, TumbleProblem, TumbleTest,
 };
-use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
-use massline_shared::layout::RIG_SENSORS;
-use massline_shared::signal::StaticReading;
-use massline_shared::signal::{AdcProperties, CHANNELS, HAMMER};
+use massline_shared::calibration::{CalibrationRecord, CalibrationSigma};
+use massline_shared::signal::{AdcProperties, StaticReading};
 
 use super::refused::Refused;
 
@@ -75,76 +72,37 @@ pub struct Proposal {
     pub sigma: CalibrationSigma,
 }
 
-/// The readings of a tumble test as far as it has come.
-#[derive(Clone, Debug)]
-pub(super) struct Readings {
-    taken: u8,
-    readings: [StaticReading; Position::ALL.len()],
+/// Takes what the channels of `adc` read in the position that is wanted; true when it was the last.
+pub(super) fn add_reading(
+    test: &mut TumbleTest<f32>,
+    reading: &StaticReading,
+    adc: &AdcProperties,
+) -> Result<bool, Problem> {
+    let wanted = test.wanted().next();
+    if let Some(position) = wanted {
+        let reading = RestReading::of(reading, adc);
+        test.add(position, reading, &TumbleLimits::default()).map_err(Problem::from)?;
+    }
+    Ok(test.wanted().next().is_none())
 }
 
-impl Readings {
-    pub const fn new() -> Self {
-        const EMPTY: StaticReading =
-            StaticReading { scans: 0, mean: [0.0; CHANNELS], deviation: [0.0; CHANNELS] };
-        Self { taken: 0, readings: [EMPTY; Position::ALL.len()] }
-    }
+/// The calibration that the six readings make of the one in force, with what it is worth.
+pub(super) fn of_tumble(
+    test: &TumbleTest<f32>,
+    record: &mut CalibrationRecord,
+) -> Result<Proposal, Problem> {
+    let limits = TumbleLimits::default();
+    let mut wrong: Option<SensorProblem<f32>> = None;
+    let found = test.solve(&limits, |problem| wrong = wrong.or(Some(problem)));
+    let found = found.ok_or_else(|| wrong.map_or(Problem::NotUsable, Problem::from))?;
+    record.take_tumble(&found.sensors, found.hammer_zero);
+    let sound = found.is_level(&limits);
+    propose(record, Proposal { sound, hammer_ratio: None, sigma: record.sigma })
+}
 
-    /// The position that is wanted, as its place in [`Position::ALL`].
-    pub fn wanted(&self) -> u8 {
-        self.taken
-    }
-
-    /// Takes what the first `sensors` sensors read in the position that is wanted; true when it was the
-    /// last.
-    pub fn add(
-        &mut self,
-        reading: &StaticReading,
-        sensors: usize,
-        adc: &AdcProperties,
-    ) -> Result<bool, Problem> {
-        let place = usize::from(self.taken);
-        let limits = TumbleLimits::default();
-        let Some((&position, slot)) = Position::ALL.get(place).zip(self.readings.get_mut(place))
-        else {
-            return Ok(true);
-        };
-        for sensor in 0..sensors {
-            check_reading(&TumbleReading::<f32>::of(position, reading, sensor, adc), &limits)
-                .map_err(|problem| Problem::Tumble { sensor: sensor as u8, problem })?;
-        }
-        *slot = *reading;
-        self.taken += 1;
-        Ok(usize::from(self.taken) == Position::ALL.len())
-    }
-
-    /// The calibration that the six readings make of the one in force, with what it is worth.
-    #[inline(never)]
-    pub fn solve(
-        &self,
-        sensors: usize,
-        adc: &AdcProperties,
-        record: &mut CalibrationRecord,
-    ) -> Result<Proposal, Problem> {
-        let limits = TumbleLimits::<f32>::default();
-        let mut found = Vec::<SensorSensitivity<f32>, RIG_SENSORS>::new();
-        for sensor in 0..sensors {
-            let of = |place: usize| {
-                TumbleReading::of(Position::ALL[place], &self.readings[place], sensor, adc)
-            };
-            let readings: [TumbleReading<f32>; Position::ALL.len()] = core::array::from_fn(of);
-            let solved = solve(&readings, &limits).map_err(|problems| {
-                let first = problems.first().copied();
-                first.map_or(Problem::NotUsable, |problem| Problem::Tumble {
-                    sensor: sensor as u8,
-                    problem,
-                })
-            })?;
-            found.push(solved).map_err(|_| Problem::NotUsable)?;
-        }
-        let rest: f32 = self.readings.iter().map(|reading| reading.mean[HAMMER]).sum();
-        record.take_tumble(&found, rest / Position::ALL.len() as f32 * adc.volts_per_code());
-        let sound = found.iter().all(|sensor| sensor.is_level(&limits));
-        propose(record, Proposal { sound, hammer_ratio: None, sigma: record.sigma })
+impl From<SensorProblem<f32>> for Problem {
+    fn from(SensorProblem { sensor, problem }: SensorProblem<f32>) -> Self {
+        Self::Tumble { sensor: sensor as u8, problem }
     }
 }
 
@@ -156,9 +114,7 @@ pub(super) fn of_block(
     if !record.method().knows_sensors() {
         return Err(Problem::SensorsUnknown);
     }
-    record.calibration.channels[HAMMER].sensitivity /= ratio.ratio;
-    record.method = CalibrationMethod::TumbleAndBlock as u8;
-    record.sigma.hammer_gain = ratio.sigma / ratio.ratio;
+    record.take_block(ratio);
     let hammer_ratio = Some(ratio.ratio);
     let proposal = Proposal { sound: ratio.is_consistent(), hammer_ratio, sigma: record.sigma };
     propose(record, proposal)
@@ -174,6 +130,9 @@ fn propose(record: &mut CalibrationRecord, proposal: Proposal) -> Result<Proposa
 #[cfg(test)]
 mod tests {
     use super::*;
+    use massline_shared::calibration::CalibrationMethod;
+    use massline_shared::calibration::tumble::Position;
+    use massline_shared::signal::{CHANNELS, HAMMER};
     use massline_shared::units::{Hertz, Seconds, Volts};
 
     const ADC: AdcProperties = AdcProperties {
@@ -195,10 +154,11 @@ mod tests {
         StaticReading { scans: 2048, mean, deviation: [deviation; CHANNELS] }
     }
 
-    fn all(order: [usize; 6]) -> Readings {
-        let mut readings = Readings::new();
+    fn all(order: [usize; 6]) -> TumbleTest<f32> {
+        let mut readings = TumbleTest::new();
         for (count, place) in (1..).zip(order) {
-            let last = readings.add(&reading(Position::ALL[place], 0.65), 2, &ADC).unwrap();
+            let last =
+                add_reading(&mut readings, &reading(Position::ALL[place], 0.65), &ADC).unwrap();
             assert_eq!(last, count == 6);
         }
         readings
@@ -207,7 +167,7 @@ mod tests {
     #[test]
     fn six_readings_of_the_data_sheet_give_the_data_sheet() {
         let mut record = CalibrationRecord::default();
-        let proposal = all([0, 1, 2, 3, 4, 5]).solve(2, &ADC, &mut record).unwrap();
+        let proposal = of_tumble(&all([0, 1, 2, 3, 4, 5]), &mut record).unwrap();
         let nominal = CalibrationRecord::default().calibration;
         for k in 1..7 {
             let ratio =
@@ -226,16 +186,17 @@ mod tests {
 
     #[test]
     fn a_sensor_that_moves_is_to_be_read_again() {
-        let mut readings = Readings::new();
-        let problem = readings.add(&reading(Position::ALL[0], 40.0), 2, &ADC).unwrap_err();
+        let mut readings = TumbleTest::new();
+        let moving = reading(Position::ALL[0], 40.0);
+        let problem = add_reading(&mut readings, &moving, &ADC).unwrap_err();
         assert!(problem.read_again(), "{problem:?}");
-        assert_eq!(readings.wanted(), 0);
+        assert_eq!(readings.wanted().next(), Some(Position::ALL[0]));
     }
 
     #[test]
     fn a_position_that_was_turned_otherwise_is_found() {
         let mut record = CalibrationRecord::default();
-        let problem = all([0, 1, 3, 2, 4, 5]).solve(2, &ADC, &mut record).unwrap_err();
+        let problem = of_tumble(&all([0, 1, 3, 2, 4, 5]), &mut record).unwrap_err();
         assert!(matches!(
             problem,
             Problem::Tumble { sensor: 0, problem: TumbleProblem::ReadsAs { .. } }

@@ -41,7 +41,7 @@ pub const MAX_RESULT: usize = 4688;
 /// The most bytes of one finished DOF, by itself and as a part of a result.
 pub const MAX_DOF: usize = 306;
 /// The most bytes of the progress of a campaign.
-pub const MAX_PROGRESS: usize = 256;
+pub const MAX_PROGRESS: usize = 272;
 
 /// Room for an encoded calibration: numbers and texts take less encoded, and a length each.
 const CALIBRATION_ROOM: usize = size_of::<CalibrationRecord>() + 16;

@@ -6,9 +6,9 @@ use massline_protocol::LayoutHash;
 use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Status};
-use massline_shared::measurement::campaign::Phase;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::RigLayout;
+use massline_shared::measurement::campaign::Phase;
 
 use super::connect::PortArgs;
 use super::files;

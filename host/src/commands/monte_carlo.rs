@@ -116,7 +116,7 @@ fn shortcoming(study: &Study) -> Option<Error> {
     }
     let unanswered = study.methods.iter().all(|method| method.answers == 0);
     unanswered.then(|| {
-        let reason = study.unmeasured.map_or_else(
+        let reason = study.unmeasured.as_ref().map_or_else(
             || "no method has an answer in any run; see massline layout check".to_owned(),
             |(_, first)| first.to_string(),
         );

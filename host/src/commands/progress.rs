@@ -4,8 +4,8 @@ use indicatif::ProgressBar;
 use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Status};
-use massline_shared::measurement::campaign::Phase;
 use massline_shared::layout::RigLayout;
+use massline_shared::measurement::campaign::Phase;
 
 use crate::campaign::phase_name;
 use crate::output::{Output, Tone};

@@ -6,7 +6,7 @@
 //!                                                                                              │
 //!                          bias, rms error / bound, coverage of the intervals ◀────────────────┘
 //! ```
-//! A run is what the rig does, by the same pure functions, in double precision: the rig's single
+//! A run is what the rig does, by the same measurement, in double precision: the rig's single
 //! precision moves an estimate by a small part of its standard deviation. Every run has a seed of its
 //! own, made of the study's seed and the number of the run, so the answer does not depend on how many
 //! threads there are.
@@ -26,20 +26,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::identify::inertia_restraint::{self, Settings};
 use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::{HitUncertainty, SensorUncertainty};
-use massline_shared::signal::{Calibration, RESPONSES};
+use massline_shared::layout::{HitUncertainty, RIG_SENSORS, SensorUncertainty};
+use massline_shared::responses::Responses;
+use massline_shared::signal::Calibration;
 use massline_virtual::bench::{Bench, BenchError, BenchSource};
-use nalgebra::SVector;
 
 use crate::interrupt::Interrupt;
-use measurement::{Measurement, TestLayout, Unmeasured, measure};
-use statistics::{Answered, MethodStatistics};
-
-/// The methods that are compared.
-pub const METHODS: [Method; 2] = [Method::MaximumLikelihood, Method::InertiaRestraint];
+use measurement::{Measured, TestLayout, Unmeasured, measure};
+use statistics::MethodStatistics;
 
 /// What is repeated.
 #[derive(Clone, Copy, Debug)]
@@ -80,13 +76,8 @@ impl Study {
     }
 }
 
-/// One run.
-#[derive(Debug)]
-struct Run {
-    measured: Result<Measurement, Unmeasured>,
-    /// Method by method, as in [`METHODS`].
-    answers: [Result<Answered, Option<Diagnostics>>; METHODS.len()],
-}
+/// What came of one run.
+type Run = Result<Measured, Unmeasured>;
 
 impl MonteCarlo<'_> {
     /// Runs until all are done or the user presses Ctrl-C; `progress` hears of every run that is done.
@@ -144,19 +135,14 @@ impl MonteCarlo<'_> {
 
     fn one(&self, number: u64) -> Result<Run, BenchError> {
         let mut source = self.source(number)?;
-        let measured = measure(&mut source, self.layout, self.calibration);
-        let answers = METHODS.map(|method| {
-            let measured = measured.as_ref().map_err(|_| None)?;
-            solve(method, self.layout, measured).map_err(Some)
-        });
-        Ok(Run { measured, answers })
+        Ok(measure(&mut source, self.layout, self.calibration))
     }
 
     /// The Cramér-Rao bound at the truth, under the layout's budget and the noise that the mass line
     /// fits have told in the mean.
     fn bound(&self, runs: &[Run]) -> Option<[f64; 10]> {
         let noise = mean_noise(runs, self.layout.hits.len());
-        let noise = |index: usize| noise.get(index).copied().unwrap_or_else(SVector::zeros);
+        let noise = |index: usize| noise.get(index).copied().unwrap_or_else(Responses::zeros);
         let hits = u16::from(self.layout.test.hits_per_dof);
         let mut workspace = [0.0; RIG_WORKSPACE];
         let truth = self.bench.truth();
@@ -167,16 +153,16 @@ impl MonteCarlo<'_> {
     fn study(&self, runs: &[Run]) -> Study {
         let truth: [f64; 10] = self.bench.truth().theta().into();
         let bound = self.bound(runs);
-        let methods = METHODS.iter().enumerate().map(|(m, &method)| {
-            let answers: Vec<_> = runs.iter().map(|run| run.answers[m].clone()).collect();
+        let methods = Method::of_mass_lines().map(|method| {
+            let answers: Vec<_> = runs.iter().map(|run| answer_of(method, run)).collect();
             MethodStatistics::of(method, &answers, &truth, bound.as_ref())
         });
-        let failed = || runs.iter().filter_map(|run| run.measured.as_ref().err());
-        let measured = runs.iter().filter_map(|run| run.measured.as_ref().ok());
+        let failed = || runs.iter().filter_map(|run| run.as_ref().err());
+        let measured = runs.iter().flatten();
         Study {
             wanted: self.runs,
             runs: runs.len() as u64,
-            unmeasured: failed().next().map(|&first| (failed().count() as u64, first)),
+            unmeasured: failed().next().map(|first| (failed().count() as u64, first.clone())),
             rejected_hits: measured.map(|m| u64::from(m.rejected)).sum(),
             methods: methods.collect(),
         }
@@ -185,10 +171,9 @@ impl MonteCarlo<'_> {
 
 /// Mean over the runs of the variances that the mass line fits tell, as standard deviations, hit DOF
 /// by hit DOF.
-fn mean_noise(runs: &[Run], dofs: usize) -> Vec<SVector<f64, RESPONSES>> {
-    let mut sums = vec![(0.0, SVector::<f64, RESPONSES>::zeros()); dofs];
-    let measured = runs.iter().filter_map(|run| run.measured.as_ref().ok());
-    for (index, lines) in measured.flat_map(|measured| &measured.dofs) {
+fn mean_noise(runs: &[Run], dofs: usize) -> Vec<Responses<f64, RIG_SENSORS>> {
+    let mut sums = vec![(0.0, Responses::<f64, RIG_SENSORS>::zeros()); dofs];
+    for (index, lines) in runs.iter().flatten().flat_map(|measured| &measured.dofs) {
         if let Some((count, sum)) = sums.get_mut(*index) {
             *count += 1.0;
             *sum += lines.noise.map(|sigma| sigma * sigma);
@@ -226,32 +211,12 @@ pub fn seed_of_run(seed: u64, number: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-fn solve(
-    method: Method,
-    layout: &TestLayout,
-    measured: &Measurement,
-) -> Result<Answered, Diagnostics> {
-    let dofs = measured.dofs.iter().map(|(index, lines)| (*index, lines));
-    let irm = || inertia_restraint::solve(layout, dofs.clone(), Settings::weighted());
-    let estimate = match method {
-        Method::InertiaRestraint => irm(),
-        Method::MaximumLikelihood => {
-            let start = irm().ok().map(|estimate| estimate.body);
-            let mut workspace = [0.0; RIG_WORKSPACE];
-            maximum_likelihood::solve(layout, dofs.clone(), start.as_ref(), &mut workspace)
-                .map(|solution| solution.estimate)
-        }
-        // It needs all spectral lines, which a rig does not keep.
-        Method::GlobalFit => return Err(Diagnostics::new()),
-    };
-    estimate.as_ref().map(answered).map_err(Clone::clone)
-}
-
-fn answered(estimate: &Estimate<f64>) -> Answered {
-    Answered {
-        properties: estimate.theta().into(),
-        sigma: estimate.sigma().map(|sigma| sigma.into()),
-    }
+/// What a method answers in a run; without a reason when the run has no mass lines.
+fn answer_of(method: Method, run: &Run) -> Result<Estimate<f64>, Option<Diagnostics>> {
+    let measured = run.as_ref().map_err(|_| None)?;
+    let answer = measured.estimates.iter().find(|estimate| estimate.method == method);
+    let refusal = || measured.refusals.iter().find(|(of, _)| *of == method);
+    answer.cloned().ok_or_else(|| refusal().map(|(_, reasons)| reasons.clone()))
 }
 
 #[cfg(test)]

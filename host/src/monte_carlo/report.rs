@@ -19,7 +19,7 @@ pub fn to_json(study: &Study) -> Value {
     json!({
         "runs": study.runs,
         "runs_wanted": study.wanted,
-        "runs_without_mass_lines": study.unmeasured.map_or(0, |(count, _)| count),
+        "runs_without_mass_lines": study.unmeasured.as_ref().map_or(0, |(count, _)| *count),
         "rejected_hits": study.rejected_hits,
         "methods": study.methods.iter().map(method_json).collect::<Vec<_>>(),
         "not_applicable": refusals_json(&never_answered(study), message),
@@ -73,7 +73,7 @@ pub fn to_text(study: &Study) -> String {
         text += &format!(" of {}", study.wanted);
     }
     text += &format!(", {} hits rejected and repeated\n", study.rejected_hits);
-    if let Some((count, first)) = study.unmeasured {
+    if let Some((count, first)) = &study.unmeasured {
         text += &format!("{count} runs have no mass lines, the first because: {first}\n");
     }
     if study.is_single() {

@@ -70,6 +70,7 @@ impl<R> Memory<R> {
         self.single_hits = None;
         self.dofs.clear();
         self.mass_lines.clear();
+        self.identification.begin([]);
     }
 
     /// Keeps what was measured of a DOF, in the place of what was there of it.

@@ -605,6 +605,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
             dofs: &self.memory.dofs,
             mass_lines: &self.memory.mass_lines,
             estimates: self.memory.identification.estimates(),
+            refusals: self.memory.identification.refusals(),
             block: self.block,
             diagnostics: &self.diagnostics,
         }

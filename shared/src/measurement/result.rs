@@ -2,7 +2,7 @@
 
 use crate::calibration::block::{BlockError, ForceRatio};
 use crate::diagnosis::Diagnostics;
-use crate::identify::{DofMassLines, Estimate};
+use crate::identify::{DofMassLines, Estimate, Method};
 use crate::layout::{Dof, RIG_SENSORS};
 use crate::signal::RESPONSES;
 
@@ -29,6 +29,8 @@ pub struct TestResult<'m, R> {
     pub mass_lines: &'m [DofMassLines<R, RIG_SENSORS>],
     /// The answers, one a method, the best first; none of a block.
     pub estimates: &'m [Estimate<R>],
+    /// The methods without an answer, and why.
+    pub refusals: &'m [(Method, Diagnostics)],
     /// The hammer's gain, of a block of known mass.
     pub block: Option<BlockResult>,
     /// What is to be said about the campaign.

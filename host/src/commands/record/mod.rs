@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use massline_protocol::LayoutHash;
 use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Identity};
-use massline_shared::measurement::campaign::Phase;
 use massline_shared::layout::RigLayout;
+use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{CHANNELS, Calibration, PRE_TRIGGER_SCANS, Scan};
 use serde_json::json;
 
