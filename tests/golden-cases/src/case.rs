@@ -2,7 +2,7 @@
 
 use core::marker::PhantomData;
 
-use massline_shared::Real;
+use massline_shared::{Real, ResponseRows};
 
 include!(concat!(env!("OUT_DIR"), "/cases.rs"));
 
@@ -182,6 +182,21 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
     ) {
         let transposed = got.transpose();
         self.numbers(path, transposed.as_slice());
+    }
+
+    /// Compares the numbers of a matrix with a row for each response of so many sensors.
+    pub fn response_rows<const S: usize, const N: usize>(
+        &mut self,
+        path: &str,
+        got: &ResponseRows<R, S, N>,
+    ) {
+        let mut rows = heapless::Vec::<R, 128>::new();
+        for response in 0..3 * S {
+            if rows.extend_from_slice(&got.row(response)).is_err() {
+                return self.fail(path);
+            }
+        }
+        self.numbers(path, &rows);
     }
 
     /// Compares a set of names with `expected.{path}`.

@@ -14,7 +14,7 @@ use massline_shared::signal::{
 use massline_shared::units::{Hertz, Seconds, Volts};
 use nalgebra::{Complex, SMatrix};
 
-use crate::layout::RESPONSES;
+use crate::layout::{GoldenDofs, RESPONSES, SENSORS};
 use crate::{Array, Check, Values};
 
 /// Points of the transform: the next power of two above the 540 scans of a record.
@@ -32,16 +32,19 @@ pub(crate) fn run<R: RealFft + Default>(check: &mut Check<'_, '_, R>) -> Option<
     let measured = measure(check, input(check, "channel_delay_s")?, corners)?;
     let mut accelerance = SMatrix::<R, RESPONSES, HITS>::zeros();
     for (mut column, fits) in accelerance.column_iter_mut().zip(&measured) {
-        column.copy_from(&fits.accelerance);
+        column.copy_from_slice(fits.accelerance.as_slice());
     }
     // Hits of a good bench have plateaus.
     if measured.iter().any(|fits| fits.unsteady().next().is_some()) {
         return None;
     }
-    let lines = measured.map(|fits| MassLines::without_scatter(fits.accelerance));
+    let mut dofs = GoldenDofs::new();
+    for (index, fits) in measured.iter().enumerate() {
+        dofs.push((index, MassLines::without_scatter(fits.accelerance))).ok()?;
+    }
     check.matrix("H_truth", &accelerance);
     check.matrix("H_oracle", &accelerance);
-    let estimate = solve(&layout, lines.iter().enumerate(), ReferencePoint::Centroid).ok()?;
+    let estimate = solve(&layout, &dofs, ReferencePoint::Centroid).ok()?;
     check.numbers("theta_truth", estimate.theta().as_slice());
     Some(())
 }
@@ -52,7 +55,7 @@ fn measure<R: RealFft + Default>(
     check: &Check<'_, '_, R>,
     channel_delay: f32,
     corners: [Hertz; 2],
-) -> Option<[ResponseFits<R, RESPONSES>; HITS]> {
+) -> Option<[ResponseFits<R, SENSORS>; HITS]> {
     let adc = AdcProperties {
         rate: Hertz(input(check, "fs")?),
         channels: CHANNELS as u8,
@@ -117,7 +120,7 @@ fn fit<R: RealFft + Default>(
     analysis: &HitAnalysis<R>,
     test: &TestSettings<R>,
     spectra: &Spectra<R, RESPONSES, LINES>,
-) -> Option<ResponseFits<R, RESPONSES>> {
+) -> Option<ResponseFits<R, SENSORS>> {
     let resolution = analysis.resolution(POINTS);
     let lines = (0..LINES).map(|line| Line {
         frequency: R::of(line as f64) * resolution,

@@ -4,8 +4,9 @@
 
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
-use massline_shared::identify::global_fit::{FrequencyResponses, Settings, solve};
-use nalgebra::{Complex, Matrix6, SVector};
+use massline_shared::identify::FrequencyResponses;
+use massline_shared::identify::global_fit::{Settings, solve, workspace};
+use nalgebra::{Complex, SVector};
 
 use crate::Check;
 use crate::layout::RESPONSES;
@@ -26,14 +27,11 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         accelerance.push(Complex::new(re, im)).ok()?;
     }
     let start = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta_start")?));
-    let settings = Settings {
-        decay: check.input_number("sigma")?,
-        damping: check.input_number("with_damping")? != R::zero(),
-        elastic: false,
-        correlation: R::one(),
-    };
+    let damping = check.input_number("with_damping")? != R::zero();
+    let settings = Settings { damping, elastic: false };
     let responses = FrequencyResponses::new(&frequencies, &accelerance, RESPONSES, HITS)?;
-    let mut workspace = [Matrix6::zeros(); LINES];
+    let responses = responses.windowed(check.input_number("sigma")?, R::one());
+    let mut workspace = [R::zero(); workspace(LINES)];
     let found = solve(&layout, &responses, &start, &settings, &mut workspace).ok()?;
     check.numbers("theta", found.estimate.theta().as_slice());
     check.matrix("K", &found.stiffness);

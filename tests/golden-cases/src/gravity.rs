@@ -2,15 +2,15 @@
 
 use core::fmt::Write as _;
 
-use massline_shared::Real;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::ResponseInverse;
 use massline_shared::identify::inertia_restraint::Regression;
 use massline_shared::layout::sensor_shift;
-use nalgebra::{Complex, SMatrix, SVector, Vector3};
+use massline_shared::{Real, ResponseRows};
+use nalgebra::{Complex, SVector, Vector3};
 
 use crate::Check;
-use crate::layout::{GoldenLayout, RESPONSES};
+use crate::layout::{GoldenLayout, GoldenResponses, RESPONSES, SENSORS};
 
 pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let layout = check.layout()?;
@@ -22,15 +22,16 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         };
         let omega = R::two_pi() * R::of(frequency.parse().ok()?);
         let s = Complex::new(R::zero(), omega);
-        let with = layout.response_matrix_at::<RESPONSES>(&Vector3::zeros(), s).map(|v| v.re);
+        let with = layout.response_matrix_at(&Vector3::zeros(), s);
+        let with = ResponseRows(with.0.map(|column| column.map(|v| v.re)));
         let readings = readings(&layout, &body, &with)?;
         let path = |name: &str| {
             let mut path = heapless::String::<32>::new();
             write!(path, "{frequency}.{name}").ok().map(|()| path)
         };
-        check.matrix(&path("G_gravity")?, &with);
+        check.response_rows(&path("G_gravity")?, &with);
         check.numbers(&path("H")?, &row_major(&readings));
-        let plain = layout.response_matrix::<RESPONSES>(&Vector3::zeros());
+        let plain = layout.response_matrix(&Vector3::zeros());
         let ignored = identify(&layout, &plain, &readings)?;
         check.numbers(&path("theta_if_ignored")?, ignored.as_slice());
         let modelled = identify(&layout, &with, &readings)?;
@@ -40,7 +41,7 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     Some(())
 }
 
-type Readings<R> = heapless::Vec<SVector<R, RESPONSES>, 4>;
+type Readings<R> = heapless::Vec<GoldenResponses<R>, 4>;
 
 /// `5` of `expected.5.sensor_shift`, once for each frequency.
 fn frequency_of(path: &'static str) -> Option<&'static str> {
@@ -50,12 +51,12 @@ fn frequency_of(path: &'static str) -> Option<&'static str> {
 fn readings<R: Real>(
     layout: &GoldenLayout<R>,
     body: &RigidBody<R>,
-    response: &SMatrix<R, RESPONSES, 6>,
+    response: &ResponseRows<R, SENSORS, 6>,
 ) -> Option<Readings<R>> {
     let mut readings = Readings::new();
     for hit in &layout.hits {
         let motion = body.acceleration(&hit.unit_force(&Vector3::zeros()))?;
-        readings.push(response * motion).ok()?;
+        readings.push(response.times(&motion)).ok()?;
     }
     Some(readings)
 }
@@ -63,7 +64,7 @@ fn readings<R: Real>(
 /// The inertia restraint method about the origin with a given response matrix.
 fn identify<R: Real>(
     layout: &GoldenLayout<R>,
-    response: &SMatrix<R, RESPONSES, 6>,
+    response: &ResponseRows<R, SENSORS, 6>,
     readings: &Readings<R>,
 ) -> Option<SVector<R, 10>> {
     let length = layout.characteristic_length();

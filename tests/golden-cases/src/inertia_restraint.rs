@@ -3,16 +3,16 @@
 use massline_shared::Real;
 use massline_shared::identify::inertia_restraint::{ReferencePoint, Regression, solve};
 use massline_shared::identify::{MassLines, ResponseInverse};
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 
 use crate::Check;
-use crate::layout::RESPONSES;
+use crate::layout::{GoldenDofs, GoldenResponses};
 
 pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let layout = check.layout()?;
     let origin = Vector3::zeros();
     let lines = |hit: usize| column(check, "H", layout.hits.len(), hit);
-    let response = layout.response_matrix::<RESPONSES>(&origin);
+    let response = layout.response_matrix(&origin);
     let length = layout.characteristic_length();
     let inverse = ResponseInverse::new(&response, length)?;
     let mut regression = Regression::new(length);
@@ -26,14 +26,13 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         motions.extend_from_slice(motion.as_slice()).ok()?;
     }
     let solution = regression.solve().ok()?;
-    let mut dofs = heapless::Vec::<(usize, MassLines<R, RESPONSES>), 4>::new();
+    let mut dofs = GoldenDofs::new();
     for j in 0..layout.hits.len() {
         dofs.push((j, MassLines::without_scatter(lines(j)?))).ok()?;
     }
-    let dofs = dofs.iter().map(|(j, lines)| (*j, lines));
-    let estimate = solve(&layout, dofs, ReferencePoint::Origin).ok()?;
+    let estimate = solve(&layout, &dofs, ReferencePoint::Origin).ok()?;
 
-    check.matrix("G", &response);
+    check.response_rows("G", &response);
     check.numbers("F0", &row_major(&forces));
     check.numbers("X0", &row_major(&motions));
     check.numbers("phi", solution.phi.as_slice());
@@ -54,9 +53,9 @@ pub(crate) fn column<R: Real>(
     name: &str,
     columns: usize,
     index: usize,
-) -> Option<SVector<R, RESPONSES>> {
+) -> Option<GoldenResponses<R>> {
     let mut values = check.input(name)?.skip(index).step_by(columns);
-    let mut column = SVector::<R, RESPONSES>::zeros();
+    let mut column = GoldenResponses::zeros();
     for to in column.iter_mut() {
         *to = values.next()?;
     }

@@ -2,20 +2,27 @@
 //! cases read from their inputs.
 
 use heapless::Vec;
-use massline_shared::Real;
 use massline_shared::body::RigidBody;
+use massline_shared::identify::DofMassLines;
 use massline_shared::identify::maximum_likelihood::{Bound, RIG_WORKSPACE, bound};
 use massline_shared::layout::{
     Axis, Dof, Hit, HitUncertainty, Layout, LayoutReport, Sensor, SensorUncertainty, Sign,
 };
+use massline_shared::{Real, Responses};
 use nalgebra::SVector;
 
 use crate::Check;
 
-/// The layout of a golden case: three triaxial sensors and up to four hits.
-pub type GoldenLayout<R> = Layout<R, 3, 4>;
+/// Sensors of a [`GoldenLayout`].
+pub(crate) const SENSORS: usize = 3;
 /// Responses of a [`GoldenLayout`].
-pub(crate) const RESPONSES: usize = 9;
+pub(crate) const RESPONSES: usize = 3 * SENSORS;
+/// The layout of a golden case: three triaxial sensors and up to four hits.
+pub type GoldenLayout<R> = Layout<R, SENSORS, 4>;
+/// Readings of a [`GoldenLayout`].
+pub(crate) type GoldenResponses<R> = Responses<R, SENSORS>;
+/// Mass lines of the hit DOFs of a [`GoldenLayout`].
+pub(crate) type GoldenDofs<R> = Vec<DofMassLines<R, SENSORS>, 4>;
 
 impl<R: Real> Check<'_, '_, R> {
     /// Sensors, hits and gravity of the inputs.
@@ -81,7 +88,7 @@ impl<R: Real> Check<'_, '_, R> {
             };
         }
         let sigma = self.input_number("sigma")? / R::of(f64::from(hits)).sqrt();
-        let noise = |_| SVector::<R, RESPONSES>::repeat(sigma);
+        let noise = |_| GoldenResponses::repeat(sigma);
         bound(&layout, body, noise, hits, &mut [R::zero(); RIG_WORKSPACE])
     }
 }

@@ -4,24 +4,25 @@
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::MassLines;
-use massline_shared::identify::maximum_likelihood::{bound, readings_covariance, solve, workspace};
+use massline_shared::identify::inertia_restraint::{self, ReferencePoint};
+use massline_shared::identify::maximum_likelihood::{
+    Start, bound, readings_covariance, solve, workspace,
+};
 use massline_shared::layout::{HitUncertainty, Prior, SensorUncertainty};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 use crate::Check;
 use crate::inertia_restraint::column;
-use crate::layout::{GoldenLayout, RESPONSES};
+use crate::layout::{GoldenDofs, GoldenLayout, GoldenResponses, RESPONSES};
 
 const WORKSPACE: usize = workspace(3);
-
-type Dofs<R> = heapless::Vec<(usize, MassLines<R, RESPONSES>), 4>;
 
 /// Standard deviations of all readings and of the hits.
 pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let mut layout = exact_layout(check)?;
     let hits = hit_errors(check, "hit_error", &mut layout).unwrap_or(1);
     add_priors(check, &mut layout);
-    let mut dofs = Dofs::new();
+    let mut dofs = GoldenDofs::new();
     for index in 0..layout.hits.len() {
         let accelerance = column(check, "H", layout.hits.len(), index)?;
         let noise = column(check, "sigma", layout.hits.len(), index)?;
@@ -29,7 +30,7 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         dofs.push((index, lines)).ok()?;
     }
     answer(check, &layout, &dofs)?;
-    let noise = |index: usize| dofs.get(index).map_or(SVector::zeros(), |(_, l)| l.noise);
+    let noise = |index: usize| dofs.get(index).map_or(GoldenResponses::zeros(), |(_, l)| l.noise);
     let truth = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta_true")?));
     let mut memory = [R::zero(); WORKSPACE];
     let at_truth = bound(&layout, &truth, noise, hits, &mut memory)?;
@@ -50,8 +51,8 @@ pub(crate) fn run_full<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         };
     }
     layout.hammer_gain = check.input_number("budget.sig_hammer").unwrap_or(R::zero());
-    let noise = SVector::from_element(check.input_number("budget.sigma")?);
-    let mut dofs = Dofs::new();
+    let noise = GoldenResponses::from_element(check.input_number("budget.sigma")?);
+    let mut dofs = GoldenDofs::new();
     for index in 0..layout.hits.len() {
         let accelerance = column(check, "H", layout.hits.len(), index)?;
         let lines = MassLines { noise, hits, ..MassLines::without_scatter(accelerance) };
@@ -63,14 +64,11 @@ pub(crate) fn run_full<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         (heapless::Vec::<R, 36>::new(), heapless::Vec::<R, 36>::new());
     for index in 0..layout.hits.len() {
         let (_, lines) = dofs.get(index)?;
-        let block = |other| -> Option<SMatrix<R, RESPONSES, RESPONSES>> {
-            readings_covariance(&layout, &truth, (index, lines), other)
-        };
-        diagonal.extend_from_slice(block(index)?.diagonal().as_slice()).ok()?;
+        let block = readings_covariance(&layout, &truth, (index, lines), index)?;
+        diagonal.extend_from_slice(block.diagonal().as_slice()).ok()?;
         let (_, first) = dofs.first()?;
-        let row: SMatrix<R, RESPONSES, RESPONSES> =
-            readings_covariance(&layout, &truth, (0, first), index)?;
-        first_row.extend(row.row(0).iter().copied());
+        let block = readings_covariance(&layout, &truth, (0, first), index)?;
+        first_row.extend((0..RESPONSES).map(|k| block[(0, k)]));
     }
     check.numbers("cov_total_at_truth_diag", &diagonal);
     check.numbers("cov_total_at_truth_first_row", &first_row);
@@ -80,17 +78,11 @@ pub(crate) fn run_full<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
 fn answer<R: Real>(
     check: &mut Check<'_, '_, R>,
     layout: &GoldenLayout<R>,
-    dofs: &Dofs<R>,
+    dofs: &GoldenDofs<R>,
 ) -> Option<()> {
     let mut memory = [R::zero(); WORKSPACE];
-    let dofs = dofs.iter().map(|(index, lines)| (*index, lines));
-    let start = massline_shared::identify::inertia_restraint::solve(
-        layout,
-        dofs.clone(),
-        massline_shared::identify::inertia_restraint::ReferencePoint::Centroid,
-    )
-    .ok()?;
-    let solution = solve(layout, dofs, Some(&start.body), &mut memory).ok()?;
+    let start = inertia_restraint::solve(layout, dofs, ReferencePoint::Centroid).ok()?;
+    let solution = solve(layout, dofs, Start::At(&start.body), &mut memory).ok()?;
     let estimate = &solution.estimate;
     let (theta, sigma) = (estimate.theta(), estimate.sigma()?);
     check.numbers("theta", theta.as_slice());
