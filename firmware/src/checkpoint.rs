@@ -13,10 +13,12 @@ use massline_shared::layout::RIG_HITS;
 use massline_shared::measurement::campaign::{CampaignProgress, DofProgress};
 use serde::{Deserialize, Serialize};
 
-use crate::measure::Room;
 use crate::outcome::checksum_of;
 use crate::rig::Rig;
-use crate::store::Store;
+use crate::store::{MAX_DOF, Store};
+
+/// What finished DOFs and the progress of a campaign are encoded in for the flash.
+pub(crate) type Room = [u8; MAX_DOF];
 
 /// How far a campaign has come, as it is kept.
 #[derive(Debug, Serialize, Deserialize)]

@@ -16,9 +16,10 @@ use massline_protocol::object::StoredEstimate;
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
 use massline_shared::calibration::tumble::{Position, TumbleProblem};
+use massline_shared::diagnosis::Setting;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::{Consistency, Method};
-use massline_shared::layout::{RigLayout, Setting};
+use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_virtual::glass::Glass;
 

@@ -37,9 +37,9 @@
 
 use heapless::Vec;
 
-use super::method::{Observable, Progress, Settings};
+use super::method::{Observable, Progress};
 use super::observations::{Observations, SpectralLines};
-use super::{Estimate, METHODS, Method, Running};
+use super::{Estimate, METHODS, Method, Running, Settings};
 use crate::Real;
 use crate::diagnosis::Diagnostics;
 
