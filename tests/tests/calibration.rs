@@ -220,7 +220,7 @@ fn rc_corners_are_found_against_the_hammers_and_the_loop_closes() {
 /// Runs a campaign on a block without looking at its spectra until so many hits are accepted.
 fn accept(rig: &mut OnBlock, test: &BlockTest, hits: u32) {
     rig.client.put_layout(&test.layout).unwrap();
-    rig.client.start_block(true).unwrap();
+    rig.client.start_block(test.mass.mass as f32, true).unwrap();
     loop {
         let status = rig.client.status().unwrap();
         if status.accepted.iter().map(|&n| u32::from(n)).sum::<u32>() == hits {
@@ -278,7 +278,7 @@ fn a_block_test_that_was_begun_without_confirmation_is_joined() {
     let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();
     let record = rig.client.calibration().unwrap();
     rig.client.put_layout(&test.layout).unwrap();
-    rig.client.start_block(false).unwrap();
+    rig.client.start_block(test.mass.mass as f32, false).unwrap();
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
     for corner in &found.corners {
         match corner.found {

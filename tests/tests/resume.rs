@@ -124,7 +124,7 @@ fn a_rig_that_is_switched_off_goes_on_at_the_next_dof() {
     assert_eq!((status.dof, &status.accepted[..], status.hits_per_dof), (1, &[2, 0, 0][..], 2));
     let (begun, result) = finish(&mut client);
     assert_eq!(begun, Begun::Resumed);
-    assert_eq!((result.dofs.len(), result.number), (3, 1));
+    assert_eq!((result.dofs.len(), result.head.number), (3, 1));
     assert!(same_bits(&result.dofs[0], &whole.dofs[0]));
     assert_eq!(result.estimates.len(), whole.estimates.len());
     rig.stop().unwrap();
@@ -245,7 +245,7 @@ fn wherever_the_power_is_cut_the_campaign_ends_with_the_dofs_that_were_finished(
         restored[finished] += 1;
         let (begun, result) = finish(&mut client);
         assert_eq!(begun, if finished == 0 { Begun::Started } else { Begun::Resumed });
-        assert_eq!((result.number, result.dofs.len()), (1, 3), "cut {i}");
+        assert_eq!((result.head.number, result.dofs.len()), (1, 3), "cut {i}");
         for dof in 0..finished {
             assert!(same_bits(&result.dofs[dof], &whole.dofs[dof]), "cut {i}, DOF {dof}");
         }

@@ -139,7 +139,7 @@ fn result(dofs: usize) -> MeasurementResult {
         coherence: Some([0.999; RESPONSES]),
     };
     let estimate = StoredEstimate {
-        method: Method::InertiaRestraint as u8,
+        method: Method::InertiaRestraint.number(),
         properties: [1.0; 10],
         covariance: (0..COVARIANCE).map(|_| 1e-9).collect(),
         condition: 20.0,
@@ -147,13 +147,15 @@ fn result(dofs: usize) -> MeasurementResult {
         diagnostics: diagnostics(1),
     };
     MeasurementResult {
-        number: 3,
-        layout_hash: 7,
-        calibration: 8,
-        firmware: text("0.1.0"),
-        frf_estimator: FrfEstimator::H1,
-        terms: Terms::Abc,
-        band_automatic: false,
+        head: ResultHead {
+            number: 3,
+            layout_hash: 7,
+            calibration: 8,
+            firmware: text("0.1.0"),
+            frf_estimator: FrfEstimator::H1,
+            terms: Terms::Abc,
+            band_automatic: false,
+        },
         dofs: (0..dofs).map(one).collect(),
         estimates: Vec::from_slice(&[estimate]).unwrap(),
         diagnostics: diagnostics(1),
@@ -183,7 +185,7 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         command: CampaignCommand::Start as u8,
         confirm: true,
         force: false,
-        block: false,
+        block_mass: None,
     };
     let chunk_request = ChunkRequest { object: object(), offset: 1024, length: 512 };
     let chunk =
@@ -350,10 +352,10 @@ fn the_largest_result_of_every_number_of_dofs_fits_the_store() {
         for dof in &mut largest.dofs {
             dof.dof.node = u16::MAX;
         }
-        largest.number = u32::MAX;
-        largest.layout_hash = u32::MAX;
-        largest.calibration = u32::MAX;
-        largest.firmware = text(&"9".repeat(16));
+        largest.head.number = u32::MAX;
+        largest.head.layout_hash = u32::MAX;
+        largest.head.calibration = u32::MAX;
+        largest.head.firmware = text(&"9".repeat(16));
         // A rig knows what it says itself.
         largest.diagnostics = diagnostics(16);
         largest.estimates[0].diagnostics = diagnostics(16);
