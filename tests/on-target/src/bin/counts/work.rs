@@ -6,19 +6,26 @@ use massline_shared::signal::StaticReading;
 use cortex_m_rt::entry;
 use massline_on_target::{Measured, end, measure, print};
 use massline_protocol::crc32_of_chunks;
-use massline_shared::averaging::{self, DofSpectra, HitInHand, HitMemory};
+use massline_shared::Responses;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::inertia_restraint::{self, Settings};
-use massline_shared::identify::maximum_likelihood::{CONTRADICTION, Fit, Progress};
-use massline_shared::identify::{Applicability, Estimate, MassLines, Method, ScatterAccumulator};
-use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RigLayout, Sensor, Sign, TestSettings};
+use massline_shared::identify::maximum_likelihood::{CONTRADICTION, Fit, Start};
+use massline_shared::identify::{
+    Applicability, DofMassLines, Estimate, MassLines, Method, Methods, Progress, ScatterAccumulator,
+};
+use massline_shared::layout::{
+    Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign, TestSettings,
+};
 use massline_shared::mass_line::BasisRow;
+use massline_shared::measurement::averaging::{
+    DofSpectra, HitInHand, HitMemory, ProcessingSettings, band_of, fit_responses,
+};
 use massline_shared::signal::{
     AdcProperties, CHANNELS, Calibration, FftError, HitReport, PRE_TRIGGER_SCANS, RECORD_SCANS,
     RESPONSES, Record, SPECTRUM_LINES, grade,
 };
 use massline_shared::units::{Hertz, Seconds, Volts};
-use nalgebra::{Complex, ComplexField, SVector};
+use nalgebra::{Complex, ComplexField, SMatrix, SVector};
 
 const ADC: AdcProperties = AdcProperties {
     rate: Hertz(4000.0),
@@ -27,6 +34,9 @@ const ADC: AdcProperties = AdcProperties {
     reference: Volts(3.0),
     channel_delay: Seconds(10e-6),
 };
+/// What the nine responses read.
+type Readings = Responses<f32, RIG_SENSORS>;
+
 const ZERO: Complex<f32> = Complex { re: 0.0, im: 0.0 };
 
 /// What the firmware keeps in statics; it is not part of the stack that is measured.
@@ -50,7 +60,7 @@ fn main() -> ! {
     let layout = layout(3);
     let body = body();
 
-    let methods = [Method::MaximumLikelihood, Method::InertiaRestraint];
+    let methods: Methods = Method::of_mass_lines().collect();
     let check = || Applicability::new(&self::layout(RIG_HITS), &body, &methods);
     say("layout_check", measure(|| assert!(check().diagnostics.is_empty())));
 
@@ -87,14 +97,13 @@ fn main() -> ! {
     let dofs = [0, 1, 2].map(|dof| (dof, mass_lines(&accelerance(&layout, &body, dof))));
     let mut estimate = None;
     let measured = measure(|| {
-        let dofs = dofs.iter().map(|(dof, lines)| (*dof, lines));
-        estimate = Some(inertia_restraint::solve(&layout, dofs, Settings::weighted()));
+        estimate = Some(inertia_restraint::solve(&layout, &dofs, Settings::weighted()));
     });
     say("irm_solve", measured);
     let Some(Ok(estimate)) = estimate else { panic!("the ten properties were not found") };
     judge(&estimate, &body);
     for hits in [5, 9, RIG_HITS] {
-        let fitted = fit(&mut memory.scratch, hits, &displaced(hits), Start::Restraint);
+        let fitted = fit(&mut memory.scratch, hits, &displaced(hits), Start::InertiaRestraint);
         judge_fit(&fitted.estimate, &body);
         say(format_args!("ml_solve_{hits}"), fitted.whole);
         say(format_args!("ml_step_{hits}"), fitted.longest);
@@ -106,20 +115,11 @@ fn main() -> ! {
     // A hit at the wrong place, ten times what a hand misses by: data that contradict the budget.
     let mut astray = displaced(5);
     astray.hits[2].position[1] += 0.04;
-    let fitted = fit(&mut memory.scratch, 5, &astray, Start::Restraint);
+    let fitted = fit(&mut memory.scratch, 5, &astray, Start::InertiaRestraint);
     let surprise = fitted.estimate.consistency.map(|c| c.surprise());
     assert!(surprise.is_some_and(|s| s > CONTRADICTION as f32), "{surprise:?}");
     say("ml_astray_5", fitted.whole);
     end(true)
-}
-
-/// Where a fit starts.
-#[derive(Clone, Copy)]
-enum Start {
-    /// At the answer of the inertia restraint method for the same data, as on the rig.
-    Restraint,
-    /// At the fit's own crude start.
-    Crude,
 }
 
 /// A fit and what it cost.
@@ -144,19 +144,23 @@ fn displaced(hits: usize) -> RigLayout {
 }
 
 /// Maximum likelihood with so many hit DOFs on what is measured with the layout `is`.
-fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout, start: Start) -> Fitted {
+fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout, start: Start<'_, f32>) -> Fitted {
     let layout = layout(hits);
     let body = body();
-    let lines: [_; RIG_HITS] =
-        core::array::from_fn(|dof| mass_lines(&accelerance(is, &body, dof.min(hits - 1))));
-    let dofs = || lines.iter().take(hits).enumerate();
+    let all: [DofMassLines<f32, RIG_SENSORS>; RIG_HITS] = core::array::from_fn(|dof| {
+        (dof, mass_lines(&accelerance(is, &body, dof.min(hits - 1))))
+    });
+    let dofs = &all[..hits];
+    // As on the rig, the answer of the inertia restraint method is there before the fit begins.
     let restraint = match start {
-        Start::Restraint => inertia_restraint::solve(&layout, dofs(), Settings::weighted()).ok(),
-        Start::Crude => None,
+        Start::InertiaRestraint => {
+            inertia_restraint::solve(&layout, dofs, Settings::weighted()).ok()
+        }
+        _ => None,
     };
-    let start = restraint.map(|estimate| estimate.body);
+    let start = restraint.as_ref().map_or(start, |estimate| Start::At(&estimate.body));
     let mut fit = None;
-    let started = measure(|| fit = Some(Fit::start(&layout, dofs(), start.as_ref())));
+    let started = measure(|| fit = Some(Fit::start(&layout, dofs, start)));
     let Some(Ok(mut fit)) = fit else { panic!("the fit did not start") };
     let (mut instructions, mut longest) = (started.instructions, started);
     let mut add = |part: Measured| {
@@ -166,11 +170,11 @@ fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout, start: Start) -> Fitt
     };
     let mut progress = Ok(Progress::Going);
     while progress == Ok(Progress::Going) {
-        add(measure(|| progress = fit.step(&layout, dofs(), workspace)));
+        add(measure(|| progress = fit.step(&layout, dofs, workspace)));
     }
     assert!(progress.is_ok(), "the fit did not settle: {progress:?}");
     let mut estimate = None;
-    add(measure(|| estimate = Some(fit.answer(&layout, dofs(), workspace))));
+    add(measure(|| estimate = Some(fit.answer(&layout, dofs, workspace))));
     let Some(Ok(estimate)) = estimate else { panic!("the fit has no answer") };
     Fitted { estimate, whole: Measured { instructions, ..longest }, longest }
 }
@@ -186,18 +190,23 @@ fn judge_fit(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
 fn analyse(
     memory: &mut Memory,
     mut run: impl FnMut(&mut dyn FnMut()),
-) -> Result<Option<SVector<f32, RESPONSES>>, FftError> {
+) -> Result<Option<Readings>, FftError> {
     let Memory { record, spectra, scratch, force, basis } = memory;
     let (calibration, test) = (Calibration::default(), TestSettings::<f32>::default());
-    let method = averaging::Method { adc: &ADC, calibration: &calibration, test: &test };
-    let memory = HitMemory { scratch, force, basis };
-    let (mut memory, mut hit) = (Some(memory), None);
-    run(&mut || hit = memory.take().map(|m| HitInHand::begin(method, record, m, spectra)));
+    let settings = ProcessingSettings { adc: &ADC, calibration: &calibration, test: &test };
+    let mut hit = None;
+    run(&mut || {
+        let memory = HitMemory { scratch, force, basis };
+        hit = Some(HitInHand::begin(settings, record, memory, spectra));
+    });
     let Some(hit) = hit else { panic!("the step was not run") };
     let mut hit = hit?;
     for response in 0..RESPONSES {
         let mut done = Ok(());
-        run(&mut || done = hit.add_response(response, record, spectra));
+        run(&mut || {
+            let memory = HitMemory { scratch, force, basis };
+            done = hit.add_response(response, record, memory, spectra);
+        });
         done?;
     }
     let mut own = None;
@@ -209,10 +218,10 @@ fn analyse(
 fn close_dof(memory: &mut Memory) -> bool {
     let Memory { spectra, scratch, basis, .. } = memory;
     let (calibration, test) = (Calibration::default(), TestSettings::<f32>::default());
-    let method = averaging::Method { adc: &ADC, calibration: &calibration, test: &test };
-    let band = averaging::band_of(method, spectra, &mut scratch[..SPECTRUM_LINES]);
+    let settings = ProcessingSettings { adc: &ADC, calibration: &calibration, test: &test };
+    let band = band_of(settings, spectra, &mut scratch[..SPECTRUM_LINES]);
     let band = band.unwrap_or(TestSettings::<f32>::usual_band());
-    averaging::fit_responses(method, spectra, band, basis).is_ok()
+    fit_responses(settings, spectra, band, basis).is_ok()
 }
 
 /// What the rig tells a host that asks for the record.
@@ -229,7 +238,7 @@ fn checksum(record: &Record) -> u32 {
 }
 
 /// A tap of 5 ms and 20 N on a body that nothing holds; every channel is read after the one before.
-fn record_a_hit(record: &mut Record, accelerance: &SVector<f32, RESPONSES>) {
+fn record_a_hit(record: &mut Record, accelerance: &Readings) {
     const TAP: f32 = 20.0;
     let calibration = Calibration::default();
     for n in 0..RECORD_SCANS {
@@ -247,10 +256,11 @@ fn record_a_hit(record: &mut Record, accelerance: &SVector<f32, RESPONSES>) {
 }
 
 /// Three hits with a scatter of about a percent, so that there is a covariance to compute.
-fn mass_lines(truth: &SVector<f32, RESPONSES>) -> MassLines<f32, RESPONSES> {
+fn mass_lines(truth: &Readings) -> MassLines<f32, RIG_SENSORS> {
     let mut hits = ScatterAccumulator::new();
     for hit in 0..3 {
-        hits.add(&SVector::from_fn(|response, _| {
+        hits.add(&Readings::from_fn(|axis, sensor| {
+            let response = 3 * sensor + axis;
             truth[response] + 0.005 * ((hit * 5 + response * 3) % 7) as f32 - 0.015
         }));
     }
@@ -259,7 +269,7 @@ fn mass_lines(truth: &SVector<f32, RESPONSES>) -> MassLines<f32, RESPONSES> {
     lines
 }
 
-fn accelerance(layout: &RigLayout, body: &RigidBody<f32>, dof: usize) -> SVector<f32, RESPONSES> {
+fn accelerance(layout: &RigLayout, body: &RigidBody<f32>, dof: usize) -> Readings {
     layout.accelerance(body, dof).expect("the body has inertia and the layout this hit")
 }
 
@@ -308,7 +318,12 @@ fn judge(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
     assert!(estimate.covariance.is_some(), "the scatter of three hits gives a covariance");
 }
 
-fn close<const N: usize>(what: &str, got: &SVector<f32, N>, truth: &SVector<f32, N>, part: f32) {
+fn close<const M: usize, const N: usize>(
+    what: &str,
+    got: &SMatrix<f32, M, N>,
+    truth: &SMatrix<f32, M, N>,
+    part: f32,
+) {
     let error = (got - truth).amax();
     assert!(error <= part * truth.amax(), "{what}: {got} instead of {truth}");
 }
