@@ -6,7 +6,9 @@ use massline::client::{Client, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline_protocol::object::StoredEstimate;
+use massline_shared::body::scale;
 use massline_shared::identify::Method;
+use massline_shared::layout::PROPERTIES;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
@@ -16,7 +18,6 @@ const TESTS: [&str; 4] = [
     include_str!("../../host/examples/three-bar-test-3.toml"),
     include_str!("../../host/examples/three-bar-test-4.toml"),
 ];
-const PROPERTIES: [&str; 10] = ["m", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
 /// Scale of the errors: m, L, L, L, m L² six times, with the frame's L.
 const LENGTH: f64 = 0.14;
 
@@ -41,19 +42,14 @@ fn measure(bench: &Bench, test: &str, seed: u64) -> [f64; 10] {
     let Ending::Done(number) = ending else { panic!("no result: {ending:?}") };
     let result = client.result(number).expect("a result");
     rig.stop().expect("no panic");
-    let likelihood = |e: &&StoredEstimate| e.method == Method::MaximumLikelihood as u8;
+    let likelihood = |e: &&StoredEstimate| e.method == Method::MaximumLikelihood.number();
     result.estimates.iter().find(likelihood).expect("an estimate").properties.map(f64::from)
 }
 
 /// Worst error and largest rms of a test, both of scale, in percent; printed test by test.
 fn errors(bench: &Bench) -> (f64, f64) {
     let truth = bench.truth().theta();
-    let mass = truth[0];
-    let scale = |k: usize| match k {
-        0 => mass,
-        1..=3 => LENGTH,
-        _ => mass * LENGTH * LENGTH,
-    };
+    let scale = scale(truth[0], LENGTH);
     let (mut worst, mut largest_rms): (f64, f64) = (0.0, 0.0);
     for (number, test) in (1..).zip(TESTS) {
         let mut of_test = (0.0, "", 0);
@@ -61,7 +57,7 @@ fn errors(bench: &Bench) -> (f64, f64) {
         for seed in 1..=seeds() {
             let found = measure(bench, test, seed);
             for k in 0..10 {
-                let error = (found[k] - truth[k]).abs() / scale(k) * 100.0;
+                let error = (found[k] - truth[k]).abs() / scale[k] * 100.0;
                 square += error * error;
                 if error > of_test.0 {
                     of_test = (error, PROPERTIES[k], seed);

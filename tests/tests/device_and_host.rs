@@ -3,12 +3,12 @@
 
 use massline::campaign::{Begin, Ending, Observer, begin, follow};
 use massline::client::{Client, PipeTransport};
-use massline::identification::{Options, Selection, identify, lines_of};
+use massline::identification::{Selection, identify, lines_of};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
-use massline::report::Answer;
+use massline::report::estimates_of;
 use massline_protocol::object::MeasurementResult;
-use massline_shared::identify::inertia_restraint::Settings;
+use massline_shared::identify::{Observations, Settings};
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
@@ -98,17 +98,17 @@ fn bench() -> Bench {
 fn agree(text: &str, bench: &Bench, seed: u64, methods: usize) {
     let file = LayoutFile::parse(text, "test.toml").expect("a good layout");
     let result = on_the_rig(&file, bench, seed);
-    let options = Options { selection: Selection::All, inertia_restraint: Settings::weighted() };
-    let lines = lines_of(&result, &file.layout);
-    let host = identify(&file.layout, &lines, &options).expect("an answer");
-    assert_eq!(result.estimates.len(), methods, "{:?}", result.diagnostics);
-    assert_eq!(host.answers.len(), methods);
-    for (host, device) in host.answers.iter().zip(result.estimates.iter()) {
-        let device = Answer::from_stored(device);
+    let lines = lines_of(&result);
+    let observed = Observations::of_mass_lines(&file.layout, &lines);
+    let host = identify(&observed, Selection::All, &Settings::default());
+    let rig = estimates_of(&result);
+    assert_eq!(rig.len(), methods, "{:?}", result.diagnostics);
+    assert_eq!(host.estimates.len(), methods);
+    for (host, device) in host.estimates.iter().zip(&rig) {
         assert_eq!(host.method, device.method);
         let sigmas = host.sigma().zip(device.sigma()).expect("five hits a DOF");
         for k in 0..10 {
-            let (host, device) = (host.properties()[k], device.properties()[k]);
+            let (host, device) = (host.theta()[k], device.theta()[k]);
             let (sigma, of_device) = (sigmas.0[k], sigmas.1[k]);
             // What single precision may cost, by the project's own bound; the linear method and
             // the fit stay a hundred times below the standard deviation.

@@ -5,10 +5,9 @@ use massline::commands::bench_test::nominal_calibration;
 use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::measure;
 use massline_shared::Real;
-use massline_shared::identify::maximum_likelihood::{RIG_WORKSPACE, solve};
-use massline_shared::identify::{Applicability, Estimate, MassLines, Method};
+use massline_shared::identify::maximum_likelihood::{RIG_WORKSPACE, Start, solve};
+use massline_shared::identify::{Applicability, DofMassLines, Estimate, Method};
 use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, assumed_body};
-use massline_shared::signal::RESPONSES;
 use massline_virtual::bench::{Bench, BenchSource};
 
 const TESTS: [&str; 4] = [
@@ -19,7 +18,7 @@ const TESTS: [&str; 4] = [
 ];
 
 type RigLayoutIn<R> = Layout<R, RIG_SENSORS, RIG_HITS>;
-type Dofs<R> = Vec<(usize, MassLines<R, RESPONSES>)>;
+type Dofs<R> = Vec<DofMassLines<R, RIG_SENSORS>>;
 
 /// Two sensors, on every pair of nodes.
 const SENSORS: [&str; 6] = ["[1, 2]", "[1, 3]", "[1, 4]", "[2, 3]", "[2, 4]", "[3, 4]"];
@@ -33,18 +32,12 @@ fn with_sensors(test: &str, sensors: &str) -> LayoutFile {
 
 /// Without a start, as after an inertia restraint method that has no answer.
 fn fit<R: Real>(layout: &RigLayoutIn<R>, dofs: &Dofs<R>) -> Option<Estimate<R>> {
-    let dofs = dofs.iter().map(|(dof, lines)| (*dof, lines));
-    solve(layout, dofs, None, &mut [R::zero(); RIG_WORKSPACE]).ok().map(|s| s.estimate)
+    let found = solve(layout, dofs, Start::Crude, &mut [R::zero(); RIG_WORKSPACE]);
+    found.ok().map(|solution| solution.estimate)
 }
 
 fn single(dofs: &Dofs<f64>) -> Dofs<f32> {
-    let single = |lines: &MassLines<f64, RESPONSES>| MassLines {
-        accelerance: lines.accelerance.map(|v| v as f32),
-        noise: lines.noise.map(|v| v as f32),
-        scatter: lines.scatter.map(|v| v as f32),
-        hits: lines.hits,
-    };
-    dofs.iter().map(|(dof, lines)| (*dof, single(lines))).collect()
+    dofs.iter().map(|(dof, lines)| (*dof, lines.cast())).collect()
 }
 
 #[test]
