@@ -13,12 +13,12 @@ use massline_protocol::message::*;
 use massline_protocol::object::*;
 use massline_protocol::{Deframer, Endpoint, MAX_FRAME, MAX_LAYOUT, encode_frame};
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Setting, Severity, Subject};
 use massline_shared::identify::Consistency;
 use massline_shared::identify::Method;
 use massline_shared::layout::{
     Attached, Axis, Dof, FrfEstimator, Hit, MAX_ATTACHED, Prior, RIG_HITS, RIG_SENSORS, RigLayout,
-    Sensor, Setting, Sign,
+    Sensor, Sign,
 };
 use massline_shared::mass_line::Terms;
 use massline_shared::measurement::campaign::Phase;
