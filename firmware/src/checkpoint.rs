@@ -13,10 +13,12 @@ use massline_shared::layout::RIG_HITS;
 use massline_shared::measurement::campaign::{CampaignProgress, DofProgress};
 use serde::{Deserialize, Serialize};
 
-use crate::measure::Room;
-use crate::outcome::{checksum_of, measured_dof, stored_dof};
+use crate::outcome::checksum_of;
 use crate::rig::Rig;
-use crate::store::Store;
+use crate::store::{MAX_DOF, Store};
+
+/// What finished DOFs and the progress of a campaign are encoded in for the flash.
+pub(crate) type Room = [u8; MAX_DOF];
 
 /// How far a campaign has come, as it is kept.
 #[derive(Debug, Serialize, Deserialize)]
@@ -128,7 +130,7 @@ fn encode(rig: &Rig<'_>, campaign: CampaignProgress, room: &mut Room) -> usize {
 fn encode_dof(rig: &Rig<'_>, place: usize, room: &mut Room) -> Option<(u8, usize)> {
     let measurement = rig.measurement.borrow();
     let result = measurement.result();
-    let stored = stored_dof(result.dofs.get(place)?, result.mass_lines.get(place)?);
+    let stored = DofResult::of(result.dofs.get(place)?, result.mass_lines.get(place)?);
     Some((stored.index, postcard::to_slice(&stored, room).ok()?.len()))
 }
 
@@ -142,7 +144,7 @@ fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpo
         return None;
     }
     let had_lines = |index: usize| kept.measured & bit_of(index) != 0;
-    let dofs = dofs.iter().filter_map(measured_dof);
+    let dofs = dofs.iter().filter_map(DofResult::measured);
     measurement.resume(kept.campaign, dofs, had_lines, kept.diagnostics).ok()?;
     Some(Checkpoint {
         campaign: measurement.campaigns(),

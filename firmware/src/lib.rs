@@ -38,8 +38,8 @@ use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::measurement;
 
 use crate::board::{Board, Link, Panel, Sampler};
-use crate::checkpoint::Checkpoint;
-use crate::measure::{Measuring, Room};
+use crate::checkpoint::{Checkpoint, Room};
+use crate::measure::Measuring;
 use crate::objects::Objects;
 use crate::panel::task::{PanelMemory, PanelTask};
 use crate::rig::Rig;

@@ -13,21 +13,18 @@ use massline_shared::signal::{CHANNELS, Scan};
 use massline_shared::units::ScanIndex;
 
 use crate::board::{SampleError, Sampler};
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::{Checkpoint, Room};
 use crate::deadline::Deadline;
 use crate::levels::Levels;
 use crate::outcome::StoredResult;
 use crate::rig::{Rig, mass_of};
-use crate::store::{MAX_DOF, Store};
+use crate::store::Store;
 
 /// Scans fetched at a time: 5 ms at 4 kS/s.
 const BLOCK: usize = 20;
 
 /// The level bars of the panel show the last this long.
 const LEVEL_WINDOW_S: f32 = 0.1;
-
-/// What the loop encodes finished DOFs for the flash in.
-pub(crate) type Room = [u8; MAX_DOF];
 
 /// The measuring loop and what it works on.
 pub(crate) struct Measuring<'a, 'm, S: Sampler, F: NorFlash> {

@@ -1,15 +1,10 @@
 //! What a measurement has brought, as the bytes that are stored: from the domain to the wire's objects, one at a
 //! time. A whole result is never in memory twice: the store reads it piece by piece.
 
-use heapless::Vec;
 use massline_protocol::crc32;
 use massline_protocol::diagnostic::DiagnosticList;
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
-use massline_shared::identify::{DofMassLines, lower_triangle};
-use massline_shared::layout::RIG_SENSORS;
-use massline_shared::measurement::MeasuredDof;
-use massline_shared::responses::{ResponseSquare, Responses};
-use massline_shared::signal::{Calibration, RESPONSES};
+use massline_shared::signal::Calibration;
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
@@ -50,7 +45,7 @@ impl<'a, 'm> StoredResult<'a, 'm> {
         });
         window.put(&(result.dofs.len() as u32));
         for (details, lines) in result.dofs.iter().zip(result.mass_lines) {
-            window.put(&stored_dof(details, lines));
+            window.put(&DofResult::of(details, lines));
         }
         window.put(&(result.estimates.len() as u32));
         for estimate in result.estimates {
@@ -71,46 +66,11 @@ impl Source for StoredResult<'_, '_> {
     }
 }
 
-/// A measured DOF as it is stored.
-pub(crate) fn stored_dof(
-    details: &MeasuredDof<f32>,
-    (index, lines): &DofMassLines<f32, RIG_SENSORS>,
-) -> DofResult {
-    let scattered = lines.scatter != ResponseSquare::zeros();
-    let mut scatter = Vec::new();
-    if scattered {
-        scatter.extend(lower_triangle(&lines.scatter, RESPONSES));
-    }
-    DofResult {
-        dof: details.dof,
-        index: *index as u8,
-        hits: lines.hits as u8,
-        band_hz: details.band_hz,
-        accelerance: array(&lines.accelerance),
-        noise: array(&lines.noise),
-        scatter,
-        coherence: details.coherence,
-    }
-}
-
-/// A measured DOF from what was stored; `None` when its numbers do not fit together.
-pub(crate) fn measured_dof(
-    stored: &DofResult,
-) -> Option<(MeasuredDof<f32>, DofMassLines<f32, RIG_SENSORS>)> {
-    let details =
-        MeasuredDof { dof: stored.dof, band_hz: stored.band_hz, coherence: stored.coherence };
-    Some((details, stored.mass_lines()?))
-}
-
 /// Names a calibration in the results.
 pub(crate) fn checksum_of(calibration: &Calibration) -> u32 {
     // Numbers of four bytes, which take as much encoded.
     let mut bytes = [0; size_of::<Calibration>()];
     postcard::to_slice(calibration, &mut bytes).map_or(0, |bytes| crc32(bytes))
-}
-
-fn array(responses: &Responses<f32, RIG_SENSORS>) -> [f32; RESPONSES] {
-    core::array::from_fn(|k| responses[k])
 }
 
 /// A piece of what is written one behind the other; the rest is only counted.

@@ -90,14 +90,16 @@ fn a_run_is_what_the_rig_does() {
     for (test, seed) in TESTS.into_iter().zip([3, 5, 8, 13]) {
         let layout = layout(test);
         let (pure, result) = measured_twice(&bench, &layout, seed);
-        let irm = pure.estimates.last().expect("an answer");
-        assert_eq!(irm.method, Method::InertiaRestraint);
-        let rig = result.estimates.last().expect("an answer");
-        assert_eq!(Method::from_number(rig.method), Some(Method::InertiaRestraint));
-        let sigma = irm.sigma().expect("five hits a DOF");
-        for ((pure, rig), sigma) in irm.theta().iter().zip(rig.properties).zip(sigma.iter()) {
-            // The device and the host agree to 1 % of each standard deviation.
-            assert!((pure - f64::from(rig)).abs() < 0.01 * sigma, "{pure} {rig} ± {sigma}");
+        let (rig, unknown) = result.estimates();
+        assert_eq!((rig.len(), unknown.len()), (pure.estimates.len(), 0));
+        for (pure, rig) in pure.estimates.iter().zip(&rig) {
+            assert_eq!(pure.method, rig.method);
+            let sigma = pure.sigma().expect("five hits a DOF");
+            for k in 0..10 {
+                let (pure, rig, sigma) = (pure.theta()[k], f64::from(rig.theta()[k]), sigma[k]);
+                // The device and the host agree to 1 % of each standard deviation.
+                assert!((pure - rig).abs() < 0.01 * sigma, "{pure} {rig} ± {sigma}");
+            }
         }
     }
 }

@@ -2,10 +2,10 @@
 //! rules of both chips: nothing accepted is lost and nothing torn is shown.
 
 use embassy_futures::block_on;
-use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, Store};
+use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, Store, StoreError};
 use massline_protocol::LayoutHash;
 use massline_protocol::crc32;
-use massline_protocol::message::{Measured, Reason};
+use massline_protocol::message::Measured;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sensor, Sign};
 use massline_virtual::flash::{Chip, ChipFlash, Cut, F411, FlashMemory, G474, W25q};
@@ -191,7 +191,7 @@ fn open<C: Chip>(memory: &FlashMemory) -> Store<ChipFlash<C>> {
     store
 }
 
-fn do_it<C: Chip>(store: &mut Store<ChipFlash<C>>, write: Write) -> Result<(), Reason> {
+fn do_it<C: Chip>(store: &mut Store<ChipFlash<C>>, write: Write) -> Result<(), StoreError> {
     block_on(async {
         match write {
             Write::Layout(number) => store.put_layout(&layout_bytes(number)).await,
@@ -208,7 +208,7 @@ fn do_it<C: Chip>(store: &mut Store<ChipFlash<C>>, write: Write) -> Result<(), R
             }
             Write::Result { campaign } => {
                 let bytes = result_bytes(campaign);
-                store.put_result(&bytes, campaign, mass_of(campaign)).await.map(|_| ())
+                store.put_result(&bytes[..], campaign, mass_of(campaign)).await.map(|_| ())
             }
             Write::Delete { number } => store.delete_result(number).await,
             Write::Abort => store.clear_progress().await,

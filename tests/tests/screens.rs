@@ -6,17 +6,20 @@ use massline::layout_file::LayoutFile;
 use massline_firmware::board::{BoardInfo, StackUse};
 use massline_firmware::panel::draw::{LayoutLine, View, draw};
 use massline_firmware::panel::menu::{Menu, Question, Screen};
-use massline_firmware::panel::summary::{Answer, Summary};
+use massline_firmware::panel::refused::Refused;
+use massline_firmware::panel::summary::Summary;
 use massline_firmware::panel::trial::{Problem, Proposal, Trial};
 use massline_firmware::panel::{Button, HitVerdict, PanelModel};
 use massline_firmware::store::RESULTS;
-use massline_protocol::message::{Measured, Reason, ResultEntry, Stats};
+use massline_protocol::message::{Measured, ResultEntry, Stats};
 use massline_protocol::object::StoredEstimate;
+use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
 use massline_shared::calibration::tumble::{Position, TumbleProblem};
+use massline_shared::diagnosis::Setting;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::{Consistency, Method};
-use massline_shared::layout::{RigLayout, Setting};
+use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_virtual::glass::Glass;
 
@@ -134,7 +137,7 @@ fn summary() -> Summary {
         }
     }
     let estimate = StoredEstimate {
-        method: Method::MaximumLikelihood as u8,
+        method: Method::MaximumLikelihood.number(),
         properties: [
             1.2294, 0.168_73, -0.089_45, 0.018_89, 0.011_011, 0.006_839, 0.013_882, 0.004_235,
             -0.000_962, 0.002_692,
@@ -151,7 +154,7 @@ fn summary() -> Summary {
     Summary {
         number: 3,
         layout_hash: 7,
-        answer: Some(Answer::from(&estimate)),
+        answer: estimate.estimate(),
         findings: findings.into_iter().collect(),
     }
 }
@@ -309,8 +312,8 @@ fn pages_of_a_result() {
 fn a_heavy_body_without_sigmas_fits_the_page() {
     let mut heavy = summary();
     if let Some(answer) = &mut heavy.answer {
-        answer.properties = answer.properties.map(|value| value * -987.654);
-        answer.sigmas = None;
+        answer.body = RigidBody::from_theta(&(answer.theta() * -987.654));
+        answer.covariance = None;
         answer.consistency = None;
     }
     Rig { summary: Some(heavy.clone()), ..Rig::new() }.show("result-heavy", Screen::Result, 0);
@@ -361,5 +364,5 @@ fn questions_and_refusals() {
     Rig::at(Phase::Paused).show("sure-redo", Screen::Sure(Question::Redo), 0);
     let rig = Rig { summary: Some(summary()), ..Rig::new() };
     rig.show("sure-delete", Screen::Sure(Question::Delete), 0);
-    Rig::new().show("refused", Screen::Refused(Reason::StoreFull), 0);
+    Rig::new().show("refused", Screen::Refused(Refused::StoreFull), 0);
 }

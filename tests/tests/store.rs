@@ -2,10 +2,12 @@
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, RESULTS, Store};
+use massline_firmware::store::{
+    LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, RESULTS, Store, StoreError,
+};
 use massline_protocol::LayoutHash;
 use massline_protocol::crc32;
-use massline_protocol::message::{Measured, Reason};
+use massline_protocol::message::Measured;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
 use massline_virtual::flash::{
@@ -66,7 +68,7 @@ fn layout_calibration_and_results_survive_a_restart() {
         store.put_layout(&encoded(&layout("first"))).await.unwrap();
         store.put_layout(&encoded(&layout("second"))).await.unwrap();
         store.put_calibration(&encoded(&calibration)).await.unwrap();
-        store.put_result(&bytes_of(1), 77, Some(MASS)).await.unwrap();
+        store.put_result(&bytes_of(1)[..], 77, Some(MASS)).await.unwrap();
     });
     drop(store);
     let mut store = open(&flash);
@@ -84,14 +86,14 @@ fn a_full_store_says_so_and_has_room_again_after_a_deletion() {
     let flash = FlashBacking::default();
     let mut store = open(&flash);
     for number in 1..=RESULTS as u32 {
-        assert_eq!(block_on(store.put_result(&bytes_of(number), 0, None)), Ok(number));
+        assert_eq!(block_on(store.put_result(&bytes_of(number)[..], 0, None)), Ok(number));
     }
     assert!(block_on(store.is_full(1)));
-    assert_eq!(block_on(store.put_result(&[1], 0, None)), Err(Reason::StoreFull));
+    assert_eq!(block_on(store.put_result(&[1][..], 0, None)), Err(StoreError::Full));
     assert_eq!(block_on(store.delete_result(3)), Ok(()));
-    assert_eq!(block_on(store.delete_result(3)), Err(Reason::NotFound));
+    assert_eq!(block_on(store.delete_result(3)), Err(StoreError::NotFound));
     let next = RESULTS as u32 + 1;
-    assert_eq!(block_on(store.put_result(&bytes_of(next), 0, None)), Ok(next));
+    assert_eq!(block_on(store.put_result(&bytes_of(next)[..], 0, None)), Ok(next));
     let mut store = open(&flash);
     for number in (1..=next).filter(|&number| number != 3) {
         assert_eq!(read_whole(&mut store, number, 700), bytes_of(number));
@@ -103,7 +105,7 @@ fn a_number_is_never_given_twice() {
     let flash = FlashBacking::default();
     for round in 1..=40 {
         let mut store = open(&flash);
-        let number = block_on(store.put_result(&bytes_of(round), 0, None)).unwrap();
+        let number = block_on(store.put_result(&bytes_of(round)[..], 0, None)).unwrap();
         assert_eq!(number, round);
         block_on(store.delete_result(number)).unwrap();
     }
@@ -121,7 +123,7 @@ fn flash_that_holds_something_else_becomes_an_empty_store() {
     let mut store = open(&flash);
     assert!(store.results().is_empty());
     assert_eq!(block_on(store.layout()), None);
-    assert_eq!(block_on(store.put_result(&bytes_of(1), 0, None)), Ok(1));
+    assert_eq!(block_on(store.put_result(&bytes_of(1)[..], 0, None)), Ok(1));
     assert_eq!(read_whole(&mut open(&flash), 1, 1024), bytes_of(1));
 }
 
@@ -203,13 +205,13 @@ fn flash_that_does_not_answer_at_the_start_keeps_its_content_and_takes_no_writes
     let flash = FlashBacking::default();
     let mut store = open(&flash);
     block_on(store.put_layout(&encoded(&layout("kept")))).unwrap();
-    block_on(store.put_result(&bytes_of(1), 77, None)).unwrap();
+    block_on(store.put_result(&bytes_of(1)[..], 77, None)).unwrap();
     drop(store);
     let mut store = open_over(Failing { dead: true, ..Failing::over(&flash) });
     assert!(store.results().is_empty());
     assert_eq!(store.failures(), 1);
-    assert_eq!(block_on(store.put_result(&[1], 0, None)), Err(Reason::StoreFailed));
-    assert_eq!(block_on(store.put_layout(&encoded(&layout("lost")))), Err(Reason::StoreFailed));
+    assert_eq!(block_on(store.put_result(&[1][..], 0, None)), Err(StoreError::Failed));
+    assert_eq!(block_on(store.put_layout(&encoded(&layout("lost")))), Err(StoreError::Failed));
     drop(store);
     let mut store = open(&flash);
     assert_eq!(block_on(store.layout()), Some(layout("kept")));
@@ -220,7 +222,7 @@ fn flash_that_does_not_answer_at_the_start_keeps_its_content_and_takes_no_writes
 #[test]
 fn a_read_that_fails_once_is_done_again() {
     let flash = FlashBacking::default();
-    block_on(open(&flash).put_result(&bytes_of(1), 77, None)).unwrap();
+    block_on(open(&flash).put_result(&bytes_of(1)[..], 77, None)).unwrap();
     for read in 0..200 {
         let mut store = open_over(Failing { reads: Some(read), ..Failing::over(&flash) });
         assert_eq!(read_whole(&mut store, 1, 1024), bytes_of(1), "read {read}");
@@ -233,9 +235,9 @@ fn a_write_that_fails_is_done_again_and_shows_no_half_of_a_result() {
     let mut disturbed = 0;
     for (write, torn) in (0..30).flat_map(|write| [(write, 0), (write, 4), (write, 64)]) {
         let flash = FlashBacking::default();
-        block_on(open(&flash).put_result(&bytes_of(1), 0, None)).unwrap();
+        block_on(open(&flash).put_result(&bytes_of(1)[..], 0, None)).unwrap();
         let mut store = open_over(Failing { writes: Some(write), torn, ..Failing::over(&flash) });
-        let stored = block_on(store.put_result(&bytes_of(2), 0, None));
+        let stored = block_on(store.put_result(&bytes_of(2)[..], 0, None));
         assert_eq!(stored, Ok(2), "write {write}, {torn} bytes of it");
         disturbed += usize::from(store.failures() > 0);
         for store in [&mut store, &mut open_over(Failing::over(&flash))] {
@@ -252,17 +254,17 @@ fn a_write_that_fails_is_done_again_and_shows_no_half_of_a_result() {
 #[test]
 fn flash_that_takes_no_more_writes_leaves_the_list_of_results_as_it_was() {
     let flash = FlashBacking::default();
-    block_on(open(&flash).put_result(&bytes_of(1), 0, None)).unwrap();
+    block_on(open(&flash).put_result(&bytes_of(1)[..], 0, None)).unwrap();
     for write in 0..25 {
         let worn =
             |write| Failing { writes: Some(write), worn: usize::MAX, ..Failing::over(&flash) };
         let mut store = open_over(worn(write));
-        let stored = block_on(store.put_result(&bytes_of(2), 0, None));
-        assert_eq!(stored, Err(Reason::StoreFailed), "write {write}");
+        let stored = block_on(store.put_result(&bytes_of(2)[..], 0, None));
+        assert_eq!(stored, Err(StoreError::Failed), "write {write}");
         assert_eq!((store.results().len(), store.next_number()), (1, 2), "write {write}");
         let mut store = open_over(worn(0));
         let before = store.results().to_vec();
-        assert_eq!(block_on(store.delete_result(1)), Err(Reason::StoreFailed));
+        assert_eq!(block_on(store.delete_result(1)), Err(StoreError::Failed));
         assert_eq!(store.results(), before);
         assert_eq!(read_whole(&mut store, 1, 1024), bytes_of(1), "write {write}");
     }
@@ -283,7 +285,7 @@ fn a_store_of_another_format_is_passed_over() {
     const FORMAT: u32 = 4;
     for (format, kept) in [(FORMAT, 1), (FORMAT - 1, 0), (FORMAT + 1, 0)] {
         let flash = FlashBacking::default();
-        block_on(open(&flash).put_result(&bytes_of(1), 0, None)).unwrap();
+        block_on(open(&flash).put_result(&bytes_of(1)[..], 0, None)).unwrap();
         // The same page under another format.
         let mut raw = Flash::open(&flash).unwrap();
         let mut page = vec![0; PAGE_BYTES];
@@ -295,7 +297,7 @@ fn a_store_of_another_format_is_passed_over() {
         drop(raw);
         let mut store = open(&flash);
         assert_eq!((store.results().len(), store.failures()), (kept, 0), "format {format}");
-        let number = block_on(store.put_result(&bytes_of(2), 0, None)).unwrap();
+        let number = block_on(store.put_result(&bytes_of(2)[..], 0, None)).unwrap();
         assert_eq!(number, kept as u32 + 1);
         assert_eq!(read_whole(&mut open(&flash), number, 1024), bytes_of(2));
     }
@@ -314,7 +316,7 @@ fn of_the_layouts_the_one_used_longest_ago_gives_way() {
     let mut store = open(&flash);
     assert_eq!(block_on(store.layout()), Some(layout("a")));
     block_on(store.put_layout(&encoded(&layout("e")))).unwrap();
-    assert_eq!(block_on(store.use_layout(hash("b"))), Err(Reason::NotFound), "it gave way");
+    assert_eq!(block_on(store.use_layout(hash("b"))), Err(StoreError::NotFound), "it gave way");
     // One that is kept already is only taken into use.
     block_on(store.put_layout(&encoded(&layout("c")))).unwrap();
     for mut store in [store, open(&flash)] {
@@ -335,8 +337,8 @@ fn the_progress_of_a_campaign_is_kept_until_its_result() {
     let mut room = [0; MAX_DOF];
     assert!(!store.has_progress());
     for (place, index) in [4, 0, 2].into_iter().enumerate() {
-        block_on(store.put_dof(index, &[index; 300])).unwrap();
-        block_on(store.put_progress(&[place as u8; 70])).unwrap();
+        block_on(store.put_dof(index, &[index; 300][..])).unwrap();
+        block_on(store.put_progress(&[place as u8; 70][..])).unwrap();
     }
     let mut store = open(&flash);
     assert!(store.has_progress());
@@ -346,8 +348,8 @@ fn the_progress_of_a_campaign_is_kept_until_its_result() {
         assert_eq!(dof, Some(&[index; 300][..]), "in the order of their closing");
     }
     assert_eq!(block_on(store.dof(3, &mut room)), None);
-    block_on(store.put_result(&bytes_of(1), 0, None)).unwrap();
-    block_on(store.put_dof(1, &[9; 10])).unwrap();
+    block_on(store.put_result(&bytes_of(1)[..], 0, None)).unwrap();
+    block_on(store.put_dof(1, &[9; 10][..])).unwrap();
     let mut store = open(&flash);
     // A DOF of the next campaign, whose progress is not known yet.
     assert_eq!(block_on(store.progress(&mut room)), None);
@@ -379,10 +381,10 @@ fn fill<C: Chip>(dofs: usize) -> usize {
     let longest = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
     while !block_on(store.is_full(dofs)) {
         for dof in 0..dofs as u8 {
-            block_on(store.put_dof(dof, &[dof; MAX_DOF])).unwrap();
-            block_on(store.put_progress(&[dof; MAX_PROGRESS])).unwrap();
+            block_on(store.put_dof(dof, &[dof; MAX_DOF][..])).unwrap();
+            block_on(store.put_progress(&[dof; MAX_PROGRESS][..])).unwrap();
         }
-        block_on(store.put_result(&vec![7; longest], 0, None)).unwrap();
+        block_on(store.put_result(&vec![7; longest][..], 0, None)).unwrap();
     }
     let results = store.results().len();
     // A full store lets go, and takes the layout that is asked for.
@@ -410,10 +412,10 @@ fn a_campaign_that_may_begin_has_room_for_its_result() {
 fn the_longest_result_is_kept_and_a_longer_one_refused() {
     let mut store = open(&FlashBacking::default());
     let bytes: Vec<u8> = (0..MAX_RESULT).map(|i| i as u8).collect();
-    assert_eq!(block_on(store.put_result(&bytes, 0, None)), Ok(1));
+    assert_eq!(block_on(store.put_result(&bytes[..], 0, None)), Ok(1));
     assert_eq!(read_whole(&mut store, 1, 1024), bytes);
     let longer = vec![0; MAX_RESULT + 1];
-    assert_eq!(block_on(store.put_result(&longer, 0, None)), Err(Reason::StoreFull));
+    assert_eq!(block_on(store.put_result(&longer[..], 0, None)), Err(StoreError::Full));
 }
 
 fn raw_capacity(flash: &Flash) -> usize {
@@ -426,8 +428,8 @@ fn a_campaign_whose_end_the_flash_refused_does_not_mix_with_the_next() {
     for refused in 0..30 {
         let flash = FlashBacking::default();
         let mut store = open(&flash);
-        block_on(store.put_dof(0, &[7; 10])).unwrap();
-        block_on(store.put_progress(&[7; 10])).unwrap();
+        block_on(store.put_dof(0, &[7; 10][..])).unwrap();
+        block_on(store.put_progress(&[7; 10][..])).unwrap();
         drop(store);
         let flaky = Failing { writes: Some(0), worn: refused, ..Failing::over(&flash) };
         let mut store = open_over(flaky);
@@ -437,8 +439,8 @@ fn a_campaign_whose_end_the_flash_refused_does_not_mix_with_the_next() {
         assert!(!store.has_progress(), "the rig has ended it");
         // Nothing of another campaign is kept: it is found again.
         assert!(open(&flash).has_progress());
-        let kept = block_on(store.put_dof(3, &[8; 10])).is_ok()
-            && block_on(store.put_progress(&[8; 10])).is_ok();
+        let kept = block_on(store.put_dof(3, &[8; 10][..])).is_ok()
+            && block_on(store.put_progress(&[8; 10][..])).is_ok();
         if kept {
             recovered += 1;
             let (mut store, mut room) = (open(&flash), [0; MAX_DOF]);

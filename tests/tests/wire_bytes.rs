@@ -185,7 +185,7 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         command: CampaignCommand::Start as u8,
         confirm: true,
         force: false,
-        block_mass: None,
+        block_mass: Some(2.5),
     };
     let chunk_request = ChunkRequest { object: object(), offset: 1024, length: 512 };
     let chunk =
@@ -346,7 +346,8 @@ fn the_largest_answer_to_a_change_is_kept_for_a_repetition() {
 
 #[test]
 fn the_largest_result_of_every_number_of_dofs_fits_the_store() {
-    use massline_firmware::store::{MAX_DOF, MAX_RESULT};
+    use massline_firmware::store::{MAX_DOF, MAX_ESTIMATE, MAX_RESULT};
+    use massline_shared::identify::MASS_LINE_METHODS;
     for dofs in 0..=RIG_HITS {
         let mut largest = result(dofs);
         for dof in &mut largest.dofs {
@@ -359,8 +360,10 @@ fn the_largest_result_of_every_number_of_dofs_fits_the_store() {
         // A rig knows what it says itself.
         largest.diagnostics = diagnostics(16);
         largest.estimates[0].diagnostics = diagnostics(16);
-        let second = largest.estimates[0].clone();
-        largest.estimates.push(second).unwrap();
+        let answer = largest.estimates[0].clone();
+        let answers = core::iter::repeat_n(answer.clone(), MASS_LINE_METHODS);
+        largest.estimates = answers.collect();
+        assert!(postcard::to_stdvec(&answer).unwrap().len() <= MAX_ESTIMATE);
         let bytes = postcard::to_stdvec(&largest).unwrap();
         let room = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
         assert!(bytes.len() <= room, "{dofs} DOFs: {} of {room} bytes", bytes.len());

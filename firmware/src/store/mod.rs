@@ -23,6 +23,7 @@ use heapless::String;
 use massline_protocol::message::{Measured, Stats};
 use massline_protocol::{MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
+use massline_shared::identify::MASS_LINE_METHODS;
 use massline_shared::layout::{RIG_HITS, RigLayout};
 
 use contents::{Change, Contents};
@@ -36,10 +37,12 @@ use writing::checksum;
 pub const RESULTS: usize = 24;
 /// Layouts that the store holds.
 pub const LAYOUTS: usize = 4;
-/// The most bytes of one result.
-pub const MAX_RESULT: usize = 4688;
 /// The most bytes of one finished DOF, by itself and as a part of a result.
 pub const MAX_DOF: usize = 306;
+/// The most bytes of one answer in a result.
+pub const MAX_ESTIMATE: usize = 424;
+/// The most bytes of one result: what is said of it and of its campaign, its DOFs and its answers.
+pub const MAX_RESULT: usize = 184 + RIG_HITS * MAX_DOF + MASS_LINE_METHODS * MAX_ESTIMATE;
 /// The most bytes of the progress of a campaign.
 pub const MAX_PROGRESS: usize = 272;
 

@@ -6,8 +6,8 @@
 
 use core::fmt;
 
+use massline_shared::diagnosis::Setting;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use massline_shared::layout::Setting;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

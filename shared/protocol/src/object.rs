@@ -10,6 +10,8 @@ use massline_shared::identify::{
 };
 use massline_shared::layout::{Dof, FrfEstimator, RIG_HITS, RIG_SENSORS};
 use massline_shared::mass_line::Terms;
+use massline_shared::measurement::MeasuredDof;
+use massline_shared::responses::{ResponseSquare, Responses};
 use massline_shared::signal::RESPONSES;
 use nalgebra::SVector;
 
@@ -112,6 +114,32 @@ pub struct DofResult {
 }
 
 impl DofResult {
+    /// Of a measured DOF.
+    pub fn of(details: &MeasuredDof<f32>, (index, lines): &DofMassLines<f32, RIG_SENSORS>) -> Self {
+        let array =
+            |responses: &Responses<f32, RIG_SENSORS>| core::array::from_fn(|k| responses[k]);
+        let mut scatter = Vec::new();
+        if lines.scatter != ResponseSquare::zeros() {
+            scatter.extend(lower_triangle(&lines.scatter, RESPONSES));
+        }
+        Self {
+            dof: details.dof,
+            index: *index as u8,
+            hits: lines.hits as u8,
+            band_hz: details.band_hz,
+            accelerance: array(&lines.accelerance),
+            noise: array(&lines.noise),
+            scatter,
+            coherence: details.coherence,
+        }
+    }
+
+    /// The measured DOF; `None` when its numbers do not fit together.
+    pub fn measured(&self) -> Option<(MeasuredDof<f32>, DofMassLines<f32, RIG_SENSORS>)> {
+        let Self { dof, band_hz, coherence, .. } = *self;
+        Some((MeasuredDof { dof, band_hz, coherence }, self.mass_lines()?))
+    }
+
     /// Its mass lines in the domain, with the index of the hit in the layout; `None` when its numbers do not
     /// fit together.
     pub fn mass_lines(&self) -> Option<DofMassLines<f32, RIG_SENSORS>> {

@@ -1,8 +1,8 @@
 //! Numbers that stand for the growable enums of the domain on the wire: an older program passes a number on
 //! that it does not know.
 
+use massline_shared::diagnosis::Setting;
 use massline_shared::diagnosis::Severity;
-use massline_shared::layout::Setting;
 use massline_shared::measurement::campaign::Phase;
 
 /// An enum that travels as a number.

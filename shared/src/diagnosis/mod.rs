@@ -5,12 +5,14 @@
 
 #[macro_use]
 mod codes;
+mod setting;
 mod subject;
 mod table;
 mod value;
 
 use core::fmt;
 
+pub use setting::Setting;
 pub use subject::{Subject, SubjectKind};
 pub use table::Code;
 pub use value::ValueUnit;

@@ -1,6 +1,6 @@
 //! What a diagnostic is about.
 
-use crate::layout::Setting;
+use super::Setting;
 
 /// What a diagnostic is about. Indexes count from 0, in the order of the layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

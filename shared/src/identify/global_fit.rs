@@ -76,7 +76,7 @@ pub(super) struct Solver<R> {
 impl<R: Real> method::Solver<R> for Solver<R> {
     fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
         observed: &Observations<'_, R, S, H, L>,
-        settings: &method::Settings<R>,
+        settings: &super::Settings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
         if observed.spectral_lines.responses().is_none() {

@@ -37,9 +37,9 @@
 
 use heapless::Vec;
 
-use super::method::{Observable, Progress, Settings};
+use super::method::{Observable, Progress};
 use super::observations::{Observations, SpectralLines};
-use super::{Estimate, METHODS, Method, Running};
+use super::{Estimate, METHODS, Method, Running, Settings};
 use crate::Real;
 use crate::diagnosis::Diagnostics;
 
@@ -79,6 +79,19 @@ impl Method {
         Self::ALL.into_iter().find(|method| method.number() == number)
     }
 }
+
+/// How many methods answer from mass lines without being asked for by name: those of a rig.
+pub const MASS_LINE_METHODS: usize = {
+    let (mut count, mut place) = (0, 0);
+    while place < METHODS {
+        let entry = Method::ALL[place].entry();
+        if matches!(entry.observes, Observable::MassLines) && !entry.on_request {
+            count += 1;
+        }
+        place += 1;
+    }
+    count
+};
 
 /// Numbers of workspace that some methods ask for, with so many sensors and spectral lines.
 pub fn workspace(methods: &[Method], sensors: usize, lines: usize) -> usize {
@@ -120,6 +133,12 @@ impl<R> Identification<R> {
         self.settled = false;
         self.estimates.clear();
         self.refusals.clear();
+    }
+
+    /// Lets the methods start from an answer that is known already; it stays among the answers.
+    pub fn start_from(&mut self, estimate: Estimate<R>) {
+        // There is room for every method.
+        let _ = self.estimates.insert(0, estimate);
     }
 
     /// The answers, the best first.

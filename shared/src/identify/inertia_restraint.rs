@@ -150,7 +150,7 @@ pub(super) struct Solver<R>(Settings<R>);
 impl<R: Real> method::Solver<R> for Solver<R> {
     fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
         _observed: &Observations<'_, R, S, H, L>,
-        settings: &method::Settings<R>,
+        settings: &super::Settings<R>,
         _start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
         Ok(Self(settings.inertia_restraint))

@@ -4,8 +4,8 @@ use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics};
 
-use super::Estimate;
 use super::observations::{Observations, SpectralLines};
+use super::{Estimate, Settings};
 
 /// What a method observes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,19 +45,6 @@ pub enum Progress {
     Going,
     /// There is nothing left to be done.
     Done,
-}
-
-/// Choices that a caller may make; the defaults are those of a rig.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings<R> {
-    /// How the inertia restraint method sets up its equations.
-    pub inertia_restraint: super::inertia_restraint::Settings<R>,
-}
-
-impl<R: Real> Default for Settings<R> {
-    fn default() -> Self {
-        Self { inertia_restraint: super::inertia_restraint::Settings::weighted() }
-    }
 }
 
 /// A method that is being carried out, in steps between which other work can be done. A step of a method

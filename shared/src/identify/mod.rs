@@ -23,10 +23,10 @@ mod weighting;
 
 pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate};
-pub use identification::{Identification, Methods, identify, workspace};
+pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
 pub use mass_lines::{DofMassLines, MassLines, ScatterAccumulator, lower_triangle, symmetric};
 pub(crate) use mass_lines::{by_reference, check_mass_lines};
-pub use method::{Entry, Observable, Progress, Settings};
+pub use method::{Entry, Observable, Progress};
 pub use observations::{FrequencyResponses, NoSpectralLines, Observations, SpectralLines};
 pub use response_inverse::ResponseInverse;
 pub use rigidity::{NOT_RIGID, rigid_residuals};
@@ -43,4 +43,17 @@ method::methods! {
     InertiaRestraint = 1 in inertia_restraint;
     /// Body and suspension fitted to all spectral lines.
     GlobalFit = 3 in global_fit;
+}
+
+/// Choices that a caller may make; the defaults are those of a rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<R> {
+    /// How the inertia restraint method sets up its equations.
+    pub inertia_restraint: inertia_restraint::Settings<R>,
+}
+
+impl<R: Real> Default for Settings<R> {
+    fn default() -> Self {
+        Self { inertia_restraint: inertia_restraint::Settings::weighted() }
+    }
 }

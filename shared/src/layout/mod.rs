@@ -20,7 +20,7 @@ pub use check::{
 pub use dof::{Axis, Dof, DofError, Sign};
 pub use kinematics::sensor_shift;
 pub use policy::{HitPolicy, Verdict};
-pub use settings::{FrfEstimator, Setting, check_settings};
+pub use settings::{FrfEstimator, check_settings};
 pub use uncertainty::{
     Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, PROPERTIES, Prior,
     SensorUncertainty,

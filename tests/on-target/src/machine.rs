@@ -36,7 +36,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 }
 
 /// What a piece of work took.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Measured {
     /// Instructions executed.
     pub instructions: u32,

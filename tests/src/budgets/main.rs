@@ -47,18 +47,14 @@ fn main() -> anyhow::Result<ExitCode> {
 }
 
 fn image_lines(board: &str, budget: &ImageBudget, image: Image, high_water: u64) -> Vec<Line> {
-    let mut lines = vec![
+    vec![
         Line::new(&format!("{board}: flash, bytes"), budget.flash_bytes, image.flash),
         Line::new(
-            &format!("{board}: static RAM, bytes"),
-            budget.static_ram_bytes,
-            image.static_ram,
+            &format!("{board}: RAM, bytes, of which static {}", image.static_ram),
+            budget.ram_bytes,
+            all_ram(image, high_water),
         ),
-    ];
-    if let Some(ram) = budget.ram_bytes {
-        lines.push(Line::new(&format!("{board}: RAM, bytes"), ram, all_ram(image, high_water)));
-    }
-    lines
+    ]
 }
 
 /// Statics, the stack of the emulated board and a quarter more, 2 KiB for the interrupts of a chip.
@@ -81,9 +77,8 @@ struct ImageBudget {
     /// What it is built for, where that is not what the emulated board is built for.
     target: Option<String>,
     flash_bytes: u64,
-    static_ram_bytes: u64,
-    /// With stack and interrupts; for boards of a chip with so little that it matters.
-    ram_bytes: Option<u64>,
+    /// With stack and interrupts.
+    ram_bytes: u64,
 }
 
 #[derive(Debug, Deserialize)]

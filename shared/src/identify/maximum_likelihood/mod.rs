@@ -80,7 +80,7 @@ pub(super) type Solver<R> = Fit<R>;
 impl<R: Real> method::Solver<R> for Fit<R> {
     fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
         observed: &Observations<'_, R, S, H, L>,
-        _settings: &method::Settings<R>,
+        _settings: &super::Settings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
         let start = start.map_or(Start::InertiaRestraint, Start::At);

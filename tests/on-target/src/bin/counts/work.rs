@@ -1,31 +1,25 @@
 //! The work that is measured: the first test of the three-bar frame of the theory, section 11.
 
 use core::fmt;
-use massline_shared::signal::StaticReading;
 
 use cortex_m_rt::entry;
 use massline_on_target::{Measured, end, measure, print};
 use massline_protocol::crc32_of_chunks;
-use massline_shared::Responses;
 use massline_shared::body::RigidBody;
-use massline_shared::identify::inertia_restraint::{self, Settings};
-use massline_shared::identify::maximum_likelihood::{CONTRADICTION, Fit, Start};
+use massline_shared::identify::maximum_likelihood::{self, CONTRADICTION, Fit, Start};
 use massline_shared::identify::{
-    Applicability, DofMassLines, Estimate, MassLines, Method, Methods, Progress, ScatterAccumulator,
+    DofMassLines, Estimate, Identification, MassLines, Method, Observations, Progress,
+    ScatterAccumulator, Settings,
 };
-use massline_shared::layout::{
-    Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign, TestSettings,
-};
-use massline_shared::mass_line::BasisRow;
-use massline_shared::measurement::averaging::{
-    DofSpectra, HitInHand, HitMemory, ProcessingSettings, band_of, fit_responses,
-};
+use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
+use massline_shared::measurement::campaign::{self, Step};
+use massline_shared::measurement::{Measurement, Memory, Wish};
+use massline_shared::responses::Responses;
 use massline_shared::signal::{
-    AdcProperties, CHANNELS, Calibration, FftError, HitReport, PRE_TRIGGER_SCANS, RECORD_SCANS,
-    RESPONSES, Record, SPECTRUM_LINES, grade,
+    AdcProperties, CHANNELS, Calibration, RECORD_SCANS, Record, Scan, StaticReading,
 };
-use massline_shared::units::{Hertz, Seconds, Volts};
-use nalgebra::{Complex, ComplexField, SMatrix, SVector};
+use massline_shared::units::{Hertz, ScanIndex, Seconds, Volts};
+use nalgebra::{ComplexField, SVector};
 
 const ADC: AdcProperties = AdcProperties {
     rate: Hertz(4000.0),
@@ -34,92 +28,95 @@ const ADC: AdcProperties = AdcProperties {
     reference: Volts(3.0),
     channel_delay: Seconds(10e-6),
 };
-/// What the nine responses read.
-type Readings = Responses<f32, RIG_SENSORS>;
 
-const ZERO: Complex<f32> = Complex { re: 0.0, im: 0.0 };
-
-/// What the firmware keeps in statics; it is not part of the stack that is measured.
-struct Memory {
-    record: Record,
-    spectra: DofSpectra<f32>,
-    scratch: [f32; RECORD_SCANS],
-    force: [Complex<f32>; SPECTRUM_LINES],
-    basis: [BasisRow<f32>; SPECTRUM_LINES],
-}
+/// Mass lines of a rig's responses.
+type Dofs = [DofMassLines<f32, RIG_SENSORS>];
 
 #[entry]
 fn main() -> ! {
-    let mut memory = Memory {
-        record: Record::new(),
-        spectra: DofSpectra::<f32>::new(),
-        scratch: [0.0; RECORD_SCANS],
-        force: [ZERO; SPECTRUM_LINES],
-        basis: [BasisRow::default(); SPECTRUM_LINES],
-    };
+    // What the firmware keeps in statics; it is not part of the stack that is measured.
+    let mut memory = Memory::<f32>::new();
+    measure_a_dof(&mut memory);
+    let mut workspace = [0.0; maximum_likelihood::RIG_WORKSPACE];
     let layout = layout(3);
-    let body = body();
-
-    let methods: Methods = Method::of_mass_lines().collect();
-    let check = || Applicability::new(&self::layout(RIG_HITS), &body, &methods);
-    say("layout_check", measure(|| assert!(check().diagnostics.is_empty())));
-
-    let truth = accelerance(&layout, &body, 0);
-    record_a_hit(&mut memory.record, &truth);
-    let test = TestSettings::<f32>::default();
-    let mut report = HitReport::default();
-    let measured = measure(|| {
-        report = grade(&memory.record, &ADC, &Calibration::default(), &test, None);
-    });
-    say("hit_grading", measured);
-    assert!(report.findings.is_empty());
-    say("record_checksum", measure(|| assert_ne!(checksum(&memory.record), 0)));
-    let reading = measure(|| assert_eq!(StaticReading::of(&memory.record).scans, 2048));
-    say("static_reading", reading);
-    let mut single = None;
-    let measured = measure(|| single = Some(analyse(&mut memory, |step| step())));
-    say("hit_analysis", measured);
-    // Once more, step by step: between two of them the rig looks after everything else.
-    let mut longest = measure(|| ());
-    let again = analyse(&mut memory, |step| {
-        let measured = measure(step);
-        longest.instructions = longest.instructions.max(measured.instructions);
-        longest.stack = longest.stack.max(measured.stack);
-    });
-    assert!(again.is_ok());
-    say("hit_step", longest);
-    let closed = measure(|| assert!(close_dof(&mut memory)));
-    say("dof_closing", closed);
-    let Some(Ok(Some(single))) = single else { panic!("the hit was not analysed") };
-    // 12 bits of 16 g over a peak of a few m/s².
-    close("mass line", &single, &truth, 0.02);
-
-    let dofs = [0, 1, 2].map(|dof| (dof, mass_lines(&accelerance(&layout, &body, dof))));
-    let mut estimate = None;
-    let measured = measure(|| {
-        estimate = Some(inertia_restraint::solve(&layout, &dofs, Settings::weighted()));
-    });
-    say("irm_solve", measured);
-    let Some(Ok(estimate)) = estimate else { panic!("the ten properties were not found") };
-    judge(&estimate, &body);
+    let dofs = mass_lines_of(&layout, 3);
+    let fitted = identify(&mut workspace, &layout, &dofs, Method::InertiaRestraint, None);
+    say("irm_solve", fitted.whole);
+    judge(&fitted.estimate, &body());
     for hits in [5, 9, RIG_HITS] {
-        let fitted = fit(&mut memory.scratch, hits, &displaced(hits), Start::InertiaRestraint);
-        judge_fit(&fitted.estimate, &body);
+        let fitted = fit(&mut workspace, hits, &displaced(hits));
+        judge_fit(&fitted.estimate, &body());
         say(format_args!("ml_solve_{hits}"), fitted.whole);
         say(format_args!("ml_step_{hits}"), fitted.longest);
     }
     // Where the inertia restraint method has no answer.
-    let fitted = fit(&mut memory.scratch, 5, &displaced(5), Start::Crude);
-    judge_fit(&fitted.estimate, &body);
+    let fitted = fit_crudely(&mut workspace, &displaced(5));
+    judge_fit(&fitted.estimate, &body());
     say("ml_crude_5", fitted.whole);
     // A hit at the wrong place, ten times what a hand misses by: data that contradict the budget.
     let mut astray = displaced(5);
     astray.hits[2].position[1] += 0.04;
-    let fitted = fit(&mut memory.scratch, 5, &astray, Start::InertiaRestraint);
+    let fitted = fit(&mut workspace, 5, &astray);
     let surprise = fitted.estimate.consistency.map(|c| c.surprise());
     assert!(surprise.is_some_and(|s| s > CONTRADICTION as f32), "{surprise:?}");
     say("ml_astray_5", fitted.whole);
     end(true)
+}
+
+/// One DOF with one hit, by the measurement that the firmware drives.
+fn measure_a_dof(memory: &mut Memory<f32>) {
+    let mut rig = Measurement::new(ADC, memory);
+    let check = || assert!(rig.check(&layout(RIG_HITS)).is_empty());
+    say("layout_check", measure(check));
+    let mut layout = layout(3);
+    layout.test.hits_per_dof = 1;
+    let truth = accelerance(&layout, &body(), 0);
+    rig.set_layout(layout);
+    assert!(rig.start(campaign::Start::USUAL, false, true).is_ok());
+    rig.sampling_started();
+    for (index, scan) in (0..).zip(hit(&truth)) {
+        rig.feed(ScanIndex(index), &[scan]);
+    }
+    assert_eq!(rig.wish(), Wish::Work, "the record is whole");
+    say("hit_grading", measure(|| rig.work()));
+    assert!(rig.last_hit().is_some_and(|hit| hit.findings.is_empty()), "{:?}", rig.last_hit());
+    say("record_checksum", measure(|| assert_ne!(checksum(rig.record()), 0)));
+    let reading = measure(|| assert_eq!(StaticReading::of(rig.record()).scans, 2048));
+    say("static_reading", reading);
+    // Between two steps the rig looks after everything else.
+    let mut analysis = Costs::default();
+    while matches!(rig.campaign().map(|c| c.step()), Some(Step::Analyse { .. })) {
+        analysis.add(measure(|| rig.work()));
+    }
+    say("hit_analysis", analysis.whole());
+    say("hit_step", analysis.longest);
+    say("dof_closing", measure(|| rig.work()));
+    let result = rig.result();
+    let [(0, lines)] = result.mass_lines else { panic!("the DOF has no mass lines") };
+    // 12 bits of 16 g over a peak of a few m/s².
+    let error = (lines.accelerance - truth).amax();
+    assert!(error <= 0.02 * truth.amax(), "{} instead of {truth}", lines.accelerance);
+}
+
+/// What a piece of work in steps cost.
+#[derive(Default)]
+struct Costs {
+    instructions: u32,
+    /// The longest step, and the largest stack of any.
+    longest: Measured,
+}
+
+impl Costs {
+    fn add(&mut self, part: Measured) {
+        self.instructions += part.instructions;
+        self.longest.instructions = self.longest.instructions.max(part.instructions);
+        self.longest.stack = self.longest.stack.max(part.stack);
+    }
+
+    /// All instructions, largest stack.
+    fn whole(&self) -> Measured {
+        Measured { instructions: self.instructions, ..self.longest }
+    }
 }
 
 /// A fit and what it cost.
@@ -143,40 +140,63 @@ fn displaced(hits: usize) -> RigLayout {
     layout
 }
 
-/// Maximum likelihood with so many hit DOFs on what is measured with the layout `is`.
-fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout, start: Start<'_, f32>) -> Fitted {
-    let layout = layout(hits);
-    let body = body();
-    let all: [DofMassLines<f32, RIG_SENSORS>; RIG_HITS] = core::array::from_fn(|dof| {
-        (dof, mass_lines(&accelerance(is, &body, dof.min(hits - 1))))
-    });
-    let dofs = &all[..hits];
-    // As on the rig, the answer of the inertia restraint method is there before the fit begins.
-    let restraint = match start {
-        Start::InertiaRestraint => {
-            inertia_restraint::solve(&layout, dofs, Settings::weighted()).ok()
-        }
-        _ => None,
-    };
-    let start = restraint.as_ref().map_or(start, |estimate| Start::At(&estimate.body));
+/// Maximum likelihood with so many hit DOFs on what is measured with the layout `is`, from the answer of the
+/// inertia restraint method, as on the rig.
+fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout) -> Fitted {
+    let (layout, dofs) = (layout(hits), mass_lines_of(is, hits));
+    let start = identify(workspace, &layout, &dofs, Method::InertiaRestraint, None).estimate;
+    identify(workspace, &layout, &dofs, Method::MaximumLikelihood, Some(&start))
+}
+
+/// A method through the door, from the answer of another one where there is one.
+fn identify(
+    workspace: &mut [f32],
+    layout: &RigLayout,
+    dofs: &Dofs,
+    method: Method,
+    start: Option<&Estimate<f32>>,
+) -> Fitted {
+    let observed = Observations::of_mass_lines(layout, dofs);
+    let mut identification = Identification::idle();
+    identification.begin([method]);
+    if let Some(start) = start {
+        identification.start_from(start.clone());
+    }
+    let (mut costs, mut progress) = (Costs::default(), Progress::Going);
+    while progress == Progress::Going {
+        let step = || progress = identification.step(&observed, &Settings::default(), workspace);
+        costs.add(measure(step));
+    }
+    let found = identification.estimates().iter().find(|estimate| estimate.method == method);
+    let Some(estimate) = found else { panic!("no answer: {:?}", identification.refusals()) };
+    Fitted { estimate: estimate.clone(), whole: costs.whole(), longest: costs.longest }
+}
+
+/// Maximum likelihood with five hit DOFs from its own crude start.
+fn fit_crudely(workspace: &mut [f32], is: &RigLayout) -> Fitted {
+    let (layout, dofs) = (layout(5), mass_lines_of(is, 5));
+    let mut costs = Costs::default();
     let mut fit = None;
-    let started = measure(|| fit = Some(Fit::start(&layout, dofs, start)));
+    costs.add(measure(|| fit = Some(Fit::start(&layout, &dofs, Start::Crude))));
     let Some(Ok(mut fit)) = fit else { panic!("the fit did not start") };
-    let (mut instructions, mut longest) = (started.instructions, started);
-    let mut add = |part: Measured| {
-        instructions += part.instructions;
-        longest.instructions = longest.instructions.max(part.instructions);
-        longest.stack = longest.stack.max(part.stack);
-    };
     let mut progress = Ok(Progress::Going);
     while progress == Ok(Progress::Going) {
-        add(measure(|| progress = fit.step(&layout, dofs, workspace)));
+        costs.add(measure(|| progress = fit.step(&layout, &dofs, workspace)));
     }
     assert!(progress.is_ok(), "the fit did not settle: {progress:?}");
-    let mut estimate = None;
-    add(measure(|| estimate = Some(fit.answer(&layout, dofs, workspace))));
+    let (mut estimate, mut fit) = (None, Some(fit));
+    costs.add(measure(|| estimate = fit.take().map(|fit| fit.answer(&layout, &dofs, workspace))));
     let Some(Ok(estimate)) = estimate else { panic!("the fit has no answer") };
-    Fitted { estimate, whole: Measured { instructions, ..longest }, longest }
+    Fitted { estimate, whole: costs.whole(), longest: costs.longest }
+}
+
+/// What is measured with the layout `is` on its first hit DOFs.
+fn mass_lines_of(
+    is: &RigLayout,
+    hits: usize,
+) -> heapless::Vec<DofMassLines<f32, RIG_SENSORS>, RIG_HITS> {
+    let body = body();
+    (0..hits).map(|dof| (dof, mass_lines(&accelerance(is, &body, dof)))).collect()
 }
 
 /// The displacements are within the budget, so the answer lies within three of its deviations.
@@ -184,44 +204,6 @@ fn judge_fit(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
     let within = estimate.sigma().map(|sigma| sigma * 3.0);
     let error = (estimate.theta() - body.theta()).abs();
     assert!(within.is_some_and(|within| error <= within), "the fit is {error} off");
-}
-
-/// As the firmware does with a hit; `run` runs each of its steps.
-fn analyse(
-    memory: &mut Memory,
-    mut run: impl FnMut(&mut dyn FnMut()),
-) -> Result<Option<Readings>, FftError> {
-    let Memory { record, spectra, scratch, force, basis } = memory;
-    let (calibration, test) = (Calibration::default(), TestSettings::<f32>::default());
-    let settings = ProcessingSettings { adc: &ADC, calibration: &calibration, test: &test };
-    let mut hit = None;
-    run(&mut || {
-        let memory = HitMemory { scratch, force, basis };
-        hit = Some(HitInHand::begin(settings, record, memory, spectra));
-    });
-    let Some(hit) = hit else { panic!("the step was not run") };
-    let mut hit = hit?;
-    for response in 0..RESPONSES {
-        let mut done = Ok(());
-        run(&mut || {
-            let memory = HitMemory { scratch, force, basis };
-            done = hit.add_response(response, record, memory, spectra);
-        });
-        done?;
-    }
-    let mut own = None;
-    run(&mut || own = hit.mass_lines(&calibration));
-    Ok(own)
-}
-
-/// As the firmware closes a DOF; true when it has mass lines.
-fn close_dof(memory: &mut Memory) -> bool {
-    let Memory { spectra, scratch, basis, .. } = memory;
-    let (calibration, test) = (Calibration::default(), TestSettings::<f32>::default());
-    let settings = ProcessingSettings { adc: &ADC, calibration: &calibration, test: &test };
-    let band = band_of(settings, spectra, &mut scratch[..SPECTRUM_LINES]);
-    let band = band.unwrap_or(TestSettings::<f32>::usual_band());
-    fit_responses(settings, spectra, band, basis).is_ok()
 }
 
 /// What the rig tells a host that asks for the record.
@@ -237,29 +219,31 @@ fn checksum(record: &Record) -> u32 {
     }
 }
 
-/// A tap of 5 ms and 20 N on a body that nothing holds; every channel is read after the one before.
-fn record_a_hit(record: &mut Record, accelerance: &Readings) {
+/// Scans with a tap of 5 ms and 20 N on a body that nothing holds; every channel is read after the one before.
+fn hit(accelerance: &Responses<f32, RIG_SENSORS>) -> impl Iterator<Item = Scan> {
     const TAP: f32 = 20.0;
+    /// Long enough for the trigger to know what rest is.
+    const QUIET: usize = 200;
     let calibration = Calibration::default();
-    for n in 0..RECORD_SCANS {
-        record.push(&core::array::from_fn(|channel| {
+    (0..QUIET + RECORD_SCANS).map(move |n| {
+        core::array::from_fn(|channel| {
             let delay = channel as f32 * ADC.channel_delay.0 * ADC.rate.0;
-            let phase = (n as f32 + delay - PRE_TRIGGER_SCANS as f32) / TAP;
+            let phase = (n as f32 + delay - QUIET as f32) / TAP;
             let touching = (0.0..1.0).contains(&phase);
             let force = if touching { 20.0 * (core::f32::consts::PI * phase).sin() } else { 0.0 };
             let value = channel.checked_sub(1).map_or(force, |k| force * accelerance[k]);
             let code = value / calibration.per_code(&ADC, channel);
             let zero = calibration.channels[channel].zero.0 / ADC.volts_per_code();
             (code + zero + 0.5) as u16
-        }));
-    }
+        })
+    })
 }
 
 /// Three hits with a scatter of about a percent, so that there is a covariance to compute.
-fn mass_lines(truth: &Readings) -> MassLines<f32, RIG_SENSORS> {
+fn mass_lines(truth: &Responses<f32, RIG_SENSORS>) -> MassLines<f32, RIG_SENSORS> {
     let mut hits = ScatterAccumulator::new();
     for hit in 0..3 {
-        hits.add(&Readings::from_fn(|axis, sensor| {
+        hits.add(&Responses::from_fn(|axis, sensor| {
             let response = 3 * sensor + axis;
             truth[response] + 0.005 * ((hit * 5 + response * 3) % 7) as f32 - 0.015
         }));
@@ -269,7 +253,11 @@ fn mass_lines(truth: &Readings) -> MassLines<f32, RIG_SENSORS> {
     lines
 }
 
-fn accelerance(layout: &RigLayout, body: &RigidBody<f32>, dof: usize) -> Readings {
+fn accelerance(
+    layout: &RigLayout,
+    body: &RigidBody<f32>,
+    dof: usize,
+) -> Responses<f32, RIG_SENSORS> {
     layout.accelerance(body, dof).expect("the body has inertia and the layout this hit")
 }
 
@@ -318,12 +306,7 @@ fn judge(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
     assert!(estimate.covariance.is_some(), "the scatter of three hits gives a covariance");
 }
 
-fn close<const M: usize, const N: usize>(
-    what: &str,
-    got: &SMatrix<f32, M, N>,
-    truth: &SMatrix<f32, M, N>,
-    part: f32,
-) {
+fn close<const N: usize>(what: &str, got: &SVector<f32, N>, truth: &SVector<f32, N>, part: f32) {
     let error = (got - truth).amax();
     assert!(error <= part * truth.amax(), "{what}: {got} instead of {truth}");
 }
