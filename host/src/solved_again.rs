@@ -74,6 +74,12 @@ impl<'a> SolvedAgain<'a> {
         Self { examination, ..Self::new(result, &meant.layout, selection) }
     }
 
+    /// The same without what the fit found out about sensors and hits, for a bench whose truth is known.
+    pub fn without_details(mut self) -> Self {
+        self.identification.details = None;
+        self
+    }
+
     /// Puts what was found into the object of the rig's result.
     pub fn add_to(&self, value: &mut Value) {
         let Self { identification, layout, .. } = self;

@@ -180,4 +180,12 @@ fn a_replay_of_recorded_hits_gives_what_the_rig_itself_had() {
     assert_eq!(replay.status.code(), Some(0), "{}", String::from_utf8_lossy(&replay.stderr));
     let replayed: Value = serde_json::from_slice(&replay.stdout).unwrap();
     assert_eq!(replayed["results"], own["results"]);
+    // What is solved again here is another answer: in double precision, a little beside the rig's.
+    let method = |results: &Value| results[0]["method"].clone();
+    assert_eq!(method(&own["host"]["results"]), method(&own["results"]));
+    let mass = |results: &Value| results[0]["mass_kg"]["value"].as_f64().unwrap();
+    let (rig, host) = (mass(&own["results"]), mass(&own["host"]["results"]));
+    assert!(rig != host && (rig - host).abs() < 1e-4, "{rig} {host}");
+    assert_eq!(own["details"], own["host"]["details"]);
+    assert_eq!(own["single_faults"], own["host"]["mistakes"]);
 }

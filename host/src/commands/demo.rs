@@ -72,7 +72,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             length: layout.characteristic_length(),
             result,
         };
-        let again = SolvedAgain::new(&comparison.result, &layout, Selection::All);
+        let again = SolvedAgain::new(&comparison.result, &layout, Selection::All).without_details();
         if output.json() {
             let mut test = comparison.to_json()?;
             again.add_to(&mut test);

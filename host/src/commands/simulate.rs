@@ -104,7 +104,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let mut value = comparison.to_json()?;
     value["tape"] = json!(args.tape);
     let meant = Meant::of_file(&file);
-    let again = SolvedAgain::examined(&comparison.result, &meant, Selection::All);
+    let again = SolvedAgain::examined(&comparison.result, &meant, Selection::All).without_details();
     again.add_to(&mut value);
     let (symbol, worst) = comparison.worst()?;
     let table = comparison.table()?;
