@@ -22,7 +22,6 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::Real;
 use crate::layout::{Axis, Sign};
-use crate::signal::{AdcProperties, StaticReading};
 
 pub use readings::{RestReading, SensorProblem, Tumble, TumbleTest};
 
@@ -106,19 +105,6 @@ pub struct TumbleReading<R> {
 
 /// Corner of the low-pass before the converter, Hz: consecutive scans are not independent.
 const CORNER_HZ: f64 = 497.36;
-
-impl<R: Real> TumbleReading<R> {
-    /// What sensor `sensor` (0-based) has read in a position; a sensor that there is no channel for reads
-    /// NaN.
-    pub fn of(
-        position: Position,
-        reading: &StaticReading,
-        sensor: usize,
-        adc: &AdcProperties,
-    ) -> Self {
-        RestReading::of(reading, adc).sensor(sensor, position)
-    }
-}
 
 /// Standard deviation of the mean of `scans` codes at `rate` in Hz that deviate by `deviation`.
 ///
