@@ -15,6 +15,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod apart;
 pub mod board;
 mod checkpoint;
 mod deadline;
@@ -30,6 +31,7 @@ mod session;
 pub mod store;
 
 use core::convert::Infallible;
+use core::pin::pin;
 
 use embassy_futures::join::join3;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -37,6 +39,7 @@ use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_shared::measurement;
 
+use crate::apart::apart;
 use crate::board::{Board, Link, Panel, Sampler};
 use crate::checkpoint::{Checkpoint, Room};
 use crate::measure::Measuring;
@@ -85,14 +88,20 @@ where
     let Memory { measurement, room, session: session_memory, panel: panel_memory } = memory;
     let rig = Rig::new(info, sampler.adc(), L::STREAMS, measurement);
     let store = Mutex::<NoopRawMutex, _>::new(Store::new(flash));
-    let checkpoint = recall(&rig, &store, room).await;
+    let checkpoint = apart(pin!(recall(&rig, &store, room))).await;
     let (rx, tx) = link.split();
     let objects = Objects { rig: &rig, store: &store };
     let session = Session { rig: &rig, store: &store, objects };
     let measuring = Measuring { sampler, rig: &rig, store: &store, checkpoint, room };
     let task = PanelTask { rig: &rig, store: &store, memory: panel_memory };
     let panel = panel::task::run(panel, task);
-    join3(measuring.run(), session.run(rx, tx, session_memory), panel).await.0
+    join3(
+        apart(pin!(measuring.run())),
+        apart(pin!(session.run(rx, tx, session_memory))),
+        apart(pin!(panel)),
+    )
+    .await
+    .0
 }
 
 /// Takes up what the store has kept over a restart.

@@ -77,8 +77,9 @@ impl Block {
             Ok(sensor_ratios(hits, k, &axes, block)?)
         });
         let sensors = sensors.collect::<Result<Vec<_>>>()?;
+        let lines = hits.iter().map(|hit| &hit.lines);
         let known = record.method().knows_sensors();
-        let hammer = known.then(|| force_ratio(hits, count, block)).transpose()?;
+        let hammer = known.then(|| force_ratio(lines, count, block)).transpose()?;
         Ok(Self { sensors, hammer, corners })
     }
 

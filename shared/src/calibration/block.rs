@@ -117,7 +117,10 @@ pub fn sensor_ratios<R: Real, const S: usize>(
     axes: &[[R; 3]; 3],
     block: BlockMass<R>,
 ) -> Result<SensorRatio<R>, BlockError> {
-    check(hits, block)?;
+    if !hits.iter().flat_map(|hit| &hit.direction).all(|v| v.finite()) {
+        return Err(BlockError::NotFinite);
+    }
+    check(hits.iter().map(|hit| &hit.lines), block)?;
     let axes = Matrix3::from_fn(|row, column| axes[row][column]);
     // X U = m A in least squares over the hits, U the pushes in sensor axes: X = m A Uᵀ (U Uᵀ)⁻¹.
     let mut normal = Matrix3::zeros();
@@ -160,19 +163,19 @@ const DEAD: f64 = 0.05;
 /// that directions which scatter do not shorten it.
 ///
 /// # Errors
-/// See [`BlockError`]; any direction will do.
-pub fn force_ratio<R: Real, const S: usize>(
-    hits: &[BlockHit<R, S>],
+/// See [`BlockError`]; any direction will do, so the hits come without theirs.
+pub fn force_ratio<'a, R: Real, const S: usize>(
+    hits: impl Iterator<Item = &'a MassLines<R, S>> + Clone,
     sensors: usize,
     block: BlockMass<R>,
 ) -> Result<ForceRatio<R>, BlockError> {
-    check(hits, block)?;
-    if hits.is_empty() || sensors == 0 || sensors > S {
+    check(hits.clone(), block)?;
+    if hits.clone().next().is_none() || sensors == 0 || sensors > S {
         return Err(BlockError::DirectionsMissing);
     }
     let floor = R::of(FLOOR * FLOOR);
     let (mut weights, mut sum) = (R::zero(), R::zero());
-    for hit in hits {
+    for hit in hits.clone() {
         let (ratio, variance) = mean_ratio(hit, sensors, block.mass)?;
         let weight = R::one() / (variance + floor);
         weights += weight;
@@ -201,11 +204,11 @@ const FLOOR: f64 = 1e-3;
 /// Mass times the mean over the sensors of the length of the accelerance of one direction, and the
 /// variance of that.
 fn mean_ratio<R: Real, const S: usize>(
-    hit: &BlockHit<R, S>,
+    lines: &MassLines<R, S>,
     sensors: usize,
     mass: R,
 ) -> Result<(R, R), BlockError> {
-    let MassLines { accelerance, scatter, hits, .. } = &hit.lines;
+    let MassLines { accelerance, scatter, hits, .. } = lines;
     let count = R::of(f64::from(*hits));
     let share = R::one() / R::of(sensors as f64);
     let mut along = Responses::<R, S>::zeros();
@@ -231,19 +234,18 @@ fn mean_ratio<R: Real, const S: usize>(
     Ok((sum * mass, variance.max(R::zero()) * mass * mass))
 }
 
-fn check<R: Real, const S: usize>(
-    hits: &[BlockHit<R, S>],
+fn check<'a, R: Real, const S: usize>(
+    mut hits: impl Iterator<Item = &'a MassLines<R, S>> + Clone,
     block: BlockMass<R>,
 ) -> Result<(), BlockError> {
     let sound = block.mass.finite() && block.mass > R::zero() && block.sigma.finite();
-    let finite = |hit: &BlockHit<R, S>| {
-        let numbers = hit.direction.iter().chain(hit.lines.accelerance.iter());
-        numbers.chain(hit.lines.scatter.as_slice()).all(|v| v.finite())
+    let finite = |lines: &MassLines<R, S>| {
+        lines.accelerance.iter().chain(lines.scatter.as_slice()).all(|v| v.finite())
     };
-    if !sound || !hits.iter().all(finite) {
+    if !sound || !hits.clone().all(finite) {
         return Err(BlockError::NotFinite);
     }
-    if hits.iter().any(|hit| hit.lines.hits < 2) {
+    if hits.any(|lines| lines.hits < 2) {
         return Err(BlockError::TooFewHits);
     }
     Ok(())

@@ -176,12 +176,12 @@ impl<R: Real> Identification<R> {
                 }
             }
             Some(method) if self.settled => {
-                let running = core::mem::replace(&mut self.running, Running::No);
-                match running.finish(observed, workspace) {
+                match self.running.finish(observed, workspace) {
                     // There is room for every method, and better ones come later.
                     Ok(estimate) => drop(self.estimates.insert(0, estimate)),
                     Err(reasons) => self.refuse(method, reasons),
                 }
+                self.running = Running::No;
             }
             Some(method) => match self.running.step(observed, workspace) {
                 Ok(progress) => self.settled = progress == Progress::Done,

@@ -165,7 +165,7 @@ impl<R: Real> method::Solver<R> for Solver<R> {
     }
 
     fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
-        self,
+        &mut self,
         observed: &Observations<'_, R, S, H, L>,
         _workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {

@@ -67,7 +67,7 @@ pub(super) trait Solver<R: Real>: Sized {
 
     /// The answer, once no step is needed any more.
     fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
-        self,
+        &mut self,
         observed: &Observations<'_, R, S, H, L>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics>;
@@ -146,7 +146,7 @@ macro_rules! methods {
             }
 
             fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
-                self,
+                &mut self,
                 observed: &Observations<'_, R, S, H, L>,
                 workspace: &mut [R],
             ) -> Result<Estimate<R>, Diagnostics> {

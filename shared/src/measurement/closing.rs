@@ -4,17 +4,15 @@ use super::averaging::{ProcessingSettings, band_of, fit_responses, resolution};
 use super::campaign::{Campaign, Object, Outcome};
 use super::hits::Task;
 use super::{BlockResult, MeasuredDof, Measurement};
-use crate::calibration::block::{BlockError, BlockHit, BlockMass, ForceRatio, force_ratio};
+use crate::calibration::block::{BlockError, BlockMass, ForceRatio, force_ratio};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::{
     MassLines, Method, NOT_RIGID, Observations, Progress, Settings, rigid_residuals,
 };
-use crate::layout::{RIG_HITS, RIG_SENSORS, TestSettings};
+use crate::layout::{RIG_SENSORS, TestSettings};
 use crate::mass_line::MassLineError;
 use crate::responses::{ResponseSquare, Responses};
 use crate::signal::{RESPONSES, RealFft, SPECTRUM_LINES, lines_of_band};
-use heapless::Vec;
-use nalgebra::Vector3;
 
 /// How well a mass that is typed in is taken to be known, relative: a kitchen scale.
 const MASS_SIGMA: f64 = 1e-3;
@@ -155,21 +153,14 @@ impl<R: RealFft> Measurement<'_, R> {
     /// The hammer against the sensors, from the hits on a block of known mass.
     fn weigh(&self, mass: f32) -> BlockResult {
         let layout = self.layout.as_ref().ok_or(BlockError::DirectionsMissing)?;
-        let mut hits = Vec::<BlockHit<R, RIG_SENSORS>, RIG_HITS>::new();
-        for (index, lines) in &self.memory.mass_lines {
-            let hit = layout.hits.get(*index).ok_or(BlockError::DirectionsMissing)?;
-            let mut lines = lines.clone();
-            // Without a scatter the hits count as one.
-            if lines.scatter == ResponseSquare::zeros() {
-                lines.hits = 1;
-            }
-            // There is room for every DOF of a layout.
-            let _ = hits.push(BlockHit { direction: Vector3::from(hit.direction), lines });
+        let lines = self.memory.mass_lines.iter().map(|(_, lines)| lines);
+        if lines.clone().any(|lines| lines.scatter == ResponseSquare::zeros()) {
+            return Err(BlockError::TooFewHits);
         }
         let mass = R::of(f64::from(mass));
         let block = BlockMass { mass, sigma: mass * R::of(MASS_SIGMA) };
         let ForceRatio { ratio, sigma, departure } =
-            force_ratio(&hits, layout.sensors.len(), block)?;
+            force_ratio(lines, layout.sensors.len(), block)?;
         let departure = (departure.0.to_f32(), departure.1.to_f32());
         Ok(ForceRatio { ratio: ratio.to_f32(), sigma: sigma.to_f32(), departure })
     }

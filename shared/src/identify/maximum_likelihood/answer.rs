@@ -21,7 +21,7 @@ impl<R: Real> Fit<R> {
     /// are missing.
     #[inline(never)]
     pub fn answer<const S: usize, const H: usize>(
-        self,
+        &mut self,
         layout: &Layout<R, S, H>,
         dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
@@ -36,7 +36,7 @@ impl<R: Real> Fit<R> {
     /// # Errors
     /// As [`Self::answer`].
     pub fn finish<const S: usize, const H: usize>(
-        self,
+        mut self,
         layout: &Layout<R, S, H>,
         dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
@@ -50,7 +50,7 @@ impl<R: Real> Fit<R> {
     }
 
     fn conclude<const S: usize, const H: usize>(
-        mut self,
+        &mut self,
         problem: &Problem<'_, R, S, H>,
         dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
@@ -90,7 +90,7 @@ impl<R: Real> Fit<R> {
             covariance: Some(problem.balance.covariance_back(&covariance)),
             condition: self.condition,
             consistency: Some(consistency),
-            diagnostics: self.diagnostics,
+            diagnostics: core::mem::take(&mut self.diagnostics),
         })
     }
 }

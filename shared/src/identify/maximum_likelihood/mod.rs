@@ -96,7 +96,7 @@ impl<R: Real> method::Solver<R> for Fit<R> {
     }
 
     fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
-        self,
+        &mut self,
         observed: &Observations<'_, R, S, H, L>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
