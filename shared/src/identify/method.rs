@@ -103,6 +103,7 @@ macro_rules! methods {
         /// an image.
         #[derive(Clone, Debug)]
         #[repr(u8)]
+        #[expect(clippy::large_enum_variant, reason = "one is carried out at a time, without an allocator")]
         enum Running<R> {
             /// None.
             No,
