@@ -33,9 +33,9 @@ pub enum Phase {
     /// A graded hit waits for the operator to accept or reject it.
     Confirming,
     /// A campaign is interrupted, by the operator or by the rig itself; what has been accepted is
-    /// kept. An error in [`Status::diagnostics`] that [`Code::interrupts`] says why the rig did it.
+    /// kept. An error among the diagnostics that [`Code::interrupts`] says why the rig did it.
     ///
-    /// [`Code::interrupts`]: massline_shared::diagnosis::Code::interrupts
+    /// [`Code::interrupts`]: crate::diagnosis::Code::interrupts
     Paused,
     /// The ten properties are being computed and stored.
     Solving,
