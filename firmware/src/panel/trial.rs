@@ -14,7 +14,7 @@ use super::refused::Refused;
 pub enum Trial {
     /// There is none.
     Off,
-    /// The sensors are to be laid in this one of [`Position::ALL`].
+    /// The sensors are to be laid in this one of all positions of a tumble test.
     Wanted(u8),
     /// They are being read in it.
     Reading(u8),
