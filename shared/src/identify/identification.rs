@@ -99,20 +99,20 @@ pub fn workspace(methods: &[Method], sensors: usize, lines: usize) -> usize {
     methods.iter().map(of).max().unwrap_or(0)
 }
 
-/// An identification: what is wanted, what is being carried out, and what has been answered.
+/// An identification with room for the answers of `N` methods: what is wanted, what is being carried out, and what has been answered.
 #[derive(Clone, Debug)]
-pub struct Identification<R> {
+pub struct Identification<R, const N: usize = METHODS> {
     /// The methods that are still to be carried out; the last is the next, so that the simplest comes first
     /// and the others can start from its answer.
     queue: Methods,
     running: Running<R>,
     /// The method that is being carried out needs no further step.
     settled: bool,
-    estimates: Vec<Estimate<R>, METHODS>,
-    refusals: Vec<(Method, Diagnostics), METHODS>,
+    estimates: Vec<Estimate<R>, N>,
+    refusals: Vec<(Method, Diagnostics), N>,
 }
 
-impl<R> Identification<R> {
+impl<R, const N: usize> Identification<R, N> {
     /// Nothing is wanted.
     pub const fn idle() -> Self {
         Self {
@@ -127,8 +127,8 @@ impl<R> Identification<R> {
     /// Begins anew, in the same memory.
     pub fn begin(&mut self, wanted: impl IntoIterator<Item = Method>) {
         self.queue.clear();
-        // There is room for every method once.
-        self.queue.extend(wanted.into_iter().take(METHODS));
+        // As many as there is room for the answers of, and for every method once.
+        self.queue.extend(wanted.into_iter().take(N.min(METHODS)));
         self.running = Running::No;
         self.settled = false;
         self.estimates.clear();
@@ -152,12 +152,12 @@ impl<R> Identification<R> {
     }
 
     /// Answers and refusals.
-    pub fn into_parts(self) -> (Vec<Estimate<R>, METHODS>, Vec<(Method, Diagnostics), METHODS>) {
+    pub fn into_parts(self) -> (Vec<Estimate<R>, N>, Vec<(Method, Diagnostics), N>) {
         (self.estimates, self.refusals)
     }
 }
 
-impl<R: Real> Identification<R> {
+impl<R: Real, const N: usize> Identification<R, N> {
     /// One step of the method in hand. Observations, settings and workspace are the same in every step.
     pub fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
         &mut self,

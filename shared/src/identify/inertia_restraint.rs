@@ -11,7 +11,7 @@ use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::method::{self, Entry, Observable, Progress};
 use super::observations::{Observations, SpectralLines};
-use super::weighting::{Weighting, whiten};
+use super::weighting::{Triangle6, Weighting, whiten};
 use super::{DofMassLines, Estimate, MassLines, Method, ResponseInverse};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
@@ -112,7 +112,7 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
         return Err(found);
     }
     let mut regression = Regression::new(length);
-    let mut factors = heapless::Vec::<Option<Matrix6<R>>, H>::new();
+    let mut factors = heapless::Vec::<Option<Triangle6<R>>, H>::new();
     for (index, lines) in dofs {
         if let Some(hit) = layout.hits.get(*index) {
             let motion = inverse.motion(&lines.accelerance);
@@ -213,7 +213,7 @@ impl<R: Real> Regression<R> {
         &mut self,
         motion: &Vector6<R>,
         force: &Vector6<R>,
-        factor: Option<&Matrix6<R>>,
+        factor: Option<&Triangle6<R>>,
     ) {
         let mut rows = regressor(&self.balance_motion(motion));
         let mut right: [[R; 1]; 6] =
@@ -271,7 +271,7 @@ fn weight_factor<R: Real>(
     reference: &Vector3<R>,
     length: R,
     hits: u16,
-) -> Option<Matrix6<R>> {
+) -> Option<Triangle6<R>> {
     match weighting {
         Weighting::Equal => None,
         Weighting::Placement(errors) => {
@@ -282,7 +282,7 @@ fn weight_factor<R: Real>(
 }
 
 /// `C⁻¹ W C⁻ᵀ`.
-fn whiten_both_sides<R: Real>(factor: &Matrix6<R>, weight: &Matrix6<R>) -> Matrix6<R> {
+fn whiten_both_sides<R: Real>(factor: &Triangle6<R>, weight: &Matrix6<R>) -> Matrix6<R> {
     let mut rows: [[R; 6]; 6] = from_fn(|i| from_fn(|j| weight[(i, j)]));
     whiten(factor, &mut rows);
     rows = from_fn(|i| from_fn(|j| rows[j][i]));
@@ -298,7 +298,7 @@ fn covariance<R: Real, const S: usize>(
     body: &RigidBody<R>,
     inverse: &ResponseInverse<R, S>,
     dofs: &[DofMassLines<R, S>],
-    factors: &[Option<Matrix6<R>>],
+    factors: &[Option<Triangle6<R>>],
 ) -> Option<SMatrix<R, 10, 10>> {
     let scatters = |lines: &MassLines<R, S>| {
         lines.hits >= HITS_FOR_SIGMA && lines.scatter.as_slice().iter().any(|v| *v != R::zero())

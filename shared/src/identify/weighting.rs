@@ -52,7 +52,7 @@ impl<R: Real> PlacementErrors<R> {
         direction: &Vector3<R>,
         length: R,
         hits: u16,
-    ) -> Option<Matrix6<R>> {
+    ) -> Option<Triangle6<R>> {
         // With P = I − d dᵀ: P P = P and [d]ₓ P [d]ₓᵀ = P, so few products are left.
         let across = Matrix3::identity() - direction * direction.transpose();
         let lever = skew(&(arm / length));
@@ -72,24 +72,38 @@ impl<R: Real> PlacementErrors<R> {
         for i in 0..6 {
             covariance[(i, i)] += self.response * self.response;
         }
-        cholesky(&covariance)
+        cholesky(&covariance).map(|factor| Triangle6::of(&factor))
+    }
+}
+
+/// A lower triangular matrix of six rows, row by row: a half of what nobody reads is not kept for every hit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Triangle6<R>([R; 21]);
+
+impl<R: Real> Triangle6<R> {
+    fn of(factor: &Matrix6<R>) -> Self {
+        let mut places = (0..6).flat_map(|i| (0..=i).map(move |k| (i, k)));
+        Self([(); 21].map(|()| places.next().map_or_else(R::zero, |place| factor[place])))
     }
 }
 
 /// `C⁻¹ rows` in place, by forward substitution.
-pub(crate) fn whiten<R: Real, const N: usize>(factor: &Matrix6<R>, rows: &mut [[R; N]; 6]) {
+pub(crate) fn whiten<R: Real, const N: usize>(factor: &Triangle6<R>, rows: &mut [[R; N]; 6]) {
+    let mut left = factor.0.as_slice();
     for i in 0..6 {
         let (done, rest) = rows.split_at_mut(i);
         let Some(row) = rest.first_mut() else { return };
-        for (k, above) in done.iter().enumerate() {
-            let f = factor[(i, k)];
+        let Some((factors, below)) = left.split_at_checked(i) else { return };
+        for (f, above) in factors.iter().zip(done) {
             for (value, above) in row.iter_mut().zip(above) {
-                *value -= f * *above;
+                *value -= *f * *above;
             }
         }
-        let pivot = factor[(i, i)].recip();
+        let Some((pivot, next)) = below.split_first() else { return };
+        let pivot = pivot.recip();
         for value in row {
             *value *= pivot;
         }
+        left = next;
     }
 }

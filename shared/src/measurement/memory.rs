@@ -5,7 +5,7 @@ use nalgebra::Complex;
 
 use super::averaging::{DofSpectra, HitMemory};
 use super::result::MeasuredDof;
-use crate::identify::{DofMassLines, Identification, ScatterAccumulator};
+use crate::identify::{DofMassLines, Identification, MASS_LINE_METHODS, ScatterAccumulator};
 use crate::layout::{RIG_HITS, RIG_SENSORS};
 use crate::mass_line::BasisRow;
 use crate::signal::{RECORD_SCANS, Record, SPECTRUM_LINES};
@@ -26,7 +26,7 @@ pub struct Memory<R> {
     pub(super) dofs: Vec<MeasuredDof<R>, RIG_HITS>,
     /// The mass lines of these DOFs, in the same order.
     pub(super) mass_lines: Vec<DofMassLines<R, RIG_SENSORS>, RIG_HITS>,
-    pub(super) identification: Identification<R>,
+    pub(super) identification: Identification<R, MASS_LINE_METHODS>,
 }
 
 macro_rules! memory {
