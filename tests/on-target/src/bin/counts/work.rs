@@ -8,8 +8,8 @@ use massline_protocol::crc32_of_chunks;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::maximum_likelihood::{self, CONTRADICTION, Fit, Start};
 use massline_shared::identify::{
-    DofMassLines, Estimate, Identification, MassLines, Method, Observations, Progress,
-    ScatterAccumulator, Settings,
+    DofMassLines, Estimate, Identification, MASS_LINE_METHODS, MassLines, Method, Observations,
+    Progress, ScatterAccumulator, Settings,
 };
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
 use massline_shared::measurement::campaign::{self, Step};
@@ -157,7 +157,7 @@ fn identify(
     start: Option<&Estimate<f32>>,
 ) -> Fitted {
     let observed = Observations::of_mass_lines(layout, dofs);
-    let mut identification = Identification::idle();
+    let mut identification: Identification<_, MASS_LINE_METHODS> = Identification::idle();
     identification.begin([method]);
     if let Some(start) = start {
         identification.start_from(start.clone());
