@@ -11,7 +11,7 @@ pub fn name_the_commit() {
     if let Some(log) = git(&["rev-parse", "--path-format=absolute", "--git-path", "logs/HEAD"]) {
         println!("cargo::rerun-if-changed={log}");
     }
-    for sources in ["..", "../../firmware/src", "../../shared/src"] {
+    for sources in ["..", "../../firmware/src", "../../shared/src", "../../shared/protocol/src"] {
         println!("cargo::rerun-if-changed={sources}");
     }
     println!("cargo::rustc-env=MASSLINE_GIT_HASH={}", hash.as_deref().unwrap_or("unknown"));
