@@ -37,6 +37,7 @@ use embassy_futures::join::join3;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
+use massline_protocol::MAX_LAYOUT;
 use massline_shared::measurement;
 
 use crate::apart::apart;
@@ -112,8 +113,9 @@ async fn recall<F: NorFlash>(
 ) -> Checkpoint {
     let mut store = store.lock().await;
     store.open().await;
-    if let Some(layout) = store.layout().await {
-        rig.set_layout(layout);
+    if let Some(layout) = store.layout(&mut [0; MAX_LAYOUT]).await {
+        // What the store keeps was a layout when it was kept; without one the rig asks for one.
+        let _ = rig.use_layout(layout);
     }
     if let Some(calibration) = store.calibration().await.filter(|kept| kept.is_usable()) {
         rig.measurement.borrow_mut().set_calibration(calibration.calibration);

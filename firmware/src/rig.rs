@@ -9,7 +9,7 @@ use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use heapless::{String, Vec};
 use massline_protocol::message::{Identity, Measured, Stats, Status};
-use massline_protocol::{LayoutHash, PROTOCOL_MAJOR, PROTOCOL_MINOR, Raw};
+use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR, Raw, crc32};
 use massline_shared::identify::Estimate;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout};
 use massline_shared::measurement::campaign::{Command, CommandError, Start};
@@ -74,10 +74,16 @@ impl<'m> Rig<'m> {
         self.changed();
     }
 
-    /// Takes a layout into use.
-    pub fn set_layout(&self, layout: RigLayout) {
-        self.layout_hash.set(layout.hash());
+    /// Takes a layout into use, given by its postcard bytes.
+    ///
+    /// # Errors
+    /// When they are none; nothing has changed then.
+    pub fn use_layout(&self, encoded: &[u8]) -> postcard::Result<()> {
+        let layout: RigLayout = postcard::from_bytes(encoded)?;
         self.measurement.borrow_mut().set_layout(layout);
+        self.layout_hash.set(crc32(encoded));
+        self.changed();
+        Ok(())
     }
 
     /// DOFs of the layout in use.

@@ -1,7 +1,6 @@
 //! Answers the host and tells it the news. Whatever arrives is checked; nothing that arrives can
 //! block measuring: the session only changes shared state and wakes the measuring loop.
 
-use massline_protocol::LayoutHash;
 use massline_shared::signal::StaticReading;
 
 use embassy_futures::select::{Either, select};
@@ -23,7 +22,6 @@ use massline_protocol::{
     Deframer, Endpoint, Frame, FrameError, MAX_FRAME, PlainFrame, crc32, encode_frame,
 };
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Object, Start};
 use massline_shared::measurement::{Recorded, Streamed};
 use massline_shared::signal::Record;
@@ -260,19 +258,16 @@ impl<F: NorFlash> Session<'_, '_, F> {
         }
     }
 
-    /// Takes a layout. It is decoded before and after the flash is written, so that it needs no
-    /// memory meanwhile.
+    /// Takes a layout. It is decoded after the flash is written, so that it needs no memory meanwhile.
     async fn put_layout(&self, body: &[u8]) -> Result<LayoutAnswer, Reason> {
-        let hash = decode::<RigLayout>(body)?.hash();
+        let hash = crc32(body);
         let rig = self.rig;
         if hash != rig.layout_hash.get() {
             let write = async || {
                 self.store.lock().await.put_layout(body).await?;
-                rig.set_layout(decode(body)?);
-                Ok::<_, Reason>(())
+                rig.use_layout(body).map_err(|_| Reason::Malformed)
             };
             rig.changing(write).await?;
-            rig.changed();
         }
         let _deadline = Deadline::begin(&rig.stats);
         let measurement = rig.measurement.borrow();

@@ -40,7 +40,7 @@ fn many_runs_tell_of_every_method_and_property() {
     for method in value["methods"].as_array().unwrap() {
         let properties = method["properties"].as_array().unwrap();
         let names: Vec<_> = properties.iter().map(|p| p["name"].as_str().unwrap()).collect();
-        assert_eq!(names, massline_shared::layout::PROPERTIES);
+        assert_eq!(names, massline_shared::body::INERTIAL_PARAMETERS.map(|p| p.name));
         for p in properties {
             let of = |key: &str| p[key].as_f64().unwrap();
             assert!(of("rms") >= of("bias").abs() && of("bound") > 0.0, "{p}");

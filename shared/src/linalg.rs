@@ -208,6 +208,24 @@ fn reflect<R: Real, const N: usize>(v: &mut [R; N], from: usize) -> (R, R) {
     (square, R::one() / half_norm)
 }
 
+/// `A S Aᵀ` in the place of a symmetric `S`, for an `A` of mostly zeros.
+pub(crate) fn congruence<R: Real, const N: usize>(a: &SMatrix<R, N, N>, s: &mut SMatrix<R, N, N>) {
+    // By A from the left, then from the right by symmetry.
+    for _side in 0..2 {
+        let mut transposed = [[R::zero(); N]; N];
+        for (k, column) in a.column_iter().enumerate() {
+            for (row, value) in transposed.iter_mut().zip(column.iter()) {
+                if *value != R::zero() {
+                    for (to, of) in row.iter_mut().zip(s.row(k).iter()) {
+                        *to += *value * *of;
+                    }
+                }
+            }
+        }
+        s.data.0 = transposed;
+    }
+}
+
 /// Lower triangular `C` with `C Cᵀ = m`; `None` when `m` is not positive definite.
 pub(crate) fn cholesky<R: Real, const N: usize>(m: &SMatrix<R, N, N>) -> Option<SMatrix<R, N, N>> {
     let mut c = SMatrix::<R, N, N>::zeros();

@@ -30,9 +30,9 @@ impl<R: Real, const S: usize, const N: usize> ResponseRows<R, S, N> {
 
     /// The product with a vector.
     pub fn times(&self, right: &SVector<R, N>) -> Responses<R, S> {
-        let mut sum = Responses::zeros();
+        let mut sum = Responses::<R, S>::zeros();
         for (column, factor) in self.0.iter().zip(right) {
-            add_scaled(&mut sum, column, *factor);
+            add_multiple(sum.as_mut_slice(), column.as_slice(), *factor);
         }
         sum
     }
@@ -75,8 +75,8 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
     /// From its elements.
     pub fn from_fn(mut element: impl FnMut(usize, usize) -> R) -> Self {
         let mut matrix = Self::zeros();
-        for j in 0..3 * S {
-            for (i, to) in matrix.column_mut(j).iter_mut().enumerate() {
+        for (j, column) in matrix.columns_mut().enumerate() {
+            for (i, to) in column.iter_mut().enumerate() {
                 *to = element(i, j);
             }
         }
@@ -87,19 +87,15 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
     pub fn times(&self, right: &Responses<R, S>) -> Responses<R, S> {
         let mut sum = Responses::<R, S>::zeros();
         for (column, factor) in self.as_slice().chunks_exact(3 * S).zip(right) {
-            for (to, v) in sum.iter_mut().zip(column) {
-                *to += *v * *factor;
-            }
+            add_multiple(sum.as_mut_slice(), column, *factor);
         }
         sum
     }
 
     /// Adds `left rightᵀ`.
     pub fn add_outer(&mut self, left: &Responses<R, S>, right: &Responses<R, S>) {
-        for (column, factor) in self.as_mut_slice().chunks_exact_mut(3 * S).zip(right) {
-            for (to, v) in column.iter_mut().zip(left) {
-                *to += *v * *factor;
-            }
+        for (column, factor) in self.columns_mut().zip(right) {
+            add_multiple(column, left.as_slice(), *factor);
         }
     }
 
@@ -123,8 +119,8 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         self.0.as_flattened_mut().as_flattened_mut().as_flattened_mut()
     }
 
-    fn column_mut(&mut self, j: usize) -> &mut [R] {
-        &mut self.as_mut_slice()[3 * S * j..3 * S * (j + 1)]
+    fn columns_mut(&mut self) -> impl Iterator<Item = &mut [R]> {
+        self.as_mut_slice().chunks_exact_mut(3 * S)
     }
 
     /// Every element changed.
@@ -137,48 +133,77 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         self.as_slice().iter().all(|v| v.finite())
     }
 
-    /// The inverse of its first `count` rows and columns, zero beyond, by the Cholesky factor; only the lower
-    /// triangle is read. `None` when they are not positive definite.
-    pub fn inverse(mut self, count: usize) -> Option<Self> {
-        // C with C Cᵀ the matrix, then C⁻¹, both in the lower triangle.
+    /// The lower triangle gets `vector vectorᵀ` on top.
+    pub fn add_square(&mut self, vector: &Responses<R, S>) {
+        let vector = vector.as_slice();
+        for (j, column) in self.columns_mut().enumerate() {
+            add_multiple(&mut column[j..], &vector[j..], vector[j]);
+        }
+    }
+
+    /// The inverse of its first `count` rows and columns in their place, zero beyond, by the Cholesky factor;
+    /// only the lower triangle is read. `None` when they are not positive definite; nothing useful is left
+    /// then.
+    pub fn invert(&mut self, count: usize) -> Option<()> {
+        let count = count.min(3 * S);
+        self.factor(count)?;
+        self.invert_factor(count);
+        // C⁻ᵀ C⁻¹; above the diagonal C⁻¹ has nothing. What is overwritten is not needed any more.
         for j in 0..count {
+            let (column, later) = self.column_and_later(j, count);
             for i in j..count {
-                let mut sum = self[(i, j)];
-                for k in 0..j {
-                    sum -= self[(i, k)] * self[(j, k)];
-                }
-                self[(i, j)] = if i > j {
-                    sum / self[(j, j)]
-                } else if sum > R::zero() && sum.finite() {
-                    sum.sqrt()
-                } else {
-                    return None;
-                };
+                let other = if i == j { &*column } else { &later[3 * S * (i - j - 1)..][..count] };
+                let products = column[i..].iter().zip(&other[i..]);
+                column[i] = products.fold(R::zero(), |sum, (a, b)| sum + *a * *b);
             }
         }
-        for j in 0..count {
-            self[(j, j)] = self[(j, j)].recip();
-            for i in j + 1..count {
-                let mut sum = R::zero();
-                for k in j..i {
-                    sum += self[(i, k)] * self[(k, j)];
-                }
-                self[(i, j)] = -sum / self[(i, i)];
+        for j in 0..3 * S {
+            for i in j..3 * S {
+                let value = if i < count { self[(i, j)] } else { R::zero() };
+                self[(i, j)] = value;
+                self[(j, i)] = value;
             }
         }
-        let mut inverse = Self::zeros();
-        for j in 0..count {
-            for i in j..count {
-                // C⁻ᵀ C⁻¹; above the diagonal C⁻¹ has nothing.
-                let mut sum = R::zero();
-                for k in i..count {
-                    sum += self[(k, i)] * self[(k, j)];
-                }
-                inverse[(i, j)] = sum;
-                inverse[(j, i)] = sum;
+        Some(())
+    }
+
+    /// C with C Cᵀ the matrix, in the lower triangle.
+    fn factor(&mut self, count: usize) -> Option<()> {
+        for k in 0..count {
+            let (column, later) = self.column_and_later(k, count);
+            let pivot = column[k];
+            if !(pivot > R::zero() && pivot.finite()) {
+                return None;
+            }
+            let scale = pivot.sqrt().recip();
+            column[k..].iter_mut().for_each(|v| *v *= scale);
+            for (j, other) in (k + 1..count).zip(later.chunks_exact_mut(3 * S)) {
+                add_multiple(&mut other[j..count], &column[j..], -column[j]);
             }
         }
-        Some(inverse)
+        Some(())
+    }
+
+    /// C⁻¹ in the place of C.
+    fn invert_factor(&mut self, count: usize) {
+        for j in (0..count).rev() {
+            let (column, later) = self.column_and_later(j, count);
+            column[j] = column[j].recip();
+            let scale = -column[j];
+            column[j + 1..].iter_mut().for_each(|v| *v *= scale);
+            // The columns behind are done: the product with them, from the last row on.
+            for (k, other) in (j + 1..count).zip(later.chunks_exact(3 * S)).rev() {
+                let factor = column[k];
+                column[k] = factor * other[k];
+                add_multiple(&mut column[k + 1..], &other[k + 1..count], factor);
+            }
+        }
+    }
+
+    /// The first `count` numbers of column `j`, and all columns behind it.
+    fn column_and_later(&mut self, j: usize, count: usize) -> (&mut [R], &mut [R]) {
+        let (to_here, later) = self.as_mut_slice().split_at_mut(3 * S * (j + 1));
+        (&mut to_here[3 * S * j..][..count], later)
     }
 }
 
@@ -197,11 +222,7 @@ impl<R: Real, const S: usize> IndexMut<(usize, usize)> for ResponseSquare<R, S> 
 }
 
 /// `sum += column · factor`.
-fn add_scaled<R: Real, const S: usize>(
-    sum: &mut Responses<R, S>,
-    column: &Responses<R, S>,
-    factor: R,
-) {
+fn add_multiple<R: Real>(sum: &mut [R], column: &[R], factor: R) {
     for (to, v) in sum.iter_mut().zip(column) {
         *to += *v * factor;
     }
@@ -245,7 +266,8 @@ mod tests {
             (0..6).map(|k| a(k, i) * a(k, j)).sum::<f64>() + if i == j { 1.0 } else { 0.0 }
         };
         let square = ResponseSquare::<f64, 2>::from_fn(element);
-        let inverse = square.inverse(5).unwrap();
+        let mut inverse = square;
+        inverse.invert(5).unwrap();
         for i in 0..6 {
             for j in 0..6 {
                 let product: f64 = (0..5).map(|k| square[(i, k)] * inverse[(k, j)]).sum();
@@ -254,6 +276,6 @@ mod tests {
                 assert!((product - expected).abs() < 1e-11, "{i} {j}: {product}");
             }
         }
-        assert!(square.map(|v| -v).inverse(6).is_none());
+        assert!(square.map(|v| -v).invert(6).is_none());
     }
 }

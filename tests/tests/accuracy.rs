@@ -6,9 +6,9 @@ use massline::client::{Client, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline_protocol::object::StoredEstimate;
+use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::body::scale;
 use massline_shared::identify::Method;
-use massline_shared::layout::PROPERTIES;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
@@ -60,7 +60,7 @@ fn errors(bench: &Bench) -> (f64, f64) {
                 let error = (found[k] - truth[k]).abs() / scale[k] * 100.0;
                 square += error * error;
                 if error > of_test.0 {
-                    of_test = (error, PROPERTIES[k], seed);
+                    of_test = (error, INERTIAL_PARAMETERS[k].name, seed);
                 }
             }
         }

@@ -10,11 +10,11 @@ use embassy_sync::mutex::Mutex;
 use embassy_time::Instant;
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
+use massline_protocol::MAX_LAYOUT;
 use massline_protocol::message::{ResultEntry, Stats};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::tumble::TumbleTest;
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::{Object, Start};
 use massline_shared::measurement::{Measurement, Recorded, StartError};
 
@@ -110,8 +110,9 @@ async fn run_errand<F: NorFlash>(
         Errand::Start(_) => {}
         Errand::UseLayout(hash) => {
             store.use_layout(hash).await?;
-            let layout = store.layout().await.ok_or(Refused::NotFound)?;
-            desk.use_layout(layout);
+            let mut room = [0; MAX_LAYOUT];
+            let layout = store.layout(&mut room).await.ok_or(Refused::NotFound)?;
+            desk.rig.use_layout(layout).map_err(|_| Refused::StoreFailed)?;
         }
         Errand::SolveBlock => {
             let kept = store.calibration().await;
@@ -276,11 +277,6 @@ impl<F: NorFlash> Desk<'_, '_, F> {
             *self.held = Held::Refusal(measurement.layout().map_or_else(Diagnostics::new, check));
         }
         Ok(started?)
-    }
-
-    fn use_layout(&self, layout: RigLayout) {
-        self.rig.set_layout(layout);
-        self.rig.changed();
     }
 
     fn read_position(&mut self) -> Result<(), Refused> {

@@ -2,10 +2,11 @@
 
 use core::fmt::Write as _;
 
+use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
 use massline_shared::diagnosis::{Code, Diagnostic, Subject};
-use massline_shared::layout::{PROPERTIES, RigLayout};
+use massline_shared::layout::RigLayout;
 
 use super::number::{Text, decimals_for, fitting};
 use super::refused::Refused;
@@ -42,7 +43,8 @@ fn write_subject(text: &mut Text, d: &Diagnostic, layout: Option<&RigLayout>) ->
             }
         }
         Subject::Property(index) => {
-            text.write_str(PROPERTIES.get(usize::from(index)).unwrap_or(&"property"))
+            let known = INERTIAL_PARAMETERS.get(usize::from(index));
+            text.write_str(known.map_or("property", |parameter| parameter.name))
         }
         Subject::Sensor(index) => write!(text, "sensor {}", u16::from(index) + 1),
         Subject::Channel(channel) => write_channel(text, channel.into()),

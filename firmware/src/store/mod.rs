@@ -122,10 +122,11 @@ impl<F: NorFlash> Store<F> {
         &self.contents.layouts
     }
 
-    /// The layout in use.
-    pub async fn layout(&mut self) -> Option<RigLayout> {
+    /// The layout in use as postcard bytes, read into `room`: a decoded one would stay in the memory of
+    /// whoever waits for the flash.
+    pub async fn layout<'r>(&mut self, room: &'r mut [u8; MAX_LAYOUT]) -> Option<&'r [u8]> {
         let object = self.contents.layout_in_use()?;
-        self.decode(object, &mut [0; MAX_LAYOUT]).await
+        self.read_whole(object, room).await
     }
 
     /// Keeps a layout and takes it into use, given by its postcard bytes: a decoded one would stay in

@@ -3,7 +3,7 @@
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::design::Part;
 use massline_shared::identify::{Applicability, Method};
-use massline_shared::layout::{HostLayout, PROPERTIES, RIG_SENSORS};
+use massline_shared::layout::{HostLayout, RIG_SENSORS};
 use serde_json::{Map, Value, json};
 
 use super::{Advice, Outlook, Promise, Suggestion};
@@ -61,7 +61,7 @@ fn promise_json(promise: Option<&Promise>) -> Value {
 
 fn ten(of: impl Fn(usize) -> Value) -> Value {
     let members: Map<String, Value> =
-        PROPERTIES.iter().enumerate().map(|(k, name)| ((*name).to_owned(), of(k))).collect();
+        INERTIAL_PARAMETERS.iter().enumerate().map(|(k, p)| (p.name.to_owned(), of(k))).collect();
     Value::Object(members)
 }
 

@@ -1,8 +1,9 @@
 //! What a fit found out about sensors, hammer and hits, and what each of them does to the answer.
 
+use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::influence::{Influence, Subject};
 use massline_shared::identify::maximum_likelihood::{Learned, LearnedHit, LearnedSensor, Learnt};
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, PROPERTIES};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use serde_json::{Value, json};
 
 use crate::output;
@@ -116,10 +117,10 @@ fn influence_line(influence: &Influence<f64>, layout: &HostLayout) -> String {
         Subject::Hit(index) => format!("hit {}", hit_name(layout, index)),
         Subject::Sensor(index) => format!("the sensor on node {}", sensor_node(layout, index)),
     };
-    let (property, shift) = PROPERTIES
-        .iter()
-        .zip(influence.shift.iter())
-        .fold(("", 0.0_f64), |most, (p, s)| if s.abs() > most.1.abs() { (p, *s) } else { most });
+    let (property, shift) = INERTIAL_PARAMETERS.iter().zip(influence.shift.iter()).fold(
+        ("", 0.0_f64),
+        |most, (p, s)| if s.abs() > most.1.abs() { (p.name, *s) } else { most },
+    );
     format!("without {name}, {property} would move by {shift:+.1} sd\n")
 }
 

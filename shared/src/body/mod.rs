@@ -118,25 +118,14 @@ impl<R: Real> RigidBody<R> {
     /// `∂theta/∂phi`, 10 × 10. Theory, section 1:
     /// `dJ_C = dJ_O + dm (|c|² I − c cᵀ) − Σₖ dhₖ (2 cₖ I − eₖ cᵀ − c eₖᵀ)`.
     pub fn dtheta_dphi(&self) -> SMatrix<R, 10, 10> {
+        let by_mass = -self.center_of_mass / self.mass;
+        change_of_ten(&self.center_of_mass, &by_mass, R::one() / self.mass, -R::one())
+    }
+
+    /// `∂phi/∂theta`, 10 × 10: the inverse of [`Self::dtheta_dphi`].
+    pub fn dphi_dtheta(&self) -> SMatrix<R, 10, 10> {
         let c = &self.center_of_mass;
-        let mut d = SMatrix::<R, 10, 10>::identity();
-        let by_mass = point_inertia(R::one(), c);
-        for (row, &(i, j)) in INERTIA_ELEMENTS.iter().enumerate() {
-            d[(4 + row, 0)] = by_mass[(i, j)];
-        }
-        for k in 0..3 {
-            d[(1 + k, 0)] = -c[k] / self.mass;
-            d[(1 + k, 1 + k)] = R::one() / self.mass;
-            let mut by_moment = Matrix3::from_diagonal_element(-c[k] * R::of(2.0));
-            for i in 0..3 {
-                by_moment[(k, i)] += c[i];
-                by_moment[(i, k)] += c[i];
-            }
-            for (row, &(i, j)) in INERTIA_ELEMENTS.iter().enumerate() {
-                d[(4 + row, 1 + k)] = by_moment[(i, j)];
-            }
-        }
-        d
+        change_of_ten(c, c, self.mass, self.mass)
     }
 
     /// `[[½ tr(J_O) I − J_O, h], [hᵀ, m]]`: positive definite exactly when a body of positive density
@@ -187,6 +176,29 @@ fn second_moments<R: Real>(inertia: &Matrix3<R>) -> Matrix3<R> {
 /// Inertia of a point mass about the origin: `m (|c|² I − c cᵀ)`.
 fn point_inertia<R: Real>(mass: R, c: &Vector3<R>) -> Matrix3<R> {
     (Matrix3::from_diagonal_element(c.dot(c)) - c * c.transpose()) * mass
+}
+
+/// What phi and theta are to each other: the centre of mass and the first moment change with the mass by
+/// `by_mass` and with each other by `own`, the inertia with them by `Σₖ (2 cₖ I − eₖ cᵀ − c eₖᵀ)` times `factor`.
+fn change_of_ten<R: Real>(
+    c: &Vector3<R>,
+    by_mass: &Vector3<R>,
+    own: R,
+    factor: R,
+) -> SMatrix<R, 10, 10> {
+    let mut d = SMatrix::<R, 10, 10>::identity();
+    d.fixed_view_mut::<6, 1>(4, 0).copy_from(&elements(&point_inertia(R::one(), c)));
+    for k in 0..3 {
+        d[(1 + k, 0)] = by_mass[k];
+        d[(1 + k, 1 + k)] = own;
+        let mut by_place = Matrix3::from_diagonal_element(c[k] * R::of(2.0));
+        for i in 0..3 {
+            by_place[(k, i)] -= c[i];
+            by_place[(i, k)] -= c[i];
+        }
+        d.fixed_view_mut::<6, 1>(4, 1 + k).copy_from(&elements(&(by_place * factor)));
+    }
+    d
 }
 
 fn ten<R: Real>(mass: R, moment: &Vector3<R>, inertia: &Matrix3<R>) -> SVector<R, 10> {
@@ -256,6 +268,9 @@ pub(crate) mod tests {
                 // Third derivatives of c c^T m times step², and rounding over the step.
                 prop_assert!((slope - jacobian.column(k)).norm() < 1e-8);
             }
+            // Rounding.
+            let product = jacobian * body.dphi_dtheta();
+            prop_assert!((product - SMatrix::identity()).norm() < 1e-12);
         }
 
         #[test]

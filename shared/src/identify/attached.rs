@@ -6,6 +6,7 @@ use super::Estimate;
 use crate::Real;
 use crate::body::RigidBody;
 use crate::layout::Attached;
+use crate::linalg::congruence;
 
 /// The object without what hangs on it, from an estimate of both together; its covariance grows by
 /// what is not known of those masses.
@@ -27,16 +28,13 @@ pub(super) fn take_off<R: Real>(
     let Some(object) = RigidBody::from_phi(&phi).filter(|object| object.mass > R::zero()) else {
         return Err(phi[0]);
     };
-    if let (Some(covariance), Some(back)) =
-        (&mut estimate.covariance, estimate.body.dtheta_dphi().try_inverse())
-    {
-        let to_theta = object.dtheta_dphi();
-        let change = to_theta * back;
-        *covariance = change * *covariance * change.transpose();
+    if let Some(covariance) = &mut estimate.covariance {
+        congruence(&estimate.body.dphi_dtheta(), covariance);
         for body in attached {
-            let by_mass = to_theta * SVector::from(body.phi) * body.relative_sigma;
-            *covariance += by_mass * by_mass.transpose();
+            let by_mass = SVector::from(body.phi) * body.relative_sigma;
+            covariance.ger(R::one(), &by_mass, &by_mass, R::one());
         }
+        congruence(&object.dtheta_dphi(), covariance);
     }
     estimate.body = object;
     Ok(())

@@ -21,7 +21,7 @@ use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::{Layout, is_finite};
-use crate::linalg::{LeastSquares, Spectrum, all_finite};
+use crate::linalg::{LeastSquares, Spectrum, all_finite, congruence};
 use crate::mass_line::Terms;
 
 /// Elements of a symmetric 6 × 6 matrix.
@@ -395,10 +395,9 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
         if rank < 10 || !of_the_ten.solve_normal(&mut inverse) {
             return Err(fatal(Code::TenParametersNotIdentifiable, rank as f32));
         }
-        let to_theta = body.dtheta_dphi();
-        let inverse = SMatrix::<R, 10, 10>::from_fn(|i, j| inverse[i][j]);
         let spread = variance * self.responses.correlation * self.responses.correlation;
-        let covariance = to_theta * inverse * to_theta.transpose() * spread;
+        let mut covariance = SMatrix::<R, 10, 10>::from_fn(|i, j| inverse[i][j] * spread);
+        congruence(&body.dtheta_dphi(), &mut covariance);
         let mut diagnostics = Diagnostics::new();
         if !body.is_physically_consistent() {
             let margin = body.physical_margin().unwrap_or(R::zero()).to_f32();

@@ -166,23 +166,8 @@ impl<R: Real, const N: usize> Identification<R, N> {
         workspace: &mut [R],
     ) -> Progress {
         match self.running.method() {
-            None => {
-                let Some(method) = self.queue.pop() else { return Progress::Done };
-                let start = self.estimates.first().map(|estimate| estimate.body);
-                self.settled = false;
-                match Running::start(method, observed, settings, start.as_ref()) {
-                    Ok(running) => self.running = running,
-                    Err(reasons) => self.refuse(method, reasons),
-                }
-            }
-            Some(method) if self.settled => {
-                match self.running.finish(observed, workspace) {
-                    // There is room for every method, and better ones come later.
-                    Ok(estimate) => drop(self.estimates.insert(0, estimate)),
-                    Err(reasons) => self.refuse(method, reasons),
-                }
-                self.running = Running::No;
-            }
+            None => self.start_next(observed, settings),
+            Some(method) if self.settled => self.finish(method, observed, workspace),
             Some(method) => match self.running.step(observed, workspace) {
                 Ok(progress) => self.settled = progress == Progress::Done,
                 Err(reasons) => self.refuse(method, reasons),
@@ -190,6 +175,36 @@ impl<R: Real, const N: usize> Identification<R, N> {
         }
         let done = self.running.method().is_none() && self.queue.is_empty();
         if done { Progress::Done } else { Progress::Going }
+    }
+
+    #[inline(never)]
+    fn start_next<const S: usize, const H: usize, L: SpectralLines<R>>(
+        &mut self,
+        observed: &Observations<'_, R, S, H, L>,
+        settings: &Settings<R>,
+    ) {
+        let Some(method) = self.queue.pop() else { return };
+        let start = self.estimates.first().map(|estimate| estimate.body);
+        self.settled = false;
+        match Running::start(method, observed, settings, start.as_ref()) {
+            Ok(running) => self.running = running,
+            Err(reasons) => self.refuse(method, reasons),
+        }
+    }
+
+    #[inline(never)]
+    fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+        &mut self,
+        method: Method,
+        observed: &Observations<'_, R, S, H, L>,
+        workspace: &mut [R],
+    ) {
+        match self.running.finish(observed, workspace) {
+            // There is room for every method, and better ones come later.
+            Ok(estimate) => drop(self.estimates.insert(0, estimate)),
+            Err(reasons) => self.refuse(method, reasons),
+        }
+        self.running = Running::No;
     }
 
     fn refuse(&mut self, method: Method, reasons: Diagnostics) {

@@ -17,7 +17,7 @@ use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::{Hit, Layout, check_hits, is_finite};
-use crate::linalg::{LeastSquares, Spectrum, all_finite};
+use crate::linalg::{LeastSquares, Spectrum, all_finite, congruence};
 
 /// A condition of the balanced regression matrix above this is worth a warning: errors of 1 % in the
 /// mass lines can then be as large as what they are to determine.
@@ -93,8 +93,23 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     dofs: &[DofMassLines<R, S>],
     settings: impl Into<Settings<R>>,
 ) -> Result<Estimate<R>, Diagnostics> {
-    let settings = settings.into();
     check_data(layout, dofs)?;
+    let mut answer = with_all_that_hangs_on_it(layout, dofs, settings.into());
+    if let Ok(estimate) = &mut answer {
+        super::attached::take_off(estimate, &layout.attached)
+            .map_err(|left| fatal(Code::AttachedTooHeavy, left))?;
+        comment(estimate, layout);
+    }
+    answer
+}
+
+/// The ten of the object and what hangs on it together.
+#[inline(never)]
+fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    dofs: &[DofMassLines<R, S>],
+    settings: Settings<R>,
+) -> Result<Estimate<R>, Diagnostics> {
     let reference = match settings.reference {
         ReferencePoint::Centroid => layout.sensor_centroid(),
         ReferencePoint::Origin => Vector3::zeros(),
@@ -129,18 +144,14 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     }
     let covariance = covariance(&regression, &solution.body, &inverse, dofs, &factors);
     let body = solution.body.shifted_to(&-reference);
-    let mut estimate = Estimate {
+    Ok(Estimate {
         method: Method::InertiaRestraint,
         body,
         covariance,
         condition: solution.condition,
         consistency: None,
         diagnostics: Diagnostics::new(),
-    };
-    super::attached::take_off(&mut estimate, &layout.attached)
-        .map_err(|left| fatal(Code::AttachedTooHeavy, left))?;
-    comment(&mut estimate, layout);
-    Ok(estimate)
+    })
 }
 
 /// The method as the door carries it out: in one step.
@@ -330,6 +341,15 @@ fn covariance<R: Real, const S: usize>(
         add_congruence(&mut sum, &rows, &weight);
     }
     sum.fill_lower_triangle_with_upper_triangle();
+    close(regression, &balanced, sum)
+}
+
+/// Covariance of theta from the sum of `Aⱼᵀ Wⱼ Aⱼ` over the hits.
+fn close<R: Real>(
+    regression: &Regression<R>,
+    balanced: &RigidBody<R>,
+    mut sum: SMatrix<R, 10, 10>,
+) -> Option<SMatrix<R, 10, 10>> {
     // (AᵀA)⁻¹ S (AᵀA)⁻¹: from the left, then from the right by symmetry.
     for _side in 0..2 {
         if !regression.equations.solve_normal(&mut sum.data.0) {
@@ -337,23 +357,17 @@ fn covariance<R: Real, const S: usize>(
         }
         sum.transpose_mut();
     }
-    let to_theta = balanced.dtheta_dphi();
-    // D S Dᵀ, by D from the left twice.
-    for _side in 0..2 {
-        sum = sparse_product(&to_theta, &sum);
-        sum.transpose_mut();
-    }
+    congruence(&balanced.dtheta_dphi(), &mut sum);
     let scale = regression.scale();
-    let mut covariance = sum;
     for j in 0..10 {
         for i in 0..=j {
             // The two halves differ by rounding.
             let mean = (sum[(i, j)] + sum[(j, i)]) * R::of(0.5);
-            covariance[(i, j)] = mean * scale[i] * scale[j];
-            covariance[(j, i)] = covariance[(i, j)];
+            sum[(i, j)] = mean * scale[i] * scale[j];
+            sum[(j, i)] = sum[(i, j)];
         }
     }
-    all_finite(&covariance).then_some(covariance)
+    all_finite(&sum).then_some(sum)
 }
 
 /// `sum += Aᵀ W A` for the six rows of one hit; the zeros of A are skipped.
@@ -375,24 +389,6 @@ fn add_congruence<R: Real>(sum: &mut SMatrix<R, 10, 10>, rows: &[[R; 10]; 6], we
             }
         }
     }
-}
-
-/// `left · right` for a left matrix of mostly zeros.
-fn sparse_product<R: Real>(
-    left: &SMatrix<R, 10, 10>,
-    right: &SMatrix<R, 10, 10>,
-) -> SMatrix<R, 10, 10> {
-    let mut product = SMatrix::<R, 10, 10>::zeros();
-    for (k, column) in left.column_iter().enumerate() {
-        for (i, value) in column.iter().enumerate() {
-            if *value != R::zero() {
-                for j in 0..10 {
-                    product[(i, j)] += *value * right[(k, j)];
-                }
-            }
-        }
-    }
-    product
 }
 
 /// Refuses what no arithmetic can repair.

@@ -22,8 +22,7 @@ pub use kinematics::sensor_shift;
 pub use policy::{HitPolicy, Verdict};
 pub use settings::{FrfEstimator, check_settings};
 pub use uncertainty::{
-    Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, PROPERTIES, Prior,
-    SensorUncertainty,
+    Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty,
 };
 
 use heapless::{String, Vec};

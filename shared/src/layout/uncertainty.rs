@@ -2,18 +2,6 @@
 //! the object beside itself. All standard deviations, 1 σ.
 
 use crate::Real;
-use crate::body::INERTIAL_PARAMETERS;
-
-/// Names of the ten properties, in the order of `theta`, as in results and files.
-pub const PROPERTIES: [&str; 10] = {
-    let mut names = [""; 10];
-    let mut k = 0;
-    while k < 10 {
-        names[k] = INERTIAL_PARAMETERS[k].name;
-        k += 1;
-    }
-    names
-};
 /// Most bodies that are subtracted from a result.
 pub const MAX_ATTACHED: usize = 3;
 

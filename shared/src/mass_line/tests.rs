@@ -163,6 +163,7 @@ fn the_window_correlation_is_the_quotient_of_its_integrals() {
     assert_eq!(window_correlation(0.0, record), 1.0);
 }
 
+#[cfg(feature = "signal")]
 #[test]
 fn corrected_for_the_window_the_deviation_is_that_of_many_records() {
     use crate::signal::{RealFft, window};

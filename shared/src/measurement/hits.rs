@@ -6,7 +6,7 @@ use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, Recorded, ScanIndex, Streamed, note,
 };
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use crate::layout::{TestSettings, Verdict};
+use crate::layout::Verdict;
 use crate::signal::{
     Capture, CaptureState, FftError, HitReport, RECORD_SCANS, RealFft, Scan, Standing, Trigger,
     grade,
@@ -187,6 +187,7 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Averages a piece of the record in hand: force, then response by response, then its agreement with the
     /// other hits at the DOF; one that does not agree is taken out again where the policy wants only
     /// those that do.
+    #[inline(never)]
     pub(super) fn average_hit(
         &mut self,
         campaign: &mut Campaign,
@@ -288,10 +289,5 @@ impl<R: RealFft> Measurement<'_, R> {
         self.memory.spectra.clear();
         self.memory.single_hits = None;
         self.averaged = Some(dof as u8);
-    }
-
-    /// The settings of the test.
-    pub(super) fn test(&self) -> TestSettings<R> {
-        self.layout.as_ref().map_or_else(TestSettings::default, |layout| layout.test)
     }
 }

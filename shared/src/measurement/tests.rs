@@ -1,11 +1,14 @@
 use std::boxed::Box;
 
-use super::campaign::{DofProgress, Outcome};
+use super::campaign::{
+    CampaignProgress, Command, CommandError, DofProgress, Object, Outcome, Phase, Start,
+};
 use super::*;
+use crate::diagnosis::Code;
 use crate::identify::MassLines;
 use crate::layout::tests::{bar_body, bar_layout};
-use crate::signal::Scan;
 use crate::signal::tests::{ADC, code};
+use crate::signal::{RECORD_SCANS, Scan};
 
 fn memory() -> Box<Memory<f64>> {
     Box::new(Memory::<f64>::new())

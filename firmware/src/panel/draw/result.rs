@@ -2,7 +2,9 @@
 
 use massline_protocol::LayoutHash;
 use massline_protocol::message::ResultEntry;
+use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::Estimate;
+use massline_shared::identify::maximum_likelihood::CONTRADICTION;
 
 use super::View;
 use super::canvas::{Canvas, Screen, text, top};
@@ -10,7 +12,6 @@ use super::lists;
 use crate::panel::number::{Text, decimals_for, fitting, percent};
 use crate::panel::summary::{ANSWER_PAGES, Summary};
 
-const NAMES: [&str; 10] = ["m", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
 /// Millimeters of a meter, gram square meters of a kilogram square meter.
 const MILLI: f32 = 1000.0;
 
@@ -94,7 +95,14 @@ fn property<D: Screen>(
     unit: &str,
 ) {
     let sigma = answer.sigma().map(|sigmas| sigmas[k] * scale);
-    quantity(canvas, line, NAMES[k], answer.theta()[k] * scale, sigma, unit);
+    quantity(canvas, line, &symbol(k), answer.theta()[k] * scale, sigma, unit);
+}
+
+/// The symbol of one of the ten, its subscript on the line.
+fn symbol(k: usize) -> Text {
+    let symbol = INERTIAL_PARAMETERS[k].symbol;
+    let (letter, subscript) = symbol.split_once('_').unwrap_or((symbol, ""));
+    text(format_args!("{letter}{subscript}"))
 }
 
 /// A name, a number whose standard deviation has two digits, that deviation, and a unit.
@@ -135,8 +143,7 @@ fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, pages: 
     canvas.line(0, answer.method.entry().title);
     match answer.consistency {
         Some(consistency) => {
-            // One test of a thousand by chance, as in the diagnosis.
-            let agrees = consistency.surprise() < 3.1;
+            let agrees = consistency.surprise() <= CONTRADICTION as f32;
             let verdict = if agrees { "errors as stated" } else { "errors too large" };
             canvas.line(1, verdict);
             let chi = fitting(consistency.chi_squared, 1, 6);
@@ -146,6 +153,6 @@ fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, pages: 
     }
     canvas.pair(3, "condition", &fitting(answer.condition, 1, 8));
     if let Some((k, share)) = answer.least_known() {
-        canvas.pair(4, "least known", &text(format_args!("{} {}", NAMES[k], percent(share))));
+        canvas.pair(4, "least known", &text(format_args!("{} {}", symbol(k), percent(share))));
     }
 }

@@ -5,13 +5,13 @@ use nalgebra::{SMatrix, SVector};
 use super::fit::{Fit, Stage, damped_step};
 use super::normal_equations::NormalEquations;
 use super::problem::Problem;
-use super::{CONTRADICTION, Solution, equations_in, fatal, learned, strain, undetermined};
+use super::{Solution, equations_in, fatal, learned, undetermined};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, Severity};
 use crate::identify::{DofMassLines, Estimate, Method};
 use crate::layout::Layout;
-use crate::linalg::all_finite;
+use crate::linalg::{all_finite, congruence};
 
 impl<R: Real> Fit<R> {
     /// The answer, without what the fit found out about the rig; `workspace` as the last step left it.
@@ -23,12 +23,11 @@ impl<R: Real> Fit<R> {
     pub fn answer<const S: usize, const H: usize>(
         &mut self,
         layout: &Layout<R, S, H>,
-        dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
         let problem = Problem::<R, S, H>::new(layout);
-        let mut equations = equations_in(workspace, &problem)?;
-        self.conclude(&problem, dofs, &mut equations)
+        let equations = equations_in(workspace, &problem)?;
+        self.conclude(&problem, &equations)
     }
 
     /// The answer and what the fit found out about the rig; `workspace` as the last step left it.
@@ -44,7 +43,7 @@ impl<R: Real> Fit<R> {
         let problem = Problem::<R, S, H>::new(layout);
         let mut equations = equations_in(workspace, &problem)?;
         let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
-        let estimate = self.conclude(&problem, dofs, &mut equations)?;
+        let estimate = self.conclude(&problem, &equations)?;
         let learned = learned::learn(&problem, dofs, &body, &mut equations);
         Ok(Solution { estimate, learned: learned.ok_or_else(undetermined)? })
     }
@@ -52,8 +51,7 @@ impl<R: Real> Fit<R> {
     fn conclude<const S: usize, const H: usize>(
         &mut self,
         problem: &Problem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
-        equations: &mut NormalEquations<'_, R>,
+        equations: &NormalEquations<'_, R>,
     ) -> Result<Estimate<R>, Diagnostics> {
         let Stage::Done = self.stage else {
             return Err(fatal(Code::NotConverged, f32::from(self.steps())));
@@ -69,17 +67,6 @@ impl<R: Real> Fit<R> {
         }
         let covariance = covariance_of(&equations.information(), &object);
         let covariance = covariance.ok_or_else(undetermined)?;
-        let consistency = self.consistency();
-        if !object.is_physically_consistent() {
-            self.say(Code::NotPhysicallyConsistent, Severity::Warning, self.margin(&object));
-        }
-        if consistency.surprise() > R::of(CONTRADICTION) {
-            self.say(Code::DataContradictBudget, Severity::Warning, consistency.reduced());
-            let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
-            if let Some(suspect) = strain::suspect(problem, dofs, &body, equations) {
-                let _ = self.diagnostics.push(suspect);
-            }
-        }
         let layout = problem.layout;
         if layout.gravity.is_none() && layout.sensors.iter().any(|s| s.senses_gravity) {
             self.say(Code::GravityNotGiven, Severity::Note, R::zero());
@@ -89,7 +76,7 @@ impl<R: Real> Fit<R> {
             body: problem.balance.body_back(&object),
             covariance: Some(problem.balance.covariance_back(&covariance)),
             condition: self.condition,
-            consistency: Some(consistency),
+            consistency: Some(self.consistency()),
             diagnostics: core::mem::take(&mut self.diagnostics),
         })
     }
@@ -106,7 +93,6 @@ pub(super) fn covariance_of<R: Real>(
         unit[k] = R::one();
         covariance.set_column(k, &damped_step(information, &unit, R::zero(), &SVector::zeros())?);
     }
-    let to_theta = object.dtheta_dphi();
-    let covariance = to_theta * covariance * to_theta.transpose();
+    congruence(&object.dtheta_dphi(), &mut covariance);
     all_finite(&covariance).then_some(covariance)
 }

@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector};
 use super::normal_equations::NormalEquations;
 use super::parameters::{Parameters, RAISED};
 use super::problem::Problem;
-use super::{check_data, equations_in, fatal, start, undetermined};
+use super::{CONTRADICTION, check_data, equations_in, fatal, start, strain, undetermined};
 use crate::Real;
 use crate::body::{LogCholesky, RigidBody};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
@@ -56,29 +56,22 @@ pub struct Fit<R> {
     pub(super) equations: usize,
     pub(super) condition: R,
     pub(super) diagnostics: Diagnostics,
-    pub(super) stage: Stage<R>,
+    pub(super) stage: Stage,
 }
 
 /// What the next step does.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Stage<R> {
+pub(super) enum Stage {
     /// Evaluates.
     Arrived,
-    /// Tries a damping.
-    Evaluated(Slope<R>),
+    /// Tries a damping, after so many others.
+    Evaluated { trials: u8 },
     /// Evaluates for the last time.
     Settled,
+    /// Asks whether body and data are what they can be.
+    Final,
     /// Nothing: the answer can be given.
     Done,
-}
-
-/// The cost about the present parameters.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Slope<R> {
-    information: SMatrix<R, 10, 10>,
-    gradient: SVector<R, 10>,
-    /// Dampings tried so far.
-    trials: u8,
 }
 
 impl<R: Real> Fit<R> {
@@ -152,11 +145,15 @@ impl<R: Real> Fit<R> {
                     return Err(fatal(Code::NotConverged, MOST_STEPS as f32));
                 }
                 self.evaluate(&problem, dofs, &mut equations)?;
-                self.stage = Stage::Evaluated(self.slope(&equations));
+                self.stage = Stage::Evaluated { trials: 0 };
             }
-            Stage::Evaluated(slope) => self.descend(&problem, dofs, &mut equations, slope)?,
+            Stage::Evaluated { trials } => self.descend(&problem, dofs, &mut equations, trials)?,
             Stage::Settled => {
                 self.evaluate(&problem, dofs, &mut equations)?;
+                self.stage = Stage::Final;
+            }
+            Stage::Final => {
+                self.judge(&problem, dofs, &mut equations)?;
                 self.stage = Stage::Done;
             }
             Stage::Done => {}
@@ -164,14 +161,14 @@ impl<R: Real> Fit<R> {
         Ok(if let Stage::Done = self.stage { Progress::Done } else { Progress::Going })
     }
 
-    /// Of the equations that [`Fit::evaluate`] leaves.
-    #[inline(never)]
-    fn slope(&self, equations: &NormalEquations<'_, R>) -> Slope<R> {
-        let slopes = self.parameters.slopes();
-        Slope {
-            information: slopes.transpose() * equations.information() * slopes,
-            gradient: slopes.transpose() * equations.gradient(),
-            trials: 0,
+    /// Information and gradient of what is varied, of the equations that [`Fit::evaluate`] leaves.
+    fn slope(&self, equations: &NormalEquations<'_, R>) -> (SMatrix<R, 10, 10>, SVector<R, 10>) {
+        match self.parameters.slopes() {
+            None => (equations.information(), equations.gradient()),
+            Some(slopes) => (
+                slopes.transpose() * equations.information() * slopes,
+                slopes.transpose() * equations.gradient(),
+            ),
         }
     }
 
@@ -182,9 +179,9 @@ impl<R: Real> Fit<R> {
         problem: &Problem<'_, R, S, H>,
         dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
-        slope: Slope<R>,
+        trials: u8,
     ) -> Result<(), Diagnostics> {
-        let Slope { information, gradient, trials } = slope;
+        let (information, gradient) = self.slope(equations);
         let levels = self.parameters.levels(&information);
         if trials >= MOST_TRIALS {
             // No step lowers the cost: this is the minimum as far as the precision tells.
@@ -220,7 +217,7 @@ impl<R: Real> Fit<R> {
             }
         }
         self.damping *= R::of(10.0);
-        self.stage = Stage::Evaluated(Slope { trials: trials + 1, ..slope });
+        self.stage = Stage::Evaluated { trials: trials + 1 };
         Ok(())
     }
 
@@ -268,6 +265,29 @@ impl<R: Real> Fit<R> {
 
     pub(super) fn object(&self) -> Option<RigidBody<R>> {
         RigidBody::from_phi(&self.parameters.phi())
+    }
+
+    /// At the minimum: whether the body is a physical one, whether the data contradict their error budget, and
+    /// what is to be suspected then.
+    fn judge<const S: usize, const H: usize>(
+        &mut self,
+        problem: &Problem<'_, R, S, H>,
+        dofs: &[DofMassLines<R, S>],
+        equations: &mut NormalEquations<'_, R>,
+    ) -> Result<(), Diagnostics> {
+        let object = self.object().ok_or_else(undetermined)?;
+        if !object.is_physically_consistent() {
+            self.say(Code::NotPhysicallyConsistent, Severity::Warning, self.margin(&object));
+        }
+        let consistency = self.consistency();
+        if consistency.surprise() > R::of(CONTRADICTION) {
+            self.say(Code::DataContradictBudget, Severity::Warning, consistency.reduced());
+            let body = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
+            if let Some(suspect) = strain::suspect(problem, dofs, &body, equations) {
+                let _ = self.diagnostics.push(suspect);
+            }
+        }
+        Ok(())
     }
 
     /// A gain that is not worth another step.

@@ -100,7 +100,7 @@ impl<R: Real> method::Solver<R> for Fit<R> {
         observed: &Observations<'_, R, S, H, L>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
-        self.answer(observed.layout, observed.mass_lines, workspace)
+        self.answer(observed.layout, workspace)
     }
 }
 

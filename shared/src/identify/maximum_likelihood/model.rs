@@ -104,18 +104,15 @@ impl<R: Real, const S: usize> HitModel<R, S> {
         noise: &Responses<R, S>,
         channels: usize,
     ) -> Option<ResponseSquare<R, S>> {
-        let mut covariance = ResponseSquare::<R, S>::zeros();
-        for j in 0..channels {
-            for i in j..channels {
-                let mut sum = R::zero();
-                for of_cause in &self.spread.0 {
-                    sum += of_cause[i] * of_cause[j];
-                }
-                covariance[(i, j)] = sum;
-            }
-            covariance[(j, j)] += noise[j] * noise[j];
+        let mut weight = ResponseSquare::<R, S>::zeros();
+        for of_cause in &self.spread.0 {
+            weight.add_square(of_cause);
         }
-        covariance.inverse(channels)
+        for (k, sigma) in noise.iter().enumerate() {
+            weight[(k, k)] += *sigma * *sigma;
+        }
+        weight.invert(channels)?;
+        Some(weight)
     }
 
     /// What one standard deviation of each cause of a sensor adds to its three readings: sensitivity

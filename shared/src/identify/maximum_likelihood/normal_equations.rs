@@ -109,7 +109,8 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         self.factor(0, self.causes)?;
         for i in 0..self.unknowns {
             let row = &self.packed[start(i)..start(i) + i + 1];
-            let sum = dot(row, self.right, i.min(self.causes));
+            let done = i.min(self.causes);
+            let sum = dot(&row[..done], &self.right[..done]);
             let value = self.right[i] - sum;
             self.right[i] = if i < self.causes { value / row[i] } else { value };
         }
@@ -120,24 +121,26 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     fn factor(&mut self, from: usize, to: usize) -> Option<()> {
         for i in from..self.unknowns {
             let (above, row) = self.packed.split_at_mut(start(i));
-            for j in from..=i {
-                let done = j.min(to);
-                let sum = if j < i {
-                    dot_range(row, &above[start(j)..], from, done)
+            let row = &mut row[..=i];
+            let mut others = &above[start(from)..];
+            for j in from..i {
+                let (other, below) = others.split_at(j + 1);
+                others = below;
+                if j < to {
+                    row[j] = (row[j] - dot(&row[from..j], &other[from..j])) / other[j];
                 } else {
-                    dot_range(row, row, from, done)
-                };
-                let value = row[j] - sum;
-                row[j] = if j >= to {
-                    value
-                } else if j < i {
-                    value / above[start(j) + j]
-                } else if value > R::zero() && value.finite() {
-                    value.sqrt()
-                } else {
-                    return None;
-                };
+                    row[j] -= dot(&row[from..to], &other[from..to]);
+                }
             }
+            let known = &row[from..i.min(to)];
+            let value = row[i] - dot(known, known);
+            row[i] = if i >= to {
+                value
+            } else if value > R::zero() && value.finite() {
+                value.sqrt()
+            } else {
+                return None;
+            };
         }
         Some(())
     }
@@ -175,7 +178,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         let mut explained = R::zero();
         for i in 0..self.causes {
             let row = &self.packed[start(i)..start(i) + i + 1];
-            let value = (self.second[i] - dot(row, self.second, i)) / row[i];
+            let value = (self.second[i] - dot(&row[..i], &self.second[..i])) / row[i];
             self.second[i] = value;
             explained += value * value;
         }
@@ -212,7 +215,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     pub(super) fn solve_second(&mut self) {
         for i in 0..self.unknowns {
             let row = &self.packed[start(i)..start(i) + i + 1];
-            self.second[i] = (self.second[i] - dot(row, self.second, i)) / row[i];
+            self.second[i] = (self.second[i] - dot(&row[..i], &self.second[..i])) / row[i];
         }
         back_substitute(self.packed, self.second);
     }
@@ -269,14 +272,10 @@ fn back_substitute<R: Real>(packed: &[R], b: &mut [R]) {
     }
 }
 
-fn dot<R: Real>(a: &[R], b: &[R], count: usize) -> R {
-    dot_range(a, b, 0, count)
-}
-
 /// Written out in fours: most of the fit's instructions are here.
-fn dot_range<R: Real>(a: &[R], b: &[R], from: usize, to: usize) -> R {
-    let (a, rest_of_a) = a[from..to].as_chunks::<4>();
-    let (b, rest_of_b) = b[from..to].as_chunks::<4>();
+fn dot<R: Real>(a: &[R], b: &[R]) -> R {
+    let (a, rest_of_a) = a.as_chunks::<4>();
+    let (b, rest_of_b) = b.as_chunks::<4>();
     let mut sum = R::zero();
     for (a, b) in a.iter().zip(b) {
         sum = sum + a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];

@@ -29,11 +29,11 @@ impl<R: Real> Parameters<R> {
         }
     }
 
-    /// `∂phi` over the parameters.
-    pub(super) fn slopes(&self) -> SMatrix<R, 10, 10> {
+    /// `∂phi` over the parameters; `None` for one.
+    pub(super) fn slopes(&self) -> Option<SMatrix<R, 10, 10>> {
         match self {
-            Self::Free(_) => SMatrix::identity(),
-            Self::Consistent { body, .. } => body.dphi(),
+            Self::Free(_) => None,
+            Self::Consistent { body, .. } => Some(body.dphi()),
         }
     }
 

@@ -185,9 +185,7 @@ fn fit_crudely(workspace: &mut [f32], is: &RigLayout) -> Fitted {
     }
     assert!(progress.is_ok(), "the fit did not settle: {progress:?}");
     let (mut estimate, mut fit) = (None, Some(fit));
-    costs.add(measure(|| {
-        estimate = fit.take().map(|mut fit| fit.answer(&layout, &dofs, workspace))
-    }));
+    costs.add(measure(|| estimate = fit.take().map(|mut fit| fit.answer(&layout, workspace))));
     let Some(Ok(estimate)) = estimate else { panic!("the fit has no answer") };
     Fitted { estimate, whole: costs.whole(), longest: costs.longest }
 }
