@@ -179,27 +179,17 @@ fn sentence(problem: &SensorProblem<f64>) -> String {
 mod tests {
     use super::*;
     use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
-    use massline_shared::signal::{AdcProperties, CHANNELS, StaticReading};
-    use massline_shared::units::{Hertz, Seconds, Volts};
 
-    const ADC: AdcProperties = AdcProperties {
-        rate: Hertz(4000.0),
-        channels: 7,
-        bits: 12,
-        reference: Volts(3.0),
-        channel_delay: Seconds(1e-5),
-    };
+    /// Noise of a sensor at rest, V.
+    const NOISE: f64 = 0.5e-3;
 
-    /// Two nominal sensors at rest, and a hammer at 0.12 V.
-    fn reading(position: Position, deviation: f32) -> RestReading<f64> {
+    /// Two nominal sensors and a hammer at 0.12 V.
+    fn reading(position: Position, noise: f64) -> RestReading<f64> {
         let up = position.up::<f64>();
-        let mut mean = [0.0; CHANNELS];
-        mean[0] = (0.12 / 3.0 * 4096.0) as f32;
-        for k in 0..6 {
-            mean[1 + k] = ((1.5 + 0.057 * up[k % 3]) / 3.0 * 4096.0) as f32;
-        }
-        let reading = StaticReading { scans: 2048, mean, deviation: [deviation; CHANNELS] };
-        RestReading::of(&reading, &ADC)
+        let mean: [f64; 7] =
+            std::array::from_fn(|k| if k == 0 { 0.12 } else { 1.5 + 0.057 * up[(k - 1) % 3] });
+        // Half a second at 4 kS/s, of which every third scan is independent.
+        RestReading::from_volts(&mean, &[noise; 7], &[noise / 26.0; 7]).unwrap()
     }
 
     #[test]
@@ -209,14 +199,14 @@ mod tests {
         let mut readings = TumbleReadings::open(&path).unwrap();
         for position in Position::ALL {
             assert_eq!(readings.wanted().first(), Some(&position));
-            readings.add(position, reading(position, 0.65), &TumbleLimits::default()).unwrap();
+            readings.add(position, reading(position, NOISE), &TumbleLimits::default()).unwrap();
             readings = TumbleReadings::open(&path).unwrap();
         }
         assert!(readings.wanted().is_empty());
         let found = readings.solve(&TumbleLimits::default()).unwrap();
         let mut record = CalibrationRecord::default();
         record.take_tumble(&found.sensors, found.hammer_zero);
-        // Codes in single precision: 1e-7 of 2 V, over 0.1 V.
+        // The record is in single precision: 1e-7 of 2 V, over 0.1 V.
         let nominal = CalibrationRecord::default().calibration;
         for k in 1..7 {
             let ratio =
@@ -225,7 +215,7 @@ mod tests {
         }
         assert!((record.calibration.channels[0].zero.0 - 0.12).abs() < 1e-5);
         assert_eq!(record.method(), CalibrationMethod::Tumble);
-        // 0.65 codes over 2048 scans of which every 2.7th is independent, of 78 codes per g.
+        // 0.5 mV / 26 of 57 mV per g, twice.
         assert!((1e-4..4e-4).contains(&record.sigma.gain), "{}", record.sigma.gain);
         readings.forget();
         assert!(!path.exists());
@@ -239,15 +229,15 @@ mod tests {
         for position in &Position::ALL[..5] {
             // Before the second position the sensors were not turned.
             let lies = if *position == Position::ALL[1] { Position::ALL[0] } else { *position };
-            readings.add(*position, reading(lies, 0.65), &limits).unwrap();
+            readings.add(*position, reading(lies, NOISE), &limits).unwrap();
         }
         let error = readings.solve(&limits).unwrap_err();
         assert!(error.to_string().contains("position -Z is missing"), "{error}");
-        readings.add(Position::ALL[5], reading(Position::ALL[5], 0.65), &limits).unwrap();
+        readings.add(Position::ALL[5], reading(Position::ALL[5], NOISE), &limits).unwrap();
         let error = readings.solve(&limits).unwrap_err();
         assert_eq!(error.exit_code(), 3);
         assert!(error.to_string().contains("sensor 2, position -X: reads as +X"), "{error}");
-        let moved = reading(Position::ALL[0], 9.0);
+        let moved = reading(Position::ALL[0], 6e-3);
         let error = check_rest(&moved, Position::ALL[0], &limits).unwrap_err();
         assert!(error.to_string().contains("not at rest"), "{error}");
     }
@@ -258,7 +248,7 @@ mod tests {
         let path = directory.path().join("tumble.toml");
         let first = Position::ALL[0];
         let mut readings = TumbleReadings::new(&path);
-        readings.add(first, reading(first, 0.65), &TumbleLimits::default()).unwrap();
+        readings.add(first, reading(first, NOISE), &TumbleLimits::default()).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, text.repeat(2)).unwrap();
         let error = TumbleReadings::open(&path).unwrap_err();
