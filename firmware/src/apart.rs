@@ -12,6 +12,7 @@ pub(crate) async fn apart<T>(mut future: Pin<&mut impl Future<Output = T>>) -> T
     poll_fn(|context| poll(future.as_mut(), context)).await
 }
 
+// Never inlined: 2.6 KB less of the firmware's deepest stack.
 #[inline(never)]
 fn poll<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
     future.poll(context)

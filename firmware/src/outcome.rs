@@ -81,8 +81,6 @@ struct Window<'o> {
 }
 
 impl Window<'_> {
-    /// Not inlined: what is encoded is not on the stack of the whole.
-    #[inline(never)]
     fn put(&mut self, value: &impl Serialize) {
         // Neither counting nor a piece of memory fails.
         let _ = postcard::serialize_with_flavor(value, Bytes(self));

@@ -134,8 +134,9 @@ impl<F: NorFlash> Session<'_, '_, F> {
         self.rig.news.signal(());
     }
 
-    /// Writes the next event as a frame; gives its length, zero without news. Never inlined: an event
-    /// is not held while its frame is sent.
+    /// Writes the next event as a frame; gives its length, zero without news. An event is not held while its
+    /// frame is sent.
+    // Never inlined: 1.5 KB less of the firmware's deepest stack.
     #[inline(never)]
     fn next_news(&self, news: &mut News, out: &mut [u8; MAX_FRAME]) -> usize {
         let hit = self.rig.measurement.borrow_mut().next_hit();

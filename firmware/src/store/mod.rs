@@ -305,9 +305,7 @@ impl<F: NorFlash> Store<F> {
     }
 }
 
-/// The title of an encoded layout; `None` when the bytes are no layout. A function of its own: a decoded layout is
-/// not on the stack while the flash is written.
-#[inline(never)]
+/// The title of an encoded layout; `None` when the bytes are no layout.
 fn title_of(encoded: &[u8]) -> Option<String<48>> {
     postcard::from_bytes::<RigLayout>(encoded).ok().map(|layout| layout.title)
 }

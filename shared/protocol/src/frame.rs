@@ -105,8 +105,6 @@ impl PlainFrame {
 ///
 /// # Errors
 /// [`FrameError::BadBody`] when the message takes more than [`MAX_BODY`] bytes.
-// Never inlined: the frame before its stuffing is on nobody else's stack.
-#[inline(never)]
 pub fn encode_frame<T: serde::Serialize + ?Sized>(
     kind: u16,
     sequence: u16,

@@ -82,6 +82,7 @@ pub fn information_spectrum<R: Real, const S: usize, const H: usize>(
 }
 
 /// As [`information_spectrum`] of some hits.
+// Never inlined: 0.8 KB less of the firmware's deepest stack.
 #[inline(never)]
 pub(super) fn spectrum_under<'h, R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,

@@ -13,7 +13,6 @@ use crate::linalg::congruence;
 ///
 /// # Errors
 /// The mass that is left when the object would have none.
-#[inline(never)]
 pub(super) fn take_off<R: Real>(
     estimate: &mut Estimate<R>,
     attached: &[Attached<R>],

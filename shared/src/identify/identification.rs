@@ -177,7 +177,6 @@ impl<R: Real, const N: usize> Identification<R, N> {
         if done { Progress::Done } else { Progress::Going }
     }
 
-    #[inline(never)]
     fn start_next<const S: usize, const H: usize, L: SpectralLines<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
@@ -192,7 +191,6 @@ impl<R: Real, const N: usize> Identification<R, N> {
         }
     }
 
-    #[inline(never)]
     fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
         &mut self,
         method: Method,

@@ -104,7 +104,6 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
 }
 
 /// The ten of the object and what hangs on it together.
-#[inline(never)]
 fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -303,7 +302,6 @@ fn whiten_both_sides<R: Real>(factor: &Triangle6<R>, weight: &Matrix6<R>) -> Mat
 
 /// Covariance of theta from the scatter of the hits, everything in balanced variables until the
 /// end. `Aⱼᵀ Wⱼ Aⱼ` is summed over the hits and closed by `(Aᵀ A)⁻¹` from both sides.
-#[inline(never)]
 fn covariance<R: Real, const S: usize>(
     regression: &Regression<R>,
     body: &RigidBody<R>,

