@@ -3,9 +3,8 @@
 
 use embassy_futures::block_on;
 use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, Store, StoreError};
-use massline_protocol::LayoutHash;
-use massline_protocol::crc32;
 use massline_protocol::message::Measured;
+use massline_protocol::{LayoutHash, MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sensor, Sign};
 use massline_virtual::flash::{Chip, ChipFlash, Cut, F411, FlashMemory, G474, W25q};
