@@ -2,7 +2,7 @@
 //!
 //! While a part of the application computes between two awaits everything else waits: the sampler's
 //! buffer fills, the link is not served, a watchdog is not fed. The longest parts, as budgets of
-//! `tests/budgets.toml` (a Cortex-M4F in QEMU counts instructions, which are no cycles) and at 100 MHz
+//! `tests/budgets.toml` (a Cortex-M4F in QEMU counts instructions, not cycles) and at 100 MHz
 //! with one and a half cycles each:
 //!
 //! | part | while | budget | at 100 MHz |
@@ -12,6 +12,7 @@
 //! | `hit_grading`: a record | sampler stopped | 0.48 M | 7 ms |
 //! | `dof_closing`: all mass lines of a DOF | sampler stopped | 0.45 M | 7 ms |
 //! | `ml_step_12`: a step of the fit, twelve hit DOFs | sampler stopped | 1.0 M | 15 ms |
+//! | the bytes of a result, once for every piece of it | sampler stopped | not measured apart | not measured |
 //! | `layout_check` | whenever a layout comes | 0.45 M | 7 ms |
 //! | `record_checksum`: the host asks for a record | any time but sampling | 0.6 M | 9 ms |
 //! | `static_reading`: six of them make a tumble test | idle | 0.25 M | 4 ms |

@@ -1,13 +1,14 @@
 //! What a measurement has brought, as the bytes that are stored: from the domain to the wire's objects, one at a
 //! time. A whole result is never in memory twice: the store reads it piece by piece.
 
-use massline_protocol::crc32;
 use massline_protocol::diagnostic::DiagnosticList;
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
+use massline_protocol::{crc32, crc32_of_chunks};
 use massline_shared::signal::Calibration;
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
+use crate::deadline::Deadline;
 use crate::rig::{Rig, cut};
 use crate::store::Source;
 
@@ -18,23 +19,29 @@ pub(crate) struct StoredResult<'a, 'm> {
     rig: &'a Rig<'m>,
     number: u32,
     length: usize,
+    checksum: u32,
 }
 
 impl<'a, 'm> StoredResult<'a, 'm> {
-    /// The result that is to be kept under this number.
+    /// The result that is to be kept under this number. Deadline: [`crate::deadline::DEADLINE`].
     pub fn new(rig: &'a Rig<'m>, number: u32) -> Self {
-        let mut counted = Self { rig, number, length: 0 };
-        counted.length = counted.write(0, &mut []);
-        counted
+        let _deadline = Deadline::begin(&rig.stats);
+        let (mut length, mut checksum) = (0, crc32_of_chunks());
+        let counted = Self { rig, number, length, checksum: 0 };
+        counted.write(&mut |byte| {
+            length += 1;
+            checksum.update(&[byte]);
+        });
+        Self { length, checksum: checksum.finalize(), ..counted }
     }
 
-    /// Writes the bytes from `offset` on into `out`; gives how many there are in all.
-    fn write(&self, offset: usize, out: &mut [u8]) -> usize {
+    /// Gives all bytes, one after the other.
+    fn write(&self, take: &mut dyn FnMut(u8)) {
         let measurement = self.rig.measurement.borrow();
         let result = measurement.result();
         let test = measurement.layout().map(|layout| layout.test).unwrap_or_default();
-        let mut window = Window { offset, out, at: 0 };
-        window.put(&ResultHead {
+        let mut bytes = Bytes(take);
+        bytes.put(&ResultHead {
             number: self.number,
             layout_hash: self.rig.layout_hash.get(),
             calibration: checksum_of(measurement.calibration()),
@@ -43,16 +50,15 @@ impl<'a, 'm> StoredResult<'a, 'm> {
             terms: test.terms,
             band_automatic: test.band_hz.is_none(),
         });
-        window.put(&(result.dofs.len() as u32));
+        bytes.put(&(result.dofs.len() as u32));
         for (details, lines) in result.dofs.iter().zip(result.mass_lines) {
-            window.put(&DofResult::of(details, lines));
+            bytes.put(&DofResult::of(details, lines));
         }
-        window.put(&(result.estimates.len() as u32));
+        bytes.put(&(result.estimates.len() as u32));
         for estimate in result.estimates {
-            window.put(&StoredEstimate::from(estimate));
+            bytes.put(&StoredEstimate::from(estimate));
         }
-        window.put(&DiagnosticList(result.diagnostics.clone()));
-        window.at
+        bytes.put(&DiagnosticList(result.diagnostics.clone()));
     }
 }
 
@@ -61,8 +67,20 @@ impl Source for StoredResult<'_, '_> {
         self.length
     }
 
+    fn checksum(&self) -> u32 {
+        self.checksum
+    }
+
+    /// Deadline: [`crate::deadline::DEADLINE`].
     fn read(&self, offset: usize, out: &mut [u8]) {
-        self.write(offset, out);
+        let _deadline = Deadline::begin(&self.rig.stats);
+        let mut at = 0_usize;
+        self.write(&mut |byte| {
+            if let Some(to) = at.checked_sub(offset).and_then(|place| out.get_mut(place)) {
+                *to = byte;
+            }
+            at += 1;
+        });
     }
 }
 
@@ -73,33 +91,21 @@ pub(crate) fn checksum_of(calibration: &Calibration) -> u32 {
     postcard::to_slice(calibration, &mut bytes).map_or(0, |bytes| crc32(bytes))
 }
 
-/// A piece of what is written one behind the other; the rest is only counted.
-struct Window<'o> {
-    offset: usize,
-    out: &'o mut [u8],
-    at: usize,
-}
+/// Where the bytes of one thing after the other go.
+struct Bytes<'t>(&'t mut dyn FnMut(u8));
 
-impl Window<'_> {
+impl Bytes<'_> {
     fn put(&mut self, value: &impl Serialize) {
-        // Neither counting nor a piece of memory fails.
-        let _ = postcard::serialize_with_flavor(value, Bytes(self));
+        // Nothing that takes every byte fails.
+        let _ = postcard::serialize_with_flavor(value, Bytes(self.0));
     }
 }
 
-/// The bytes of one thing on their way into a window.
-struct Bytes<'w, 'o>(&'w mut Window<'o>);
-
-impl Flavor for Bytes<'_, '_> {
+impl Flavor for Bytes<'_> {
     type Output = ();
 
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        let window = &mut *self.0;
-        let place = window.at.checked_sub(window.offset);
-        if let Some(to) = place.and_then(|place| window.out.get_mut(place)) {
-            *to = byte;
-        }
-        window.at += 1;
+        (self.0)(byte);
         Ok(())
     }
 

@@ -77,9 +77,9 @@ impl<'m> Rig<'m> {
     /// Takes a layout into use, given by its postcard bytes.
     ///
     /// # Errors
-    /// When they are none; nothing has changed then.
-    pub fn use_layout(&self, encoded: &[u8]) -> postcard::Result<()> {
-        let layout: RigLayout = postcard::from_bytes(encoded)?;
+    /// [`StoreError::Malformed`] when they are none; nothing has changed then.
+    pub fn use_layout(&self, encoded: &[u8]) -> Result<(), StoreError> {
+        let layout = decode_layout(encoded).ok_or(StoreError::Malformed)?;
         self.measurement.borrow_mut().set_layout(layout);
         self.layout_hash.set(crc32(encoded));
         self.changed();

@@ -30,7 +30,7 @@ use serde::de::DeserializeOwned;
 use crate::deadline::Deadline;
 use crate::objects::Objects;
 use crate::rig::Rig;
-use crate::store::{Store, StoreError};
+use crate::store::{Store, StoreError, decode_layout};
 
 /// A frame that has not left after this long is given up: nobody reads.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
@@ -263,10 +263,13 @@ impl<F: NorFlash> Session<'_, '_, F> {
     async fn put_layout(&self, body: &[u8]) -> Result<LayoutAnswer, Reason> {
         let hash = crc32(body);
         let rig = self.rig;
+        if decode_layout(body).is_none() {
+            return Err(Reason::Malformed);
+        }
         if hash != rig.layout_hash.get() {
             let write = async || {
                 self.store.lock().await.put_layout(body).await?;
-                rig.use_layout(body).map_err(|_| Reason::Malformed)
+                Ok::<_, Reason>(rig.use_layout(body)?)
             };
             rig.changing(write).await?;
         }

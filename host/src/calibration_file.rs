@@ -155,7 +155,7 @@ impl CalibrationFile {
 pub fn to_toml(record: &CalibrationRecord) -> String {
     let mut table = CalibrationTable::of(&record.calibration);
     let text = |text: &str| (!text.is_empty()).then(|| text.to_owned());
-    table.method = Some(record.method().name().into());
+    table.method = Some(record.method.name().into());
     table.date = text(&record.date);
     table.temperature_c = record.temperature;
     table.sigma = Some(record.sigma);
@@ -232,7 +232,7 @@ impl CalibrationTable {
             let known = CalibrationMethod::ALL.map(CalibrationMethod::name).join(", ");
             let method = named
                 .ok_or_else(|| bad("method", format!("\"{name}\""), &format!("one of {known}")))?;
-            record.method = method as u8;
+            record.method = method;
         }
         if let Some(sigma) = self.sigma {
             if !sigma.is_usable() {
@@ -343,7 +343,7 @@ mod tests {
 
     fn calibration() -> CalibrationRecord {
         let mut record = CalibrationRecord {
-            method: CalibrationMethod::Tumble as u8,
+            method: CalibrationMethod::Tumble,
             date: "2026-02-28".try_into().unwrap(),
             hammer: "H1".try_into().unwrap(),
             temperature: Some(-3.5),

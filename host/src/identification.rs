@@ -5,6 +5,7 @@ mod priors;
 mod report;
 
 use massline_protocol::object::{DofResult, MeasurementResult};
+use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::influence::{Influence, influences};
 use massline_shared::identify::maximum_likelihood::{self, Learned, Start};
@@ -113,7 +114,7 @@ pub fn identify<L: SpectralLines<f64>>(
     let likelihood = |estimate: &&mut Estimate<f64>| estimate.method == Method::MaximumLikelihood;
     if let Some(estimate) = found.estimates.iter_mut().find(likelihood) {
         found.priors = suspect_priors(estimate, layout, mass_lines);
-        found.details = details(layout, mass_lines);
+        found.details = details(layout, mass_lines, &estimate.body);
     }
     for (method, reasons) in &mut found.not_applicable {
         if *method == Method::MaximumLikelihood {
@@ -147,10 +148,14 @@ fn suspect_priors(
     priors
 }
 
-/// What the fit found out about sensors, hammer and hits, and what each of them does to the answer.
-fn details(layout: &HostLayout, lines: &[DofMassLines<f64, HOST_SENSORS>]) -> Option<Details> {
+/// What the fit found out about sensors, hammer and hits at its answer, and what each of them does to that.
+fn details(
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, HOST_SENSORS>],
+    answer: &RigidBody<f64>,
+) -> Option<Details> {
     let mut memory = vec![0.0; maximum_likelihood::workspace(layout.sensors.len())];
-    let whole = maximum_likelihood::solve(layout, lines, Start::InertiaRestraint, &mut memory);
+    let whole = maximum_likelihood::solve(layout, lines, Start::At(answer), &mut memory);
     let whole = whole.ok()?;
     let mut of_each = Vec::new();
     influences(layout, lines, &whole, &mut memory, |influence| of_each.push(influence));

@@ -99,7 +99,7 @@ impl<'a> SolvedAgain<'a> {
         });
         if let Some(examination) = &self.examination {
             host["mistakes"] = examination.to_json(layout);
-            value["single_faults"] = host["mistakes"].clone();
+            value["single_faults"] = marked(host["mistakes"].clone(), FoundBy::Host);
             let found = examination.diagnostics_json(layout);
             all.extend(found.iter().cloned());
             new.extend(found);
@@ -112,7 +112,7 @@ impl<'a> SolvedAgain<'a> {
             .into_iter()
             .map(|(refused, found_by)| marked(refusals_json(&[refused], say)[0].take(), found_by));
         value["not_applicable"] = missing.collect();
-        value["details"] = host["details"].clone();
+        value["details"] = marked(host["details"].clone(), FoundBy::Host);
         host["diagnostics"] = all.into();
         value["host"] = host;
     }
@@ -171,8 +171,10 @@ impl<'a> SolvedAgain<'a> {
     }
 }
 
-/// A JSON object with who found it.
+/// A JSON object with who found it; what is not there has been found by nobody.
 fn marked(mut value: Value, by: FoundBy) -> Value {
-    value["found_by"] = by.name().into();
+    if let Value::Object(members) = &mut value {
+        members.insert("found_by".into(), by.name().into());
+    }
     value
 }

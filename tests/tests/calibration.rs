@@ -45,7 +45,7 @@ fn a_calibration_recovers_the_sensitivities_and_the_errors_of_the_frame_shrink()
     let (mut before, mut after) = (Vec::new(), Vec::new());
     for seed in 1..=3 {
         let found = calibrate(seed, &mut output()).unwrap();
-        assert_eq!(found.method(), CalibrationMethod::TumbleAndBlock);
+        assert_eq!(found.method, CalibrationMethod::TumbleAndBlock);
         let errors = sensitivity_errors(&bench, seed, &found).unwrap();
         println!(
             "seed {seed}: largest error of gain {:.3} %, cross-axis {:.3} %, hammer {:.3} %",
@@ -92,7 +92,7 @@ fn a_block_alone_gives_the_sensors_against_the_hammer_as_well_as_it_says() {
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
     assert!(found.hammer.is_none());
     found.write(&mut record);
-    assert_eq!(record.method(), CalibrationMethod::Block);
+    assert_eq!(record.method, CalibrationMethod::Block);
     assert_eq!(record.sigma.hammer_gain, 0.0);
     assert!(record.sigma.gain < 0.015, "{:?}", record.sigma);
     let truth = massline_virtual::bench::TumbleSource::new(&bench, 3, 4).unwrap();

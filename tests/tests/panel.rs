@@ -228,7 +228,7 @@ fn sensors_are_calibrated_by_gravity_with_buttons_alone() {
     let bench = Bench::named("default").unwrap();
     let (proposal, kept) = tumble(&provisioned(), &bench, 5);
     pictures::check("run-tumble-proposal", &proposal, &[]);
-    assert_eq!(kept.method(), CalibrationMethod::Tumble);
+    assert_eq!(kept.method, CalibrationMethod::Tumble);
     // Largest of nine: four standard deviations.
     let errors = sensitivity_errors(&bench, 5, &kept).unwrap();
     assert!(errors.gain < 400.0 * f64::from(kept.sigma.gain), "{errors:?}");
@@ -272,7 +272,7 @@ fn the_hammer_is_calibrated_against_a_block_with_buttons_alone() {
     rig.stop().unwrap();
 
     let kept = kept(&flash).unwrap();
-    assert_eq!(kept.method(), CalibrationMethod::TumbleAndBlock);
+    assert_eq!(kept.method, CalibrationMethod::TumbleAndBlock);
     for k in 0..3 {
         let sensor = |record: &CalibrationRecord| record.calibration.sensor_sensitivity(k);
         assert_eq!(sensor(&kept), sensor(&tumbled), "the block does not touch the sensors");

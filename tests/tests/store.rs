@@ -63,6 +63,17 @@ fn kept_layout<F: NorFlash>(store: &mut Store<F>) -> Option<RigLayout> {
 }
 
 #[test]
+fn bytes_that_are_more_than_a_layout_are_not_kept() {
+    let flash = FlashBacking::default();
+    let mut store = open(&flash);
+    let mut bytes = encoded(&layout("whole"));
+    bytes.push(0);
+    assert_eq!(block_on(store.put_layout(&bytes)), Err(StoreError::Malformed));
+    assert_eq!(block_on(store.put_layout(&bytes[..9])), Err(StoreError::Malformed));
+    assert_eq!((kept_layout(&mut store), store.layouts().len()), (None, 0));
+}
+
+#[test]
 fn layout_calibration_and_results_survive_a_restart() {
     let flash = FlashBacking::default();
     let mut calibration = CalibrationRecord::default();

@@ -67,7 +67,7 @@ fn layout(sensors: usize, hits: usize) -> RigLayout {
 
 fn calibration() -> CalibrationRecord {
     let mut record = CalibrationRecord {
-        method: CalibrationMethod::TumbleAndBlock as u8,
+        method: CalibrationMethod::TumbleAndBlock,
         date: text("2026-03-14"),
         hammer: text("hammer 12345"),
         sensors: [text("A17"), text(""), text("sensor 12345")],

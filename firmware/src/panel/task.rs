@@ -112,7 +112,7 @@ async fn run_errand<F: NorFlash>(
             store.use_layout(hash).await?;
             let mut room = [0; MAX_LAYOUT];
             let layout = store.layout(&mut room).await.ok_or(Refused::NotFound)?;
-            desk.rig.use_layout(layout).map_err(|_| Refused::StoreFailed)?;
+            desk.rig.use_layout(layout)?;
         }
         Errand::SolveBlock => {
             let kept = store.calibration().await;
@@ -283,12 +283,14 @@ impl<F: NorFlash> Desk<'_, '_, F> {
         if !self.rig.measurement.borrow().is_idle() {
             return Err(Refused::WrongPhase);
         }
-        match self.held {
-            Held::Tumble(_, reading) => *reading = true,
-            Held::Retry(readings, _) => *self.held = Held::Tumble(readings.clone(), true),
+        let readings = match &*self.held {
+            Held::Tumble(readings, _) | Held::Retry(readings, _) => readings.clone(),
             _ => return Err(Refused::NotFound),
-        }
-        Ok(self.rig.take_reading()?)
+        };
+        // A request that is refused leaves what was read before, which is no reading of this position.
+        self.rig.take_reading()?;
+        *self.held = Held::Tumble(readings, true);
+        Ok(())
     }
 
     /// Forgets the calibration on its way, and the reading that it waits for.

@@ -111,7 +111,7 @@ pub(super) fn of_block(
     ratio: &ForceRatio<f32>,
     record: &mut CalibrationRecord,
 ) -> Result<Proposal, Problem> {
-    if !record.method().knows_sensors() {
+    if !record.method.knows_sensors() {
         return Err(Problem::SensorsUnknown);
     }
     record.take_block(ratio);
@@ -176,7 +176,7 @@ mod tests {
             assert!((ratio - 1.0).abs() < 2e-5, "{ratio}");
         }
         assert!((record.calibration.channels[0].zero.0 - 0.12).abs() < 1e-5);
-        assert_eq!(record.method(), CalibrationMethod::Tumble);
+        assert_eq!(record.method, CalibrationMethod::Tumble);
         assert!(proposal.sound);
         // 0.65 codes over 2048 scans of which every 2.7th is independent, of 78 codes per g.
         assert!((1e-4..4e-4).contains(&proposal.sigma.gain), "{}", proposal.sigma.gain);
@@ -209,11 +209,11 @@ mod tests {
         let ratio = ForceRatio { ratio: 1.02, sigma: 0.003, departure: (0.0, 1.0) };
         let mut record = CalibrationRecord::default();
         assert_eq!(of_block(&ratio, &mut record), Err(Problem::SensorsUnknown));
-        record.method = CalibrationMethod::Tumble as u8;
+        record.method = CalibrationMethod::Tumble;
         let before = record.calibration.channels[HAMMER].sensitivity;
         let proposal = of_block(&ratio, &mut record).unwrap();
         assert_eq!(record.calibration.channels[HAMMER].sensitivity, before / 1.02);
-        assert_eq!(record.method(), CalibrationMethod::TumbleAndBlock);
+        assert_eq!(record.method, CalibrationMethod::TumbleAndBlock);
         assert_eq!(proposal.sigma.hammer_gain, 0.003 / 1.02);
     }
 }

@@ -31,7 +31,6 @@ pub use contents::{Kept, KeptLayout};
 pub use error::StoreError;
 use log::{Checkpoint, Log, Work};
 pub use source::Source;
-use writing::checksum;
 
 /// Results that the store holds, if the flash has room for them.
 pub const RESULTS: usize = 24;
@@ -209,7 +208,7 @@ impl<F: NorFlash> Store<F> {
             return Err(StoreError::Full);
         }
         let (number, campaign, crc) =
-            (self.next_number(), self.contents.campaign.serial, checksum(result));
+            (self.next_number(), self.contents.campaign.serial, result.checksum());
         let change = |object| Change::Result { object, number, layout, mass, crc, campaign };
         self.keep(result, change).await?;
         Ok(number)
@@ -307,5 +306,13 @@ impl<F: NorFlash> Store<F> {
 
 /// The title of an encoded layout; `None` when the bytes are no layout.
 fn title_of(encoded: &[u8]) -> Option<String<48>> {
-    postcard::from_bytes::<RigLayout>(encoded).ok().map(|layout| layout.title)
+    decode_layout(encoded).map(|layout| layout.title)
+}
+
+/// The layout that the bytes are, whole and without a rest; `None` when they are none.
+pub(crate) fn decode_layout(encoded: &[u8]) -> Option<RigLayout> {
+    match postcard::take_from_bytes(encoded) {
+        Ok((layout, [])) if encoded.len() <= MAX_LAYOUT => Some(layout),
+        _ => None,
+    }
 }

@@ -1,7 +1,6 @@
 //! How the store keeps things: pieces first, and then the change that names them.
 
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_protocol::crc32_of_chunks;
 
 use super::contents::{Change, MAX_CHANGE, Object};
 use super::log::{Checkpoint, Log};
@@ -128,17 +127,4 @@ impl<F: NorFlash> Store<F> {
         }
         Ok(())
     }
-}
-
-/// CRC-32 over all bytes of a source.
-pub(super) fn checksum(source: &(impl Source + ?Sized)) -> u32 {
-    let mut crc = crc32_of_chunks();
-    let (mut piece, length) = ([0; 64], source.length());
-    for offset in (0..length).step_by(64) {
-        let count = (length - offset).min(64);
-        let piece = piece.get_mut(..count).unwrap_or_default();
-        source.read(offset, piece);
-        crc.update(piece);
-    }
-    crc.finalize()
 }

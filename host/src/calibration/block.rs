@@ -78,7 +78,7 @@ impl Block {
         });
         let sensors = sensors.collect::<Result<Vec<_>>>()?;
         let lines = hits.iter().map(|hit| &hit.lines);
-        let known = record.method().knows_sensors();
+        let known = record.method.knows_sensors();
         let hammer = known.then(|| force_ratio(lines, count, block)).transpose()?;
         Ok(Self { sensors, hammer, corners })
     }
@@ -96,7 +96,7 @@ impl Block {
             let sensitivity = calibration.sensor_sensitivity(k) * sensor.ratio;
             calibration.set_sensor_sensitivity(k, &sensitivity);
         }
-        record.method = CalibrationMethod::Block as u8;
+        record.method = CalibrationMethod::Block;
         record.sigma = self.sensor_sigma();
     }
 

@@ -214,7 +214,7 @@ mod tests {
             assert!((ratio - 1.0).abs() < 1e-5, "{ratio}");
         }
         assert!((record.calibration.channels[0].zero.0 - 0.12).abs() < 1e-5);
-        assert_eq!(record.method(), CalibrationMethod::Tumble);
+        assert_eq!(record.method, CalibrationMethod::Tumble);
         // 0.5 mV / 26 of 57 mV per g, twice.
         assert!((1e-4..4e-4).contains(&record.sigma.gain), "{}", record.sigma.gain);
         readings.forget();

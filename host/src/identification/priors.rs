@@ -4,7 +4,7 @@
 //! without it, and what it gives then is compared with what the prior says.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
-use massline_shared::identify::maximum_likelihood::{self, CONTRADICTION, Start, workspace};
+use massline_shared::identify::maximum_likelihood::{self, Start, workspace};
 use massline_shared::identify::{DofMassLines, Estimate};
 use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
 
@@ -37,7 +37,7 @@ fn search(
     let mut worst: Option<(f64, Diagnostic)> = None;
     for prior in &layout.priors {
         let Some(estimate) = without(&|other| other.property == prior.property) else { continue };
-        let agrees = estimate.consistency.is_some_and(|c| c.surprise() <= CONTRADICTION);
+        let agrees = estimate.consistency.is_some_and(|c| !c.contradicts());
         let Some((far, found)) = contradiction(prior, &estimate).filter(|_| agrees) else {
             continue;
         };

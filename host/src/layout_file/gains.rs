@@ -17,7 +17,7 @@ impl LayoutFile {
     /// Takes the gains that the file does not state from what a calibration has achieved. Data sheets
     /// and numbers of unknown origin change nothing.
     pub fn believe(&mut self, record: &CalibrationRecord) {
-        if matches!(record.method(), CalibrationMethod::DataSheet | CalibrationMethod::Other) {
+        if matches!(record.method, CalibrationMethod::DataSheet | CalibrationMethod::Other) {
             return;
         }
         let CalibrationSigma { gain, cross_axis, hammer_gain } = record.sigma;

@@ -354,7 +354,7 @@ fn gains_that_the_file_does_not_state_are_those_of_the_calibration() {
     let mut record = CalibrationRecord { sigma, ..CalibrationRecord::default() };
     file.believe(&record);
     assert_eq!(file, as_written, "data sheets change nothing");
-    record.method = CalibrationMethod::Block as u8;
+    record.method = CalibrationMethod::Block;
     file.believe(&record);
     let budget = |k: usize| file.layout.sensors[k].uncertainty;
     assert_eq!((budget(0).gain, budget(0).cross_axis), (0.03, 0.125));

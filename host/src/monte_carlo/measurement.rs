@@ -121,5 +121,5 @@ fn refused(rig: &Measurement<'_, f64>, error: StartError) -> Unmeasured {
         found.iter().filter(|d| d.is_error()).map(|d| report::message_in(d, layout))
     });
     let text = sentences.collect::<Vec<_>>().join("; ");
-    Unmeasured::Refused(if text.is_empty() { format!("{error:?}") } else { text })
+    Unmeasured::Refused(if text.is_empty() { error.to_string() } else { text })
 }

@@ -146,7 +146,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         let plain = maximum_likelihood::solve(self.layout, self.lines, start, &mut room).ok();
         let plain = plain.map(|solution| solution.estimate);
         let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
-        let agrees = consistency.is_some_and(|c| !contradicts(&c));
+        let agrees = consistency.is_some_and(|c| !c.contradicts());
         let mut suspects = if agrees {
             // Anything else would show in χ²; a common scale is one number against a known one.
             self.tested(|fault| *fault == SingleFault::CommonScale)
@@ -242,7 +242,7 @@ fn split<'s>(
 ) -> (Vec<Suspect>, &'s [Suspect]) {
     let plain = plain.map_or(f64::INFINITY, |c| c.chi_squared);
     let explains = |best: &Suspect| {
-        plain - best.consistency.chi_squared >= DECISIVE && !contradicts(&best.consistency)
+        plain - best.consistency.chi_squared >= DECISIVE && !best.consistency.contradicts()
     };
     let Some(best) = ascending.first().filter(|best| explains(best)) else {
         return (Vec::new(), ascending);
@@ -253,15 +253,10 @@ fn split<'s>(
     (named.to_vec(), others)
 }
 
-/// The fit contradicts the budget: χ² that chance exceeds in one of a thousand tests.
-fn contradicts(consistency: &Consistency<f64>) -> bool {
-    consistency.surprise() > maximum_likelihood::CONTRADICTION
-}
-
 /// Whether a mistake would be seen: one number against a known one for a common scale, else χ².
 fn is_shown(fault: &SingleFault<f64>, consistency: &Consistency<f64>) -> bool {
     if *fault == SingleFault::CommonScale {
         return true;
     }
-    contradicts(consistency)
+    consistency.contradicts()
 }

@@ -9,8 +9,13 @@ use crate::layout::{DEFAULT_HAMMER_GAIN, RIG_SENSORS};
 use crate::signal::{Calibration, HAMMER};
 use crate::units::Volts;
 
-/// How a calibration was made, raw in [`CalibrationRecord::method`].
+/// How a calibration was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(into = "u8", from = "u8")
+)]
 #[repr(u8)]
 pub enum CalibrationMethod {
     /// Nominal values of the data sheets.
@@ -26,15 +31,24 @@ pub enum CalibrationMethod {
     Other = 4,
 }
 
+/// Of a number that was kept or sent; one that this program does not know is [`CalibrationMethod::Other`].
+impl From<u8> for CalibrationMethod {
+    fn from(number: u8) -> Self {
+        Self::ALL.into_iter().find(|&method| method as u8 == number).unwrap_or(Self::Other)
+    }
+}
+
+/// The number that stands for it. Never changed.
+impl From<CalibrationMethod> for u8 {
+    fn from(method: CalibrationMethod) -> Self {
+        method as Self
+    }
+}
+
 impl CalibrationMethod {
     /// Every method.
     pub const ALL: [Self; 5] =
         [Self::DataSheet, Self::Tumble, Self::Block, Self::TumbleAndBlock, Self::Other];
-
-    /// Read from the wire; an unknown one is [`Self::Other`].
-    pub fn from_raw(raw: u8) -> Self {
-        Self::ALL.into_iter().find(|&method| method as u8 == raw).unwrap_or(Self::Other)
-    }
 
     /// Its name in reports and files.
     pub fn name(self) -> &'static str {
@@ -88,8 +102,8 @@ impl CalibrationSigma {
 pub struct CalibrationRecord {
     /// The numbers.
     pub calibration: Calibration,
-    /// Raw [`CalibrationMethod`].
-    pub method: u8,
+    /// How it was made.
+    pub method: CalibrationMethod,
     /// What it has achieved.
     pub sigma: CalibrationSigma,
     /// Day, `yyyy-mm-dd`; empty when not known.
@@ -103,11 +117,6 @@ pub struct CalibrationRecord {
 }
 
 impl CalibrationRecord {
-    /// How it was made.
-    pub fn method(&self) -> CalibrationMethod {
-        CalibrationMethod::from_raw(self.method)
-    }
-
     /// True when a rig can work with it.
     pub fn is_usable(&self) -> bool {
         self.calibration.is_usable() && self.sigma.is_usable()
@@ -119,7 +128,7 @@ impl CalibrationRecord {
         let worst = |of: fn(&SensorSensitivity<R>) -> R| {
             sensors.iter().map(of).fold(R::zero(), |worst, sigma| worst.max(sigma)).to_f32()
         };
-        self.method = CalibrationMethod::Tumble as u8;
+        self.method = CalibrationMethod::Tumble;
         self.sigma = CalibrationSigma {
             gain: worst(SensorSensitivity::relative_gain_sigma),
             cross_axis: worst(SensorSensitivity::relative_cross_axis_sigma),
@@ -141,7 +150,7 @@ impl CalibrationRecord {
     pub fn take_block<R: Real>(&mut self, hammer: &ForceRatio<R>) {
         let sensitivity = &mut self.calibration.channels[HAMMER].sensitivity;
         *sensitivity = (R::of(f64::from(*sensitivity)) / hammer.ratio).to_f32();
-        self.method = CalibrationMethod::TumbleAndBlock as u8;
+        self.method = CalibrationMethod::TumbleAndBlock;
         self.sigma.hammer_gain = (hammer.sigma / hammer.ratio).to_f32();
     }
 }
@@ -149,8 +158,7 @@ impl CalibrationRecord {
 impl From<Calibration> for CalibrationRecord {
     /// Numbers whose origin nobody knows.
     fn from(calibration: Calibration) -> Self {
-        let method = CalibrationMethod::Other as u8;
-        Self { calibration, method, ..Self::default() }
+        Self { calibration, method: CalibrationMethod::Other, ..Self::default() }
     }
 }
 
@@ -161,20 +169,19 @@ mod tests {
     #[test]
     fn without_a_calibration_the_data_sheets_hold() {
         let record = CalibrationRecord::default();
-        assert_eq!(record.method(), CalibrationMethod::DataSheet);
+        assert_eq!(record.method, CalibrationMethod::DataSheet);
         assert_eq!(record.calibration, Calibration::default());
         assert!(record.is_usable());
     }
 
     #[test]
     fn a_block_changes_the_hammer_and_nothing_else() {
-        let before =
-            CalibrationRecord { method: CalibrationMethod::Tumble as u8, ..Default::default() };
+        let before = CalibrationRecord { method: CalibrationMethod::Tumble, ..Default::default() };
         let mut record = before.clone();
         record.take_block(&ForceRatio { ratio: 1.02_f32, sigma: 0.003, departure: (0.0, 1.0) });
         let was = before.calibration.channels[HAMMER].sensitivity;
         assert_eq!(record.calibration.channels[HAMMER].sensitivity, was / 1.02);
-        assert_eq!(record.method(), CalibrationMethod::TumbleAndBlock);
+        assert_eq!(record.method, CalibrationMethod::TumbleAndBlock);
         assert_eq!(record.sigma.hammer_gain, 0.003 / 1.02);
         assert_eq!(
             (record.sigma.gain, record.sigma.cross_axis),
@@ -186,9 +193,9 @@ mod tests {
     #[test]
     fn a_method_survives_the_wire() {
         for method in CalibrationMethod::ALL {
-            assert_eq!(CalibrationMethod::from_raw(method as u8), method);
+            assert_eq!(CalibrationMethod::from(method as u8), method);
         }
-        assert_eq!(CalibrationMethod::from_raw(99), CalibrationMethod::Other);
+        assert_eq!(CalibrationMethod::from(99), CalibrationMethod::Other);
     }
 
     #[test]

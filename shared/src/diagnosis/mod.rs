@@ -12,6 +12,8 @@ mod value;
 
 use core::fmt;
 
+use crate::Real;
+
 pub use setting::Setting;
 pub use subject::{Subject, SubjectKind};
 pub use table::Code;
@@ -99,6 +101,11 @@ impl Diagnostic {
 
 /// As many diagnostics as one answer carries.
 pub type Diagnostics = heapless::Vec<Diagnostic, 16>;
+
+/// The one error about the whole that takes the answer away.
+pub(crate) fn fatal<R: Real>(code: Code, value: R) -> Diagnostics {
+    Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, value.to_f32())])
+}
 
 #[cfg(test)]
 mod tests;

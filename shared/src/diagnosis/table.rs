@@ -56,7 +56,7 @@ codes! {
         "Two sensors on one\nnode: give each its\nown.";
         "{subject} shares its place with another; give it a node of its own";
     /// A sensor or hit names a node that the layout does not have.
-    UnknownNode = 10, "unknown_node", Sensor, None;
+    UnknownNode = 10, "unknown_node", SensorOrHit, None;
         "The layout lacks this\nnode: correct the\nlayout.";
         "{subject} names a node that the layout does not have; add the node or name another";
     /// Local axes are not of unit length or not orthogonal. Subject: the sensor, or the hit of a direction
@@ -185,9 +185,9 @@ codes! {
     /// Value: by which part of the motion of the DOF.
     NoPlateau = 53, "no_plateau", Response, Share(1);
         "Its mass line is not\nflat: narrow the band\nor hang softer.";
-        "due to {hit}, the mass line of {response}, moves by {value} of the motion when the ends of the \
-         band are left out: it is no plateau; let test.band_hz stay farther from suspension and elastic \
-         modes, or be \"auto\"";
+        "the mass line of {response} due to {hit} changes by {value} of the motion when the ends of the \
+         band are left out: it is no plateau; keep test.band_hz farther from suspension and elastic modes, \
+         or set it to \"auto\"";
     /// The data show no band between suspension and elastic modes, so the usual one is used. Subject: the
     /// DOF.
     BandNotFound = 54, "band_not_found", Hit, None;

@@ -7,6 +7,10 @@ use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::Diagnostics;
 
+/// Data whose χ² would be exceeded by chance in one of a thousand tests contradict the budget: this
+/// many standard deviations of a normal variable.
+pub const CONTRADICTION: f64 = 3.09;
+
 /// The ten properties with what is known of their quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate<R> {
@@ -45,6 +49,11 @@ impl<R: Real> Consistency<R> {
     pub fn surprise(&self) -> R {
         let spread = R::of(2.0 / (9.0 * f64::from(self.degrees_of_freedom.max(1))));
         (self.reduced().max(R::zero()).cbrt() - (R::one() - spread)) / spread.sqrt()
+    }
+
+    /// True when the data contradict their error budget: by chance in one of a thousand tests.
+    pub fn contradicts(&self) -> bool {
+        self.surprise() > R::of(CONTRADICTION)
     }
 }
 

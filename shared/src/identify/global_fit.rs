@@ -14,12 +14,13 @@
 
 use nalgebra::{Complex, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
+use super::mass_lines::lower_places;
 use super::method::{self, Entry, Observable, Progress};
 use super::observations::{FrequencyResponses, Observations, SpectralLines};
-use super::{Estimate, Method, inertia_restraint};
+use super::{Estimate, Method, inertia_restraint, symmetric};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::layout::{Layout, is_finite};
 use crate::linalg::{LeastSquares, Spectrum, all_finite, congruence};
 use crate::mass_line::Terms;
@@ -309,8 +310,8 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
         inverses: &mut [[R; INVERSE]],
     ) -> Option<()> {
         let mass = body_of(unknowns)?.mass_matrix();
-        let stiffness = symmetric(unknowns, 0);
-        let damping = (N == WITH_DAMPING).then(|| symmetric(unknowns, SYMMETRIC));
+        let stiffness = symmetric_of(unknowns, 0);
+        let damping = (N == WITH_DAMPING).then(|| symmetric_of(unknowns, SYMMETRIC));
         for (line, inverse) in inverses.iter_mut().enumerate() {
             let over = real(R::one()) / self.s(line);
             let mut dynamic =
@@ -412,8 +413,8 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
             consistency: None,
             diagnostics,
         };
-        let damping = (N == WITH_DAMPING).then(|| symmetric(unknowns, SYMMETRIC));
-        Ok(Solution { estimate, stiffness: symmetric(unknowns, 0), damping })
+        let damping = (N == WITH_DAMPING).then(|| symmetric_of(unknowns, SYMMETRIC));
+        Ok(Solution { estimate, stiffness: symmetric_of(unknowns, 0), damping })
     }
 }
 
@@ -446,7 +447,7 @@ fn slopes<R: Real, const N: usize>(
     over: Complex<R>,
 ) -> [Complex<R>; N] {
     let mut slopes = [real(R::zero()); N];
-    for (k, (i, j)) in pairs().enumerate() {
+    for (k, (i, j)) in lower_places().take(SYMMETRIC).enumerate() {
         let mut product = adjoint[i] * motion[j];
         if i != j {
             product += adjoint[j] * motion[i];
@@ -465,19 +466,10 @@ fn slopes<R: Real, const N: usize>(
     slopes
 }
 
-/// The symmetric matrix of the unknowns from `first` on.
-fn symmetric<R: Real, const N: usize>(unknowns: &SVector<R, N>, first: usize) -> Matrix6<R> {
-    let mut matrix = Matrix6::zeros();
-    for (k, (i, j)) in pairs().enumerate() {
-        matrix[(i, j)] = unknowns[first + k];
-        matrix[(j, i)] = unknowns[first + k];
-    }
-    matrix
-}
-
-/// Places of the upper triangle of a 6 × 6 matrix, row by row.
-fn pairs() -> impl Iterator<Item = (usize, usize)> {
-    (0..6).flat_map(|i| (i..6).map(move |j| (i, j)))
+/// The symmetric matrix of the unknowns from `first` on: its lower triangle, row by row.
+fn symmetric_of<R: Real, const N: usize>(unknowns: &SVector<R, N>, first: usize) -> Matrix6<R> {
+    let lower = unknowns.as_slice().get(first..first + SYMMETRIC);
+    lower.and_then(symmetric).unwrap_or_else(Matrix6::zeros)
 }
 
 fn body_of<R: Real, const N: usize>(unknowns: &SVector<R, N>) -> Option<RigidBody<R>> {
@@ -486,12 +478,6 @@ fn body_of<R: Real, const N: usize>(unknowns: &SVector<R, N>) -> Option<RigidBod
 
 fn real<R: Real>(value: R) -> Complex<R> {
     Complex::new(value, R::zero())
-}
-
-fn fatal(code: Code, value: f32) -> Diagnostics {
-    let mut found = Diagnostics::new();
-    let _ = found.push(Diagnostic::whole(code, Severity::Error, value));
-    found
 }
 
 #[cfg(test)]

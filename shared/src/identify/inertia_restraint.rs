@@ -15,7 +15,7 @@ use super::weighting::{Triangle6, Weighting, whiten};
 use super::{DofMassLines, Estimate, MassLines, Method, ResponseInverse};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::layout::{Hit, Layout, check_hits, is_finite};
 use crate::linalg::{LeastSquares, Spectrum, all_finite, congruence};
 
@@ -398,12 +398,6 @@ fn check_data<R: Real, const S: usize, const H: usize>(
         return Err(fatal(Code::LayoutNotFinite, R::zero()));
     }
     super::check_mass_lines(layout, dofs)
-}
-
-fn fatal<R: Real>(code: Code, value: R) -> Diagnostics {
-    let mut found = Diagnostics::new();
-    let _ = found.push(Diagnostic::whole(code, Severity::Error, value.to_f32()));
-    found
 }
 
 fn rank_deficient(sensors: usize, rank: usize) -> Diagnostics {

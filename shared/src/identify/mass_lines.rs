@@ -209,7 +209,7 @@ pub fn symmetric<R: Real, const N: usize>(lower: &[R]) -> Option<SMatrix<R, N, N
 }
 
 /// Rows and columns of a lower triangle, row by row, without end.
-fn lower_places() -> impl Iterator<Item = (usize, usize)> {
+pub(super) fn lower_places() -> impl Iterator<Item = (usize, usize)> {
     (0..).flat_map(|i| (0..=i).map(move |j| (i, j)))
 }
 

@@ -22,7 +22,7 @@ mod rigidity;
 mod weighting;
 
 pub use applicability::{Applicability, information_spectrum};
-pub use estimate::{Consistency, Estimate};
+pub use estimate::{CONTRADICTION, Consistency, Estimate};
 pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
 pub use mass_lines::{DofMassLines, MassLines, ScatterAccumulator, lower_triangle, symmetric};
 pub(crate) use mass_lines::{by_reference, check_mass_lines};

@@ -52,7 +52,7 @@ impl Verdict {
 pub struct HitPolicy(u32);
 
 impl HitPolicy {
-    /// The codes that have a verdict. Their order is that on the wire: new ones come last.
+    /// The codes that have a verdict. Their order is that of kept and sent settings: new ones come last.
     pub const CODES: [Code; 11] = [
         Code::Overload,
         Code::TooWeak,

@@ -2,7 +2,7 @@
 
 use super::campaign::{self, Campaign, CampaignProgress, Command, CommandError, Object, Start};
 use super::hits::Task;
-use super::{Activity, MeasuredDof, Measurement, Recorded, Streamed, note};
+use super::{Activity, MeasuredDof, Measurement, Recorded, Streamed, Wish, note};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::DofMassLines;
 use crate::layout::RIG_SENSORS;
@@ -22,6 +22,20 @@ pub enum StartError {
     /// Something else is going on.
     WrongPhase,
 }
+
+impl core::fmt::Display for StartError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Busy => "layout or calibration are being replaced",
+            Self::NoLayout => "there is no layout",
+            Self::LayoutRefused => "the layout has an error",
+            Self::NoRoom => "there is no room for the result",
+            Self::WrongPhase => "something else is going on",
+        })
+    }
+}
+
+impl core::error::Error for StartError {}
 
 impl<R: RealFft> Measurement<'_, R> {
     /// Starts a campaign; a paused one is forgotten. `force` begins although the layout has an error that only
@@ -128,6 +142,9 @@ impl<R: RealFft> Measurement<'_, R> {
 
     /// The result is kept under this number.
     pub fn stored(&mut self, number: u32) {
+        if self.wish() != Wish::Keep {
+            return;
+        }
         let Activity::Measuring(mut campaign, _) = self.take_activity() else { return };
         campaign.identified(number);
         self.ended = Some(campaign);

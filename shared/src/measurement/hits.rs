@@ -3,7 +3,7 @@
 use super::averaging::{self, HitInHand, ProcessingSettings};
 use super::campaign::{Campaign, Phase};
 use super::{
-    Activity, GradedHit, LOSSES_TO_STOP, Measurement, Recorded, ScanIndex, Streamed, note,
+    Activity, GradedHit, LOSSES_TO_STOP, Measurement, Recorded, ScanIndex, Streamed, Wish, note,
 };
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Verdict;
@@ -33,8 +33,12 @@ pub(super) enum Task<R> {
 }
 
 impl<R: RealFft> Measurement<'_, R> {
-    /// The sampler has started, as [`Wish::Scans`](super::Wish::Scans) wants it; scans follow.
+    /// The sampler has started, as [`Wish::Scans`] wants it; scans follow. Nothing happens when the wish has
+    /// changed meanwhile.
     pub fn sampling_started(&mut self) {
+        if self.wish() != Wish::Scans {
+            return;
+        }
         self.recorded = Recorded::Nothing;
         self.memory.record.clear();
         if let Activity::Measuring(campaign, task) = &mut self.activity {
@@ -95,6 +99,9 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             CaptureState::Broken => {
                 self.lost(1);
+                if self.wish() == Wish::Scans {
+                    self.sampling_started();
+                }
                 return false;
             }
         }

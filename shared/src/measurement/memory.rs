@@ -5,10 +5,15 @@ use nalgebra::Complex;
 
 use super::averaging::{DofSpectra, HitMemory};
 use super::result::MeasuredDof;
-use crate::identify::{DofMassLines, Identification, MASS_LINE_METHODS, ScatterAccumulator};
+use crate::identify::{
+    DofMassLines, Identification, MASS_LINE_METHODS, ScatterAccumulator, maximum_likelihood,
+};
 use crate::layout::{RIG_HITS, RIG_SENSORS};
 use crate::mass_line::BasisRow;
 use crate::signal::{RECORD_SCANS, Record, SPECTRUM_LINES};
+
+// The scratch is the workspace of the methods.
+const _: () = assert!(maximum_likelihood::workspace(RIG_SENSORS) <= RECORD_SCANS);
 
 /// The large memory of a measurement: about 75 KiB in single precision. Its initial value is all zeros, so that
 /// a static one takes no room in an image.

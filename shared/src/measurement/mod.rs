@@ -154,6 +154,9 @@ impl<'m, R: RealFft> Measurement<'m, R> {
 
     /// Does a bounded piece of the computing that is wanted. On a rig at most a million instructions.
     pub fn work(&mut self) {
+        if self.wish() != Wish::Work {
+            return;
+        }
         let Activity::Measuring(mut campaign, task) = self.take_activity() else { return };
         let task = match (campaign.step(), task) {
             (_, Task::Grade { trigger }) => self.grade_hit(&mut campaign, trigger),

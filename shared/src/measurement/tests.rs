@@ -140,6 +140,36 @@ fn scans_lost_after_the_trigger_reject_the_hit_and_before_it_only_arm_again() {
     assert_eq!(rig.counts().hits_aborted, 1);
 }
 
+#[test]
+fn a_gap_that_nobody_reports_aborts_the_hit_and_the_next_one_counts() {
+    let mut memory = memory();
+    let mut rig = measurement(&mut memory);
+    rig.start(Start::USUAL, false, true).unwrap();
+    rig.sampling_started();
+    rig.feed(ScanIndex(0), &scans(0, 300));
+    rig.feed(ScanIndex(340), &scans(340, 20));
+    assert_eq!((rig.hits(), rig.counts().hits_aborted, rig.wish()), (1, 1, Wish::Scans));
+    // The sampler goes on, and was not started anew.
+    rig.feed(ScanIndex(360), &scans(360, 8000));
+    assert_eq!((rig.wish(), rig.counts().triggers), (Wish::Work, 2));
+}
+
+#[test]
+fn a_sampler_that_starts_after_the_campaign_was_interrupted_wakes_nothing() {
+    let mut memory = memory();
+    let mut rig = measurement(&mut memory);
+    rig.start(Start::USUAL, false, true).unwrap();
+    rig.command(Command::Pause).unwrap();
+    rig.sampling_started();
+    assert_eq!((rig.phase(), rig.wish(), rig.armings()), (Phase::Paused, Wish::Rest, 0));
+    // Reports that nobody asked for end nothing.
+    rig.command(Command::Abort).unwrap();
+    rig.set_stream(true).unwrap();
+    rig.work();
+    rig.stored(3);
+    assert!(rig.streamed().is_some());
+}
+
 /// What a rig keeps over a cut of the power is enough for the mass of a block: once it kept a flag alone.
 #[test]
 fn a_block_test_that_goes_on_after_a_cut_knows_its_mass() {

@@ -135,11 +135,6 @@ impl<R: RealFft> Measurement<'_, R> {
         self.events.pop_front()
     }
 
-    /// True when graded hits wait to be fetched.
-    pub fn has_hits(&self) -> bool {
-        !self.events.is_empty()
-    }
-
     /// Hits graded.
     pub fn hits(&self) -> u32 {
         self.hits

@@ -18,9 +18,9 @@ pub struct Record {
 }
 
 impl Record {
-    /// Bytes of a full record on the wire: two for each code.
+    /// Bytes of a full record: two for each code.
     pub const BYTES: usize = RECORD_SCANS * Self::SCAN_BYTES;
-    /// Bytes of one scan on the wire.
+    /// Bytes of one scan.
     pub const SCAN_BYTES: usize = 2 * CHANNELS;
 
     /// An empty record.

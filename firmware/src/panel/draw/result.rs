@@ -4,7 +4,6 @@ use massline_protocol::LayoutHash;
 use massline_protocol::message::ResultEntry;
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::Estimate;
-use massline_shared::identify::maximum_likelihood::CONTRADICTION;
 
 use super::View;
 use super::canvas::{Canvas, Screen, text, top};
@@ -143,8 +142,8 @@ fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, pages: 
     canvas.line(0, answer.method.entry().title);
     match answer.consistency {
         Some(consistency) => {
-            let agrees = consistency.surprise() <= CONTRADICTION as f32;
-            let verdict = if agrees { "errors as stated" } else { "errors too large" };
+            let contradicts = consistency.contradicts();
+            let verdict = if contradicts { "errors too large" } else { "errors as stated" };
             canvas.line(1, verdict);
             let chi = fitting(consistency.chi_squared, 1, 6);
             canvas.format(2, format_args!("chi\u{b2} {chi} of {}", consistency.degrees_of_freedom));

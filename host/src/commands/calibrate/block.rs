@@ -132,7 +132,7 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
     let test = args.block.test(Some(args.hits))?;
     let mut rig = args.block.rig.on_block(&test.file.layout)?;
     let record = rig.client.calibration()?;
-    let from_data_sheets = record.method() == CalibrationMethod::DataSheet;
+    let from_data_sheets = record.method == CalibrationMethod::DataSheet;
     if from_data_sheets {
         output.warn(
             "the rig keeps no calibration yet: its channels are compared with their data sheets; \

@@ -32,7 +32,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Value {
         })
         .collect();
     json!({
-        "method": record.method().name(),
+        "method": record.method.name(),
         "date": record.date.as_str(),
         "temperature_c": record.temperature,
         "sigma": {
@@ -85,7 +85,7 @@ pub(super) fn record_text(record: &CalibrationRecord) -> String {
     let temperature = record.temperature.map_or(String::new(), |t| format!(", {t:.1} °C"));
     format!(
         "{table}\n{} ({date}{temperature}); 1 σ: gain {:.2} %, cross-axis {:.2} %, hammer {:.2} %",
-        record.method().name(),
+        record.method.name(),
         100.0 * sigma.gain,
         100.0 * sigma.cross_axis,
         100.0 * sigma.hammer_gain,

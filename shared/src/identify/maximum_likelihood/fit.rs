@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector};
 use super::normal_equations::NormalEquations;
 use super::parameters::{Parameters, RAISED};
 use super::problem::Problem;
-use super::{CONTRADICTION, check_data, equations_in, fatal, start, strain, undetermined};
+use super::{check_data, equations_in, fatal, start, strain, undetermined};
 use crate::Real;
 use crate::body::{LogCholesky, RigidBody};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
@@ -281,7 +281,7 @@ impl<R: Real> Fit<R> {
             self.say(Code::NotPhysicallyConsistent, Severity::Warning, self.margin(&object));
         }
         let consistency = self.consistency();
-        if consistency.surprise() > R::of(CONTRADICTION) {
+        if consistency.contradicts() {
             self.say(Code::DataContradictBudget, Severity::Warning, consistency.reduced());
             let body = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
             if let Some(suspect) = strain::suspect(problem, dofs, &body, equations) {

@@ -38,15 +38,11 @@ use super::observations::{Observations, SpectralLines};
 use super::{DofMassLines, Estimate};
 use crate::Real;
 use crate::body::RigidBody;
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::layout::{Layout, MAX_ATTACHED, RIG_SENSORS, is_finite};
 use model::SENSOR_CAUSES;
 use normal_equations::NormalEquations;
 use problem::Problem;
-
-/// Data whose χ² would be exceeded by chance in one of a thousand tests contradict the budget: this
-/// many standard deviations of a normal variable.
-pub const CONTRADICTION: f64 = 3.09;
 
 /// What this file states about the method.
 pub const ENTRY: Entry = Entry {
@@ -160,12 +156,6 @@ fn equations_in<'w, R: Real, const S: usize, const H: usize>(
 /// The start was identifiable, so what cannot be computed any more is a fit that went astray.
 fn undetermined() -> Diagnostics {
     fatal(Code::NotConverged, 0.0)
-}
-
-fn fatal(code: Code, value: f32) -> Diagnostics {
-    let mut found = Diagnostics::new();
-    let _ = found.push(Diagnostic::whole(code, Severity::Error, value));
-    found
 }
 
 #[cfg(test)]
