@@ -11,13 +11,14 @@ use heapless::{String, Vec};
 use massline_protocol::message::{Identity, Measured, Stats, Status};
 use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR, Raw, crc32};
 use massline_shared::identify::Estimate;
-use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout};
+use massline_shared::layout::{RIG_HITS, RIG_SENSORS};
 use massline_shared::measurement::campaign::{Command, CommandError, Start};
 use massline_shared::measurement::{Measurement, Memory, StartError};
 use massline_shared::signal::{AdcProperties, CHANNELS, PRE_TRIGGER_SCANS, RECORD_SCANS};
 
 use crate::deadline::Deadline;
 use crate::info::BoardInfo;
+use crate::store::{StoreError, decode_layout};
 
 /// The state that the parts share.
 pub(crate) struct Rig<'m> {

@@ -63,6 +63,8 @@ pub struct Store<F: NorFlash> {
 impl<F: NorFlash> Store<F> {
     /// A store over the whole of `flash`, to be opened. Until then, and for ever over a region that a store
     /// cannot use, it refuses every write with [`StoreError::Failed`].
+    // Always inlined, so that it is built where it stays: 1.1 KB less of the firmware's deepest stack.
+    #[inline(always)]
     pub fn new(flash: F) -> Self {
         Self {
             log: Log::new(flash),

@@ -5,7 +5,7 @@
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::maximum_likelihood::{self, Start, workspace};
-use massline_shared::identify::{DofMassLines, Estimate};
+use massline_shared::identify::{CONTRADICTION, DofMassLines, Estimate};
 use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
 
 /// The priors that contradict the data, to be asked when the data contradict the budget or nothing fits

@@ -38,7 +38,7 @@ use super::observations::{Observations, SpectralLines};
 use super::{DofMassLines, Estimate};
 use crate::Real;
 use crate::body::RigidBody;
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
+use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::{Layout, MAX_ATTACHED, RIG_SENSORS, is_finite};
 use model::SENSOR_CAUSES;
 use normal_equations::NormalEquations;
