@@ -1,0 +1,157 @@
+//! Answers the host and tells it the news. Whatever arrives is checked; nothing that arrives can
+//! block measuring: the session only changes shared state and wakes the measuring loop.
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | `link` | bytes that come and frames that leave, as far as they are counted |
+//! | `requests` | what the host asks for |
+//! | `objects` | long things as bytes, a piece at a time |
+//! | `news` | what the host is told without asking |
+
+mod link;
+mod news;
+mod objects;
+mod requests;
+
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::mutex::Mutex;
+use embassy_time::{Duration, Timer};
+use embedded_io_async::{Read, Write};
+use embedded_storage_async::nor_flash::NorFlash;
+use heapless::Vec;
+use massline_protocol::message::{MAX_CHANGE_ANSWER, REFUSED, Refusal, changes};
+use massline_protocol::{Deframer, Frame, MAX_FRAME, crc32};
+
+use crate::rig::Rig;
+use crate::store::Store;
+use link::{Intake, Sender};
+use news::News;
+use requests::Reply;
+
+/// Events sent before the host is listened to again.
+const NEWS_AT_ONCE: usize = 8;
+/// A link that is gone, or says that it is empty, is asked again after this long.
+const LINK_PAUSE: Duration = Duration::from_millis(10);
+
+/// What the session keeps between two frames.
+pub(crate) struct SessionMemory {
+    deframer: Deframer,
+    /// The answer or the event that is being sent.
+    out: [u8; MAX_FRAME],
+    done: Done,
+}
+
+impl SessionMemory {
+    pub const fn new() -> Self {
+        Self { deframer: Deframer::new(), out: [0; MAX_FRAME], done: Done::NOTHING }
+    }
+}
+
+/// The last request when it changed the rig, and its answer: kept so that it is executed once however
+/// often it arrives.
+struct Done {
+    /// Kind, sequence and body checksum of the request.
+    request: Option<(u16, u16, u32)>,
+    answer: Vec<u8, MAX_CHANGE_ANSWER>,
+}
+
+impl Done {
+    const NOTHING: Self = Self { request: None, answer: Vec::new() };
+}
+
+/// What the session sees of the rest of the rig.
+pub(crate) struct Session<'a, 'm, F: NorFlash> {
+    pub rig: &'a Rig<'m>,
+    pub store: &'a Mutex<NoopRawMutex, Store<F>>,
+}
+
+impl<F: NorFlash> Session<'_, '_, F> {
+    /// Serves the link for ever.
+    pub async fn run(&self, mut rx: impl Read, tx: impl Write, memory: &mut SessionMemory) -> ! {
+        let SessionMemory { deframer, out, done } = memory;
+        let mut sender = Sender::new(tx, self.rig);
+        let mut news = News::default();
+        let mut bytes = [0; 64];
+        let mut intake = Intake::default();
+        loop {
+            match select(rx.read(&mut bytes), self.rig.news.wait()).await {
+                // The link is gone.
+                Either::First(Ok(0) | Err(_)) => {
+                    sender.listened = false;
+                    intake.lost();
+                    Timer::after(LINK_PAUSE).await;
+                }
+                Either::First(Ok(n)) => {
+                    let mut rest = bytes.get(..n).unwrap_or_default();
+                    intake.heard(self.rig);
+                    while !rest.is_empty() {
+                        let (taken, frame) = deframer.push(rest);
+                        intake.took(self.rig, rest.get(..taken), &frame);
+                        rest = rest.get(taken..).unwrap_or_default();
+                        match frame {
+                            Some(Ok(frame)) => {
+                                self.rig.stats.borrow_mut().frames_in += 1;
+                                let answer = self.answer(frame, out, done).await;
+                                sender.listened = true;
+                                sender.send(answer).await;
+                            }
+                            Some(Err(_)) => self.rig.stats.borrow_mut().frames_broken += 1,
+                            None => {}
+                        }
+                    }
+                }
+                Either::Second(()) => {}
+            }
+            self.tell(&mut news, &mut sender, out).await;
+        }
+    }
+
+    /// Sends what has changed since the last call.
+    async fn tell(
+        &self,
+        news: &mut News,
+        sender: &mut Sender<'_, '_, impl Write>,
+        out: &mut [u8; MAX_FRAME],
+    ) {
+        for _ in 0..NEWS_AT_ONCE {
+            if !sender.listened {
+                return;
+            }
+            match news.next(self.rig, out) {
+                0 => return,
+                length => sender.send(out.get(..length)).await,
+            }
+        }
+        // The rest after the next look at what the host wants.
+        self.rig.news.signal(());
+    }
+
+    /// Executes a request; gives its framed answer.
+    async fn answer<'m>(
+        &self,
+        frame: Frame<'_>,
+        out: &'m mut [u8; MAX_FRAME],
+        done: &'m mut Done,
+    ) -> Option<&'m [u8]> {
+        let request = (frame.kind, frame.sequence, crc32(frame.body));
+        if done.request == Some(request) {
+            self.rig.stats.borrow_mut().requests_repeated += 1;
+            return Some(&done.answer);
+        }
+        let mut reply = Reply::new(frame, out);
+        if let Err(reason) = self.execute(&mut reply).await {
+            self.rig.stats.borrow_mut().requests_refused += 1;
+            reply.encode(REFUSED, &Refusal::from(reason));
+        }
+        let length = reply.length();
+        let answer = out.get(..length)?;
+        // A refusal counts as well: what was refused must not be executed when it is sent again.
+        done.request = changes(frame.kind).then_some(request);
+        if done.request.is_some() {
+            // Every answer to a change fits, which a test of the protocol proves.
+            done.answer = Vec::from_slice(answer).unwrap_or_default();
+        }
+        Some(answer)
+    }
+}

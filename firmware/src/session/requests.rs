@@ -1,0 +1,244 @@
+//! What the host asks for.
+
+use embedded_storage_async::nor_flash::NorFlash;
+use heapless::Vec;
+use massline_protocol::message::{
+    ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetIdentity,
+    GetLayout, GetObjectInfo, GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest,
+    ListResults, PutCalibration, PutLayout, ReadObject, Reason, ResultPage, SetStream, TakeReading,
+};
+use massline_protocol::object::{ChunkRef, ChunkRequest};
+use massline_protocol::{Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame};
+use massline_shared::calibration::CalibrationRecord;
+use massline_shared::measurement::Recorded;
+use massline_shared::measurement::campaign::{Object, Start};
+use massline_shared::signal::StaticReading;
+use serde::de::DeserializeOwned;
+
+use super::Session;
+use super::objects::Objects;
+use crate::deadline::Deadline;
+use crate::store::{StoreError, decode_layout};
+
+impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
+    /// Executes a request; the answer is in `reply`.
+    pub(super) async fn execute(&self, reply: &mut Reply<'_, '_>) -> Result<(), Reason> {
+        let rig = self.rig;
+        match reply.frame.kind {
+            GetIdentity::KIND => reply.with::<GetIdentity>(&rig.identity()),
+            GetStatus::KIND => reply.with::<GetStatus>(&rig.status()),
+            GetStats::KIND => {
+                let stats = self.store.lock().await.counted(rig.stats());
+                reply.with::<GetStats>(&stats)
+            }
+            PutLayout::KIND => {
+                let answer = self.put_layout(reply.frame.body).await?;
+                reply.with::<PutLayout>(&answer)
+            }
+            GetLayout::KIND => {
+                let measurement = rig.measurement.borrow();
+                reply.with::<GetLayout>(measurement.layout().ok_or(Reason::NoLayout)?)
+            }
+            PutCalibration::KIND => {
+                self.put_calibration(reply.frame.body).await?;
+                reply.with::<PutCalibration>(&())
+            }
+            GetCalibration::KIND => {
+                let record = self.calibration().await;
+                reply.with::<GetCalibration>(&record)
+            }
+            Command::KIND => {
+                let request = reply.request::<Command>()?;
+                self.command(request).await?;
+                reply.with::<Command>(&rig.status())
+            }
+            GetObjectInfo::KIND => {
+                let object = reply.request::<GetObjectInfo>()?;
+                let info = self.objects().info(object).await?;
+                reply.with::<GetObjectInfo>(&info)
+            }
+            ReadObject::KIND => {
+                let request = reply.request::<ReadObject>()?;
+                let read = self.objects().read(request, reply.out).await?;
+                reply.with_chunk(request, read);
+                Ok(())
+            }
+            ListResults::KIND => {
+                let page = self.list(reply.request::<ListResults>()?).await;
+                reply.with::<ListResults>(&page)
+            }
+            DeleteResult::KIND => {
+                let number = reply.request::<DeleteResult>()?;
+                if !rig.measurement.borrow().rests() {
+                    return Err(Reason::WrongPhase);
+                }
+                self.store.lock().await.delete_result(number).await?;
+                reply.with::<DeleteResult>(&())
+            }
+            TakeReading::KIND => {
+                rig.take_reading()?;
+                reply.with::<TakeReading>(&())
+            }
+            GetReading::KIND => {
+                let measurement = rig.measurement.borrow();
+                match measurement.recorded() {
+                    _ if measurement.reads() => Err(Reason::Busy),
+                    Recorded::Reading => {
+                        reply.with::<GetReading>(&StaticReading::of(measurement.record()))
+                    }
+                    Recorded::ReadingFailed => Err(Reason::SamplerStopped),
+                    Recorded::Nothing | Recorded::Hit(_) => Err(Reason::NotFound),
+                }
+            }
+            SetStream::KIND => {
+                self.set_stream(reply.request::<SetStream>()?)?;
+                reply.with::<SetStream>(&())
+            }
+            _ => Err(Reason::UnknownMessage),
+        }
+    }
+
+    /// Takes a layout. It is decoded after the flash is written, so that it needs no memory meanwhile.
+    async fn put_layout(&self, body: &[u8]) -> Result<LayoutAnswer, Reason> {
+        let hash = crc32(body);
+        let rig = self.rig;
+        if decode_layout(body).is_none() {
+            return Err(Reason::Malformed);
+        }
+        if hash != rig.layout_hash.get() {
+            let write = async || {
+                self.store.lock().await.put_layout(body).await?;
+                Ok::<_, Reason>(rig.use_layout(body)?)
+            };
+            rig.changing(write).await?;
+        }
+        let _deadline = Deadline::begin(&rig.stats);
+        let measurement = rig.measurement.borrow();
+        let layout = measurement.layout().ok_or(Reason::NoLayout)?;
+        Ok(LayoutAnswer { hash, diagnostics: measurement.check(layout) })
+    }
+
+    async fn put_calibration(&self, body: &[u8]) -> Result<(), Reason> {
+        if !decode::<CalibrationRecord>(body)?.is_usable() {
+            return Err(Reason::Malformed);
+        }
+        let write = async || {
+            self.store.lock().await.put_calibration(body).await?;
+            let record = decode::<CalibrationRecord>(body)?;
+            self.rig.measurement.borrow_mut().set_calibration(record.calibration);
+            Ok::<_, Reason>(())
+        };
+        self.rig.changing(write).await
+    }
+
+    /// The calibration in force; where it comes from is kept in the store alone.
+    async fn calibration(&self) -> CalibrationRecord {
+        let kept = self.store.lock().await.calibration().await;
+        let calibration = *self.rig.measurement.borrow().calibration();
+        CalibrationRecord { calibration, ..kept.unwrap_or_default() }
+    }
+
+    fn set_stream(&self, on: bool) -> Result<(), Reason> {
+        let mut measurement = self.rig.measurement.borrow_mut();
+        if on == measurement.streamed().is_some() {
+            // Nothing changes: a record that is being taken is not disturbed.
+            return Ok(());
+        }
+        if on && !self.rig.streams {
+            return Err(Reason::WrongPhase);
+        }
+        measurement.set_stream(on)?;
+        drop(measurement);
+        self.rig.steered();
+        Ok(())
+    }
+
+    /// Starts or steers the campaign.
+    async fn command(&self, request: CommandRequest) -> Result<(), Reason> {
+        let command = CampaignCommand::from_raw(request.command).ok_or(Reason::Malformed)?;
+        if let Some(command) = command.steering() {
+            return Ok(self.rig.command(command)?);
+        }
+        let object = match request.block_mass {
+            None => Object::Unknown,
+            Some(mass) if mass.is_finite() && mass > 0.0 => Object::Block { mass },
+            Some(_) => return Err(Reason::Malformed),
+        };
+        let start = Start { object, confirm: request.confirm };
+        let room = !self.store.lock().await.is_full(self.rig.dofs()).await;
+        Ok(self.rig.start(start, request.force, room)?)
+    }
+
+    async fn list(&self, request: ListRequest) -> ResultPage {
+        let store = self.store.lock().await;
+        let mut page = ResultPage { entries: Vec::new(), more: false };
+        for kept in store.results().iter().filter(|kept| kept.entry.number > request.after) {
+            page.more |= page.entries.push(kept.entry).is_err();
+        }
+        page
+    }
+
+    fn objects(&self) -> Objects<'a, 'm, F> {
+        Objects { rig: self.rig, store: self.store }
+    }
+}
+
+/// A request and where its answer goes.
+pub(super) struct Reply<'f, 'o> {
+    frame: Frame<'f>,
+    out: &'o mut [u8; MAX_FRAME],
+    length: usize,
+}
+
+impl<'f, 'o> Reply<'f, 'o> {
+    /// Not answered yet.
+    pub fn new(frame: Frame<'f>, out: &'o mut [u8; MAX_FRAME]) -> Self {
+        Self { frame, out, length: 0 }
+    }
+
+    /// Length of the framed answer.
+    pub fn length(&self) -> usize {
+        self.length
+    }
+
+    fn request<E: Endpoint>(&self) -> Result<E::Request, Reason> {
+        decode(self.frame.body)
+    }
+
+    fn with<E: Endpoint>(&mut self, response: &E::Response) -> Result<(), Reason> {
+        self.encode(E::KIND | ANSWER, response);
+        Ok(())
+    }
+
+    /// Answers with the bytes of an object that stand at the front of `out`.
+    fn with_chunk(&mut self, request: ChunkRequest, read: usize) {
+        let bytes = self.out.get(..read).unwrap_or_default();
+        let chunk = ChunkRef { object: request.object, offset: request.offset, bytes };
+        let plain = PlainFrame::new(ReadObject::KIND | ANSWER, self.frame.sequence, &chunk);
+        self.length = plain.map_or(0, |plain| plain.stuff(self.out));
+    }
+
+    pub fn encode<T: serde::Serialize>(&mut self, kind: u16, body: &T) {
+        // Every message fits a frame, which a test of the protocol proves.
+        self.length = encode_frame(kind, self.frame.sequence, body, self.out).unwrap_or(0);
+    }
+}
+
+impl From<StoreError> for Reason {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::NotFound => Self::NotFound,
+            StoreError::Malformed => Self::Malformed,
+            StoreError::Full => Self::StoreFull,
+            StoreError::Failed => Self::StoreFailed,
+        }
+    }
+}
+
+/// The message of a whole body.
+fn decode<T: DeserializeOwned>(body: &[u8]) -> Result<T, Reason> {
+    match postcard::take_from_bytes(body) {
+        Ok((message, [])) => Ok(message),
+        _ => Err(Reason::Malformed),
+    }
+}
