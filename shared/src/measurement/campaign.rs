@@ -17,6 +17,12 @@
 //! it: the rig waits for another one.
 //! With *confirmation* a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
 
+mod command;
+mod progress;
+
+pub use command::{Command, CommandError, Object, Start};
+pub use progress::{CampaignProgress, DofProgress, Outcome};
+
 use heapless::Vec;
 
 use crate::layout::RIG_HITS;
@@ -41,137 +47,6 @@ pub enum Phase {
     Solving,
     /// The campaign has ended and a result is stored, with or without an answer.
     Done,
-}
-
-/// What the operator wants of a campaign that has been started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
-    /// Accept the hit that waits for confirmation.
-    Accept,
-    /// Reject the hit that waits for confirmation.
-    Reject,
-    /// Forget all hits of the DOF in hand and measure it again.
-    Redo,
-    /// Leave the DOF in hand out.
-    Skip,
-    /// Go on with the hits that this DOF has.
-    Finish,
-    /// Interrupt: stop sampling, keep everything accepted.
-    Pause,
-    /// Go on after an interruption.
-    Resume,
-    /// End the campaign without a result.
-    Abort,
-}
-
-impl Command {
-    /// Every command.
-    pub const ALL: [Self; 8] = [
-        Self::Accept,
-        Self::Reject,
-        Self::Redo,
-        Self::Skip,
-        Self::Finish,
-        Self::Pause,
-        Self::Resume,
-        Self::Abort,
-    ];
-}
-
-/// Why a command was not executed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CommandError {
-    /// It has no meaning now.
-    WrongPhase,
-    /// The layout has no hit DOF, or more than a rig has memory for.
-    NoDofs,
-}
-
-impl core::fmt::Display for CommandError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::WrongPhase => "the command has no meaning in this phase of the campaign",
-            Self::NoDofs => "the layout has no hit DOF, or more than a rig has memory for",
-        })
-    }
-}
-
-impl core::error::Error for CommandError {}
-
-/// How a DOF stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Outcome {
-    /// Not finished.
-    Open,
-    /// Has all the hits that were wanted.
-    Complete,
-    /// The operator went on with fewer hits.
-    Early,
-    /// Left out by the operator.
-    Skipped,
-}
-
-/// What hangs on the cords.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Object {
-    /// What is to be identified.
-    Unknown,
-    /// A block of known mass, kg: its hits say what the hammer's gain is against the sensors'.
-    Block {
-        /// kg.
-        mass: f32,
-    },
-}
-
-/// How a campaign was started.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Start {
-    /// What is hit.
-    pub object: Object,
-    /// Every hit waits for `Accept` or `Reject`.
-    pub confirm: bool,
-}
-
-impl Start {
-    /// An unknown object, and no confirmation.
-    pub const USUAL: Self = Self { object: Object::Unknown, confirm: false };
-}
-
-/// One DOF of the campaign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct DofProgress {
-    /// Hits averaged.
-    pub accepted: u8,
-    /// How it stands.
-    pub outcome: Outcome,
-}
-
-impl DofProgress {
-    /// Nothing measured.
-    pub const OPEN: Self = Self { accepted: 0, outcome: Outcome::Open };
-
-    /// True when it is not measured any more.
-    pub fn is_finished(&self) -> bool {
-        self.outcome != Outcome::Open
-    }
-}
-
-/// What outlives a cut of the power: the finished DOFs. Hits of the DOF in hand do not.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct CampaignProgress {
-    /// How it was started.
-    pub start: Start,
-    /// All DOFs, in the order of the layout; without hits unless finished.
-    pub dofs: Vec<DofProgress, RIG_HITS>,
-    /// Accepted hits wanted at each DOF.
-    pub wanted: u8,
-    /// Hits rejected.
-    pub rejected: u16,
 }
 
 /// What the rig does next.
