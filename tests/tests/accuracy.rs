@@ -6,8 +6,7 @@ use massline::client::{Client, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline_protocol::object::StoredEstimate;
-use massline_shared::body::INERTIAL_PARAMETERS;
-use massline_shared::body::scale;
+use massline_shared::body::{INERTIAL_PARAMETERS, scale};
 use massline_shared::identify::Method;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
@@ -21,9 +20,20 @@ const TESTS: [&str; 4] = [
 /// Scale of the errors: m, L, L, L, m L² six times, with the frame's L.
 const LENGTH: f64 = 0.14;
 
+fn is_long() -> bool {
+    std::env::var_os("MASSLINE_LONG").is_some()
+}
+
 /// Campaigns of each test: seeds 1 to this, more with `MASSLINE_LONG`.
 fn seeds() -> u64 {
-    if std::env::var_os("MASSLINE_LONG").is_some() { 200 } else { 20 }
+    if is_long() { 200 } else { 20 }
+}
+
+/// What the worst number may be when that of 20 seeds may be `of_20`. Of ten times as many numbers it lies
+/// farther out: a normal number is beyond 3.2 deviations once in 800 times, and the largest of 8000 is beyond
+/// 5 once in 200 runs.
+fn allowed(of_20: f64) -> f64 {
+    if is_long() { of_20 * 5.0 / 3.2 } else { of_20 }
 }
 
 struct Silent;
@@ -76,9 +86,9 @@ fn errors(bench: &Bench) -> (f64, f64) {
 /// Noise, quantisation, RC tolerance and the fit's own floor are 0.1 to 0.2 % rms in all (theory, section
 /// 9); the worst of 800 numbers lies near four times that.
 #[test]
-fn without_placement_and_gain_errors_every_property_is_right_within_a_percent() {
+fn without_placement_and_gain_errors_noise_alone_is_left() {
     let (worst, rms) = errors(&Bench::named("ideal").expect("bundled"));
-    assert!(worst <= 0.8 && rms <= 0.3, "worst {worst:.3} %, rms {rms:.3} %");
+    assert!(worst <= allowed(0.8) && rms <= 0.3, "worst {worst:.3} %, rms {rms:.3} %");
 }
 
 /// The Cramér-Rao bound of these errors with five hits a DOF is 0.48 % rms in tests 1 and 2, 0.81 % in 3
@@ -88,5 +98,5 @@ fn without_placement_and_gain_errors_every_property_is_right_within_a_percent() 
 #[test]
 fn with_the_errors_of_a_person_the_bound_is_reached() {
     let (worst, rms) = errors(&Bench::named("default").expect("bundled"));
-    assert!(worst <= 5.0 && rms <= 1.1, "worst {worst:.3} %, rms {rms:.3} %");
+    assert!(worst <= allowed(5.0) && rms <= 1.1, "worst {worst:.3} %, rms {rms:.3} %");
 }
