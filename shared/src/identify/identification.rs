@@ -99,7 +99,8 @@ pub fn workspace(methods: &[Method], sensors: usize, lines: usize) -> usize {
     methods.iter().map(of).max().unwrap_or(0)
 }
 
-/// An identification with room for the answers of `N` methods: what is wanted, what is being carried out, and what has been answered.
+/// An identification with room for the answers of `N` methods: what is wanted, what is being carried out, and
+/// what has been answered.
 #[derive(Clone, Debug)]
 pub struct Identification<R, const N: usize = METHODS> {
     /// The methods that are still to be carried out; the last is the next, so that the simplest comes first

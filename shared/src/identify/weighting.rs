@@ -8,6 +8,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
+use super::mass_lines::lower_places;
 use crate::Real;
 use crate::linalg::{cholesky, skew};
 
@@ -82,7 +83,7 @@ pub(crate) struct Triangle6<R>([R; 21]);
 
 impl<R: Real> Triangle6<R> {
     fn of(factor: &Matrix6<R>) -> Self {
-        let mut places = (0..6).flat_map(|i| (0..=i).map(move |k| (i, k)));
+        let mut places = lower_places();
         Self([(); 21].map(|()| places.next().map_or_else(R::zero, |place| factor[place])))
     }
 }

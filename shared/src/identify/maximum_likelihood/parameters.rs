@@ -29,7 +29,7 @@ impl<R: Real> Parameters<R> {
         }
     }
 
-    /// `∂phi` over the parameters; `None` for one.
+    /// `∂phi` over the parameters; `None` when they are phi itself.
     pub(super) fn slopes(&self) -> Option<SMatrix<R, 10, 10>> {
         match self {
             Self::Free(_) => None,
