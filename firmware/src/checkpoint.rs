@@ -22,7 +22,7 @@ pub(crate) type Room = [u8; MAX_DOF];
 
 /// How far a campaign has come, as it is kept.
 #[derive(Debug, Serialize, Deserialize)]
-struct KeptProgress {
+struct ProgressCheckpoint {
     /// Hash of its layout.
     layout: u32,
     /// Checksum of its calibration.
@@ -116,7 +116,7 @@ impl Checkpoint {
 /// The progress of the campaign that is under way as bytes; gives their number.
 fn encode(rig: &Rig<'_>, campaign: CampaignProgress, room: &mut Room) -> usize {
     let measurement = rig.measurement.borrow();
-    let progress = KeptProgress {
+    let progress = ProgressCheckpoint {
         layout: rig.layout_hash.get(),
         calibration: checksum_of(measurement.calibration()),
         measured: measured(measurement.result().mass_lines.iter().map(|(index, _)| *index)),
@@ -136,7 +136,7 @@ fn encode_dof(rig: &Rig<'_>, place: usize, room: &mut Room) -> Option<(u8, usize
 
 /// Takes up the campaign whose DOFs and whose progress were kept.
 fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpoint> {
-    let kept = postcard::from_bytes::<KeptProgress>(progress).ok()?;
+    let kept = postcard::from_bytes::<ProgressCheckpoint>(progress).ok()?;
     let mut measurement = rig.measurement.borrow_mut();
     let same = kept.layout == rig.layout_hash.get()
         && kept.calibration == checksum_of(measurement.calibration());
@@ -177,7 +177,7 @@ mod tests {
             subject: Subject::Response { hit: u8::MAX, response: u8::MAX },
             value: 1.0,
         };
-        let progress = KeptProgress {
+        let progress = ProgressCheckpoint {
             layout: u32::MAX,
             calibration: u32::MAX,
             measured: u16::MAX,

@@ -15,7 +15,7 @@
 //! | the bytes of a result, once for every piece of it | sampler stopped | not measured apart | not measured |
 //! | `layout_check` | whenever a layout comes | 0.45 M | 7 ms |
 //! | `record_checksum`: the host asks for a record | any time but sampling | 0.6 M | 9 ms |
-//! | `static_reading`: six of them make a tumble test | idle | 0.25 M | 4 ms |
+//! | `rest_statistics`: six of them make a tumble test | idle | 0.25 M | 4 ms |
 //!
 //! A page of flash that is erased or a word that is written stops the whole core of most chips: see
 //! [`crate::board::Board::flash`]. That happens only while the sampler is stopped, and is not counted here.

@@ -15,7 +15,6 @@
 #[cfg(test)]
 extern crate std;
 
-mod apart;
 pub mod board;
 mod checkpoint;
 mod deadline;
@@ -23,6 +22,7 @@ pub mod info;
 mod levels;
 mod measure;
 mod outcome;
+mod own_frame;
 pub mod panel;
 mod rig;
 pub mod scan_ring;
@@ -39,10 +39,10 @@ use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::MAX_LAYOUT;
 use massline_shared::measurement;
 
-use crate::apart::apart;
 use crate::board::{Board, Link, Panel, Sampler};
 use crate::checkpoint::{Checkpoint, Room};
 use crate::measure::Measuring;
+use crate::own_frame::poll_in_own_frame;
 use crate::panel::task::{PanelMemory, PanelTask};
 use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
@@ -87,16 +87,16 @@ where
     let Memory { measurement, room, session: session_memory, panel: panel_memory } = memory;
     let rig = Rig::new(info, sampler.adc(), L::STREAMS, measurement);
     let store = Mutex::<NoopRawMutex, _>::new(Store::new(flash));
-    let checkpoint = apart(pin!(recall(&rig, &store, room))).await;
+    let checkpoint = poll_in_own_frame(pin!(recall(&rig, &store, room))).await;
     let (rx, tx) = link.split();
     let session = Session { rig: &rig, store: &store };
     let measuring = Measuring { sampler, rig: &rig, store: &store, checkpoint, room };
     let task = PanelTask { rig: &rig, store: &store, memory: panel_memory };
     let panel = panel::task::run(panel, task);
     join3(
-        apart(pin!(measuring.run())),
-        apart(pin!(session.run(rx, tx, session_memory))),
-        apart(pin!(panel)),
+        poll_in_own_frame(pin!(measuring.run())),
+        poll_in_own_frame(pin!(session.run(rx, tx, session_memory))),
+        poll_in_own_frame(pin!(panel)),
     )
     .await
     .0

@@ -8,7 +8,7 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use heapless::{String, Vec};
-use massline_protocol::message::{Identity, Measured, Stats, Status};
+use massline_protocol::message::{EstimatedMass, Identity, Stats, Status};
 use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR, Raw, crc32};
 use massline_shared::identify::Estimate;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS};
@@ -33,7 +33,7 @@ pub(crate) struct Rig<'m> {
     /// How much each channel has moved lately, as [`crate::levels::Levels`] counts it.
     pub levels: Cell<[u8; CHANNELS]>,
     /// Mass by the best answer of the last result.
-    pub last_mass: Cell<Option<Measured>>,
+    pub last_mass: Cell<Option<EstimatedMass>>,
     /// Wakes the measuring loop: a command came.
     pub wake: Signal<NoopRawMutex, ()>,
     /// Wakes the session: there is something to tell.
@@ -188,8 +188,8 @@ impl<'m> Rig<'m> {
 }
 
 /// The mass of an answer.
-pub(crate) fn mass_of(estimate: &Estimate<f32>) -> Measured {
-    Measured { value: estimate.body.mass, sigma: estimate.sigma().map(|sigma| sigma[0]) }
+pub(crate) fn mass_of(estimate: &Estimate<f32>) -> EstimatedMass {
+    EstimatedMass { value: estimate.body.mass, sigma: estimate.sigma().map(|sigma| sigma[0]) }
 }
 
 /// As much of a text as fits.

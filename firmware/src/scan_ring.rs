@@ -31,14 +31,14 @@ use massline_shared::units::ScanIndex;
 use crate::board::SampleError;
 use decimation::Sums;
 pub use decimation::{Decimated, Decimation};
-pub use halves::{Half, HalfFlags, Halves, Lapped};
+pub use halves::{Half, HalfFlags, Halves, Overrun};
 
 /// Faults in a row, without one block read between them, after which a converter is given up.
 pub const FAULTS_TO_STOP: u8 = 3;
 
 /// What the raw scans are.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Settings {
+pub struct RingSettings {
     /// Resolution and averaging.
     pub decimation: Decimation,
     /// The rank of the sentinel, behind the channels.
@@ -49,7 +49,7 @@ pub struct Settings {
     pub skip: u16,
 }
 
-impl Settings {
+impl RingSettings {
     /// Zeros, which are not usable.
     const NONE: Self = Self {
         decimation: Decimation { raw_bits: 0, raw_full: 0, ratio: 0, fraction_bits: 0 },
@@ -74,7 +74,7 @@ pub enum Fault {
 /// All zeros when new, so that it lies in `.bss`.
 #[derive(Debug)]
 pub struct ScanRing<const RANKS: usize, const N: usize> {
-    settings: Settings,
+    settings: RingSettings,
     running: bool,
     fault: Option<Fault>,
     /// Faults since a block was read.
@@ -106,7 +106,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
     pub const fn new() -> Self {
         const { assert!(RANKS > 0 && N > 0, "a ring of nothing") };
         Self {
-            settings: Settings::NONE,
+            settings: RingSettings::NONE,
             running: false,
             fault: None,
             faults: 0,
@@ -123,7 +123,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
 
     /// Begins a run at `now`; what was not read of an earlier one is gone. To be called before the
     /// converter is started. Settings that make no sense make a ring that reads as stopped.
-    pub fn start(&mut self, settings: Settings, now: u64) {
+    pub fn start(&mut self, settings: RingSettings, now: u64) {
         self.faults = 0;
         self.lost = 0;
         self.read = self.written;
@@ -143,7 +143,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         self.fault = None;
     }
 
-    fn begin(&mut self, settings: Settings, now: u64) {
+    fn begin(&mut self, settings: RingSettings, now: u64) {
         self.running = settings.decimation.is_usable() && settings.sentinel < RANKS;
         self.skip = settings.skip;
         self.settings = settings;
@@ -204,7 +204,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
     }
 
     /// At least this many raw scans were overwritten before [`Self::feed`] could take them.
-    pub fn lapped(&mut self, raw_scans: u32) {
+    pub fn overrun(&mut self, raw_scans: u32) {
         if !self.running {
             return;
         }

@@ -16,13 +16,13 @@
 //! id = "H1"
 //! zero_v = 0.1
 //! sensitivity_v_per_n = 0.0225
-//! rc_corner_hz = 497.4           # of the low-pass; 0 without one, nominal when left out
+//! rc_cutoff_hz = 497.4           # of the low-pass; 0 without one, nominal when left out
 //!
 //! [[sensor]]                     # in the order of the rig's inputs
 //! id = "A17"                     # name or serial number; a layout may name it
 //! zero_v = [1.5, 1.5, 1.5]
 //! sensitivity_v_per_m_per_s2 = [0.00581, 0.00581, 0.00581]
-//! rc_corner_hz = [497.4, 497.4, 497.4]
+//! rc_cutoff_hz = [497.4, 497.4, 497.4]
 //! # What channel x reads of an acceleration along y, over its own sensitivity, and so on.
 //! cross_axis = { xy = 0.01, xz = 0.0, yx = 0.0, yz = 0.0, zx = 0.0, zy = -0.005 }
 //! ```
@@ -78,8 +78,8 @@ struct HammerTable {
     id: Option<String>,
     zero_v: f32,
     sensitivity_v_per_n: f32,
-    #[serde(default = "nominal_corner")]
-    rc_corner_hz: f32,
+    #[serde(default = "nominal_cutoff")]
+    rc_cutoff_hz: f32,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -90,17 +90,17 @@ struct SensorTable {
     zero_v: [f32; 3],
     sensitivity_v_per_m_per_s2: [f32; 3],
     #[serde(default = "nominal_corners")]
-    rc_corner_hz: [f32; 3],
+    rc_cutoff_hz: [f32; 3],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     cross_axis: Option<CrossAxis>,
 }
 
-fn nominal_corner() -> f32 {
-    Calibration::RC_CORNER.0 as f32
+fn nominal_cutoff() -> f32 {
+    Calibration::RC_CUTOFF.0 as f32
 }
 
 fn nominal_corners() -> [f32; 3] {
-    [nominal_corner(); 3]
+    [nominal_cutoff(); 3]
 }
 
 impl CalibrationFile {
@@ -178,7 +178,7 @@ impl CalibrationTable {
                 id: None,
                 zero_v: [0, 1, 2].map(|k| axes[k].zero.0),
                 sensitivity_v_per_m_per_s2: [0, 1, 2].map(|k| axes[k].sensitivity),
-                rc_corner_hz: [0, 1, 2].map(|k| axes[k].corner.0),
+                rc_cutoff_hz: [0, 1, 2].map(|k| axes[k].cutoff.0),
                 cross_axis: (*cross_axis != CrossAxis::default()).then_some(*cross_axis),
             })
             .collect();
@@ -192,7 +192,7 @@ impl CalibrationTable {
                 id: None,
                 zero_v: hammer.zero.0,
                 sensitivity_v_per_n: hammer.sensitivity,
-                rc_corner_hz: hammer.corner.0,
+                rc_cutoff_hz: hammer.cutoff.0,
             },
             sensor,
         }
@@ -212,12 +212,12 @@ impl CalibrationTable {
         }
         self.read_origin(&mut record)?;
         let hammer = &self.hammer;
-        check("hammer", hammer.zero_v, hammer.sensitivity_v_per_n, hammer.rc_corner_hz)?;
+        check("hammer", hammer.zero_v, hammer.sensitivity_v_per_n, hammer.rc_cutoff_hz)?;
         record.hammer = short("hammer: id", hammer.id.as_deref())?;
         record.calibration.channels[0] = ChannelCalibration {
             zero: Volts(hammer.zero_v),
             sensitivity: hammer.sensitivity_v_per_n,
-            corner: Hertz(hammer.rc_corner_hz),
+            cutoff: Hertz(hammer.rc_cutoff_hz),
         };
         for (k, sensor) in self.sensor.iter().enumerate() {
             sensor.check(k)?;
@@ -284,8 +284,8 @@ pub fn short(key: &str, text: Option<&str>) -> Result<heapless::String<12>> {
 impl SensorTable {
     fn check(&self, k: usize) -> Result<()> {
         let name = format!("sensor {}", k + 1);
-        for (zero, sensitivity, corner) in self.axes() {
-            check(&name, zero, sensitivity, corner)?;
+        for (zero, sensitivity, cutoff) in self.axes() {
+            check(&name, zero, sensitivity, cutoff)?;
         }
         if let Some(cross_axis) = &self.cross_axis
             && !cross_axis.is_usable()
@@ -306,29 +306,29 @@ impl SensorTable {
         *cross_axis = self.cross_axis.unwrap_or_default();
         *id = short(&format!("sensor {}: id", k + 1), self.id.as_deref())?;
         let channels = record.calibration.channels.iter_mut().skip(1 + 3 * k);
-        for (channel, (zero, sensitivity, corner)) in channels.zip(self.axes()) {
-            *channel = ChannelCalibration { zero: Volts(zero), sensitivity, corner: Hertz(corner) };
+        for (channel, (zero, sensitivity, cutoff)) in channels.zip(self.axes()) {
+            *channel = ChannelCalibration { zero: Volts(zero), sensitivity, cutoff: Hertz(cutoff) };
         }
         Ok(())
     }
 
-    /// Zero, sensitivity and corner of each axis.
+    /// Zero, sensitivity and cutoff of each axis.
     fn axes(&self) -> [(f32, f32, f32); 3] {
         [0, 1, 2]
-            .map(|k| (self.zero_v[k], self.sensitivity_v_per_m_per_s2[k], self.rc_corner_hz[k]))
+            .map(|k| (self.zero_v[k], self.sensitivity_v_per_m_per_s2[k], self.rc_cutoff_hz[k]))
     }
 }
 
-fn check(of: &str, zero: f32, sensitivity: f32, corner: f32) -> Result<()> {
+fn check(of: &str, zero: f32, sensitivity: f32, cutoff: f32) -> Result<()> {
     if !zero.is_finite() {
         return Err(bad(&format!("{of}: zero_v"), zero, "the output at rest in volts"));
     }
     if !sensitivity.is_normal() {
         return Err(bad(&format!("{of}: sensitivity"), sensitivity, "a number that is not zero"));
     }
-    if !(corner == 0.0 || corner.is_normal() && corner > 0.0) {
-        let wanted = "the corner of the low-pass in Hz, or 0 without one";
-        return Err(bad(&format!("{of}: rc_corner_hz"), corner, wanted));
+    if !(cutoff == 0.0 || cutoff.is_normal() && cutoff > 0.0) {
+        let wanted = "the cutoff of the low-pass in Hz, or 0 without one";
+        return Err(bad(&format!("{of}: rc_cutoff_hz"), cutoff, wanted));
     }
     Ok(())
 }
@@ -356,7 +356,7 @@ mod tests {
         for (k, channel) in calibration.channels.iter_mut().enumerate() {
             channel.zero.0 += 0.001 * k as f32;
             channel.sensitivity *= 1.0 + 0.01 * k as f32;
-            channel.corner.0 += k as f32;
+            channel.cutoff.0 += k as f32;
         }
         record
     }
@@ -405,8 +405,8 @@ mod tests {
         };
         assert!(hammer("0.1", "0").contains("sensitivity = 0"));
         assert!(hammer("nan", "0.02").contains("zero_v"));
-        let corner = hammer("0.1", "0.02\nrc_corner_hz = -3");
-        assert!(corner.contains("hammer: rc_corner_hz = -3"), "{corner}");
+        let cutoff = hammer("0.1", "0.02\nrc_corner_hz = -3");
+        assert!(cutoff.contains("hammer: rc_cutoff_hz = -3"), "{cutoff}");
         let range = "sensor_range_m_per_s2 = 19.6\n[hammer]\nzero_v = 0\nsensitivity_v_per_n = 1\n";
         let error = CalibrationFile::parse(range, "c.toml").unwrap_err().to_string();
         assert!(error.contains("sensor_range_m_per_s2 = 19.6"), "{error}");

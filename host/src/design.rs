@@ -4,12 +4,12 @@
 //! body of `[reference]` or an assumed one.
 
 mod candidates;
-mod outlook;
+mod predicted;
 pub mod report;
 mod suggest;
 
 pub use candidates::Candidates;
-pub use outlook::{Advice, Outlook, Promise};
+pub use predicted::{Advice, DesignReport, Predicted};
 pub use suggest::{Options, Suggestion, Wanted, suggest};
 
 use massline_shared::design::Criterion;
@@ -18,7 +18,7 @@ use crate::layout_file::LayoutFile;
 use crate::solve::body_for_checks;
 
 /// The criterion for a layout file, with a sentence that says which body it is for. `noise` is
-/// relative to 1/m; `length` is what the ten are compared with, m.
+/// relative to 1/m; `length` is what the inertial parameters are compared with, m.
 fn criterion_for(file: &LayoutFile, length: f64, noise: f64) -> (Criterion<f64>, String) {
     let (body, whose) = body_for_checks(file);
     (Criterion::new(body, length, noise), whose)

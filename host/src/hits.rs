@@ -36,7 +36,7 @@ pub struct Options {
     pub record_s: f64,
     /// Hits to keep at most.
     pub keep: Option<usize>,
-    /// Trigger, band, windows, weakest hit and policy.
+    /// Trigger, band, windows, least peak force and policy.
     pub test: TestSettings<f64>,
 }
 
@@ -160,7 +160,7 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
         let beside = repeats.beside_the_others(place);
         hit.distance = beside.distance();
         hit.kept = kept.contains(&place);
-        if let Standing::Astray(far) | Standing::Contradicts(far) = beside.standing() {
+        if let Standing::Outlier(far) | Standing::Inconsistent(far) = beside.standing() {
             let severity = options.test.policy.verdict(Code::HitInconsistent).severity();
             let found = Diagnostic::whole(Code::HitInconsistent, severity, far as f32);
             // A hit that is not rejected has few findings.

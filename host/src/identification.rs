@@ -8,13 +8,14 @@ use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::influence::{Influence, influences};
-use massline_shared::identify::maximum_likelihood::{self, Learned, Start};
+use massline_shared::identify::maximum_likelihood::{self, NuisanceEstimates, Start};
 use massline_shared::identify::{
-    self as solvers, DofMassLines, Estimate, Method, Methods, Observations, Settings, SpectralLines,
+    self as solvers, DofMassLines, Estimate, IdentifySettings, Method, Methods, Observations,
+    SpectrumBins,
 };
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 
-use priors::contradicted_priors;
+use priors::inconsistent_priors;
 
 /// Mass lines of the hit DOFs that were measured, with their index in the layout.
 pub type MeasuredLines = Vec<DofMassLines<f64, HOST_SENSORS>>;
@@ -64,7 +65,7 @@ pub struct Identification {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Details {
     /// Causes of error.
-    pub learned: Learned<f64, HOST_SENSORS, HOST_HITS>,
+    pub nuisances: NuisanceEstimates<f64, HOST_SENSORS, HOST_HITS>,
     /// What each hit DOF and sensor does to the answer.
     pub influences: Vec<Influence<f64>>,
 }
@@ -92,17 +93,17 @@ impl Identification {
 }
 
 /// What the selected methods make of what was observed.
-pub fn identify<L: SpectralLines<f64>>(
+pub fn identify<L: SpectrumBins<f64>>(
     observed: &HostObservations<'_, L>,
     selection: Selection,
-    settings: &Settings<f64>,
+    settings: &IdentifySettings<f64>,
 ) -> Identification {
-    let Observations { layout, mass_lines, spectral_lines } = observed;
+    let Observations { layout, mass_lines, spectrum_bins } = observed;
     let wanted = match selection {
         Selection::All => observed.methods(),
         Selection::Only(_) => selection.methods(),
     };
-    let lines = spectral_lines.responses().map_or(0, |responses| responses.frequencies().len());
+    let lines = spectrum_bins.responses().map_or(0, |responses| responses.frequencies().len());
     let mut memory = vec![0.0; solvers::workspace(&wanted, layout.sensors.len(), lines)];
     let found = solvers::identify(observed, &wanted, settings, &mut memory);
     let (estimates, refusals) = found.into_parts();
@@ -118,7 +119,7 @@ pub fn identify<L: SpectralLines<f64>>(
     }
     for (method, reasons) in &mut found.not_applicable {
         if *method == Method::MaximumLikelihood {
-            let priors = contradicted_priors(layout, mass_lines).into_iter();
+            let priors = inconsistent_priors(layout, mass_lines).into_iter();
             let grave = |d| Diagnostic { severity: Severity::Error, ..d };
             // What there is no room for beside the few reasons of a fit is left out.
             reasons.extend(priors.map(grave).take(reasons.capacity() - reasons.len()));
@@ -128,7 +129,7 @@ pub fn identify<L: SpectralLines<f64>>(
 }
 
 /// Where the data contradict the budget: the priors that contradict the data. The sensor or hit that
-/// strains the budget most is then no longer the first to be suspected, and leaves the estimate's
+/// pulls the budget most is then no longer the first to be suspected, and leaves the estimate's
 /// diagnostics.
 fn suspect_priors(
     estimate: &mut Estimate<f64>,
@@ -136,13 +137,12 @@ fn suspect_priors(
     lines: &[DofMassLines<f64, HOST_SENSORS>],
 ) -> Vec<Diagnostic> {
     let is = |d: &Diagnostic, code: Code| d.code == code;
-    if !estimate.diagnostics.iter().any(|d| is(d, Code::DataContradictBudget)) {
+    if !estimate.diagnostics.iter().any(|d| is(d, Code::DataInconsistentWithBudget)) {
         return Vec::new();
     }
-    let priors = contradicted_priors(layout, lines);
+    let priors = inconsistent_priors(layout, lines);
     if !priors.is_empty() {
-        let suspect =
-            |d: &Diagnostic| is(d, Code::SensorStrainsBudget) || is(d, Code::HitStrainsBudget);
+        let suspect = |d: &Diagnostic| is(d, Code::LargeSensorPull) || is(d, Code::LargeHitPull);
         estimate.diagnostics.retain(|d| !suspect(d));
     }
     priors
@@ -159,7 +159,7 @@ fn details(
     let whole = whole.ok()?;
     let mut of_each = Vec::new();
     influences(layout, lines, &whole, &mut memory, |influence| of_each.push(influence));
-    Some(Details { learned: whole.learned, influences: of_each })
+    Some(Details { nuisances: whole.nuisances, influences: of_each })
 }
 
 /// The mass lines of a rig's result in double precision; DOFs whose numbers do not fit together are left

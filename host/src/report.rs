@@ -22,19 +22,25 @@ pub use refusals::{refusals_json, refusals_text};
 pub use table::{Truth, table};
 
 /// Diagnostics as JSON: `[{"code":…,"severity":…,"message":…}]`.
-pub fn diagnostics_json(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String) -> Vec<Value> {
+pub fn diagnostics_json(
+    found: &[Diagnostic],
+    message_of: impl Fn(&Diagnostic) -> String,
+) -> Vec<Value> {
     let entry = |d: &Diagnostic| {
         json!({
             "code": code_name(d),
             "severity": d.severity.name(),
-            "message": say(d),
+            "message": message_of(d),
         })
     };
     found.iter().map(entry).collect()
 }
 
 /// Diagnostics as lines of text.
-pub(crate) fn sentences(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String) -> String {
-    let line = |d: &Diagnostic| format!("{}: {}\n", d.severity.name(), say(d));
+pub(crate) fn sentences(
+    found: &[Diagnostic],
+    message_of: impl Fn(&Diagnostic) -> String,
+) -> String {
+    let line = |d: &Diagnostic| format!("{}: {}\n", d.severity.name(), message_of(d));
     found.iter().map(line).collect()
 }

@@ -17,7 +17,8 @@ use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics};
 use massline_shared::identify::inertia_restraint;
 use massline_shared::identify::{
-    Applicability, DofMassLines, Estimate, MassLines, Method, Observable, Observations, Settings,
+    Applicability, DofMassLines, Estimate, IdentifySettings, MassLines, Method, Observable,
+    Observations,
 };
 use massline_shared::layout::{HOST_SENSORS, HostLayout, assumed_body};
 use nalgebra::{SVector, Vector3};
@@ -26,7 +27,7 @@ use serde_json::{Value, json};
 use crate::identification::{Identification, Selection, identify};
 use crate::layout_file::{LayoutFile, Reference};
 use crate::report::{self, Truth, message_in};
-use crate::single_fault::{Examination, Meant};
+use crate::single_fault::{Examination, NominalTest};
 use crate::uff::{Quantity, UffFile};
 use crate::{Error, Result};
 use frfs::{FittedLines, LayoutResponses};
@@ -66,7 +67,7 @@ pub struct Options {
 
 /// What the offline solver answers.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solution {
+pub struct FrfSolution {
     /// The ten by every method, and what was found out.
     pub identification: Identification,
     /// Which single mistake explains the data, if they contradict the layout.
@@ -95,7 +96,7 @@ pub struct Solution {
 ///
 /// # Errors
 /// As [`solve`], and exit 2 when a file cannot be read.
-pub fn solve_files(layout: &Path, frfs: &Path, options: &Options) -> Result<Solution> {
+pub fn solve_files(layout: &Path, frfs: &Path, options: &Options) -> Result<FrfSolution> {
     let file = LayoutFile::read(layout)?;
     let uff = UffFile::read(frfs)?;
     solve(&file, &uff, options).map_err(|error| match error {
@@ -109,12 +110,12 @@ pub fn solve_files(layout: &Path, frfs: &Path, options: &Options) -> Result<Solu
 /// # Errors
 /// Exit 2 for a function that is missing, doubled, not finite, or of wrong type or units; exit 3 when
 /// layout or data cannot determine the ten.
-pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solution> {
+pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<FrfSolution> {
     let layout = &file.layout;
     let (body, about_body) = body_for_checks(file);
-    let say = |d: &Diagnostic| message_in(d, layout);
+    let message_of = |d: &Diagnostic| message_in(d, layout);
     let checked = Applicability::new(layout, &body, &options.selection.methods());
-    if let Some(error) = first_error(&checked.diagnostics, say) {
+    if let Some(error) = first_error(&checked.diagnostics, message_of) {
         return Err(match error {
             Error::Undetermined { code, message } => {
                 Error::undetermined(code, format!("{message} ({about_body})"))
@@ -129,18 +130,18 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
         ReferencePoint::Centroid => inertia_restraint::ReferencePoint::Centroid,
         ReferencePoint::Origin => inertia_restraint::ReferencePoint::Origin,
     };
-    let settings = Settings { inertia_restraint: reference.into() };
-    let meant = Meant::of_file(file);
-    let examination = meant.examine(&lines);
+    let settings = IdentifySettings { inertia_restraint: reference.into() };
+    let nominal = NominalTest::of_file(file);
+    let examination = nominal.examine(&lines);
     let said = |found: Diagnostics| {
-        let error = first_error(&found, say).unwrap_or_else(undetermined);
+        let error = first_error(&found, message_of).unwrap_or_else(undetermined);
         blame_the_responses(error, &examination, layout)
     };
     let observed = Observations::of_mass_lines(layout, &lines);
     let identification = if wants_spectral_lines(options.selection) {
-        let lines_of_band = responses.spectral_lines(layout, band_hz, options.decay)?;
-        let spectral_lines = lines_of_band.responses()?;
-        let observed = Observations { layout, mass_lines: &lines, spectral_lines };
+        let bins_of_band = responses.spectrum_bins(layout, band_hz, options.decay)?;
+        let spectrum_bins = bins_of_band.responses()?;
+        let observed = Observations { layout, mass_lines: &lines, spectrum_bins };
         identify(&observed, options.selection, &settings)
     } else {
         identify(&observed, options.selection, &settings)
@@ -155,7 +156,7 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
     });
     let mut notes = uff.notes.clone();
     notes.push(about_body);
-    Ok(Solution {
+    Ok(FrfSolution {
         identification,
         examination,
         mass_lines: by_hit(&lines, channels, |lines| &lines.accelerance),
@@ -172,7 +173,7 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<Solu
 
 /// True when a method is wanted that observes spectral lines.
 fn wants_spectral_lines(selection: Selection) -> bool {
-    selection.methods().iter().any(|method| method.entry().observes == Observable::SpectralLines)
+    selection.methods().iter().any(|method| method.entry().observes == Observable::SpectrumBins)
 }
 
 /// The body that a layout is checked with, and a sentence that says where it comes from: `[reference]`
@@ -211,11 +212,11 @@ pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
 /// there is none.
 pub(crate) fn first_error(
     found: &[Diagnostic],
-    say: impl Fn(&Diagnostic) -> String,
+    message_of: impl Fn(&Diagnostic) -> String,
 ) -> Option<Error> {
     let errors: Vec<&Diagnostic> = found.iter().filter(|d| d.is_error()).collect();
     let first = errors.first()?;
-    let text = errors.iter().map(|d| say(d)).collect::<Vec<_>>().join("; ");
+    let text = errors.iter().map(|d| message_of(d)).collect::<Vec<_>>().join("; ");
     let code = report::code_name(first);
     Some(match first.code {
         Code::TwoSensorsOnOneNode
@@ -244,7 +245,7 @@ fn undetermined() -> Error {
     Error::undetermined("no_answer", "the data do not determine the ten properties")
 }
 
-impl Solution {
+impl FrfSolution {
     /// The best method's answer.
     pub fn answer(&self) -> Option<&Estimate<f64>> {
         self.identification.estimates.first()

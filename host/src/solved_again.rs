@@ -14,7 +14,7 @@
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::scale;
 use massline_shared::diagnosis::{Diagnostic, Severity, Subject};
-use massline_shared::identify::{Estimate, Method, Observations, Settings};
+use massline_shared::identify::{Estimate, IdentifySettings, Method, Observations};
 use massline_shared::layout::HostLayout;
 use serde_json::{Value, json};
 
@@ -22,7 +22,7 @@ use crate::identification::{Identification, Selection, identify, lines_of};
 use crate::report::{
     diagnostics_json, estimates_of, message_in, refusals_json, refusals_text, table,
 };
-use crate::single_fault::{Examination, Meant};
+use crate::single_fault::{Examination, NominalTest};
 
 /// Heading of what the host found, in text.
 const HEADING: &str = "solved again here, in double precision";
@@ -64,14 +64,18 @@ impl<'a> SolvedAgain<'a> {
     ) -> Self {
         let lines = lines_of(result);
         let observed = Observations::of_mass_lines(layout, &lines);
-        let identification = identify(&observed, selection, &Settings::default());
+        let identification = identify(&observed, selection, &IdentifySettings::default());
         Self { identification, examination: None, result, layout, selection }
     }
 
     /// The same, with a search for the single mistake that explains the data.
-    pub fn examined(result: &'a MeasurementResult, meant: &'a Meant, selection: Selection) -> Self {
-        let examination = Some(meant.examine_result(result));
-        Self { examination, ..Self::new(result, &meant.layout, selection) }
+    pub fn examined(
+        result: &'a MeasurementResult,
+        nominal: &'a NominalTest,
+        selection: Selection,
+    ) -> Self {
+        let examination = Some(nominal.examine_result(result));
+        Self { examination, ..Self::new(result, &nominal.layout, selection) }
     }
 
     /// The same without what the fit found out about sensors and hits, for a bench whose truth is known.
@@ -83,14 +87,15 @@ impl<'a> SolvedAgain<'a> {
     /// Puts what was found into the object of the rig's result.
     pub fn add_to(&self, value: &mut Value) {
         let Self { identification, layout, .. } = self;
-        let say = |d: &Diagnostic| message_in(d, layout);
+        let message_of = |d: &Diagnostic| message_in(d, layout);
         let warnings = identification.warnings();
         // What the rig has said itself is not said again.
         let is_new = |d: &&Diagnostic| {
             !self.result.diagnostics.iter().any(|of| (of.code, of.subject) == (d.code, d.subject))
         };
         let new: Vec<Diagnostic> = warnings.iter().filter(is_new).copied().collect();
-        let (mut all, mut new) = (diagnostics_json(&warnings, say), diagnostics_json(&new, say));
+        let (mut all, mut new) =
+            (diagnostics_json(&warnings, message_of), diagnostics_json(&new, message_of));
         let mut host = json!({
             "results": identification.results_json(),
             "not_applicable": identification.not_applicable_json(layout),
@@ -107,10 +112,9 @@ impl<'a> SolvedAgain<'a> {
         if let Value::Array(diagnostics) = &mut value["diagnostics"] {
             diagnostics.extend(new.into_iter().map(|found| marked(found, FoundBy::Host)));
         }
-        let missing = self
-            .missing()
-            .into_iter()
-            .map(|(refused, found_by)| marked(refusals_json(&[refused], say)[0].take(), found_by));
+        let missing = self.missing().into_iter().map(|(refused, found_by)| {
+            marked(refusals_json(&[refused], message_of)[0].take(), found_by)
+        });
         value["not_applicable"] = missing.collect();
         value["details"] = marked(host["details"].clone(), FoundBy::Host);
         host["diagnostics"] = all.into();

@@ -59,8 +59,8 @@ fn a_good_layout_has_ten_sigmas_their_causes_and_advice() {
     assert!(value["condition"].as_f64().unwrap() > 1.0);
     assert_eq!(value["rank"], 10);
     assert!(NAMES.iter().all(|name| value["sigma"][name].as_f64().unwrap() > 0.0), "{value}");
-    let causes = value["causes"].as_array().unwrap();
-    let sum: f64 = causes.iter().map(|cause| cause["share"].as_f64().unwrap()).sum();
+    let error_sources = value["error_sources"].as_array().unwrap();
+    let sum: f64 = error_sources.iter().map(|source| source["share"].as_f64().unwrap()).sum();
     // The parts are slopes over steps of 1 %: the square of that.
     assert!((sum - 1.0).abs() < 1e-3, "{sum}");
     let advice = &value["advice"];

@@ -35,7 +35,7 @@ fn a_rig_does_all_that_its_user_needs() {
     nothing_went_wrong(&rig, [&before, &after], &measured);
     let (exit, error) = rig.run(&["results", "get", "4294967295"]);
     assert_eq!((exit, &error["error"]["code"]), (2, &"not_found".into()), "a wrong request");
-    rig.say("done: all as it should be");
+    rig.print("done: all as it should be");
 }
 
 /// The calibration goes to a file and back, and is the same.
@@ -50,7 +50,7 @@ fn settings_come_back(rig: &Rig) {
 
 fn measure(rig: &Rig) -> Value {
     let layout = rig.layout.to_str().unwrap();
-    rig.say(match rig.simulated {
+    rig.print(match rig.simulated {
         Some(_) => "a measurement: the bench taps by itself",
         None => "a measurement: YOUR TURN, tap where the lines below say",
     });
@@ -58,7 +58,7 @@ fn measure(rig: &Rig) -> Value {
     assert_eq!(exit, 0, "{measured}");
     let mass = &measured["results"][0]["mass_kg"];
     let (value, sd) = (mass["value"].as_f64().unwrap(), mass["sigma"].as_f64().unwrap());
-    rig.say(&format!("mass {value:.4} kg, standard deviation {sd:.4} kg"));
+    rig.print(&format!("mass {value:.4} kg, standard deviation {sd:.4} kg"));
     assert!(value.is_finite() && sd > 0.0, "{mass}");
     if let Some(truth) = rig.mass_kg {
         // Four standard deviations: one right measurement in 16 000 is further off.
@@ -140,14 +140,14 @@ impl Rig {
         }
     }
 
-    fn say(&self, text: &str) {
+    fn print(&self, text: &str) {
         eprintln!("{}: {text}", self.port);
     }
 
     /// A command that must do what it is asked.
     #[track_caller]
     fn ask(&self, what: &str, arguments: &[&str]) -> Value {
-        self.say(what);
+        self.print(what);
         let (exit, answer) = self.run(arguments);
         assert_eq!(exit, 0, "massline {}: {answer}", arguments.join(" "));
         answer

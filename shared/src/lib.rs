@@ -27,6 +27,7 @@ pub mod body;
 pub mod calibration;
 pub mod design;
 pub mod diagnosis;
+mod estimated;
 pub mod identify;
 pub mod layout;
 mod linalg;
@@ -39,6 +40,7 @@ pub mod responses;
 pub mod signal;
 pub mod units;
 
+pub use estimated::Estimated;
 pub use real::Real;
 pub use responses::{ResponseRows, ResponseSquare, Responses};
 

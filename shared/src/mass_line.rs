@@ -62,7 +62,7 @@ impl Terms {
 
 /// One spectral line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line<R> {
+pub struct Bin<R> {
     /// Hz.
     pub frequency: R,
     /// Weight of its residual, proportional to the inverse variance: the auto spectrum of the force
@@ -187,7 +187,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
     /// # Errors
     /// See [`MassLineError`].
     pub fn new(
-        lines: impl IntoIterator<Item = Line<R>>,
+        lines: impl IntoIterator<Item = Bin<R>>,
         band: [R; 2],
         decay: R,
         terms: Terms,
@@ -324,7 +324,7 @@ pub fn window_correlation<R: Real>(decay: R, record: R) -> R {
 /// Writes the scaled and weighted design of the lines within the band; gives the number of lines
 /// before the band, within it, and `ω_r²`, the product of the first and last `ω`.
 fn fill<R: Real>(
-    lines: impl IntoIterator<Item = Line<R>>,
+    lines: impl IntoIterator<Item = Bin<R>>,
     band: [R; 2],
     decay: R,
     workspace: &mut [BasisRow<R>],

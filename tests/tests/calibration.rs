@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use std::io;
 use std::time::Duration;
 
-use massline::calibration::corners::{NoCorner, RcCorner};
-use massline::calibration::tumble::TumbleReadings;
+use massline::calibration::cutoffs::{NoCutoff, RcCutoff};
+use massline::calibration::tumble::TumbleFile;
 use massline::calibration::verify::{Verdict, drifts};
 use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::block::{BlockTest, LAYOUT};
@@ -134,14 +134,14 @@ fn a_drifted_sensor_is_found_by_a_quick_block_test() {
     }
 }
 
-/// Time constant of a corner, s.
-fn time_constant(corner_hz: f64) -> f64 {
-    (TAU * corner_hz).recip()
+/// Time constant of a cutoff, s.
+fn time_constant(cutoff_hz: f64) -> f64 {
+    (TAU * cutoff_hz).recip()
 }
 
-/// Standard deviation of a time constant whose corner has this one, s.
-fn time_sigma(corner_hz: f64, sigma_hz: f64) -> f64 {
-    time_constant(corner_hz) * sigma_hz / corner_hz
+/// Standard deviation of a time constant whose cutoff has this one, s.
+fn time_sigma(cutoff_hz: f64, sigma_hz: f64) -> f64 {
+    time_constant(cutoff_hz) * sigma_hz / cutoff_hz
 }
 
 /// What the time constant of an axis should be found to be, s: as much more than the hammer's in force
@@ -150,8 +150,8 @@ fn expected_time(bench: &Bench, seed: u64, sensor: usize, axis: usize) -> f64 {
     let truth = TumbleSource::new(bench, 3, seed).unwrap();
     let rc = truth.errors().rc;
     let true_time = |k: usize, nominal: f64| time_constant(nominal * (1.0 + rc[k]));
-    let hammer = bench.hammer.rc_corner_hz;
-    let axis = true_time(1 + 3 * sensor + axis, bench.sensor.rc_corner_hz);
+    let hammer = bench.hammer.rc_cutoff_hz;
+    let axis = true_time(1 + 3 * sensor + axis, bench.sensor.rc_cutoff_hz);
     axis - true_time(0, hammer) + time_constant(hammer)
 }
 
@@ -170,28 +170,28 @@ fn rc_corners_are_found_against_the_hammers_and_the_loop_closes() {
     for seed in 1..=3 {
         let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();
         let mut record = rig.client.calibration().unwrap();
-        let hammer = record.calibration.channels[0].corner;
+        let hammer = record.calibration.channels[0].cutoff;
         let found = test.run(&mut rig, &record, &mut output()).unwrap();
         found.write(&mut record);
         rig.client.put_calibration(&record).unwrap();
         let again = test.run(&mut rig, &record, &mut output()).unwrap();
-        assert_eq!(record.calibration.channels[0].corner, hammer);
-        assert_eq!((found.corners.len(), again.corners.len()), (9, 9));
-        for (first, second) in found.corners.iter().zip(&again.corners) {
-            let RcCorner { sensor, axis, before_hz, .. } = *first;
+        assert_eq!(record.calibration.channels[0].cutoff, hammer);
+        assert_eq!((found.cutoffs.len(), again.cutoffs.len()), (9, 9));
+        for (first, second) in found.cutoffs.iter().zip(&again.cutoffs) {
+            let RcCutoff { sensor, axis, before_hz, .. } = *first;
             let (one, two) = (first.found.unwrap(), second.found.unwrap());
             let expected = expected_time(&bench, seed, sensor, axis);
-            let error = time_constant(one.corner_hz) - expected;
-            let sigma = time_sigma(one.corner_hz, one.sigma_hz);
+            let error = time_constant(one.cutoff_hz) - expected;
+            let sigma = time_sigma(one.cutoff_hz, one.sigma_hz);
             spread.push(time_constant(before_hz) - expected);
             errors.push(error);
             stated.push(sigma);
             scaled.push(error / sigma);
-            let kept = f64::from(record.calibration.channels[1 + 3 * sensor + axis].corner.0);
+            let kept = f64::from(record.calibration.channels[1 + 3 * sensor + axis].cutoff.0);
             if one.changed {
-                let off = time_constant(two.corner_hz) - time_constant(kept);
+                let off = time_constant(two.cutoff_hz) - time_constant(kept);
                 left.push(off);
-                left_scaled.push(off / sigma.hypot(time_sigma(two.corner_hz, two.sigma_hz)));
+                left_scaled.push(off / sigma.hypot(time_sigma(two.cutoff_hz, two.sigma_hz)));
             } else {
                 assert_eq!(kept, before_hz);
             }
@@ -246,27 +246,27 @@ fn the_corners_of_axes_whose_spectra_are_gone_are_not_guessed() {
     let before = record.calibration;
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
     found.write(&mut record);
-    for corner in &found.corners {
-        let channel = 1 + 3 * corner.sensor + corner.axis;
-        if corner.axis == 0 {
-            assert_eq!(corner.found, Err(NoCorner::SpectraGone));
-            assert_eq!(corner.verdict(), "undetermined");
-            let corners = [&record.calibration, &before].map(|c| c.channels[channel].corner);
-            assert_eq!(corners[0], corners[1]);
+    for cutoff in &found.cutoffs {
+        let channel = 1 + 3 * cutoff.sensor + cutoff.axis;
+        if cutoff.axis == 0 {
+            assert_eq!(cutoff.found, Err(NoCutoff::SpectraGone));
+            assert_eq!(cutoff.verdict(), "undetermined");
+            let cutoffs = [&record.calibration, &before].map(|c| c.channels[channel].cutoff);
+            assert_eq!(cutoffs[0], cutoffs[1]);
             continue;
         }
-        assert_is_true(corner, &bench, seed);
+        assert_is_true(cutoff, &bench, seed);
     }
 }
 
-/// Of a corner that was found: within five of its standard deviations. These come of the scatter of the
+/// Of a cutoff that was found: within five of its standard deviations. These come of the scatter of the
 /// lines, so they are themselves known to 20 % or so: the largest of 360 axes was at 4.5.
-fn assert_is_true(corner: &RcCorner, bench: &Bench, seed: u64) {
-    let found = corner.found.unwrap();
-    let expected = expected_time(bench, seed, corner.sensor, corner.axis);
-    let error = time_constant(found.corner_hz) - expected;
-    let sigma = time_sigma(found.corner_hz, found.sigma_hz);
-    assert!(error.abs() < 5.0 * sigma, "{corner:?}: {error:e} {sigma:e}");
+fn assert_is_true(cutoff: &RcCutoff, bench: &Bench, seed: u64) {
+    let found = cutoff.found.unwrap();
+    let expected = expected_time(bench, seed, cutoff.sensor, cutoff.axis);
+    let error = time_constant(found.cutoff_hz) - expected;
+    let sigma = time_sigma(found.cutoff_hz, found.sigma_hz);
+    assert!(error.abs() < 5.0 * sigma, "{cutoff:?}: {error:e} {sigma:e}");
 }
 
 /// As one that is begun at the panel: the rig waits for nobody, so some spectra are gone before they
@@ -280,12 +280,12 @@ fn a_block_test_that_was_begun_without_confirmation_is_joined() {
     rig.client.put_layout(&test.layout).unwrap();
     rig.client.start_block(test.mass.mass as f32, false).unwrap();
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    for corner in &found.corners {
-        match corner.found {
-            Ok(_) => assert_is_true(corner, &bench, seed),
+    for cutoff in &found.cutoffs {
+        match cutoff.found {
+            Ok(_) => assert_is_true(cutoff, &bench, seed),
             Err(reason) => {
-                assert_eq!(reason, NoCorner::SpectraGone);
-                assert_ne!(corner.axis, 2);
+                assert_eq!(reason, NoCutoff::SpectraGone);
+                assert_ne!(cutoff.axis, 2);
             }
         }
     }
@@ -297,29 +297,29 @@ fn without_a_corner_of_the_hammer_there_are_none_against_it() {
     let test = block_test(2);
     let mut rig = OnBlock::on_bench(&bench, &test.file.layout, 8, None).unwrap();
     let mut record = rig.client.calibration().unwrap();
-    record.calibration.channels[0].corner = Hertz(0.0);
+    record.calibration.channels[0].cutoff = Hertz(0.0);
     rig.client.put_calibration(&record).unwrap();
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    assert!(found.corners.iter().all(|corner| corner.found == Err(NoCorner::HammerUnknown)));
+    assert!(found.cutoffs.iter().all(|cutoff| cutoff.found == Err(NoCutoff::HammerUnknown)));
 }
 
-/// Sensors without a corner in force, as after an old calibration file: they are found whole.
+/// Sensors without a cutoff in force, as after an old calibration file: they are found whole.
 #[test]
 fn a_corner_that_was_not_known_is_found() {
     let bench = Bench::named("block").unwrap();
     let (seed, test) = (9, block_test(5));
     let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();
     let mut record = rig.client.calibration().unwrap();
-    record.calibration.channels[1..].iter_mut().for_each(|channel| channel.corner = Hertz(0.0));
+    record.calibration.channels[1..].iter_mut().for_each(|channel| channel.cutoff = Hertz(0.0));
     rig.client.put_calibration(&record).unwrap();
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    for corner in &found.corners {
-        assert_is_true(corner, &bench, seed);
-        assert_eq!(corner.verdict(), "changed");
+    for cutoff in &found.cutoffs {
+        assert_is_true(cutoff, &bench, seed);
+        assert_eq!(cutoff.verdict(), "changed");
         // 320 µs, found to 1 µs: 0.3 %; four times that.
-        let expected = expected_time(&bench, seed, corner.sensor, corner.axis);
-        let error = time_constant(corner.found.unwrap().corner_hz) / expected - 1.0;
-        assert!(error.abs() < 0.012, "{corner:?}: {error}");
+        let expected = expected_time(&bench, seed, cutoff.sensor, cutoff.axis);
+        let error = time_constant(cutoff.found.unwrap().cutoff_hz) / expected - 1.0;
+        assert!(error.abs() < 0.012, "{cutoff:?}: {error}");
     }
 }
 
@@ -331,14 +331,14 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("tumble.toml");
     let mut rig = InHand::on_bench(&bench, 3, 5, None).unwrap();
-    let mut readings = TumbleReadings::new(&path);
+    let mut readings = TumbleFile::new(&path);
     take(&mut rig, &mut readings, &limits, &mut output()).unwrap();
     let whole = readings.solve(&limits).unwrap();
     // As if it had been broken off after three.
     let text = std::fs::read_to_string(&path).unwrap();
     let fourth = text.match_indices("[[reading]]").nth(3).unwrap().0;
     std::fs::write(&path, &text[..fourth]).unwrap();
-    let mut again = TumbleReadings::open(&path).unwrap();
+    let mut again = TumbleFile::open(&path).unwrap();
     assert_eq!(again.wanted().len(), 3);
     take(&mut rig, &mut again, &limits, &mut output()).unwrap();
     assert!(again.wanted().is_empty());

@@ -8,7 +8,7 @@ use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline::report::estimates_of;
 use massline_protocol::object::MeasurementResult;
-use massline_shared::identify::{Observations, Settings};
+use massline_shared::identify::{IdentifySettings, Observations};
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
@@ -100,7 +100,7 @@ fn agree(text: &str, bench: &Bench, seed: u64, methods: usize) {
     let result = on_the_rig(&file, bench, seed);
     let lines = lines_of(&result);
     let observed = Observations::of_mass_lines(&file.layout, &lines);
-    let host = identify(&observed, Selection::All, &Settings::default());
+    let host = identify(&observed, Selection::All, &IdentifySettings::default());
     let rig = estimates_of(&result);
     assert_eq!(rig.len(), methods, "{:?}", result.diagnostics);
     assert_eq!(host.estimates.len(), methods);

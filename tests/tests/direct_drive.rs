@@ -89,7 +89,7 @@ fn the_rig_and_a_direct_drive_give_the_same_bytes() {
         let mut layout = file.rig_layout().unwrap();
         // In the last two hits that do not agree with the others are withdrawn.
         if k > 1 {
-            bench.operator.astray_rate = 0.2;
+            bench.operator.misplaced_rate = 0.2;
             layout.test.policy = layout.test.policy.with(Code::HitInconsistent, Verdict::Reject);
         }
         let rig = on_the_rig(&layout, &bench, 3 + k as u64);

@@ -124,7 +124,7 @@ fn taps_that_spoil_an_average_are_hit_again() {
         (Code::TooWeak, |bench| bench.operator.too_weak_rate = 0.4),
         (Code::Overload, |bench| bench.operator.too_hard_rate = 0.4),
         (Code::DoubleHit, |bench| bench.operator.double_rate = 0.4),
-        (Code::ClippedRecord, |bench| bench.operator.leaning_rate = 0.4),
+        (Code::ClippedRecord, |bench| bench.operator.sustained_contact_rate = 0.4),
     ];
     for (code, change) in faults {
         let (hits, result) = benched(change);
@@ -169,8 +169,8 @@ fn good_campaigns_have_neither_inconsistent_hits_nor_loose_sensors() {
 }
 
 #[test]
-fn a_tap_astray_differs_from_its_siblings() {
-    let (_, result) = benched(|bench| bench.operator.astray_rate = 0.15);
+fn a_misplaced_tap_differs_from_its_siblings() {
+    let (_, result) = benched(|bench| bench.operator.misplaced_rate = 0.15);
     let found = result.diagnostics.iter().find(|d| d.code == Code::HitInconsistent);
     let found = found.expect("80 mm beside the mark");
     assert_eq!(found.severity, Severity::Warning);
@@ -178,9 +178,9 @@ fn a_tap_astray_differs_from_its_siblings() {
 }
 
 /// Taps that go 80 mm astray, where the policy wants only hits that agree: every one that is far from
-/// its siblings is taken out and hit again, and what is left scatters as a careful person's hits do.
+/// its repeat hits is taken out and hit again, and what is left scatters as a careful person's hits do.
 #[test]
-fn a_tap_astray_is_hit_again_where_the_policy_wants_it() {
+fn a_misplaced_tap_is_hit_again_where_the_policy_wants_it() {
     let (host, mut rig) = layout(TESTS[0]);
     rig.test.policy = rig.test.policy.with(Code::HitInconsistent, Verdict::Reject);
     let mut bench = Bench::named("default").unwrap();
@@ -188,7 +188,7 @@ fn a_tap_astray_is_hit_again_where_the_policy_wants_it() {
     bench.operator.too_hard_rate = 0.0;
     let measured = |astray: f64, seed: u64| {
         let mut bench = bench.clone();
-        bench.operator.astray_rate = astray;
+        bench.operator.misplaced_rate = astray;
         campaign(Box::new(BenchSource::new(&bench, &host, seed).unwrap()), &rig)
     };
     let codes = [Code::HitInconsistent, Code::HitsDisagree];

@@ -5,9 +5,9 @@ use massline::client::{Client, PipeTransport};
 use massline::commands::bench_test::nominal_calibration;
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
-use massline::monte_carlo::measurement::{Measured, TestLayout, measure};
+use massline::monte_carlo::measurement::{SimulatedTest, TestLayout, measure};
 use massline::monte_carlo::statistics::MethodStatistics;
-use massline::monte_carlo::{MonteCarlo, Study, believe_bench, report, seed_of_run};
+use massline::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report, seed_of_run};
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
@@ -46,7 +46,11 @@ fn on_the_rig(bench: &Bench, layout: &TestLayout, seed: u64) -> MeasurementResul
 }
 
 /// What the pure pipeline measures and the rig's result; their mass lines are the same.
-fn measured_twice(bench: &Bench, layout: &TestLayout, seed: u64) -> (Measured, MeasurementResult) {
+fn measured_twice(
+    bench: &Bench,
+    layout: &TestLayout,
+    seed: u64,
+) -> (SimulatedTest, MeasurementResult) {
     let calibration = nominal_calibration(bench);
     let result = on_the_rig(bench, layout, seed);
     let mut source = BenchSource::new(bench, &layout.cast().expect("fits"), seed).expect("fits");
@@ -63,11 +67,11 @@ fn measured_twice(bench: &Bench, layout: &TestLayout, seed: u64) -> (Measured, M
     (pure, result)
 }
 
-/// Hits that do not agree with their siblings are taken out by both, the same ones.
+/// Hits that do not agree with their repeat hits are taken out by both, the same ones.
 #[test]
 fn a_run_withdraws_the_hits_that_the_rig_withdraws() {
     let mut bench = Bench::named("default").expect("bundled");
-    bench.operator.astray_rate = 0.2;
+    bench.operator.misplaced_rate = 0.2;
     let mut withdrawn = 0;
     for (test, seed) in TESTS.into_iter().zip(1..) {
         let mut layout = layout(test);
@@ -120,7 +124,7 @@ fn of_rms(deviations: f64) -> f64 {
     if long() { 0.0 } else { deviations / (2.0 * runs() as f64).sqrt() }
 }
 
-/// The same for a share of 95 %, absolute: at most that of one interval a run, as the ten of a run
+/// The same for a share of 95 %, absolute: at most that of one interval a run, as the inertial parameters of a run
 /// may all hold or all miss.
 fn of_coverage(deviations: f64) -> f64 {
     if long() { 0.0 } else { deviations * (0.95 * 0.05 / runs() as f64).sqrt() }
@@ -130,11 +134,11 @@ fn of_coverage(deviations: f64) -> f64 {
 const SEED: u64 = 20_261_121;
 
 /// One of the paper's tests on the default bench.
-fn study(test: &str, believe: impl FnOnce(&mut TestLayout, &Bench)) -> Study {
+fn study(test: &str, apply_budget: impl FnOnce(&mut TestLayout, &Bench)) -> Study {
     let bench = Bench::named("default").expect("bundled");
     let calibration = nominal_calibration(&bench);
     let mut layout = layout(test);
-    believe(&mut layout, &bench);
+    apply_budget(&mut layout, &bench);
     let (layout, calibration) = (&layout, &calibration);
     MonteCarlo { bench: &bench, layout, calibration, seed: SEED, runs: runs(), threads: None }
         .run(&Interrupt::new(), |_| ())
@@ -153,7 +157,7 @@ fn of(method: Method, study: &Study) -> &MethodStatistics {
 #[test]
 fn maximum_likelihood_reaches_the_bound_and_knows_how_good_it_is() {
     for (number, test) in (1..).zip(TESTS) {
-        let study = study(test, believe_bench);
+        let study = study(test, apply_bench_budget);
         println!("test {number}\n{}", report::to_text(&study));
         let ml = of(Method::MaximumLikelihood, &study);
         let (mean, worst) = (ml.geometric_mean_ratio().unwrap(), ml.worst_ratio().unwrap());

@@ -10,8 +10,8 @@ use embassy_futures::block_on;
 use massline::commands::calibrate::block::LAYOUT as BLOCK;
 use massline::commands::calibrate::demo::sensitivity_errors;
 use massline::layout_file::LayoutFile;
+use massline_firmware::panel::calibration_wizard::{CalibrationWizard, WizardProblem};
 use massline_firmware::panel::menu::DIGITS;
-use massline_firmware::panel::trial::{Problem, Trial};
 use massline_firmware::panel::{Button, Cue, PanelModel};
 use massline_firmware::store::Store;
 use massline_shared::calibration::tumble::Position;
@@ -20,7 +20,7 @@ use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};
-use massline_virtual::glass::Glass;
+use massline_virtual::framebuffer::Framebuffer;
 use massline_virtual::panel::PanelView;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
@@ -101,16 +101,16 @@ impl ScanSource for Hold {
 struct Person(PanelView);
 
 impl Person {
-    fn press(&self, button: Button) -> Glass {
+    fn press(&self, button: Button) -> Framebuffer {
         self.0.press_and_look(LATE, button).expect("the rig answers a press")
     }
 
-    fn presses(&self, buttons: &[Button]) -> Glass {
-        buttons.iter().fold(self.0.glass(), |_, &button| self.press(button))
+    fn presses(&self, buttons: &[Button]) -> Framebuffer {
+        buttons.iter().fold(self.0.framebuffer(), |_, &button| self.press(button))
     }
 
-    fn sees(&self, wanted: impl FnMut(&PanelModel) -> bool) -> (PanelModel, Glass) {
-        self.0.wait_for_glass(LATE, wanted).expect("the rig gets there")
+    fn sees(&self, wanted: impl FnMut(&PanelModel) -> bool) -> (PanelModel, Framebuffer) {
+        self.0.wait_for_picture(LATE, wanted).expect("the rig gets there")
     }
 }
 
@@ -123,28 +123,28 @@ fn a_whole_measurement_by_buttons_alone() {
     let source = BenchSource::new(&bench, &file().layout, 1).unwrap();
     let (hold, looked) = Hold::on(source);
     let (rig, person) = power_on(&flash, Box::new(hold));
-    let (_, glass) = person.sees(|model| model.layouts == 1);
-    pictures::check("run-1-home", &glass, &[]);
+    let (_, framebuffer) = person.sees(|model| model.layouts == 1);
+    pictures::check("run-1-home", &framebuffer, &[]);
     pictures::check("run-2-ready", &person.press(Yes), &[]);
     person.press(Yes);
     let mut answered = 0;
-    let (done, glass) = loop {
-        let (model, glass) = person.sees(|model| {
+    let (done, framebuffer) = loop {
+        let (model, framebuffer) = person.sees(|model| {
             let moves = model.levels.iter().any(|&level| level > 0);
             let next = model.phase == Phase::Armed && model.armings > answered;
             model.phase == Phase::Done || next && moves
         });
         match model.hits_done {
-            _ if model.phase == Phase::Done => break (model, glass),
-            0 => pictures::check("run-3-first-hit", &glass, &LIVE),
-            7 => pictures::check("run-3-later-hit", &glass, &LIVE),
+            _ if model.phase == Phase::Done => break (model, framebuffer),
+            0 => pictures::check("run-3-first-hit", &framebuffer, &LIVE),
+            7 => pictures::check("run-3-later-hit", &framebuffer, &LIVE),
             _ => {}
         }
         answered = model.armings;
         looked.store(true, Ordering::Release);
         rig.poke();
     };
-    pictures::check("run-4-done", &glass, &[]);
+    pictures::check("run-4-done", &framebuffer, &[]);
     let cues = person.0.cues();
     // Three places with five hits each, and an end.
     assert_eq!(cues.iter().filter(|&&cue| cue == Cue::Accepted).count(), 15, "{cues:?}");
@@ -175,8 +175,8 @@ fn a_bad_hit_is_heard_and_explained_and_the_campaign_can_be_ended() {
     person.sees(|model| model.layouts == 1);
     person.presses(&[Yes, Yes]);
     let rejected = |model: &PanelModel| model.verdict.is_some_and(|v| v.reason.is_some());
-    let (_, glass) = person.sees(|model| rejected(model) && model.phase == Phase::Armed);
-    pictures::check("run-rejected", &glass, &LIVE);
+    let (_, framebuffer) = person.sees(|model| rejected(model) && model.phase == Phase::Armed);
+    pictures::check("run-rejected", &framebuffer, &LIVE);
     assert!(person.0.cues().contains(&Cue::Rejected));
     person.press(Next);
     let (model, _) = person.sees(|model| model.phase == Phase::Paused);
@@ -190,30 +190,34 @@ fn a_bad_hit_is_heard_and_explained_and_the_campaign_can_be_ended() {
 }
 
 /// Calibrates the sensors of a bench by gravity; gives the screen that proposes it and what is kept.
-fn tumble(flash: &FlashBacking, bench: &Bench, seed: u64) -> (Glass, CalibrationRecord) {
+fn tumble(flash: &FlashBacking, bench: &Bench, seed: u64) -> (Framebuffer, CalibrationRecord) {
     let source = TumbleSource::new(bench, 3, seed).unwrap();
     let hand: TumbleHandle = source.handle();
     let (rig, person) = power_on(flash, Box::new(source));
     person.sees(|model| model.layouts == 1);
     // Home: measure, results, layouts, calibrate; the first of its lines.
     person.presses(&[Next, Next, Next, Yes]);
-    let mut glass = person.press(Yes);
+    let mut framebuffer = person.press(Yes);
     for (place, position) in Position::ALL.into_iter().enumerate() {
-        person.sees(|model| model.trial == Trial::Wanted(place as u8));
+        person.sees(|model| model.calibration_wizard == CalibrationWizard::Wanted(place as u8));
         hand.turn_to(position);
         person.press(Yes);
-        let (model, shown) = person.sees(|model| !matches!(model.trial, Trial::Reading(_)));
+        let (model, shown) =
+            person.sees(|model| !matches!(model.calibration_wizard, CalibrationWizard::Reading(_)));
         assert!(
-            matches!(model.trial, Trial::Wanted(_) | Trial::Proposed(_)),
+            matches!(
+                model.calibration_wizard,
+                CalibrationWizard::Wanted(_) | CalibrationWizard::Proposed(_)
+            ),
             "{position}: {:?}",
-            model.trial
+            model.calibration_wizard
         );
-        glass = shown;
+        framebuffer = shown;
     }
     person.press(Yes);
-    person.sees(|model| model.trial == Trial::Kept);
+    person.sees(|model| model.calibration_wizard == CalibrationWizard::Stored);
     rig.stop().unwrap();
-    (glass, kept(flash).unwrap())
+    (framebuffer, kept(flash).unwrap())
 }
 
 /// The calibration in the flash of a rig that is off.
@@ -263,12 +267,15 @@ fn the_hammer_is_calibrated_against_a_block_with_buttons_alone() {
     // Six places with five hits each.
     assert_eq!(cues.iter().filter(|&&cue| cue == Cue::Accepted).count(), 30, "{cues:?}");
     person.press(Yes);
-    let (model, glass) = person.sees(|model| model.trial != Trial::Off);
-    let Trial::Proposed(proposal) = model.trial else { panic!("no proposal: {model:?}") };
+    let (model, framebuffer) =
+        person.sees(|model| model.calibration_wizard != CalibrationWizard::Off);
+    let CalibrationWizard::Proposed(proposal) = model.calibration_wizard else {
+        panic!("no proposal: {model:?}")
+    };
     assert!(proposal.sound && proposal.hammer_ratio.is_some());
-    pictures::check("run-block-proposal", &glass, &[]);
+    pictures::check("run-block-proposal", &framebuffer, &[]);
     person.press(Yes);
-    person.sees(|model| model.trial == Trial::Kept);
+    person.sees(|model| model.calibration_wizard == CalibrationWizard::Stored);
     rig.stop().unwrap();
 
     let kept = kept(&flash).unwrap();
@@ -293,10 +300,10 @@ fn a_block_against_sensors_that_nobody_has_calibrated_is_refused_with_the_reason
     type_mass_and_start(&person);
     person.sees(|model| model.phase == Phase::Done);
     person.press(Yes);
-    let (model, _) = person.sees(|model| model.trial != Trial::Off);
-    assert_eq!(model.trial, Trial::Wrong(Problem::SensorsUnknown));
+    let (model, _) = person.sees(|model| model.calibration_wizard != CalibrationWizard::Off);
+    assert_eq!(model.calibration_wizard, CalibrationWizard::Wrong(WizardProblem::SensorsUnknown));
     person.press(Yes);
-    person.sees(|model| model.trial == Trial::Off);
+    person.sees(|model| model.calibration_wizard == CalibrationWizard::Off);
     rig.stop().unwrap();
     assert_eq!(kept(&flash), None);
 }

@@ -3,7 +3,7 @@
 
 use embassy_futures::block_on;
 use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, Store, StoreError};
-use massline_protocol::message::Measured;
+use massline_protocol::message::EstimatedMass;
 use massline_protocol::{LayoutHash, MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sensor, Sign};
@@ -85,15 +85,16 @@ fn result_bytes(campaign: u32) -> Vec<u8> {
     bytes_of(campaign, (longest - campaign * 97 % 700) as usize)
 }
 
-fn mass_of(campaign: u32) -> Option<Measured> {
-    (!campaign.is_multiple_of(3)).then_some(Measured { value: campaign as f32, sigma: Some(0.01) })
+fn mass_of(campaign: u32) -> Option<EstimatedMass> {
+    (!campaign.is_multiple_of(3))
+        .then_some(EstimatedMass { value: campaign as f32, sigma: Some(0.01) })
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct KeptResult {
+struct StoredResult {
     number: u32,
     layout: u32,
-    mass: Option<Measured>,
+    mass: Option<EstimatedMass>,
     bytes: Vec<u8>,
 }
 
@@ -104,7 +105,7 @@ struct Model {
     layouts: Vec<u32>,
     in_use: Option<u32>,
     calibration: Option<u32>,
-    results: Vec<KeptResult>,
+    results: Vec<StoredResult>,
     next_number: u32,
     progress: Option<Vec<u8>>,
     dofs: Vec<Vec<u8>>,
@@ -129,7 +130,7 @@ impl Model {
             assert_eq!(crc32(&bytes), kept.crc);
             let (number, layout, mass) =
                 (kept.entry.number, kept.entry.layout_hash, kept.entry.mass);
-            KeptResult { number, layout, mass, bytes }
+            StoredResult { number, layout, mass, bytes }
         });
         let mut model = Self {
             layouts: known,
@@ -167,7 +168,7 @@ impl Model {
             Write::Result { campaign } => {
                 let (number, bytes) = (model.next_number, result_bytes(campaign));
                 let mass = mass_of(campaign);
-                model.results.push(KeptResult { number, layout: campaign, mass, bytes });
+                model.results.push(StoredResult { number, layout: campaign, mass, bytes });
                 model.next_number += 1;
                 model.end_campaign();
             }

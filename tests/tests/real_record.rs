@@ -12,7 +12,7 @@ const RATE: f64 = 51_200.0;
 const POINTS: usize = 2048;
 const PRE_TRIGGER: usize = 40;
 const LEVEL: f64 = 3.0;
-const LINES: usize = 256;
+const BINS: usize = 256;
 
 /// Force, N, and response, m/s², of a segment.
 struct Segment {
@@ -67,16 +67,16 @@ fn triggers(force: &[f64]) -> Vec<usize> {
 }
 
 /// H1 and coherence over the good hits.
-fn spectra(decay: f64) -> Spectra<f64, 1, LINES> {
+fn spectra(decay: f64) -> Spectra<f64, 1, BINS> {
     let test = TestSettings {
         exponential_decay: decay,
         force_window_s: 51.5 / RATE,
         ..TestSettings::default()
     };
     let analysis = HitAnalysis::of_signals(RATE, 0.0, [1.0; CHANNELS], &test, PRE_TRIGGER);
-    let mut spectra = Spectra::<f64, 1, LINES>::new();
+    let mut spectra = Spectra::<f64, 1, BINS>::new();
     let mut scratch = [0.0; POINTS];
-    let mut force = [Complex::new(0.0, 0.0); LINES];
+    let mut force = [Complex::new(0.0, 0.0); BINS];
     let mut response = force;
     let segments = segments();
     for hit in GOOD {
@@ -91,7 +91,7 @@ fn spectra(decay: f64) -> Spectra<f64, 1, LINES> {
 }
 
 /// Largest deviation of H1, relative to its largest value, and of the coherence.
-fn deviation(got: &Spectra<f64, 1, LINES>, expected: &[[f64; 3]]) -> (f64, f64) {
+fn deviation(got: &Spectra<f64, 1, BINS>, expected: &[[f64; 3]]) -> (f64, f64) {
     let largest = expected.iter().map(|[re, im, _]| re.hypot(*im)).fold(0.0, f64::max);
     let mut worst = (0.0_f64, 0.0_f64);
     for (line, &[re, im, coherence]) in expected.iter().enumerate() {
@@ -114,7 +114,7 @@ fn each_good_hit_triggers_once_at_its_edge() {
 #[test]
 fn h1_and_coherence_over_the_good_hits_equal_numpy() {
     let (_, expected) = expected();
-    assert_eq!(expected.len(), LINES);
+    assert_eq!(expected.len(), BINS);
     let spectra = spectra(120.0);
     assert_eq!(usize::from(spectra.hits()), GOOD.len());
     let (h1, coherence) = deviation(&spectra, &expected);

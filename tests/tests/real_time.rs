@@ -54,7 +54,7 @@ fn after(strike: u32, blocks: u32) -> impl FnMut(&[Scan]) -> bool + Send {
     }
 }
 
-struct Measured {
+struct Outcome {
     hits: Vec<HitEvent>,
     status: Status,
     stats: Stats,
@@ -62,7 +62,7 @@ struct Measured {
     methods: usize,
 }
 
-fn measure(rig: VirtualRig) -> Measured {
+fn measure(rig: VirtualRig) -> Outcome {
     let mut client = Client::new(PipeTransport::new(rig.link()));
     client.identify().unwrap();
     client.put_layout(&file().rig_layout().unwrap()).unwrap();
@@ -79,7 +79,7 @@ fn measure(rig: VirtualRig) -> Measured {
     let methods = client.result(status.result).unwrap().estimates.len();
     let stats = client.stats().unwrap();
     rig.stop().unwrap();
-    Measured { hits, status, stats, methods }
+    Outcome { hits, status, stats, methods }
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn a_hit_whose_record_misses_scans_is_aborted_by_name_and_asked_for_again() {
     assert_eq!(aborted.number, 6);
     let [finding] = &aborted.findings[..] else { panic!("for one reason: {aborted:?}") };
     assert_eq!((finding.code, finding.value), (Code::ScansLost, LOST as f32));
-    let Measured { status, stats, .. } = measured;
+    let Outcome { status, stats, .. } = measured;
     assert_eq!((&status.accepted[..], status.rejected), (&[5, 5, 5][..], 1));
     assert_eq!((stats.scans_lost, stats.overruns, stats.hits_aborted), (LOST.into(), 1, 1));
     assert_eq!((measured.hits.len(), measured.methods), (16, 2));
@@ -106,7 +106,7 @@ fn scans_that_are_lost_between_the_hits_cost_no_hit() {
     }));
     assert_eq!(measured.status.rejected, 0);
     assert!(measured.hits.iter().all(|hit| hit.good) && measured.hits.len() == 15);
-    let Measured { stats, .. } = measured;
+    let Outcome { stats, .. } = measured;
     assert_eq!((stats.scans_lost, stats.overruns, stats.hits_aborted), (LOST.into(), 1, 0));
 }
 
@@ -144,7 +144,7 @@ fn a_converter_that_only_loses_scans_interrupts_the_campaign_by_name() {
     assert_eq!(client.stats().unwrap().overruns, u32::from(FAULTS_TO_STOP));
     // A reading at rest does not come about either, and says so.
     client.command(CampaignCommand::Abort).unwrap();
-    let refused = client.static_reading().unwrap_err();
+    let refused = client.rest_statistics().unwrap_err();
     assert_eq!(refused.refusal(), Some(Reason::SamplerStopped), "{refused}");
     rig.stop().unwrap();
 }

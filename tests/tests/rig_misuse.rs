@@ -243,7 +243,7 @@ fn a_reading_outlives_lost_scans_and_says_when_the_converter_has_stopped() {
         let source = Box::new(TumbleSource::new(&Bench::named("ideal").unwrap(), 3, 1).unwrap());
         // In the middle of a reading, which takes 103 blocks.
         let (mut client, rig) = rig_that_fails(source, 50, fault);
-        let reading = client.static_reading();
+        let reading = client.rest_statistics();
         let lost = client.stats().unwrap().scans_lost;
         rig.stop().unwrap();
         (reading, lost)

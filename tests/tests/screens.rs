@@ -4,14 +4,14 @@ mod pictures;
 
 use massline::layout_file::LayoutFile;
 use massline_firmware::board::{BoardInfo, StackUse};
+use massline_firmware::panel::calibration_wizard::{CalibrationWizard, Proposal, WizardProblem};
 use massline_firmware::panel::draw::{LayoutLine, View, draw};
 use massline_firmware::panel::menu::{Menu, Question, Screen};
 use massline_firmware::panel::refused::Refused;
 use massline_firmware::panel::summary::Summary;
-use massline_firmware::panel::trial::{Problem, Proposal, Trial};
 use massline_firmware::panel::{Button, HitVerdict, PanelModel};
 use massline_firmware::store::RESULTS;
-use massline_protocol::message::{Measured, ResultEntry, Stats};
+use massline_protocol::message::{EstimatedMass, ResultEntry, Stats};
 use massline_protocol::object::StoredEstimate;
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
@@ -21,7 +21,7 @@ use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subjec
 use massline_shared::identify::{Consistency, Method};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
-use massline_virtual::glass::Glass;
+use massline_virtual::framebuffer::Framebuffer;
 
 /// A rig of which every screen is drawn.
 struct Rig {
@@ -50,7 +50,7 @@ impl Rig {
             hits: 15,
             seconds_left: Some(130),
             levels: [1, 2, 1, 3, 5, 7, 10, 12, 2, 0],
-            mass: Some(Measured { value: 1.2294, sigma: Some(0.0293) }),
+            mass: Some(EstimatedMass { value: 1.2294, sigma: Some(0.0293) }),
             result: 3,
             ..PanelModel::START
         };
@@ -99,7 +99,7 @@ impl Rig {
         for _ in 0..next {
             menu.press(Button::Next, &self.model);
         }
-        let mut glass = Glass::default();
+        let mut framebuffer = Framebuffer::default();
         let view = View {
             menu: &menu,
             model: &self.model,
@@ -111,13 +111,13 @@ impl Rig {
             info: &self.info,
             stats: &self.stats,
         };
-        draw(&view, &mut glass);
-        pictures::check(name, &glass, &[]);
+        draw(&view, &mut framebuffer);
+        pictures::check(name, &framebuffer, &[]);
     }
 }
 
 fn entry(number: u32) -> ResultEntry {
-    let mass = Measured { value: 1.2294 * number as f32, sigma: Some(0.0293) };
+    let mass = EstimatedMass { value: 1.2294 * number as f32, sigma: Some(0.0293) };
     ResultEntry { number, layout_hash: 7, mass: (number != 2).then_some(mass), length: 1000 }
 }
 
@@ -148,7 +148,7 @@ fn summary() -> Summary {
         diagnostics: Diagnostics::new(),
     };
     let findings = [
-        said(Code::SensorStrainsBudget, Severity::Note, Subject::Sensor(1), 1.7),
+        said(Code::LargeSensorPull, Severity::Note, Subject::Sensor(1), 1.7),
         said(Code::NoPlateau, Severity::Warning, Subject::response(1, 5), 0.031),
     ];
     Summary {
@@ -236,7 +236,7 @@ fn findings() {
             9000.0,
         ),
         said(Code::ResultNotStored, Severity::Error, Subject::Whole, 0.0),
-        said(Code::HitStrainsBudget, Severity::Note, Subject::Hit(2), 2.4),
+        said(Code::LargeHitPull, Severity::Note, Subject::Hit(2), 2.4),
     ];
     let names = ["finding-setting", "finding-store", "finding-hit"];
     for (page, name) in names.into_iter().enumerate() {
@@ -245,7 +245,7 @@ fn findings() {
     }
 }
 
-/// Every text of a code on the glass, not only counted in characters.
+/// Every text of a code on the screen, not only counted in characters.
 #[test]
 fn every_code_leaves_the_edges_of_the_glass_free() {
     for &code in Code::ALL {
@@ -255,7 +255,7 @@ fn every_code_leaves_the_edges_of_the_glass_free() {
         let mut menu = Menu::new();
         menu.follow(&rig.model);
         menu.open(Screen::Findings);
-        let mut glass = Glass::default();
+        let mut framebuffer = Framebuffer::default();
         let view = View {
             menu: &menu,
             model: &rig.model,
@@ -267,11 +267,11 @@ fn every_code_leaves_the_edges_of_the_glass_free() {
             info: &rig.info,
             stats: &rig.stats,
         };
-        draw(&view, &mut glass);
+        draw(&view, &mut framebuffer);
         // 21 characters of six pixels: two columns stay dark, but for what is cut.
-        let edge = (13..64).any(|y| glass.is_bright(126, y) || glass.is_bright(127, y));
+        let edge = (13..64).any(|y| framebuffer.is_bright(126, y) || framebuffer.is_bright(127, y));
         assert!(!edge, "{code:?}");
-        assert!((23..64).any(|y| (0..128).any(|x| glass.is_bright(x, y))), "{code:?}");
+        assert!((23..64).any(|y| (0..128).any(|x| framebuffer.is_bright(x, y))), "{code:?}");
     }
 }
 
@@ -328,18 +328,18 @@ fn calibration() {
     let tumble = Proposal { sound: true, hammer_ratio: None, sigma };
     let block = Proposal { sound: false, hammer_ratio: Some(1.0213), sigma };
     let problem = TumbleProblem::NotAtRest { position: Position::ALL[0], deviation: 1.0 };
-    for (name, trial) in [
-        ("tumble-wanted", Trial::Wanted(1)),
-        ("tumble-reading", Trial::Reading(1)),
-        ("tumble-moved", Trial::Wrong(Problem::Tumble { sensor: 2, problem })),
-        ("block-sensors-unknown", Trial::Wrong(Problem::SensorsUnknown)),
-        ("tumble-proposal", Trial::Proposed(tumble)),
-        ("block-proposal", Trial::Proposed(block)),
-        ("calibrated", Trial::Kept),
+    for (name, calibration_wizard) in [
+        ("tumble-wanted", CalibrationWizard::Wanted(1)),
+        ("tumble-reading", CalibrationWizard::Reading(1)),
+        ("tumble-moved", CalibrationWizard::Wrong(WizardProblem::Tumble { sensor: 2, problem })),
+        ("block-sensors-unknown", CalibrationWizard::Wrong(WizardProblem::SensorsUnknown)),
+        ("tumble-proposal", CalibrationWizard::Proposed(tumble)),
+        ("block-proposal", CalibrationWizard::Proposed(block)),
+        ("calibrated", CalibrationWizard::Stored),
     ] {
         let mut rig = Rig::new();
-        rig.model.trial = trial;
-        rig.show(name, Screen::Trial, 0);
+        rig.model.calibration_wizard = calibration_wizard;
+        rig.show(name, Screen::CalibrationWizard, 0);
     }
 }
 

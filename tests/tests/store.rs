@@ -5,7 +5,7 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use massline_firmware::store::{
     LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, RESULTS, Store, StoreError,
 };
-use massline_protocol::message::Measured;
+use massline_protocol::message::EstimatedMass;
 use massline_protocol::{LayoutHash, MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
@@ -24,7 +24,7 @@ fn open_over<F: NorFlash>(flash: F) -> Store<F> {
     store
 }
 
-const MASS: Measured = Measured { value: 1.25, sigma: Some(0.01) };
+const MASS: EstimatedMass = EstimatedMass { value: 1.25, sigma: Some(0.01) };
 
 fn encoded<T: Serialize>(value: &T) -> Vec<u8> {
     postcard::to_stdvec(value).unwrap()

@@ -22,7 +22,7 @@ use massline_shared::layout::{
 };
 use massline_shared::mass_line::Terms;
 use massline_shared::measurement::campaign::Phase;
-use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES, StaticReading};
+use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES, RestStatistics};
 use massline_shared::units::{Hertz, Seconds, Volts};
 use serde::Serialize;
 
@@ -34,9 +34,9 @@ fn diagnostics(n: usize) -> Diagnostics {
     let subjects = [
         (Code::Overload, Subject::Channel(4)),
         (Code::NoPlateau, Subject::Response { hit: 1, response: 5 }),
-        (Code::SensorStrainsBudget, Subject::Sensor(2)),
+        (Code::LargeSensorPull, Subject::Sensor(2)),
         (Code::DofSkipped, Subject::Hit(3)),
-        (Code::PriorContradictsData, Subject::Property(9)),
+        (Code::PriorInconsistentWithData, Subject::Property(9)),
         (Code::SettingOutOfRange, Subject::Setting(Setting::BandUpper)),
         (Code::GravityNotGiven, Subject::Whole),
     ];
@@ -78,8 +78,8 @@ fn calibration() -> CalibrationRecord {
     record
 }
 
-fn reading() -> StaticReading {
-    StaticReading { scans: 2048, mean: [2047.75; CHANNELS], deviation: [0.625; CHANNELS] }
+fn reading() -> RestStatistics {
+    RestStatistics { scans: 2048, mean: [2047.75; CHANNELS], deviation: [0.625; CHANNELS] }
 }
 
 fn identity() -> Identity {
@@ -123,7 +123,7 @@ fn status(dofs: usize) -> Status {
 }
 
 fn entry(number: u32) -> ResultEntry {
-    let mass = Measured { value: 1.23, sigma: Some(0.005) };
+    let mass = EstimatedMass { value: 1.23, sigma: Some(0.005) };
     ResultEntry { number, layout_hash: 7, mass: (number % 2 == 1).then_some(mass), length: 1234 }
 }
 
@@ -231,8 +231,8 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("SetStream answer", answer::<SetStream>(())),
         ("TakeReading request", request::<TakeReading>(())),
         ("TakeReading answer", answer::<TakeReading>(())),
-        ("GetReading request", request::<GetReading>(())),
-        ("GetReading answer", answer::<GetReading>(reading())),
+        ("GetRestStatistics request", request::<GetRestStatistics>(())),
+        ("GetRestStatistics answer", answer::<GetRestStatistics>(reading())),
         ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),
         ("event: status changed", frame(STATUS_CHANGED, &status(2))),
         ("event: hit", frame(HIT, &hit)),

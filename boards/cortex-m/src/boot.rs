@@ -49,7 +49,7 @@ impl Words {
     }
 
     /// Keeps as much of `words` as there is room for, cut between two characters.
-    pub fn say(&mut self, words: fmt::Arguments<'_>) {
+    pub fn write(&mut self, words: fmt::Arguments<'_>) {
         *self = Self::none();
         // A writer that has no more room has kept what fitted.
         let _ = fmt::write(self, words);
@@ -105,7 +105,7 @@ mod tests {
     fn words_are_told_once() {
         let mut words = Words::none();
         assert_eq!(words.take(), None);
-        words.say(format_args!("index {} of {}", 7, 5));
+        words.write(format_args!("index {} of {}", 7, 5));
         assert_eq!(words.take().as_deref(), Some("index 7 of 5"));
         assert_eq!(words.take(), None);
     }
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn long_words_are_cut_between_two_characters() {
         let mut words = Words::none();
-        words.say(format_args!("{}µ²", "x".repeat(Words::CAPACITY - 3)));
+        words.write(format_args!("{}µ²", "x".repeat(Words::CAPACITY - 3)));
         let kept = words.take().unwrap();
         assert_eq!(kept.len(), Words::CAPACITY - 1);
         assert!(kept.ends_with("xµ"));
@@ -124,7 +124,7 @@ mod tests {
         let noise = Words { magic: Words::MAGIC, length: u32::MAX, ..Words::none() };
         assert_eq!({ noise }.take(), None);
         let mut spoken = Words::none();
-        spoken.say(format_args!("out of memory"));
+        spoken.write(format_args!("out of memory"));
         for bit in 0..8 * 13 {
             let mut decayed = spoken;
             decayed.text[bit / 8] ^= 1 << (bit % 8);

@@ -72,5 +72,5 @@ pub fn hard_fault(frame: &ExceptionFrame) {
 pub fn keep(words: fmt::Arguments<'_>) {
     cortex_m::interrupt::disable();
     // SAFETY: nothing else runs any more, and `say` sets every field.
-    unsafe { (*addr_of_mut!(LAST_WORDS)).write(Words::none()).say(words) };
+    unsafe { (*addr_of_mut!(LAST_WORDS)).write(Words::none()).write(words) };
 }

@@ -150,7 +150,7 @@ impl Panel for RigPanel {
 
 type Screen<I> = Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>;
 
-/// Brings pages to the glass, for ever. While the screen does not answer its pages are thrown away; it is
+/// Brings pages to the screen, for ever. While the screen does not answer its pages are thrown away; it is
 /// asked again later.
 async fn drive_screen<I: I2c>(bus: I) -> ! {
     let interface = I2CDisplayInterface::new(bus);

@@ -9,7 +9,7 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, with_timeout};
 use massline_firmware::board::{SampleError, Sampler};
 use massline_firmware::scan_ring::{
-    Decimation, Fault, Half, HalfFlags, Halves, ScanRing, Settings,
+    Decimation, Fault, Half, HalfFlags, Halves, RingSettings, ScanRing,
 };
 use massline_shared::signal::{AdcProperties, HAMMER, Scan};
 use massline_shared::units::ScanIndex;
@@ -139,7 +139,7 @@ impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
         let half = match self.halves.finished(flags, transfer.remaining(), length) {
             Ok(Some(half)) => half,
             Ok(None) => return,
-            Err(lap) => return self.ring.lapped(lap.halves * raw_scans as u32),
+            Err(overrun) => return self.ring.overrun(overrun.halves * raw_scans as u32),
         };
         let supply = &mut self.supply;
         for index in 0..raw_scans {
@@ -150,8 +150,8 @@ impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
             });
         }
         let read = self.halves.was_read(half, transfer.flags(), transfer.remaining(), length);
-        if let Err(lap) = read {
-            self.ring.lapped(lap.halves * raw_scans as u32);
+        if let Err(overrun) = read {
+            self.ring.overrun(overrun.halves * raw_scans as u32);
         }
     }
 }
@@ -191,13 +191,13 @@ impl<C: Converter, const RANKS: usize, const SCANS: usize> RingSampler<C, RANKS,
         Self { converter, shared, plan }
     }
 
-    fn settings(&self) -> Settings {
+    fn settings(&self) -> RingSettings {
         let Plan { decimation, sentinel: (reads, sentinel), .. } = self.plan;
         let sentinel_codes = match reads {
             Sentinel::Reference(noted) => noted.codes(decimation.raw_bits),
             Sentinel::Code(code) => code..=code,
         };
-        Settings { decimation, sentinel, sentinel_codes, skip: 1 }
+        RingSettings { decimation, sentinel, sentinel_codes, skip: 1 }
     }
 
     fn supply(&self) -> Option<Supply> {

@@ -18,7 +18,7 @@ pub const FLAGS: u32 = CORRECTED | DETECTED;
 
 /// What an interrupt that cannot be masked was about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub enum NmiSource {
     /// A word of the store that was torn: the reader is told.
     Store,
     /// A word that nothing should have torn, at this offset from the start of its bank.
@@ -33,9 +33,9 @@ pub enum Cause {
 }
 
 /// The cause by what the register holds; `store` is a part of bank 2.
-pub fn cause(register: u32, store: &Range<u32>) -> Cause {
+pub fn nmi_source(register: u32, store: &Range<u32>) -> NmiSource {
     if register & DETECTED == 0 {
-        return Cause::Other;
+        return NmiSource::Other;
     }
     let offset = register & ADDRESS;
     let bank = match register & (BANK_2 | SYSTEM) {
@@ -44,9 +44,9 @@ pub fn cause(register: u32, store: &Range<u32>) -> Cause {
         _ => 0,
     };
     if bank == 2 && store.contains(&offset) {
-        Cause::Store
+        NmiSource::Store
     } else {
-        Cause::Elsewhere { bank, offset }
+        NmiSource::Elsewhere { bank, offset }
     }
 }
 
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn a_torn_word_of_the_store_is_the_stores() {
         for offset in [STORE.start, STORE.start + 8, STORE.end - 8] {
-            assert_eq!(cause(ECCD | BK_ECC | offset, &STORE), Cause::Store);
+            assert_eq!(nmi_source(ECCD | BK_ECC | offset, &STORE), NmiSource::Store);
         }
     }
 
@@ -74,7 +74,7 @@ mod tests {
             (ECCD | STORE.start, 1, STORE.start),
             (ECCD | BK_ECC | 1 << 22 | STORE.start, 0, STORE.start),
         ] {
-            assert_eq!(cause(register, &STORE), Cause::Elsewhere { bank, offset });
+            assert_eq!(nmi_source(register, &STORE), NmiSource::Elsewhere { bank, offset });
         }
     }
 
@@ -82,14 +82,14 @@ mod tests {
     fn without_an_error_that_was_detected_it_is_not_the_flash() {
         for register in [0, BK_ECC | STORE.start, 1 << 30 | BK_ECC | STORE.start, 1 << 28, 1 << 24]
         {
-            assert_eq!(cause(register, &STORE), Cause::Other);
+            assert_eq!(nmi_source(register, &STORE), NmiSource::Other);
         }
     }
 
     #[test]
     fn either_word_of_a_pair_may_be_torn_and_a_correction_beside_it_changes_nothing() {
         let at = BK_ECC | STORE.start;
-        assert_eq!(cause(1 << 29 | at, &STORE), Cause::Store);
-        assert_eq!(cause(FLAGS | at, &STORE), Cause::Store);
+        assert_eq!(nmi_source(1 << 29 | at, &STORE), NmiSource::Store);
+        assert_eq!(nmi_source(FLAGS | at, &STORE), NmiSource::Store);
     }
 }

@@ -69,7 +69,7 @@ pub fn ranks(frames: [u16; CHANNELS]) -> [u16; RANKS] {
 #[cfg(test)]
 mod tests {
     use massline_firmware::board::SampleError;
-    use massline_firmware::scan_ring::{Fault, ScanRing, Settings};
+    use massline_firmware::scan_ring::{Fault, RingSettings, ScanRing};
 
     use super::*;
     use crate::plan::DECIMATION;
@@ -121,8 +121,8 @@ mod tests {
         1000 + 100 * channel
     }
 
-    fn settings() -> Settings {
-        Settings {
+    fn settings() -> RingSettings {
+        RingSettings {
             decimation: DECIMATION,
             sentinel: SENTINEL,
             sentinel_codes: IN_STEP..=IN_STEP,

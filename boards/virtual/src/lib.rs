@@ -9,7 +9,7 @@
 //! | [`pipe`] | the link as a pipe in memory, with faults on demand |
 //! | [`flash`] | flash in memory or in a file |
 //! | [`panel`] | what the rig shows and its buttons |
-//! | [`glass`] | the pixels of the panel |
+//! | [`framebuffer`] | the pixels of the panel |
 //! | [`rig`] | a rig that runs |
 //! | [`pty`] | a rig served on a pseudo-terminal |
 #![deny(unsafe_code)]
@@ -17,7 +17,7 @@
 pub mod bench;
 pub mod clock;
 pub mod flash;
-pub mod glass;
+pub mod framebuffer;
 pub mod panel;
 pub mod pipe;
 #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! The panel of the virtual rig: the host sees its glass, hears its cues and presses its buttons, and
+//! The panel of the virtual rig: the host sees its screen, hears its cues and presses its buttons, and
 //! the source is told of every arming, as a person is who looks at it.
 
 use std::collections::VecDeque;
@@ -11,7 +11,7 @@ use massline_firmware::board::Panel;
 use massline_firmware::panel::{Button, Cue, PanelModel};
 use massline_shared::measurement::campaign::Phase;
 
-use crate::glass::Glass;
+use crate::framebuffer::Framebuffer;
 use crate::sampler::SharedSource;
 
 /// Cues that are remembered.
@@ -21,8 +21,8 @@ const CUES: usize = 1024;
 pub struct OperatorPanel {
     source: SharedSource,
     view: PanelView,
-    told: Option<u32>,
-    glass: Glass,
+    reported: Option<u32>,
+    framebuffer: Framebuffer,
 }
 
 /// The host's end of the panel. Clones are the same.
@@ -36,12 +36,12 @@ struct Shared {
 
 struct State {
     model: PanelModel,
-    /// What the glass shows, and the model that it was drawn from.
-    shown: (PanelModel, Glass),
+    /// What the framebuffer shows, and the model that it was drawn from.
+    shown: (PanelModel, Framebuffer),
     cues: VecDeque<Cue>,
     ended: bool,
     waiting: VecDeque<Button>,
-    /// Counts the presses, those that the rig has taken, and those before the picture on the glass.
+    /// Counts the presses, those that the rig has taken, and those before the picture on the screen.
     pressed: u64,
     taken: u64,
     answered: u64,
@@ -53,7 +53,7 @@ impl OperatorPanel {
     pub fn new(source: SharedSource) -> Self {
         let state = State {
             model: PanelModel::START,
-            shown: (PanelModel::START, Glass::default()),
+            shown: (PanelModel::START, Framebuffer::default()),
             cues: VecDeque::new(),
             ended: false,
             waiting: VecDeque::new(),
@@ -64,7 +64,7 @@ impl OperatorPanel {
         };
         let view =
             PanelView(Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() }));
-        Self { source, view, told: None, glass: Glass::default() }
+        Self { source, view, reported: None, framebuffer: Framebuffer::default() }
     }
 
     /// The host's end.
@@ -74,15 +74,15 @@ impl OperatorPanel {
 }
 
 impl Panel for OperatorPanel {
-    type Screen = Glass;
+    type Screen = Framebuffer;
 
-    fn screen(&mut self) -> &mut Glass {
-        &mut self.glass
+    fn screen(&mut self) -> &mut Framebuffer {
+        &mut self.framebuffer
     }
 
     async fn flush(&mut self) {
         let mut state = self.view.lock();
-        state.shown = (state.model, self.glass.clone());
+        state.shown = (state.model, self.framebuffer.clone());
         state.answered = state.taken;
         drop(state);
         self.view.0.changed.notify_all();
@@ -113,14 +113,14 @@ impl Panel for OperatorPanel {
         state.cues.push_back(cue);
     }
 
-    fn tell(&mut self, model: &PanelModel) {
+    fn report(&mut self, model: &PanelModel) {
         self.view.lock().model = *model;
         self.view.0.changed.notify_all();
         if model.phase == Phase::Armed
             && let Some((dof, _)) = model.dof
-            && self.told != Some(model.armings)
+            && self.reported != Some(model.armings)
         {
-            self.told = Some(model.armings);
+            self.reported = Some(model.armings);
             self.source.armed(model.armings, usize::from(dof));
         }
     }
@@ -139,8 +139,8 @@ impl PanelView {
         self.lock().model
     }
 
-    /// What is on the glass.
-    pub fn glass(&self) -> Glass {
+    /// What is on the screen.
+    pub fn framebuffer(&self) -> Framebuffer {
         self.lock().shown.1.clone()
     }
 
@@ -162,12 +162,12 @@ impl PanelView {
         wanted(&model).then_some(model)
     }
 
-    /// As [`Self::wait_for`], until it is on the glass.
-    pub fn wait_for_glass(
+    /// As [`Self::wait_for`], until it is on the screen.
+    pub fn wait_for_picture(
         &self,
         timeout: Duration,
         mut wanted: impl FnMut(&PanelModel) -> bool,
-    ) -> Option<(PanelModel, Glass)> {
+    ) -> Option<(PanelModel, Framebuffer)> {
         let state = self.wait_until(timeout, |state| wanted(&state.shown.0));
         let shown = state.shown.clone();
         drop(state);
@@ -186,7 +186,7 @@ impl PanelView {
 
     /// Presses a button and looks at what the rig shows once it has done what the button means; `None`
     /// when it does not within `timeout` or ends before.
-    pub fn press_and_look(&self, timeout: Duration, button: Button) -> Option<Glass> {
+    pub fn press_and_look(&self, timeout: Duration, button: Button) -> Option<Framebuffer> {
         self.press(button);
         let mine = self.lock().pressed;
         let state = self.wait_until(timeout, |state| state.answered >= mine);
@@ -263,11 +263,11 @@ mod tests {
     #[test]
     fn the_operator_hears_of_each_arming_once() {
         let (mut panel, heard) = panel();
-        panel.tell(&model(Phase::Idle, 0, 0));
-        panel.tell(&model(Phase::Armed, 1, 0));
-        panel.tell(&model(Phase::Armed, 1, 0));
-        panel.tell(&model(Phase::Busy, 2, 2));
-        panel.tell(&model(Phase::Armed, 2, 2));
+        panel.report(&model(Phase::Idle, 0, 0));
+        panel.report(&model(Phase::Armed, 1, 0));
+        panel.report(&model(Phase::Armed, 1, 0));
+        panel.report(&model(Phase::Busy, 2, 2));
+        panel.report(&model(Phase::Armed, 2, 2));
         assert_eq!(*heard.lock().unwrap(), [(1, 0), (2, 2)]);
     }
 
@@ -278,7 +278,7 @@ mod tests {
         assert_eq!(view.model(), PanelModel::START);
         let waiter =
             std::thread::spawn(move || view.wait_for(LATE, |model| model.phase == Phase::Done));
-        panel.tell(&model(Phase::Done, 4, 1));
+        panel.report(&model(Phase::Done, 4, 1));
         assert_eq!(waiter.join().unwrap(), Some(model(Phase::Done, 4, 1)));
     }
 
@@ -286,12 +286,12 @@ mod tests {
     fn a_picture_is_seen_once_it_has_been_flushed() {
         let (mut panel, _) = panel();
         let view = panel.view();
-        panel.tell(&model(Phase::Done, 4, 1));
+        panel.report(&model(Phase::Done, 4, 1));
         panel.screen().clear(BinaryColor::On).unwrap();
-        assert_eq!(view.glass(), Glass::default());
+        assert_eq!(view.framebuffer(), Framebuffer::default());
         block_on(panel.flush());
-        let (_, glass) = view.wait_for_glass(LATE, |model| model.armings == 4).unwrap();
-        assert!(glass.is_bright(0, 0) && glass.is_bright(127, 63));
+        let (_, framebuffer) = view.wait_for_picture(LATE, |model| model.armings == 4).unwrap();
+        assert!(framebuffer.is_bright(0, 0) && framebuffer.is_bright(127, 63));
     }
 
     #[test]

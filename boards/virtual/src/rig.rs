@@ -313,7 +313,7 @@ mod tests {
         };
         let pressing = async {
             panel.button().await;
-            panel.tell(&PanelModel { phase: Phase::Done, ..PanelModel::START });
+            panel.report(&PanelModel { phase: Phase::Done, ..PanelModel::START });
             Timer::after_secs(1_000_000).await;
         };
         let echoing = async {
@@ -377,7 +377,7 @@ mod tests {
             starts += 1;
         }
         flash.write(starts * 4, &[0; 4]).await.unwrap();
-        panel.tell(&PanelModel { phase: Phase::Done, armings: starts + 1, ..PanelModel::START });
+        panel.report(&PanelModel { phase: Phase::Done, armings: starts + 1, ..PanelModel::START });
         std::future::pending().await
     }
 

@@ -18,11 +18,11 @@
 use heapless::Vec;
 use massline_shared::measurement::campaign::{Command, Phase};
 
+use super::calibration_wizard::CalibrationWizard;
 use super::refused::Refused;
-use super::trial::Trial;
 use super::{Button, PanelModel};
 
-/// What is on the glass.
+/// What is on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Screen {
     /// The list of everything.
@@ -42,7 +42,7 @@ pub enum Screen {
     /// The mass of the block, digit by digit.
     BlockMass,
     /// A calibration on its way: positions, what is wrong, what is proposed.
-    Trial,
+    CalibrationWizard,
     /// How full the flash is and what it has cost.
     Storage,
     /// Who the rig is.
@@ -157,7 +157,7 @@ pub enum Action {
     /// Keep the calibration that is proposed.
     KeepCalibration,
     /// Forget readings and proposals.
-    DropTrial,
+    CancelCalibration,
 }
 
 /// Lines of a list.
@@ -192,7 +192,7 @@ impl Menu {
         Self { screen: Screen::Home, cursor: 0, home: 0, decigrams: 10_000, phase: Phase::Idle }
     }
 
-    /// What is on the glass.
+    /// What is on the screen.
     pub fn screen(&self) -> Screen {
         self.screen
     }
@@ -207,7 +207,7 @@ impl Menu {
         self.decigrams
     }
 
-    /// The lines of the list that is on the glass, none where there is another thing.
+    /// The lines of the list that is on the screen, none where there is another thing.
     pub fn entries(&self, model: &PanelModel) -> Entries {
         let mut entries = Entries::new();
         let list: &[Entry] = match (self.screen, model.phase) {
@@ -279,7 +279,9 @@ impl Menu {
                 self.go(Screen::Results);
             }
             Screen::Findings if model.findings == 0 => self.go(Screen::Measure),
-            Screen::Trial if model.trial == Trial::Off => self.go(Screen::Calibration),
+            Screen::CalibrationWizard if model.calibration_wizard == CalibrationWizard::Off => {
+                self.go(Screen::Calibration)
+            }
             _ => {}
         }
         self.cursor = self.cursor.min(self.length(model).saturating_sub(1));
@@ -320,7 +322,7 @@ impl Menu {
             }
             Screen::Results if model.results > 0 => Some(Action::OpenResult(self.cursor)),
             Screen::BlockMass => self.ok_digit(model),
-            Screen::Trial => self.ok_trial(model),
+            Screen::CalibrationWizard => self.ok_calibration_wizard(model),
             Screen::Sure(question) => self.yes(question, model),
             Screen::Refused(_) => self.back(model),
             _ => None,
@@ -381,17 +383,17 @@ impl Menu {
         Some(Action::StartBlock { decigrams: self.decigrams })
     }
 
-    fn ok_trial(&mut self, model: &PanelModel) -> Option<Action> {
-        match model.trial {
-            Trial::Wanted(_) if model.idle => Some(Action::ReadPosition),
-            Trial::Wanted(_) => {
+    fn ok_calibration_wizard(&mut self, model: &PanelModel) -> Option<Action> {
+        match model.calibration_wizard {
+            CalibrationWizard::Wanted(_) if model.idle => Some(Action::ReadPosition),
+            CalibrationWizard::Wanted(_) => {
                 self.go(Screen::Refused(Refused::WrongPhase));
                 None
             }
-            Trial::Wrong(problem) if problem.read_again() => Some(Action::ReadPosition),
-            Trial::Proposed(_) => Some(Action::KeepCalibration),
-            Trial::Wrong(_) | Trial::Kept => self.back(model),
-            Trial::Off | Trial::Reading(_) => None,
+            CalibrationWizard::Wrong(problem) if problem.read_again() => Some(Action::ReadPosition),
+            CalibrationWizard::Proposed(_) => Some(Action::KeepCalibration),
+            CalibrationWizard::Wrong(_) | CalibrationWizard::Stored => self.back(model),
+            CalibrationWizard::Off | CalibrationWizard::Reading(_) => None,
         }
     }
 
@@ -445,7 +447,7 @@ impl Menu {
             Screen::Result => (Screen::Results, None),
             Screen::Sure(Question::Delete) => (Screen::Result, None),
             Screen::BlockMass => (Screen::Calibration, None),
-            Screen::Trial => (Screen::Calibration, Some(Action::DropTrial)),
+            Screen::CalibrationWizard => (Screen::Calibration, Some(Action::CancelCalibration)),
             _ => (Screen::Home, None),
         };
         self.go(screen);

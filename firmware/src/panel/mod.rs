@@ -14,15 +14,15 @@
 //!                  └─▶ cues ─▶ Panel::cue
 //! ```
 
+pub mod calibration_wizard;
 pub mod draw;
-mod held;
 pub mod menu;
+mod modal;
 pub mod number;
 mod pace;
 pub mod refused;
 pub mod summary;
 pub(crate) mod task;
-pub mod trial;
 pub mod words;
 
 use core::convert::Infallible;
@@ -30,14 +30,14 @@ use core::convert::Infallible;
 use embedded_graphics::draw_target::DrawTarget;
 use embedded_graphics::pixelcolor::BinaryColor;
 use heapless::Vec;
-use massline_protocol::message::Measured;
+use massline_protocol::message::EstimatedMass;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::Dof;
 use massline_shared::measurement::GradedHit;
 use massline_shared::measurement::campaign::{Campaign, Object, Outcome, Phase};
 use massline_shared::signal::CHANNELS;
 
-use self::trial::Trial;
+use self::calibration_wizard::CalibrationWizard;
 use crate::rig::Rig;
 
 /// What can be shown and what decides about the meaning of a button.
@@ -74,7 +74,7 @@ pub struct PanelModel {
     /// Number of the result of the campaign that has ended, 0 when there is none.
     pub result: u32,
     /// Mass by the best answer of the last result, kg.
-    pub mass: Option<Measured>,
+    pub mass: Option<EstimatedMass>,
     /// True when a campaign that is interrupted was so by the rig itself.
     pub interrupted: bool,
     /// True when nothing is measured: layout and calibration may be changed.
@@ -88,7 +88,7 @@ pub struct PanelModel {
     /// Pages of the result that is open; 0 when none is.
     pub pages: u8,
     /// How far the calibration is.
-    pub trial: Trial,
+    pub calibration_wizard: CalibrationWizard,
 }
 
 impl PanelModel {
@@ -116,7 +116,7 @@ impl PanelModel {
         layouts: 0,
         results: 0,
         pages: 0,
-        trial: Trial::Off,
+        calibration_wizard: CalibrationWizard::Off,
     };
 }
 
@@ -183,9 +183,9 @@ pub trait Panel {
     /// What is drawn on. Every picture is drawn as a whole.
     fn screen(&mut self) -> &mut Self::Screen;
 
-    /// Brings what was drawn to the glass; returns at once when no screen is connected. Cancel-safe.
+    /// Brings what was drawn to the screen; returns at once when no screen is connected. Cancel-safe.
     ///
-    /// Latency: the others go on while it waits. A glass of 1 KiB takes 24 ms over I²C at 400 kHz, nine
+    /// Latency: the others go on while it waits. A screen of 1 KiB takes 24 ms over I²C at 400 kHz, nine
     /// bits a byte; what is done in one go is at most a page of 128 bytes, 3 ms.
     fn flush(&mut self) -> impl Future<Output = ()>;
 
@@ -195,8 +195,8 @@ pub trait Panel {
     /// Starts a cue of sound or light and returns.
     fn cue(&mut self, cue: Cue);
 
-    /// What the next picture shows, for a board whose glass is looked at by a program.
-    fn tell(&mut self, _model: &PanelModel) {}
+    /// What the next picture shows, for a board whose screen is looked at by a program.
+    fn report(&mut self, _model: &PanelModel) {}
 }
 
 /// A button of the rig.
@@ -269,7 +269,7 @@ mod tests {
     fn an_end_without_an_answer_is_a_failure() {
         let done = PanelModel { phase: Phase::Done, ..ARMED };
         assert_eq!(cues(&ARMED, &done), [Cue::Failed]);
-        let mass = Some(Measured { value: 1.0, sigma: None });
+        let mass = Some(EstimatedMass { value: 1.0, sigma: None });
         assert_eq!(cues(&ARMED, &PanelModel { mass, ..done }), [Cue::Done]);
         assert_eq!(cues(&ARMED, &PanelModel { block: true, ..done }), [Cue::Done]);
     }

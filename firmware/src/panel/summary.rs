@@ -8,7 +8,7 @@ use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Estimate;
 use serde::de::DeserializeOwned;
 
-use crate::store::{Kept, Store, StoreError};
+use crate::store::{ResultHandle, Store, StoreError};
 
 /// What is shown of a result.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +43,7 @@ pub(super) const PIECE: usize = 512;
 /// [`StoreError::Failed`] when the flash does not give it back whole.
 pub(super) async fn open<F: NorFlash>(
     store: &mut Store<F>,
-    kept: &Kept,
+    kept: &ResultHandle,
     piece: &mut [u8; PIECE],
 ) -> Result<Summary, StoreError> {
     let mut walk = Walk::new();

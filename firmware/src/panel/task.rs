@@ -2,7 +2,7 @@
 //!
 //! Measuring never waits for it. It waits for the store where an action needs the flash.
 
-use massline_shared::signal::{AdcProperties, StaticReading};
+use massline_shared::signal::{AdcProperties, RestStatistics};
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -18,21 +18,21 @@ use massline_shared::diagnosis::Diagnostics;
 use massline_shared::measurement::campaign::{Object, Start};
 use massline_shared::measurement::{Measurement, Recorded, StartError};
 
+use super::calibration_wizard::{self, WizardProblem};
 use super::draw::{LayoutLine, View, canvas, draw};
-use super::held::Held;
 use super::menu::{Action, Menu, Screen};
+use super::modal::ModalState;
 use super::pace::Pace;
 use super::refused::Refused;
 use super::summary::{self, PIECE};
-use super::trial::{self, Problem};
 use super::{Button, Cue, Panel, PanelModel, cues};
 use crate::deadline::Deadline;
 use crate::rig::Rig;
-use crate::store::{Kept, KeptLayout, LAYOUTS, RESULTS, Store};
+use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Store};
 
 /// What the panel keeps.
 pub(crate) struct PanelMemory {
-    held: Held,
+    modal: ModalState,
     /// A piece of a result that is read, or an encoded calibration.
     piece: [u8; PIECE],
 }
@@ -40,7 +40,7 @@ pub(crate) struct PanelMemory {
 impl PanelMemory {
     /// All zero bytes.
     pub const fn new() -> Self {
-        Self { held: Held::Nothing, piece: [0; PIECE] }
+        Self { modal: ModalState::Nothing, piece: [0; PIECE] }
     }
 }
 
@@ -53,74 +53,78 @@ pub(crate) struct PanelTask<'a, 'm, F: NorFlash> {
 
 /// Shows and listens for ever.
 pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, '_, F>) -> ! {
-    let PanelTask { rig, store, memory: PanelMemory { held, piece } } = task;
+    let PanelTask { rig, store, memory: PanelMemory { modal, piece } } = task;
     let (menu, pace, before) = (Menu::new(), Pace::new(Instant::now()), PanelModel::START);
-    let mut desk = Desk { rig, store, menu, held, pace, before };
+    let mut controller = PanelController { rig, store, menu, modal, pace, before };
     loop {
-        for cue in desk.follow() {
+        for cue in controller.follow() {
             panel.cue(cue);
         }
-        panel.tell(&desk.before);
-        desk.draw(&*store.lock().await, panel.screen());
+        panel.report(&controller.before);
+        controller.draw(&*store.lock().await, panel.screen());
         panel.flush().await;
         if let Either::Second(button) = select(rig.show.wait(), panel.button()).await
-            && let Some(errand) = desk.press(button)
+            && let Some(pending) = controller.press(button)
         {
-            let done = match errand {
-                Errand::Start(object) => {
+            let done = match pending {
+                PendingAction::Start(object) => {
                     let room = !store.lock().await.is_full(rig.dofs()).await;
-                    desk.start(object, room)
+                    controller.start(object, room)
                 }
-                Errand::Open(_) | Errand::Delete(_) => run_errand(errand, &mut desk, piece).await,
-                _ => rig.changing(async || run_errand(errand, &mut desk, piece).await).await,
+                PendingAction::Open(_) | PendingAction::Delete(_) => {
+                    run_pending(pending, &mut controller, piece).await
+                }
+                _ => {
+                    rig.changing(async || run_pending(pending, &mut controller, piece).await).await
+                }
             };
-            desk.answer(done);
+            controller.answer(done);
         }
     }
 }
 
 /// What needs the flash.
 #[derive(Clone, Copy)]
-enum Errand {
+enum PendingAction {
     /// A campaign.
     Start(Object),
-    Open(Kept),
+    Open(ResultHandle),
     Delete(u32),
     UseLayout(u32),
     SolveBlock,
     KeepCalibration,
 }
 
-async fn run_errand<F: NorFlash>(
-    errand: Errand,
-    desk: &mut Desk<'_, '_, F>,
+async fn run_pending<F: NorFlash>(
+    pending: PendingAction,
+    controller: &mut PanelController<'_, '_, F>,
     piece: &mut [u8; PIECE],
 ) -> Result<(), Refused> {
-    let mut store = desk.store.lock().await;
-    match errand {
-        Errand::Open(kept) => {
-            *desk.held = Held::Result(summary::open(&mut store, &kept, piece).await?);
-            desk.menu.open(Screen::Result);
+    let mut store = controller.store.lock().await;
+    match pending {
+        PendingAction::Open(kept) => {
+            *controller.modal = ModalState::Result(summary::open(&mut store, &kept, piece).await?);
+            controller.menu.open(Screen::Result);
         }
-        Errand::Delete(number) => {
+        PendingAction::Delete(number) => {
             store.delete_result(number).await?;
-            *desk.held = Held::Nothing;
+            *controller.modal = ModalState::Nothing;
         }
         // Not here: nothing is changed in the flash.
-        Errand::Start(_) => {}
-        Errand::UseLayout(hash) => {
+        PendingAction::Start(_) => {}
+        PendingAction::UseLayout(hash) => {
             store.use_layout(hash).await?;
             let mut room = [0; MAX_LAYOUT];
             let layout = store.layout(&mut room).await.ok_or(Refused::NotFound)?;
-            desk.rig.use_layout(layout)?;
+            controller.rig.use_layout(layout)?;
         }
-        Errand::SolveBlock => {
+        PendingAction::SolveBlock => {
             let kept = store.calibration().await;
-            desk.solve_block(kept.unwrap_or_default());
+            controller.solve_block(kept.unwrap_or_default());
         }
-        Errand::KeepCalibration => {
-            store.put_calibration(desk.encode_calibration(piece)?).await?;
-            desk.calibrated();
+        PendingAction::KeepCalibration => {
+            store.put_calibration(controller.encode_calibration(piece)?).await?;
+            controller.calibrated();
         }
     }
     Ok(())
@@ -128,24 +132,24 @@ async fn run_errand<F: NorFlash>(
 
 /// All of the loop that does not wait. Plain functions: what an async function computes is compiled with
 /// the board.
-struct Desk<'a, 'm, F: NorFlash> {
+struct PanelController<'a, 'm, F: NorFlash> {
     rig: &'a Rig<'m>,
     store: &'a Mutex<NoopRawMutex, Store<F>>,
     menu: Menu,
-    held: &'a mut Held,
+    modal: &'a mut ModalState,
     pace: Pace,
     /// What was shown last.
     before: PanelModel,
 }
 
-impl<F: NorFlash> Desk<'_, '_, F> {
+impl<F: NorFlash> PanelController<'_, '_, F> {
     /// Takes note of what has changed; gives what is to be heard of it.
     fn follow(&mut self) -> Vec<Cue, 3> {
         self.take_reading();
         let mut model = self.model();
         self.menu.follow(&model);
-        if !self.held.belongs_to(self.menu.screen()) {
-            *self.held = Held::Nothing;
+        if !self.modal.belongs_to(self.menu.screen()) {
+            *self.modal = ModalState::Nothing;
             model = self.model();
             self.menu.follow(&model);
         }
@@ -163,11 +167,11 @@ impl<F: NorFlash> Desk<'_, '_, F> {
         let before = (self.before.results, self.before.layouts);
         (model.results, model.layouts) =
             self.store.try_lock().map_or(before, |store| lists(&store));
-        if let Held::Refusal(findings) = &*self.held {
+        if let ModalState::Refusal(findings) = &*self.modal {
             model.findings = findings.len() as u8;
         }
-        model.pages = self.held.summary().map_or(0, summary::Summary::pages);
-        model.trial = self.held.trial();
+        model.pages = self.modal.summary().map_or(0, summary::Summary::pages);
+        model.calibration_wizard = self.modal.calibration_wizard();
         model
     }
 
@@ -179,8 +183,8 @@ impl<F: NorFlash> Desk<'_, '_, F> {
         let results: Vec<ResultEntry, RESULTS> = newest_first.take(RESULTS).collect();
         let stats = &Stats { store_failures: store.failures(), ..rig.stats() };
         let measurement = rig.measurement.borrow();
-        let findings = match &*self.held {
-            Held::Refusal(findings) => findings,
+        let findings = match &*self.modal {
+            ModalState::Refusal(findings) => findings,
             _ => measurement.diagnostics(),
         };
         let view = View {
@@ -189,7 +193,7 @@ impl<F: NorFlash> Desk<'_, '_, F> {
             layout: measurement.layout(),
             layouts: &layouts(store),
             results: &results,
-            summary: self.held.summary(),
+            summary: self.modal.summary(),
             findings,
             info: &rig.info,
             stats,
@@ -198,10 +202,10 @@ impl<F: NorFlash> Desk<'_, '_, F> {
     }
 
     /// Does what a button means, as far as that needs no flash; gives the rest.
-    fn press(&mut self, button: Button) -> Option<Errand> {
+    fn press(&mut self, button: Button) -> Option<PendingAction> {
         let action = self.menu.press(button, &self.before)?;
         match self.act(action) {
-            Ok(errand) => errand,
+            Ok(pending) => pending,
             Err(reason) => {
                 self.menu.refuse(reason);
                 None
@@ -209,41 +213,45 @@ impl<F: NorFlash> Desk<'_, '_, F> {
         }
     }
 
-    /// What has come of an errand.
+    /// What has come of a pending action.
     fn answer(&mut self, done: Result<(), Refused>) {
         if let Err(reason) = done {
             self.menu.refuse(reason);
         }
     }
 
-    fn act(&mut self, action: Action) -> Result<Option<Errand>, Refused> {
+    fn act(&mut self, action: Action) -> Result<Option<PendingAction>, Refused> {
         match action {
-            Action::Start => return Ok(Some(Errand::Start(Object::Unknown))),
+            Action::Start => return Ok(Some(PendingAction::Start(Object::Unknown))),
             Action::Command(command) => self.rig.command(command)?,
             Action::StartBlock { decigrams } => {
                 let mass = decigrams as f32 * 1e-4;
-                return Ok(Some(Errand::Start(Object::Block { mass })));
+                return Ok(Some(PendingAction::Start(Object::Block { mass })));
             }
             Action::StartTumble => {
-                *self.held = Held::Tumble(TumbleTest::new(), false);
-                self.menu.open(Screen::Trial);
+                *self.modal = ModalState::Tumble(TumbleTest::new(), false);
+                self.menu.open(Screen::CalibrationWizard);
             }
             Action::ReadPosition => self.read_position()?,
-            Action::DropTrial => self.drop_trial(),
+            Action::CancelCalibration => self.cancel_calibration(),
             Action::OpenResult(place) => {
                 let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
                 let kept = store.results().iter().rev().nth(usize::from(place));
-                return Ok(Some(Errand::Open(*kept.ok_or(Refused::NotFound)?)));
+                return Ok(Some(PendingAction::Open(*kept.ok_or(Refused::NotFound)?)));
             }
             Action::OpenLast => {
                 let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
                 let kept = store.find(self.before.result).ok_or(Refused::NotFound)?;
-                return Ok(Some(Errand::Open(kept)));
+                return Ok(Some(PendingAction::Open(kept)));
             }
             Action::DeleteResult => {
-                let summary = self.held.summary().ok_or(Refused::NotFound)?;
-                let rests =
-                    self.rig.measurement.borrow().rests().then_some(Errand::Delete(summary.number));
+                let summary = self.modal.summary().ok_or(Refused::NotFound)?;
+                let rests = self
+                    .rig
+                    .measurement
+                    .borrow()
+                    .rests()
+                    .then_some(PendingAction::Delete(summary.number));
                 return rests.ok_or(Refused::WrongPhase).map(Some);
             }
             Action::UseLayout(place) => {
@@ -251,18 +259,18 @@ impl<F: NorFlash> Desk<'_, '_, F> {
                 let kept = store.layouts().get(usize::from(place)).ok_or(Refused::NotFound)?;
                 return match kept.in_use {
                     true => Ok(None),
-                    false => self.when_idle(Errand::UseLayout(kept.hash)),
+                    false => self.when_idle(PendingAction::UseLayout(kept.hash)),
                 };
             }
-            Action::SolveBlock => return self.when_idle(Errand::SolveBlock),
-            Action::KeepCalibration => return self.when_idle(Errand::KeepCalibration),
+            Action::SolveBlock => return self.when_idle(PendingAction::SolveBlock),
+            Action::KeepCalibration => return self.when_idle(PendingAction::KeepCalibration),
         }
         Ok(None)
     }
 
-    fn when_idle(&self, errand: Errand) -> Result<Option<Errand>, Refused> {
+    fn when_idle(&self, pending: PendingAction) -> Result<Option<PendingAction>, Refused> {
         if self.rig.measurement.borrow().is_idle() {
-            Ok(Some(errand))
+            Ok(Some(pending))
         } else {
             Err(Refused::WrongPhase)
         }
@@ -274,7 +282,8 @@ impl<F: NorFlash> Desk<'_, '_, F> {
         if started == Err(StartError::LayoutRefused) {
             let measurement = self.rig.measurement.borrow();
             let check = |layout| measurement.check(layout);
-            *self.held = Held::Refusal(measurement.layout().map_or_else(Diagnostics::new, check));
+            *self.modal =
+                ModalState::Refusal(measurement.layout().map_or_else(Diagnostics::new, check));
         }
         Ok(started?)
     }
@@ -283,46 +292,48 @@ impl<F: NorFlash> Desk<'_, '_, F> {
         if !self.rig.measurement.borrow().is_idle() {
             return Err(Refused::WrongPhase);
         }
-        let readings = match &*self.held {
-            Held::Tumble(readings, _) | Held::Retry(readings, _) => readings.clone(),
+        let readings = match &*self.modal {
+            ModalState::Tumble(readings, _) | ModalState::Retry(readings, _) => readings.clone(),
             _ => return Err(Refused::NotFound),
         };
         // A request that is refused leaves what was read before, which is no reading of this position.
         self.rig.take_reading()?;
-        *self.held = Held::Tumble(readings, true);
+        *self.modal = ModalState::Tumble(readings, true);
         Ok(())
     }
 
     /// Forgets the calibration on its way, and the reading that it waits for.
-    fn drop_trial(&mut self) {
-        if matches!(self.held, Held::Tumble(_, true)) {
+    fn cancel_calibration(&mut self) {
+        if matches!(self.modal, ModalState::Tumble(_, true)) {
             self.rig.measurement.borrow_mut().drop_reading();
             self.rig.steered();
         }
-        *self.held = Held::Nothing;
+        *self.modal = ModalState::Nothing;
     }
 
     /// Takes a reading that has come into the tumble test; after the last one it is solved.
     fn take_reading(&mut self) {
-        let Held::Tumble(readings, true) = &mut *self.held else { return };
+        let ModalState::Tumble(readings, true) = &mut *self.modal else { return };
         let measurement = self.rig.measurement.borrow();
         let adc = calibrated(&measurement);
         let taken = match measurement.recorded() {
             _ if measurement.reads() => return,
-            Recorded::Reading => {
-                trial::add_reading(readings, &StaticReading::of(measurement.record()), &adc)
-            }
-            Recorded::ReadingFailed => Err(Problem::Refused(Refused::SamplerStopped)),
-            Recorded::Nothing | Recorded::Hit(_) => Err(Problem::Refused(Refused::Busy)),
+            Recorded::Reading => calibration_wizard::add_reading(
+                readings,
+                &RestStatistics::of(measurement.record()),
+                &adc,
+            ),
+            Recorded::ReadingFailed => Err(WizardProblem::Refused(Refused::SamplerStopped)),
+            Recorded::Nothing | Recorded::Hit(_) => Err(WizardProblem::Refused(Refused::Busy)),
         };
-        *self.held = match taken {
-            Ok(false) => Held::Tumble(readings.clone(), false),
-            Err(problem) => Held::Retry(readings.clone(), problem),
+        *self.modal = match taken {
+            Ok(false) => ModalState::Tumble(readings.clone(), false),
+            Err(problem) => ModalState::Retry(readings.clone(), problem),
             Ok(true) => {
                 let mut record = CalibrationRecord::from(*measurement.calibration());
-                match trial::of_tumble(readings, &mut record) {
-                    Ok(proposal) => Held::Proposal(record, proposal),
-                    Err(problem) => Held::Failed(problem),
+                match calibration_wizard::of_tumble(readings, &mut record) {
+                    Ok(proposal) => ModalState::Proposal(record, proposal),
+                    Err(problem) => ModalState::Failed(problem),
                 }
             }
         };
@@ -333,35 +344,35 @@ impl<F: NorFlash> Desk<'_, '_, F> {
         let measurement = self.rig.measurement.borrow();
         let mut record = CalibrationRecord { calibration: *measurement.calibration(), ..kept };
         let proposal = match measurement.result().block {
-            Some(Ok(ratio)) => trial::of_block(&ratio, &mut record),
-            Some(Err(error)) => Err(Problem::Block(error)),
-            None => Err(Problem::NoMass),
+            Some(Ok(ratio)) => calibration_wizard::of_block(&ratio, &mut record),
+            Some(Err(error)) => Err(WizardProblem::Block(error)),
+            None => Err(WizardProblem::NoMass),
         };
-        *self.held = match proposal {
-            Ok(proposal) => Held::Proposal(record, proposal),
-            Err(problem) => Held::Failed(problem),
+        *self.modal = match proposal {
+            Ok(proposal) => ModalState::Proposal(record, proposal),
+            Err(problem) => ModalState::Failed(problem),
         };
-        self.menu.open(Screen::Trial);
+        self.menu.open(Screen::CalibrationWizard);
     }
 
     /// The bytes of the calibration that is proposed.
     fn encode_calibration<'p>(&self, piece: &'p mut [u8; PIECE]) -> Result<&'p [u8], Refused> {
-        let Held::Proposal(record, _) = &*self.held else { return Err(Refused::NotFound) };
+        let ModalState::Proposal(record, _) = &*self.modal else { return Err(Refused::NotFound) };
         let encoded = postcard::to_slice(record, piece);
         encoded.map(|bytes| &*bytes).map_err(|_| Refused::StoreFailed)
     }
 
     /// The calibration that was proposed is kept.
     fn calibrated(&mut self) {
-        let Held::Proposal(record, _) = &*self.held else { return };
+        let ModalState::Proposal(record, _) = &*self.modal else { return };
         self.rig.measurement.borrow_mut().set_calibration(record.calibration);
-        *self.held = Held::Kept;
+        *self.modal = ModalState::CalibrationStored;
     }
 }
 
 /// The layouts that are kept.
 fn layouts<F: NorFlash>(store: &Store<F>) -> Vec<LayoutLine, LAYOUTS> {
-    let line = |kept: &KeptLayout| LayoutLine {
+    let line = |kept: &LayoutHandle| LayoutLine {
         hash: kept.hash,
         title: crate::rig::cut(&kept.title),
         in_use: kept.in_use,

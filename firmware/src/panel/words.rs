@@ -8,9 +8,9 @@ use massline_shared::calibration::tumble::TumbleProblem;
 use massline_shared::diagnosis::{Code, Diagnostic, Subject};
 use massline_shared::layout::RigLayout;
 
+use super::calibration_wizard::WizardProblem;
 use super::number::{Text, decimals_for, fitting};
 use super::refused::Refused;
-use super::trial::Problem;
 
 /// Characters of a line.
 pub const WIDTH: usize = 21;
@@ -80,9 +80,9 @@ pub fn of_reason(reason: Refused) -> &'static str {
 }
 
 /// What is wrong with a calibration.
-pub fn of_problem(problem: &Problem) -> &'static str {
+pub fn of_problem(problem: &WizardProblem) -> &'static str {
     match problem {
-        Problem::Tumble { problem, .. } => match problem {
+        WizardProblem::Tumble { problem, .. } => match problem {
             TumbleProblem::Missing(_) | TumbleProblem::Repeated(_) => {
                 "Position missing:\nbegin anew."
             }
@@ -95,16 +95,18 @@ pub fn of_problem(problem: &Problem) -> &'static str {
                 "Far from 1 g: cable\noff or other sensor.\nBegin anew."
             }
         },
-        Problem::Block(error) => match error {
+        WizardProblem::Block(error) => match error {
             BlockError::TooFewHits => "Under 2 hits along a\ndirection: take 5.",
             BlockError::DirectionsMissing => "Hit along x, y and z:\nthree directions are\nneeded.",
             BlockError::NotFinite => "A mass line is no\nnumber: measure\nagain.",
             BlockError::Dead { .. } => "A sensor does not\nanswer to the hits:\ncheck its cable.",
         },
-        Problem::NoMass => "The mass was not\ngiven here: ask the\nhost for the result.",
-        Problem::NotUsable => "The numbers make no\nusable calibration:\nbegin anew.",
-        Problem::SensorsUnknown => "First calibrate the\nsensors by gravity,\nthen hit the block.",
-        Problem::Refused(reason) => of_reason(*reason),
+        WizardProblem::NoMass => "The mass was not\ngiven here: ask the\nhost for the result.",
+        WizardProblem::NotUsable => "The numbers make no\nusable calibration:\nbegin anew.",
+        WizardProblem::SensorsUnknown => {
+            "First calibrate the\nsensors by gravity,\nthen hit the block."
+        }
+        WizardProblem::Refused(reason) => of_reason(*reason),
     }
 }
 
@@ -164,14 +166,14 @@ mod tests {
             BlockError::NotFinite,
             BlockError::Dead { sensor: 0 },
         ];
-        let tumble = tumble.into_iter().map(|problem| Problem::Tumble { sensor: 0, problem });
+        let tumble = tumble.into_iter().map(|problem| WizardProblem::Tumble { sensor: 0, problem });
         let others = [
-            Problem::NotUsable,
-            Problem::NoMass,
-            Problem::SensorsUnknown,
-            Problem::Refused(Refused::Busy),
+            WizardProblem::NotUsable,
+            WizardProblem::NoMass,
+            WizardProblem::SensorsUnknown,
+            WizardProblem::Refused(Refused::Busy),
         ];
-        for problem in tumble.chain(block.map(Problem::Block)).chain(others) {
+        for problem in tumble.chain(block.map(WizardProblem::Block)).chain(others) {
             assert!(fits(of_problem(&problem)), "{problem:?}");
         }
     }

@@ -39,7 +39,7 @@ pub struct HalfFlags {
 
 /// The writer has come round to what was not read yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lapped {
+pub struct Overrun {
     /// Halves lost, at least.
     pub halves: u32,
 }
@@ -74,18 +74,18 @@ impl Halves {
         flags: HalfFlags,
         remaining: u16,
         length: u16,
-    ) -> Result<Option<Half>, Lapped> {
+    ) -> Result<Option<Half>, Overrun> {
         let done = match flags {
             HalfFlags { first: false, second: false } => return Ok(None),
             HalfFlags { first: true, second: false } => Half::First,
             HalfFlags { first: false, second: true } => Half::Second,
             HalfFlags { first: true, second: true } => {
-                return Err(self.lapped(writing(remaining, length), 2));
+                return Err(self.overrun(writing(remaining, length), 2));
             }
         };
         let writing = writing(remaining, length);
         if done != self.next || writing == done {
-            return Err(self.lapped(writing, 1));
+            return Err(self.overrun(writing, 1));
         }
         self.next = done.other();
         Ok(Some(done))
@@ -102,18 +102,18 @@ impl Halves {
         flags: HalfFlags,
         remaining: u16,
         length: u16,
-    ) -> Result<(), Lapped> {
+    ) -> Result<(), Overrun> {
         let other_is_done = match half {
             Half::First => flags.second,
             Half::Second => flags.first,
         };
         let overwritten = other_is_done || writing(remaining, length) == half;
-        if overwritten { Err(Lapped { halves: 1 }) } else { Ok(()) }
+        if overwritten { Err(Overrun { halves: 1 }) } else { Ok(()) }
     }
 
-    fn lapped(&mut self, writing: Half, halves: u32) -> Lapped {
+    fn overrun(&mut self, writing: Half, halves: u32) -> Overrun {
         self.next = writing;
-        Lapped { halves }
+        Overrun { halves }
     }
 }
 

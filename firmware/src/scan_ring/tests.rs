@@ -19,8 +19,8 @@ const PATIENCE: u64 = 100;
 
 type Ring = ScanRing<RANKS, CAPACITY>;
 
-fn settings() -> Settings {
-    Settings {
+fn settings() -> RingSettings {
+    RingSettings {
         decimation: Decimation { raw_bits: 12, raw_full: 4095, ratio: RATIO, fraction_bits: 2 },
         sentinel: SENTINEL,
         sentinel_codes: 1400..=1600,
@@ -76,11 +76,13 @@ impl Chip {
                 self.write(before);
                 ring.feed(half.of(&self.buffer), |_, _| {});
                 self.write(after);
-                if let Err(lap) = self.halves.was_read(half, self.flags, self.remaining(), length) {
-                    ring.lapped(lap.halves * raw_scans);
+                if let Err(overrun) =
+                    self.halves.was_read(half, self.flags, self.remaining(), length)
+                {
+                    ring.overrun(overrun.halves * raw_scans);
                 }
             }
-            Err(lap) => ring.lapped(lap.halves * raw_scans),
+            Err(overrun) => ring.overrun(overrun.halves * raw_scans),
         }
     }
 
@@ -139,7 +141,7 @@ fn a_block_comes_only_when_it_is_full() {
 #[test]
 fn scans_asked_for_by_no_timer_are_skipped() {
     let (mut ring, mut chip) = started();
-    ring.start(Settings { skip: 1, ..settings() }, 0);
+    ring.start(RingSettings { skip: 1, ..settings() }, 0);
     chip.run(&mut ring, 1);
     assert_eq!(read(&mut ring), Ok(Some((0, [mean_of(1)]))));
 }
@@ -284,9 +286,9 @@ fn nothing_is_read_without_a_start_or_with_settings_that_make_no_sense() {
     let decimation = Decimation { fraction_bits: 5, ..settings().decimation };
     let no_ratio = Decimation { ratio: 0, ..settings().decimation };
     for bad in [
-        Settings { decimation, ..settings() },
-        Settings { decimation: no_ratio, ..settings() },
-        Settings { sentinel: RANKS, ..settings() },
+        RingSettings { decimation, ..settings() },
+        RingSettings { decimation: no_ratio, ..settings() },
+        RingSettings { sentinel: RANKS, ..settings() },
     ] {
         ring.start(bad, 0);
         Chip::new().run(&mut ring, 2);

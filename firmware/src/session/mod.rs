@@ -103,12 +103,12 @@ impl<F: NorFlash> Session<'_, '_, F> {
                 }
                 Either::Second(()) => {}
             }
-            self.tell(&mut news, &mut sender, out).await;
+            self.report(&mut news, &mut sender, out).await;
         }
     }
 
     /// Sends what has changed since the last call.
-    async fn tell(
+    async fn report(
         &self,
         news: &mut News,
         sender: &mut Sender<'_, '_, impl Write>,

@@ -8,17 +8,17 @@ use massline_protocol::message::Reason;
 use massline_protocol::object::{ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind};
 use massline_shared::measurement::averaging::{DofSpectra, resolution};
 use massline_shared::measurement::{Measurement, Recorded};
-use massline_shared::signal::{RESPONSES, Record, SPECTRUM_LINES};
+use massline_shared::signal::{RESPONSES, Record, SPECTRUM_BINS};
 
 use crate::deadline::Deadline;
 use crate::rig::Rig;
-use crate::store::{Kept, Store};
+use crate::store::{ResultHandle, Store};
 
 /// Bytes of the record that are summed at a time.
 const PIECE: usize = 4 * Record::SCAN_BYTES;
 /// Words of the spectra object: a header of four, G_FF, G_XF (re, im), G_XX.
 const HEADER_WORDS: usize = 4;
-const SPECTRA_WORDS: usize = HEADER_WORDS + SPECTRUM_LINES * (1 + 3 * RESPONSES);
+const SPECTRA_WORDS: usize = HEADER_WORDS + SPECTRUM_BINS * (1 + 3 * RESPONSES);
 
 /// Where the objects are.
 pub(crate) struct Objects<'a, 'm, F: NorFlash> {
@@ -86,7 +86,7 @@ impl<F: NorFlash> Objects<'_, '_, F> {
         }
     }
 
-    async fn kept(&self, object: ObjectId) -> Result<Kept, Reason> {
+    async fn kept(&self, object: ObjectId) -> Result<ResultHandle, Reason> {
         self.store.lock().await.find(object.number).ok_or(Reason::NotFound)
     }
 }
@@ -113,7 +113,7 @@ fn spectra<'r>(
     let found = measurement.spectra().filter(|(dof, _)| u32::from(*dof) == object.number);
     let (dof, spectra) = found.ok_or(Reason::NotFound)?;
     let decay = measurement.layout().map_or(0.0, |layout| layout.test.exponential_decay);
-    let lines = (SPECTRUM_LINES as u16).to_le_bytes();
+    let lines = (SPECTRUM_BINS as u16).to_le_bytes();
     let adc = measurement.adc();
     let header = [
         [dof, spectra.hits() as u8, adc.responses() as u8, 0],
@@ -153,12 +153,12 @@ fn word(header: [[u8; 4]; HEADER_WORDS], spectra: &DofSpectra<f32>, i: usize) ->
     let Some(i) = i.checked_sub(HEADER_WORDS) else {
         return header.get(i).copied().unwrap_or_default();
     };
-    let (block, rest) = (i / SPECTRUM_LINES, i % SPECTRUM_LINES);
+    let (block, rest) = (i / SPECTRUM_BINS, i % SPECTRUM_BINS);
     let value = if block == 0 {
         spectra.force_auto(rest)
     } else if block <= 2 * RESPONSES {
-        let i = i - SPECTRUM_LINES;
-        let cross = spectra.cross(i / (2 * SPECTRUM_LINES), i % (2 * SPECTRUM_LINES) / 2);
+        let i = i - SPECTRUM_BINS;
+        let cross = spectra.cross(i / (2 * SPECTRUM_BINS), i % (2 * SPECTRUM_BINS) / 2);
         if i.is_multiple_of(2) { cross.re } else { cross.im }
     } else {
         spectra.response_auto(block - 1 - 2 * RESPONSES, rest)

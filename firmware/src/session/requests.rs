@@ -4,7 +4,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 use massline_protocol::message::{
     ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetIdentity,
-    GetLayout, GetObjectInfo, GetReading, GetStats, GetStatus, LayoutAnswer, ListRequest,
+    GetLayout, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, LayoutAnswer, ListRequest,
     ListResults, PutCalibration, PutLayout, ReadObject, Reason, ResultPage, SetStream, TakeReading,
 };
 use massline_protocol::object::{ChunkRef, ChunkRequest};
@@ -12,7 +12,7 @@ use massline_protocol::{Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_fr
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::measurement::Recorded;
 use massline_shared::measurement::campaign::{Object, Start};
-use massline_shared::signal::StaticReading;
+use massline_shared::signal::RestStatistics;
 use serde::de::DeserializeOwned;
 
 use super::Session;
@@ -79,12 +79,12 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
                 rig.take_reading()?;
                 reply.with::<TakeReading>(&())
             }
-            GetReading::KIND => {
+            GetRestStatistics::KIND => {
                 let measurement = rig.measurement.borrow();
                 match measurement.recorded() {
                     _ if measurement.reads() => Err(Reason::Busy),
                     Recorded::Reading => {
-                        reply.with::<GetReading>(&StaticReading::of(measurement.record()))
+                        reply.with::<GetRestStatistics>(&RestStatistics::of(measurement.record()))
                     }
                     Recorded::ReadingFailed => Err(Reason::SamplerStopped),
                     Recorded::Nothing | Recorded::Hit(_) => Err(Reason::NotFound),

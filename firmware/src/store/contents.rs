@@ -6,7 +6,7 @@
 //! all that it does away with, as nothing that is gone is ever moved.
 
 use heapless::{String, Vec};
-use massline_protocol::message::{Measured, ResultEntry};
+use massline_protocol::message::{EstimatedMass, ResultEntry};
 use massline_shared::layout::RIG_HITS;
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +28,7 @@ pub(super) struct Object {
 
 /// A layout that is kept.
 #[derive(Clone, Debug, PartialEq)]
-pub struct KeptLayout {
+pub struct LayoutHandle {
     /// Its name: CRC-32 of its bytes.
     pub hash: u32,
     /// Its title.
@@ -42,7 +42,7 @@ pub struct KeptLayout {
 
 /// A result that is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kept {
+pub struct ResultHandle {
     /// What the list of results shows.
     pub entry: ResultEntry,
     /// CRC-32 over the result's bytes.
@@ -68,7 +68,7 @@ pub(super) enum Change {
         object: Object,
         number: u32,
         layout: u32,
-        mass: Option<Measured>,
+        mass: Option<EstimatedMass>,
         crc: u32,
         campaign: u32,
     },
@@ -93,7 +93,7 @@ pub(super) enum Change {
 
 /// The campaign that has not ended.
 #[derive(Clone, Debug, Default)]
-pub(super) struct KeptCampaign {
+pub(super) struct StoredCampaign {
     /// Its name, 0 when there is none.
     pub serial: u32,
     pub progress: Option<Object>,
@@ -104,12 +104,12 @@ pub(super) struct KeptCampaign {
 /// Everything that is kept.
 #[derive(Debug, Default)]
 pub(super) struct Contents {
-    pub layouts: Vec<KeptLayout, LAYOUTS>,
+    pub layouts: Vec<LayoutHandle, LAYOUTS>,
     pub calibration: Option<Object>,
     /// In the order of their numbers.
-    pub results: Vec<Kept, RESULTS>,
+    pub results: Vec<ResultHandle, RESULTS>,
     pub last_number: u32,
-    pub campaign: KeptCampaign,
+    pub campaign: StoredCampaign,
     /// The last campaign that has ended.
     ended: u32,
 }
@@ -119,12 +119,12 @@ impl Contents {
     pub fn apply(&mut self, serial: u32, change: Change) {
         match change {
             Change::Layout { hash, title, object, gave_way } => {
-                let gone = |kept: &KeptLayout| Some(kept.hash) == gave_way || kept.hash == hash;
+                let gone = |kept: &LayoutHandle| Some(kept.hash) == gave_way || kept.hash == hash;
                 if self.layouts.iter().any(|kept| kept.hash == hash && kept.used > serial) {
                     return;
                 }
                 self.layouts.retain(|kept| !gone(kept) || kept.used > serial);
-                let kept = KeptLayout { hash, title, in_use: false, used: serial, object };
+                let kept = LayoutHandle { hash, title, in_use: false, used: serial, object };
                 // There is room: one has given way, else there were fewer.
                 let _ = self.layouts.push(kept);
                 self.mark_layout_in_use();
@@ -141,7 +141,7 @@ impl Contents {
                 self.results.retain(|kept| kept.entry.number != number);
                 let at = self.results.iter().take_while(|kept| kept.entry.number < number).count();
                 // There is room, else the result would not have been kept.
-                let _ = self.results.insert(at, Kept { entry, crc, object });
+                let _ = self.results.insert(at, ResultHandle { entry, crc, object });
                 self.last_number = self.last_number.max(number);
                 self.end(campaign);
             }
@@ -232,12 +232,12 @@ impl Contents {
     }
 
     /// The campaign of this name, when it is the last one and has not ended.
-    fn enter(&mut self, campaign: u32) -> Option<&mut KeptCampaign> {
+    fn enter(&mut self, campaign: u32) -> Option<&mut StoredCampaign> {
         if campaign <= self.ended || campaign < self.campaign.serial {
             return None;
         }
         if campaign > self.campaign.serial {
-            self.campaign = KeptCampaign { serial: campaign, ..KeptCampaign::default() };
+            self.campaign = StoredCampaign { serial: campaign, ..StoredCampaign::default() };
         }
         Some(&mut self.campaign)
     }
@@ -245,7 +245,7 @@ impl Contents {
     pub(super) fn end(&mut self, campaign: u32) {
         self.ended = self.ended.max(campaign);
         if self.campaign.serial <= self.ended {
-            self.campaign = KeptCampaign::default();
+            self.campaign = StoredCampaign::default();
         }
     }
 }

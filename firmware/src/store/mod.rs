@@ -20,14 +20,14 @@ mod writing;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::String;
-use massline_protocol::message::{Measured, Stats};
+use massline_protocol::message::{EstimatedMass, Stats};
 use massline_protocol::{MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::identify::MASS_LINE_METHODS;
 use massline_shared::layout::{RIG_HITS, RigLayout};
 
 use contents::{Change, Contents};
-pub use contents::{Kept, KeptLayout};
+pub use contents::{LayoutHandle, ResultHandle};
 pub use error::StoreError;
 use log::{Checkpoint, Log, Work};
 pub use source::Source;
@@ -119,7 +119,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// The kept layouts.
-    pub fn layouts(&self) -> &[KeptLayout] {
+    pub fn layouts(&self) -> &[LayoutHandle] {
         &self.contents.layouts
     }
 
@@ -173,12 +173,12 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// All results, in the order of their numbers.
-    pub fn results(&self) -> &[Kept] {
+    pub fn results(&self) -> &[ResultHandle] {
         &self.contents.results
     }
 
     /// The result of this number.
-    pub fn find(&self, number: u32) -> Option<Kept> {
+    pub fn find(&self, number: u32) -> Option<ResultHandle> {
         self.contents.results.iter().copied().find(|kept| kept.entry.number == number)
     }
 
@@ -204,7 +204,7 @@ impl<F: NorFlash> Store<F> {
         &mut self,
         result: &(impl Source + ?Sized),
         layout: u32,
-        mass: Option<Measured>,
+        mass: Option<EstimatedMass>,
     ) -> Result<u32, StoreError> {
         if self.contents.results.is_full() || result.length() > MAX_RESULT {
             return Err(StoreError::Full);
@@ -231,7 +231,7 @@ impl<F: NorFlash> Store<F> {
     /// [`StoreError::Failed`] when some of it cannot be read.
     pub async fn read_result(
         &mut self,
-        kept: &Kept,
+        kept: &ResultHandle,
         offset: usize,
         out: &mut [u8],
     ) -> Result<usize, StoreError> {

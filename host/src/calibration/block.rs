@@ -9,7 +9,7 @@ use massline_shared::identify::MassLines;
 use massline_shared::layout::{RIG_SENSORS, RigLayout};
 use nalgebra::Vector3;
 
-use super::corners::{self, RcCorner};
+use super::cutoffs::{self, RcCutoff};
 use crate::error::{Error, Result};
 
 /// The hits of a block test.
@@ -23,7 +23,7 @@ pub struct Block {
     /// The hammer against the sensors; only when these are known by a tumble test.
     pub hammer: Option<ForceRatio<f64>>,
     /// Axis by axis, the low-pass against the hammer's.
-    pub corners: Vec<RcCorner>,
+    pub cutoffs: Vec<RcCutoff>,
 }
 
 impl From<BlockError> for Error {
@@ -60,7 +60,7 @@ pub fn hits_of(result: &MeasurementResult, layout: &RigLayout) -> Result<Hits> {
 }
 
 impl Block {
-    /// From the hits, measured with `record` in force, and the `corners` that they show.
+    /// From the hits, measured with `record` in force, and the `cutoffs` that they show.
     ///
     /// # Errors
     /// Exit 3 when the hits do not determine a calibration.
@@ -69,7 +69,7 @@ impl Block {
         layout: &RigLayout,
         record: &CalibrationRecord,
         block: BlockMass<f64>,
-        corners: Vec<RcCorner>,
+        cutoffs: Vec<RcCutoff>,
     ) -> Result<Self> {
         let count = layout.sensors.len();
         let sensors = layout.sensors.iter().enumerate().map(|(k, sensor)| {
@@ -80,13 +80,13 @@ impl Block {
         let lines = hits.iter().map(|hit| &hit.lines);
         let known = record.method.knows_sensors();
         let hammer = known.then(|| force_ratio(lines, count, block)).transpose()?;
-        Ok(Self { sensors, hammer, corners })
+        Ok(Self { sensors, hammer, cutoffs })
     }
 
     /// Becomes part of the calibration that it was measured with. With known sensors their own stays, and
     /// the hammer becomes known; else the sensors are known against the hammer, which stays what it is.
     pub fn write(&self, record: &mut CalibrationRecord) {
-        corners::write(&self.corners, &mut record.calibration);
+        cutoffs::write(&self.cutoffs, &mut record.calibration);
         if let Some(hammer) = &self.hammer {
             record.take_block(hammer);
             return;

@@ -4,14 +4,14 @@
 //! | --- | --- |
 //! | [`tumble`] | six static readings of all channels, kept in a file until they are whole |
 //! | [`block`] | the result of a block test |
-//! | [`corners`] | the low-passes of the sensors, from the spectra of a block test |
+//! | [`cutoffs`] | the low-passes of the sensors, from the spectra of a block test |
 //! | [`day`] | today |
 //! | [`verify`] | a block test against the calibration in force |
 //!
 //! Its file is [`crate::calibration_file`], the maths are in [`massline_shared::calibration`].
 
 pub mod block;
-pub mod corners;
+pub mod cutoffs;
 pub mod day;
 pub mod tumble;
 pub mod verify;

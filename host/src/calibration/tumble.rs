@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use massline_shared::calibration::tumble::{
-    Position, RestReading, SensorProblem, Tumble, TumbleLimits, TumbleProblem, TumbleTest,
+    Position, RestVoltages, SensorProblem, Tumble, TumbleLimits, TumbleProblem, TumbleTest,
 };
 use serde::{Deserialize, Serialize};
 
@@ -16,28 +16,28 @@ const MALFORMED: &str = "readings_malformed";
 /// The readings of a tumble test as far as it has come, in a file: nothing is lost when it is
 /// interrupted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TumbleReadings {
+pub struct TumbleFile {
     path: PathBuf,
     test: TumbleTest<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ReadingsTable {
+struct TumbleTable {
     #[serde(default)]
-    reading: Vec<ReadingTable>,
+    reading: Vec<PositionTable>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ReadingTable {
+struct PositionTable {
     position: String,
     mean_v: Vec<f64>,
     deviation_v: Vec<f64>,
     sigma_v: Vec<f64>,
 }
 
-impl TumbleReadings {
+impl TumbleFile {
     /// No readings yet; they will be kept in `path`.
     pub fn new(path: &Path) -> Self {
         Self { path: path.to_owned(), test: TumbleTest::new() }
@@ -55,13 +55,13 @@ impl TumbleReadings {
         }
         let name = path.display().to_string();
         let text = toml_file::read(path, MALFORMED)?;
-        let table: ReadingsTable = toml_file::parse(&text, &name, MALFORMED)?;
+        let table: TumbleTable = toml_file::parse(&text, &name, MALFORMED)?;
         let malformed = |text: String| Error::input(MALFORMED, format!("{name}: {text}"));
-        for ReadingTable { position, mean_v, deviation_v, sigma_v } in table.reading {
+        for PositionTable { position, mean_v, deviation_v, sigma_v } in table.reading {
             let named = position
                 .parse()
                 .map_err(|e| malformed(format!("position = \"{position}\": {e}")))?;
-            let reading = RestReading::from_volts(&mean_v, &deviation_v, &sigma_v);
+            let reading = RestVoltages::from_volts(&mean_v, &deviation_v, &sigma_v);
             let reading = reading.ok_or_else(|| {
                 malformed(format!("position = \"{position}\": the lists are not of equal length"))
             })?;
@@ -89,17 +89,17 @@ impl TumbleReadings {
     pub fn add(
         &mut self,
         position: Position,
-        reading: RestReading<f64>,
+        reading: RestVoltages<f64>,
         limits: &TumbleLimits<f64>,
     ) -> Result<()> {
         self.test.add(position, reading, limits).map_err(|problem| wrong(&sentence(&problem)))?;
-        let reading = |(position, r): &(Position, RestReading<f64>)| ReadingTable {
+        let reading = |(position, r): &(Position, RestVoltages<f64>)| PositionTable {
             position: position.name().into(),
             mean_v: r.mean().to_vec(),
             deviation_v: r.deviation().to_vec(),
             sigma_v: r.sigma().to_vec(),
         };
-        let table = ReadingsTable { reading: self.test.readings().iter().map(reading).collect() };
+        let table = TumbleTable { reading: self.test.readings().iter().map(reading).collect() };
         // Texts and numbers only: this cannot fail.
         let text = toml::to_string(&table).unwrap_or_default();
         std::fs::write(&self.path, text).map_err(|e| {
@@ -138,7 +138,7 @@ impl TumbleReadings {
 /// # Errors
 /// Exit 3: the sensors moved, or a channel is no number.
 pub fn check_rest(
-    reading: &RestReading<f64>,
+    reading: &RestVoltages<f64>,
     position: Position,
     limits: &TumbleLimits<f64>,
 ) -> Result<()> {
@@ -184,23 +184,23 @@ mod tests {
     const NOISE: f64 = 0.5e-3;
 
     /// Two nominal sensors and a hammer at 0.12 V.
-    fn reading(position: Position, noise: f64) -> RestReading<f64> {
+    fn reading(position: Position, noise: f64) -> RestVoltages<f64> {
         let up = position.up::<f64>();
         let mean: [f64; 7] =
             std::array::from_fn(|k| if k == 0 { 0.12 } else { 1.5 + 0.057 * up[(k - 1) % 3] });
         // Half a second at 4 kS/s, of which every third scan is independent.
-        RestReading::from_volts(&mean, &[noise; 7], &[noise / 26.0; 7]).unwrap()
+        RestVoltages::from_volts(&mean, &[noise; 7], &[noise / 26.0; 7]).unwrap()
     }
 
     #[test]
     fn readings_survive_in_their_file_and_give_the_sensors_of_the_data_sheet() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("tumble.toml");
-        let mut readings = TumbleReadings::open(&path).unwrap();
+        let mut readings = TumbleFile::open(&path).unwrap();
         for position in Position::ALL {
             assert_eq!(readings.wanted().first(), Some(&position));
             readings.add(position, reading(position, NOISE), &TumbleLimits::default()).unwrap();
-            readings = TumbleReadings::open(&path).unwrap();
+            readings = TumbleFile::open(&path).unwrap();
         }
         assert!(readings.wanted().is_empty());
         let found = readings.solve(&TumbleLimits::default()).unwrap();
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said_with_sensor_and_position() {
         let directory = tempfile::tempdir().unwrap();
-        let mut readings = TumbleReadings::new(&directory.path().join("tumble.toml"));
+        let mut readings = TumbleFile::new(&directory.path().join("tumble.toml"));
         let limits = TumbleLimits::default();
         for position in &Position::ALL[..5] {
             // Before the second position the sensors were not turned.
@@ -247,14 +247,14 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("tumble.toml");
         let first = Position::ALL[0];
-        let mut readings = TumbleReadings::new(&path);
+        let mut readings = TumbleFile::new(&path);
         readings.add(first, reading(first, NOISE), &TumbleLimits::default()).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, text.repeat(2)).unwrap();
-        let error = TumbleReadings::open(&path).unwrap_err();
+        let error = TumbleFile::open(&path).unwrap_err();
         assert_eq!(error.code(), "tumble_readings");
         assert!(error.to_string().contains("+X is there twice: delete one"), "{error}");
         std::fs::write(&path, text.replacen("mean_v = [", "mean_v = [1.0, ", 1)).unwrap();
-        assert_eq!(TumbleReadings::open(&path).unwrap_err().code(), MALFORMED);
+        assert_eq!(TumbleFile::open(&path).unwrap_err().code(), MALFORMED);
     }
 }

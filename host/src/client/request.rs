@@ -8,16 +8,16 @@ use std::time::{Duration, Instant};
 use massline_protocol::event::{HIT, HitEvent, SCANS, STATUS_CHANGED, ScanBlock};
 use massline_protocol::message::{
     ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, ENDPOINTS, GetCalibration,
-    GetIdentity, GetLayout, GetReading, GetStats, GetStatus, Identity, LayoutAnswer, ListRequest,
-    ListResults, PutCalibration, PutLayout, REFUSED, ResultEntry, SetStream, Stats, Status,
-    TakeReading,
+    GetIdentity, GetLayout, GetRestStatistics, GetStats, GetStatus, Identity, LayoutAnswer,
+    ListRequest, ListResults, PutCalibration, PutLayout, REFUSED, ResultEntry, SetStream, Stats,
+    Status, TakeReading,
 };
 use massline_protocol::{
     Deframer, Endpoint, Frame, MAX_FRAME, PROTOCOL_MAJOR, Refusal, encode_frame,
 };
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::RigLayout;
-use massline_shared::signal::StaticReading;
+use massline_shared::signal::RestStatistics;
 
 use super::{ClientError, Transport};
 
@@ -299,9 +299,9 @@ impl Client {
     ///
     /// # Errors
     /// As [`Client::ask`]; refused with `SamplerStopped` when the converter does not answer.
-    pub fn static_reading(&mut self) -> Result<StaticReading, ClientError> {
+    pub fn rest_statistics(&mut self) -> Result<RestStatistics, ClientError> {
         self.ask::<TakeReading>(&())?;
-        self.patiently(|client| client.ask::<GetReading>(&()))
+        self.patiently(|client| client.ask::<GetRestStatistics>(&()))
     }
 
     /// All results that the rig keeps.

@@ -23,7 +23,7 @@ use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::report;
-use crate::single_fault::Meant;
+use crate::single_fault::NominalTest;
 use crate::spectra::{Collecting, SpectraCollection};
 
 /// Arguments of `massline measure`.
@@ -73,7 +73,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let (mut client, identity) = args.port.connect()?;
     let kept = client.calibration()?;
-    file.believe(calibration.as_ref().unwrap_or(&kept));
+    file.apply_budget(calibration.as_ref().unwrap_or(&kept));
     let layout = files::for_rig(&file, &args.layout)?;
     fits(&layout, &identity)?;
     make_room(&mut client, &layout, args.restart)?;
@@ -96,7 +96,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Begun::Joined => output.note("joins the campaign that is under way"),
     }
     let ending = watch(&mut client, &layout, None, output)?;
-    finish(&mut client, &ending, &Meant::of_file(&file), output)
+    finish(&mut client, &ending, &NominalTest::of_file(&file), output)
 }
 
 /// A layout that the rig has no inputs or memory for is refused before anything is sent.
@@ -142,13 +142,13 @@ pub fn judge_layout(
     force: bool,
     output: &mut Output,
 ) -> Result<()> {
-    let say = |d: &Diagnostic| report::message_in(d, layout);
-    if let Some(error) = show::first_error(&answer.diagnostics, say)
+    let message_of = |d: &Diagnostic| report::message_in(d, layout);
+    if let Some(error) = show::first_error(&answer.diagnostics, message_of)
         && !force
     {
         return Err(error);
     }
-    show::warn(&answer.diagnostics, say, output);
+    show::warn(&answer.diagnostics, message_of, output);
     Ok(())
 }
 
@@ -187,11 +187,16 @@ pub(super) fn watch(
 }
 
 /// The result, or why there is none.
-fn finish(client: &mut Client, ending: &Ending, meant: &Meant, output: &mut Output) -> Result<()> {
+fn finish(
+    client: &mut Client,
+    ending: &Ending,
+    nominal: &NominalTest,
+    output: &mut Output,
+) -> Result<()> {
     match ending {
         Ending::Done(number) => {
             let result = client.result(*number)?;
-            show::measurement(&result, Some(meant), Selection::All, output)
+            show::measurement(&result, Some(nominal), Selection::All, output)
         }
         Ending::Stopped(status) => Err(show::stopped(status)),
         Ending::Paused(status) => Err(paused(status)),

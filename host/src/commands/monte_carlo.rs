@@ -10,7 +10,7 @@ use super::bench_test::{BenchArgs, nominal_calibration};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::monte_carlo::measurement::TestLayout;
-use crate::monte_carlo::{MonteCarlo, Study, believe_bench, report};
+use crate::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report};
 use crate::output::{Output, Tone};
 
 /// How often, and with which budget.
@@ -72,7 +72,7 @@ pub fn run(
         Error::input("layout_too_large", text).within(path.display())
     })?;
     if args.budget == Budget::Bench {
-        believe_bench(&mut layout, &bench);
+        apply_bench_budget(&mut layout, &bench);
     }
     let calibration = nominal_calibration(&bench);
     let monte_carlo = MonteCarlo {

@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::rig::SimulatedRig;
-use crate::single_fault::Meant;
+use crate::single_fault::NominalTest;
 use crate::tape::{Tape, TapeProgress, TapeSource};
 
 /// A rig that is still armed so long after the end of a segment has found no hit in it.
@@ -76,7 +76,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let mut player = Player { tape: progress, silent_since: None };
     let result = campaign
         .run(&mut rig, output, &mut |client, status, shown| player.steer(client, status, shown))?;
-    show::measurement(&result, Some(&Meant::of_file(&file)), args.method.selection(), output)
+    show::measurement(&result, Some(&NominalTest::of_file(&file)), args.method.selection(), output)
 }
 
 /// Decides what becomes of a DOF whose segments are used up.

@@ -1,7 +1,7 @@
 //! `massline results`: what the rig keeps.
 
 use massline_protocol::LayoutHash;
-use massline_protocol::message::{Measured, ResultEntry};
+use massline_protocol::message::{EstimatedMass, ResultEntry};
 use serde_json::json;
 
 use super::connect::PortArgs;
@@ -9,7 +9,7 @@ use super::{hash, show};
 use crate::error::Result;
 use crate::identification::Selection;
 use crate::output::{self, Output};
-use crate::single_fault::Meant;
+use crate::single_fault::NominalTest;
 
 /// Arguments of `massline results`.
 #[derive(Debug, clap::Args)]
@@ -76,8 +76,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             let result = client.result(*number)?;
             // The rig keeps one layout, which may not be that of an older result.
             let layout = client.layout().ok().filter(|kept| kept.hash() == result.head.layout_hash);
-            let meant = layout.and_then(|kept| kept.cast()).map(Meant::of_layout);
-            show::measurement(&result, meant.as_ref(), Selection::All, output)
+            let nominal = layout.and_then(|kept| kept.cast()).map(NominalTest::of_layout);
+            show::measurement(&result, nominal.as_ref(), Selection::All, output)
         }
         Command::Delete { number, port } => {
             let (mut client, _) = port.connect()?;
@@ -87,7 +87,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
 }
 
-fn mass_text(mass: Measured) -> String {
+fn mass_text(mass: EstimatedMass) -> String {
     match mass.sigma {
         Some(sigma) => format!("{:.4} ± {sigma:.4} kg", mass.value),
         None => format!("{:.4} kg", mass.value),

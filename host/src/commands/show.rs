@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::{Output, Tone};
 use crate::report;
-use crate::single_fault::Meant;
+use crate::single_fault::NominalTest;
 pub(crate) use crate::solve::first_error;
 use crate::solved_again::SolvedAgain;
 
@@ -20,21 +20,21 @@ use crate::solved_again::SolvedAgain;
 /// Exit 3 when the result has no answer by the selected methods.
 pub fn measurement(
     result: &MeasurementResult,
-    meant: Option<&Meant>,
+    nominal: Option<&NominalTest>,
     selection: Selection,
     output: &mut Output,
 ) -> Result<()> {
     let result = selected(result, selection);
     if let Err(error) = require_answer(&result) {
-        if let Some(meant) = meant {
-            look_for_mistakes(&result, meant, output);
+        if let Some(nominal) = nominal {
+            look_for_mistakes(&result, nominal, output);
         }
         return Err(error);
     }
     let mut value = report::measurement_json(&result);
     let mut text = report::measurement_text(&result);
-    if let Some(meant) = meant {
-        let again = SolvedAgain::examined(&result, meant, selection);
+    if let Some(nominal) = nominal {
+        let again = SolvedAgain::examined(&result, nominal, selection);
         again.add_to(&mut value);
         text += &format!("\n{}", again.to_text());
     }
@@ -42,13 +42,13 @@ pub fn measurement(
 }
 
 /// Says which single mistake may have kept a test from an answer, beside the error that follows.
-pub fn look_for_mistakes(result: &MeasurementResult, meant: &Meant, output: &mut Output) {
-    let examination = meant.examine_result(result);
+pub fn look_for_mistakes(result: &MeasurementResult, nominal: &NominalTest, output: &mut Output) {
+    let examination = nominal.examine_result(result);
     let mut details = json!({});
-    examination.add_to(&mut details, &meant.layout);
+    examination.add_to(&mut details, &nominal.layout);
     output.explain(details);
     if !output.json() {
-        output.note(examination.to_text(&meant.layout).trim_end());
+        output.note(examination.to_text(&nominal.layout).trim_end());
     }
 }
 
@@ -105,8 +105,8 @@ pub fn stopped(status: &Status) -> Error {
     )
 }
 
-/// Says every diagnostic on stderr, in the words of `say`.
-pub fn list(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String, output: &mut Output) {
+/// Says every diagnostic on stderr, as the sentence that `message_of` gives.
+pub fn list(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, output: &mut Output) {
     for d in found {
         let tone = match d.severity {
             Severity::Note => Tone::Strong,
@@ -114,14 +114,14 @@ pub fn list(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String, output: &
             Severity::Error => Tone::Bad,
         };
         let head = output.toned(&format!("{}:", d.severity.name()), tone);
-        output.note(format!("{head} {}", say(d)));
+        output.note(format!("{head} {}", message_of(d)));
     }
 }
 
 /// Says on stderr what is more than a note.
-pub fn warn(found: &[Diagnostic], say: impl Fn(&Diagnostic) -> String, output: &mut Output) {
+pub fn warn(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, output: &mut Output) {
     let grave: Vec<_> = found.iter().filter(|d| d.severity > Severity::Note).copied().collect();
-    list(&grave, say, output);
+    list(&grave, message_of, output);
 }
 
 #[cfg(test)]

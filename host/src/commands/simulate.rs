@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
-use crate::single_fault::Meant;
+use crate::single_fault::NominalTest;
 use crate::solved_again::SolvedAgain;
 use crate::tape::{Segment, Sidecar, TapeWriter};
 
@@ -69,7 +69,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let given = files::calibration(args.calibration.as_deref(), &file)?;
     let bench = args.bench.open()?;
     let calibration = given.unwrap_or_else(|| nominal_calibration(&bench).into());
-    file.believe(&calibration);
+    file.apply_budget(&calibration);
     let layout = narrow(&file.layout).map_err(|e| e.within(args.layout.display()))?;
     let firmware = args.rig.image()?;
     let name: String =
@@ -103,8 +103,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     let mut value = comparison.to_json()?;
     value["tape"] = json!(args.tape);
-    let meant = Meant::of_file(&file);
-    let again = SolvedAgain::examined(&comparison.result, &meant, Selection::All).without_details();
+    let nominal = NominalTest::of_file(&file);
+    let again =
+        SolvedAgain::examined(&comparison.result, &nominal, Selection::All).without_details();
     again.add_to(&mut value);
     let (symbol, worst) = comparison.worst()?;
     let table = comparison.table()?;

@@ -17,7 +17,7 @@ use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
-use crate::single_fault::Meant;
+use crate::single_fault::NominalTest;
 
 /// A simulated rig that has not gone on for so long is stuck; without optimisation the slowest step
 /// takes a few seconds.
@@ -106,7 +106,7 @@ impl SimulatedCampaign<'_> {
                 let result = client.result(number)?;
                 if let Err(error) = show::require_answer(&result) {
                     if let Some(layout) = self.layout.cast() {
-                        show::look_for_mistakes(&result, &Meant::of_layout(layout), output);
+                        show::look_for_mistakes(&result, &NominalTest::of_layout(layout), output);
                     }
                     return Err(error);
                 }

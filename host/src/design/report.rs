@@ -6,35 +6,35 @@ use massline_shared::identify::{Applicability, Method};
 use massline_shared::layout::{HostLayout, RIG_SENSORS};
 use serde_json::{Map, Value, json};
 
-use super::{Advice, Outlook, Promise, Suggestion};
+use super::{Advice, DesignReport, Predicted, Suggestion};
 use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
 
-/// Causes with less than this part are not worth a line.
+/// Error sources with less than this part are not worth a line.
 const WORTH_SAYING: f64 = 0.005;
 
 /// What is known of a layout, without its diagnostics.
-pub fn outlook_json(outlook: &Outlook, file: &LayoutFile) -> Value {
-    let Outlook { applicability, promise, .. } = outlook;
-    let mut value = promise_json(promise.as_ref());
-    value["identifiable"] = json!(promise.is_some());
+pub fn design_report_json(design_report: &DesignReport, file: &LayoutFile) -> Value {
+    let DesignReport { applicability, predicted, .. } = design_report;
+    let mut value = predicted_json(predicted.as_ref());
+    value["identifiable"] = json!(predicted.is_some());
     value["rank"] = json!(applicability.rank);
     value["condition"] = json!(applicability.condition);
     value["methods"] = methods_json(applicability);
-    value["causes"] = outlook.parts.iter().map(part_json).collect();
-    value["advice"] = outlook.advice.as_ref().map_or(Value::Null, |a| advice_json(a, file));
-    value["noise_m_per_s2_per_n"] = json!(outlook.criterion.noise);
-    value["scale"] = ten(|k| json!(outlook.criterion.scale[k]));
+    value["error_sources"] = design_report.parts.iter().map(part_json).collect();
+    value["advice"] = design_report.advice.as_ref().map_or(Value::Null, |a| advice_json(a, file));
+    value["noise_m_per_s2_per_n"] = json!(design_report.criterion.noise);
+    value["scale"] = ten(|k| json!(design_report.criterion.scale[k]));
     value["body"] = json!({
-        "source": outlook.whose,
-        "properties": outlook.criterion.body.theta().as_slice(),
+        "source": design_report.whose,
+        "properties": design_report.criterion.body.theta().as_slice(),
     });
     value
 }
 
 /// A suggestion, without its diagnostics.
 pub fn suggestion_json(suggestion: &Suggestion) -> Value {
-    let mut value = promise_json(Some(&suggestion.promise));
+    let mut value = predicted_json(Some(&suggestion.predicted));
     let layout = &suggestion.layout;
     value["sensors"] = layout.sensors.iter().map(|s| json!(s.node)).collect();
     value["hits"] = layout.hits.iter().map(|h| json!(h.dof.to_string())).collect();
@@ -46,16 +46,16 @@ pub fn suggestion_json(suggestion: &Suggestion) -> Value {
     value["methods"] = methods_json(&suggestion.applicability);
     value["condition"] = json!(suggestion.applicability.condition);
     value["characteristic_length_m"] = json!(suggestion.length);
-    value["before"] = promise_json(suggestion.before.as_ref());
+    value["before"] = predicted_json(suggestion.before.as_ref());
     value["body"] = json!({ "source": suggestion.whose });
     value
 }
 
-fn promise_json(promise: Option<&Promise>) -> Value {
+fn predicted_json(predicted: Option<&Predicted>) -> Value {
     json!({
-        "sigma": ten(|k| json!(promise.map(|p| p.sigma[k]))),
-        "percent_of_scale": ten(|k| json!(promise.map(|p| p.percent_of_scale[k]))),
-        "total_percent_of_scale": promise.map(|p| p.total_percent_of_scale),
+        "sigma": ten(|k| json!(predicted.map(|p| p.sigma[k]))),
+        "percent_of_scale": ten(|k| json!(predicted.map(|p| p.percent_of_scale[k]))),
+        "total_percent_of_scale": predicted.map(|p| p.total_percent_of_scale),
     })
 }
 
@@ -79,7 +79,7 @@ fn methods_json(applicability: &Applicability<f64>) -> Value {
 
 fn part_json(part: &Part<f64>) -> Value {
     json!({
-        "cause": part.cause.name(),
+        "source": part.source.name(),
         "share": part.share,
         "shares": ten(|k| json!(part.shares[k])),
     })
@@ -106,8 +106,8 @@ fn advice_json(advice: &Advice, file: &LayoutFile) -> Value {
 }
 
 /// What a layout promises, for people.
-pub fn outlook_text(outlook: &Outlook, file: &LayoutFile) -> String {
-    let Outlook { applicability, promise: Some(promise), .. } = outlook else {
+pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> String {
+    let DesignReport { applicability, predicted: Some(predicted), .. } = design_report else {
         return String::new();
     };
     let mut rows = table();
@@ -116,17 +116,17 @@ pub fn outlook_text(outlook: &Outlook, file: &LayoutFile) -> String {
         let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
         rows.add_row([
             symbol.to_owned(),
-            format!("{:.4}", promise.sigma[k] * factor),
+            format!("{:.4}", predicted.sigma[k] * factor),
             unit.to_owned(),
-            format!("{:.3}", promise.percent_of_scale[k]),
-            most(&outlook.parts, |part| part.shares[k], 2),
+            format!("{:.3}", predicted.percent_of_scale[k]),
+            most(&design_report.parts, |part| part.shares[k], 2),
         ]);
     }
     align_right(&mut rows, [1, 3]);
     let mut text = format!(
         "{rows}\nall ten: {:.3} % of scale (root mean square); {}\n",
-        promise.total_percent_of_scale,
-        most(&outlook.parts, |part| part.share, usize::MAX),
+        predicted.total_percent_of_scale,
+        most(&design_report.parts, |part| part.share, usize::MAX),
     );
     text += &format!(
         "rank {} of 10, condition {:.3}; {}\n",
@@ -134,31 +134,31 @@ pub fn outlook_text(outlook: &Outlook, file: &LayoutFile) -> String {
         applicability.condition,
         methods_text(applicability),
     );
-    if let Some(advice) = &outlook.advice {
+    if let Some(advice) = &design_report.advice {
         text += &advice_text(advice, file);
     }
     text
 }
 
-/// The causes with the largest parts.
+/// The error sources with the largest parts.
 fn most(parts: &[Part<f64>], share: impl Fn(&Part<f64>) -> f64, count: usize) -> String {
     let mut parts: Vec<_> = parts.iter().filter(|part| share(part) > WORTH_SAYING).collect();
     parts.sort_by(|a, b| share(b).total_cmp(&share(a)));
     let words = parts.iter().take(count).map(|part| {
-        format!("{} {:.0} %", part.cause.name().replace('_', " "), 100.0 * share(part))
+        format!("{} {:.0} %", part.source.name().replace('_', " "), 100.0 * share(part))
     });
     words.collect::<Vec<_>>().join(", ")
 }
 
 fn methods_text(applicability: &Applicability<f64>) -> String {
-    let say = |method: Method| {
+    let message_of = |method: Method| {
         let mut obstacles = applicability.obstacles(method);
         match obstacles.next() {
             None => format!("{} applies", method.name()),
             Some(code) => format!("{} does not apply ({})", method.name(), code.name()),
         }
     };
-    Method::usual().map(say).collect::<Vec<_>>().join(", ")
+    Method::usual().map(message_of).collect::<Vec<_>>().join(", ")
 }
 
 fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
@@ -193,21 +193,21 @@ fn least<'a, T>(all: &'a [T], totals: &[Option<f64>]) -> Option<(&'a T, f64)> {
 
 /// What a suggestion promises beside what the file's own layout does, for people.
 pub fn suggestion_text(suggestion: &Suggestion) -> String {
-    let Suggestion { promise, before, .. } = suggestion;
+    let Suggestion { predicted, before, .. } = suggestion;
     let mut rows = table();
     rows.set_header(["", "± sd now", "± sd suggested", "unit", "% of scale now", "suggested"]);
     for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
         let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
-        let now = |of: fn(&Promise) -> &[f64; 10], factor: f64, digits: usize| {
+        let now = |of: fn(&Predicted) -> &[f64; 10], factor: f64, digits: usize| {
             before.as_ref().map_or("-".into(), |p| format!("{:.digits$}", of(p)[k] * factor))
         };
         rows.add_row([
             symbol.to_owned(),
             now(|p| &p.sigma, factor, 4),
-            format!("{:.4}", promise.sigma[k] * factor),
+            format!("{:.4}", predicted.sigma[k] * factor),
             unit.to_owned(),
             now(|p| &p.percent_of_scale, 1.0, 3),
-            format!("{:.3}", promise.percent_of_scale[k]),
+            format!("{:.3}", predicted.percent_of_scale[k]),
         ]);
     }
     align_right(&mut rows, [1, 2, 4, 5]);
@@ -217,7 +217,7 @@ pub fn suggestion_text(suggestion: &Suggestion) -> String {
     };
     format!(
         "{rows}\nall ten: {:.3} % of scale (root mean square; L = {:.1} mm, of the nodes), now {now}\n{}\n",
-        promise.total_percent_of_scale,
+        predicted.total_percent_of_scale,
         suggestion.length * 1e3,
         methods_text(&suggestion.applicability),
     )

@@ -11,7 +11,7 @@ use massline_shared::layout::{
     HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS, extent,
 };
 
-use super::{Candidates, Promise, criterion_for};
+use super::{Candidates, Predicted, criterion_for};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::layout_file::LayoutFile;
@@ -48,10 +48,10 @@ pub struct Suggestion {
     /// The file's layout with other sensors and hits.
     pub layout: HostLayout,
     /// What it promises.
-    pub promise: Promise,
+    pub predicted: Predicted,
     /// What the file's own layout promises in the same scale; `None` when it does not determine the
     /// ten.
-    pub before: Option<Promise>,
+    pub before: Option<Predicted>,
     /// What is to be said about it; no errors.
     pub applicability: Applicability<f64>,
     /// What was chosen among.
@@ -62,7 +62,7 @@ pub struct Suggestion {
     pub whose: String,
 }
 
-/// The sensors and hits among the nodes of a file that promise the least sum of relative variances;
+/// The sensors and hits among the nodes of a file with the least predicted sum of relative variances;
 /// `progress` hears of every start that is done. All cores search; the answer does not depend on how
 /// many there are.
 ///
@@ -106,8 +106,8 @@ pub fn suggest(
         return Err(nothing());
     }
     Ok(Suggestion {
-        promise: Promise::of(&criterion, &layout).ok_or_else(nothing)?,
-        before: Promise::of(&criterion, &file.layout),
+        predicted: Predicted::of(&criterion, &layout).ok_or_else(nothing)?,
+        before: Predicted::of(&criterion, &file.layout),
         layout,
         applicability,
         candidates,

@@ -138,7 +138,7 @@ mod tests {
         let distance = |hit| repeats.beside_the_others(hit).distance().unwrap();
         assert!(distance(2) > 0.8);
         assert!([0, 1, 3, 4].iter().all(|&hit| distance(hit) < 0.05));
-        assert!(matches!(repeats.beside_the_others(2).standing(), Standing::Astray(_)));
+        assert!(matches!(repeats.beside_the_others(2).standing(), Standing::Outlier(_)));
     }
 
     #[test]
@@ -169,7 +169,7 @@ mod tests {
         let repeats = with(&[0.0, 1.0]);
         for hit in [0, 1] {
             let standing = repeats.beside_the_others(hit).standing();
-            assert!(matches!(standing, Standing::Contradicts(_)), "{standing:?}");
+            assert!(matches!(standing, Standing::Inconsistent(_)), "{standing:?}");
         }
         assert_eq!(agreeing(&repeats), [0, 1]);
         let alone = with(&[0.3]).beside_the_others(0);

@@ -5,13 +5,13 @@
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::maximum_likelihood::{self, Start, workspace};
-use massline_shared::identify::{CONTRADICTION, DofMassLines, Estimate};
+use massline_shared::identify::{DofMassLines, Estimate, REJECTION_Z};
 use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
 
 /// The priors that contradict the data, to be asked when the data contradict the budget or nothing fits
 /// at all: the one without which the rest agrees, or else all that are far from what the data say
 /// without any.
-pub(super) fn contradicted_priors(
+pub(super) fn inconsistent_priors(
     layout: &HostLayout,
     lines: &[DofMassLines<f64, HOST_SENSORS>],
 ) -> Vec<Diagnostic> {
@@ -37,7 +37,7 @@ fn search(
     let mut worst: Option<(f64, Diagnostic)> = None;
     for prior in &layout.priors {
         let Some(estimate) = without(&|other| other.property == prior.property) else { continue };
-        let agrees = estimate.consistency.is_some_and(|c| !c.contradicts());
+        let agrees = estimate.consistency.is_some_and(|c| !c.rejects_budget());
         let Some((far, found)) = contradiction(prior, &estimate).filter(|_| agrees) else {
             continue;
         };
@@ -59,10 +59,10 @@ fn contradiction(prior: &Prior<f64>, without: &Estimate<f64>) -> Option<(f64, Di
     let said = *without.theta().get(k)?;
     let sigma = *without.sigma()?.get(k)?;
     let far = (said - prior.value).abs() / prior.sigma.hypot(sigma);
-    let code = Code::PriorContradictsData;
+    let code = Code::PriorInconsistentWithData;
     let found =
         Diagnostic::about(code, Severity::Warning, Subject::Property(prior.property), said as f32);
-    (far > CONTRADICTION).then_some((far, found))
+    (far > REJECTION_Z).then_some((far, found))
 }
 
 #[cfg(test)]
@@ -86,7 +86,7 @@ mod tests {
             (hit, MassLines::without_scatter(accelerance))
         };
         let lines: MeasuredLines = (0..file.layout.hits.len()).map(exact).collect();
-        contradicted_priors(&file.layout, &lines)
+        inconsistent_priors(&file.layout, &lines)
     }
 
     #[test]
@@ -99,7 +99,7 @@ mod tests {
         let found = found("mass_kg = { value = 2.4, sigma = 0.0001 }");
         assert_eq!(found.len(), 1);
         let [d] = found[..] else { unreachable!() };
-        assert_eq!((d.code, d.subject), (Code::PriorContradictsData, Subject::Property(0)));
+        assert_eq!((d.code, d.subject), (Code::PriorInconsistentWithData, Subject::Property(0)));
         // Exact data of 1.23 kg in single precision.
         assert!((d.value - 1.23).abs() < 1e-4, "{d:?}");
     }

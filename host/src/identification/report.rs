@@ -23,8 +23,9 @@ impl Identification {
 
     /// What the fit found out: `details`, null where it has no answer.
     pub fn details_json(&self, layout: &HostLayout) -> Value {
-        let of =
-            |Details { learned, influences }: &Details| details_json(learned, influences, layout);
+        let of = |Details { nuisances, influences }: &Details| {
+            details_json(nuisances, influences, layout)
+        };
         json!(self.details.as_ref().map(of))
     }
 
@@ -36,11 +37,11 @@ impl Identification {
 
     /// Why estimates are missing, and what was found out.
     pub fn found_out_text(&self, layout: &HostLayout) -> String {
-        let say = |d: &Diagnostic| message_in(d, layout);
-        let mut text = refusals_text(&self.not_applicable, say);
-        text += &sentences(&self.priors, say);
-        if let Some(Details { learned, influences }) = &self.details {
-            text += &details_text(learned, influences, layout);
+        let message_of = |d: &Diagnostic| message_in(d, layout);
+        let mut text = refusals_text(&self.not_applicable, message_of);
+        text += &sentences(&self.priors, message_of);
+        if let Some(Details { nuisances, influences }) = &self.details {
+            text += &details_text(nuisances, influences, layout);
         }
         text
     }

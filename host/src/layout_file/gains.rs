@@ -16,7 +16,7 @@ pub struct StatedGains {
 impl LayoutFile {
     /// Takes the gains that the file does not state from what a calibration has achieved. Data sheets
     /// and numbers of unknown origin change nothing.
-    pub fn believe(&mut self, record: &CalibrationRecord) {
+    pub fn apply_budget(&mut self, record: &CalibrationRecord) {
         if matches!(record.method, CalibrationMethod::DataSheet | CalibrationMethod::Other) {
             return;
         }

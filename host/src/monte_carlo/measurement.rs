@@ -22,7 +22,7 @@ const MOST_SCANS: u64 = 360_000;
 
 /// What one test measures.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+pub struct SimulatedTest {
     /// Index in the layout and mass lines of every hit DOF.
     pub dofs: Vec<DofMassLines<f64, RIG_SENSORS>>,
     /// The answers, the best method first.
@@ -41,7 +41,7 @@ pub enum Unmeasured {
     NeverTriggered(usize),
     /// No hit is good enough.
     #[error(
-        "{MOST_REJECTED} hits at DOF {} were rejected; look at test.weakest_hit_n and at the \
+        "{MOST_REJECTED} hits at DOF {} were rejected; look at test.min_peak_force_n and at the \
          force of the bench's taps", .0 + 1
     )]
     AlwaysRejected(usize),
@@ -61,7 +61,7 @@ pub fn measure(
     source: &mut dyn ScanSource,
     layout: &TestLayout,
     calibration: &Calibration,
-) -> Result<Measured, Unmeasured> {
+) -> Result<SimulatedTest, Unmeasured> {
     let mut memory = Box::new(Memory::<f64>::new());
     let mut rig = Measurement::new(source.adc(), &mut memory);
     rig.set_layout(layout.clone());
@@ -89,7 +89,7 @@ pub fn measure(
     {
         return Err(Unmeasured::MassLine(report::message_in(found, layout)));
     }
-    Ok(Measured {
+    Ok(SimulatedTest {
         dofs: result.mass_lines.to_vec(),
         estimates: result.estimates.to_vec(),
         refusals: result.refusals.to_vec(),

@@ -34,7 +34,7 @@ use massline_shared::signal::Calibration;
 use massline_virtual::bench::{Bench, BenchError, BenchSource};
 
 use crate::interrupt::Interrupt;
-use measurement::{Measured, TestLayout, Unmeasured, measure};
+use measurement::{SimulatedTest, TestLayout, Unmeasured, measure};
 use statistics::MethodStatistics;
 
 /// What is repeated.
@@ -77,7 +77,7 @@ impl Study {
 }
 
 /// What came of one run.
-type Run = Result<Measured, Unmeasured>;
+type Run = Result<SimulatedTest, Unmeasured>;
 
 impl MonteCarlo<'_> {
     /// Runs until all are done or the user presses Ctrl-C; `progress` hears of every run that is done.
@@ -183,7 +183,7 @@ fn mean_noise(runs: &[Run], dofs: usize) -> Vec<Responses<f64, RIG_SENSORS>> {
 }
 
 /// The budget of the layout becomes the true one of the bench, which has no errors of the marks.
-pub fn believe_bench(layout: &mut TestLayout, bench: &Bench) {
+pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
     for sensor in &mut layout.sensors {
         sensor.uncertainty = SensorUncertainty {
             position: bench.sensor.position_sigma_m,

@@ -14,7 +14,7 @@ use crate::report::{message, refusals_json, refusals_text};
 const ONE_RUN: &str = "one run has an error and no rms error, ratio or coverage; repeat the test, for \
                        example --runs 100";
 
-/// One object: `runs`, `methods` with the ten of each, SI units; coverages are shares from 0 to 1.
+/// One object: `runs`, `methods` with the inertial parameters of each, SI units; coverages are shares from 0 to 1.
 pub fn to_json(study: &Study) -> Value {
     json!({
         "runs": study.runs,

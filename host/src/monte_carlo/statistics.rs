@@ -73,7 +73,7 @@ impl MethodStatistics {
         self.answers == 1
     }
 
-    /// Geometric mean over the ten of error over bound.
+    /// Geometric mean over the inertial parameters of error over bound.
     pub fn geometric_mean_ratio(&self) -> Option<f64> {
         let ratios = self.ratios()?;
         Some((ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp())
@@ -84,7 +84,7 @@ impl MethodStatistics {
         Some(self.ratios()?.into_iter().fold(0.0, f64::max))
     }
 
-    /// Share of all intervals, the ten together, that hold the truth.
+    /// Share of all intervals, the inertial parameters together, that hold the truth.
     pub fn pooled_coverage95(&self) -> Option<f64> {
         let shares: Option<Vec<f64>> = self.properties.iter().map(|p| p.coverage95).collect();
         let shares = shares.filter(|shares| !shares.is_empty())?;

@@ -1,8 +1,11 @@
 //! What a fit found out about sensors, hammer and hits, and what each of them does to the answer.
 
+use massline_shared::Estimated;
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::influence::{Influence, Subject};
-use massline_shared::identify::maximum_likelihood::{Learned, LearnedHit, LearnedSensor, Learnt};
+use massline_shared::identify::maximum_likelihood::{
+    HitNuisances, NuisanceEstimates, SensorNuisances,
+};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use serde_json::{Value, json};
 
@@ -13,32 +16,32 @@ const WORTH_A_WORD: f64 = 1.0;
 
 /// Everything that was found out, with units in the names.
 pub fn details_json(
-    learned: &Learned<f64, HOST_SENSORS, HOST_HITS>,
+    nuisances: &NuisanceEstimates<f64, HOST_SENSORS, HOST_HITS>,
     influences: &[Influence<f64>],
     layout: &HostLayout,
 ) -> Value {
     json!({
-        "hammer_gain": learnt_json(&learned.hammer_gain),
-        "sensors": learned.sensors.iter().zip(&layout.sensors).map(|(found, sensor)| json!({
+        "hammer_gain": estimated_json(&nuisances.hammer_gain),
+        "sensors": nuisances.sensors.iter().zip(&layout.sensors).map(|(found, sensor)| json!({
             "node": sensor.node,
-            "sensitivity": found.sensitivity.map(|row| row.map(|l| learnt_json(&l))),
-            "rotation_rad": found.rotation.map(|l| learnt_json(&l)),
-            "position_m": found.position.map(|l| learnt_json(&l)),
-            "strain": found.strain,
+            "sensitivity": found.sensitivity.map(|row| row.map(|l| estimated_json(&l))),
+            "rotation_rad": found.rotation.map(|l| estimated_json(&l)),
+            "position_m": found.position.map(|l| estimated_json(&l)),
+            "pull": found.pull,
         })).collect::<Vec<_>>(),
-        "hits": learned.hits.iter().map(|found| json!({
+        "hits": nuisances.hits.iter().map(|found| json!({
             "dof": hit_name(layout, found.index),
-            "position_m": found.position.map(|l| learnt_json(&l)),
-            "direction_rad": found.direction.map(|l| learnt_json(&l)),
-            "strain": found.strain,
-            "misfit": found.misfit,
+            "position_m": found.position.map(|l| estimated_json(&l)),
+            "direction_rad": found.direction.map(|l| estimated_json(&l)),
+            "pull": found.pull,
+            "normalized_residual": found.normalized_residual,
         })).collect::<Vec<_>>(),
         "influence": influences.iter().map(|i| influence_json(i, layout)).collect::<Vec<_>>(),
     })
 }
 
-fn learnt_json(learnt: &Learnt<f64>) -> Value {
-    json!({ "value": learnt.value, "sigma": learnt.sigma })
+fn estimated_json(estimated: &Estimated<f64>) -> Value {
+    json!({ "value": estimated.value, "sigma": estimated.sigma })
 }
 
 fn influence_json(influence: &Influence<f64>, layout: &HostLayout) -> Value {
@@ -57,23 +60,23 @@ fn influence_json(influence: &Influence<f64>, layout: &HostLayout) -> Value {
 
 /// For people: a table of the sensors, one of the hits, and the subjects that move the answer most.
 pub fn details_text(
-    learned: &Learned<f64, HOST_SENSORS, HOST_HITS>,
+    nuisances: &NuisanceEstimates<f64, HOST_SENSORS, HOST_HITS>,
     influences: &[Influence<f64>],
     layout: &HostLayout,
 ) -> String {
     let mut sensors = output::table();
-    sensors.set_header(["sensor", "gain, %", "rotation, mrad", "position, mm", "strain"]);
-    for (found, sensor) in learned.sensors.iter().zip(&layout.sensors) {
+    sensors.set_header(["sensor", "gain, %", "rotation, mrad", "position, mm", "pull"]);
+    for (found, sensor) in nuisances.sensors.iter().zip(&layout.sensors) {
         sensors.add_row(sensor_row(found, sensor.node));
     }
     let mut hits = output::table();
-    hits.set_header(["hit", "landed off by, mm", "leaned by, mrad", "strain"]);
-    for found in &learned.hits {
+    hits.set_header(["hit", "position error, mm", "direction error, mrad", "pull"]);
+    for found in &nuisances.hits {
         hits.add_row(hit_row(found, &hit_name(layout, found.index)));
     }
-    let hammer = learned.hammer_gain;
+    let hammer = nuisances.hammer_gain;
     let mut text = format!(
-        "What the fit found out (± what is left unknown; strain: in units of the stated uncertainty)\n\
+        "What the fit found out (± what is left unknown; pull: in units of the stated uncertainty)\n\
          {sensors}\n{hits}\nhammer gain: {:+.2} ± {:.2} %\n",
         100.0 * hammer.value,
         100.0 * hammer.sigma
@@ -84,31 +87,26 @@ pub fn details_text(
     text
 }
 
-fn sensor_row(found: &LearnedSensor<f64>, node: u16) -> [String; 5] {
+fn sensor_row(found: &SensorNuisances<f64>, node: u16) -> [String; 5] {
     let gains = [0, 1, 2].map(|k| found.sensitivity[k][k]);
     [
         node.to_string(),
         triple(&gains, 100.0),
         triple(&found.rotation, 1e3),
         triple(&found.position, 1e3),
-        format!("{:.2}", found.strain),
+        format!("{:.2}", found.pull),
     ]
 }
 
-fn hit_row(found: &LearnedHit<f64>, name: &str) -> [String; 4] {
-    let strain = found.strain.max(found.misfit);
-    [
-        name.into(),
-        triple(&found.position, 1e3),
-        triple(&found.direction, 1e3),
-        format!("{strain:.2}"),
-    ]
+fn hit_row(found: &HitNuisances<f64>, name: &str) -> [String; 4] {
+    let pull = found.pull.max(found.normalized_residual);
+    [name.into(), triple(&found.position, 1e3), triple(&found.direction, 1e3), format!("{pull:.2}")]
 }
 
 /// Three values and the largest of their standard deviations.
-fn triple(learnt: &[Learnt<f64>; 3], factor: f64) -> String {
-    let [x, y, z] = learnt.map(|l| format!("{:+.2}", l.value * factor));
-    let sigma = learnt.iter().map(|l| l.sigma * factor).fold(0.0, f64::max);
+fn triple(estimated: &[Estimated<f64>; 3], factor: f64) -> String {
+    let [x, y, z] = estimated.map(|l| format!("{:+.2}", l.value * factor));
+    let sigma = estimated.iter().map(|l| l.sigma * factor).fold(0.0, f64::max);
     format!("{x} {y} {z} ± {sigma:.2}")
 }
 

@@ -10,14 +10,14 @@ use super::code_name;
 /// says all of them.
 pub fn refusals_json<R: AsRef<[Diagnostic]>>(
     refused: &[(Method, R)],
-    say: impl Fn(&Diagnostic) -> String,
+    message_of: impl Fn(&Diagnostic) -> String,
 ) -> Value {
     let refusal = |(method, reasons): &(Method, R)| {
         let codes: Vec<String> = reasons.as_ref().iter().map(code_name).collect();
         json!({
             "method": method.name(),
             "code": codes.first().map_or("no_answer", String::as_str),
-            "message": joined(reasons.as_ref(), &say),
+            "message": joined(reasons.as_ref(), &message_of),
             "codes": codes,
         })
     };
@@ -27,13 +27,13 @@ pub fn refusals_json<R: AsRef<[Diagnostic]>>(
 /// A line for each: `maximum-likelihood: not applicable: <code>: <reason>`.
 pub fn refusals_text<R: AsRef<[Diagnostic]>>(
     refused: &[(Method, R)],
-    say: impl Fn(&Diagnostic) -> String,
+    message_of: impl Fn(&Diagnostic) -> String,
 ) -> String {
     let line = |(method, reasons): &(Method, R)| {
         let reasons = reasons.as_ref();
         let failed = reasons.iter().all(|d| is_failure(d.code));
         let what = if failed { "gave no answer" } else { "not applicable" };
-        let coded = |d: &Diagnostic| format!("{}: {}", code_name(d), say(d));
+        let coded = |d: &Diagnostic| format!("{}: {}", code_name(d), message_of(d));
         format!("{}: {what}: {}\n", method.name(), joined(reasons, coded))
     };
     refused.iter().map(line).collect()
@@ -48,15 +48,15 @@ fn is_failure(code: Code) -> bool {
             | Code::IllConditioned
             | Code::AttachedTooHeavy
             | Code::MassNotPositive
-            | Code::PriorContradictsData
+            | Code::PriorInconsistentWithData
     )
 }
 
-fn joined(reasons: &[Diagnostic], say: impl Fn(&Diagnostic) -> String) -> String {
+fn joined(reasons: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String) -> String {
     if reasons.is_empty() {
         return "it says nothing of the reason".into();
     }
-    reasons.iter().map(say).collect::<Vec<_>>().join("; ")
+    reasons.iter().map(message_of).collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]

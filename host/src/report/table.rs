@@ -17,7 +17,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// What 100 % of the ten are; the mass is the expected one, else that of the estimate.
+    /// What 100 % of the inertial parameters are; the mass is the expected one, else that of the estimate.
     fn scale(&self, estimate: &Estimate<f64>) -> [f64; 10] {
         let [mass, ..] = self.properties;
         scale(mass.unwrap_or(estimate.body.mass), self.length).into()

@@ -13,7 +13,8 @@ mod report;
 mod words;
 
 use massline_protocol::object::MeasurementResult;
-use massline_shared::identify::maximum_likelihood::{self, Learnt, Start, workspace};
+use massline_shared::Estimated;
+use massline_shared::identify::maximum_likelihood::{self, Start, workspace};
 use massline_shared::identify::single_fault::{DECISIVE, Explained, SingleFault};
 use massline_shared::identify::{Consistency, DofMassLines};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
@@ -21,16 +22,16 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_H
 use crate::identification::lines_of;
 use crate::layout_file::LayoutFile;
 
-/// A test as it was meant: its layout, and the points that could be hit by mistake.
+/// A test as it was planned: its layout, and the points that could be hit by mistake.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Meant {
+pub struct NominalTest {
     /// The layout.
     pub layout: HostLayout,
     /// Numbers and positions of the nodes, body frame, m.
     pub nodes: Vec<(u16, [f64; 3])>,
 }
 
-impl Meant {
+impl NominalTest {
     /// With all nodes of a layout file.
     pub fn of_file(file: &LayoutFile) -> Self {
         let nodes = file.nodes.iter().map(|node| (node.id, node.position)).collect();
@@ -66,7 +67,7 @@ pub struct Suspect {
     /// χ² under it.
     pub consistency: Consistency<f64>,
     /// Of a common scale: the accelerances over what they should be.
-    pub scale: Option<Learnt<f64>>,
+    pub scale: Option<Estimated<f64>>,
 }
 
 /// What the data say of single mistakes.
@@ -83,7 +84,7 @@ pub enum Verdict {
 /// What the search has found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Examination {
-    /// χ² of the layout as it was meant; `None` when that fit has no answer.
+    /// χ² of the nominal layout; `None` when that fit has no answer.
     pub plain: Option<Consistency<f64>>,
     /// What is suspected.
     pub verdict: Verdict,
@@ -146,7 +147,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         let plain = maximum_likelihood::solve(self.layout, self.lines, start, &mut room).ok();
         let plain = plain.map(|solution| solution.estimate);
         let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
-        let agrees = consistency.is_some_and(|c| !c.contradicts());
+        let agrees = consistency.is_some_and(|c| !c.rejects_budget());
         let mut suspects = if agrees {
             // Anything else would show in χ²; a common scale is one number against a known one.
             self.tested(|fault| *fault == SingleFault::CommonScale)
@@ -242,7 +243,7 @@ fn split<'s>(
 ) -> (Vec<Suspect>, &'s [Suspect]) {
     let plain = plain.map_or(f64::INFINITY, |c| c.chi_squared);
     let explains = |best: &Suspect| {
-        plain - best.consistency.chi_squared >= DECISIVE && !best.consistency.contradicts()
+        plain - best.consistency.chi_squared >= DECISIVE && !best.consistency.rejects_budget()
     };
     let Some(best) = ascending.first().filter(|best| explains(best)) else {
         return (Vec::new(), ascending);
@@ -258,5 +259,5 @@ fn is_shown(fault: &SingleFault<f64>, consistency: &Consistency<f64>) -> bool {
     if *fault == SingleFault::CommonScale {
         return true;
     }
-    consistency.contradicts()
+    consistency.rejects_budget()
 }

@@ -111,7 +111,7 @@ impl Examination {
         for other in tied.iter().take(MOST_TOLD) {
             text += &format!("; not told apart from it: {}", with_chi_squared(other, layout));
         }
-        text += &more_than_told(tied.len());
+        text += &more_than_listed(tied.len());
         if let Some(next) = &self.runner_up {
             text += &format!("; next best: {}", with_chi_squared(next, layout));
         }
@@ -135,12 +135,12 @@ fn with_chi_squared(suspect: &Suspect, layout: &HostLayout) -> String {
 fn hidden_text(hidden: &[SingleFault<f64>], layout: &HostLayout) -> String {
     let named: Vec<String> =
         hidden.iter().take(MOST_TOLD).map(|fault| words::clause(fault, layout)).collect();
-    let more = more_than_told(hidden.len());
+    let more = more_than_listed(hidden.len());
     format!("these data would not show it if {}{more}", named.join("; if "))
 }
 
 /// How many are not named.
-fn more_than_told(count: usize) -> String {
+fn more_than_listed(count: usize) -> String {
     match count.saturating_sub(MOST_TOLD) {
         0 => String::new(),
         more => format!("; and {more} more"),

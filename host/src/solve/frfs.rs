@@ -4,7 +4,7 @@ use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::{FrequencyResponses, MassLines};
 use massline_shared::layout::{Axis, Dof, HOST_SENSORS, Hit, HostLayout, Sensor};
 use massline_shared::mass_line::{
-    BasisRow, Fitting, Line, MassLineError, ResponseFits, find_band, window_correlation,
+    BasisRow, Bin, Fitting, MassLineError, ResponseFits, find_band, window_correlation,
 };
 use nalgebra::Complex;
 
@@ -98,7 +98,7 @@ impl LayoutResponses {
     }
 
     /// All lines of the band.
-    pub(super) fn spectral_lines(
+    pub(super) fn spectrum_bins(
         &self,
         layout: &HostLayout,
         band_hz: [f64; 2],
@@ -175,7 +175,7 @@ impl LayoutResponses {
 impl Response {
     /// Its mass line.
     fn fit(&self, fitting: &Fitting<f64>) -> Result<ResponseFits<f64, 1>> {
-        let lines = self.points.iter().map(|&(frequency, _)| Line { frequency, weight: 1.0 });
+        let lines = self.points.iter().map(|&(frequency, _)| Bin { frequency, weight: 1.0 });
         let mut rows = vec![BasisRow::default(); self.points.len()];
         let h = |_, line: usize| self.points[line].1;
         ResponseFits::new(lines, fitting, 1, h, &mut rows).map_err(|error| {

@@ -22,12 +22,12 @@ fn layout(bytes: &[u8]) -> LayoutFile {
     LayoutFile::parse_bytes(bytes, "layout.toml").unwrap()
 }
 
-fn case(toml: &[u8], uff: &[u8], options: &Options) -> Result<Solution> {
+fn case(toml: &[u8], uff: &[u8], options: &Options) -> Result<FrfSolution> {
     solve(&layout(toml), &UffFile::parse(uff).unwrap(), options)
 }
 
 /// The largest error in units of [m, L, L, L, m L² × 6].
-fn worst(solution: &Solution) -> f64 {
+fn worst(solution: &FrfSolution) -> f64 {
     let truth = solution.truth.unwrap();
     let expected = truth.properties.map(Option::unwrap);
     let scale = scale(expected[0], truth.length);
@@ -214,7 +214,7 @@ fn the_usual_methods_answer_the_best_first() {
     // Exact data: what is left is where the fit stops, 1e-5 standard deviations of a few per cent.
     assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
     let details = solution.identification.details.as_ref().unwrap();
-    assert_eq!((details.learned.sensors.len(), details.learned.hits.len()), (3, 3));
+    assert_eq!((details.nuisances.sensors.len(), details.nuisances.hits.len()), (3, 3));
 }
 
 #[test]

@@ -15,7 +15,7 @@ pub const HIT: u16 = 0x4002;
 pub const SCANS: u16 = 0x4003;
 
 /// A hit was graded. A later event of the same number takes its place: the hit was good by itself and
-/// was withdrawn after it had been compared with its siblings.
+/// was withdrawn after it had been compared with its repeat hits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HitEvent {
     /// Counts the hits since power-on, from 1.

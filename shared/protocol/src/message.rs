@@ -3,12 +3,13 @@
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+use massline_shared::Estimated;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::{RIG_HITS, RigLayout};
 use massline_shared::measurement::StartError;
 use massline_shared::measurement::campaign::{Command as Steering, CommandError};
-use massline_shared::signal::{AdcProperties, StaticReading};
+use massline_shared::signal::{AdcProperties, RestStatistics};
 
 /// Binds a request, its kind and its answer. The answer's kind is the request's with
 /// [`ANSWER`] set.
@@ -80,7 +81,7 @@ endpoints! {
     /// What did they read? Refused with [`Reason::Busy`] while the record is taken, with
     /// [`Reason::SamplerStopped`] when it could not be, and with [`Reason::NotFound`] when there is
     /// none or something else has been recorded since.
-    GetReading = 15: () => StaticReading;
+    GetRestStatistics = 15: () => RestStatistics;
 }
 
 /// The most bytes of the framed answer to a request that changes the rig.
@@ -302,14 +303,8 @@ pub struct ListRequest {
     pub after: u32,
 }
 
-/// A number with its uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Measured {
-    /// The number.
-    pub value: f32,
-    /// Its standard deviation; `None` when it cannot be told.
-    pub sigma: Option<f32>,
-}
+/// A mass in kg; without a standard deviation when it comes from single hits.
+pub type EstimatedMass = Estimated<f32, Option<f32>>;
 
 /// One line of the list of results.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -319,7 +314,7 @@ pub struct ResultEntry {
     /// Hash of the layout that it was measured with.
     pub layout_hash: u32,
     /// Mass by the best of its answers, kg; `None` when the result has none.
-    pub mass: Option<Measured>,
+    pub mass: Option<EstimatedMass>,
     /// Bytes of the result.
     pub length: u32,
 }

@@ -42,5 +42,5 @@ raw!(Setting: u8 {
     ExponentialDecay = 3,
     ForceWindow = 4,
     Trigger = 5,
-    WeakestHit = 6,
+    MinPeakForce = 6,
 });

@@ -47,7 +47,7 @@ const fn inertia(name: &'static str, symbol: &'static str) -> InertialParameter 
     InertialParameter { name, symbol, unit: "kg m²", table_unit: "g m²", table_factor: 1e3 }
 }
 
-/// [m, L, L, L, m L² × 6]: what errors of the ten are compared with for a body of mass m (kg) and size L
+/// [m, L, L, L, m L² × 6]: what errors of the inertial parameters are compared with for a body of mass m (kg) and size L
 /// (m). The values themselves will not do, since centre coordinates and products of inertia may be zero.
 pub fn scale<R: Real>(mass: R, length: R) -> SVector<R, 10> {
     SVector::from_fn(|k, _| match k {

@@ -14,22 +14,12 @@
 
 use nalgebra::{Complex, SMatrix, SVector};
 
-use crate::Real;
-use crate::mass_line::{Line, MassLineError, window_correlation};
+use crate::mass_line::{Bin, MassLineError, window_correlation};
+use crate::{Estimated, Real};
 
-/// A difference of time constants, s.
+/// How the spectra were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TimeConstantDifference<R> {
-    /// The hammer's minus the sensor's, s.
-    pub value: R,
-    /// Its standard deviation from the scatter of the lines about the model, corrected for the
-    /// exponential window, s.
-    pub sigma: R,
-}
-
-/// How the lines were measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured<R> {
+pub struct SpectraSettings<R> {
     /// Lines outside of this band, Hz, are left out; both ends are included.
     pub band: [R; 2],
     /// τ of the model, s: about the time constant of either low-pass.
@@ -51,16 +41,13 @@ const ODD: usize = 3;
 /// # Errors
 /// [`MassLineError::BandTooNarrow`] with fewer than three lines in the band or without an accelerance,
 /// [`MassLineError::NotFinite`].
-pub fn difference<R, I>(
-    lines: I,
-    how: Measured<R>,
-) -> Result<TimeConstantDifference<R>, MassLineError>
+pub fn difference<R, I>(lines: I, how: SpectraSettings<R>) -> Result<Estimated<R>, MassLineError>
 where
     R: Real,
-    I: IntoIterator<Item = (Line<R>, Complex<R>)>,
+    I: IntoIterator<Item = (Bin<R>, Complex<R>)>,
     I::IntoIter: Clone,
 {
-    let Measured { band, decay, .. } = how;
+    let SpectraSettings { band, decay, .. } = how;
     // At the geometric mean of the band every scaled column has size one.
     let reference = (band[0] * band[1]).sqrt() * R::two_pi();
     let inside =
@@ -98,7 +85,7 @@ where
     let correlation = window_correlation(decay, how.record);
     let sigma = (inverse[(ODD, ODD)].sqrt() * spread * correlation * to_seconds).abs();
     if value.finite() && sigma.finite() {
-        Ok(TimeConstantDifference { value, sigma })
+        Ok(Estimated { value, sigma })
     } else {
         Err(MassLineError::BandTooNarrow)
     }
@@ -107,7 +94,7 @@ where
 /// The mean of several differences of the same two low-passes, by inverse variance. When they scatter
 /// more than their standard deviations allow, that of the mean is larger by as much. `None` of none,
 /// or when one has no standard deviation.
-pub fn mean<R: Real>(parts: &[TimeConstantDifference<R>]) -> Option<TimeConstantDifference<R>> {
+pub fn mean<R: Real>(parts: &[Estimated<R>]) -> Option<Estimated<R>> {
     let (mut weights, mut sum) = (R::zero(), R::zero());
     for part in parts {
         let weight = R::one() / (part.sigma * part.sigma);
@@ -115,11 +102,11 @@ pub fn mean<R: Real>(parts: &[TimeConstantDifference<R>]) -> Option<TimeConstant
         sum += weight * part.value;
     }
     let value = sum / weights;
-    let square = |part: &TimeConstantDifference<R>| ((part.value - value) / part.sigma).powi(2);
+    let square = |part: &Estimated<R>| ((part.value - value) / part.sigma).powi(2);
     let chi_squared = parts.iter().map(square).fold(R::zero(), |sum, square| sum + square);
     let freedom = R::of(parts.len().saturating_sub(1).max(1) as f64);
     let sigma = (R::one() / weights).sqrt() * (chi_squared / freedom).sqrt().max(R::one());
-    (value.finite() && sigma.finite()).then_some(TimeConstantDifference { value, sigma })
+    (value.finite() && sigma.finite()).then_some(Estimated { value, sigma })
 }
 
 /// The real and the imaginary equation of the line at `s`: factors of A, B/ω², C ω², D ω, E/ω at the
@@ -144,16 +131,16 @@ mod tests {
     const RECORD: f64 = 0.512;
     const CORNERS: [f64; 2] = [497.36, 482.44];
 
-    fn how<R: Real>(band: [f64; 2]) -> Measured<R> {
+    fn how<R: Real>(band: [f64; 2]) -> SpectraSettings<R> {
         let lag = (TAU * CORNERS[0]).recip();
         let [lag, decay, record] = [lag, 10.0, RECORD].map(R::of);
-        Measured { band: band.map(R::of), lag, decay, record }
+        SpectraSettings { band: band.map(R::of), lag, decay, record }
     }
 
     /// A block of 2 kg on a suspension of 2 Hz, damped by 2 %, seen through low-passes of 497 Hz, the
     /// sensor's 3 % lower; `noise` alternates on the lines.
-    fn measured<R: Real>(noise: f64) -> Vec<(Line<R>, Complex<R>)> {
-        let [hammer, sensor] = CORNERS.map(|corner| (TAU * corner).recip());
+    fn measured<R: Real>(noise: f64) -> Vec<(Bin<R>, Complex<R>)> {
+        let [hammer, sensor] = CORNERS.map(|cutoff| (TAU * cutoff).recip());
         (0..128)
             .map(|k| {
                 let frequency = f64::from(k) / RECORD;
@@ -162,15 +149,15 @@ mod tests {
                 let h = s * s / (s * s + s * (0.04 * suspension) + suspension.powi(2)) / 2.0;
                 let filtered = h * (s * hammer + 1.0) / (s * sensor + 1.0);
                 let sign = if k % 2 == 0 { noise } else { -noise };
-                let line = Line { frequency: R::of(frequency), weight: R::one() };
+                let line = Bin { frequency: R::of(frequency), weight: R::one() };
                 (line, Complex::new(R::of(filtered.re + sign), R::of(filtered.im - sign)))
             })
             .collect()
     }
 
-    fn found<R: Real>(noise: f64) -> TimeConstantDifference<f64> {
+    fn found<R: Real>(noise: f64) -> Estimated<f64> {
         let found = difference(measured::<R>(noise), how(BAND)).unwrap();
-        TimeConstantDifference { value: found.value.to_f64(), sigma: found.sigma.to_f64() }
+        Estimated { value: found.value.to_f64(), sigma: found.sigma.to_f64() }
     }
 
     /// 1/(2π 497.36) − 1/(2π 482.44): −9.897 µs. Second order is left out: that times ω at the end of
@@ -206,7 +193,7 @@ mod tests {
 
     #[test]
     fn the_mean_weighs_by_variance_and_sees_a_contradiction() {
-        let part = |value: f64, sigma| TimeConstantDifference { value, sigma };
+        let part = |value: f64, sigma| Estimated { value, sigma };
         // Weights 4 and 1, χ² = 0.05: the formal deviation 1/√5.
         let agreeing = mean(&[part(1.0, 0.5), part(1.25, 1.0)]).unwrap();
         assert!((agreeing.value - 1.05).abs() < 1e-12, "{agreeing:?}");

@@ -23,7 +23,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::Real;
 use crate::layout::{Axis, Sign};
 
-pub use readings::{RestReading, SensorProblem, Tumble, TumbleTest};
+pub use readings::{RestVoltages, SensorProblem, Tumble, TumbleTest};
 
 /// Which axis of the sensors points up or down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -103,15 +103,15 @@ pub struct TumbleReading<R> {
     pub sigma: Vector3<R>,
 }
 
-/// Corner of the low-pass before the converter, Hz: consecutive scans are not independent.
-const CORNER_HZ: f64 = 497.36;
+/// Cutoff of the low-pass before the converter, Hz: consecutive scans are not independent.
+const CUTOFF_HZ: f64 = 497.36;
 
 /// Standard deviation of the mean of `scans` codes at `rate` in Hz that deviate by `deviation`.
 ///
 /// The scans are correlated by the low-pass. Rounding to codes is blurred by the noise, and what it
 /// leaves is `e^(−2π²σ²)/π` of a code (Widrow and Kollár, Quantization Noise, 2008).
 pub fn sigma_of_mean<R: Real>(deviation: R, scans: u32, rate: R) -> R {
-    let memory = (R::of(-core::f64::consts::TAU * CORNER_HZ) / rate).exp();
+    let memory = (R::of(-core::f64::consts::TAU * CUTOFF_HZ) / rate).exp();
     let correlated = (R::one() + memory) / (R::one() - memory);
     let noise = deviation * (correlated / R::of(f64::from(scans.max(1)))).sqrt();
     let pi = R::of(core::f64::consts::PI);

@@ -14,11 +14,11 @@ use crate::responses::Responses;
 /// the bench; a heavier object takes harder hits.
 pub const DEFAULT_NOISE: f64 = 0.005;
 
-/// A standard deviation of this many times the scale is rounding in a singular information: the ten are
+/// A standard deviation of this many times the scale is rounding in a singular information: the inertial parameters are
 /// not told.
 const UNTOLD: f64 = 100.0;
 
-/// A body and the noise to predict with, and scales to compare the ten by.
+/// A body and the noise to predict with, and scales to compare the inertial parameters by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Criterion<R> {
     /// What the object is thought to be.

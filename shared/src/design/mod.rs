@@ -11,10 +11,10 @@
 pub mod cost;
 
 mod advice;
-mod causes;
 mod criterion;
+mod error_sources;
 mod exchange;
 
-pub use causes::{Cause, Part, parts};
 pub use criterion::{Criterion, DEFAULT_NOISE, total};
+pub use error_sources::{ErrorSource, Part, parts};
 pub use exchange::{Choice, Counts, Found, Search, SearchError};

@@ -16,7 +16,7 @@ pub enum Setting {
     /// Trigger force, N: above zero.
     Trigger,
     /// Force below which a hit is too weak, N: zero or more.
-    WeakestHit,
+    MinPeakForce,
 }
 
 impl Setting {
@@ -28,7 +28,7 @@ impl Setting {
         Self::ExponentialDecay,
         Self::ForceWindow,
         Self::Trigger,
-        Self::WeakestHit,
+        Self::MinPeakForce,
     ];
 
     /// Its name in the program.
@@ -40,7 +40,7 @@ impl Setting {
             Self::ExponentialDecay => "exponential_decay",
             Self::ForceWindow => "force_window_s",
             Self::Trigger => "trigger_n",
-            Self::WeakestHit => "weakest_hit_n",
+            Self::MinPeakForce => "min_peak_force_n",
         }
     }
 }

@@ -139,19 +139,19 @@ codes! {
         "the converter of the rig does not answer; switch the rig off and on again";
     /// The residuals are larger than the stated uncertainties allow, by chance in one test of a thousand.
     /// Value: χ² over its degrees of freedom.
-    DataContradictBudget = 44, "data_contradict_budget", Whole, Times;
+    DataInconsistentWithBudget = 44, "data_inconsistent_with_budget", Whole, Times;
         "Data contradict the\nerrors stated: look\nfor a wrong axis.";
         "the data contradict the stated uncertainties (χ² is {value} times what it should be): something \
          is wrong by more than [uncertainty] says; look for a wrong node, axis or sign";
     /// The sensor that would have to be wrong by most of its stated uncertainties. Subject: the sensor.
     /// Value: by how many of them, root mean square.
-    SensorStrainsBudget = 45, "sensor_strains_budget", Sensor, Times;
+    LargeSensorPull = 45, "large_sensor_pull", Sensor, Times;
         "Suspect: check its\nnode, axes and cable.";
         "{subject} would have to be off by {value} times its stated uncertainties; check its node, axes \
          and cable";
     /// The hit that would have to be wrong by most of its stated uncertainties. Subject: the hit DOF.
     /// Value: by how many of them, root mean square.
-    HitStrainsBudget = 46, "hit_strains_budget", Hit, Times;
+    LargeHitPull = 46, "large_hit_pull", Hit, Times;
         "Suspect: check node,\ndirection and sign.";
         "{subject} would have to be off by {value} times its stated uncertainties; check its node, \
          direction and sign";
@@ -196,7 +196,7 @@ codes! {
          hang the object softer, or set test.band_hz";
     /// Something that was said to be known of the object contradicts the data. Subject: the property, in
     /// the order of `theta`. Value: what the data say without it, SI.
-    PriorContradictsData = 55, "prior_contradicts_data", Property, OfProperty;
+    PriorInconsistentWithData = 55, "prior_inconsistent_with_data", Property, OfProperty;
         "[prior] contradicts\nthe data (see value):\ncheck or widen it.";
         "{subject} contradicts the data, which say {value} without it: correct it, or widen its sigma; if \
          it is right, all accelerances or a mark are wrong";

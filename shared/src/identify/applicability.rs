@@ -21,7 +21,7 @@ pub struct Applicability<R> {
     pub diagnostics: Diagnostics,
     /// The figures of the geometry.
     pub geometry: LayoutReport<R>,
-    /// Rank of the readings' slopes by the ten with what is known of them: ten when the ten can be
+    /// Rank of the readings' slopes by the ten with what is known of them: ten when the inertial parameters can be
     /// told.
     pub rank: usize,
     /// Condition of those slopes, in balanced variables.
@@ -70,7 +70,7 @@ impl<R: Real> Applicability<R> {
 }
 
 /// Rank and condition of the slopes of all readings by the ten, and of what is known of the ten, about
-/// the sensors' centroid and every unknown in its own unit: rank ten when the ten can be told
+/// the sensors' centroid and every unknown in its own unit: rank ten when the inertial parameters can be told
 /// (theory, section 4: the rank of the information is that of its factor). `None` when the body has no
 /// inertia or a number is not finite.
 pub fn information_spectrum<R: Real, const S: usize, const H: usize>(

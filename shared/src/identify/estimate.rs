@@ -9,7 +9,7 @@ use crate::diagnosis::Diagnostics;
 
 /// Data whose χ² would be exceeded by chance in one of a thousand tests contradict the budget: this
 /// many standard deviations of a normal variable.
-pub const CONTRADICTION: f64 = 3.09;
+pub const REJECTION_Z: f64 = 3.09;
 
 /// The ten properties with what is known of their quality.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,14 +46,14 @@ impl<R: Real> Consistency<R> {
 
     /// How many standard deviations of a normal variable a larger χ² is as unlikely as (Wilson &
     /// Hilferty 1931).
-    pub fn surprise(&self) -> R {
+    pub fn equivalent_z(&self) -> R {
         let spread = R::of(2.0 / (9.0 * f64::from(self.degrees_of_freedom.max(1))));
         (self.reduced().max(R::zero()).cbrt() - (R::one() - spread)) / spread.sqrt()
     }
 
     /// True when the data contradict their error budget: by chance in one of a thousand tests.
-    pub fn contradicts(&self) -> bool {
-        self.surprise() > R::of(CONTRADICTION)
+    pub fn rejects_budget(&self) -> bool {
+        self.equivalent_z() > R::of(REJECTION_Z)
     }
 }
 

@@ -16,7 +16,7 @@ use nalgebra::{Complex, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::mass_lines::lower_places;
 use super::method::{self, Entry, Observable, Progress};
-use super::observations::{FrequencyResponses, Observations, SpectralLines};
+use super::observations::{FrequencyResponses, Observations, SpectrumBins};
 use super::{Estimate, Method, inertia_restraint, symmetric};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
@@ -32,7 +32,7 @@ const WITH_STIFFNESS: usize = SYMMETRIC + 10;
 /// Unknowns with its damping as well.
 const WITH_DAMPING: usize = 2 * SYMMETRIC + 10;
 /// A step that lowers the cost by less than this part of its mean per degree of freedom ends the fit: it
-/// moves the ten by less than 1e-5 of their standard deviations.
+/// moves the inertial parameters by less than 1e-5 of their standard deviations.
 const CLOSE: f64 = 1e-10;
 /// Steps after which the fit gives up. From a mass line's answer it takes ten to forty: most of them go to
 /// the parts of K₀ that the hits hardly excite.
@@ -51,7 +51,7 @@ pub const ENTRY: Entry = Entry {
     short_name: "global-fit",
     title: "Global fit",
     summary: "Body and suspension fitted to all lines of the band",
-    observes: Observable::SpectralLines,
+    observes: Observable::SpectrumBins,
     on_request: true,
     // It starts from the answer of the inertia restraint method.
     is_blocked: |_, _| true,
@@ -71,16 +71,16 @@ pub const fn workspace(lines: usize) -> usize {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solver<R> {
     start: RigidBody<R>,
-    settings: Settings,
+    settings: GlobalFitSettings,
 }
 
 impl<R: Real> method::Solver<R> for Solver<R> {
-    fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
         observed: &Observations<'_, R, S, H, L>,
-        settings: &super::Settings<R>,
+        settings: &super::IdentifySettings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
-        if observed.spectral_lines.responses().is_none() {
+        if observed.spectrum_bins.responses().is_none() {
             return Err(fatal(Code::FrfMissing, 0.0));
         }
         let start = match start {
@@ -91,10 +91,10 @@ impl<R: Real> method::Solver<R> for Solver<R> {
             }
         };
         let elastic = observed.layout.test.terms == Terms::Abc;
-        Ok(Self { start, settings: Settings { damping: false, elastic } })
+        Ok(Self { start, settings: GlobalFitSettings { damping: false, elastic } })
     }
 
-    fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         _observed: &Observations<'_, R, S, H, L>,
         _workspace: &mut [R],
@@ -102,12 +102,12 @@ impl<R: Real> method::Solver<R> for Solver<R> {
         Ok(Progress::Done)
     }
 
-    fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
-        let Some(responses) = observed.spectral_lines.responses() else {
+        let Some(responses) = observed.spectrum_bins.responses() else {
             return Err(fatal(Code::FrfMissing, 0.0));
         };
         let found = solve(observed.layout, responses, &self.start, &self.settings, workspace)?;
@@ -117,7 +117,7 @@ impl<R: Real> method::Solver<R> for Solver<R> {
 
 /// How the global fit is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settings {
+pub struct GlobalFitSettings {
     /// Fits the damping of the suspension too. Without it and without an exponential window on the records
     /// only the real parts are fitted.
     pub damping: bool,
@@ -127,7 +127,7 @@ pub struct Settings {
 
 /// What the global fit answers.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solution<R> {
+pub struct GlobalFitSolution<R> {
     /// The ten; their covariance is that of the scatter of the lines about the model.
     pub estimate: Estimate<R>,
     /// K₀ about the origin: N/m, N/rad, N m/m, N m/rad.
@@ -147,9 +147,9 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     responses: &FrequencyResponses<'_, R>,
     start: &RigidBody<R>,
-    settings: &Settings,
+    settings: &GlobalFitSettings,
     workspace: &mut [R],
-) -> Result<Solution<R>, Diagnostics> {
+) -> Result<GlobalFitSolution<R>, Diagnostics> {
     let lines = responses.frequencies().len();
     if !is_finite(layout) {
         return Err(fatal(Code::LayoutNotFinite, 0.0));
@@ -164,7 +164,7 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     let Some(inverses) = inverses.get_mut(..lines) else {
         return Err(fatal(Code::BandTooNarrow, lines as f32));
     };
-    let problem = Problem { layout, responses, settings };
+    let problem = GlobalFitProblem { layout, responses, settings };
     if settings.damping {
         problem.fit::<WITH_DAMPING>(start, inverses)
     } else {
@@ -173,18 +173,18 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
 }
 
 /// What is fitted. The unknowns are K₀ row by row of its upper triangle, C₀ alike, and phi.
-struct Problem<'a, R, const S: usize, const H: usize> {
+struct GlobalFitProblem<'a, R, const S: usize, const H: usize> {
     layout: &'a Layout<R, S, H>,
     responses: &'a FrequencyResponses<'a, R>,
-    settings: &'a Settings,
+    settings: &'a GlobalFitSettings,
 }
 
-impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
+impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
     fn fit<const N: usize>(
         &self,
         start: &RigidBody<R>,
         inverses: &mut [[R; INVERSE]],
-    ) -> Result<Solution<R>, Diagnostics> {
+    ) -> Result<GlobalFitSolution<R>, Diagnostics> {
         let not_converged = || fatal(Code::NotConverged, MOST_STEPS as f32);
         let freedom = self
             .degrees_of_freedom::<N>()
@@ -385,7 +385,7 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
         unknowns: &SVector<R, N>,
         equations: &LeastSquares<R, N>,
         variance: R,
-    ) -> Result<Solution<R>, Diagnostics> {
+    ) -> Result<GlobalFitSolution<R>, Diagnostics> {
         let body = body_of(unknowns).ok_or_else(|| fatal(Code::DataNotFinite, 0.0))?;
         // With K₀ and C₀ eliminated.
         let of_the_ten = equations.last::<10>();
@@ -414,7 +414,7 @@ impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
             diagnostics,
         };
         let damping = (N == WITH_DAMPING).then(|| symmetric_of(unknowns, SYMMETRIC));
-        Ok(Solution { estimate, stiffness: symmetric_of(unknowns, 0), damping })
+        Ok(GlobalFitSolution { estimate, stiffness: symmetric_of(unknowns, 0), damping })
     }
 }
 

@@ -29,7 +29,7 @@
 //! let observed = Observations::of_mass_lines(&layout, &mass_lines);
 //! let wanted = observed.methods();
 //! let mut workspace = vec![0.0; workspace(&wanted, 3, 0)];
-//! let found = identify(&observed, &wanted, &Settings::default(), &mut workspace);
+//! let found = identify(&observed, &wanted, &IdentifySettings::default(), &mut workspace);
 //! let best = &found.estimates()[0];
 //! assert_eq!(best.method, Method::MaximumLikelihood);
 //! assert!((best.body.mass - 1.23).abs() < 1e-6);
@@ -38,20 +38,20 @@
 use heapless::Vec;
 
 use super::method::{Observable, Progress};
-use super::observations::{Observations, SpectralLines};
-use super::{Estimate, METHODS, Method, Running, Settings};
+use super::observations::{Observations, SpectrumBins};
+use super::{Estimate, IdentifySettings, METHODS, Method, Running};
 use crate::Real;
 use crate::diagnosis::Diagnostics;
 
 /// Methods, the best first.
 pub type Methods = Vec<Method, METHODS>;
 
-impl<R, const S: usize, const H: usize, L: SpectralLines<R>> Observations<'_, R, S, H, L> {
+impl<R, const S: usize, const H: usize, L: SpectrumBins<R>> Observations<'_, R, S, H, L> {
     /// The methods that answer from these observations without being asked for by name, the best first.
     pub fn methods(&self) -> Methods {
         let seen = |method: &Method| match method.entry().observes {
             Observable::MassLines => true,
-            Observable::SpectralLines => self.spectral_lines.responses().is_some(),
+            Observable::SpectrumBins => self.spectrum_bins.responses().is_some(),
         };
         Method::usual().filter(seen).collect()
     }
@@ -160,10 +160,10 @@ impl<R, const N: usize> Identification<R, N> {
 
 impl<R: Real, const N: usize> Identification<R, N> {
     /// One step of the method in hand. Observations, settings and workspace are the same in every step.
-    pub fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+    pub fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
-        settings: &Settings<R>,
+        settings: &IdentifySettings<R>,
         workspace: &mut [R],
     ) -> Progress {
         match self.running.method() {
@@ -178,10 +178,10 @@ impl<R: Real, const N: usize> Identification<R, N> {
         if done { Progress::Done } else { Progress::Going }
     }
 
-    fn start_next<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn start_next<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
-        settings: &Settings<R>,
+        settings: &IdentifySettings<R>,
     ) {
         let Some(method) = self.queue.pop() else { return };
         let start = self.estimates.first().map(|estimate| estimate.body);
@@ -192,7 +192,7 @@ impl<R: Real, const N: usize> Identification<R, N> {
         }
     }
 
-    fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         method: Method,
         observed: &Observations<'_, R, S, H, L>,
@@ -215,10 +215,10 @@ impl<R: Real, const N: usize> Identification<R, N> {
 
 /// What the wanted methods answer, by as many steps as it takes. `workspace` has as many numbers as
 /// [`workspace`] says.
-pub fn identify<R: Real, const S: usize, const H: usize, L: SpectralLines<R>>(
+pub fn identify<R: Real, const S: usize, const H: usize, L: SpectrumBins<R>>(
     observed: &Observations<'_, R, S, H, L>,
     wanted: &[Method],
-    settings: &Settings<R>,
+    settings: &IdentifySettings<R>,
     workspace: &mut [R],
 ) -> Identification<R> {
     let mut identification = Identification::idle();

@@ -10,7 +10,7 @@ use core::array::from_fn;
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 
 use super::method::{self, Entry, Observable, Progress};
-use super::observations::{Observations, SpectralLines};
+use super::observations::{Observations, SpectrumBins};
 use super::weighting::{Triangle6, Weighting, whiten};
 use super::{DofMassLines, Estimate, MassLines, Method, ResponseInverse};
 use crate::Real;
@@ -53,14 +53,14 @@ pub enum ReferencePoint<R> {
 
 /// How the equations are set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Settings<R> {
+pub struct InertiaRestraintSettings<R> {
     /// About which point.
     pub reference: ReferencePoint<R>,
     /// With which weights.
     pub weighting: Weighting<R>,
 }
 
-impl<R: Real> Settings<R> {
+impl<R: Real> InertiaRestraintSettings<R> {
     /// As the rig does: about the sensors' centroid, weighted by the usual errors of placement.
     pub fn weighted() -> Self {
         let weighting = Weighting::Placement(super::PlacementErrors::default());
@@ -68,7 +68,7 @@ impl<R: Real> Settings<R> {
     }
 }
 
-impl<R> From<ReferencePoint<R>> for Settings<R> {
+impl<R> From<ReferencePoint<R>> for InertiaRestraintSettings<R> {
     /// Equal weights.
     fn from(reference: ReferencePoint<R>) -> Self {
         Self { reference, weighting: Weighting::Equal }
@@ -91,7 +91,7 @@ impl<R> From<ReferencePoint<R>> for Settings<R> {
 pub fn solve<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
-    settings: impl Into<Settings<R>>,
+    settings: impl Into<InertiaRestraintSettings<R>>,
 ) -> Result<Estimate<R>, Diagnostics> {
     check_data(layout, dofs)?;
     let mut answer = with_all_that_hangs_on_it(layout, dofs, settings.into());
@@ -107,7 +107,7 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
 fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
-    settings: Settings<R>,
+    settings: InertiaRestraintSettings<R>,
 ) -> Result<Estimate<R>, Diagnostics> {
     let reference = match settings.reference {
         ReferencePoint::Centroid => layout.sensor_centroid(),
@@ -155,18 +155,18 @@ fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
 
 /// The method as the door carries it out: in one step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Solver<R>(Settings<R>);
+pub(super) struct Solver<R>(InertiaRestraintSettings<R>);
 
 impl<R: Real> method::Solver<R> for Solver<R> {
-    fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
         _observed: &Observations<'_, R, S, H, L>,
-        settings: &super::Settings<R>,
+        settings: &super::IdentifySettings<R>,
         _start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
         Ok(Self(settings.inertia_restraint))
     }
 
-    fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         _observed: &Observations<'_, R, S, H, L>,
         _workspace: &mut [R],
@@ -174,7 +174,7 @@ impl<R: Real> method::Solver<R> for Solver<R> {
         Ok(Progress::Done)
     }
 
-    fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
         _workspace: &mut [R],
@@ -192,7 +192,7 @@ pub struct Regression<R> {
 
 /// Solution of a [`Regression`], about its reference point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solution<R> {
+pub struct InertiaRestraintSolution<R> {
     /// [m, m c, J about the reference point].
     pub phi: SVector<R, 10>,
     /// The same as a body whose origin is the reference point.
@@ -241,7 +241,7 @@ impl<R: Real> Regression<R> {
     ///
     /// # Errors
     /// `data_not_finite`, `ten_parameters_not_identifiable`.
-    pub fn solve(&self) -> Result<Solution<R>, Diagnostics> {
+    pub fn solve(&self) -> Result<InertiaRestraintSolution<R>, Diagnostics> {
         let Some(Spectrum { rank, condition }) = self.equations.spectrum() else {
             return Err(fatal(Code::DataNotFinite, R::zero()));
         };
@@ -255,7 +255,7 @@ impl<R: Real> Regression<R> {
         let phi = balanced.component_mul(&self.scale());
         let body =
             RigidBody::from_phi(&phi).ok_or_else(|| fatal(Code::DataNotFinite, R::zero()))?;
-        Ok(Solution { phi, body, rank, condition, rms: self.equations.rms() })
+        Ok(InertiaRestraintSolution { phi, body, rank, condition, rms: self.equations.rms() })
     }
 
     fn balance_motion(&self, motion: &Vector6<R>) -> Vector6<R> {
@@ -418,24 +418,24 @@ fn comment<R: Real, const S: usize, const H: usize>(
     estimate: &mut Estimate<R>,
     layout: &Layout<R, S, H>,
 ) {
-    let mut say = |code, severity, value: R| {
+    let mut push_diagnostic = |code, severity, value: R| {
         // Four at most.
         let _ = estimate.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));
     };
     if !estimate.body.is_physically_consistent() {
         let margin = estimate.body.physical_margin().unwrap_or(R::zero());
-        say(Code::NotPhysicallyConsistent, Severity::Warning, margin);
+        push_diagnostic(Code::NotPhysicallyConsistent, Severity::Warning, margin);
     }
     if estimate.condition > R::of(ILL_CONDITIONED) {
-        say(Code::IllConditioned, Severity::Warning, estimate.condition);
+        push_diagnostic(Code::IllConditioned, Severity::Warning, estimate.condition);
     }
     if estimate.covariance.is_some() {
-        say(Code::SigmaCoversScatterOnly, Severity::Note, R::zero());
+        push_diagnostic(Code::SigmaCoversScatterOnly, Severity::Note, R::zero());
     } else {
-        say(Code::TooFewHitsForSigma, Severity::Warning, R::zero());
+        push_diagnostic(Code::TooFewHitsForSigma, Severity::Warning, R::zero());
     }
     if layout.gravity.is_none() && layout.sensors.iter().any(|s| s.senses_gravity) {
-        say(Code::GravityNotGiven, Severity::Note, R::zero());
+        push_diagnostic(Code::GravityNotGiven, Severity::Note, R::zero());
     }
 }
 

@@ -6,7 +6,7 @@
 use heapless::Vec;
 use nalgebra::SVector;
 
-use super::maximum_likelihood::{Solution, Start, solve};
+use super::maximum_likelihood::{MaximumLikelihoodSolution, Start, solve};
 use super::{Consistency, DofMassLines, MassLines};
 use crate::Real;
 use crate::layout::Layout;
@@ -26,7 +26,7 @@ pub enum Subject {
 pub struct Influence<R> {
     /// What is left out.
     pub subject: Subject,
-    /// The ten without it minus the ten with it, in standard deviations with it.
+    /// The inertial parameters without it minus those with it, in standard deviations with it.
     pub shift: SVector<R, 10>,
     /// Largest standard deviation without it over that with it: what it is worth.
     pub worth: R,
@@ -46,7 +46,7 @@ impl<R: Real> Influence<R> {
 pub fn influences<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
-    whole: &Solution<R, S, H>,
+    whole: &MaximumLikelihoodSolution<R, S, H>,
     workspace: &mut [R],
     mut act: impl FnMut(Influence<R>),
 ) {
@@ -73,13 +73,13 @@ pub fn influences<R: Real, const S: usize, const H: usize>(
 
 fn compare<R: Real, const S: usize, const H: usize>(
     subject: Subject,
-    whole: &Solution<R, S, H>,
-    without: &Solution<R, S, H>,
+    whole: &MaximumLikelihoodSolution<R, S, H>,
+    without: &MaximumLikelihoodSolution<R, S, H>,
     equations: usize,
 ) -> Influence<R> {
     let sigma = whole.estimate.sigma().unwrap_or_else(SVector::zeros);
     let wider = without.estimate.sigma().unwrap_or_else(SVector::zeros);
-    let chi_squared = |solution: &Solution<R, S, H>| {
+    let chi_squared = |solution: &MaximumLikelihoodSolution<R, S, H>| {
         solution.estimate.consistency.map_or(R::zero(), |c| c.chi_squared)
     };
     let share = (chi_squared(whole) - chi_squared(without)).max(R::zero());
@@ -132,8 +132,8 @@ mod tests {
         let mut workspace = [0.0; RIG_WORKSPACE];
         influences(&layout, &dofs, &whole, &mut workspace, |influence| found.push(influence));
         assert_eq!(found.len(), 8);
-        let surprise = |i: &Influence<f64>| i.share.surprise();
-        let most = found.iter().max_by(|a, b| surprise(a).total_cmp(&surprise(b))).unwrap();
+        let equivalent_z = |i: &Influence<f64>| i.share.equivalent_z();
+        let most = found.iter().max_by(|a, b| equivalent_z(a).total_cmp(&equivalent_z(b))).unwrap();
         assert_eq!(most.subject, Subject::Hit(3));
         assert!(most.largest_shift() > 1.0);
         assert!(found.iter().all(|i| i.worth > 0.99), "nothing is gained by leaving out");

@@ -4,8 +4,8 @@ use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics};
 
-use super::observations::{Observations, SpectralLines};
-use super::{Estimate, Settings};
+use super::observations::{Observations, SpectrumBins};
+use super::{Estimate, IdentifySettings};
 
 /// What a method observes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub enum Observable {
     /// One accelerance for each response and hit DOF.
     MassLines,
     /// Frequency responses, line by line.
-    SpectralLines,
+    SpectrumBins,
 }
 
 /// What the file of a method states about it.
@@ -52,21 +52,21 @@ pub enum Progress {
 pub(super) trait Solver<R: Real>: Sized {
     /// Checks layout and data and chooses the start. `start` is the answer of another method where there
     /// is one, without what hangs on the object.
-    fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
         observed: &Observations<'_, R, S, H, L>,
-        settings: &Settings<R>,
+        settings: &IdentifySettings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics>;
 
     /// One step. What it leaves in the workspace is what the next begins with.
-    fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
         workspace: &mut [R],
     ) -> Result<Progress, Diagnostics>;
 
     /// The answer, once no step is needed any more.
-    fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
         workspace: &mut [R],
@@ -121,10 +121,10 @@ macro_rules! methods {
         }
 
         impl<R: Real> Running<R> {
-            fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
+            fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
                 method: Method,
                 observed: &Observations<'_, R, S, H, L>,
-                settings: &Settings<R>,
+                settings: &IdentifySettings<R>,
                 start: Option<&RigidBody<R>>,
             ) -> Result<Self, Diagnostics> {
                 match method {
@@ -135,7 +135,7 @@ macro_rules! methods {
                 }
             }
 
-            fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+            fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
                 &mut self,
                 observed: &Observations<'_, R, S, H, L>,
                 workspace: &mut [R],
@@ -146,7 +146,7 @@ macro_rules! methods {
                 }
             }
 
-            fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+            fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
                 &mut self,
                 observed: &Observations<'_, R, S, H, L>,
                 workspace: &mut [R],

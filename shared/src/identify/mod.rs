@@ -22,12 +22,12 @@ mod rigidity;
 mod weighting;
 
 pub use applicability::{Applicability, information_spectrum};
-pub use estimate::{CONTRADICTION, Consistency, Estimate};
+pub use estimate::{Consistency, Estimate, REJECTION_Z};
 pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
 pub use mass_lines::{DofMassLines, MassLines, ScatterAccumulator, lower_triangle, symmetric};
 pub(crate) use mass_lines::{by_reference, check_mass_lines};
 pub use method::{Entry, Observable, Progress};
-pub use observations::{FrequencyResponses, NoSpectralLines, Observations, SpectralLines};
+pub use observations::{FrequencyResponses, NoSpectrumBins, Observations, SpectrumBins};
 pub use response_inverse::ResponseInverse;
 pub use rigidity::{NOT_RIGID, rigid_residuals};
 pub use weighting::{PlacementErrors, Weighting};
@@ -47,13 +47,13 @@ method::methods! {
 
 /// Choices that a caller may make; the defaults are those of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings<R> {
+pub struct IdentifySettings<R> {
     /// How the inertia restraint method sets up its equations.
-    pub inertia_restraint: inertia_restraint::Settings<R>,
+    pub inertia_restraint: inertia_restraint::InertiaRestraintSettings<R>,
 }
 
-impl<R: Real> Default for Settings<R> {
+impl<R: Real> Default for IdentifySettings<R> {
     fn default() -> Self {
-        Self { inertia_restraint: inertia_restraint::Settings::weighted() }
+        Self { inertia_restraint: inertia_restraint::InertiaRestraintSettings::weighted() }
     }
 }

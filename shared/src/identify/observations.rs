@@ -8,13 +8,13 @@ use crate::layout::Layout;
 
 /// What a test has observed under a layout.
 #[derive(Debug)]
-pub struct Observations<'a, R, const S: usize, const H: usize, L = NoSpectralLines> {
+pub struct Observations<'a, R, const S: usize, const H: usize, L = NoSpectrumBins> {
     /// Sensors, hits, error budget.
     pub layout: &'a Layout<R, S, H>,
     /// Mass lines of the hit DOFs that were measured, with their index in the layout.
     pub mass_lines: &'a [DofMassLines<R, S>],
     /// Spectral lines, where they are kept.
-    pub spectral_lines: L,
+    pub spectrum_bins: L,
 }
 
 impl<'a, R, const S: usize, const H: usize> Observations<'a, R, S, H> {
@@ -23,22 +23,22 @@ impl<'a, R, const S: usize, const H: usize> Observations<'a, R, S, H> {
         layout: &'a Layout<R, S, H>,
         mass_lines: &'a [DofMassLines<R, S>],
     ) -> Self {
-        Self { layout, mass_lines, spectral_lines: NoSpectralLines }
+        Self { layout, mass_lines, spectrum_bins: NoSpectrumBins }
     }
 }
 
-/// Where spectral lines come from. A program that only has [`NoSpectralLines`] carries no code that fits
+/// Where spectral lines come from. A program that only has [`NoSpectrumBins`] carries no code that fits
 /// them.
-pub trait SpectralLines<R> {
+pub trait SpectrumBins<R> {
     /// The frequency responses of the test, where there are any.
     fn responses(&self) -> Option<&FrequencyResponses<'_, R>>;
 }
 
 /// No spectral lines are kept.
 #[derive(Clone, Copy, Debug)]
-pub struct NoSpectralLines;
+pub struct NoSpectrumBins;
 
-impl<R> SpectralLines<R> for NoSpectralLines {
+impl<R> SpectrumBins<R> for NoSpectrumBins {
     #[inline]
     fn responses(&self) -> Option<&FrequencyResponses<'_, R>> {
         None
@@ -61,7 +61,7 @@ pub struct FrequencyResponses<'a, R> {
     pub correlation: R,
 }
 
-impl<R> SpectralLines<R> for FrequencyResponses<'_, R> {
+impl<R> SpectrumBins<R> for FrequencyResponses<'_, R> {
     fn responses(&self) -> Option<&FrequencyResponses<'_, R>> {
         Some(self)
     }

@@ -1,5 +1,5 @@
 //! Plain mistakes that a person makes once: a reversed axis, swapped cables, a sensor glued turned, a
-//! hit at the wrong node. Each is a layout other than the one that was meant, so each can be tested
+//! hit at the wrong node. Each is a layout other than the nominal one, so each can be tested
 //! by fitting that one to the same data and comparing χ².
 //!
 //! A rigid body leaves nine readings of a hit three checks, and none of them knows the readings
@@ -8,8 +8,9 @@
 
 use nalgebra::SVector;
 
-use super::maximum_likelihood::{self, Learnt, Start};
+use super::maximum_likelihood::{self, Start};
 use super::{Consistency, DofMassLines, MassLines};
+use crate::Estimated;
 use crate::Real;
 use crate::body::RigidBody;
 use crate::layout::{Axis, Layout, Sign};
@@ -64,7 +65,7 @@ pub struct Explained<R> {
     /// χ² of the fit under the mistake.
     pub consistency: Consistency<R>,
     /// Of a common scale: the accelerances over what they should be.
-    pub scale: Option<Learnt<R>>,
+    pub scale: Option<Estimated<R>>,
 }
 
 impl AxisMap {
@@ -124,8 +125,8 @@ impl<R: Real> SingleFault<R> {
         let cables = (0..sensors)
             .flat_map(move |a| (a + 1..sensors).map(move |b| [a, b]))
             .map(|sensors| Self::CablesSwapped { sensors });
-        let hits = layout.hits.iter().enumerate().flat_map(move |(hit, meant)| {
-            let others = nodes.iter().filter(move |(node, _)| *node != meant.dof.node);
+        let hits = layout.hits.iter().enumerate().flat_map(move |(hit, nominal)| {
+            let others = nodes.iter().filter(move |(node, _)| *node != nominal.dof.node);
             others
                 .map(move |&(node, position)| Self::HitAtNode { hit, node, position })
                 .chain([Self::HitReversed { hit }])
@@ -134,7 +135,7 @@ impl<R: Real> SingleFault<R> {
         axes.chain(cables).chain(hits).chain(scale)
     }
 
-    /// The layout that the mistake has made of the one that was meant; `None` when it has no such
+    /// The layout that the mistake has made of the nominal one; `None` when it has no such
     /// sensor or hit.
     pub fn applied<const S: usize, const H: usize>(
         &self,
@@ -174,8 +175,8 @@ impl<R: Real> SingleFault<R> {
     ) -> Option<Explained<R>> {
         let layout = self.applied(layout)?;
         let solution = fit(&layout, dofs, workspace)?;
-        let gain = solution.learned.hammer_gain;
-        let scale = Learnt { value: R::one() - gain.value, sigma: gain.sigma };
+        let gain = solution.nuisances.hammer_gain;
+        let scale = Estimated { value: R::one() - gain.value, sigma: gain.sigma };
         Some(Explained {
             consistency: solution.estimate.consistency?,
             scale: (*self == Self::CommonScale).then_some(scale),
@@ -217,7 +218,7 @@ fn fit<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
     workspace: &mut [R],
-) -> Option<maximum_likelihood::Solution<R, S, H>> {
+) -> Option<maximum_likelihood::MaximumLikelihoodSolution<R, S, H>> {
     maximum_likelihood::solve(layout, dofs, Start::InertiaRestraint, workspace).ok()
 }
 

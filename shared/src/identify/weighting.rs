@@ -59,17 +59,17 @@ impl<R: Real> PlacementErrors<R> {
         let lever = skew(&(arm / length));
         let turning = lever * across;
         let averaged = R::of(f64::from(hits.max(1))).recip();
-        let lean = self.hit_direction * self.hit_direction * averaged;
-        let miss = self.hit_position / length;
-        let miss = miss * miss * averaged;
+        let direction_error = self.hit_direction * self.hit_direction * averaged;
+        let position_error = self.hit_position / length;
+        let position_error = position_error * position_error * averaged;
         let mut covariance = Matrix6::<R>::zeros();
         let mut lower = |i, j, block: Matrix3<R>| {
             covariance.fixed_view_mut::<3, 3>(i, j).copy_from(&block);
         };
         // The factor reads the lower triangle only.
-        lower(0, 0, across * lean);
-        lower(3, 0, turning * lean);
-        lower(3, 3, turning * lever.transpose() * lean + across * miss);
+        lower(0, 0, across * direction_error);
+        lower(3, 0, turning * direction_error);
+        lower(3, 3, turning * lever.transpose() * direction_error + across * position_error);
         for i in 0..6 {
             covariance[(i, i)] += self.response * self.response;
         }

@@ -87,19 +87,19 @@ impl<R: Real> LayoutReport<R> {
     fn look_at_axes<const S: usize, const H: usize>(&mut self, layout: &Layout<R, S, H>) {
         for (i, sensor) in layout.sensors.iter().enumerate() {
             let axes = sensor.axes_matrix();
-            let miss = (axes * axes.transpose() - Matrix3::identity()).amax();
-            self.axes_miss(Subject::sensor(i), miss);
+            let error = (axes * axes.transpose() - Matrix3::identity()).amax();
+            self.axes_error(Subject::sensor(i), error);
         }
         for (j, hit) in layout.hits.iter().enumerate() {
-            let miss = (Vector3::from(hit.direction).norm() - R::one()).abs();
-            self.axes_miss(Subject::hit(j), miss);
+            let error = (Vector3::from(hit.direction).norm() - R::one()).abs();
+            self.axes_error(Subject::hit(j), error);
         }
     }
 
-    fn axes_miss(&mut self, subject: Subject, miss: R) {
-        if miss > R::of(AXES_TOLERANCE) {
+    fn axes_error(&mut self, subject: Subject, error: R) {
+        if error > R::of(AXES_TOLERANCE) {
             let code = Code::AxesNotOrthonormal;
-            let found = Diagnostic::about(code, Severity::Error, subject, miss.to_f32());
+            let found = Diagnostic::about(code, Severity::Error, subject, error.to_f32());
             // Sixteen facts are enough to say; more are dropped.
             let _ = self.diagnostics.push(found);
         }
@@ -202,18 +202,18 @@ pub fn check_hits<'a, R: Real>(
     if parallel < R::of(NEARLY) {
         error(&mut found, Code::HitsAllParallel, parallel);
     }
-    let miss = |point: &Vector3<R>| {
+    let distance = |point: &Vector3<R>| {
         hits.clone().map(|hit| lever(hit, point)).fold(R::zero(), |a, b| a.max(b)) / length
     };
-    if let Some(miss) = nearest_point(hits.clone()).map(|point| miss(&point))
-        && miss < R::of(NEARLY)
+    if let Some(distance) = nearest_point(hits.clone()).map(|point| distance(&point))
+        && distance < R::of(NEARLY)
     {
-        error(&mut found, Code::HitsConcurrent, miss);
+        error(&mut found, Code::HitsConcurrent, distance);
     }
-    if let Some(miss) = body.map(|body| miss(&body.center_of_mass))
-        && miss < R::of(NEARLY)
+    if let Some(distance) = body.map(|body| distance(&body.center_of_mass))
+        && distance < R::of(NEARLY)
     {
-        error(&mut found, Code::HitsThroughCentreOfMass, miss);
+        error(&mut found, Code::HitsThroughCentreOfMass, distance);
     }
     found
 }

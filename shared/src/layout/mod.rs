@@ -91,7 +91,7 @@ pub struct TestSettings<R> {
     /// Force at which a record starts, N.
     pub trigger_n: R,
     /// A hit whose peak force is below this is too weak, N.
-    pub weakest_hit_n: R,
+    pub min_peak_force_n: R,
     /// How the averaged spectra become frequency responses.
     pub frf_estimator: FrfEstimator,
     /// Terms of the mass line.
@@ -109,7 +109,7 @@ impl<R: Real> Default for TestSettings<R> {
             exponential_decay: R::of(10.0),
             force_window_s: R::of(0.012),
             trigger_n: R::of(3.0),
-            weakest_hit_n: R::of(8.0),
+            min_peak_force_n: R::of(8.0),
             frf_estimator: FrfEstimator::default(),
             terms: Terms::default(),
             policy: HitPolicy::default(),
@@ -137,7 +137,7 @@ impl<R: Real> TestSettings<R> {
             exponential_decay: to(self.exponential_decay),
             force_window_s: to(self.force_window_s),
             trigger_n: to(self.trigger_n),
-            weakest_hit_n: to(self.weakest_hit_n),
+            min_peak_force_n: to(self.min_peak_force_n),
             frf_estimator: self.frf_estimator,
             terms: self.terms,
             policy: self.policy,

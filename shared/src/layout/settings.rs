@@ -63,7 +63,7 @@ pub fn check_settings<R: Real>(
             settings.force_window_s > zero && settings.force_window_s < duration,
         ),
         (Setting::Trigger, settings.trigger_n, settings.trigger_n > zero),
-        (Setting::WeakestHit, settings.weakest_hit_n, settings.weakest_hit_n >= zero),
+        (Setting::MinPeakForce, settings.min_peak_force_n, settings.min_peak_force_n >= zero),
     ];
     for (setting, value, good) in ranges {
         if !(good && value.finite()) {
@@ -134,7 +134,7 @@ mod tests {
             assert_eq!(wrong(&settings), [Setting::ForceWindow]);
         }
         assert_eq!(wrong(&TestSettings { trigger_n: 0.0, ..good }), [Setting::Trigger]);
-        assert_eq!(wrong(&TestSettings { weakest_hit_n: bad, ..good }), [Setting::WeakestHit]);
+        assert_eq!(wrong(&TestSettings { min_peak_force_n: bad, ..good }), [Setting::MinPeakForce]);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 
 use nalgebra::Complex;
 
-use super::{BasisRow, Line, MassLineBasis, MassLineError, Terms};
+use super::{BasisRow, Bin, MassLineBasis, MassLineError, Terms};
 use crate::Real;
 use crate::responses::Responses;
 
@@ -62,7 +62,7 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
         workspace: &mut [BasisRow<R>],
     ) -> Result<Self, MassLineError>
     where
-        I: Iterator<Item = Line<R>> + Clone,
+        I: Iterator<Item = Bin<R>> + Clone,
     {
         let count = lines.clone().count();
         let responses = responses.min(3 * S);
@@ -131,7 +131,7 @@ mod tests {
     use std::vec::Vec;
 
     const RESOLUTION: f64 = 4000.0 / 2048.0;
-    const LINES: usize = 256;
+    const BINS: usize = 256;
 
     fn random(state: &mut u64) -> f64 {
         *state =
@@ -142,7 +142,7 @@ mod tests {
     /// Three responses of a body with a suspension mode and elastic ones at 314 and 515 Hz.
     fn responses(suspension: f64, noise: f64) -> Vec<[Complex<f64>; 3]> {
         let mut state = 9;
-        (0..LINES)
+        (0..BINS)
             .map(|k| {
                 let s = Complex::new(10.0, std::f64::consts::TAU * RESOLUTION * k as f64);
                 [1.0, -0.4, 0.05].map(|size| {
@@ -161,9 +161,9 @@ mod tests {
 
     fn fits(suspension: f64, band: [f64; 2], noise: f64, terms: Terms) -> ResponseFits<f64, 3> {
         let h = responses(suspension, noise);
-        let lines = (0..LINES).map(|k| Line { frequency: RESOLUTION * k as f64, weight: 1.0 });
+        let lines = (0..BINS).map(|k| Bin { frequency: RESOLUTION * k as f64, weight: 1.0 });
         let fitting = Fitting { band, decay: 10.0, terms, correlation: 2.26 };
-        let mut workspace = [BasisRow::default(); LINES];
+        let mut workspace = [BasisRow::default(); BINS];
         let at = |response: usize, line: usize| h[line][response];
         ResponseFits::new(lines, &fitting, 3, at, &mut workspace).unwrap()
     }

@@ -7,17 +7,17 @@ use std::vec::Vec;
 /// The rig's lines: 4 kS/s over 2048 scans.
 const RESOLUTION: f64 = 4000.0 / 2048.0;
 
-fn lines<R: Real>() -> impl Iterator<Item = Line<R>> + Clone {
+fn lines<R: Real>() -> impl Iterator<Item = Bin<R>> + Clone {
     // The force spectrum of a soft tap falls towards high lines.
     (0..128).map(|k| {
         let frequency = RESOLUTION * f64::from(k);
-        Line { frequency: R::of(frequency), weight: R::of(3.0 / (1.0 + frequency / 100.0)) }
+        Bin { frequency: R::of(frequency), weight: R::of(3.0 / (1.0 + frequency / 100.0)) }
     })
 }
 
 fn model<R: Real>(abc: [f64; 3], decay: f64) -> Vec<Complex<R>> {
     let line = MassLine { coefficients: abc, sigma: [0.0; 3] };
-    let at = |l: Line<f64>| {
+    let at = |l: Bin<f64>| {
         let s = Complex::new(decay, 2.0 * core::f64::consts::PI * l.frequency);
         let h = line.at(s);
         Complex::new(R::of(h.re), R::of(h.im))
@@ -75,7 +75,7 @@ fn the_standard_deviation_is_that_of_many_fits() {
     };
     let clean = model::<f64>([1.0, 100.0, 1e-7], 10.0);
     let mut workspace = [BasisRow::default(); 64];
-    let flat = lines::<f64>().map(|l| Line { weight: 1.0, ..l });
+    let flat = lines::<f64>().map(|l| Bin { weight: 1.0, ..l });
     let basis = MassLineBasis::new(flat, [10.0, 120.0], 10.0, Terms::Abc, &mut workspace).unwrap();
     let (mut sum, mut squares, mut formal) = (0.0, 0.0, 0.0);
     let runs = 2000;
@@ -126,7 +126,7 @@ fn bad_numbers_are_refused() {
     assert_eq!(fit(&h, 10.0, Terms::Abc), Err(MassLineError::NotFinite));
     assert_eq!(fit(&h[..40], 10.0, Terms::Abc), Err(MassLineError::LinesMissing));
     let mut workspace = [BasisRow::default(); 64];
-    let mut with = |spoil: fn(&mut Line<f32>)| {
+    let mut with = |spoil: fn(&mut Bin<f32>)| {
         let lines = lines().enumerate().map(|(k, mut line)| {
             if k == 20 {
                 spoil(&mut line);
@@ -140,7 +140,7 @@ fn bad_numbers_are_refused() {
     assert_eq!(with(|l| l.weight = f32::NAN), Some(MassLineError::NotFinite));
     assert_eq!(with(|l| l.weight = -1.0), Some(MassLineError::NotFinite));
     assert_eq!(with(|l| l.frequency = 1.0), Some(MassLineError::NotAscending));
-    let nothing = lines::<f32>().map(|l| Line { weight: 0.0, ..l });
+    let nothing = lines::<f32>().map(|l| Bin { weight: 0.0, ..l });
     let band = [10.0, 120.0];
     let found = MassLineBasis::new(nothing, band, 10.0, Terms::Abc, &mut workspace).err();
     assert_eq!(found, Some(MassLineError::NotFinite));
@@ -175,7 +175,7 @@ fn corrected_for_the_window_the_deviation_is_that_of_many_records() {
         (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
     };
     let mut workspace = [BasisRow::default(); 64];
-    let flat = lines::<f64>().map(|l| Line { weight: 1.0, ..l });
+    let flat = lines::<f64>().map(|l| Bin { weight: 1.0, ..l });
     let basis = MassLineBasis::new(flat, [10.0, 120.0], 10.0, Terms::Abc, &mut workspace).unwrap();
     let (mut squares, mut formal) = (0.0, 0.0);
     let runs = 400;

@@ -9,17 +9,17 @@ use nalgebra::Complex;
 use crate::identify::ScatterAccumulator;
 use crate::layout::{RIG_SENSORS, TestSettings, Verdict};
 use crate::mass_line::{
-    BasisRow, Fitting, Line, MassLineBasis, MassLineDesign, MassLineError, ResponseFits, find_band,
+    BasisRow, Bin, Fitting, MassLineBasis, MassLineDesign, MassLineError, ResponseFits, find_band,
     window_correlation,
 };
 use crate::responses::Responses;
 use crate::signal::{
     AdcProperties, Calibration, FftError, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES,
-    Readings, RealFft, RepeatHits, SPECTRUM_LINES, Spectra, Standing,
+    RealFft, RepeatHits, SPECTRUM_BINS, Samples, Spectra, Standing,
 };
 
 /// The averaged spectra of one DOF as the rig keeps them.
-pub type DofSpectra<R> = Spectra<R, RESPONSES, SPECTRUM_LINES>;
+pub type DofSpectra<R> = Spectra<R, RESPONSES, SPECTRUM_BINS>;
 
 /// What the records of a test are processed with.
 #[derive(Clone, Copy, Debug)]
@@ -42,9 +42,9 @@ pub fn resolution<R: RealFft>(adc: &AdcProperties) -> R {
 pub struct HitMemory<'m, R> {
     /// Samples of one channel: [`RECORD_SCANS`].
     pub scratch: &'m mut [R],
-    /// Lines of the force: [`SPECTRUM_LINES`].
+    /// Lines of the force: [`SPECTRUM_BINS`].
     pub force: &'m mut [Complex<R>],
-    /// Design of the mass line fit: [`SPECTRUM_LINES`].
+    /// Design of the mass line fit: [`SPECTRUM_BINS`].
     pub basis: &'m mut [BasisRow<R>],
 }
 
@@ -63,7 +63,7 @@ impl<R: RealFft> HitInHand<R> {
     ///
     /// # Errors
     /// When the memory is not as long as [`HitMemory`] says.
-    pub fn begin<D: Readings<R> + ?Sized>(
+    pub fn begin<D: Samples<R> + ?Sized>(
         settings: ProcessingSettings<'_, R>,
         record: &D,
         memory: HitMemory<'_, R>,
@@ -87,7 +87,7 @@ impl<R: RealFft> HitInHand<R> {
     ///
     /// # Errors
     /// As [`Self::begin`].
-    pub fn add_response<D: Readings<R> + ?Sized>(
+    pub fn add_response<D: Samples<R> + ?Sized>(
         &mut self,
         response: usize,
         record: &D,
@@ -95,7 +95,7 @@ impl<R: RealFft> HitInHand<R> {
         spectra: &mut DofSpectra<R>,
     ) -> Result<(), FftError> {
         let HitMemory { scratch, force, basis } = memory;
-        let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_LINES];
+        let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_BINS];
         self.analysis.response(record, response, scratch, &mut lines)?;
         spectra.add_response(response, force, &lines);
         HitAnalysis::divide(&mut lines, force);
@@ -122,44 +122,44 @@ impl<R: RealFft> HitInHand<R> {
     ///
     /// # Errors
     /// As [`Self::begin`].
-    pub fn remove_response<D: Readings<R> + ?Sized>(
+    pub fn remove_response<D: Samples<R> + ?Sized>(
         &self,
         response: usize,
         record: &D,
         memory: HitMemory<'_, R>,
         spectra: &mut DofSpectra<R>,
     ) -> Result<(), FftError> {
-        let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_LINES];
+        let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_BINS];
         self.analysis.response(record, response, memory.scratch, &mut lines)?;
         spectra.remove_response(response, memory.force, &lines);
         Ok(())
     }
 }
 
-/// Compares a hit with its siblings by their own mass lines, and adds it to them, unless it does not
-/// agree and `verdict` on that is to reject it. Then [`Standing::Astray`] is to be taken out of the
-/// spectra, and with [`Standing::Contradicts`] the DOF begins anew.
+/// Compares a hit with its repeat hits by their own mass lines, and adds it to them, unless it does not
+/// agree and `verdict` on that is to reject it. Then [`Standing::Outlier`] is to be taken out of the
+/// spectra, and with [`Standing::Inconsistent`] the DOF begins anew.
 pub fn join<R: RealFft>(
-    siblings: &mut ScatterAccumulator<R, RIG_SENSORS>,
+    repeats: &mut ScatterAccumulator<R, RIG_SENSORS>,
     single: &Responses<R, RIG_SENSORS>,
     verdict: Verdict,
 ) -> Standing<R> {
-    let mean = siblings.mean();
+    let mean = repeats.mean();
     let hit = RepeatHits {
-        others: u32::from(siblings.hits()),
+        others: u32::from(repeats.hits()),
         mean_squared: mean.norm_squared(),
-        scatter_squared: siblings.scatter_squared(),
+        scatter_squared: repeats.scatter_squared(),
         distance_squared: (single - mean).norm_squared(),
     };
     let standing = hit.standing();
     if standing == Standing::Agrees || verdict != Verdict::Reject {
-        siblings.add(single);
+        repeats.add(single);
     }
     standing
 }
 
 /// The band of a DOF, Hz: as set, else as its averaged spectra show it; `None` when they show none.
-/// `squares` are [`SPECTRUM_LINES`] numbers of scratch.
+/// `squares` are [`SPECTRUM_BINS`] numbers of scratch.
 pub fn band_of<R: RealFft>(
     settings: ProcessingSettings<'_, R>,
     spectra: &DofSpectra<R>,
@@ -200,7 +200,7 @@ pub fn fit_responses<R: RealFft>(
 fn lines<R: RealFft>(
     resolution: R,
     weight: impl Fn(usize) -> R + Clone,
-) -> impl Iterator<Item = Line<R>> + Clone {
-    (0..SPECTRUM_LINES)
-        .map(move |i| Line { frequency: R::of(i as f64) * resolution, weight: weight(i) })
+) -> impl Iterator<Item = Bin<R>> + Clone {
+    (0..SPECTRUM_BINS)
+        .map(move |i| Bin { frequency: R::of(i as f64) * resolution, weight: weight(i) })
 }

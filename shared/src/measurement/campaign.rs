@@ -13,7 +13,7 @@
 //!                      └──────────────────────────────────────────────────────── CloseDof
 //!                                                                last DOF ──▶ Identify ──▶ Done
 //! ```
-//! A record that was analysed and does not agree with its siblings is withdrawn where the policy wants
+//! A record that was analysed and does not agree with its repeat hits is withdrawn where the policy wants
 //! it: the rig waits for another one.
 //! With *confirmation* a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
 
@@ -315,7 +315,7 @@ impl Campaign {
     }
 
     /// The record in hand and the only one before it contradict each other: the DOF begins anew.
-    pub fn contradicted(&mut self) {
+    pub fn drop_inconsistent_pair(&mut self) {
         if self.state == State::Analysing {
             self.rejected = self.rejected.saturating_add(self.accepted().into());
             self.set_current(0, Outcome::Open);

@@ -7,12 +7,12 @@ use super::{BlockResult, MeasuredDof, Measurement};
 use crate::calibration::block::{BlockError, BlockMass, ForceRatio, force_ratio};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::{
-    MassLines, Method, NOT_RIGID, Observations, Progress, Settings, rigid_residuals,
+    IdentifySettings, MassLines, Method, NOT_RIGID, Observations, Progress, rigid_residuals,
 };
 use crate::layout::{RIG_SENSORS, TestSettings};
 use crate::mass_line::MassLineError;
 use crate::responses::{ResponseSquare, Responses};
-use crate::signal::{RESPONSES, RealFft, SPECTRUM_LINES, lines_of_band};
+use crate::signal::{RESPONSES, RealFft, SPECTRUM_BINS, bins_of_band};
 
 /// How well a mass that is typed in is taken to be known, relative: a kitchen scale.
 const MASS_SIGMA: f64 = 1e-3;
@@ -29,12 +29,12 @@ impl<R: RealFft> Measurement<'_, R> {
         let (test, adc) = (self.test(), self.adc_in_use());
         let settings =
             ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
-        let squares = &mut self.memory.scratch[..SPECTRUM_LINES];
+        let squares = &mut self.memory.scratch[..SPECTRUM_BINS];
         let found = band_of(settings, &self.memory.spectra, squares);
         let band = found.unwrap_or_else(TestSettings::usual_band);
         let fits = fit_responses(settings, &self.memory.spectra, band, &mut self.memory.basis);
         if found.is_none() {
-            self.say(Diagnostic::about(
+            self.push_diagnostic(Diagnostic::about(
                 Code::BandNotFound,
                 Severity::Warning,
                 Subject::hit(dof),
@@ -46,7 +46,7 @@ impl<R: RealFft> Measurement<'_, R> {
             // A response without a mass line has no number; neither has its DOF then.
             Err(error) => {
                 self.memory.forget_dof(dof);
-                return self.say(Diagnostic::about(
+                return self.push_diagnostic(Diagnostic::about(
                     code_of(error),
                     Severity::Error,
                     Subject::hit(dof),
@@ -57,7 +57,12 @@ impl<R: RealFft> Measurement<'_, R> {
         for (response, part) in fits.unsteady() {
             let subject = Subject::response(dof, response);
             let part = part.to_f32();
-            self.say(Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, part));
+            self.push_diagnostic(Diagnostic::about(
+                Code::NoPlateau,
+                Severity::Warning,
+                subject,
+                part,
+            ));
         }
         let mut accelerance = fits.accelerance;
         // The noise of a channel is changed by the square of its cross-axis sensitivities only.
@@ -70,7 +75,7 @@ impl<R: RealFft> Measurement<'_, R> {
         let single = single.filter(|single| single.hits() == hits && hits > 1);
         let scatter = single.map_or_else(ResponseSquare::zeros, |single| single.covariance());
         let lines = MassLines { accelerance, noise: fits.noise, scatter, hits };
-        let inside = lines_of_band(band, resolution(&adc));
+        let inside = bins_of_band(band, resolution(&adc));
         let coherence = |response| spectra.mean_coherence(response, inside.clone());
         let coherence = (hits > 1).then(|| {
             core::array::from_fn::<_, RESPONSES, _>(|response| {
@@ -91,7 +96,7 @@ impl<R: RealFft> Measurement<'_, R> {
             // About the sensor, not about a hit: hitting again would not help, so it warns at most.
             let verdict = test.policy.verdict(Code::MotionNotRigid);
             let severity = verdict.severity().min(Severity::Warning);
-            self.say(Diagnostic::about(
+            self.push_diagnostic(Diagnostic::about(
                 Code::MotionNotRigid,
                 severity,
                 Subject::sensor(sensor),
@@ -119,7 +124,11 @@ impl<R: RealFft> Measurement<'_, R> {
         let Some(layout) = &self.layout else { return Task::Identified };
         let memory = &mut *self.memory;
         let observed = Observations::of_mass_lines(layout, &memory.mass_lines);
-        let step = memory.identification.step(&observed, &Settings::default(), &mut memory.scratch);
+        let step = memory.identification.step(
+            &observed,
+            &IdentifySettings::default(),
+            &mut memory.scratch,
+        );
         if step == Progress::Going {
             return Task::Identify;
         }
@@ -148,7 +157,12 @@ impl<R: RealFft> Measurement<'_, R> {
                 Outcome::Early => Code::DofFinishedEarly,
                 Outcome::Open | Outcome::Complete => continue,
             };
-            self.say(Diagnostic::about(code, Severity::Warning, Subject::hit(dof), accepted));
+            self.push_diagnostic(Diagnostic::about(
+                code,
+                Severity::Warning,
+                Subject::hit(dof),
+                accepted,
+            ));
         }
     }
 

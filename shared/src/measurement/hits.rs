@@ -158,7 +158,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 campaign.interrupted();
             }
         }
-        self.say(Diagnostic::whole(Code::SamplerStopped, Severity::Error, 0.0));
+        self.push_diagnostic(Diagnostic::whole(Code::SamplerStopped, Severity::Error, 0.0));
     }
 
     /// Grades the record.
@@ -260,21 +260,26 @@ impl<R: RealFft> Measurement<'_, R> {
         };
         match standing {
             Standing::Agrees => campaign.analysed(),
-            Standing::Astray(distance) | Standing::Contradicts(distance)
+            Standing::Outlier(distance) | Standing::Inconsistent(distance)
                 if verdict != Verdict::Reject =>
             {
                 let code = Code::HitInconsistent;
                 let severity = verdict.severity();
-                self.say(Diagnostic::about(code, severity, Subject::hit(dof), distance.to_f32()));
+                self.push_diagnostic(Diagnostic::about(
+                    code,
+                    severity,
+                    Subject::hit(dof),
+                    distance.to_f32(),
+                ));
                 campaign.analysed();
             }
-            Standing::Astray(distance) => {
+            Standing::Outlier(distance) => {
                 self.memory.spectra.remove_force(&self.memory.force);
                 return Task::Withdraw { hit, next: 0, distance };
             }
             // The DOF begins anew, and the next hit opens it.
-            Standing::Contradicts(distance) => {
-                campaign.contradicted();
+            Standing::Inconsistent(distance) => {
+                campaign.drop_inconsistent_pair();
                 self.averaged = None;
                 self.withdraw(Code::HitsDisagree, dof, distance);
             }

@@ -10,7 +10,7 @@ use crate::identify::{
 };
 use crate::layout::{RIG_HITS, RIG_SENSORS};
 use crate::mass_line::BasisRow;
-use crate::signal::{RECORD_SCANS, Record, SPECTRUM_LINES};
+use crate::signal::{RECORD_SCANS, Record, SPECTRUM_BINS};
 
 // The scratch is the workspace of the methods.
 const _: () = assert!(maximum_likelihood::workspace(RIG_SENSORS) <= RECORD_SCANS);
@@ -23,8 +23,8 @@ pub struct Memory<R> {
     pub(super) spectra: DofSpectra<R>,
     /// Samples and transform of one channel; after the last hit the workspace of the identification.
     pub(super) scratch: [R; RECORD_SCANS],
-    pub(super) force: [Complex<R>; SPECTRUM_LINES],
-    pub(super) basis: [BasisRow<R>; SPECTRUM_LINES],
+    pub(super) force: [Complex<R>; SPECTRUM_BINS],
+    pub(super) basis: [BasisRow<R>; SPECTRUM_BINS],
     /// Mass lines of the single hits of the DOF in hand.
     pub(super) single_hits: Option<ScatterAccumulator<R, RIG_SENSORS>>,
     /// What has been measured in this campaign, DOF by DOF.
@@ -43,8 +43,8 @@ macro_rules! memory {
                     record: Record::new(),
                     spectra: DofSpectra::<$real>::new(),
                     scratch: [0.0; RECORD_SCANS],
-                    force: [Complex { re: 0.0, im: 0.0 }; SPECTRUM_LINES],
-                    basis: [BasisRow::<$real>::EMPTY; SPECTRUM_LINES],
+                    force: [Complex { re: 0.0, im: 0.0 }; SPECTRUM_BINS],
+                    basis: [BasisRow::<$real>::EMPTY; SPECTRUM_BINS],
                     single_hits: None,
                     dofs: Vec::new(),
                     mass_lines: Vec::new(),

@@ -176,7 +176,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
         core::mem::replace(&mut self.activity, Activity::Idle)
     }
 
-    fn say(&mut self, diagnostic: Diagnostic) {
+    fn push_diagnostic(&mut self, diagnostic: Diagnostic) {
         note(&mut self.diagnostics, diagnostic);
     }
 }

@@ -4,7 +4,7 @@ use super::{Activity, Measurement, StartError, TestLayout, note};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::{Applicability, Method, Methods};
 use crate::layout::{TestSettings, assumed_body, check_settings};
-use crate::signal::{AdcProperties, Calibration, RECORD_SCANS, RealFft, SPECTRUM_LINES};
+use crate::signal::{AdcProperties, Calibration, RECORD_SCANS, RealFft, SPECTRUM_BINS};
 
 impl<R: RealFft> Measurement<'_, R> {
     /// Reserves layout and calibration for a change that takes time: until [`Self::end_change`] nothing is
@@ -81,7 +81,7 @@ impl<R: RealFft> Measurement<'_, R> {
         let body = assumed_body(None, places);
         let mut diagnostics = Applicability::new(layout, &body, &methods).diagnostics;
         let rate = R::of(f64::from(self.adc.rate.0));
-        for found in check_settings(&layout.test, rate, RECORD_SCANS, SPECTRUM_LINES) {
+        for found in check_settings(&layout.test, rate, RECORD_SCANS, SPECTRUM_BINS) {
             note(&mut diagnostics, found);
         }
         if layout.sensors.len() * 3 > self.adc.responses() {

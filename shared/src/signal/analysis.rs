@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use super::chain::HAMMER;
 use super::grade::rest_scans;
 use super::spectra::ratio;
-use super::{AdcProperties, CHANNELS, Calibration, FftError, Readings, RealFft, window};
+use super::{AdcProperties, CHANNELS, Calibration, FftError, RealFft, Samples, window};
 use crate::Real;
 use crate::layout::TestSettings;
 
@@ -26,10 +26,10 @@ use crate::layout::TestSettings;
 /// # let adc = AdcProperties { rate: Hertz(4000.0), channels: 10, bits: 12,
 /// #     reference: Volts(3.0), channel_delay: Seconds(1e-5) };
 /// # let (record, calibration, test) = (Record::new(), Calibration::default(), TestSettings::default());
-/// # let mut spectra = Spectra::<f32, RESPONSES, SPECTRUM_LINES>::new();
+/// # let mut spectra = Spectra::<f32, RESPONSES, SPECTRUM_BINS>::new();
 /// let analysis = HitAnalysis::<f32>::new(&adc, &calibration, &test, PRE_TRIGGER_SCANS);
 /// let mut scratch = [0.0; RECORD_SCANS];
-/// let mut force = [Complex::new(0.0, 0.0); SPECTRUM_LINES];
+/// let mut force = [Complex::new(0.0, 0.0); SPECTRUM_BINS];
 /// let mut lines = force;
 /// analysis.force(&record, &mut scratch, &mut force)?;
 /// spectra.add_force(&force);
@@ -68,9 +68,9 @@ impl<R: RealFft> HitAnalysis<R> {
     ) -> Self {
         let of = |value: f32| R::of(f64::from(value));
         let scale = core::array::from_fn(|channel| of(calibration.per_code(adc, channel)));
-        let corners = calibration.channels.map(|channel| of(channel.corner.0));
+        let cutoffs = calibration.channels.map(|channel| of(channel.cutoff.0));
         Self::of_signals(of(adc.rate.0), of(adc.channel_delay.0), scale, test, pre_trigger)
-            .with_corners(corners)
+            .with_cutoffs(cutoffs)
     }
 
     /// For any signals, without low-passes: `rate` readings per second, channel `k` taken `k · channel_delay` seconds
@@ -89,11 +89,11 @@ impl<R: RealFft> HitAnalysis<R> {
         Self { rate, channel_delay, scale, lag, decay: test.exponential_decay, half_width, rest }
     }
 
-    /// The same for channels behind first order low-passes of these corner frequencies, Hz; zero
+    /// The same for channels behind first order low-passes of these cutoff frequencies, Hz; zero
     /// where there is none.
-    pub fn with_corners(self, corners: [R; CHANNELS]) -> Self {
-        let lag = corners.map(|corner| {
-            let lag = R::one() / (R::two_pi() * corner);
+    pub fn with_cutoffs(self, cutoffs: [R; CHANNELS]) -> Self {
+        let lag = cutoffs.map(|cutoff| {
+            let lag = R::one() / (R::two_pi() * cutoff);
             if lag.finite() { lag } else { R::zero() }
         });
         Self { lag, ..self }
@@ -108,7 +108,7 @@ impl<R: RealFft> HitAnalysis<R> {
     ///
     /// # Errors
     /// When `scratch` is no power of two, shorter than the record or than twice the lines.
-    pub fn force<D: Readings<R> + ?Sized>(
+    pub fn force<D: Samples<R> + ?Sized>(
         &self,
         record: &D,
         scratch: &mut [R],
@@ -136,7 +136,7 @@ impl<R: RealFft> HitAnalysis<R> {
     ///
     /// # Errors
     /// As [`Self::force`].
-    pub fn response<D: Readings<R> + ?Sized>(
+    pub fn response<D: Samples<R> + ?Sized>(
         &self,
         record: &D,
         response: usize,
@@ -166,7 +166,7 @@ impl<R: RealFft> HitAnalysis<R> {
         window::exponential(samples, rest, scale / self.rate, self.decay / self.rate);
     }
 
-    /// A first order low-pass of the corner `f` reads `X(s)/(1 + s/2πf)`: amplitude and phase are
+    /// A first order low-pass of the cutoff `f` reads `X(s)/(1 + s/2πf)`: amplitude and phase are
     /// undone together, at `s = σ + iω` because that is where the windowed lines are.
     fn undo_low_pass(&self, channel: usize, points: usize, lines: &mut [Complex<R>]) {
         let lag = self.lag.get(channel).copied().unwrap_or_else(R::zero);
@@ -207,7 +207,7 @@ impl<R: RealFft> HitAnalysis<R> {
 
 /// Copies a channel's readings to the front of `scratch` and sets the rest to zero; gives the
 /// readings.
-fn copy<'s, R: Real, D: Readings<R> + ?Sized>(
+fn copy<'s, R: Real, D: Samples<R> + ?Sized>(
     record: &D,
     channel: usize,
     scratch: &'s mut [R],
@@ -241,10 +241,10 @@ mod tests {
     use std::vec;
     use std::vec::Vec;
 
-    const LINES: usize = 128;
+    const BINS: usize = 128;
 
-    fn zeros<R: Real>() -> [Complex<R>; LINES] {
-        [Complex::new(R::zero(), R::zero()); LINES]
+    fn zeros<R: Real>() -> [Complex<R>; BINS] {
+        [Complex::new(R::zero(), R::zero()); BINS]
     }
 
     /// A tap of 5 ms and 1 N that begins at 0.02 s: cos⁴ about its middle, smooth enough that
@@ -309,12 +309,12 @@ mod tests {
         assert!((other_sign / uncorrected - 2.0).abs() < 0.02, "{other_sign}");
     }
 
-    /// What a first order low-pass of the corner `f` makes of a signal that is sampled 64 times as
+    /// What a first order low-pass of the cutoff `f` makes of a signal that is sampled 64 times as
     /// fast as it is read: the exact step for an input that is linear between two samples.
-    fn low_passed(corner: f64, signal: impl Fn(f64) -> f64) -> Vec<f64> {
+    fn low_passed(cutoff: f64, signal: impl Fn(f64) -> f64) -> Vec<f64> {
         const FINER: usize = 64;
         let step = 1.0 / (4000.0 * FINER as f64);
-        let tau = 1.0 / (2.0 * PI * corner);
+        let tau = 1.0 / (2.0 * PI * cutoff);
         let keep = (-step / tau).exp();
         let slope = (step - tau * (1.0 - keep)) / step;
         let (mut out, mut read) = (0.0, Vec::new());
@@ -329,16 +329,16 @@ mod tests {
     }
 
     /// Largest relative error of H up to 120 Hz of a response equal to the force, both low-passed.
-    fn low_pass_error<R: RealFft>(corners: [f64; 2], corrected: [f64; 2]) -> f64 {
-        let signals = corners
-            .map(|corner| low_passed(corner, tap).into_iter().map(R::of).collect::<Vec<R>>());
+    fn low_pass_error<R: RealFft>(cutoffs: [f64; 2], corrected: [f64; 2]) -> f64 {
+        let signals = cutoffs
+            .map(|cutoff| low_passed(cutoff, tap).into_iter().map(R::of).collect::<Vec<R>>());
         let record = [&signals[0][..], &signals[1][..]];
         let test = TestSettings { force_window_s: R::of(0.4), ..TestSettings::default() };
         let mut of_channels = [R::zero(); CHANNELS];
         of_channels[..2].copy_from_slice(&corrected.map(R::of));
         let analysis =
             HitAnalysis::of_signals(R::of(4000.0), R::zero(), [R::one(); CHANNELS], &test, 40)
-                .with_corners(of_channels);
+                .with_cutoffs(of_channels);
         let mut scratch = vec![R::zero(); RECORD_SCANS];
         let (mut force, mut lines) = (zeros(), zeros());
         analysis.force(&record, &mut scratch, &mut force).unwrap();
@@ -350,17 +350,17 @@ mod tests {
 
     #[test]
     fn low_passes_of_different_corners_are_taken_out_in_amplitude_and_phase() {
-        let corners = [497.4, 340.0];
-        // s/ω of both corners at line 61, 119 Hz, with σ = 10 1/s.
+        let cutoffs = [497.4, 340.0];
+        // s/ω of both cutoffs at line 61, 119 Hz, with σ = 10 1/s.
         let s = Complex::new(10.0, 2.0 * PI * 61.0 * 4000.0 / 2048.0);
-        let [hammer, sensor] = corners.map(|corner| s / (2.0 * PI * corner) + 1.0);
-        let uncorrected = low_pass_error::<f64>(corners, [0.0, 0.0]);
+        let [hammer, sensor] = cutoffs.map(|cutoff| s / (2.0 * PI * cutoff) + 1.0);
+        let uncorrected = low_pass_error::<f64>(cutoffs, [0.0, 0.0]);
         assert!((uncorrected / (hammer / sensor - 1.0).norm() - 1.0).abs() < 1e-3, "{uncorrected}");
         // What is left in f64 is the tap between the fine samples, (π/5 ms · 4 µs)²/12 = 5e-7.
-        assert!(low_pass_error::<f64>(corners, corners) < 1e-6);
-        assert!(low_pass_error::<f32>(corners, corners) < 1e-5);
+        assert!(low_pass_error::<f64>(cutoffs, cutoffs) < 1e-6);
+        assert!(low_pass_error::<f32>(cutoffs, cutoffs) < 1e-5);
         // Corners that differ by the sign of their lag double the error, as a wrong phase would.
-        let wrong = low_pass_error::<f64>(corners, [corners[1], corners[0]]);
+        let wrong = low_pass_error::<f64>(cutoffs, [cutoffs[1], cutoffs[0]]);
         assert!((wrong / uncorrected - 2.0).abs() < 0.2, "{wrong}");
         // The same on both cancels.
         assert!(low_pass_error::<f64>([497.4; 2], [0.0; 2]) < 1e-12);
@@ -441,7 +441,7 @@ mod tests {
     fn all_finite(record: &[Scan]) -> bool {
         let test = TestSettings::default();
         let analysis = HitAnalysis::<f32>::new(&ADC, &Calibration::default(), &test, 80);
-        let mut spectra = super::super::Spectra::<f32, 9, LINES>::new();
+        let mut spectra = super::super::Spectra::<f32, 9, BINS>::new();
         let mut scratch = vec![0.0; 2048];
         let (mut force, mut lines) = (zeros(), zeros());
         analysis.force(record, &mut scratch, &mut force).unwrap();
@@ -453,7 +453,7 @@ mod tests {
             spectra.add_response(response, &force, &lines);
             HitAnalysis::divide(&mut lines, &force);
             finite &= lines.iter().all(|&h| is_finite(h));
-            finite &= (0..LINES).all(|line| {
+            finite &= (0..BINS).all(|line| {
                 is_finite(spectra.h1(response, line))
                     && (0.0..=1.0).contains(&spectra.coherence(response, line))
             });

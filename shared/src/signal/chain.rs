@@ -50,9 +50,9 @@ pub struct ChannelCalibration {
     pub zero: Volts,
     /// V/N for the hammer, V/(m/s²) for an accelerometer.
     pub sensitivity: f32,
-    /// Corner frequency of its first order low-pass, which is taken out; zero where it is not known, as
+    /// Cutoff frequency of its first order low-pass, which is taken out; zero where it is not known, as
     /// with all channels alike, or where there is none.
-    pub corner: Hertz,
+    pub cutoff: Hertz,
 }
 
 /// What one channel of a triaxial sensor reads of the two axes that are not its own, over what it
@@ -121,9 +121,9 @@ impl Calibration {
     pub const HAMMER_VOLT_PER_NEWTON: f64 = 0.0225;
     /// Output of the hammer's conditioner at rest.
     pub const HAMMER_ZERO: Volts<f64> = Volts(0.1);
-    /// Corner of the low-pass that 10 nF make with the 32 kΩ of an ADXL326's output; the hammer has
+    /// Cutoff of the low-pass that 10 nF make with the 32 kΩ of an ADXL326's output; the hammer has
     /// the same.
-    pub const RC_CORNER: Hertz<f64> = Hertz(1.0 / (core::f64::consts::TAU * 32e3 * 10e-9));
+    pub const RC_CUTOFF: Hertz<f64> = Hertz(1.0 / (core::f64::consts::TAU * 32e3 * 10e-9));
     /// Least [`Calibration::sensor_range`], m/s²: gravity takes one g of the range, and a hit needs
     /// room beside it.
     pub const SMALLEST_RANGE: f32 = (2.0 * crate::STANDARD_GRAVITY) as f32;
@@ -178,12 +178,12 @@ impl Calibration {
         };
     }
 
-    /// True when every number is finite, no sensitivity is zero, no corner is negative, no cross-axis
+    /// True when every number is finite, no sensitivity is zero, no cutoff is negative, no cross-axis
     /// sensitivity reaches [`CrossAxis::LARGEST`] and the range of the sensors is more than
     /// [`Self::SMALLEST_RANGE`].
     pub fn is_usable(&self) -> bool {
         let usable = |c: &ChannelCalibration| {
-            let low_pass = c.corner.0 == 0.0 || c.corner.0.is_normal() && c.corner.0 > 0.0;
+            let low_pass = c.cutoff.0 == 0.0 || c.cutoff.0.is_normal() && c.cutoff.0 > 0.0;
             c.zero.0.is_finite() && c.sensitivity.is_normal() && low_pass
         };
         self.channels.iter().all(usable)
@@ -200,7 +200,7 @@ impl Default for Calibration {
         let mut channels = [ChannelCalibration {
             zero: Volts(Self::ADXL326_ZERO.0 as f32),
             sensitivity: Self::ADXL326_VOLT_PER_G as f32 / g,
-            corner: Hertz(Self::RC_CORNER.0 as f32),
+            cutoff: Hertz(Self::RC_CUTOFF.0 as f32),
         }; CHANNELS];
         channels[0] = ChannelCalibration {
             zero: Volts(Self::HAMMER_ZERO.0 as f32),
@@ -275,10 +275,10 @@ mod tests {
         let mut calibration = Calibration::default();
         calibration.channels[4].zero = Volts(f32::NAN);
         assert!(!calibration.is_usable());
-        for (corner, usable) in [(0.0, true), (497.4, true), (-1.0, false), (f32::NAN, false)] {
+        for (cutoff, usable) in [(0.0, true), (497.4, true), (-1.0, false), (f32::NAN, false)] {
             let mut calibration = Calibration::default();
-            calibration.channels[4].corner = Hertz(corner);
-            assert_eq!(calibration.is_usable(), usable, "{corner} Hz");
+            calibration.channels[4].cutoff = Hertz(cutoff);
+            assert_eq!(calibration.is_usable(), usable, "{cutoff} Hz");
         }
     }
 }

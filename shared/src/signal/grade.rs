@@ -15,7 +15,7 @@ pub use channel::ChannelRange;
 use channel::{Extreme, Survey, flat_top};
 
 use super::chain::HAMMER;
-use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Readings, Record};
+use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Record, Samples};
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Subject};
 use crate::layout::{HitPolicy, TestSettings};
@@ -99,7 +99,7 @@ pub struct HitGrader<'a, R> {
     pub rate: R,
     /// Scans of a record before the hit.
     pub pre_trigger: usize,
-    /// Band, windows, weakest hit and policy of the test.
+    /// Band, windows, least peak force and policy of the test.
     pub test: &'a TestSettings<R>,
     /// Fingerprint of the hit before.
     pub last: Option<u32>,
@@ -120,7 +120,7 @@ const FEWEST_PRE_TRIGGER: usize = 16;
 
 impl<R: Real> HitGrader<'_, R> {
     /// Grades a complete record.
-    pub fn grade<D: Readings<R> + ?Sized>(&self, record: &D) -> HitReport {
+    pub fn grade<D: Samples<R> + ?Sized>(&self, record: &D) -> HitReport {
         let mut found = Findings { policy: self.test.policy, list: Diagnostics::new() };
         let mut force = None;
         let mut whole = true;
@@ -165,7 +165,7 @@ impl<R: Real> HitGrader<'_, R> {
 
     /// Too weak, without the top of the band, or double; what is not `whole` because it was clipped
     /// has no peaks to compare.
-    fn force<D: Readings<R> + ?Sized>(
+    fn force<D: Samples<R> + ?Sized>(
         &self,
         found: &mut Findings,
         record: &D,
@@ -173,7 +173,7 @@ impl<R: Real> HitGrader<'_, R> {
         whole: bool,
     ) {
         let peak = force.highest.value;
-        if peak < self.test.weakest_hit_n {
+        if peak < self.test.min_peak_force_n {
             found.add(Code::TooWeak, Subject::Whole, peak.to_f32());
         }
         let scale = self.ranges.first().map_or_else(R::one, |range| range.scale);
@@ -267,7 +267,7 @@ impl<R: Real> Default for Largest<R> {
 /// A sensor that clips does not pass its range. Where that shows from rest depends on the gravity
 /// that it feels at rest, and on its true gain: so as far from rest as gravity leaves it for certain,
 /// or less with a flat top there.
-fn overload<R: Real, D: Readings<R> + ?Sized>(
+fn overload<R: Real, D: Samples<R> + ?Sized>(
     found: &mut Findings,
     record: &D,
     channel: usize,
@@ -326,7 +326,7 @@ fn not_quiet<R: Real>(found: &mut Findings, force: &Survey<R>, largest: &Largest
 
 /// FNV-1a (Fowler, Noll, Vo) over the readings of the hammer and the first response in single
 /// precision: noise makes two hits differ.
-fn fingerprint<R: Real, D: Readings<R> + ?Sized>(record: &D) -> u32 {
+fn fingerprint<R: Real, D: Samples<R> + ?Sized>(record: &D) -> u32 {
     const OFFSET: u32 = 0x811c_9dc5;
     const PRIME: u32 = 0x0100_0193;
     let bits = record.readings(HAMMER, 0).chain(record.readings(HAMMER + 1, 0));

@@ -11,11 +11,11 @@ mod analysis;
 mod chain;
 mod fft;
 mod grade;
-mod readings;
 mod record;
 mod repeat_hits;
+mod rest_statistics;
+mod samples;
 mod spectra;
-mod static_reading;
 mod trigger;
 pub mod window;
 
@@ -23,11 +23,11 @@ pub use analysis::HitAnalysis;
 pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMMER};
 pub use fft::{FftError, RealFft};
 pub use grade::{ChannelRange, HitGrader, HitReport, grade};
-pub use readings::Readings;
 pub use record::Record;
 pub use repeat_hits::{RepeatHits, Standing};
-pub use spectra::{Spectra, lines_of_band};
-pub use static_reading::StaticReading;
+pub use rest_statistics::RestStatistics;
+pub use samples::Samples;
+pub use spectra::{Spectra, bins_of_band};
 pub use trigger::{Capture, CaptureState, EdgeTrigger, Trigger};
 
 /// Channels of the rig: the hammer and three triaxial sensors.
@@ -43,7 +43,7 @@ pub const RECORD_SCANS: usize = 2048;
 /// Scans of a record before the trigger.
 pub const PRE_TRIGGER_SCANS: usize = 80;
 /// Lines of the averaged spectra that the rig keeps, the first at 0 Hz.
-pub const SPECTRUM_LINES: usize = 128;
+pub const SPECTRUM_BINS: usize = 128;
 
 #[cfg(test)]
 pub(crate) mod tests {

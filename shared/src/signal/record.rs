@@ -1,7 +1,7 @@
 //! The record of one hit.
 
-use super::readings::{extremes, reading_of};
-use super::{CHANNELS, RECORD_SCANS, Readings, Scan};
+use super::samples::{extremes, reading_of};
+use super::{CHANNELS, RECORD_SCANS, Samples, Scan};
 use crate::Real;
 
 /// The latest [`RECORD_SCANS`] scans.
@@ -111,7 +111,7 @@ impl Default for Record {
     }
 }
 
-impl<R: Real> Readings<R> for Record {
+impl<R: Real> Samples<R> for Record {
     fn scans(&self) -> usize {
         self.filled
     }
@@ -177,12 +177,12 @@ mod tests {
             assert_eq!(record.copy_channel(k, &mut readings), record.len());
             assert!(readings.iter().zip(&column).all(|(&x, &code)| x == f64::from(code)));
             for from in [0, 1, 899, 900, RECORD_SCANS - 900, RECORD_SCANS - 1, RECORD_SCANS] {
-                let rest: Vec<f64> = Readings::readings(&*record, k, from).collect();
+                let rest: Vec<f64> = Samples::readings(&*record, k, from).collect();
                 assert_eq!(rest, readings[from..], "channel {k} from scan {from}");
-                assert_eq!(Readings::reading(&*record, k, from), readings.get(from).copied());
+                assert_eq!(Samples::reading(&*record, k, from), readings.get(from).copied());
             }
         }
-        assert_eq!(Readings::<f32>::readings(&*record, CHANNELS, 0).count(), 0);
+        assert_eq!(Samples::<f32>::readings(&*record, CHANNELS, 0).count(), 0);
         assert_eq!(record.channel(CHANNELS).count(), 0);
     }
 

@@ -43,9 +43,9 @@ pub enum Standing<R> {
     /// It agrees with them, or there are none.
     Agrees,
     /// It is this far from several that agree: it is the one that does not belong.
-    Astray(R),
+    Outlier(R),
     /// It is this far from the only other one: nothing tells which of the two is wrong.
-    Contradicts(R),
+    Inconsistent(R),
 }
 
 impl<R: Real> RepeatHits<R> {
@@ -74,8 +74,8 @@ impl<R: Real> RepeatHits<R> {
     pub fn standing(&self) -> Standing<R> {
         match self.distance().filter(|&distance| distance > self.limit()) {
             None => Standing::Agrees,
-            Some(distance) if self.others > 1 => Standing::Astray(distance),
-            Some(distance) => Standing::Contradicts(distance),
+            Some(distance) if self.others > 1 => Standing::Outlier(distance),
+            Some(distance) => Standing::Inconsistent(distance),
         }
     }
 }
@@ -114,9 +114,9 @@ mod tests {
     fn one_against_one_tells_less_than_one_against_several() {
         assert_eq!(hit(0, 0.0, 0.9).standing(), Standing::Agrees);
         assert_eq!(hit(1, 0.0, 0.5).standing(), Standing::Agrees);
-        assert!(matches!(hit(1, 0.0, 0.7).standing(), Standing::Contradicts(_)));
-        assert!(matches!(hit(2, 0.01, 0.7).standing(), Standing::Astray(_)));
-        assert!(matches!(hit(4, 0.01, 0.2).standing(), Standing::Astray(_)));
+        assert!(matches!(hit(1, 0.0, 0.7).standing(), Standing::Inconsistent(_)));
+        assert!(matches!(hit(2, 0.01, 0.7).standing(), Standing::Outlier(_)));
+        assert!(matches!(hit(4, 0.01, 0.2).standing(), Standing::Outlier(_)));
         assert_eq!(hit(4, 0.1, 0.2).standing(), Standing::Agrees);
     }
 

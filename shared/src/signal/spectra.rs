@@ -17,45 +17,45 @@ use crate::layout::FrfEstimator;
 /// 14 KiB for nine responses, 128 lines and `f32`. All zero bytes when empty, so a static one lies
 /// in `.bss`.
 #[derive(Clone, Debug)]
-pub struct Spectra<R, const RESPONSES: usize, const LINES: usize> {
+pub struct Spectra<R, const RESPONSES: usize, const BINS: usize> {
     hits: u16,
-    force: [R; LINES],
-    cross: [[Complex<R>; LINES]; RESPONSES],
-    response: [[R; LINES]; RESPONSES],
+    force: [R; BINS],
+    cross: [[Complex<R>; BINS]; RESPONSES],
+    response: [[R; BINS]; RESPONSES],
 }
 
-impl<const RESPONSES: usize, const LINES: usize> Spectra<f32, RESPONSES, LINES> {
+impl<const RESPONSES: usize, const BINS: usize> Spectra<f32, RESPONSES, BINS> {
     /// No hits.
     pub const fn new() -> Self {
         Self::filled_with(0.0)
     }
 }
 
-impl<const RESPONSES: usize, const LINES: usize> Spectra<f64, RESPONSES, LINES> {
+impl<const RESPONSES: usize, const BINS: usize> Spectra<f64, RESPONSES, BINS> {
     /// No hits.
     pub const fn new() -> Self {
         Self::filled_with(0.0)
     }
 }
 
-impl<R: Real, const RESPONSES: usize, const LINES: usize> Default for Spectra<R, RESPONSES, LINES> {
+impl<R: Real, const RESPONSES: usize, const BINS: usize> Default for Spectra<R, RESPONSES, BINS> {
     fn default() -> Self {
         Self::filled_with(R::zero())
     }
 }
 
-impl<R: Copy, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, LINES> {
+impl<R: Copy, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, BINS> {
     const fn filled_with(zero: R) -> Self {
         Self {
             hits: 0,
-            force: [zero; LINES],
-            cross: [[Complex { re: zero, im: zero }; LINES]; RESPONSES],
-            response: [[zero; LINES]; RESPONSES],
+            force: [zero; BINS],
+            cross: [[Complex { re: zero, im: zero }; BINS]; RESPONSES],
+            response: [[zero; BINS]; RESPONSES],
         }
     }
 }
 
-impl<R: Real, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, LINES> {
+impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, BINS> {
     /// Forgets every hit.
     pub fn clear(&mut self) {
         self.hits = 0;
@@ -176,7 +176,7 @@ impl<R: Real, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, 
         }
         let (mut sum, mut count) = (R::zero(), R::zero());
         // A band may reach far beyond the last line.
-        let end = if lines.is_empty() { 0 } else { lines.end().saturating_add(1).min(LINES) };
+        let end = if lines.is_empty() { 0 } else { lines.end().saturating_add(1).min(BINS) };
         for line in *lines.start()..end {
             sum += self.coherence(response, line);
             count += R::one();
@@ -196,7 +196,7 @@ impl<R: Real, const RESPONSES: usize, const LINES: usize> Spectra<R, RESPONSES, 
 /// The lines within a band, Hz, both ends included: `[low, high]` at `resolution` Hz a line.
 ///
 /// An end that hits a line but for rounding includes it. Empty when nothing lies inside.
-pub fn lines_of_band<R: Real>(band: [R; 2], resolution: R) -> RangeInclusive<usize> {
+pub fn bins_of_band<R: Real>(band: [R; 2], resolution: R) -> RangeInclusive<usize> {
     let ends = band.map(|end| end.to_f64() / resolution.to_f64());
     let slack = 1e-4;
     let (low, high) = (libm::ceil(ends[0] - slack), libm::floor(ends[1] + slack));
@@ -361,12 +361,12 @@ mod tests {
     fn a_band_beyond_the_last_line_costs_no_more_than_the_lines() {
         let some = [Complex::new(1.0, 2.0); 4];
         let spectra = averaged(&[(some, some), (some, some)]);
-        let band = lines_of_band([1.0, 1e300], 1.0);
+        let band = bins_of_band([1.0, 1e300], 1.0);
         assert_eq!(band, 1..=usize::MAX);
         // Sums of few terms: rounding only.
         assert!((spectra.mean_coherence(0, band).unwrap() - 1.0).abs() < 1e-13);
         assert_eq!(spectra.mean_coherence(0, 4..=usize::MAX), Some(0.0));
-        assert_eq!(spectra.mean_coherence(0, lines_of_band([5.0, 4.0], 1.0)), Some(0.0));
+        assert_eq!(spectra.mean_coherence(0, bins_of_band([5.0, 4.0], 1.0)), Some(0.0));
     }
 
     #[test]
@@ -382,14 +382,14 @@ mod tests {
 
     #[test]
     fn a_band_includes_both_its_ends() {
-        assert_eq!(lines_of_band([10.0, 120.0], 1.953_125), 6..=61);
-        assert_eq!(lines_of_band([0.3, 0.9], 0.1), 3..=9);
-        assert_eq!(lines_of_band([0.3_f32, 0.9], 0.1), 3..=9);
-        assert_eq!(lines_of_band([-5.0, 4.0], 2.0), 0..=2);
-        assert!(lines_of_band([2.1, 2.9], 1.0).is_empty());
-        assert!(lines_of_band([5.0, 4.0], 1.0).is_empty());
-        assert!(lines_of_band([f64::NAN, 4.0], 1.0).is_empty());
-        assert!(lines_of_band([1.0, f64::NAN], 1.0).is_empty());
+        assert_eq!(bins_of_band([10.0, 120.0], 1.953_125), 6..=61);
+        assert_eq!(bins_of_band([0.3, 0.9], 0.1), 3..=9);
+        assert_eq!(bins_of_band([0.3_f32, 0.9], 0.1), 3..=9);
+        assert_eq!(bins_of_band([-5.0, 4.0], 2.0), 0..=2);
+        assert!(bins_of_band([2.1, 2.9], 1.0).is_empty());
+        assert!(bins_of_band([5.0, 4.0], 1.0).is_empty());
+        assert!(bins_of_band([f64::NAN, 4.0], 1.0).is_empty());
+        assert!(bins_of_band([1.0, f64::NAN], 1.0).is_empty());
     }
 
     #[test]

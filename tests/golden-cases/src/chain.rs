@@ -4,12 +4,10 @@ use massline_shared::Real;
 use massline_shared::identify::MassLines;
 use massline_shared::identify::inertia_restraint::{ReferencePoint, solve};
 use massline_shared::layout::TestSettings;
-use massline_shared::mass_line::{
-    BasisRow, Fitting, Line, ResponseFits, Terms, window_correlation,
-};
+use massline_shared::mass_line::{BasisRow, Bin, Fitting, ResponseFits, Terms, window_correlation};
 use massline_shared::signal::{
-    AdcProperties, CHANNELS, Calibration, ChannelCalibration, HAMMER, HitAnalysis, Readings,
-    RealFft, Spectra,
+    AdcProperties, CHANNELS, Calibration, ChannelCalibration, HAMMER, HitAnalysis, RealFft,
+    Samples, Spectra,
 };
 use massline_shared::units::{Hertz, Seconds, Volts};
 use nalgebra::{Complex, SMatrix};
@@ -20,16 +18,16 @@ use crate::{Array, Check, Values};
 /// Points of the transform: the next power of two above the 540 scans of a record.
 const POINTS: usize = 1024;
 /// Lines kept: 63 reach 120 Hz.
-const LINES: usize = 64;
+const BINS: usize = 64;
 const HITS: usize = 3;
 
 pub(crate) fn run<R: RealFft + Default>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let layout = check.layout()?;
     // The hammer and the sensors: the low-passes cancel when they are alike.
-    let corner = Hertz(input(check, "rc_hz")?);
+    let cutoff = Hertz(input(check, "rc_hz")?);
     let alike = input(check, "hammer_has_same_rc")? != 0.0;
-    let corners = [if alike { corner } else { Hertz(0.0) }, corner];
-    let measured = measure(check, input(check, "channel_delay_s")?, corners)?;
+    let cutoffs = [if alike { cutoff } else { Hertz(0.0) }, cutoff];
+    let measured = measure(check, input(check, "channel_delay_s")?, cutoffs)?;
     let mut accelerance = SMatrix::<R, RESPONSES, HITS>::zeros();
     for (mut column, fits) in accelerance.column_iter_mut().zip(&measured) {
         column.copy_from_slice(fits.accelerance.as_slice());
@@ -50,11 +48,11 @@ pub(crate) fn run<R: RealFft + Default>(check: &mut Check<'_, '_, R>) -> Option<
 }
 
 /// Mass lines of every force, with channel `k` taken as sampled `k · channel_delay` after the hammer, and
-/// with the low-passes of hammer and sensors at these corners.
+/// with the low-passes of hammer and sensors at these cutoffs.
 fn measure<R: RealFft + Default>(
     check: &Check<'_, '_, R>,
     channel_delay: f32,
-    corners: [Hertz; 2],
+    cutoffs: [Hertz; 2],
 ) -> Option<[ResponseFits<R, SENSORS>; HITS]> {
     let adc = AdcProperties {
         rate: Hertz(input(check, "fs")?),
@@ -66,13 +64,13 @@ fn measure<R: RealFft + Default>(
     let accelerometer = ChannelCalibration {
         zero: Volts(input(check, "accel_zero_volt")?),
         sensitivity: input(check, "accel_volt_per_g")? / input(check, "g0")?,
-        corner: corners[1],
+        cutoff: cutoffs[1],
     };
     let mut calibration =
         Calibration { channels: [accelerometer; CHANNELS], ..Calibration::default() };
     let hammer = &mut calibration.channels[HAMMER];
     hammer.sensitivity = input(check, "hammer_volt_per_newton")?;
-    hammer.corner = corners[0];
+    hammer.cutoff = cutoffs[0];
     let test = TestSettings {
         exponential_decay: check.input_number("sigma_exp")?,
         band_hz: Some(check.input_array("band")?),
@@ -82,7 +80,7 @@ fn measure<R: RealFft + Default>(
     let analysis =
         HitAnalysis::<R>::new(&adc, &calibration, &test, libm::roundf(pre_trigger) as usize);
 
-    let mut spectra = Spectra::<R, RESPONSES, LINES>::default();
+    let mut spectra = Spectra::<R, RESPONSES, BINS>::default();
     let none = ResponseFits::zeros(RESPONSES);
     let mut measured = [none.clone(), none.clone(), none];
     for (force, fits) in measured.iter_mut().enumerate() {
@@ -101,11 +99,11 @@ fn measure<R: RealFft + Default>(
 fn add<R: RealFft>(
     analysis: &HitAnalysis<R>,
     record: &Record,
-    spectra: &mut Spectra<R, RESPONSES, LINES>,
+    spectra: &mut Spectra<R, RESPONSES, BINS>,
 ) -> Option<()> {
     let zero = Complex::new(R::zero(), R::zero());
     let mut scratch = [R::zero(); POINTS];
-    let (mut force, mut lines) = ([zero; LINES], [zero; LINES]);
+    let (mut force, mut lines) = ([zero; BINS], [zero; BINS]);
     analysis.force(record, &mut scratch, &mut force).ok()?;
     spectra.add_force(&force);
     for response in 0..RESPONSES {
@@ -119,14 +117,14 @@ fn add<R: RealFft>(
 fn fit<R: RealFft + Default>(
     analysis: &HitAnalysis<R>,
     test: &TestSettings<R>,
-    spectra: &Spectra<R, RESPONSES, LINES>,
+    spectra: &Spectra<R, RESPONSES, BINS>,
 ) -> Option<ResponseFits<R, SENSORS>> {
     let resolution = analysis.resolution(POINTS);
-    let lines = (0..LINES).map(|line| Line {
+    let lines = (0..BINS).map(|line| Bin {
         frequency: R::of(line as f64) * resolution,
         weight: spectra.force_auto(line),
     });
-    let mut workspace = [BasisRow::default(); LINES];
+    let mut workspace = [BasisRow::default(); BINS];
     let fitting = Fitting {
         band: test.expected_band(),
         decay: test.exponential_decay,
@@ -168,7 +166,7 @@ fn part(array: &Array, force: usize, hit: usize) -> Option<&'static [u16]> {
     counts.chunks_exact(length).nth(force * hits + hit)
 }
 
-impl<R: Real> Readings<R> for Record {
+impl<R: Real> Samples<R> for Record {
     fn scans(&self) -> usize {
         self.hammer.len()
     }
@@ -190,11 +188,11 @@ mod tests {
     use crate::Case;
 
     /// Root mean square distance of the mass lines from the oracle's.
-    fn distance(delay: f32, corners: [f32; 2]) -> f64 {
+    fn distance(delay: f32, cutoffs: [f32; 2]) -> f64 {
         let case = Case::find("s_chain_01_bar_test1").unwrap();
         let mut report = |_: &str, _: &str, _: bool, _: f64| {};
         let check = Check::<f64>::new(case, &mut report);
-        let measured = measure(&check, delay, corners.map(Hertz)).unwrap();
+        let measured = measure(&check, delay, cutoffs.map(Hertz)).unwrap();
         let oracle = case.real("expected.H_oracle").unwrap();
         let mut sum = 0.0;
         for (index, expected) in oracle.iter().enumerate() {
@@ -216,7 +214,7 @@ mod tests {
     #[test]
     fn the_low_pass_of_the_hammer_must_be_taken_out_with_those_of_the_sensors() {
         // Alike they cancel; in single precision constants that is 1e-7 of 3.2 (m/s²)/N.
-        let [right, none] = [[497.4; 2], [0.0; 2]].map(|corners| distance(1e-5, corners));
+        let [right, none] = [[497.4; 2], [0.0; 2]].map(|cutoffs| distance(1e-5, cutoffs));
         assert!((right - none).abs() < 2e-4, "{right} {none}");
         let half = distance(1e-5, [0.0, 497.4]);
         assert!(half > 2.0 * right, "{right} {half}");

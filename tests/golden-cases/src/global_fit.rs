@@ -5,14 +5,14 @@
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::FrequencyResponses;
-use massline_shared::identify::global_fit::{Settings, solve, workspace};
+use massline_shared::identify::global_fit::{GlobalFitSettings, solve, workspace};
 use nalgebra::{Complex, SVector};
 
 use crate::Check;
 use crate::layout::RESPONSES;
 
 /// Lines of the cases.
-const LINES: usize = 40;
+const BINS: usize = 40;
 const HITS: usize = 3;
 
 pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
@@ -21,17 +21,17 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
         return Some(());
     }
     let layout = check.layout()?;
-    let frequencies = check.input_array::<LINES>("f_hz")?;
-    let mut accelerance = heapless::Vec::<Complex<R>, { LINES * RESPONSES * HITS }>::new();
+    let frequencies = check.input_array::<BINS>("f_hz")?;
+    let mut accelerance = heapless::Vec::<Complex<R>, { BINS * RESPONSES * HITS }>::new();
     for (re, im) in check.input("H_accelerance.re")?.zip(check.input("H_accelerance.im")?) {
         accelerance.push(Complex::new(re, im)).ok()?;
     }
     let start = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta_start")?));
     let damping = check.input_number("with_damping")? != R::zero();
-    let settings = Settings { damping, elastic: false };
+    let settings = GlobalFitSettings { damping, elastic: false };
     let responses = FrequencyResponses::new(&frequencies, &accelerance, RESPONSES, HITS)?;
     let responses = responses.windowed(check.input_number("sigma")?, R::one());
-    let mut workspace = [R::zero(); workspace(LINES)];
+    let mut workspace = [R::zero(); workspace(BINS)];
     let found = solve(&layout, &responses, &start, &settings, &mut workspace).ok()?;
     check.numbers("theta", found.estimate.theta().as_slice());
     check.matrix("K", &found.stiffness);

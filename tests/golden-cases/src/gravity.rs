@@ -41,7 +41,7 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     Some(())
 }
 
-type Readings<R> = heapless::Vec<GoldenResponses<R>, 4>;
+type SensorColumns<R> = heapless::Vec<GoldenResponses<R>, 4>;
 
 /// `5` of `expected.5.sensor_shift`, once for each frequency.
 fn frequency_of(path: &'static str) -> Option<&'static str> {
@@ -52,8 +52,8 @@ fn readings<R: Real>(
     layout: &GoldenLayout<R>,
     body: &RigidBody<R>,
     response: &ResponseRows<R, SENSORS, 6>,
-) -> Option<Readings<R>> {
-    let mut readings = Readings::new();
+) -> Option<SensorColumns<R>> {
+    let mut readings = SensorColumns::new();
     for hit in &layout.hits {
         let motion = body.acceleration(&hit.unit_force(&Vector3::zeros()))?;
         readings.push(response.times(&motion)).ok()?;
@@ -65,7 +65,7 @@ fn readings<R: Real>(
 fn identify<R: Real>(
     layout: &GoldenLayout<R>,
     response: &ResponseRows<R, SENSORS, 6>,
-    readings: &Readings<R>,
+    readings: &SensorColumns<R>,
 ) -> Option<SVector<R, 10>> {
     let length = layout.characteristic_length();
     let inverse = ResponseInverse::new(response, length)?;
@@ -76,6 +76,6 @@ fn identify<R: Real>(
     Some(regression.solve().ok()?.body.theta())
 }
 
-fn row_major<R: Real>(columns: &Readings<R>) -> heapless::Vec<R, 36> {
+fn row_major<R: Real>(columns: &SensorColumns<R>) -> heapless::Vec<R, 36> {
     (0..RESPONSES).flat_map(|row| columns.iter().map(move |c| c[row])).collect()
 }

@@ -1,20 +1,20 @@
 //! `f_massline_`: the mass line and its standard deviation.
 
 use massline_shared::Real;
-use massline_shared::mass_line::{BasisRow, Line, MassLine, MassLineBasis, Terms};
+use massline_shared::mass_line::{BasisRow, Bin, MassLine, MassLineBasis, Terms};
 use nalgebra::Complex;
 
 use crate::Check;
 
 /// Lines in the longest case.
-const LINES: usize = 75;
+const BINS: usize = 75;
 
 pub(crate) fn run<R: Real + Default>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let frequencies = check.input("f_hz")?;
     let weights = check.input("weights")?;
     let lines = || {
         let pairs = frequencies.clone().zip(weights.clone());
-        pairs.map(|(frequency, weight)| Line { frequency, weight })
+        pairs.map(|(frequency, weight)| Bin { frequency, weight })
     };
     let band = check.input_array::<2>("band")?;
     let decay = check.input_number("sigma")?;
@@ -24,7 +24,7 @@ pub(crate) fn run<R: Real + Default>(check: &mut Check<'_, '_, R>) -> Option<()>
         let parts = re.clone().zip(im.clone()).skip(c).step_by(channels);
         parts.map(|(re, im)| Complex::new(re, im))
     };
-    let mut workspace = [BasisRow::default(); LINES];
+    let mut workspace = [BasisRow::default(); BINS];
     for (terms, fit, sigma) in [
         (Terms::A, "fit.A", "sd.A"),
         (Terms::Ab, "fit.AB", "sd.AB"),

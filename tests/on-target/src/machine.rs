@@ -37,7 +37,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 
 /// What a piece of work took.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Measured {
+pub struct Cost {
     /// Instructions executed.
     pub instructions: u32,
     /// Most stack used, bytes.
@@ -48,7 +48,7 @@ pub struct Measured {
 ///
 /// # Panics
 /// When the counter does not count instructions: QEMU runs without `-icount shift=6,sleep=off`.
-pub fn measure(work: impl FnOnce()) -> Measured {
+pub fn measure(work: impl FnOnce()) -> Cost {
     const CHECK: u32 = 1_000_000;
     let check = instructions(|| spin(CHECK / 2));
     assert!(
@@ -58,7 +58,7 @@ pub fn measure(work: impl FnOnce()) -> Measured {
     let top = stack_pointer();
     paint_stack(top);
     let instructions = instructions(work);
-    Measured { instructions, stack: used_stack(top) }
+    Cost { instructions, stack: used_stack(top) }
 }
 
 /// The counter counts the machine's time at 25 MHz; an instruction takes 64 ns of it.

@@ -165,7 +165,7 @@ mod tests {
             "ml_step_12",
             "layout_check",
             "record_checksum",
-            "static_reading",
+            "rest_statistics",
         ];
         // A slow board: 84 MHz, and two cycles for an instruction, flash wait states included.
         let milliseconds = |instructions: u64| 2 * instructions / 84_000;

@@ -1,4 +1,4 @@
-//! Pictures of the panel's glass, as committed in `boards/virtual/screens`.
+//! Pictures of the panel's screen, as committed in `boards/virtual/screens`.
 //!
 //! They change on purpose only: `MASSLINE_BLESS=1` before `cargo test` writes them anew; then look at
 //! them.
@@ -7,23 +7,23 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
-use massline_virtual::glass::{Glass, HEIGHT, WIDTH};
+use massline_virtual::framebuffer::{Framebuffer, HEIGHT, WIDTH};
 
-/// Pixels of the picture for one of the glass.
+/// Pixels of the picture for one pixel of the framebuffer.
 const SCALE: usize = 4;
-/// Dark pixels around the glass.
+/// Dark pixels around the framebuffer.
 const FRAME: usize = 8;
 /// Dark and bright, as an OLED has them.
 const PALETTE: [u8; 6] = [9, 14, 24, 170, 225, 255];
 
-/// Columns and rows of the glass that differ from run to run: a clock, levels of noise.
+/// Columns and rows of the framebuffer that differ from run to run: a clock, levels of noise.
 pub type Mask = (std::ops::Range<usize>, std::ops::Range<usize>);
 
-/// Compares the glass with the committed picture of this name, but for what is masked.
-pub fn check(name: &str, glass: &Glass, masks: &[Mask]) {
+/// Compares the framebuffer with the committed picture of this name, but for what is masked.
+pub fn check(name: &str, framebuffer: &Framebuffer, masks: &[Mask]) {
     let path = path_of(name);
     if std::env::var_os("MASSLINE_BLESS").is_some() {
-        write(&path, glass);
+        write(&path, framebuffer);
         return;
     }
     let picture = read(&path);
@@ -33,14 +33,14 @@ pub fn check(name: &str, glass: &Glass, masks: &[Mask]) {
     let places = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y)));
     let differing = places
         .filter(|(x, y)| !masked(x, y))
-        .filter(|&(x, y)| picture(x, y) != glass.is_bright(x, y))
+        .filter(|&(x, y)| picture(x, y) != framebuffer.is_bright(x, y))
         .count();
     assert_eq!(
         differing,
         0,
-        "{name}: so many pixels are not as in {}; the glass is\n{}",
+        "{name}: so many pixels are not as in {}; the framebuffer is\n{}",
         path.display(),
-        as_text(glass)
+        as_text(framebuffer)
     );
 }
 
@@ -49,7 +49,7 @@ fn path_of(name: &str) -> PathBuf {
     folder.join(format!("{name}.png"))
 }
 
-fn write(path: &Path, glass: &Glass) {
+fn write(path: &Path, framebuffer: &Framebuffer) {
     let (width, height) = (WIDTH * SCALE + 2 * FRAME, HEIGHT * SCALE + 2 * FRAME);
     let file = BufWriter::new(File::create(path).unwrap());
     let mut encoder = png::Encoder::new(file, width as u32, height as u32);
@@ -59,13 +59,13 @@ fn write(path: &Path, glass: &Glass) {
     let on_glass = |at: usize| at.checked_sub(FRAME).map(|at| at / SCALE);
     let pixel = |x: usize, y: usize| {
         let place = on_glass(x).zip(on_glass(y));
-        u8::from(place.is_some_and(|(x, y)| glass.is_bright(x, y)))
+        u8::from(place.is_some_and(|(x, y)| framebuffer.is_bright(x, y)))
     };
     let pixels: Vec<u8> = (0..height).flat_map(|y| (0..width).map(move |x| pixel(x, y))).collect();
     encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
 }
 
-/// Whether a pixel of the glass is bright in a picture.
+/// Whether a pixel of the framebuffer is bright in a picture.
 fn read(path: &Path) -> impl Fn(usize, usize) -> bool {
     let file = File::open(path).unwrap_or_else(|e| {
         panic!("{}: {e}; write it with MASSLINE_BLESS=1 and look at it", path.display())
@@ -82,12 +82,12 @@ fn read(path: &Path) -> impl Fn(usize, usize) -> bool {
     }
 }
 
-/// The glass with two rows to a line of text.
-fn as_text(glass: &Glass) -> String {
+/// The framebuffer with two rows to a line of text.
+fn as_text(framebuffer: &Framebuffer) -> String {
     let mut text = String::new();
     for y in (0..HEIGHT).step_by(2) {
         for x in 0..WIDTH {
-            text.push(match (glass.is_bright(x, y), glass.is_bright(x, y + 1)) {
+            text.push(match (framebuffer.is_bright(x, y), framebuffer.is_bright(x, y + 1)) {
                 (true, true) => '█',
                 (true, false) => '▀',
                 (false, true) => '▄',

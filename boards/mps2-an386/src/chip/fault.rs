@@ -13,7 +13,7 @@ static SPOKEN: AtomicBool = AtomicBool::new(false);
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     cortex_m::interrupt::disable();
-    say(format_args!("{info}"));
+    print(format_args!("{info}"));
     lock_up()
 }
 
@@ -21,7 +21,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     // SAFETY: reading the fault status has no side effect.
     let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
-    say(format_args!(
+    print(format_args!(
         "hard fault at {:#010x}, called from {:#010x}, fault status {status:#010x}",
         frame.pc(),
         frame.lr()
@@ -35,7 +35,7 @@ unsafe fn DefaultHandler(number: i16) {
 }
 
 /// Says the first thing that went wrong; what follows is its consequence.
-fn say(words: fmt::Arguments<'_>) {
+fn print(words: fmt::Arguments<'_>) {
     if !SPOKEN.swap(true, Ordering::Relaxed) {
         UART1.enable_sending();
         // Writing to the UART does not fail.

@@ -9,7 +9,7 @@ use embassy_stm32::pac::flash::regs::Eccr;
 use massline_cortex_m::flash::Check;
 
 use crate::STORE_IN_BANK_2;
-use crate::ecc::{Cause, FLAGS, cause};
+use crate::ecc::{FLAGS, NmiSource, nmi_source};
 
 static UNREADABLE: AtomicBool = AtomicBool::new(false);
 
@@ -32,12 +32,12 @@ fn clear() {
 /// A torn word of the store is survived; anything else ends the run.
 #[exception]
 unsafe fn NonMaskableInt() {
-    match cause(FLASH.eccr().read().0, &STORE_IN_BANK_2) {
-        Cause::Store => UNREADABLE.store(true, Ordering::Relaxed),
-        Cause::Elsewhere { bank, offset } => {
+    match nmi_source(FLASH.eccr().read().0, &STORE_IN_BANK_2) {
+        NmiSource::Store => UNREADABLE.store(true, Ordering::Relaxed),
+        NmiSource::Elsewhere { bank, offset } => {
             panic!("bank {bank} of the flash decays at {offset:#x}")
         }
-        Cause::Other => panic!("an interrupt that cannot be masked, and not of the flash"),
+        NmiSource::Other => panic!("an interrupt that cannot be masked, and not of the flash"),
     }
     clear();
 }

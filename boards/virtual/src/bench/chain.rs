@@ -35,7 +35,7 @@ pub struct Chain {
 
 /// What the chain holds at one instant.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Held {
+pub(super) struct ChainState {
     /// Input at the last point of the grid.
     pub(super) input: Channels,
     /// Output of the low-pass there.
@@ -50,12 +50,12 @@ impl Chain {
         };
         let range = per_channel(f64::INFINITY, sensor.range_g * STANDARD_GRAVITY);
         let nominal = per_channel(hammer.zero_v, sensor.zero_v);
-        let nominal_corner: Channels = per_channel(hammer.rc_corner_hz, sensor.rc_corner_hz);
+        let nominal_cutoff: Channels = per_channel(hammer.rc_cutoff_hz, sensor.rc_cutoff_hz);
         let density: Channels =
             per_channel(hammer.noise_n_per_sqrt_hz, sensor.noise_g_per_sqrt_hz * STANDARD_GRAVITY);
         let volts_per_unit =
             per_channel(hammer.sensitivity_v_per_n, sensor.sensitivity_v_per_g / STANDARD_GRAVITY);
-        let corner: Channels = std::array::from_fn(|k| nominal_corner[k] * (1.0 + errors.rc[k]));
+        let cutoff: Channels = std::array::from_fn(|k| nominal_cutoff[k] * (1.0 + errors.rc[k]));
         let scan = adc.rate_hz.recip();
         let h = scan / f64::from(adc.oversampling);
         let mut chain = Self {
@@ -65,14 +65,14 @@ impl Chain {
             whole: [[0.0; CHANNELS]; 3],
             partial: [[0.0; CHANNELS]; 3],
             sampled_in: [0; CHANNELS],
-            noise: FilteredNoise::new(&density, &corner, scan),
+            noise: FilteredNoise::new(&density, &cutoff, scan),
             volts_per_code: adc.reference_v / f64::from(1_u32 << adc.bits),
             full_scale: f64::from((1_u32 << adc.bits) - 1),
             input: [0.0; CHANNELS],
             output: [0.0; CHANNELS],
         };
-        for (k, corner) in corner.iter().enumerate() {
-            let tau = (TAU * corner).recip();
+        for (k, cutoff) in cutoff.iter().enumerate() {
+            let tau = (TAU * cutoff).recip();
             let at = k as f64 * adc.channel_delay_s / h;
             chain.sampled_in[k] = at as usize;
             let [whole, partial] = [1.0, at.fract()].map(|part| low_pass_step(tau, h, part));
@@ -110,12 +110,12 @@ impl Chain {
     }
 
     /// What the chain holds at this point of the grid.
-    pub(super) fn held(&self) -> Held {
-        Held { input: self.input, output: self.output }
+    pub(super) fn held(&self) -> ChainState {
+        ChainState { input: self.input, output: self.output }
     }
 
     /// Puts the chain where [`Chain::held`] was.
-    pub(super) fn hold(&mut self, held: &Held) {
+    pub(super) fn hold(&mut self, held: &ChainState) {
         (self.input, self.output) = (held.input, held.output);
     }
 
@@ -158,7 +158,7 @@ fn low_pass_step(tau: f64, h: f64, part: f64) -> [f64; 3] {
 }
 
 /// White noise behind a first-order low-pass, exact at the scans: a first-order autoregression whose
-/// variance is `density² · π/2 · corner`.
+/// variance is `density² · π/2 · cutoff`.
 #[derive(Clone, Debug)]
 struct FilteredNoise {
     deviation: Channels,
@@ -168,10 +168,10 @@ struct FilteredNoise {
 }
 
 impl FilteredNoise {
-    fn new(density: &Channels, corner: &Channels, scan: f64) -> Self {
+    fn new(density: &Channels, cutoff: &Channels, scan: f64) -> Self {
         let deviation: Channels =
-            std::array::from_fn(|k| density[k] * (FRAC_PI_2 * corner[k]).sqrt());
-        let memory: Channels = std::array::from_fn(|k| (-TAU * corner[k] * scan).exp());
+            std::array::from_fn(|k| density[k] * (FRAC_PI_2 * cutoff[k]).sqrt());
+        let memory: Channels = std::array::from_fn(|k| (-TAU * cutoff[k] * scan).exp());
         let fresh = std::array::from_fn(|k| deviation[k] * (1.0 - memory[k] * memory[k]).sqrt());
         Self { deviation, memory, fresh, value: [0.0; CHANNELS] }
     }

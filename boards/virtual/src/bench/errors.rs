@@ -28,7 +28,7 @@ pub struct TestErrors {
     pub hammer_gain: f64,
     /// Output at rest of each channel minus the nominal one, V.
     pub zero_v: [f64; CHANNELS],
-    /// Relative error of the corner of each channel's filter.
+    /// Relative error of the cutoff of each channel's filter.
     pub rc: [f64; CHANNELS],
 }
 
@@ -44,9 +44,9 @@ impl TestErrors {
         let hammer_gain = normal(rng) * hammer.gain_sigma;
         zero_v[0] = normal(rng) * hammer.zero_sigma_v;
         rc[0] = tolerance(rng, hammer.rc_tolerance);
-        for (zero, corner) in zero_v.iter_mut().zip(&mut rc).skip(1) {
+        for (zero, cutoff) in zero_v.iter_mut().zip(&mut rc).skip(1) {
             *zero = normal(rng) * sensor.zero_sigma_v;
-            *corner = tolerance(rng, sensor.rc_tolerance);
+            *cutoff = tolerance(rng, sensor.rc_tolerance);
         }
         let sensors = (0..sensors)
             .map(|_| SensorErrors {

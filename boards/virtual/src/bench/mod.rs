@@ -32,11 +32,11 @@ use nalgebra::Vector3;
 
 pub mod body;
 pub mod chain;
-mod coasting;
 pub mod dynamics;
 pub mod errors;
 pub mod faults;
 pub mod file;
+mod free_response;
 mod locate;
 pub mod operator;
 pub mod settings;

@@ -7,23 +7,23 @@ use massline_shared::signal::Calibration;
 use serde::Deserialize;
 
 /// A key and what is wrong with its value.
-pub(super) type Problem = Option<(&'static str, String)>;
+pub(super) type SettingProblem = Option<(&'static str, String)>;
 
 /// A standard deviation in m, rad or relative; a test with more is none.
 const SIGMA: RangeInclusive<f64> = 0.0..=1.0;
 /// A standard deviation or an output at rest, V.
 const VOLTS: RangeInclusive<f64> = 0.0..=100.0;
-/// Corner of a filter, Hz.
-const CORNER: RangeInclusive<f64> = 0.1..=1e6;
-/// Tolerance of a corner, relative: parts are sorted at three times this.
+/// Cutoff of a filter, Hz.
+const CUTOFF: RangeInclusive<f64> = 0.1..=1e6;
+/// Tolerance of a cutoff, relative: parts are sorted at three times this.
 const TOLERANCE: RangeInclusive<f64> = 0.0..=0.2;
 /// Peak of a force, N.
 const FORCE: RangeInclusive<f64> = 1e-3..=1e6;
 /// Share of the taps.
 const SHARE: RangeInclusive<f64> = 0.0..=1.0;
 
-/// Corner of the output filter of the ADXL326, 32 kΩ with 10 nF, Hz.
-const RC_CORNER_HZ: f64 = 497.359_197;
+/// Cutoff of the output filter of the ADXL326, 32 kΩ with 10 nF, Hz.
+const RC_CUTOFF_HZ: f64 = 497.359_197;
 
 /// `[sensor]`: the triaxial accelerometers, all alike; a `sigma` is drawn once per test.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -47,9 +47,9 @@ pub struct SensorSettings {
     pub range_g: f64,
     /// One-sided density of the white noise before the filter, g/√Hz.
     pub noise_g_per_sqrt_hz: f64,
-    /// Corner of the first-order low-pass, Hz.
-    pub rc_corner_hz: f64,
-    /// Relative tolerance of the corner, 1 σ.
+    /// Cutoff of the first-order low-pass, Hz.
+    pub rc_cutoff_hz: f64,
+    /// Relative tolerance of the cutoff, 1 σ.
     pub rc_tolerance: f64,
 }
 
@@ -65,14 +65,14 @@ impl Default for SensorSettings {
             sensitivity_v_per_g: Calibration::ADXL326_VOLT_PER_G,
             range_g: Calibration::ADXL326_RANGE_G,
             noise_g_per_sqrt_hz: 300e-6,
-            rc_corner_hz: RC_CORNER_HZ,
+            rc_cutoff_hz: RC_CUTOFF_HZ,
             rc_tolerance: 0.02,
         }
     }
 }
 
 impl SensorSettings {
-    pub(super) fn problem(&self) -> Problem {
+    pub(super) fn problem(&self) -> SettingProblem {
         out_of_range(&[
             (self.position_sigma_m, "position_sigma_m", SIGMA),
             (self.rotation_sigma_rad, "rotation_sigma_rad", SIGMA),
@@ -83,7 +83,7 @@ impl SensorSettings {
             (self.sensitivity_v_per_g, "sensitivity_v_per_g", 1e-6..=1e3),
             (self.range_g, "range_g", 1e-3..=1e6),
             (self.noise_g_per_sqrt_hz, "noise_g_per_sqrt_hz", SIGMA),
-            (self.rc_corner_hz, "rc_corner_hz", CORNER),
+            (self.rc_cutoff_hz, "rc_cutoff_hz", CUTOFF),
             (self.rc_tolerance, "rc_tolerance", TOLERANCE),
         ])
     }
@@ -104,9 +104,9 @@ pub struct HammerSettings {
     pub zero_sigma_v: f64,
     /// One-sided density of the white noise before the filter, N/√Hz.
     pub noise_n_per_sqrt_hz: f64,
-    /// Corner of the first-order low-pass, Hz.
-    pub rc_corner_hz: f64,
-    /// Relative tolerance of the corner, 1 σ.
+    /// Cutoff of the first-order low-pass, Hz.
+    pub rc_cutoff_hz: f64,
+    /// Relative tolerance of the cutoff, 1 σ.
     pub rc_tolerance: f64,
 }
 
@@ -118,21 +118,21 @@ impl Default for HammerSettings {
             zero_v: Calibration::HAMMER_ZERO.0,
             zero_sigma_v: 0.005,
             noise_n_per_sqrt_hz: 0.0005,
-            rc_corner_hz: RC_CORNER_HZ,
+            rc_cutoff_hz: RC_CUTOFF_HZ,
             rc_tolerance: 0.02,
         }
     }
 }
 
 impl HammerSettings {
-    pub(super) fn problem(&self) -> Problem {
+    pub(super) fn problem(&self) -> SettingProblem {
         out_of_range(&[
             (self.sensitivity_v_per_n, "sensitivity_v_per_n", 1e-9..=1e3),
             (self.gain_sigma, "gain_sigma", SIGMA),
             (self.zero_v, "zero_v", VOLTS),
             (self.zero_sigma_v, "zero_sigma_v", VOLTS),
             (self.noise_n_per_sqrt_hz, "noise_n_per_sqrt_hz", SIGMA),
-            (self.rc_corner_hz, "rc_corner_hz", CORNER),
+            (self.rc_cutoff_hz, "rc_cutoff_hz", CUTOFF),
             (self.rc_tolerance, "rc_tolerance", TOLERANCE),
         ])
     }
@@ -167,7 +167,7 @@ impl Default for AdcSettings {
 }
 
 impl AdcSettings {
-    pub(super) fn problem(&self) -> Problem {
+    pub(super) fn problem(&self) -> SettingProblem {
         let last_channel = (massline_shared::signal::CHANNELS - 1) as f64;
         let too_late = self.channel_delay_s * last_channel * self.rate_hz >= 1.0;
         out_of_range(&[
@@ -208,7 +208,7 @@ impl Default for TapSettings {
 }
 
 impl TapSettings {
-    pub(super) fn problem(&self) -> Problem {
+    pub(super) fn problem(&self) -> SettingProblem {
         out_of_range(&[
             (self.point_sigma_m, "point_sigma_m", SIGMA),
             (self.direction_sigma_rad, "direction_sigma_rad", SIGMA),
@@ -242,11 +242,11 @@ pub struct OperatorSettings {
     /// Share of the taps before which the hammer brushes the object.
     pub grazing_rate: f64,
     /// Share of the taps after which the hammer stays on the object.
-    pub leaning_rate: f64,
+    pub sustained_contact_rate: f64,
     /// Share of the taps as with a soft tip: five times as long.
     pub soft_rate: f64,
     /// Share of the taps that land 80 mm beside the mark.
-    pub astray_rate: f64,
+    pub misplaced_rate: f64,
     /// Tilt of each position of a tumble test about each of two axes, 1 σ, rad.
     pub tilt_sigma_rad: f64,
 }
@@ -263,9 +263,9 @@ impl Default for OperatorSettings {
             double_rate: 0.0,
             double_gap_s: [0.03, 0.08],
             grazing_rate: 0.0,
-            leaning_rate: 0.0,
+            sustained_contact_rate: 0.0,
             soft_rate: 0.0,
-            astray_rate: 0.0,
+            misplaced_rate: 0.0,
             tilt_sigma_rad: 0.003,
         }
     }
@@ -279,13 +279,13 @@ impl OperatorSettings {
             self.too_hard_rate,
             self.double_rate,
             self.grazing_rate,
-            self.leaning_rate,
+            self.sustained_contact_rate,
             self.soft_rate,
-            self.astray_rate,
+            self.misplaced_rate,
         ]
     }
 
-    pub(super) fn problem(&self) -> Problem {
+    pub(super) fn problem(&self) -> SettingProblem {
         let share: f64 = self.rates().into_iter().sum();
         out_of_range(&[
             (self.delay_s, "delay_s", 0.0..=600.0),
@@ -294,9 +294,9 @@ impl OperatorSettings {
             (self.too_hard_rate, "too_hard_rate", SHARE),
             (self.double_rate, "double_rate", SHARE),
             (self.grazing_rate, "grazing_rate", SHARE),
-            (self.leaning_rate, "leaning_rate", SHARE),
+            (self.sustained_contact_rate, "sustained_contact_rate", SHARE),
             (self.soft_rate, "soft_rate", SHARE),
-            (self.astray_rate, "astray_rate", SHARE),
+            (self.misplaced_rate, "misplaced_rate", SHARE),
             (self.tilt_sigma_rad, "tilt_sigma_rad", SIGMA),
         ])
         .or(range_problem(self.too_weak_n, "too_weak_n", FORCE))
@@ -307,7 +307,7 @@ impl OperatorSettings {
 }
 
 /// The first of these values that lies outside its range.
-fn out_of_range(values: &[(f64, &'static str, RangeInclusive<f64>)]) -> Problem {
+fn out_of_range(values: &[(f64, &'static str, RangeInclusive<f64>)]) -> SettingProblem {
     let (value, key, range) = values.iter().find(|(value, _, range)| !range.contains(value))?;
     Some((key, refusal(*value, range)))
 }
@@ -318,7 +318,11 @@ pub(super) fn refusal(value: f64, range: &RangeInclusive<f64>) -> String {
     format!("{value:?} is out of range; give a number from {from} to {to}")
 }
 
-fn range_problem([low, high]: [f64; 2], key: &'static str, within: RangeInclusive<f64>) -> Problem {
+fn range_problem(
+    [low, high]: [f64; 2],
+    key: &'static str,
+    within: RangeInclusive<f64>,
+) -> SettingProblem {
     let good = low <= high && within.contains(&low) && within.contains(&high);
     (!good).then(|| {
         let (from, to) = (within.start(), within.end());

@@ -5,11 +5,11 @@ use massline_shared::signal::{CHANNELS, RESPONSES, Scan};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use super::chain::{Chain, Channels, Held};
-use super::coasting::{Coasting, Scanned};
+use super::chain::{Chain, ChainState, Channels};
 use super::dynamics::{Oscillators, PointShape, check_node, point_shapes};
 use super::errors::{SensorErrors, TestErrors};
 use super::faults::{self, Mounting};
+use super::free_response::{FreeResponse, Scanned};
 use super::suspension::{RigidMode, rigid_modes};
 use super::taps::Tap;
 use super::{Bench, BenchError};
@@ -36,7 +36,7 @@ pub(super) struct Simulation {
     forces: Vec<f64>,
     next_forces: Vec<f64>,
     /// A scan of free motion in one go.
-    coasting: Option<Coasting>,
+    free_response: Option<FreeResponse>,
 }
 
 /// A tap and how much it drives every mode.
@@ -75,12 +75,12 @@ impl Simulation {
             scans: 0,
             forces: vec![0.0; modes],
             next_forces: vec![0.0; modes],
-            coasting: None,
+            free_response: None,
         };
         for (i, (sensor, error)) in layout.sensors.iter().zip(&errors.sensors).enumerate() {
             simulation.attach(bench, &faults::mounting(bench, i), sensor, error)?;
         }
-        simulation.coasting = Some(simulation.free_motion());
+        simulation.free_response = Some(simulation.free_motion());
         Ok(simulation)
     }
 
@@ -150,9 +150,10 @@ impl Simulation {
         let free = drives.iter().all(|d| d.tap.start() >= end || d.tap.end() < self.time())
             && self.forces.iter().all(|f| *f == 0.0);
         let mut held = self.chain.held();
-        let certain = free && Coasting::admits(&held, self.chain.range());
-        if let Some(coasting) = self.coasting.as_ref().filter(|_| self.moving && certain) {
-            sampled = coasting.scan(self.oscillators.states_mut(), &mut held);
+        let certain = free && FreeResponse::admits(&held, self.chain.range());
+        if let Some(free_response) = self.free_response.as_ref().filter(|_| self.moving && certain)
+        {
+            sampled = free_response.scan(self.oscillators.states_mut(), &mut held);
             self.chain.hold(&held);
         } else if self.moving {
             for step in 0..self.steps_per_scan {
@@ -165,20 +166,22 @@ impl Simulation {
     }
 
     /// The factors of a scan of free motion.
-    fn free_motion(&self) -> Coasting {
+    fn free_motion(&self) -> FreeResponse {
         let unlimited = Self { chain: self.chain.without_limits(), ..self.clone() };
         let still = vec![[0.0; 2]; self.oscillators.states().len()];
         // At rest the input is what the sensors read of gravity.
         let rest = unlimited.clone().free_scan(&still, [0.0; CHANNELS]);
         let bare = Self { at_rest: [0.0; CHANNELS], ..unlimited };
-        Coasting::of(still.len(), &rest, |states, output| bare.clone().free_scan(states, output))
+        FreeResponse::of(still.len(), &rest, |states, output| {
+            bare.clone().free_scan(states, output)
+        })
     }
 
     /// One scan without a force, step by step, from a state and what the low-passes hold.
     fn free_scan(mut self, states: &[[f64; 2]], output: Channels) -> Scanned {
         self.oscillators.states_mut().copy_from_slice(states);
         self.forces.fill(0.0);
-        self.chain.hold(&Held { input: self.reading(0.0), output });
+        self.chain.hold(&ChainState { input: self.reading(0.0), output });
         let mut sampled = [0.0; CHANNELS];
         for step in 0..self.steps_per_scan {
             let input = self.step(&[], self.grid_time(step + 1));
@@ -240,9 +243,9 @@ mod tests {
         let layout = test_one();
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let errors = TestErrors::draw(&bench, 3, &mut rng);
-        let mut coasting = Simulation::new(&bench, &layout, &errors).unwrap();
-        coasting.reset(&mut rng);
-        let mut stepping = Simulation { coasting: None, ..coasting.clone() };
+        let mut free_response = Simulation::new(&bench, &layout, &errors).unwrap();
+        free_response.reset(&mut rng);
+        let mut stepping = Simulation { free_response: None, ..free_response.clone() };
         let contact = Contact { start: 0.01, duration: 0.003, peak: 25.0 };
         let tap = Tap {
             dof: 0,
@@ -251,10 +254,10 @@ mod tests {
             direction: Vector3::y(),
             contacts: vec![contact],
         };
-        let drives = [coasting.drive(&bench, 1, tap).unwrap()];
+        let drives = [free_response.drive(&bench, 1, tap).unwrap()];
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for _ in 0..2048 {
-            let (a, b) = (coasting.scan_inputs(&drives), stepping.scan_inputs(&drives));
+            let (a, b) = (free_response.scan_inputs(&drives), stepping.scan_inputs(&drives));
             for (a, b) in a.iter().zip(b) {
                 worst = worst.max((a - b).abs());
                 largest = largest.max(b.abs());

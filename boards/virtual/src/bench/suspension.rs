@@ -74,7 +74,7 @@ pub enum SuspensionError {
     PushingCord(usize, f64),
     /// The object can move away without a restoring force.
     #[error("the object is not held: a mode has no restoring force")]
-    NotHeld,
+    Underconstrained,
 }
 
 /// Frequencies and shapes of the object on its suspension, in ascending order of frequency.
@@ -145,7 +145,8 @@ fn tensions(
     }
     let torque = body.center_of_mass.cross(weight);
     let load = DVector::from_iterator(6, weight.iter().chain(&torque).map(|v| -v));
-    let inverse = balance.clone().pseudo_inverse(1e-9).map_err(|_| SuspensionError::NotHeld)?;
+    let inverse =
+        balance.clone().pseudo_inverse(1e-9).map_err(|_| SuspensionError::Underconstrained)?;
     let tensions = inverse * &load;
     let scale = load.norm();
     let left_over = (balance * &tensions - &load).norm();
@@ -169,15 +170,15 @@ fn solve(
     stiffness: &Matrix6<f64>,
     damping_ratio: f64,
 ) -> Result<[RigidMode; 6], SuspensionError> {
-    let factor = mass.cholesky().ok_or(SuspensionError::NotHeld)?.l();
-    let inverse = factor.try_inverse().ok_or(SuspensionError::NotHeld)?;
+    let factor = mass.cholesky().ok_or(SuspensionError::Underconstrained)?.l();
+    let inverse = factor.try_inverse().ok_or(SuspensionError::Underconstrained)?;
     let standard = inverse * stiffness * inverse.transpose();
     let eigen = ((standard + standard.transpose()) * 0.5)
         .try_symmetric_eigen(f64::EPSILON, 1000)
-        .ok_or(SuspensionError::NotHeld)?;
+        .ok_or(SuspensionError::Underconstrained)?;
     let largest = eigen.eigenvalues.max();
     if !largest.is_finite() || eigen.eigenvalues.min() <= 1e-9 * largest {
-        return Err(SuspensionError::NotHeld);
+        return Err(SuspensionError::Underconstrained);
     }
     let mut modes: [RigidMode; 6] = std::array::from_fn(|i| RigidMode {
         omega: eigen.eigenvalues[i].sqrt(),

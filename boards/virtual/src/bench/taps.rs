@@ -21,11 +21,11 @@ pub enum TapKind {
     /// The hammer brushes the object before it strikes.
     Grazing,
     /// The hammer stays on the object.
-    Leaning,
+    SustainedContact,
     /// As with a soft tip.
     Soft,
     /// Beside the mark.
-    Astray,
+    Misplaced,
 }
 
 impl TapKind {
@@ -35,9 +35,9 @@ impl TapKind {
         Self::TooHard,
         Self::Double,
         Self::Grazing,
-        Self::Leaning,
+        Self::SustainedContact,
         Self::Soft,
-        Self::Astray,
+        Self::Misplaced,
     ];
 }
 
@@ -51,7 +51,7 @@ const LEAN_S: f64 = 2.0;
 /// How much longer a soft tip touches.
 const SOFT: f64 = 5.0;
 /// How far a tap goes astray, m.
-const ASTRAY_M: f64 = 0.08;
+const MISPLACED_M: f64 = 0.08;
 
 /// One contact of the hammer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,14 +135,14 @@ impl Tap {
                 let graze = Contact { peak: GRAZE_N, ..contact };
                 vec![graze, Contact { start: contact.start + GRAZE_S, ..contact }]
             }
-            TapKind::Leaning => {
+            TapKind::SustainedContact => {
                 vec![contact, Contact { duration: LEAN_S, peak: LEAN * contact.peak, ..contact }]
             }
             TapKind::Soft => vec![Contact { duration: SOFT * contact.duration, ..contact }],
             _ => vec![contact],
         };
         let beside = (across * Vector3::repeat(1.0)).normalize();
-        let point = if kind == TapKind::Astray { point + beside * ASTRAY_M } else { point };
+        let point = if kind == TapKind::Misplaced { point + beside * MISPLACED_M } else { point };
         Self { dof, kind, point, direction, contacts }
     }
 

@@ -4,9 +4,9 @@ use massline_shared::calibration::tumble::Position;
 
 use super::View;
 use super::canvas::{Canvas, Screen, text, top};
+use crate::panel::calibration_wizard::{CalibrationWizard, Proposal, WizardProblem};
 use crate::panel::menu::DIGITS;
 use crate::panel::number::{fixed, percent};
-use crate::panel::trial::{Problem, Proposal, Trial};
 use crate::panel::words;
 
 /// The mass of the block, a digit in hand.
@@ -23,23 +23,23 @@ pub(super) fn block_mass<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>)
 }
 
 /// A calibration on its way.
-pub(super) fn trial<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
-    match view.model.trial {
-        Trial::Off => {}
-        Trial::Wanted(place) => {
+pub(super) fn calibration_wizard<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
+    match view.model.calibration_wizard {
+        CalibrationWizard::Off => {}
+        CalibrationWizard::Wanted(place) => {
             title(canvas, place);
             canvas.line(0, "Lay sensors still:");
             canvas.big(0, top(1), &way_up(place));
             canvas.line(4, "OK: read");
         }
-        Trial::Reading(place) => {
+        CalibrationWizard::Reading(place) => {
             title(canvas, place);
             canvas.big(0, top(1), "Hands off");
             canvas.line(4, "reading ...");
         }
-        Trial::Wrong(problem) => wrong(canvas, &problem),
-        Trial::Proposed(proposal) => proposed(canvas, &proposal),
-        Trial::Kept => {
+        CalibrationWizard::Wrong(problem) => wrong(canvas, &problem),
+        CalibrationWizard::Proposed(proposal) => proposed(canvas, &proposal),
+        CalibrationWizard::Stored => {
             canvas.title("Calibrated", "");
             canvas.lines(1, "The new calibration\nis kept and in force.");
             canvas.line(4, "OK");
@@ -58,9 +58,9 @@ fn way_up(place: u8) -> crate::panel::number::Text {
     }
 }
 
-fn wrong<D: Screen>(canvas: &mut Canvas<'_, D>, problem: &Problem) {
+fn wrong<D: Screen>(canvas: &mut Canvas<'_, D>, problem: &WizardProblem) {
     canvas.title("Not calibrated", "");
-    if let Problem::Tumble { sensor, .. } = problem {
+    if let WizardProblem::Tumble { sensor, .. } = problem {
         canvas.format(0, format_args!("sensor {}", sensor + 1));
     }
     canvas.lines(1, words::of_problem(problem));

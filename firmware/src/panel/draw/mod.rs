@@ -64,7 +64,7 @@ pub fn draw<D: Pixels>(view: &View<'_>, target: &mut D) {
         Screen::Result => result::page(canvas, view),
         Screen::Calibration => lists::entries(canvas, view, "Calibrate"),
         Screen::BlockMass => calibration::block_mass(canvas, view),
-        Screen::Trial => calibration::trial(canvas, view),
+        Screen::CalibrationWizard => calibration::calibration_wizard(canvas, view),
         Screen::Storage => lists::storage(canvas, view),
         Screen::About => lists::about(canvas, view),
         Screen::Sure(question) => lists::sure(canvas, view, question),

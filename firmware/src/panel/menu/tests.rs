@@ -1,5 +1,5 @@
 use super::*;
-use crate::panel::trial::{Problem, Proposal};
+use crate::panel::calibration_wizard::{Proposal, WizardProblem};
 use massline_shared::calibration::CalibrationSigma;
 use proptest::prelude::*;
 use std::collections::{BTreeSet, VecDeque};
@@ -29,15 +29,15 @@ const PROPOSAL: Proposal = Proposal {
     sigma: CalibrationSigma { gain: 0.0, cross_axis: 0.0, hammer_gain: 0.0 },
 };
 
-fn trials() -> impl Strategy<Value = Trial> {
+fn calibration_wizards() -> impl Strategy<Value = CalibrationWizard> {
     prop_oneof![
-        Just(Trial::Off),
-        (0..6_u8).prop_map(Trial::Wanted),
-        (0..6_u8).prop_map(Trial::Reading),
-        Just(Trial::Wrong(Problem::NotUsable)),
-        Just(Trial::Wrong(Problem::Refused(Refused::SamplerStopped))),
-        Just(Trial::Proposed(PROPOSAL)),
-        Just(Trial::Kept),
+        Just(CalibrationWizard::Off),
+        (0..6_u8).prop_map(CalibrationWizard::Wanted),
+        (0..6_u8).prop_map(CalibrationWizard::Reading),
+        Just(CalibrationWizard::Wrong(WizardProblem::NotUsable)),
+        Just(CalibrationWizard::Wrong(WizardProblem::Refused(Refused::SamplerStopped))),
+        Just(CalibrationWizard::Proposed(PROPOSAL)),
+        Just(CalibrationWizard::Stored),
     ]
 }
 
@@ -47,11 +47,11 @@ prop_compose! {
         (accepted, hits_done) in (0..6_u8, 0..16_u16),
         (findings, layouts, results, pages) in (0..17_u8, 0..5_u8, 0..9_u8, 0..22_u8),
         (interrupted, block, streaming) in any::<(bool, bool, bool)>(),
-        trial in trials(),
+        calibration_wizard in calibration_wizards(),
     ) -> PanelModel {
         let of_phase = model(phase);
         PanelModel {
-            accepted, hits_done, findings, layouts, results, pages, interrupted, block, trial,
+            accepted, hits_done, findings, layouts, results, pages, interrupted, block, calibration_wizard,
             // The rig is not idle either while it streams or takes a reading.
             idle: of_phase.idle && !streaming,
             ..of_phase
@@ -80,9 +80,14 @@ fn suits(action: Action, model: &PanelModel) -> bool {
         Action::SolveBlock => phase == Phase::Done && model.block,
         Action::DeleteResult => model.pages > 0,
         Action::StartTumble => model.idle,
-        Action::ReadPosition => matches!(model.trial, Trial::Wanted(_) | Trial::Wrong(_)),
-        Action::KeepCalibration => matches!(model.trial, Trial::Proposed(_)),
-        Action::DropTrial => model.trial != Trial::Off,
+        Action::ReadPosition => matches!(
+            model.calibration_wizard,
+            CalibrationWizard::Wanted(_) | CalibrationWizard::Wrong(_)
+        ),
+        Action::KeepCalibration => {
+            matches!(model.calibration_wizard, CalibrationWizard::Proposed(_))
+        }
+        Action::CancelCalibration => model.calibration_wizard != CalibrationWizard::Off,
     }
 }
 
@@ -119,7 +124,7 @@ proptest! {
         for _ in 0..DEEPEST {
             menu.press(Button::Back, &last);
             // The rig does what a Back means: it forgets what was on its way.
-            menu.follow(&PanelModel { trial: Trial::Off, ..last });
+            menu.follow(&PanelModel { calibration_wizard: CalibrationWizard::Off, ..last });
         }
         prop_assert_eq!(menu.screen(), Screen::Home);
     }
@@ -176,7 +181,7 @@ fn every_screen_is_reached_by_buttons_alone() {
         "Result",
         "Calibration",
         "BlockMass",
-        "Trial",
+        "CalibrationWizard",
         "Storage",
         "About",
         "Sure(End)",
@@ -230,15 +235,25 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
         }
         Action::DeleteResult => std::vec![(menu, PanelModel { pages: 0, results: 1, ..*model })],
         Action::StartTumble | Action::ReadPosition => {
-            let trial = |trial| (at(Screen::Trial), PanelModel { trial, ..*model });
-            std::vec![trial(Trial::Wanted(1)), trial(Trial::Proposed(PROPOSAL))]
+            let calibration_wizard = |calibration_wizard| {
+                (at(Screen::CalibrationWizard), PanelModel { calibration_wizard, ..*model })
+            };
+            std::vec![
+                calibration_wizard(CalibrationWizard::Wanted(1)),
+                calibration_wizard(CalibrationWizard::Proposed(PROPOSAL))
+            ]
         }
         Action::SolveBlock => {
-            let trial = Trial::Proposed(PROPOSAL);
-            std::vec![(at(Screen::Trial), PanelModel { trial, ..*model })]
+            let calibration_wizard = CalibrationWizard::Proposed(PROPOSAL);
+            std::vec![(at(Screen::CalibrationWizard), PanelModel { calibration_wizard, ..*model })]
         }
-        Action::KeepCalibration => std::vec![(menu, PanelModel { trial: Trial::Kept, ..*model })],
-        Action::DropTrial => std::vec![(menu, PanelModel { trial: Trial::Off, ..*model })],
+        Action::KeepCalibration => std::vec![(
+            menu,
+            PanelModel { calibration_wizard: CalibrationWizard::Stored, ..*model }
+        )],
+        Action::CancelCalibration => {
+            std::vec![(menu, PanelModel { calibration_wizard: CalibrationWizard::Off, ..*model })]
+        }
         Action::UseLayout(_) => std::vec![(menu, *model)],
     }
 }

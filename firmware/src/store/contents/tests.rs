@@ -76,7 +76,7 @@ fn the_longest_change_fits_its_room() {
     let title = core::iter::repeat_n('t', 48).collect();
     let all = Object { serial: u32::MAX, length: u16::MAX, found: 0 };
     let hash = u32::MAX;
-    let mass = Some(Measured { value: 1.0, sigma: Some(1.0) });
+    let mass = Some(EstimatedMass { value: 1.0, sigma: Some(1.0) });
     let number = u32::MAX;
     let longest = [
         Change::Layout { hash, title, object: all, gave_way: Some(hash) },

@@ -12,7 +12,7 @@ use massline_shared::layout::RigLayout;
 use super::rig::{OnBlock, RigArgs};
 use super::{OriginArgs, report, store};
 use crate::calibration::block::{Block, hits_of};
-use crate::calibration::corners::corners;
+use crate::calibration::cutoffs::cutoffs;
 use crate::calibration::verify::{Verdict, drifts};
 use crate::campaign::{Begin, Begun, Ending, begin};
 use crate::commands::measure::{fits, make_room, paused};
@@ -50,10 +50,10 @@ pub struct BlockArgs {
 #[command(after_help = "\
 Hang the block from soft cords like any object, glue the sensors near its centre of mass, and hit it
 through the centre of mass, as hard as the channels allow: 2 kg and 60 to 100 N. After a tumble test
-this gives the hammer's own sensitivity; without one, the sensors against the hammer. The RC corner
+this gives the hammer's own sensitivity; without one, the sensors against the hammer. The RC cutoff
 of each axis is found against the hammer's, which stays as it is. Good hits are accepted by
 themselves. The rig keeps them: after Ctrl-C the same command goes on, but what was hit before gives
-no corners any more (--restart hits it again).
+no cutoffs any more (--restart hits it again).
 
 Examples:
   massline calibrate block --mass 2.000 --mass-sigma 0.001
@@ -244,8 +244,8 @@ impl BlockTest {
         require_block(&result)?;
         let status = rig.client.status()?;
         collection.collect(&mut rig.client, &status)?;
-        let corners = corners(&collection.into_spectra(), &result, &self.layout, record);
-        Block::of(&hits_of(&result, &self.layout)?, &self.layout, record, self.mass, corners)
+        let cutoffs = cutoffs(&collection.into_spectra(), &result, &self.layout, record);
+        Block::of(&hits_of(&result, &self.layout)?, &self.layout, record, self.mass, cutoffs)
     }
 }
 

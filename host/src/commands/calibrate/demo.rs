@@ -10,7 +10,7 @@ use serde_json::json;
 use super::block::{BlockTest, LAYOUT};
 use super::rig::{InHand, OnBlock};
 use super::{report, store, tumble};
-use crate::calibration::tumble::TumbleReadings;
+use crate::calibration::tumble::TumbleFile;
 use crate::commands::bench_test::{BenchTest, nominal_calibration};
 use crate::commands::compare::Comparison;
 use crate::commands::demo::LAYOUTS;
@@ -90,7 +90,7 @@ pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
     let flash = directory.path().join("flash.bin");
     let mut record = {
         let mut rig = InHand::on_bench(&bench, file.layout.sensors.len(), seed, Some(&flash))?;
-        let mut readings = TumbleReadings::new(&directory.path().join("tumble.toml"));
+        let mut readings = TumbleFile::new(&directory.path().join("tumble.toml"));
         tumble::take(&mut rig, &mut readings, &limits, output)?;
         let mut record = CalibrationRecord::from(nominal_calibration(&bench));
         let found = readings.solve(&limits)?;
@@ -153,7 +153,7 @@ pub fn sensitivity_errors(
     Ok(errors)
 }
 
-/// Root mean square over the ten of what a test on the bench has wrong, % of scale.
+/// Root mean square over the inertial parameters of what a test on the bench has wrong, % of scale.
 ///
 /// # Errors
 /// When the rig gets stuck or there is no answer.
@@ -165,7 +165,7 @@ pub fn error_of_scale(
     output: &mut Output,
 ) -> Result<f64> {
     let mut file = LayoutFile::parse(text, name)?;
-    file.believe(calibration);
+    file.apply_budget(calibration);
     let layout = file.layout;
     let test = BenchTest {
         label: name,

@@ -19,7 +19,7 @@ use crate::output::Output;
 #[command(after_help = "\
 Two tests, in this order; each is stored on the rig when it is done.
   tumble   hold the sensors still with each axis up and down: zero, sensitivity, cross-axis
-  block    hit a hanging block of known mass: the hammer against the sensors, and their RC corners
+  block    hit a hanging block of known mass: the hammer against the sensors, and their RC cutoffs
 The block test alone gives the ratio of the sensors to the hammer, which is all that a measurement
 needs, but its cross-axis sensitivities know the direction of the hits no better than the person.
 
@@ -38,7 +38,7 @@ pub struct Args {
 enum Command {
     /// Six positions at rest: zero, sensitivity and cross-axis matrix of every sensor.
     Tumble(tumble::Args),
-    /// A hanging block of known mass: the hammer against the sensors, RC corners.
+    /// A hanging block of known mass: the hammer against the sensors, RC cutoffs.
     Block(block::Args),
     /// A quick block test against the calibration on the rig. Exit 3 when it has drifted.
     Verify(block::VerifyArgs),

@@ -9,7 +9,7 @@ use nalgebra::Matrix3;
 use serde_json::{Value, json};
 
 use crate::calibration::block::Block;
-use crate::calibration::corners::{FoundCorner, NoCorner, RcCorner};
+use crate::calibration::cutoffs::{FoundCutoff, NoCutoff, RcCutoff};
 use crate::calibration::verify::Drift;
 use crate::output;
 
@@ -27,7 +27,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Value {
                 "id": record.sensors.get(k).map(|id| id.as_str()),
                 "zero_v": axes.iter().map(|axis| axis.zero.0).collect::<Vec<_>>(),
                 "sensitivity_v_per_m_per_s2": rows(&calibration.sensor_sensitivity(k)),
-                "rc_corner_hz": axes.iter().map(|axis| axis.corner.0).collect::<Vec<_>>(),
+                "rc_cutoff_hz": axes.iter().map(|axis| axis.cutoff.0).collect::<Vec<_>>(),
             })
         })
         .collect();
@@ -44,7 +44,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Value {
             "id": record.hammer.as_str(),
             "zero_v": hammer.zero.0,
             "sensitivity_v_per_n": hammer.sensitivity,
-            "rc_corner_hz": hammer.corner.0,
+            "rc_cutoff_hz": hammer.cutoff.0,
         },
         "sensors": sensors,
     })
@@ -62,7 +62,7 @@ pub(super) fn record_text(record: &CalibrationRecord) -> String {
         format!("{:.4}", hammer.zero.0),
         format!("{:.4} mV/N", 1e3 * hammer.sensitivity),
         String::new(),
-        rc(hammer.corner),
+        rc(hammer.cutoff),
     ]);
     for (k, id) in record.sensors.iter().enumerate() {
         let matrix = calibration.cross_axis[k].matrix::<f64>();
@@ -76,7 +76,7 @@ pub(super) fn record_text(record: &CalibrationRecord) -> String {
                 format!("{:.4}", channel.zero.0),
                 format!("{:.4} mV/(m/s²)", 1e3 * channel.sensitivity),
                 format!("{}  {}", cross(first), cross(second)),
-                rc(channel.corner),
+                rc(channel.cutoff),
             ]);
         }
     }
@@ -92,9 +92,9 @@ pub(super) fn record_text(record: &CalibrationRecord) -> String {
     )
 }
 
-/// A corner frequency; none that is not known.
-fn rc(corner: Hertz<f32>) -> String {
-    if corner.0 > 0.0 { format!("{:.1}", corner.0) } else { "-".into() }
+/// A cutoff frequency; none that is not known.
+fn rc(cutoff: Hertz<f32>) -> String {
+    if cutoff.0 > 0.0 { format!("{:.1}", cutoff.0) } else { "-".into() }
 }
 
 /// What a tumble test has found.
@@ -142,47 +142,47 @@ pub(super) fn block_json(found: &Block) -> Value {
     json!({
         "sensors": sensors,
         "hammer": hammer,
-        "rc_corners": found.corners.iter().map(corner_json).collect::<Vec<_>>(),
+        "rc_corners": found.cutoffs.iter().map(cutoff_json).collect::<Vec<_>>(),
     })
 }
 
-fn corner_json(corner: &RcCorner) -> Value {
-    let found = corner.found.as_ref().ok();
+fn cutoff_json(cutoff: &RcCutoff) -> Value {
+    let found = cutoff.found.as_ref().ok();
     json!({
-        "sensor": corner.sensor + 1,
-        "axis": AXES[corner.axis],
-        "corner_hz": found.map(|found| found.corner_hz),
+        "sensor": cutoff.sensor + 1,
+        "axis": AXES[cutoff.axis],
+        "cutoff_hz": found.map(|found| found.cutoff_hz),
         "sigma_hz": found.map(|found| found.sigma_hz),
-        "before_hz": corner.before_hz,
-        "verdict": corner.verdict(),
-        "reason": corner.found.err().map(NoCorner::name),
+        "before_hz": cutoff.before_hz,
+        "verdict": cutoff.verdict(),
+        "reason": cutoff.found.err().map(NoCutoff::name),
     })
 }
 
-/// The corners as a table, with the reasons why some are not known.
-fn corners_text(corners: &[RcCorner], hammer: Hertz<f32>) -> String {
+/// The cutoffs as a table, with the reasons why some are not known.
+fn corners_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
     let mut table = output::table();
     table.set_header(["sensor", "axis", "RC before, Hz", "measured, Hz", "± sd", "verdict"]);
-    let mut reasons: Vec<(NoCorner, String)> = Vec::new();
-    for corner in corners {
-        let axis = AXES[corner.axis];
-        if let Err(reason) = corner.found {
-            let name = format!("{} {axis}", corner.sensor + 1);
+    let mut reasons: Vec<(NoCutoff, String)> = Vec::new();
+    for cutoff in cutoffs {
+        let axis = AXES[cutoff.axis];
+        if let Err(reason) = cutoff.found {
+            let name = format!("{} {axis}", cutoff.sensor + 1);
             match reasons.iter_mut().find(|(known, _)| *known == reason) {
                 Some((_, names)) => *names = format!("{names}, {name}"),
                 None => reasons.push((reason, name)),
             }
         }
-        let number = |of: fn(&FoundCorner) -> f64| {
-            corner.found.as_ref().map_or("-".into(), |found| format!("{:.1}", of(found)))
+        let number = |of: fn(&FoundCutoff) -> f64| {
+            cutoff.found.as_ref().map_or("-".into(), |found| format!("{:.1}", of(found)))
         };
         table.add_row([
-            (corner.sensor + 1).to_string(),
+            (cutoff.sensor + 1).to_string(),
             axis.into(),
-            rc(Hertz(corner.before_hz as f32)),
-            number(|found| found.corner_hz),
+            rc(Hertz(cutoff.before_hz as f32)),
+            number(|found| found.cutoff_hz),
             number(|found| found.sigma_hz),
-            corner.verdict().into(),
+            cutoff.verdict().into(),
         ]);
     }
     let reasons: String =
@@ -191,7 +191,7 @@ fn corners_text(corners: &[RcCorner], hammer: Hertz<f32>) -> String {
         true => format!("against the hammer's, taken as {} Hz", rc(hammer)),
         false => "the hammer's is not known".into(),
     };
-    format!("RC corners {against}; kept: within 3 sd of before\n{table}{reasons}")
+    format!("RC cutoffs {against}; kept: within 3 sd of before\n{table}{reasons}")
 }
 
 pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
@@ -203,8 +203,8 @@ pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
                  and know the cross-axis sensitivities better"
             .into(),
     };
-    let corners = corners_text(&found.corners, record.calibration.channels[HAMMER].corner);
-    format!("{}\n{said}\n\n{corners}", record_text(record))
+    let cutoffs = corners_text(&found.cutoffs, record.calibration.channels[HAMMER].cutoff);
+    format!("{}\n{said}\n\n{cutoffs}", record_text(record))
 }
 
 /// How every channel stands.

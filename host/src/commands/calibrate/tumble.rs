@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use massline_shared::calibration::tumble::{Position, RestReading, Tumble, TumbleLimits};
+use massline_shared::calibration::tumble::{Position, RestVoltages, Tumble, TumbleLimits};
 
 use super::rig::{InHand, RigArgs};
 use super::{OriginArgs, report, store};
-use crate::calibration::tumble::{TumbleReadings, check_rest};
+use crate::calibration::tumble::{TumbleFile, check_rest};
 use crate::error::{Error, Result};
 use crate::output::Output;
 
@@ -50,7 +50,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let limits = args.limits()?;
     let origin = args.origin.origin()?;
-    let mut readings = TumbleReadings::open(&args.readings)?;
+    let mut readings = TumbleFile::open(&args.readings)?;
     if args.restart {
         readings.forget();
     }
@@ -93,7 +93,7 @@ impl Args {
 /// When the rig refuses, or a simulated one does not lie still.
 pub fn take(
     rig: &mut InHand,
-    readings: &mut TumbleReadings,
+    readings: &mut TumbleFile,
     limits: &TumbleLimits<f64>,
     output: &mut Output,
 ) -> Result<()> {
@@ -102,7 +102,7 @@ pub fn take(
     for position in wanted {
         let reading = loop {
             bar.suspend(|| rig.turn_to(position, &prompt(position), output))?;
-            let reading = RestReading::of(&rig.client.static_reading()?, &rig.identity.adc);
+            let reading = RestVoltages::of(&rig.client.rest_statistics()?, &rig.identity.adc);
             match check_rest(&reading, position, limits) {
                 Err(moved) if rig.can_repeat() => bar.suspend(|| output.warn(moved.to_string())),
                 other => break other.map(|()| reading)?,

@@ -7,7 +7,7 @@ use massline_shared::diagnosis::Diagnostic;
 use serde_json::json;
 
 use super::super::show;
-use crate::design::{Outlook, report};
+use crate::design::{DesignReport, report};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
@@ -52,32 +52,32 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
 /// When the file is bad, or the layout cannot determine the ten properties.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read(&args.layout)?;
-    let outlook = Outlook::of(&file, args.noise.noise);
-    let found = &outlook.applicability.diagnostics;
-    let say = |d: &Diagnostic| message_in(d, &file.layout);
-    let mut value = report::outlook_json(&outlook, &file);
+    let design_report = DesignReport::of(&file, args.noise.noise);
+    let found = &design_report.applicability.diagnostics;
+    let message_of = |d: &Diagnostic| message_in(d, &file.layout);
+    let mut value = report::design_report_json(&design_report, &file);
     value["codes"] = found.iter().map(|d| d.code.name()).collect();
-    value["diagnostics"] = json!(diagnostics_json(found, say));
+    value["diagnostics"] = json!(diagnostics_json(found, message_of));
     value["layout_hash"] = json!(file.hash());
     value["noise"] = json!(args.noise.noise);
     if !output.json() {
         // The errors are told together at the end.
         let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
-        show::list(&lesser, say, output);
-        output.note(&outlook.whose);
+        show::list(&lesser, message_of, output);
+        output.note(&design_report.whose);
     }
-    if outlook.promise.is_some() {
+    if design_report.predicted.is_some() {
         return output.answer(&value, |_| {
             format!(
                 "{} sensors, {} hits: this layout determines all ten properties\n{}",
                 file.layout.sensors.len(),
                 file.layout.hits.len(),
-                report::outlook_text(&outlook, &file).trim_end(),
+                report::design_report_text(&design_report, &file).trim_end(),
             )
         });
     }
     output.explain(value);
-    Err(show::first_error(found, say).unwrap_or_else(|| {
+    Err(show::first_error(found, message_of).unwrap_or_else(|| {
         let text = "the information about the ten is singular; spread sensors and hits";
         Error::undetermined("ten_parameters_not_identifiable", text)
     }))

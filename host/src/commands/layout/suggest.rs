@@ -81,17 +81,17 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         write(&args.layout, path, &suggestion.layout)?;
     }
     let layout = &suggestion.layout;
-    let say = |d: &Diagnostic| message_in(d, layout);
+    let message_of = |d: &Diagnostic| message_in(d, layout);
     let found = &suggestion.applicability.diagnostics;
     let mut value = report::suggestion_json(&suggestion);
     value["codes"] = found.iter().map(|d| d.code.name()).collect();
-    value["diagnostics"] = json!(diagnostics_json(found, say));
+    value["diagnostics"] = json!(diagnostics_json(found, message_of));
     value["noise"] = json!(args.noise.noise);
     value["seed"] = json!(args.seed);
     value["starts"] = json!(args.starts);
     value["written"] = json!(args.write);
     if !output.json() {
-        show::list(found, say, output);
+        show::list(found, message_of, output);
         output.note(&suggestion.whose);
         if layout.sensors.len() > RIG_SENSORS || layout.hits.len() > RIG_HITS {
             output.note(format!(
@@ -187,12 +187,13 @@ fn replace(document: &mut DocumentMut, list: &str, name: &str, new: Vec<Value>) 
         }
         _ => Vec::new(),
     };
-    let says = |entry: &Value, value: &Value| {
+    let names_the_same = |entry: &Value, value: &Value| {
         let inner = entry.as_inline_table().and_then(|table| table.get(name));
         same(inner.unwrap_or(entry), value)
     };
     let entries = new.into_iter().map(|value| {
-        let mut entry = old.iter().find(|entry| says(entry, &value)).cloned().unwrap_or(value);
+        let mut entry =
+            old.iter().find(|entry| names_the_same(entry, &value)).cloned().unwrap_or(value);
         entry.decor_mut().clear();
         entry
     });

@@ -19,17 +19,21 @@ fn sensors() -> [Matrix3<f64>; 2] {
     [first, second]
 }
 
-/// Five hits along each axis that miss their direction by ±`miss` rad across, read through `sensors`
+/// Five hits along each axis that are off their direction by ±`direction_error` rad across, read through `sensors`
 /// and a hammer whose output is `hammer` times what it should be.
-fn hits<R: Real>(sensors: &[Matrix3<f64>; 2], hammer: f64, miss: f64) -> Vec<BlockHit<R, 2>> {
+fn hits<R: Real>(
+    sensors: &[Matrix3<f64>; 2],
+    hammer: f64,
+    direction_error: f64,
+) -> Vec<BlockHit<R, 2>> {
     let pattern = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.0, 0.0]];
     (0..3)
         .map(|axis| {
             let mut lines = ScatterAccumulator::<f64, 2>::new();
             for [a, b] in pattern {
                 let mut push = Vector3::ith(axis, 1.0);
-                push[(axis + 1) % 3] = a * miss;
-                push[(axis + 2) % 3] = b * miss;
+                push[(axis + 1) % 3] = a * direction_error;
+                push[(axis + 2) % 3] = b * direction_error;
                 let acceleration = push.normalize() / BLOCK.mass;
                 let mut read = Responses::<f64, 2>::zeros();
                 for (i, sensor) in sensors.iter().enumerate() {
@@ -76,16 +80,19 @@ fn sensors_may_stand_turned_on_the_block() {
 fn hammer_is_found<R: Real>(tolerance: f64) {
     let exact = [Matrix3::identity(); 2];
     let block = BlockMass { mass: R::of(2.0), sigma: R::of(0.001) };
-    for miss in [0.0, 0.03, 0.1] {
-        let hits = hits::<R>(&exact, 1.02, miss);
+    for direction_error in [0.0, 0.03, 0.1] {
+        let hits = hits::<R>(&exact, 1.02, direction_error);
         let found = force_ratio(lines(&hits), 2, block).unwrap();
         let error = found.ratio.to_f64() * 1.02 - 1.0;
-        assert!(error.abs() < tolerance, "{miss}: {error}");
+        assert!(error.abs() < tolerance, "{direction_error}: {error}");
         assert!(found.is_consistent());
         // A mass known to 0.05 %, 0.1 % that is always there, and hits whose length is exact but for
-        // the curvature of an arc of `miss`.
+        // the curvature of an arc of `direction_error`.
         let sigma = found.sigma.to_f64();
-        assert!((1.08e-3..1.12e-3 + 0.2 * miss * miss).contains(&sigma), "{sigma}");
+        assert!(
+            (1.08e-3..1.12e-3 + 0.2 * direction_error * direction_error).contains(&sigma),
+            "{sigma}"
+        );
     }
 }
 

@@ -9,11 +9,11 @@ use super::{
 };
 use crate::Real;
 use crate::layout::RIG_SENSORS;
-use crate::signal::{AdcProperties, CHANNELS, HAMMER, StaticReading};
+use crate::signal::{AdcProperties, CHANNELS, HAMMER, RestStatistics};
 
 /// What all channels read at rest, V.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RestReading<R> {
+pub struct RestVoltages<R> {
     /// Channels that there are, the hammer first.
     channels: u8,
     mean: [R; CHANNELS],
@@ -21,9 +21,9 @@ pub struct RestReading<R> {
     sigma: [R; CHANNELS],
 }
 
-impl<R: Real> RestReading<R> {
+impl<R: Real> RestVoltages<R> {
     /// From the codes that a rig has read.
-    pub fn of(reading: &StaticReading, adc: &AdcProperties) -> Self {
+    pub fn of(reading: &RestStatistics, adc: &AdcProperties) -> Self {
         let code = R::of(f64::from(adc.volts_per_code()));
         let rate = R::of(f64::from(adc.rate.0));
         let codes = |value: f32| R::of(f64::from(value));
@@ -138,7 +138,7 @@ impl<R: Real> Tumble<R> {
 /// The readings of a tumble test, one for each position, in any order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TumbleTest<R> {
-    readings: Vec<(Position, RestReading<R>), { Position::ALL.len() }>,
+    readings: Vec<(Position, RestVoltages<R>), { Position::ALL.len() }>,
 }
 
 impl<R> Default for TumbleTest<R> {
@@ -154,7 +154,7 @@ impl<R> TumbleTest<R> {
     }
 
     /// The readings that there are, in the order in which they were taken.
-    pub fn readings(&self) -> &[(Position, RestReading<R>)] {
+    pub fn readings(&self) -> &[(Position, RestVoltages<R>)] {
         &self.readings
     }
 
@@ -169,11 +169,11 @@ impl<R: Real> TumbleTest<R> {
     /// Takes the reading of a position.
     ///
     /// # Errors
-    /// As [`RestReading::check`], and when the position has been read; the test stays as it was.
+    /// As [`RestVoltages::check`], and when the position has been read; the test stays as it was.
     pub fn add(
         &mut self,
         position: Position,
-        reading: RestReading<R>,
+        reading: RestVoltages<R>,
         limits: &TumbleLimits<R>,
     ) -> Result<(), SensorProblem<R>> {
         reading.check(position, limits)?;
@@ -231,15 +231,15 @@ mod tests {
     };
 
     /// Two nominal sensors at rest, and a hammer at 0.12 V.
-    fn reading(position: Position, deviation: f32) -> RestReading<f32> {
+    fn reading(position: Position, deviation: f32) -> RestVoltages<f32> {
         let up = position.up::<f32>();
         let mut mean = [0.0; CHANNELS];
         mean[0] = 0.12 / 3.0 * 4096.0;
         for k in 0..6 {
             mean[1 + k] = (1.5 + 0.057 * up[k % 3]) / 3.0 * 4096.0;
         }
-        let codes = StaticReading { scans: 2048, mean, deviation: [deviation; CHANNELS] };
-        RestReading::of(&codes, &ADC)
+        let codes = RestStatistics { scans: 2048, mean, deviation: [deviation; CHANNELS] };
+        RestVoltages::of(&codes, &ADC)
     }
 
     fn limits() -> TumbleLimits<f32> {
@@ -296,9 +296,9 @@ mod tests {
     #[test]
     fn volts_of_a_file_have_to_be_of_equally_many_channels() {
         let volts = [1.5_f64; 7];
-        let read = RestReading::from_volts(&volts, &volts, &volts).unwrap();
+        let read = RestVoltages::from_volts(&volts, &volts, &volts).unwrap();
         assert_eq!((read.sensors(), read.mean()), (2, &volts[..]));
-        assert_eq!(RestReading::from_volts(&volts, &volts[1..], &volts), None);
-        assert_eq!(RestReading::from_volts(&[0.0; 11], &[0.0; 11], &[0.0; 11]), None);
+        assert_eq!(RestVoltages::from_volts(&volts, &volts[1..], &volts), None);
+        assert_eq!(RestVoltages::from_volts(&[0.0; 11], &[0.0; 11], &[0.0; 11]), None);
     }
 }

@@ -9,8 +9,8 @@ use std::vec::Vec;
 
 const DECAY: f64 = 10.0;
 
-fn settings() -> Settings {
-    Settings { damping: false, elastic: false }
+fn settings() -> GlobalFitSettings {
+    GlobalFitSettings { damping: false, elastic: false }
 }
 
 /// Four cords at different points that are stiff along z and softer across, N/m, about the origin.
@@ -63,8 +63,8 @@ fn fit(
     frequencies: &[f64],
     accelerance: &[Complex<f64>],
     start: &RigidBody<f64>,
-    settings: &Settings,
-) -> Result<Solution<f64>, Diagnostics> {
+    settings: &GlobalFitSettings,
+) -> Result<GlobalFitSolution<f64>, Diagnostics> {
     let data = FrequencyResponses::new(frequencies, accelerance, 9, 3).unwrap();
     let data = data.windowed(DECAY, 1.0);
     let mut workspace = vec![0.0; workspace(frequencies.len())];
@@ -81,7 +81,7 @@ fn crude() -> RigidBody<f64> {
     }
 }
 
-fn worst(solution: &Solution<f64>) -> f64 {
+fn worst(solution: &GlobalFitSolution<f64>) -> f64 {
     let error = solution.estimate.body.theta() - bar_body().theta();
     // Of [m, L, L, L, m L² × 6] with L = 0.136 m.
     let scale = |k: usize| [1.23, 0.136, 0.136, 0.136, 0.0227].get(k).copied().unwrap_or(0.0227);
@@ -104,7 +104,8 @@ fn the_body_comes_back_from_lines_near_the_suspension_modes() {
 fn damping_is_told_from_mass_when_it_is_fitted() {
     let f = frequencies(8.0);
     let data = responses(&f, 300.0, 1.5, 0.0);
-    let with = fit(&f, &data, &crude(), &Settings { damping: true, ..settings() }).unwrap();
+    let with =
+        fit(&f, &data, &crude(), &GlobalFitSettings { damping: true, ..settings() }).unwrap();
     assert!(worst(&with) < 1e-5, "{:e}", worst(&with));
     let damping = (with.damping.unwrap() - suspension(1.5)).fixed_view::<3, 3>(0, 0).norm();
     assert!(damping < 1e-2, "{damping} N s/m");
@@ -118,7 +119,8 @@ fn damping_is_told_from_mass_when_it_is_fitted() {
 fn a_residual_of_elastic_modes_is_eliminated() {
     let f = frequencies(10.0);
     let data = responses(&f, 300.0, 0.0, 1e-7);
-    let with = fit(&f, &data, &crude(), &Settings { elastic: true, ..settings() }).unwrap();
+    let with =
+        fit(&f, &data, &crude(), &GlobalFitSettings { elastic: true, ..settings() }).unwrap();
     assert!(worst(&with) < 1e-6, "{:e}", worst(&with));
     let without = fit(&f, &data, &crude(), &settings()).unwrap();
     assert!(worst(&without) > 1e-3, "{:e}", worst(&without));
@@ -153,11 +155,11 @@ fn the_standard_deviation_is_that_of_many_fits() {
 fn bad_input_is_refused() {
     let f = frequencies(10.0);
     let good = responses(&f, 100.0, 0.0, 0.0);
-    let code = |result: Result<Solution<f64>, Diagnostics>| result.unwrap_err()[0].code;
+    let code = |result: Result<GlobalFitSolution<f64>, Diagnostics>| result.unwrap_err()[0].code;
     let mut nan = good.clone();
     nan[7].im = f64::NAN;
     assert_eq!(code(fit(&f, &nan, &crude(), &settings())), Code::DataNotFinite);
-    let every = Settings { damping: true, elastic: true };
+    let every = GlobalFitSettings { damping: true, elastic: true };
     let few = fit(&f[..1], &good[..27], &crude(), &every);
     assert_eq!(code(few), Code::BandTooNarrow);
     assert!(FrequencyResponses::new(&f, &good[1..], 9, 3).is_none());

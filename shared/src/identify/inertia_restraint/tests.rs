@@ -153,10 +153,10 @@ fn the_covariance_is_that_of_many_campaigns() {
 
 #[test]
 fn the_covariance_of_weighted_equations_is_that_of_many_campaigns() {
-    covariance_of_many_campaigns(Settings::weighted());
+    covariance_of_many_campaigns(InertiaRestraintSettings::weighted());
 }
 
-fn covariance_of_many_campaigns(settings: Settings<f64>) {
+fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
     let (layout, body) = (bar_layout(), bar_body());
     let clean = exact(&layout, &body);
     let mut noise = Noise(7);
@@ -213,7 +213,7 @@ fn covariance_of_many_campaigns(settings: Settings<f64>) {
 fn weights_do_not_move_an_exact_answer() {
     let (layout, body) = (bar_layout(), bar_body());
     let dofs = exact(&layout, &body);
-    let estimate = solve(&layout, &dofs, Settings::weighted()).unwrap();
+    let estimate = solve(&layout, &dofs, InertiaRestraintSettings::weighted()).unwrap();
     // Rounding times the condition.
     assert!(error_of_scale(&estimate, &body, &layout) < 1e-12);
 }
@@ -222,11 +222,11 @@ fn weights_do_not_move_an_exact_answer() {
 #[test]
 fn weights_make_the_answer_better_when_hits_are_badly_placed() {
     let (mut layout, body) = (bar_layout(), bar_body());
-    let corner = layout.hits[1].position;
+    let cutoff = layout.hits[1].position;
     for (hit, (position, direction)) in layout.hits.iter_mut().zip([
         ([0.0; 3], [1.0, 0.0, 0.0]),
-        (corner, [0.0, 0.0, 1.0]),
-        (corner, [0.0, 1.0, 0.0]),
+        (cutoff, [0.0, 0.0, 1.0]),
+        (cutoff, [0.0, 1.0, 0.0]),
     ]) {
         (hit.position, hit.direction) = (position, direction);
     }
@@ -244,12 +244,12 @@ fn weights_make_the_answer_better_when_hits_are_badly_placed() {
         }
         let mut dofs = exact(&struck, &body);
         dofs.iter_mut().for_each(|(_, lines)| lines.hits = 5);
-        let square = |settings: Settings<f64>| {
+        let square = |settings: InertiaRestraintSettings<f64>| {
             let estimate = solve(&layout, &dofs, settings).unwrap();
             error_of_scale(&estimate, &body, &layout).powi(2)
         };
         equal += square(ReferencePoint::Centroid.into());
-        weighted += square(Settings::weighted());
+        weighted += square(InertiaRestraintSettings::weighted());
     }
     // A factor of 1.8 in the worst property with 2 % of the responses assumed and none there; 400
     // runs know a ratio of deviations to 5 %.

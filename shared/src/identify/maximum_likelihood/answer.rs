@@ -3,9 +3,9 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::fit::{Fit, Stage, damped_step};
+use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
-use super::problem::Problem;
-use super::{Solution, equations_in, fatal, learned, undetermined};
+use super::{MaximumLikelihoodSolution, equations_in, fatal, nuisances, undetermined};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, Severity};
@@ -26,7 +26,7 @@ impl<R: Real> Fit<R> {
         layout: &Layout<R, S, H>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
-        let problem = Problem::<R, S, H>::new(layout);
+        let problem = FitProblem::<R, S, H>::new(layout);
         let equations = equations_in(workspace, &problem)?;
         self.conclude(&problem, &equations)
     }
@@ -40,18 +40,18 @@ impl<R: Real> Fit<R> {
         layout: &Layout<R, S, H>,
         dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
-    ) -> Result<Solution<R, S, H>, Diagnostics> {
-        let problem = Problem::<R, S, H>::new(layout);
+    ) -> Result<MaximumLikelihoodSolution<R, S, H>, Diagnostics> {
+        let problem = FitProblem::<R, S, H>::new(layout);
         let mut equations = equations_in(workspace, &problem)?;
         let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
         let estimate = self.conclude(&problem, &equations)?;
-        let learned = learned::learn(&problem, dofs, &body, &mut equations);
-        Ok(Solution { estimate, learned: learned.ok_or_else(undetermined)? })
+        let nuisances = nuisances::estimate_nuisances(&problem, dofs, &body, &mut equations);
+        Ok(MaximumLikelihoodSolution { estimate, nuisances: nuisances.ok_or_else(undetermined)? })
     }
 
     fn conclude<const S: usize, const H: usize>(
         &mut self,
-        problem: &Problem<'_, R, S, H>,
+        problem: &FitProblem<'_, R, S, H>,
         equations: &NormalEquations<'_, R>,
     ) -> Result<Estimate<R>, Diagnostics> {
         let Stage::Done = self.stage else {
@@ -70,7 +70,7 @@ impl<R: Real> Fit<R> {
         let covariance = covariance.ok_or_else(undetermined)?;
         let layout = problem.layout;
         if layout.gravity.is_none() && layout.sensors.iter().any(|s| s.senses_gravity) {
-            self.say(Code::GravityNotGiven, Severity::Note, R::zero());
+            self.push_diagnostic(Code::GravityNotGiven, Severity::Note, R::zero());
         }
         Ok(Estimate {
             method: Method::MaximumLikelihood,

@@ -3,9 +3,9 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::answer::covariance_of;
+use super::fit_problem::FitProblem;
 use super::model::Model;
 use super::normal_equations::NormalEquations;
-use super::problem::Problem;
 use crate::Real;
 use crate::body::RigidBody;
 use crate::identify::MassLines;
@@ -42,10 +42,10 @@ pub fn bound<R: Real, const S: usize, const H: usize>(
     hits: u16,
     workspace: &mut [R],
 ) -> Option<Bound<R>> {
-    let problem = Problem::<R, S, H>::new(layout);
+    let problem = FitProblem::<R, S, H>::new(layout);
     let object = problem.balance.body(body);
     let whole = problem.body_of(&object.phi())?;
-    let mut equations = NormalEquations::new(workspace, problem.causes())?;
+    let mut equations = NormalEquations::new(workspace, problem.nuisances())?;
     let dofs = (0..layout.hits.len()).map(|index| {
         // The readings themselves do not matter to the information.
         let mut lines = MassLines::without_scatter(Responses::zeros());
@@ -65,7 +65,7 @@ pub fn bound<R: Real, const S: usize, const H: usize>(
 }
 
 /// Covariance of the readings of one hit DOF with those of another (theory, section 4), ((m/s²)/N)²:
-/// what the fit weighs by, written out. Between different DOFs only the causes that stay the same
+/// what the fit weighs by, written out. Between different DOFs only the nuisance parameters that stay the same
 /// over the test are left.
 ///
 /// `first` is a DOF with its mass lines, which tell noise and hits. `None` when the layout does not
@@ -76,7 +76,7 @@ pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
     first: (usize, &MassLines<R, S>),
     second: usize,
 ) -> Option<ResponseSquare<R, S>> {
-    let problem = Problem::<R, S, H>::new(layout);
+    let problem = FitProblem::<R, S, H>::new(layout);
     let whole = problem.body_of(&problem.balance.body(body).phi())?;
     let model = Model::new(layout, &problem.balance, &whole)?;
     let (index, lines) = first;
@@ -92,8 +92,8 @@ pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
                 }
             }
             // After the hammer and what is attached come the ten.
-            let causes = one.shared.len().saturating_sub(10);
-            for (a, b) in one.shared.iter().zip(other.shared).take(causes) {
+            let nuisances = one.shared.len().saturating_sub(10);
+            for (a, b) in one.shared.iter().zip(other.shared).take(nuisances) {
                 sum.add_outer(a, b);
             }
         });

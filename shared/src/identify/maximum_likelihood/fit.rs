@@ -3,19 +3,19 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
 use super::parameters::{Parameters, RAISED};
-use super::problem::Problem;
-use super::{check_data, equations_in, fatal, start, strain, undetermined};
+use super::{check_data, equations_in, fatal, pulls, start, undetermined};
 use crate::Real;
 use crate::body::{LogCholesky, RigidBody};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use crate::identify::inertia_restraint::{self, Settings};
+use crate::identify::inertia_restraint::{self, InertiaRestraintSettings};
 use crate::identify::{Consistency, DofMassLines, Progress, by_reference};
 use crate::layout::Layout;
 use crate::linalg::{all_finite, cholesky};
 
-/// A step of the ten that lowers the cost by less than this part of χ² over its degrees of freedom, or of
+/// A step of the inertial parameters that lowers the cost by less than this part of χ² over its degrees of freedom, or of
 /// one, ends the fit: a square of standard deviations. In single precision a hundred roundings.
 const CLOSE: f64 = 1e-10;
 /// The same where parameters are held to physical bodies: on the way from a crude start, and at the edge
@@ -78,7 +78,7 @@ impl<R: Real> Fit<R> {
     /// Checks layout and data and chooses the start.
     ///
     /// # Errors
-    /// Whatever keeps the data from determining the ten by any method: numbers that are not finite,
+    /// Whatever keeps the data from determining the inertial parameters by any method: numbers that are not finite,
     /// hits that are too few, parallel or concurrent, an information matrix of a rank below ten.
     pub fn start<const S: usize, const H: usize>(
         layout: &Layout<R, S, H>,
@@ -86,11 +86,12 @@ impl<R: Real> Fit<R> {
         start: Start<'_, R>,
     ) -> Result<Self, Diagnostics> {
         check_data(layout, dofs)?;
-        let problem = Problem::<R, S, H>::new(layout);
+        let problem = FitProblem::<R, S, H>::new(layout);
         let given = match start {
             Start::At(object) => Some(*object),
             Start::InertiaRestraint => {
-                let linear = inertia_restraint::solve(layout, dofs, Settings::weighted());
+                let linear =
+                    inertia_restraint::solve(layout, dofs, InertiaRestraintSettings::weighted());
                 linear.ok().map(|estimate| estimate.body)
             }
             Start::Crude => None,
@@ -137,7 +138,7 @@ impl<R: Real> Fit<R> {
         dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
     ) -> Result<Progress, Diagnostics> {
-        let problem = Problem::<R, S, H>::new(layout);
+        let problem = FitProblem::<R, S, H>::new(layout);
         let mut equations = equations_in(workspace, &problem)?;
         match self.stage {
             Stage::Arrived => {
@@ -178,7 +179,7 @@ impl<R: Real> Fit<R> {
     #[inline(never)]
     fn descend<const S: usize, const H: usize>(
         &mut self,
-        problem: &Problem<'_, R, S, H>,
+        problem: &FitProblem<'_, R, S, H>,
         dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
         trials: u8,
@@ -228,10 +229,10 @@ impl<R: Real> Fit<R> {
         self.steps
     }
 
-    /// The equations at the present parameters, the causes eliminated; the cost with them.
+    /// The equations at the present parameters, the nuisance parameters eliminated; the cost with them.
     fn evaluate<const S: usize, const H: usize>(
         &mut self,
-        problem: &Problem<'_, R, S, H>,
+        problem: &FitProblem<'_, R, S, H>,
         dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<(), Diagnostics> {
@@ -243,7 +244,7 @@ impl<R: Real> Fit<R> {
         let priors = problem.add_priors(&object, equations);
         equations.eliminate().ok_or_else(undetermined)?;
         self.cost = squares + priors - equations.explained();
-        // A few ulp a term. What the causes explain is part of the terms: it may be a thousand times
+        // A few ulp a term. What the nuisance parameters explain is part of the terms: it may be a thousand times
         // what they leave.
         self.rounding = (squares + priors) * R::default_epsilon() * R::of(64.0);
         Ok(())
@@ -252,7 +253,7 @@ impl<R: Real> Fit<R> {
     /// The cost of another body under the covariance of the present one.
     fn trial<const S: usize, const H: usize>(
         &self,
-        problem: &Problem<'_, R, S, H>,
+        problem: &FitProblem<'_, R, S, H>,
         dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
         body: &RigidBody<R>,
@@ -272,19 +273,27 @@ impl<R: Real> Fit<R> {
     /// what is to be suspected then.
     fn judge<const S: usize, const H: usize>(
         &mut self,
-        problem: &Problem<'_, R, S, H>,
+        problem: &FitProblem<'_, R, S, H>,
         dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<(), Diagnostics> {
         let object = self.object().ok_or_else(undetermined)?;
         if !object.is_physically_consistent() {
-            self.say(Code::NotPhysicallyConsistent, Severity::Warning, self.margin(&object));
+            self.push_diagnostic(
+                Code::NotPhysicallyConsistent,
+                Severity::Warning,
+                self.margin(&object),
+            );
         }
         let consistency = self.consistency();
-        if consistency.contradicts() {
-            self.say(Code::DataContradictBudget, Severity::Warning, consistency.reduced());
+        if consistency.rejects_budget() {
+            self.push_diagnostic(
+                Code::DataInconsistentWithBudget,
+                Severity::Warning,
+                consistency.reduced(),
+            );
             let body = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
-            if let Some(suspect) = strain::suspect(problem, dofs, &body, equations) {
+            if let Some(suspect) = pulls::suspect(problem, dofs, &body, equations) {
                 let _ = self.diagnostics.push(suspect);
             }
         }
@@ -321,7 +330,11 @@ impl<R: Real> Fit<R> {
                 let projected = object.made_consistent(R::of(RAISED));
                 let start = projected.and_then(|body| LogCholesky::from_body(&body));
                 let Some(body) = start else { return };
-                self.say(Code::HeldToConsistency, Severity::Warning, self.margin(&object));
+                self.push_diagnostic(
+                    Code::HeldToConsistency,
+                    Severity::Warning,
+                    self.margin(&object),
+                );
                 self.depart(Parameters::Consistent { body, on_the_way: false });
             }
         }
@@ -339,7 +352,7 @@ impl<R: Real> Fit<R> {
         object.physical_margin().unwrap_or(R::zero()) * self.length * self.length
     }
 
-    pub(super) fn say(&mut self, code: Code, severity: Severity, value: R) {
+    pub(super) fn push_diagnostic(&mut self, code: Code, severity: Severity, value: R) {
         // A handful at most.
         let _ = self.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));
     }

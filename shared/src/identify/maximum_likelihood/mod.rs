@@ -7,7 +7,7 @@
 //!
 //! The augmented form is used: every cause that stays the same over the test is an unknown with a
 //! prior, which leaves one small covariance per hit DOF and one normal matrix of a fixed size. The
-//! causes come out with the answer ([`Learned`]). Steps are those of Levenberg and Marquardt; the
+//! nuisance parameters come out with the answer ([`NuisanceEstimates`]). Steps are those of Levenberg and Marquardt; the
 //! covariance of the readings is evaluated anew after every step.
 //!
 //! [`solve`] does it all; a rig takes [`Fit::step`] by step, with other work between:
@@ -21,28 +21,28 @@ mod answer;
 mod balance;
 mod bound;
 mod fit;
-mod learned;
+mod fit_problem;
 mod model;
 mod normal_equations;
+mod nuisances;
 mod parameters;
-mod problem;
+mod pulls;
 mod start;
-mod strain;
 
 pub use bound::{Bound, bound, readings_covariance};
 pub use fit::{Fit, Start};
-pub use learned::{Learned, LearnedHit, LearnedSensor, Learnt};
+pub use nuisances::{HitNuisances, NuisanceEstimates, SensorNuisances};
 
 use super::method::{self, Entry, Observable, Progress};
-use super::observations::{Observations, SpectralLines};
+use super::observations::{Observations, SpectrumBins};
 use super::{DofMassLines, Estimate};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::layout::{Layout, MAX_ATTACHED, RIG_SENSORS, is_finite};
-use model::SENSOR_CAUSES;
+use fit_problem::FitProblem;
+use model::SENSOR_NUISANCES;
 use normal_equations::NormalEquations;
-use problem::Problem;
 
 /// What this file states about the method.
 pub const ENTRY: Entry = Entry {
@@ -74,16 +74,16 @@ fn is_blocked(code: Code, rescued: bool) -> bool {
 pub(super) type Solver<R> = Fit<R>;
 
 impl<R: Real> method::Solver<R> for Fit<R> {
-    fn start<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
         observed: &Observations<'_, R, S, H, L>,
-        _settings: &super::Settings<R>,
+        _settings: &super::IdentifySettings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
         let start = start.map_or(Start::InertiaRestraint, Start::At);
         Self::start(observed.layout, observed.mass_lines, start)
     }
 
-    fn step<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
         workspace: &mut [R],
@@ -91,7 +91,7 @@ impl<R: Real> method::Solver<R> for Fit<R> {
         Self::step(self, observed.layout, observed.mass_lines, workspace)
     }
 
-    fn finish<const S: usize, const H: usize, L: SpectralLines<R>>(
+    fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
         workspace: &mut [R],
@@ -102,7 +102,7 @@ impl<R: Real> method::Solver<R> for Fit<R> {
 
 /// Numbers of workspace for a layout of so many sensors.
 pub const fn workspace(sensors: usize) -> usize {
-    normal_equations::workspace(SENSOR_CAUSES * sensors + 1 + MAX_ATTACHED + 10)
+    normal_equations::workspace(SENSOR_NUISANCES * sensors + 1 + MAX_ATTACHED + 10)
 }
 
 /// Numbers of workspace on the rig.
@@ -110,11 +110,11 @@ pub const RIG_WORKSPACE: usize = workspace(RIG_SENSORS);
 
 /// What the fit answers.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solution<R, const S: usize, const H: usize> {
+pub struct MaximumLikelihoodSolution<R, const S: usize, const H: usize> {
     /// The ten with their covariance, and χ² with its verdict.
     pub estimate: Estimate<R>,
     /// What the fit found out about sensors, hammer and hits.
-    pub learned: Learned<R, S, H>,
+    pub nuisances: NuisanceEstimates<R, S, H>,
 }
 
 /// The ten properties from the mass lines, by as many steps as it takes.
@@ -128,7 +128,7 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     dofs: &[DofMassLines<R, S>],
     start: Start<'_, R>,
     workspace: &mut [R],
-) -> Result<Solution<R, S, H>, Diagnostics> {
+) -> Result<MaximumLikelihoodSolution<R, S, H>, Diagnostics> {
     let mut fit = Fit::start(layout, dofs, start)?;
     while fit.step(layout, dofs, workspace)? == Progress::Going {}
     fit.finish(layout, dofs, workspace)
@@ -148,9 +148,9 @@ fn check_data<R: Real, const S: usize, const H: usize>(
 /// The equations as a step before has left them.
 fn equations_in<'w, R: Real, const S: usize, const H: usize>(
     workspace: &'w mut [R],
-    problem: &Problem<'_, R, S, H>,
+    problem: &FitProblem<'_, R, S, H>,
 ) -> Result<NormalEquations<'w, R>, Diagnostics> {
-    NormalEquations::new(workspace, problem.causes()).ok_or_else(undetermined)
+    NormalEquations::new(workspace, problem.nuisances()).ok_or_else(undetermined)
 }
 
 /// The start was identifiable, so what cannot be computed any more is a fit that went astray.

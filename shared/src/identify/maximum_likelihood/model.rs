@@ -13,14 +13,14 @@ use crate::layout::{Hit, Layout, SensorUncertainty};
 use crate::linalg::skew;
 use crate::responses::{ResponseRows, ResponseSquare, Responses};
 
-/// Causes of error of one sensor: the nine elements of its sensitivity, three rotations, three
+/// Nuisance parameters of one sensor: the nine elements of its sensitivity, three rotations, three
 /// displacements.
-pub(super) const SENSOR_CAUSES: usize = 15;
-/// The first causes of a sensor, its sensitivities: three move its first reading only, three its second,
+pub(super) const SENSOR_NUISANCES: usize = 15;
+/// The first nuisance parameters of a sensor, its sensitivities: three move its first reading only, three its second,
 /// three its third.
 pub(super) const SENSITIVITIES: usize = 9;
-/// Causes of error of one hit: two displacements and two rotations across its direction.
-pub(super) const HIT_CAUSES: usize = 4;
+/// Nuisance parameters of one hit: two displacements and two rotations across its direction.
+pub(super) const HIT_NUISANCES: usize = 4;
 
 /// A body on the sensors of a layout.
 #[derive(Clone, Debug)]
@@ -38,9 +38,9 @@ pub(super) struct HitModel<R, const S: usize> {
     pub(super) motion: Vector6<R>,
     /// h.
     pub(super) reading: Responses<R, S>,
-    /// Readings of one standard deviation of each of the hit's own causes.
-    pub(super) spread: ResponseRows<R, S, HIT_CAUSES>,
-    /// Directions of the first two causes: unit vectors across the hit.
+    /// Readings of one standard deviation of each of the hit's own nuisance parameters.
+    pub(super) spread: ResponseRows<R, S, HIT_NUISANCES>,
+    /// Directions of the first two nuisance parameters: unit vectors across the hit.
     pub(super) across: [Vector3<R>; 2],
 }
 
@@ -70,12 +70,12 @@ impl<R: Real, const S: usize> Model<R, S> {
         let point = balance.point(&hit.position);
         let motion = self.body.acceleration(&wrench(&direction, &point.cross(&direction)))?;
         let across = basis_across(&direction);
-        let (miss, lean) = hit.uncertainty.of_mean(n);
-        let miss = miss / balance.length;
-        let mut spread = ResponseRows::<R, S, HIT_CAUSES>::zeros();
+        let (position_error, direction_error) = hit.uncertainty.of_mean(n);
+        let position_error = position_error / balance.length;
+        let mut spread = ResponseRows::<R, S, HIT_NUISANCES>::zeros();
         for (k, t) in across.iter().enumerate() {
-            let displaced = wrench(&Vector3::zeros(), &(t.cross(&direction) * miss));
-            let leaning = wrench(&(t * lean), &(point.cross(t) * lean));
+            let displaced = wrench(&Vector3::zeros(), &(t.cross(&direction) * position_error));
+            let leaning = wrench(&(t * direction_error), &(point.cross(t) * direction_error));
             spread.0[k] = self.readings.times(&displaced);
             spread.0[2 + k] = self.readings.times(&leaning);
         }
@@ -117,13 +117,13 @@ impl<R: Real, const S: usize> HitModel<R, S> {
 
     /// What one standard deviation of each cause of a sensor adds to its three readings: sensitivity
     /// row by row, rotation, displacement (theory, section 4).
-    pub(super) fn sensor_causes(
+    pub(super) fn sensor_nuisances(
         &self,
         index: usize,
         axes: &Matrix3<R>,
         uncertainty: &SensorUncertainty<R>,
         length: R,
-    ) -> [Vector3<R>; SENSOR_CAUSES] {
+    ) -> [Vector3<R>; SENSOR_NUISANCES] {
         let reading: Vector3<R> = self.reading.column(index).into_owned();
         let turning: Vector3<R> = self.motion.fixed_rows::<3>(3).into_owned();
         let displacement = uncertainty.position / length;

@@ -1,13 +1,13 @@
-//! The normal equations of the augmented form, packed: the causes of error first, the ten last.
+//! The normal equations of the augmented form, packed: the nuisance parameters first, the ten last.
 //!
 //! Every cause is an unknown in units of its standard deviation with a prior of one, so its diagonal
-//! starts at one. Eliminating the causes leaves the information about the ten under the complete
+//! starts at one. Eliminating the nuisance parameters leaves the information about the inertial parameters under the complete
 //! covariance (theory, section 4), without that covariance ever being formed: memory does not grow
 //! with the hits.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::model::{SENSITIVITIES, SENSOR_CAUSES};
+use super::model::{SENSITIVITIES, SENSOR_NUISANCES};
 use crate::Real;
 use crate::responses::{ResponseSquare, Responses};
 
@@ -23,7 +23,7 @@ pub(super) struct NormalEquations<'w, R> {
     right: &'w mut [R],
     second: &'w mut [R],
     unknowns: usize,
-    causes: usize,
+    nuisances: usize,
 }
 
 /// The part of one hit DOF: its columns, sensor by sensor and those that all sensors share.
@@ -31,44 +31,44 @@ pub(super) struct Rows<'r, R, const S: usize> {
     /// Inverse covariance of the readings.
     pub(super) weight: &'r ResponseSquare<R, S>,
     /// Columns that move the readings of one sensor only.
-    pub(super) sensors: &'r [[Vector3<R>; SENSOR_CAUSES]],
-    /// Columns of all readings: the shared causes, then the ten.
+    pub(super) sensors: &'r [[Vector3<R>; SENSOR_NUISANCES]],
+    /// Columns of all readings: the shared nuisance parameters, then the ten.
     pub(super) shared: &'r [Responses<R, S>],
     /// Measured minus modelled.
     pub(super) residual: &'r Responses<R, S>,
 }
 
 impl<'w, R: Real> NormalEquations<'w, R> {
-    /// The equations of `causes` causes of error and the ten in a workspace; `None` when it is too
+    /// The equations of `nuisances` nuisance parameters and the ten in a workspace; `None` when it is too
     /// small.
-    pub(super) fn new(workspace: &'w mut [R], causes: usize) -> Option<Self> {
-        let unknowns = causes + 10;
+    pub(super) fn new(workspace: &'w mut [R], nuisances: usize) -> Option<Self> {
+        let unknowns = nuisances + 10;
         let length = unknowns * (unknowns + 1) / 2;
         let (packed, rest) = workspace.split_at_mut_checked(length)?;
         let (right, rest) = rest.split_at_mut_checked(unknowns)?;
         let (second, _) = rest.split_at_mut_checked(unknowns)?;
-        Some(Self { packed, right, second, unknowns, causes })
+        Some(Self { packed, right, second, unknowns, nuisances })
     }
 
-    /// Leaves the priors of the causes alone.
+    /// Leaves the priors of the nuisance parameters alone.
     pub(super) fn clear(&mut self) {
         self.packed.fill(R::zero());
         self.right.fill(R::zero());
-        for i in 0..self.causes {
+        for i in 0..self.nuisances {
             self.packed[start(i) + i] = R::one();
         }
     }
 
     /// Adds the readings of a hit DOF; gives the weighted square of the residual.
     pub(super) fn add<const S: usize>(&mut self, rows: &Rows<'_, R, S>) -> R {
-        let first_shared = rows.sensors.len() * SENSOR_CAUSES;
+        let first_shared = rows.sensors.len() * SENSOR_NUISANCES;
         for (i, columns) in rows.sensors.iter().enumerate() {
             for (k, others) in rows.sensors.iter().enumerate().take(i + 1) {
                 let block = rows.weight.block(k, i);
                 for (a, own) in columns.iter().enumerate() {
                     // On the diagonal block only what lies below.
-                    let count = if i == k { a + 1 } else { SENSOR_CAUSES };
-                    let first = start(SENSOR_CAUSES * i + a) + SENSOR_CAUSES * k;
+                    let count = if i == k { a + 1 } else { SENSOR_NUISANCES };
+                    let first = start(SENSOR_NUISANCES * i + a) + SENSOR_NUISANCES * k;
                     let cells = &mut self.packed[first..first + count];
                     add_products(cells, others, &(block * own));
                 }
@@ -79,8 +79,8 @@ impl<'w, R: Real> NormalEquations<'w, R> {
             let row = start(first_shared + s);
             for (i, columns) in rows.sensors.iter().enumerate() {
                 let part: Vector3<R> = weighted.column(i).into_owned();
-                let first = row + SENSOR_CAUSES * i;
-                add_products(&mut self.packed[first..first + SENSOR_CAUSES], columns, &part);
+                let first = row + SENSOR_NUISANCES * i;
+                add_products(&mut self.packed[first..first + SENSOR_NUISANCES], columns, &part);
             }
             for (k, other) in rows.shared.iter().enumerate().take(s + 1) {
                 self.packed[row + first_shared + k] += other.dot(&weighted);
@@ -93,25 +93,25 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     /// deviations.
     pub(super) fn add_prior(&mut self, slope: &SVector<R, 10>, residual: R) {
         for i in 0..10 {
-            let row = start(self.causes + i) + self.causes;
+            let row = start(self.nuisances + i) + self.nuisances;
             for k in 0..=i {
                 self.packed[row + k] += slope[i] * slope[k];
             }
-            self.right[self.causes + i] += slope[i] * residual;
+            self.right[self.nuisances + i] += slope[i] * residual;
         }
     }
 
-    /// Eliminates the causes (Cholesky, Banachiewicz order, on their columns). Then
+    /// Eliminates the nuisance parameters (Cholesky, Banachiewicz order, on their columns). Then
     /// [`Self::information`] and [`Self::gradient`] tell what is left. `None` when a number is not
     /// finite.
     pub(super) fn eliminate(&mut self) -> Option<()> {
-        self.factor(0, self.causes)?;
+        self.factor(0, self.nuisances)?;
         for i in 0..self.unknowns {
             let row = &self.packed[start(i)..start(i) + i + 1];
-            let done = i.min(self.causes);
+            let done = i.min(self.nuisances);
             let sum = dot(&row[..done], &self.right[..done]);
             let value = self.right[i] - sum;
-            self.right[i] = if i < self.causes { value / row[i] } else { value };
+            self.right[i] = if i < self.nuisances { value / row[i] } else { value };
         }
         Some(())
     }
@@ -148,18 +148,18 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     pub(super) fn information(&self) -> SMatrix<R, 10, 10> {
         SMatrix::from_fn(|i, j| {
             let (i, j) = (i.max(j), i.min(j));
-            self.packed[start(self.causes + i) + self.causes + j]
+            self.packed[start(self.nuisances + i) + self.nuisances + j]
         })
     }
 
     /// After [`Self::eliminate`]: half the negative slope of the cost.
     pub(super) fn gradient(&self) -> SVector<R, 10> {
-        SVector::from_fn(|i, _| self.right[self.causes + i])
+        SVector::from_fn(|i, _| self.right[self.nuisances + i])
     }
 
-    /// After [`Self::eliminate`]: by how much the causes lower the cost.
+    /// After [`Self::eliminate`]: by how much the nuisance parameters lower the cost.
     pub(super) fn explained(&self) -> R {
-        self.right[..self.causes].iter().fold(R::zero(), |sum, v| sum + *v * *v)
+        self.right[..self.nuisances].iter().fold(R::zero(), |sum, v| sum + *v * *v)
     }
 
     /// Begins a second right side, for other residuals with the same weights.
@@ -172,10 +172,10 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         add_right(self.second, rows)
     }
 
-    /// By how much the causes lower the cost of the second right side.
+    /// By how much the nuisance parameters lower the cost of the second right side.
     pub(super) fn explained_second(&mut self) -> R {
         let mut explained = R::zero();
-        for i in 0..self.causes {
+        for i in 0..self.nuisances {
             let row = &self.packed[start(i)..start(i) + i + 1];
             let value = (self.second[i] - dot(&row[..i], &self.second[..i])) / row[i];
             self.second[i] = value;
@@ -187,14 +187,14 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     /// After [`Self::eliminate`]: factors the ten as well, so that [`Self::solve`] works. `None` when
     /// the information is not positive definite.
     pub(super) fn complete(&mut self) -> Option<()> {
-        self.factor(self.causes, self.unknowns)
+        self.factor(self.nuisances, self.unknowns)
     }
 
-    /// After [`Self::eliminate`]: the causes in standard deviations, the ten being where they are.
-    pub(super) fn causes(&mut self) -> &[R] {
+    /// After [`Self::eliminate`]: the nuisance parameters in standard deviations, the ten being where they are.
+    pub(super) fn nuisances(&mut self) -> &[R] {
         self.second.copy_from_slice(self.right);
-        back_substitute(self.packed, &mut self.second[..self.causes]);
-        &self.second[..self.causes]
+        back_substitute(self.packed, &mut self.second[..self.nuisances]);
+        &self.second[..self.nuisances]
     }
 
     /// After [`Self::complete`]: solves for a right side that `fill` writes.
@@ -223,7 +223,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
 /// Adds the products of a sensor's first columns with three weighted readings, one to each cell.
 fn add_products<R: Real>(
     cells: &mut [R],
-    columns: &[Vector3<R>; SENSOR_CAUSES],
+    columns: &[Vector3<R>; SENSOR_NUISANCES],
     weighted: &Vector3<R>,
 ) {
     // Counts of instructions decide here: most columns have one element that is not zero.
@@ -245,11 +245,11 @@ const fn start(row: usize) -> usize {
     row * (row + 1) / 2
 }
 
-/// `xᵀ W r` for every column of the causes and the ten; gives `rᵀ W r`.
+/// `xᵀ W r` for every column of the nuisance parameters and the ten; gives `rᵀ W r`.
 fn add_right<R: Real, const S: usize>(right: &mut [R], rows: &Rows<'_, R, S>) -> R {
     let weighted = rows.weight.times(rows.residual);
-    let (of_sensors, of_shared) = right.split_at_mut(rows.sensors.len() * SENSOR_CAUSES);
-    let cells = of_sensors.chunks_mut(SENSOR_CAUSES);
+    let (of_sensors, of_shared) = right.split_at_mut(rows.sensors.len() * SENSOR_NUISANCES);
+    let cells = of_sensors.chunks_mut(SENSOR_NUISANCES);
     for (i, (columns, cells)) in rows.sensors.iter().zip(cells).enumerate() {
         add_products(cells, columns, &weighted.column(i).into_owned());
     }

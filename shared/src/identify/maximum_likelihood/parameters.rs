@@ -1,8 +1,8 @@
-//! What a fit varies: the ten freely, or log-Cholesky parameters, which are physical bodies only.
+//! What a fit varies: the inertial parameters freely, or log-Cholesky parameters, which are physical bodies only.
 
 use nalgebra::{SMatrix, SVector};
 
-use super::problem::Problem;
+use super::fit_problem::FitProblem;
 use crate::Real;
 use crate::body::{LogCholesky, RigidBody};
 
@@ -67,7 +67,7 @@ impl<R: Real> Parameters<R> {
 
     /// Those of a crude start, `whole` the object with all that hangs on it.
     pub(super) fn on_the_way<const S: usize, const H: usize>(
-        problem: &Problem<'_, R, S, H>,
+        problem: &FitProblem<'_, R, S, H>,
         whole: &RigidBody<R>,
     ) -> Option<Self> {
         let object = RigidBody::from_phi(&(whole.phi() - problem.attached_sum()));

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::fit_problem::FitProblem;
 use super::model::Model;
-use super::problem::Problem;
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
@@ -22,7 +22,7 @@ pub(super) fn is_usable<R: Real>(body: &RigidBody<R>) -> bool {
 
 /// A ball about the middle of sensors and hits, as heavy as fits best; the best of a few sizes.
 pub(super) fn crude<R: Real, const S: usize, const H: usize>(
-    problem: &Problem<'_, R, S, H>,
+    problem: &FitProblem<'_, R, S, H>,
     dofs: &[DofMassLines<R, S>],
 ) -> Option<RigidBody<R>> {
     let mut middle = Vector3::zeros();
@@ -51,7 +51,7 @@ pub(super) fn crude<R: Real, const S: usize, const H: usize>(
 
 /// The body that layouts are checked with before anything is measured.
 pub(super) fn assumed<R: Real, const S: usize, const H: usize>(
-    problem: &Problem<'_, R, S, H>,
+    problem: &FitProblem<'_, R, S, H>,
 ) -> RigidBody<R> {
     let sensors = problem.layout.sensors.iter().map(|sensor| sensor.position);
     let places = sensors.chain(problem.layout.hits.iter().map(|hit| hit.position));
@@ -61,7 +61,7 @@ pub(super) fn assumed<R: Real, const S: usize, const H: usize>(
 /// The mass by which a body of one kilogram fits best, and the square of what is left over that of
 /// the readings.
 fn heaviness<R: Real, const S: usize, const H: usize>(
-    problem: &Problem<'_, R, S, H>,
+    problem: &FitProblem<'_, R, S, H>,
     dofs: &[DofMassLines<R, S>],
     unit: &RigidBody<R>,
 ) -> Option<(R, R)> {
@@ -81,7 +81,7 @@ fn heaviness<R: Real, const S: usize, const H: usize>(
 
 /// The spectrum of the slopes, and warnings; errors when the ten cannot be told.
 pub(super) fn identifiable<R: Real, const S: usize, const H: usize>(
-    problem: &Problem<'_, R, S, H>,
+    problem: &FitProblem<'_, R, S, H>,
     dofs: &[DofMassLines<R, S>],
     body: &RigidBody<R>,
 ) -> Result<(Spectrum<R>, Diagnostics), Diagnostics> {

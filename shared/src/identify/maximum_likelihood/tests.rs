@@ -2,6 +2,7 @@ use nalgebra::{SVector, Vector3};
 use std::vec::Vec;
 
 use super::*;
+use crate::Estimated;
 use crate::diagnosis::Subject;
 use crate::identify::MassLines;
 use crate::layout::tests::{bar_body, bar_layout};
@@ -42,7 +43,7 @@ pub(in crate::identify) fn fit<R: Real, const H: usize>(
     layout: &Layout<R, 3, H>,
     dofs: &Dofs<R>,
     start: Option<&RigidBody<R>>,
-) -> Result<Solution<R, 3, H>, Diagnostics> {
+) -> Result<MaximumLikelihoodSolution<R, 3, H>, Diagnostics> {
     solve(layout, dofs, start.map_or(Start::Crude, Start::At), &mut [R::zero(); RIG_WORKSPACE])
 }
 
@@ -122,11 +123,11 @@ fn causes_are_found_with_their_sign() {
     layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
     layout.hammer_gain = 1e-6;
     let found =
-        |layout: &Bar<f64>, dofs: &Dofs<f64>| fit(layout, dofs, Some(&body)).unwrap().learned;
+        |layout: &Bar<f64>, dofs: &Dofs<f64>| fit(layout, dofs, Some(&body)).unwrap().nuisances;
     // The tolerance is the prior's pull and the second order of a cause of half a per cent.
-    let close = |learnt: Learnt<f64>, truth: f64| {
-        assert!((learnt.value - truth).abs() < 0.05 * truth.abs(), "{learnt:?} {truth}");
-        assert!(learnt.sigma > 0.0);
+    let close = |estimated: Estimated<f64>, truth: f64| {
+        assert!((estimated.value - truth).abs() < 0.05 * truth.abs(), "{estimated:?} {truth}");
+        assert!(estimated.sigma > 0.0);
     };
 
     let mut layout_of = layout.clone();
@@ -252,8 +253,8 @@ fn data_that_contradict_the_budget_say_where() {
     displaced.hits[2].position[1] += 0.04;
     let solution = fit(&layout, &exact(&displaced, &body), None).unwrap();
     let found = &solution.estimate.diagnostics;
-    assert!(codes(found).contains(&Code::DataContradictBudget), "{found:?}");
-    let suspect = found.iter().find(|d| d.code == Code::HitStrainsBudget).unwrap();
+    assert!(codes(found).contains(&Code::DataInconsistentWithBudget), "{found:?}");
+    let suspect = found.iter().find(|d| d.code == Code::LargeHitPull).unwrap();
     assert_eq!(suspect.subject, Subject::Hit(2));
 }
 

@@ -74,26 +74,26 @@ fn every_mistake_of_a_test_is_thought_of_once() {
 
 #[test]
 fn a_mistake_is_explained_by_itself() {
-    let (meant, nodes) = (five_hits(), nodes());
+    let (nominal, nodes) = (five_hits(), nodes());
     // Every tenth, so that all kinds are among them.
-    for fault in SingleFault::all(&meant, &nodes).step_by(10) {
-        let dofs = readings(&fault.applied(&meant).unwrap());
+    for fault in SingleFault::all(&nominal, &nodes).step_by(10) {
+        let dofs = readings(&fault.applied(&nominal).unwrap());
         // Exact readings: what is left is rounding.
-        let explained = chi_squared(&fault, &meant, &dofs);
+        let explained = chi_squared(&fault, &nominal, &dofs);
         assert!(explained < 1e-6, "{fault:?}: {explained}");
     }
 }
 
 #[test]
 fn a_common_scale_is_measured_against_a_known_mass() {
-    let mut meant = five_hits();
-    meant.priors.push(Prior { property: 0, value: 1.23, sigma: 0.001 }).unwrap();
-    let mut dofs = readings(&meant);
+    let mut nominal = five_hits();
+    nominal.priors.push(Prior { property: 0, value: 1.23, sigma: 0.001 }).unwrap();
+    let mut dofs = readings(&nominal);
     for (_, lines) in &mut dofs {
         lines.accelerance *= 1.1;
     }
     let mut room = vec![0.0; workspace(3)];
-    let found = SingleFault::CommonScale.test(&meant, &dofs, &mut room).unwrap();
+    let found = SingleFault::CommonScale.test(&nominal, &dofs, &mut room).unwrap();
     let scale = found.scale.unwrap();
     // The prior of the scale, 100 %, pulls by the square of its ratio to the sigma.
     assert!((scale.value - 1.1).abs() < 1e-3, "{scale:?}");
@@ -103,10 +103,10 @@ fn a_common_scale_is_measured_against_a_known_mass() {
 
 #[test]
 fn what_shows_nothing_has_the_chi_squared_of_chance() {
-    let meant = five_hits();
-    let dofs = readings(&meant);
+    let nominal = five_hits();
+    let dofs = readings(&nominal);
     let mut room = vec![0.0; workspace(3)];
-    let mut shows = |fault: SingleFault<f64>| fault.shows(&meant, &bar_body(), &dofs, &mut room);
+    let mut shows = |fault: SingleFault<f64>| fault.shows(&nominal, &bar_body(), &dofs, &mut room);
     // A node on the line of action: the same force and torque.
     let along = SingleFault::HitAtNode { hit: 1, node: 9, position: END };
     let consistency = shows(along).unwrap();
@@ -114,6 +114,6 @@ fn what_shows_nothing_has_the_chi_squared_of_chance() {
     assert_eq!(consistency.degrees_of_freedom, 35);
     assert!((consistency.chi_squared - 35.0).abs() < 1e-6, "{consistency:?}");
     let beside = SingleFault::HitAtNode { hit: 1, node: 3, position: [END[0], 0.0, 0.0] };
-    assert!(shows(beside).is_none_or(|c| c.surprise() > 10.0));
-    assert!(shows(SingleFault::CommonScale).unwrap().surprise() < 0.1, "nothing is known");
+    assert!(shows(beside).is_none_or(|c| c.equivalent_z() > 10.0));
+    assert!(shows(SingleFault::CommonScale).unwrap().equivalent_z() < 0.1, "nothing is known");
 }

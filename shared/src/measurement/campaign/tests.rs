@@ -139,7 +139,7 @@ fn of_two_hits_that_contradict_each_other_none_stays() {
     let mut campaign = started(2, 3);
     hit(&mut campaign, true);
     hit_to_analyse(&mut campaign);
-    campaign.contradicted();
+    campaign.drop_inconsistent_pair();
     assert_eq!((campaign.accepted(), campaign.rejected()), (0, 2));
     assert_eq!(campaign.step(), Step::AwaitHit { dof: 0 });
 }

@@ -1,7 +1,7 @@
 //! One channel of a record: its rest, its extremes, what is before the hit and at the end.
 
 use crate::Real;
-use crate::signal::Readings;
+use crate::signal::Samples;
 
 /// A channel as the grading sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,12 +49,7 @@ impl<R: Real> Survey<R> {
     const END: usize = 16;
 
     /// Of a channel whose first `before` readings make its rest.
-    pub fn of<D: Readings<R> + ?Sized>(
-        record: &D,
-        channel: usize,
-        scale: R,
-        before: usize,
-    ) -> Self {
+    pub fn of<D: Samples<R> + ?Sized>(record: &D, channel: usize, scale: R, before: usize) -> Self {
         let (rest, spread) = moments(record.readings(channel, 0).take(before.max(1)));
         let [low, high] = record.extremes(channel).unwrap_or([(0, rest); 2]);
         let scans = record.scans();
@@ -109,7 +104,7 @@ const PLATEAU_SHARE: f64 = 0.25;
 const STEPS: f64 = 200.0;
 
 /// True when the signal stands on a plateau at its extreme, as one does that was clipped.
-pub(super) fn flat_top<R: Real, D: Readings<R> + ?Sized>(
+pub(super) fn flat_top<R: Real, D: Samples<R> + ?Sized>(
     record: &D,
     channel: usize,
     range: &ChannelRange<R>,

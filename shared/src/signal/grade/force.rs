@@ -2,7 +2,7 @@
 
 use super::channel::Survey;
 use crate::Real;
-use crate::signal::Readings;
+use crate::signal::Samples;
 use crate::signal::chain::HAMMER;
 
 /// A second peak of this share of the greatest is a double hit.
@@ -20,7 +20,7 @@ const ABOVE_NOISE: f64 = 6.0;
 ///
 /// A second peak rises by [`SECOND_PEAK`] of the main one after the force has fallen back, and more
 /// than the force rings.
-pub(super) fn second_peak<R: Real, D: Readings<R> + ?Sized>(
+pub(super) fn second_peak<R: Real, D: Samples<R> + ?Sized>(
     record: &D,
     scale: R,
     survey: &Survey<R>,
@@ -73,7 +73,7 @@ fn peak_after<R: Real>(force: impl Iterator<Item = R>, main: R, least: R) -> R {
 
 /// Level of the force's spectrum at `frequency` against that at 0 Hz, dB; of the force within
 /// `half_width` scans of its peak, at `rate` scans per second. `None` without an impulse.
-pub(super) fn spectrum_drop<R: Real, D: Readings<R> + ?Sized>(
+pub(super) fn spectrum_drop<R: Real, D: Samples<R> + ?Sized>(
     record: &D,
     survey: &Survey<R>,
     half_width: usize,

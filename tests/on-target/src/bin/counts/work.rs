@@ -3,20 +3,20 @@
 use core::fmt;
 
 use cortex_m_rt::entry;
-use massline_on_target::{Measured, end, measure, print};
+use massline_on_target::{Cost, end, measure, print};
 use massline_protocol::crc32_of_chunks;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::maximum_likelihood::{self, Fit, Start};
 use massline_shared::identify::{
-    DofMassLines, Estimate, Identification, MASS_LINE_METHODS, MassLines, Method, Observations,
-    Progress, ScatterAccumulator, Settings,
+    DofMassLines, Estimate, Identification, IdentifySettings, MASS_LINE_METHODS, MassLines, Method,
+    Observations, Progress, ScatterAccumulator,
 };
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
 use massline_shared::measurement::campaign::{self, Step};
 use massline_shared::measurement::{Measurement, Memory, Wish};
 use massline_shared::responses::Responses;
 use massline_shared::signal::{
-    AdcProperties, CHANNELS, Calibration, RECORD_SCANS, Record, Scan, StaticReading,
+    AdcProperties, CHANNELS, Calibration, RECORD_SCANS, Record, RestStatistics, Scan,
 };
 use massline_shared::units::{Hertz, ScanIndex, Seconds, Volts};
 use nalgebra::{ComplexField, SVector};
@@ -41,25 +41,25 @@ fn main() -> ! {
     let layout = layout(3);
     let dofs = mass_lines_of(&layout, 3);
     let fitted = identify(&mut workspace, &layout, &dofs, Method::InertiaRestraint, None);
-    say("irm_solve", fitted.whole);
+    report("irm_solve", fitted.whole);
     judge(&fitted.estimate, &body());
     for hits in [5, 9, RIG_HITS] {
         let fitted = fit(&mut workspace, hits, &displaced(hits));
         judge_fit(&fitted.estimate, &body());
-        say(format_args!("ml_solve_{hits}"), fitted.whole);
-        say(format_args!("ml_step_{hits}"), fitted.longest);
+        report(format_args!("ml_solve_{hits}"), fitted.whole);
+        report(format_args!("ml_step_{hits}"), fitted.longest);
     }
     // Where the inertia restraint method has no answer.
     let fitted = fit_crudely(&mut workspace, &displaced(5));
     judge_fit(&fitted.estimate, &body());
-    say("ml_crude_5", fitted.whole);
+    report("ml_crude_5", fitted.whole);
     // A hit at the wrong place, ten times what a hand misses by: data that contradict the budget.
-    let mut astray = displaced(5);
-    astray.hits[2].position[1] += 0.04;
-    let fitted = fit(&mut workspace, 5, &astray);
+    let mut outlier = displaced(5);
+    outlier.hits[2].position[1] += 0.04;
+    let fitted = fit(&mut workspace, 5, &outlier);
     let consistency = fitted.estimate.consistency;
-    assert!(consistency.is_some_and(|c| c.contradicts()), "{consistency:?}");
-    say("ml_astray_5", fitted.whole);
+    assert!(consistency.is_some_and(|c| c.rejects_budget()), "{consistency:?}");
+    report("ml_outlier_5", fitted.whole);
     end(true)
 }
 
@@ -67,7 +67,7 @@ fn main() -> ! {
 fn measure_a_dof(memory: &mut Memory<f32>) {
     let mut rig = Measurement::new(ADC, memory);
     let check = || assert!(rig.check(&layout(RIG_HITS)).is_empty());
-    say("layout_check", measure(check));
+    report("layout_check", measure(check));
     let mut layout = layout(3);
     layout.test.hits_per_dof = 1;
     let truth = accelerance(&layout, &body(), 0);
@@ -78,19 +78,19 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
         rig.feed(ScanIndex(index), &[scan]);
     }
     assert_eq!(rig.wish(), Wish::Work, "the record is whole");
-    say("hit_grading", measure(|| rig.work()));
+    report("hit_grading", measure(|| rig.work()));
     assert!(rig.last_hit().is_some_and(|hit| hit.findings.is_empty()), "{:?}", rig.last_hit());
-    say("record_checksum", measure(|| assert_ne!(checksum(rig.record()), 0)));
-    let reading = measure(|| assert_eq!(StaticReading::of(rig.record()).scans, 2048));
-    say("static_reading", reading);
+    report("record_checksum", measure(|| assert_ne!(checksum(rig.record()), 0)));
+    let reading = measure(|| assert_eq!(RestStatistics::of(rig.record()).scans, 2048));
+    report("rest_statistics", reading);
     // Between two steps the rig looks after everything else.
     let mut analysis = Costs::default();
     while matches!(rig.campaign().map(|c| c.step()), Some(Step::Analyse { .. })) {
         analysis.add(measure(|| rig.work()));
     }
-    say("hit_analysis", analysis.whole());
-    say("hit_step", analysis.longest);
-    say("dof_closing", measure(|| rig.work()));
+    report("hit_analysis", analysis.whole());
+    report("hit_step", analysis.longest);
+    report("dof_closing", measure(|| rig.work()));
     let result = rig.result();
     let [(0, lines)] = result.mass_lines else { panic!("the DOF has no mass lines") };
     // 12 bits of 16 g over a peak of a few m/s².
@@ -103,19 +103,19 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
 struct Costs {
     instructions: u32,
     /// The longest step, and the largest stack of any.
-    longest: Measured,
+    longest: Cost,
 }
 
 impl Costs {
-    fn add(&mut self, part: Measured) {
+    fn add(&mut self, part: Cost) {
         self.instructions += part.instructions;
         self.longest.instructions = self.longest.instructions.max(part.instructions);
         self.longest.stack = self.longest.stack.max(part.stack);
     }
 
     /// All instructions, largest stack.
-    fn whole(&self) -> Measured {
-        Measured { instructions: self.instructions, ..self.longest }
+    fn whole(&self) -> Cost {
+        Cost { instructions: self.instructions, ..self.longest }
     }
 }
 
@@ -123,9 +123,9 @@ impl Costs {
 struct Fitted {
     estimate: Estimate<f32>,
     /// All instructions, largest stack.
-    whole: Measured,
+    whole: Cost,
     /// The longest step.
-    longest: Measured,
+    longest: Cost,
 }
 
 /// The layout with sensors and hits that are not where it says, so that a fit has something to do.
@@ -164,7 +164,8 @@ fn identify(
     }
     let (mut costs, mut progress) = (Costs::default(), Progress::Going);
     while progress == Progress::Going {
-        let step = || progress = identification.step(&observed, &Settings::default(), workspace);
+        let step =
+            || progress = identification.step(&observed, &IdentifySettings::default(), workspace);
         costs.add(measure(step));
     }
     let found = identification.estimates().iter().find(|estimate| estimate.method == method);
@@ -311,7 +312,7 @@ fn close<const N: usize>(what: &str, got: &SVector<f32, N>, truth: &SVector<f32,
     assert!(error <= part * truth.amax(), "{what}: {got} instead of {truth}");
 }
 
-fn say(name: impl fmt::Display, measured: Measured) {
+fn report(name: impl fmt::Display, measured: Cost) {
     print(format_args!("{name}_instructions {}", measured.instructions));
     print(format_args!("{name}_stack {}", measured.stack));
 }

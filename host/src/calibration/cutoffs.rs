@@ -10,12 +10,11 @@ use std::f64::consts::TAU;
 use std::fmt;
 
 use massline_protocol::object::{DofResult, MeasurementResult};
+use massline_shared::Estimated;
 use massline_shared::calibration::CalibrationRecord;
-use massline_shared::calibration::time_constant::{
-    Measured, TimeConstantDifference, difference, mean,
-};
+use massline_shared::calibration::time_constant::{SpectraSettings, difference, mean};
 use massline_shared::layout::RigLayout;
-use massline_shared::mass_line::Line;
+use massline_shared::mass_line::Bin;
 use massline_shared::signal::{Calibration, HAMMER};
 use massline_shared::units::Hertz;
 use nalgebra::Vector3;
@@ -28,7 +27,7 @@ const LEAST_COSINE: f64 = 0.5;
 /// What may not average out, s: with fifty hits a direction the error on the bench is 0.22 µs rms and
 /// still falls with their number; below that nothing has been seen.
 const FLOOR_S: f64 = 0.2e-6;
-/// So many standard deviations from the corner in force are more than chance.
+/// So many standard deviations from the cutoff in force are more than chance.
 const SIGNIFICANT: f64 = 3.0;
 /// Largest difference to the expected time constant, times ω at the last line: beyond it the channel
 /// is another one than is thought.
@@ -39,43 +38,43 @@ const REPEATS: usize = 2;
 
 /// The low-pass of one axis of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RcCorner {
+pub struct RcCutoff {
     /// 0-based.
     pub sensor: usize,
     /// 0, 1, 2 for x, y, z.
     pub axis: usize,
-    /// Corner in force, Hz; zero where none is known.
+    /// Cutoff in force, Hz; zero where none is known.
     pub before_hz: f64,
     /// What the block test says.
-    pub found: Result<FoundCorner, NoCorner>,
+    pub found: Result<FoundCutoff, NoCutoff>,
 }
 
-impl RcCorner {
-    /// What becomes of the corner in force.
+impl RcCutoff {
+    /// What becomes of the cutoff in force.
     pub fn verdict(&self) -> &'static str {
         match self.found {
-            Ok(FoundCorner { changed: true, .. }) => "changed",
+            Ok(FoundCutoff { changed: true, .. }) => "changed",
             Ok(_) => "kept",
             Err(_) => "undetermined",
         }
     }
 }
 
-/// A corner with the hammer's taken as it is in force.
+/// A cutoff with the hammer's taken as it is in force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FoundCorner {
+pub struct FoundCutoff {
     /// Hz.
-    pub corner_hz: f64,
+    pub cutoff_hz: f64,
     /// Its standard deviation, Hz.
     pub sigma_hz: f64,
     /// True when it differs from the one in force by more than chance.
     pub changed: bool,
 }
 
-/// Why the corner of an axis is not known after a block test.
+/// Why the cutoff of an axis is not known after a block test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoCorner {
-    /// The calibration has no corner for the hammer.
+pub enum NoCutoff {
+    /// The calibration has no cutoff for the hammer.
     HammerUnknown,
     /// No hit pushes along this axis.
     NotPushed,
@@ -87,7 +86,7 @@ pub enum NoCorner {
     NoLowPass,
 }
 
-impl NoCorner {
+impl NoCutoff {
     /// The stable word.
     pub fn name(self) -> &'static str {
         match self {
@@ -100,11 +99,11 @@ impl NoCorner {
     }
 }
 
-impl fmt::Display for NoCorner {
+impl fmt::Display for NoCutoff {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::HammerUnknown => {
-                "the calibration has no RC corner for the hammer, against which it would be"
+                "the calibration has no RC cutoff for the hammer, against which it would be"
             }
             Self::NotPushed => "no hit of the layout pushes along it",
             Self::SpectraGone => {
@@ -120,25 +119,25 @@ impl fmt::Display for NoCorner {
 }
 
 /// Every axis of every sensor of the layout, from those spectra that there are.
-pub fn corners(
+pub fn cutoffs(
     spectra: &[DofSpectra],
     result: &MeasurementResult,
     layout: &RigLayout,
     record: &CalibrationRecord,
-) -> Vec<RcCorner> {
+) -> Vec<RcCutoff> {
     let test = Test { spectra, result, layout, calibration: &record.calibration };
     let axes = (0..layout.sensors.len()).flat_map(|sensor| (0..3).map(move |axis| (sensor, axis)));
-    axes.map(|(sensor, axis)| test.corner(sensor, axis)).collect()
+    axes.map(|(sensor, axis)| test.cutoff(sensor, axis)).collect()
 }
 
-/// Becomes part of a calibration: the corners that have changed.
-pub fn write(corners: &[RcCorner], calibration: &mut Calibration) {
-    for RcCorner { sensor, axis, found, .. } in corners {
+/// Becomes part of a calibration: the cutoffs that have changed.
+pub fn write(cutoffs: &[RcCutoff], calibration: &mut Calibration) {
+    for RcCutoff { sensor, axis, found, .. } in cutoffs {
         if let Ok(found) = found
             && found.changed
             && let Some(channel) = calibration.channels.get_mut(channel(*sensor, *axis))
         {
-            channel.corner = Hertz(found.corner_hz as f32);
+            channel.cutoff = Hertz(found.cutoff_hz as f32);
         }
     }
 }
@@ -152,9 +151,9 @@ fn response(sensor: usize, axis: usize) -> usize {
     3 * sensor + axis
 }
 
-/// Time constant of a corner; zero where none is known.
-fn time_constant(corner: Hertz<f32>) -> f64 {
-    if corner.0 > 0.0 { (TAU * f64::from(corner.0)).recip() } else { 0.0 }
+/// Time constant of a cutoff; zero where none is known.
+fn time_constant(cutoff: Hertz<f32>) -> f64 {
+    if cutoff.0 > 0.0 { (TAU * f64::from(cutoff.0)).recip() } else { 0.0 }
 }
 
 /// The data of a block test.
@@ -166,34 +165,34 @@ struct Test<'a> {
 }
 
 impl Test<'_> {
-    fn corner(&self, sensor: usize, axis: usize) -> RcCorner {
-        let before = self.calibration.channels[channel(sensor, axis)].corner;
+    fn cutoff(&self, sensor: usize, axis: usize) -> RcCutoff {
+        let before = self.calibration.channels[channel(sensor, axis)].cutoff;
         let found = self.found(sensor, axis);
-        RcCorner { sensor, axis, before_hz: f64::from(before.0), found }
+        RcCutoff { sensor, axis, before_hz: f64::from(before.0), found }
     }
 
-    fn found(&self, sensor: usize, axis: usize) -> Result<FoundCorner, NoCorner> {
+    fn found(&self, sensor: usize, axis: usize) -> Result<FoundCutoff, NoCutoff> {
         let channels = &self.calibration.channels;
-        let hammer = time_constant(channels[HAMMER].corner);
+        let hammer = time_constant(channels[HAMMER].cutoff);
         if hammer == 0.0 {
-            return Err(NoCorner::HammerUnknown);
+            return Err(NoCutoff::HammerUnknown);
         }
-        let before = time_constant(channels[channel(sensor, axis)].corner);
+        let before = time_constant(channels[channel(sensor, axis)].cutoff);
         let expected = if before > 0.0 { before } else { hammer };
         let pushed: Vec<_> =
             self.result.dofs.iter().filter(|dof| self.pushes(dof, sensor, axis)).collect();
         if pushed.is_empty() {
-            return Err(NoCorner::NotPushed);
+            return Err(NoCutoff::NotPushed);
         }
         let kept: Vec<_> = pushed.iter().filter_map(|dof| Some((*dof, self.of(dof)?))).collect();
         if kept.is_empty() {
-            return Err(NoCorner::SpectraGone);
+            return Err(NoCutoff::SpectraGone);
         }
         let response = response(sensor, axis);
         let top_hz = kept.iter().map(|(_, spectra)| last_line(spectra)).fold(0.0, f64::max);
         let with = |lag: f64| {
             let parts = kept.iter().filter_map(|(dof, spectra)| part(dof, spectra, response, lag));
-            mean(&parts.collect::<Vec<_>>()).ok_or(NoCorner::Undetermined)
+            mean(&parts.collect::<Vec<_>>()).ok_or(NoCutoff::Undetermined)
         };
         let mut found = with(expected)?;
         // The model is exact at the time constant that it is to find.
@@ -232,14 +231,14 @@ fn part(
     spectra: &DofSpectra,
     response: usize,
     lag: f64,
-) -> Option<TimeConstantDifference<f64>> {
+) -> Option<Estimated<f64>> {
     let h1 = spectra.h1(response)?;
     let lines = h1
         .into_iter()
         .zip(spectra.force_auto())
         .enumerate()
-        .map(|(line, (h, &weight))| (Line { frequency: spectra.frequency(line), weight }, h));
-    let how = Measured {
+        .map(|(line, (h, &weight))| (Bin { frequency: spectra.frequency(line), weight }, h));
+    let how = SpectraSettings {
         band: [f64::from(dof.band_hz[0]), last_line(spectra)],
         lag,
         decay: spectra.decay,
@@ -248,22 +247,22 @@ fn part(
     difference(lines.collect::<Vec<_>>(), how).ok()
 }
 
-/// From a difference to a corner, against the time constant `before` in force; it lies within `reach`
+/// From a difference to a cutoff, against the time constant `before` in force; it lies within `reach`
 /// of the `expected` one.
 fn judge(
-    found: TimeConstantDifference<f64>,
+    found: Estimated<f64>,
     before: f64,
     reach: f64,
     expected: f64,
-) -> Result<FoundCorner, NoCorner> {
+) -> Result<FoundCutoff, NoCutoff> {
     let lag = before - found.value;
     let sigma = found.sigma.hypot(FLOOR_S);
     if lag <= SIGNIFICANT * sigma || (lag - expected).abs() > reach {
-        return Err(NoCorner::NoLowPass);
+        return Err(NoCutoff::NoLowPass);
     }
-    let corner_hz = (TAU * lag).recip();
+    let cutoff_hz = (TAU * lag).recip();
     let changed = found.value.abs() > SIGNIFICANT * sigma;
-    Ok(FoundCorner { corner_hz, sigma_hz: corner_hz * sigma / lag, changed })
+    Ok(FoundCutoff { cutoff_hz, sigma_hz: cutoff_hz * sigma / lag, changed })
 }
 
 #[cfg(test)]
@@ -279,17 +278,17 @@ mod tests {
     const NOMINAL: f64 = 320e-6;
     const REACH: f64 = 320e-6;
 
-    fn judged(value: f64, sigma: f64) -> Result<FoundCorner, NoCorner> {
-        judge(TimeConstantDifference { value, sigma }, NOMINAL, REACH, NOMINAL)
+    fn judged(value: f64, sigma: f64) -> Result<FoundCutoff, NoCutoff> {
+        judge(Estimated { value, sigma }, NOMINAL, REACH, NOMINAL)
     }
 
     #[test]
-    fn a_sensor_that_is_slower_than_the_hammer_has_a_lower_corner() {
+    fn a_sensor_that_is_slower_than_the_hammer_has_a_lower_cutoff() {
         // Hammer minus sensor is −10 µs: the sensor's is 330 µs.
         let found = judged(-10e-6, 1e-6).unwrap();
-        assert!((found.corner_hz - (TAU * 330e-6).recip()).abs() < 1e-9, "{found:?}");
+        assert!((found.cutoff_hz - (TAU * 330e-6).recip()).abs() < 1e-9, "{found:?}");
         // 1 µs and the floor of 0.2 µs in 330 µs.
-        let relative = found.sigma_hz / found.corner_hz;
+        let relative = found.sigma_hz / found.cutoff_hz;
         assert!((relative - 1.0_f64.hypot(0.2) / 330.0).abs() < 1e-9, "{found:?}");
         assert!(found.changed);
     }
@@ -305,7 +304,7 @@ mod tests {
     #[test]
     fn no_time_at_all_or_far_too_much_is_no_low_pass() {
         for value in [321e-6, 500e-6, 318e-6, -330e-6] {
-            assert_eq!(judged(value, 1e-6), Err(NoCorner::NoLowPass), "{value:e}");
+            assert_eq!(judged(value, 1e-6), Err(NoCutoff::NoLowPass), "{value:e}");
         }
     }
 
@@ -342,13 +341,13 @@ mod tests {
         let layout = LayoutFile::parse(LAYOUT, "block.toml").unwrap().rig_layout().unwrap();
         let mut record = CalibrationRecord::default();
         // Along x and y only.
-        let found = corners(&[], &result(&[0, 2], &layout), &layout, &record);
+        let found = cutoffs(&[], &result(&[0, 2], &layout), &layout, &record);
         assert_eq!(found.len(), 9);
-        for corner in &found {
-            let pushed = corner.axis != 2;
-            let reason = if pushed { NoCorner::SpectraGone } else { NoCorner::NotPushed };
-            assert_eq!(corner.found, Err(reason), "{corner:?}");
-            assert!((corner.before_hz - 497.36).abs() < 0.01, "{corner:?}");
+        for cutoff in &found {
+            let pushed = cutoff.axis != 2;
+            let reason = if pushed { NoCutoff::SpectraGone } else { NoCutoff::NotPushed };
+            assert_eq!(cutoff.found, Err(reason), "{cutoff:?}");
+            assert!((cutoff.before_hz - 497.36).abs() < 0.01, "{cutoff:?}");
         }
         let before = record.calibration;
         write(&found, &mut record.calibration);

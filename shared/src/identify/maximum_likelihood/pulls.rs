@@ -1,9 +1,9 @@
-//! How far the causes of error must have moved for the readings to be what they are, and which of them
+//! How far the nuisance parameters must have moved for the readings to be what they are, and which of them
 //! is the first to be suspected.
 
-use super::model::{HIT_CAUSES, Model, SENSOR_CAUSES};
+use super::fit_problem::{FitProblem, Terms};
+use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
-use super::problem::{Problem, Terms};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
@@ -15,27 +15,28 @@ use heapless::Vec;
 /// A suspect has moved by more than this many of its standard deviations in the mean square.
 const SUSPICIOUS: f64 = 2.0;
 
-/// The causes that stay the same over the test, in standard deviations of the budget.
-pub(super) struct Causes<R, const S: usize> {
-    pub(super) sensors: Vec<[R; SENSOR_CAUSES], S>,
+/// The nuisance parameters that stay the same over the test, in standard deviations of the budget.
+pub(super) struct NuisanceParameters<R, const S: usize> {
+    pub(super) sensors: Vec<[R; SENSOR_NUISANCES], S>,
     /// The hammer's gain, then what hangs on the object.
     pub(super) shared: Vec<R, { 1 + MAX_ATTACHED }>,
 }
 
-/// The causes of the mean hit on one DOF, in standard deviations of the budget.
-pub(super) struct HitStrain<R> {
-    pub(super) values: [R; HIT_CAUSES],
+/// The nuisance parameters of the mean hit on one DOF, in standard deviations of the budget.
+pub(super) struct HitPull<R> {
+    pub(super) values: [R; HIT_NUISANCES],
     /// Their root mean square.
-    pub(super) strain: R,
+    pub(super) pull: R,
     /// Root mean square of what is left of the readings over their noise.
-    pub(super) misfit: R,
+    pub(super) normalized_residual: R,
 }
 
-impl<R: Real, const S: usize> Causes<R, S> {
+impl<R: Real, const S: usize> NuisanceParameters<R, S> {
     /// At the minimum, after [`NormalEquations::eliminate`].
     pub(super) fn of(sensors: usize, equations: &mut NormalEquations<'_, R>) -> Option<Self> {
-        let (of_sensors, of_all) = equations.causes().split_at_checked(SENSOR_CAUSES * sensors)?;
-        let (values, _) = of_sensors.as_chunks::<SENSOR_CAUSES>();
+        let (of_sensors, of_all) =
+            equations.nuisances().split_at_checked(SENSOR_NUISANCES * sensors)?;
+        let (values, _) = of_sensors.as_chunks::<SENSOR_NUISANCES>();
         let sensors = Vec::from_slice(values).ok()?;
         Some(Self { sensors, shared: Vec::from_slice(of_all).ok()? })
     }
@@ -43,7 +44,7 @@ impl<R: Real, const S: usize> Causes<R, S> {
     /// What they leave of the residual of a hit DOF.
     pub(super) fn residual<const H: usize>(
         &self,
-        problem: &Problem<'_, R, S, H>,
+        problem: &FitProblem<'_, R, S, H>,
         model: &Model<R, S>,
         terms: &Terms<R, S>,
     ) -> Responses<R, S> {
@@ -63,24 +64,24 @@ impl<R: Real, const S: usize> Causes<R, S> {
     }
 }
 
-impl<R: Real> HitStrain<R> {
-    /// Of what [`Causes::residual`] gives.
+impl<R: Real> HitPull<R> {
+    /// Of what [`NuisanceParameters::residual`] gives.
     pub(super) fn of<const S: usize>(
         terms: &Terms<R, S>,
         left: &Responses<R, S>,
         channels: usize,
     ) -> Self {
         let weighted = terms.weight.times(left);
-        let values: [R; HIT_CAUSES] =
+        let values: [R; HIT_NUISANCES] =
             core::array::from_fn(|k| terms.model.spread.0[k].dot(&weighted));
-        // What the hit's own causes leave of the readings is noise.
+        // What the hit's own nuisance parameters leave of the readings is noise.
         let noise = left.dot(&weighted) - sum_of_squares(&values);
-        let misfit = (noise.max(R::zero()) / R::of(channels.max(1) as f64)).sqrt();
-        Self { values, strain: root_mean_square(&values), misfit }
+        let normalized_residual = (noise.max(R::zero()) / R::of(channels.max(1) as f64)).sqrt();
+        Self { values, pull: root_mean_square(&values), normalized_residual }
     }
 }
 
-/// Of causes in standard deviations.
+/// Of nuisance parameters in standard deviations.
 pub(super) fn root_mean_square<R: Real>(values: &[R]) -> R {
     (sum_of_squares(values) / R::of(values.len().max(1) as f64)).sqrt()
 }
@@ -93,29 +94,29 @@ fn sum_of_squares<R: Real>(values: &[R]) -> R {
 // Never inlined: 2.5 KB less of the firmware's deepest stack.
 #[inline(never)]
 pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
-    problem: &Problem<'_, R, S, H>,
+    problem: &FitProblem<'_, R, S, H>,
     dofs: &[DofMassLines<R, S>],
     body: &RigidBody<R>,
     equations: &mut NormalEquations<'_, R>,
 ) -> Option<Diagnostic> {
-    let causes = Causes::<R, S>::of(problem.layout.sensors.len(), equations)?;
+    let nuisances = NuisanceParameters::<R, S>::of(problem.layout.sensors.len(), equations)?;
     let mut largest = (R::of(SUSPICIOUS), None);
-    let mut look_at = |strain: R, code: Code, subject: Subject| {
-        if strain > largest.0 {
-            let value = strain.to_f32();
+    let mut look_at = |pull: R, code: Code, subject: Subject| {
+        if pull > largest.0 {
+            let value = pull.to_f32();
             let found = Diagnostic::about(code, Severity::Warning, subject, value);
-            largest = (strain, Some(found));
+            largest = (pull, Some(found));
         }
     };
-    for (i, values) in causes.sensors.iter().enumerate() {
-        look_at(root_mean_square(values), Code::SensorStrainsBudget, Subject::sensor(i));
+    for (i, values) in nuisances.sensors.iter().enumerate() {
+        look_at(root_mean_square(values), Code::LargeSensorPull, Subject::sensor(i));
     }
     let model = Model::new(problem.layout, &problem.balance, body)?;
     for (index, lines) in dofs {
         let terms = problem.terms(&model, *index, lines)?;
-        let left = causes.residual(problem, &model, &terms);
-        let hit = HitStrain::of(&terms, &left, problem.channels);
-        look_at(hit.strain.max(hit.misfit), Code::HitStrainsBudget, Subject::hit(*index));
+        let left = nuisances.residual(problem, &model, &terms);
+        let hit = HitPull::of(&terms, &left, problem.channels);
+        look_at(hit.pull.max(hit.normalized_residual), Code::LargeHitPull, Subject::hit(*index));
     }
     largest.1
 }

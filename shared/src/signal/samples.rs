@@ -4,7 +4,7 @@ use super::{CHANNELS, Scan};
 use crate::Real;
 
 /// Equally spaced readings of several channels: a record of codes, or any other signals.
-pub trait Readings<R: Real> {
+pub trait Samples<R: Real> {
     /// How many of each channel.
     fn scans(&self) -> usize;
 
@@ -61,7 +61,7 @@ pub(super) fn reading_of<R: Real>(code: u16) -> R {
     R::from_u16(code).unwrap_or_else(R::zero)
 }
 
-impl<R: Real> Readings<R> for [Scan] {
+impl<R: Real> Samples<R> for [Scan] {
     fn scans(&self) -> usize {
         self.len()
     }
@@ -84,7 +84,7 @@ impl<R: Real> Readings<R> for [Scan] {
     }
 }
 
-impl<R: Real, const N: usize> Readings<R> for [&[R]; N] {
+impl<R: Real, const N: usize> Samples<R> for [&[R]; N] {
     fn scans(&self) -> usize {
         self.as_slice().scans()
     }
@@ -94,7 +94,7 @@ impl<R: Real, const N: usize> Readings<R> for [&[R]; N] {
     }
 }
 
-impl<R: Real> Readings<R> for [&[R]] {
+impl<R: Real> Samples<R> for [&[R]] {
     fn scans(&self) -> usize {
         self.iter().map(|channel| channel.len()).min().unwrap_or(0)
     }

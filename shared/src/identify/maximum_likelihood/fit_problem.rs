@@ -6,7 +6,7 @@ use heapless::Vec;
 use nalgebra::{SVector, Vector3};
 
 use super::balance::Balance;
-use super::model::{HitModel, Model, SENSOR_CAUSES};
+use super::model::{HitModel, Model, SENSOR_NUISANCES};
 use super::normal_equations::{NormalEquations, Rows};
 use crate::Real;
 use crate::body::RigidBody;
@@ -22,7 +22,7 @@ const LEAST_NOISE: f64 = 1e-4;
 
 /// A layout in balanced variables.
 #[derive(Clone, Debug)]
-pub(super) struct Problem<'l, R, const S: usize, const H: usize> {
+pub(super) struct FitProblem<'l, R, const S: usize, const H: usize> {
     pub(super) layout: &'l Layout<R, S, H>,
     pub(super) balance: Balance<R>,
     /// Readings in use.
@@ -38,7 +38,7 @@ pub(super) struct Terms<R, const S: usize> {
     pub(super) residual: Responses<R, S>,
 }
 
-impl<'l, R: Real, const S: usize, const H: usize> Problem<'l, R, S, H> {
+impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
     pub(super) fn new(layout: &'l Layout<R, S, H>) -> Self {
         let balance = Balance::of(layout);
         let body = |a: &Attached<R>| Some((balance.attached(a)?, a.relative_sigma));
@@ -46,9 +46,9 @@ impl<'l, R: Real, const S: usize, const H: usize> Problem<'l, R, S, H> {
         Self { layout, balance, channels: 3 * layout.sensors.len(), attached }
     }
 
-    /// Causes of error that stay the same over the test.
-    pub(super) fn causes(&self) -> usize {
-        SENSOR_CAUSES * self.layout.sensors.len() + 1 + self.attached.len()
+    /// Nuisance parameters that stay the same over the test.
+    pub(super) fn nuisances(&self) -> usize {
+        SENSOR_NUISANCES * self.layout.sensors.len() + 1 + self.attached.len()
     }
 
     pub(super) fn attached_sum(&self) -> SVector<R, 10> {
@@ -121,11 +121,12 @@ impl<'l, R: Real, const S: usize, const H: usize> Problem<'l, R, S, H> {
         terms: &Terms<R, S>,
         act: impl FnOnce(&Rows<'_, R, S>) -> T,
     ) -> T {
-        let mut sensors = Vec::<[Vector3<R>; SENSOR_CAUSES], S>::new();
+        let mut sensors = Vec::<[Vector3<R>; SENSOR_NUISANCES], S>::new();
         for (i, sensor) in self.layout.sensors.iter().enumerate() {
             let (axes, length) = (sensor.axes_matrix(), self.balance.length);
             // As many as the layout has.
-            let _ = sensors.push(terms.model.sensor_causes(i, &axes, &sensor.uncertainty, length));
+            let _ =
+                sensors.push(terms.model.sensor_nuisances(i, &axes, &sensor.uncertainty, length));
         }
         let slope = model.slope(&terms.model.motion);
         let mut shared = Vec::<Responses<R, S>, MOST_SHARED>::new();

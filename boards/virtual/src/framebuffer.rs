@@ -1,4 +1,4 @@
-//! The glass of the panel: 128 × 64 pixels, bright or dark.
+//! The framebuffer of the panel: 128 × 64 pixels, bright or dark.
 
 use std::convert::Infallible;
 
@@ -13,29 +13,29 @@ pub const HEIGHT: usize = 64;
 
 /// The pixels, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Glass(Box<[bool; WIDTH * HEIGHT]>);
+pub struct Framebuffer(Box<[bool; WIDTH * HEIGHT]>);
 
-impl Default for Glass {
+impl Default for Framebuffer {
     /// Dark.
     fn default() -> Self {
         Self(Box::new([false; WIDTH * HEIGHT]))
     }
 }
 
-impl Glass {
+impl Framebuffer {
     /// Whether a pixel is bright, counted from the upper left corner; what lies beside it is dark.
     pub fn is_bright(&self, x: usize, y: usize) -> bool {
         x < WIDTH && y < HEIGHT && self.0[y * WIDTH + x]
     }
 }
 
-impl OriginDimensions for Glass {
+impl OriginDimensions for Framebuffer {
     fn size(&self) -> Size {
         Size::new(WIDTH as u32, HEIGHT as u32)
     }
 }
 
-impl DrawTarget for Glass {
+impl DrawTarget for Framebuffer {
     type Color = BinaryColor;
     type Error = Infallible;
 

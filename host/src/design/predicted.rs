@@ -10,7 +10,7 @@ use crate::layout_file::LayoutFile;
 
 /// The uncertainty that a layout promises.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Promise {
+pub struct Predicted {
     /// Standard deviations of the ten, SI units.
     pub sigma: [f64; 10],
     /// The same in % of [m, L, L, L, m L² × 6].
@@ -21,14 +21,14 @@ pub struct Promise {
 
 /// What is known of a layout before anything is measured.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outlook {
+pub struct DesignReport {
     /// Which methods are left, ranks and conditions.
     pub applicability: Applicability<f64>,
-    /// The promise; `None` when the ten cannot be told.
-    pub promise: Option<Promise>,
-    /// What limits it, cause by cause; empty without a promise.
+    /// The predicted uncertainty; `None` when the layout does not determine the ten properties.
+    pub predicted: Option<Predicted>,
+    /// What limits it, source by source; empty without a prediction.
     pub parts: Vec<Part<f64>>,
-    /// What one more or less would do; `None` without a promise.
+    /// What one more or less would do; `None` without a prediction.
     pub advice: Option<Advice>,
     /// What is predicted with.
     pub criterion: Criterion<f64>,
@@ -43,13 +43,13 @@ pub struct Advice {
     pub further_hit: Option<(Dof, f64)>,
     /// The node for a further sensor that helps most, and the total with it.
     pub further_sensor: Option<(u16, f64)>,
-    /// The total without each of the hits; `None` where the ten cannot be told without it.
+    /// The total without each of the hits; `None` where the rest does not determine the ten properties.
     pub without_hits: Vec<Option<f64>>,
     /// The total without each of the sensors.
     pub without_sensors: Vec<Option<f64>>,
 }
 
-impl Promise {
+impl Predicted {
     /// Of a layout; `None` when it does not determine the ten.
     pub(super) fn of(criterion: &Criterion<f64>, layout: &HostLayout) -> Option<Self> {
         let mut memory = memory();
@@ -64,7 +64,7 @@ impl Promise {
     }
 }
 
-impl Outlook {
+impl DesignReport {
     /// Of a layout file, with `noise` relative to 1/m.
     pub fn of(file: &LayoutFile, noise: f64) -> Self {
         let layout = &file.layout;
@@ -72,13 +72,13 @@ impl Outlook {
         let methods: Methods = Method::usual().collect();
         let applicability = Applicability::new(layout, &criterion.body, &methods);
         let possible = methods.iter().any(|&method| applicability.admits(method));
-        let promise = if possible { Promise::of(&criterion, layout) } else { None };
-        let parts = promise.and_then(|_| parts(&criterion, layout, &mut memory()));
+        let predicted = if possible { Predicted::of(&criterion, layout) } else { None };
+        let parts = predicted.and_then(|_| parts(&criterion, layout, &mut memory()));
         Self {
             applicability,
-            promise,
+            predicted,
             parts: parts.map_or(Vec::new(), |parts| parts.to_vec()),
-            advice: promise.map(|_| Advice::of(&criterion, file)),
+            advice: predicted.map(|_| Advice::of(&criterion, file)),
             criterion,
             whose,
         }

@@ -2,16 +2,16 @@
 
 use massline_shared::calibration::block::{BlockError, ForceRatio};
 use massline_shared::calibration::tumble::{
-    RestReading, SensorProblem, TumbleLimits, TumbleProblem, TumbleTest,
+    RestVoltages, SensorProblem, TumbleLimits, TumbleProblem, TumbleTest,
 };
 use massline_shared::calibration::{CalibrationRecord, CalibrationSigma};
-use massline_shared::signal::{AdcProperties, StaticReading};
+use massline_shared::signal::{AdcProperties, RestStatistics};
 
 use super::refused::Refused;
 
 /// How far a calibration is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Trial {
+pub enum CalibrationWizard {
     /// There is none.
     Off,
     /// The sensors are to be laid in this one of all positions of a tumble test.
@@ -19,16 +19,16 @@ pub enum Trial {
     /// They are being read in it.
     Reading(u8),
     /// That did not work.
-    Wrong(Problem),
+    Wrong(WizardProblem),
     /// It waits to be kept.
     Proposed(Proposal),
     /// It is kept and in force.
-    Kept,
+    Stored,
 }
 
 /// Why there is no calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Problem {
+pub enum WizardProblem {
     /// A reading of the tumble test.
     Tumble {
         /// Of which sensor, 0-based.
@@ -48,7 +48,7 @@ pub enum Problem {
     Refused(Refused),
 }
 
-impl Problem {
+impl WizardProblem {
     /// True when the position in hand only has to be read again.
     pub fn read_again(&self) -> bool {
         use TumbleProblem as T;
@@ -75,13 +75,13 @@ pub struct Proposal {
 /// Takes what the channels of `adc` read in the position that is wanted; true when it was the last.
 pub(super) fn add_reading(
     test: &mut TumbleTest<f32>,
-    reading: &StaticReading,
+    reading: &RestStatistics,
     adc: &AdcProperties,
-) -> Result<bool, Problem> {
+) -> Result<bool, WizardProblem> {
     let wanted = test.wanted().next();
     if let Some(position) = wanted {
-        let reading = RestReading::of(reading, adc);
-        test.add(position, reading, &TumbleLimits::default()).map_err(Problem::from)?;
+        let reading = RestVoltages::of(reading, adc);
+        test.add(position, reading, &TumbleLimits::default()).map_err(WizardProblem::from)?;
     }
     Ok(test.wanted().next().is_none())
 }
@@ -90,17 +90,17 @@ pub(super) fn add_reading(
 pub(super) fn of_tumble(
     test: &TumbleTest<f32>,
     record: &mut CalibrationRecord,
-) -> Result<Proposal, Problem> {
+) -> Result<Proposal, WizardProblem> {
     let limits = TumbleLimits::default();
     let mut wrong: Option<SensorProblem<f32>> = None;
     let found = test.solve(&limits, |problem| wrong = wrong.or(Some(problem)));
-    let found = found.ok_or_else(|| wrong.map_or(Problem::NotUsable, Problem::from))?;
+    let found = found.ok_or_else(|| wrong.map_or(WizardProblem::NotUsable, WizardProblem::from))?;
     record.take_tumble(&found.sensors, found.hammer_zero);
     let sound = found.is_level(&limits);
     propose(record, Proposal { sound, hammer_ratio: None, sigma: record.sigma })
 }
 
-impl From<SensorProblem<f32>> for Problem {
+impl From<SensorProblem<f32>> for WizardProblem {
     fn from(SensorProblem { sensor, problem }: SensorProblem<f32>) -> Self {
         Self::Tumble { sensor: sensor as u8, problem }
     }
@@ -110,9 +110,9 @@ impl From<SensorProblem<f32>> for Problem {
 pub(super) fn of_block(
     ratio: &ForceRatio<f32>,
     record: &mut CalibrationRecord,
-) -> Result<Proposal, Problem> {
+) -> Result<Proposal, WizardProblem> {
     if !record.method.knows_sensors() {
-        return Err(Problem::SensorsUnknown);
+        return Err(WizardProblem::SensorsUnknown);
     }
     record.take_block(ratio);
     let hammer_ratio = Some(ratio.ratio);
@@ -120,11 +120,11 @@ pub(super) fn of_block(
     propose(record, proposal)
 }
 
-fn propose(record: &mut CalibrationRecord, proposal: Proposal) -> Result<Proposal, Problem> {
+fn propose(record: &mut CalibrationRecord, proposal: Proposal) -> Result<Proposal, WizardProblem> {
     // The rig has no calendar.
     record.date.clear();
     record.temperature = None;
-    if record.is_usable() { Ok(proposal) } else { Err(Problem::NotUsable) }
+    if record.is_usable() { Ok(proposal) } else { Err(WizardProblem::NotUsable) }
 }
 
 #[cfg(test)]
@@ -144,14 +144,14 @@ mod tests {
     };
 
     /// Two nominal sensors at rest, and a hammer at 0.12 V.
-    fn reading(position: Position, deviation: f32) -> StaticReading {
+    fn reading(position: Position, deviation: f32) -> RestStatistics {
         let up = position.up::<f32>();
         let mut mean = [0.0; CHANNELS];
         mean[0] = 0.12 / 3.0 * 4096.0;
         for k in 0..6 {
             mean[1 + k] = (1.5 + 0.057 * up[k % 3]) / 3.0 * 4096.0;
         }
-        StaticReading { scans: 2048, mean, deviation: [deviation; CHANNELS] }
+        RestStatistics { scans: 2048, mean, deviation: [deviation; CHANNELS] }
     }
 
     fn all(order: [usize; 6]) -> TumbleTest<f32> {
@@ -199,7 +199,7 @@ mod tests {
         let problem = of_tumble(&all([0, 1, 3, 2, 4, 5]), &mut record).unwrap_err();
         assert!(matches!(
             problem,
-            Problem::Tumble { sensor: 0, problem: TumbleProblem::ReadsAs { .. } }
+            WizardProblem::Tumble { sensor: 0, problem: TumbleProblem::ReadsAs { .. } }
         ));
         assert!(!problem.read_again());
     }
@@ -208,7 +208,7 @@ mod tests {
     fn a_block_calibrates_the_hammer_against_known_sensors_only() {
         let ratio = ForceRatio { ratio: 1.02, sigma: 0.003, departure: (0.0, 1.0) };
         let mut record = CalibrationRecord::default();
-        assert_eq!(of_block(&ratio, &mut record), Err(Problem::SensorsUnknown));
+        assert_eq!(of_block(&ratio, &mut record), Err(WizardProblem::SensorsUnknown));
         record.method = CalibrationMethod::Tumble;
         let before = record.calibration.channels[HAMMER].sensitivity;
         let proposal = of_block(&ratio, &mut record).unwrap();

@@ -5,7 +5,7 @@ use super::{CHANNELS, Record};
 /// What the channels read while nothing was hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct StaticReading {
+pub struct RestStatistics {
     /// How many scans.
     pub scans: u32,
     /// Mean of every channel, codes.
@@ -14,7 +14,7 @@ pub struct StaticReading {
     pub deviation: [f32; CHANNELS],
 }
 
-impl StaticReading {
+impl RestStatistics {
     /// Of all scans of a record; zeros of an empty one.
     pub fn of(record: &Record) -> Self {
         let scans = record.len() as u32;
@@ -45,13 +45,13 @@ mod tests {
     #[test]
     fn a_static_reading_has_mean_and_deviation_of_every_channel() {
         let mut record = Record::new();
-        assert_eq!(StaticReading::of(&record).mean, [0.0; CHANNELS]);
+        assert_eq!(RestStatistics::of(&record).mean, [0.0; CHANNELS]);
         for n in 0..1000_u16 {
             // Alternating by the number of the channel about 1000 codes.
             let sign = if n % 2 == 0 { 1 } else { -1 };
             record.push(&core::array::from_fn(|k| (1000 + sign * k as i32) as u16));
         }
-        let reading = StaticReading::of(&record);
+        let reading = RestStatistics::of(&record);
         assert_eq!(reading.scans, 1000);
         for k in 0..CHANNELS {
             assert_eq!(reading.mean[k], 1000.0);
@@ -62,7 +62,7 @@ mod tests {
         let mut extreme = Record::new();
         (0..5000_u16)
             .for_each(|n| extreme.push(&[if n % 2 == 0 { 0 } else { u16::MAX }; CHANNELS]));
-        let reading = StaticReading::of(&extreme);
+        let reading = RestStatistics::of(&extreme);
         assert_eq!(reading.mean[9], 32_767.5);
         assert!((reading.deviation[9] / 32_767.5 - 1.0).abs() < 1e-3);
     }

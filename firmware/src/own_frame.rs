@@ -8,7 +8,7 @@ use core::pin::Pin;
 use core::task::{Context, Poll};
 
 /// Waits for a future, which needs no stack while others are polled.
-pub(crate) async fn apart<T>(mut future: Pin<&mut impl Future<Output = T>>) -> T {
+pub(crate) async fn poll_in_own_frame<T>(mut future: Pin<&mut impl Future<Output = T>>) -> T {
     poll_fn(|context| poll(future.as_mut(), context)).await
 }
 

@@ -1,9 +1,9 @@
-//! What limits a layout: how much of the variance each cause of error has brought.
+//! What limits a layout: how much of the variance comes from each source of error.
 //!
-//! The bound is `V = (Jᵀ S⁻¹ J)⁻¹` with `S` the sum of the covariances of all causes (theory, section
-//! 4). Raising the variance of one cause by a small part ε raises `V` by `ε K S_cause Kᵀ`, K being what
-//! the estimator does to the readings: exactly the part of `V` that this cause brings. The parts add
-//! up to `V`, the priors counted as a cause.
+//! The bound is `V = (Jᵀ S⁻¹ J)⁻¹` with `S` the sum of the covariances of all error sources (theory, section
+//! 4). Raising the variance of one source by a small part ε raises `V` by `ε K S_k Kᵀ`, K being what
+//! the estimator does to the readings: exactly the part of `V` that this source brings. The parts add
+//! up to `V`, the priors counted as a source.
 
 use nalgebra::SVector;
 
@@ -15,9 +15,9 @@ use crate::layout::Layout;
 /// square are both far below a thousandth.
 const STEP: f64 = 1e-2;
 
-/// A cause of error in the budget of a layout.
+/// A source of error in the budget of a layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Cause {
+pub enum ErrorSource {
     /// Of sensors and hammer.
     Noise,
     /// The hammer lands beside the mark.
@@ -42,8 +42,8 @@ pub enum Cause {
     Priors,
 }
 
-impl Cause {
-    /// Every cause.
+impl ErrorSource {
+    /// Every source.
     pub const ALL: [Self; 11] = [
         Self::Noise,
         Self::HitPosition,
@@ -75,7 +75,7 @@ impl Cause {
         }
     }
 
-    /// Multiplies the standard deviations of this cause; the one of the noise is `noise`.
+    /// Multiplies the standard deviations of this source; the one of the noise is `noise`.
     fn scale<R: Real, const S: usize, const H: usize>(
         self,
         layout: &mut Layout<R, S, H>,
@@ -114,24 +114,24 @@ impl Cause {
     }
 }
 
-/// What one cause brings.
+/// What one source brings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part<R> {
-    /// The cause.
-    pub cause: Cause,
+    /// The source.
+    pub source: ErrorSource,
     /// Its part of the sum of the ten relative variances; all parts add up to one.
     pub share: R,
     /// Its part of the variance of each of the ten.
     pub shares: SVector<R, 10>,
 }
 
-/// The part of every cause, `None` when the layout does not determine the ten. Workspace as for
+/// The part of every source, `None` when the layout does not determine the ten. Workspace as for
 /// [`Criterion::bound`].
 pub fn parts<R: Real, const S: usize, const H: usize>(
     criterion: &Criterion<R>,
     layout: &Layout<R, S, H>,
     workspace: &mut [R],
-) -> Option<[Part<R>; Cause::ALL.len()]> {
+) -> Option<[Part<R>; ErrorSource::ALL.len()]> {
     let mut variances = |layout: &Layout<R, S, H>, noise: R| {
         let criterion = Criterion { noise, ..*criterion };
         let bound = criterion.bound(layout, workspace)?;
@@ -140,11 +140,11 @@ pub fn parts<R: Real, const S: usize, const H: usize>(
     let whole = variances(layout, criterion.noise)?;
     let relative = |v: &SVector<R, 10>| v.component_div(&criterion.scale.map(|s| s * s)).sum();
     let mut found =
-        Cause::ALL.map(|cause| Part { cause, share: R::zero(), shares: SVector::zeros() });
+        ErrorSource::ALL.map(|source| Part { source, share: R::zero(), shares: SVector::zeros() });
     for part in &mut found {
         let mut changed = |change: f64| {
             let (mut layout, mut noise) = (layout.clone(), criterion.noise);
-            part.cause.scale(&mut layout, &mut noise, R::of(1.0 + change).sqrt());
+            part.source.scale(&mut layout, &mut noise, R::of(1.0 + change).sqrt());
             variances(&layout, noise)
         };
         let slope = (changed(STEP)? - changed(-STEP)?) / R::of(2.0 * STEP);
@@ -189,8 +189,13 @@ mod tests {
         layout.hammer_gain = 0.0;
         layout.sensors.iter_mut().for_each(|s| s.uncertainty.rotation = 0.0);
         for part in bar_parts(&layout) {
-            let absent = [Cause::HammerGain, Cause::SensorRotation, Cause::Attached, Cause::Priors];
-            assert_eq!(part.share == 0.0, absent.contains(&part.cause), "{part:?}");
+            let absent = [
+                ErrorSource::HammerGain,
+                ErrorSource::SensorRotation,
+                ErrorSource::Attached,
+                ErrorSource::Priors,
+            ];
+            assert_eq!(part.share == 0.0, absent.contains(&part.source), "{part:?}");
         }
     }
 
@@ -199,7 +204,7 @@ mod tests {
         // It scales all accelerances alike, so the body seems heavier at the same centre of mass.
         let hammer = bar_parts(&bar_layout())
             .into_iter()
-            .find(|part| part.cause == Cause::HammerGain)
+            .find(|part| part.source == ErrorSource::HammerGain)
             .unwrap();
         assert!(hammer.shares[0] > 0.5, "{hammer:?}");
         for k in 1..4 {

@@ -6,14 +6,14 @@
 
 use massline_shared::signal::CHANNELS;
 
-use super::chain::{Channels, Held};
+use super::chain::{ChainState, Channels};
 
 /// Readings beyond this part of the range of a sensor are left to the steps, which clip.
 const CERTAINLY_WITHIN: f64 = 0.5;
 
 /// The factors of one scan.
 #[derive(Clone, Debug)]
-pub(super) struct Coasting {
+pub(super) struct FreeResponse {
     /// Displacement and velocity of a mode from both, mode by mode.
     modes: Vec<[[f64; 2]; 2]>,
     /// What is sampled, what the low-passes hold at the end, and what goes into them there.
@@ -33,7 +33,7 @@ struct Outputs {
     constant: Channels,
 }
 
-impl Coasting {
+impl FreeResponse {
     /// Found by scans, none of which clips: `rest` from no motion and empty low-passes; `bare` from any
     /// motion of the modes and any outputs of the low-passes, with sensors that read nothing at rest.
     pub(super) fn of(
@@ -48,7 +48,7 @@ impl Coasting {
             by_held: pick(&by_held),
             constant: pick(rest),
         };
-        let mut coasting = Self {
+        let mut free_response = Self {
             modes: vec![[[0.0; 2]; 2]; modes],
             sampled: outputs(|s| s.sampled),
             held: outputs(|s| s.held.output),
@@ -60,26 +60,26 @@ impl Coasting {
                 state[mode][component] = 1.0;
                 let scanned = bare(&state, [0.0; CHANNELS]);
                 for row in 0..2 {
-                    coasting.modes[mode][row][component] = scanned.states[mode][row];
+                    free_response.modes[mode][row][component] = scanned.states[mode][row];
                 }
                 scanned
             });
-            coasting.sampled.by_state.push([0, 1].map(|c| responses[c].sampled));
-            coasting.held.by_state.push([0, 1].map(|c| responses[c].held.output));
-            coasting.input.by_state.push([0, 1].map(|c| responses[c].held.input));
+            free_response.sampled.by_state.push([0, 1].map(|c| responses[c].sampled));
+            free_response.held.by_state.push([0, 1].map(|c| responses[c].held.output));
+            free_response.input.by_state.push([0, 1].map(|c| responses[c].held.input));
         }
-        coasting
+        free_response
     }
 
     /// True when no reading is near the end of its range.
-    pub(super) fn admits(held: &Held, range: &Channels) -> bool {
+    pub(super) fn admits(held: &ChainState, range: &Channels) -> bool {
         held.input.iter().zip(range).all(|(x, range)| x.abs() < CERTAINLY_WITHIN * range)
     }
 
     /// Moves states and chain on by one scan; what is sampled in it.
-    pub(super) fn scan(&self, states: &mut [[f64; 2]], held: &mut Held) -> Channels {
+    pub(super) fn scan(&self, states: &mut [[f64; 2]], held: &mut ChainState) -> Channels {
         let sampled = self.sampled.of(states, &held.output);
-        *held = Held {
+        *held = ChainState {
             output: self.held.of(states, &held.output),
             input: self.input.of(states, &held.output),
         };
@@ -109,6 +109,6 @@ impl Outputs {
 #[derive(Clone, Debug)]
 pub(super) struct Scanned {
     pub(super) sampled: Channels,
-    pub(super) held: Held,
+    pub(super) held: ChainState,
     pub(super) states: Vec<[f64; 2]>,
 }
