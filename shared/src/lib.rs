@@ -10,12 +10,13 @@
 //! | [`body`] | the ten rigid body properties and their transforms |
 //! | [`layout`] | where sensors sit and hits land; kinematics; diagnosis of a layout |
 //! | [`design`] | which sensors and hits to choose among candidates |
-//! | [`signal`] | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
+//! | `signal` | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
 //! | [`mass_line`] | the constant part of an accelerance, `A + B/s² + C s²` |
 //! | [`identify`] | from mass lines to the ten properties with their covariance |
-//! | [`calibration`] | sensors and hammer from what they read of a known input |
-//! | [`measurement`] | from scans to a result: a state machine without inputs and outputs of its own |
+//! | `calibration` | sensors and hammer from what they read of a known input |
+//! | `measurement` | from scans to a result: a state machine without inputs and outputs of its own |
 //! | [`diagnosis`] | the codes by which every problem is named |
+//! | [`theory`] | the equations behind all of it, and the measured reasons for its default values |
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -37,6 +38,7 @@ pub mod real;
 pub mod responses;
 #[cfg(feature = "signal")]
 pub mod signal;
+pub mod theory;
 pub mod units;
 
 pub use real::Real;
