@@ -12,7 +12,7 @@ use crate::linalg::skew;
 use crate::responses::{ResponseRows, Responses};
 
 impl<R: Real> Sensor<R> {
-    /// Its axes as rows: `Rᵀ` of the theory.
+    /// Its axes as rows: `Rᵀ` of the theory, section 1.
     pub fn axes_matrix(&self) -> Matrix3<R> {
         Matrix3::from_fn(|i, j| self.axes[i][j])
     }
