@@ -1,8 +1,9 @@
-//! Everything of massline that is a pure function.
+#![doc = include_str!("../README.md")]
 //!
-//! The crate knows no chip, port, file or clock: samples, bytes and time come in as arguments. It
-//! neither allocates nor recurses, so what it needs on a microcontroller is known at build time.
-//! Solvers are generic over [`Real`]: `f32` on the rig, `f64` on the host.
+//! ## Modules
+//!
+//! Everything here is a pure function: samples, bytes and time come in as arguments, and the crate knows no chip,
+//! port, file or clock. What it needs on a microcontroller is known at build time.
 //!
 //! | module | subject |
 //! | --- | --- |
@@ -40,6 +41,9 @@ pub mod responses;
 pub mod signal;
 pub mod theory;
 pub mod units;
+
+/// The linear algebra whose types stand in this interface, in the version that fits.
+pub use nalgebra;
 
 pub use real::Real;
 pub use responses::{ResponseRows, ResponseSquare, Responses};
