@@ -7,7 +7,8 @@ use std::error::Error;
 
 use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody};
 use massline_shared::identify::{
-    Estimate, FrequencyResponses, MassLines, Method, Observations, Settings, identify, workspace,
+    DofMassLines, Estimate, FrequencyResponses, MassLines, Method, Observations, Settings,
+    identify, workspace,
 };
 use massline_shared::layout::{Hit, Layout, Sensor};
 use massline_shared::mass_line::{
@@ -112,7 +113,7 @@ fn mass_lines(
     layout: &ExampleLayout,
     frequencies: &[f64],
     measured: &[Complex<f64>],
-) -> Result<Vec<(usize, MassLines<f64, 3>)>, Box<dyn Error>> {
+) -> Result<Vec<DofMassLines<f64, 3>>, Box<dyn Error>> {
     let correlation = window_correlation(DECAY, RECORD);
     let fitting = Fitting { band: BAND, decay: DECAY, terms: Terms::Abc, correlation };
     let mut rows = vec![BasisRow::<f64>::EMPTY; frequencies.len()];

@@ -215,6 +215,25 @@ impl<R: Real, const N: usize> Identification<R, N> {
 
 /// What the wanted methods answer, by as many steps as it takes. `workspace` has as many numbers as
 /// [`workspace`] says.
+///
+/// The methods are carried out from the simplest to the best, each from the answer of the one before; a method
+/// that has no answer leaves its reasons among [`Identification::refusals`]. Theory, sections 3 to 5.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::*;
+/// let mut layout = frame::layout();
+/// layout.sensors.pop(); // two sensors do not show all six motions
+/// let mass_lines = frame::mass_lines(&layout);
+/// let observed = Observations::of_mass_lines(&layout, &mass_lines);
+/// let wanted = [Method::MaximumLikelihood, Method::InertiaRestraint];
+/// let mut memory = vec![0.0; workspace(&wanted, layout.sensors.len(), 0)];
+/// let found = identify(&observed, &wanted, &Settings::default(), &mut memory);
+/// // Maximum likelihood compares readings and goes on; the linear method has to give up.
+/// assert_eq!(found.estimates()[0].method, Method::MaximumLikelihood);
+/// assert!((found.estimates()[0].body.mass - 1.23).abs() < 1e-6);
+/// assert_eq!(found.refusals()[0].0, Method::InertiaRestraint);
+/// ```
 pub fn identify<R: Real, const S: usize, const H: usize, L: SpectralLines<R>>(
     observed: &Observations<'_, R, S, H, L>,
     wanted: &[Method],
