@@ -101,6 +101,21 @@ pub fn workspace(methods: &[Method], sensors: usize, lines: usize) -> usize {
 
 /// An identification with room for the answers of `N` methods: what is wanted, what is being carried out, and
 /// what has been answered.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::*;
+/// let layout = frame::layout();
+/// let mass_lines = frame::mass_lines(&layout);
+/// let observed = Observations::of_mass_lines(&layout, &mass_lines);
+/// let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), 0)];
+/// let mut identification = Identification::<f64>::idle();
+/// identification.begin(Method::of_mass_lines());
+/// while identification.step(&observed, &Settings::default(), &mut memory) == Progress::Going {
+///     // Other work.
+/// }
+/// assert_eq!(identification.estimates().len(), MASS_LINE_METHODS);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Identification<R, const N: usize = METHODS> {
     /// The methods that are still to be carried out; the last is the next, so that the simplest comes first
