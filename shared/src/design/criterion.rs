@@ -18,7 +18,7 @@ pub const DEFAULT_NOISE: f64 = 0.005;
 /// not told.
 const UNTOLD: f64 = 100.0;
 
-/// A body and the noise to predict with, and scales to compare the ten by.
+/// A body and the noise to predict with, and scales to compare the ten by. Theory, section 8.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }

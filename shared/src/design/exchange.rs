@@ -35,7 +35,7 @@ pub struct Found<R, const S: usize, const H: usize> {
     pub cost: R,
 }
 
-/// What is searched for, and how long.
+/// What is searched for, and how long. Theory, section 8.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }

@@ -21,7 +21,7 @@ pub const NOT_RIGID: f64 = 0.08;
 
 /// The part of each sensor in the residual of the best rigid motion, `|(A − G G⁺ A)_i| / |A|`, of the
 /// mass lines `accelerance` of one hit DOF, (m/s²)/N. `None` when the sensors do not tell all six
-/// motions, or a number is not finite.
+/// motions, or a number is not finite. G as in theory, section 2; G⁺ as in section 3.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }

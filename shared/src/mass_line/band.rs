@@ -31,7 +31,7 @@ pub struct FoundBand<R> {
 /// The modes are the peaks of the sum. The plateau lies in the widest gap between two neighbouring ones
 /// on a logarithmic scale: rigid body modes on soft cords lie within an octave or two, elastic modes
 /// follow each other in steps below three, and a plateau worth the name is wider than both. The first
-/// and the last line bound the gap where no mode does.
+/// and the last line bound the gap where no mode does. Theory, section 5, has the factors.
 ///
 /// `squares[k]` belongs to the line at `frequency(k)`, Hz, ascending; `decay` is σ of the exponential
 /// window, 1/s. `None` when the gap leaves no band between three times its lower and 0.4 times its upper

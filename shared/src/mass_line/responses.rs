@@ -34,7 +34,8 @@ pub struct Fitting<R> {
     pub correlation: R,
 }
 
-/// The mass lines of one DOF; zero beyond the last response.
+/// The mass lines of one DOF with their noise, and whether they are plateaus; zero beyond the last response.
+/// Theory, section 5.
 ///
 /// ```
 /// # use massline_shared::mass_line::*;
