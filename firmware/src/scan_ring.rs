@@ -122,7 +122,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
     }
 
     /// Begins a run at `now`; what was not read of an earlier one is gone. To be called before the
-    /// converter is started. Settings that make no sense make a ring that reads as stopped.
+    /// converter is started. RingSettings that make no sense make a ring that reads as stopped.
     pub fn start(&mut self, settings: RingSettings, now: u64) {
         self.faults = 0;
         self.lost = 0;

@@ -1,8 +1,9 @@
-//! Everything of massline that is a pure function.
+#![doc = include_str!("../README.md")]
 //!
-//! The crate knows no chip, port, file or clock: samples, bytes and time come in as arguments. It
-//! neither allocates nor recurses, so what it needs on a microcontroller is known at build time.
-//! Solvers are generic over [`Real`]: `f32` on the rig, `f64` on the host.
+//! ## Modules
+//!
+//! Everything here is a pure function: samples, bytes and time come in as arguments, and the crate knows no chip,
+//! port, file or clock. What it needs on a microcontroller is known at build time.
 //!
 //! | module | subject |
 //! | --- | --- |
@@ -10,12 +11,15 @@
 //! | [`body`] | the ten rigid body properties and their transforms |
 //! | [`layout`] | where sensors sit and hits land; kinematics; diagnosis of a layout |
 //! | [`design`] | which sensors and hits to choose among candidates |
-//! | [`signal`] | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
+//! | `signal` | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
 //! | [`mass_line`] | the constant part of an accelerance, `A + B/s² + C s²` |
 //! | [`identify`] | from mass lines to the ten properties with their covariance |
-//! | [`calibration`] | sensors and hammer from what they read of a known input |
-//! | [`measurement`] | from scans to a result: a state machine without inputs and outputs of its own |
+//! | `calibration` | sensors and hammer from what they read of a known input |
+//! | `measurement` | from scans to a result: a state machine without inputs and outputs of its own |
 //! | [`diagnosis`] | the codes by which every problem is named |
+//! | [`theory`] | the equations behind all of it, and the measured reasons for its default values |
+//!
+//! Examples that begin with `frame::` measure test 1 of the three-bar frame ([`theory`], section 11).
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -38,9 +42,14 @@ pub mod real;
 pub mod responses;
 #[cfg(feature = "signal")]
 pub mod signal;
+pub mod theory;
 pub mod units;
 
+/// The linear algebra whose types stand in this interface, in the version that fits.
+pub use nalgebra;
+
 pub use estimated::Estimated;
+
 pub use real::Real;
 pub use responses::{ResponseRows, ResponseSquare, Responses};
 

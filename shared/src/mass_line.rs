@@ -128,6 +128,25 @@ impl BasisRow<f64> {
 }
 
 /// The design of the fit, factored: `W^½ [1, ω_r²/s², s²/ω_r²] = Q R` with orthonormal Q.
+///
+/// ```
+/// # use massline_shared::mass_line::{BasisRow, Bin, MassLineBasis, Terms};
+/// # use massline_shared::nalgebra::Complex;
+/// // Lines 2 Hz apart; A = 0.8 (m/s²)/N on a suspension mode below 3 Hz.
+/// let frequencies = || (1..80).map(|k| 2.0 * f64::from(k));
+/// let h = |f: f64| {
+///     let s = Complex::new(10.0, std::f64::consts::TAU * f);
+///     Complex::new(0.8, 0.0) + Complex::new(250.0, 0.0) / (s * s)
+/// };
+/// let lines = frequencies().map(|frequency| Bin { frequency, weight: 1.0 });
+/// let mut memory = [BasisRow::<f64>::EMPTY; 80];
+/// let basis = MassLineBasis::new(lines, [10.0, 120.0], 10.0, Terms::Abc, &mut memory)?;
+/// let line = basis.fit(frequencies().map(h))?;
+/// assert!((line.accelerance() - 0.8).abs() < 1e-12);
+/// // The plain mean of the real parts is biased by the suspension.
+/// assert!((basis.mean_real(frequencies().map(h)).unwrap() - 0.8).abs() > 1e-3);
+/// # Ok::<(), massline_shared::mass_line::MassLineError>(())
+/// ```
 #[derive(Debug)]
 pub struct MassLineBasis<'a, R> {
     rows: &'a [BasisRow<R>],
@@ -311,6 +330,16 @@ impl<R: Real> MassLineDesign<R> {
 /// By how much the formal standard deviation of a mass line is too small because an exponential
 /// window `e^(−σt)` over a record correlates neighbouring lines: `√(B_n T)` with
 /// `B_n = ∫w⁴ / (∫w²)²`. `decay` is σ in 1/s, `record` T in s; one without a window.
+///
+/// Theory, section 5.
+///
+/// ```
+/// # use massline_shared::mass_line::window_correlation;
+/// assert_eq!(window_correlation(0.0, 0.512), 1.0);
+/// // A window that has decayed at the end of the record: √(σ T).
+/// let factor: f64 = window_correlation(10.0, 0.512);
+/// assert!((factor - 5.12_f64.sqrt()).abs() < 1e-3);
+/// ```
 pub fn window_correlation<R: Real>(decay: R, record: R) -> R {
     let x = decay * record;
     if x <= R::zero() {

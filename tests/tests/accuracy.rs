@@ -91,10 +91,10 @@ fn without_placement_and_gain_errors_noise_alone_is_left() {
     assert!(worst <= allowed(0.8) && rms <= 0.3, "worst {worst:.3} %, rms {rms:.3} %");
 }
 
-/// The Cramér-Rao bound of these errors with five hits a DOF is 0.48 % rms in tests 1 and 2, 0.81 % in 3
-/// and 4 (theory, section 8), and the fit reaches it within a tenth. An rms over 200 numbers, those of a
-/// campaign correlated, varies by a fifth: 1.1 %. The bound of a single property is up to twice the rms
-/// of the ten, and the worst of 800 numbers lies at three of its deviations: 5 %.
+/// The Cramér-Rao bound of these errors with five hits a DOF is 0.48 % and 0.56 % rms in tests 1 and 2, 0.83 % and
+/// 0.82 % in 3 and 4 (theory, section 8), and the fit reaches it within a tenth. An rms over 200 numbers, those of
+/// a campaign correlated, varies by a fifth: 1.1 %. The bound of a single property is up to twice the rms of the
+/// ten, and the worst of 800 numbers lies at three of its deviations: 5 %.
 #[test]
 fn with_the_errors_of_a_person_the_bound_is_reached() {
     let (worst, rms) = errors(&Bench::named("default").expect("bundled"));

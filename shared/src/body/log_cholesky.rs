@@ -14,6 +14,16 @@ use crate::Real;
 ///         [ 0     0     e^d3  t3 ]
 ///         [ 0     0     0     1  ]
 /// ```
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::body::LogCholesky;
+/// let parameters = LogCholesky::from_body(&frame::body()).unwrap();
+/// assert!((parameters.body().theta() - frame::body().theta()).norm() < 1e-12);
+/// // A step in any direction stays a body that can exist.
+/// let moved = LogCholesky(parameters.0.map(|value| value - 0.7)).body();
+/// assert!(moved.is_physically_consistent());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LogCholesky<R>(pub SVector<R, 10>);
 

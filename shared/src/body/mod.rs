@@ -26,6 +26,24 @@ use crate::linalg::skew;
 pub const INERTIA_ELEMENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 /// Mass, centre of mass and inertia of a rigid body.
+///
+/// ```
+/// # use massline_shared::body::RigidBody;
+/// # use massline_shared::nalgebra::{Matrix3, Vector3};
+/// // A solid cube of 6 kg and 0.1 m, its centre 0.2 m from the origin.
+/// let moment = 6.0 * 0.1 * 0.1 / 6.0;
+/// let cube = RigidBody {
+///     mass: 6.0_f64,
+///     center_of_mass: Vector3::new(0.2, 0.0, 0.0),
+///     inertia: Matrix3::from_diagonal_element(moment),
+/// };
+/// // Huygens and Steiner: about the origin m |c|² more, but not about the x axis.
+/// let about_origin = cube.inertia_about(&Vector3::zeros());
+/// assert!((about_origin[(0, 0)] - moment).abs() < 1e-15);
+/// assert!((about_origin[(1, 1)] - (moment + 6.0 * 0.04)).abs() < 1e-15);
+/// let back = RigidBody::from_phi(&cube.phi()).unwrap();
+/// assert!((back.theta() - cube.theta()).norm() < 1e-15);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidBody<R> {
     /// kg.
@@ -144,6 +162,19 @@ impl<R: Real> RigidBody<R> {
 
 /// The regressor of the equations of motion: row `i` of `f₀ = Y phi`, given the acceleration
 /// `[a; α]` of the origin. Theory, section 3.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::body::regressor;
+/// # use massline_shared::nalgebra::Vector3;
+/// let body = frame::body();
+/// let force = frame::layout().hits[2].unit_force(&Vector3::zeros());
+/// let rows = regressor(&body.acceleration(&force).unwrap());
+/// for (row, force) in rows.iter().zip(&force) {
+///     let product: f64 = row.iter().zip(&body.phi()).map(|(y, phi)| y * phi).sum();
+///     assert!((product - force).abs() < 1e-12);
+/// }
+/// ```
 pub fn regressor<R: Real>(acceleration: &Vector6<R>) -> [[R; 10]; 6] {
     let o = R::zero();
     let [ax, ay, az, wx, wy, wz] = (*acceleration).into();

@@ -49,6 +49,14 @@ const fn inertia(name: &'static str, symbol: &'static str) -> InertialParameter 
 
 /// [m, L, L, L, m L² × 6]: what errors of the inertial parameters are compared with for a body of mass m (kg) and size L
 /// (m). The values themselves will not do, since centre coordinates and products of inertia may be zero.
+///
+/// ```
+/// # use massline_shared::body::{INERTIAL_PARAMETERS, scale};
+/// let scale = scale(1.23, 0.14);
+/// let [mass, .., yz] = INERTIAL_PARAMETERS;
+/// assert_eq!((mass.name, scale[0]), ("mass", 1.23));
+/// assert_eq!((yz.name, scale[9]), ("Jyz", 1.23 * 0.14 * 0.14));
+/// ```
 pub fn scale<R: Real>(mass: R, length: R) -> SVector<R, 10> {
     SVector::from_fn(|k, _| match k {
         0 => mass,

@@ -7,6 +7,17 @@ use crate::Real;
 use crate::linalg::{cholesky, symmetric_eigen3};
 
 /// Principal moments of inertia about the centre of mass with their axes.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// let body = frame::body();
+/// let principal = body.principal().unwrap();
+/// let diagonal = principal.axes.transpose() * body.inertia * principal.axes;
+/// assert!((diagonal[(2, 2)] - principal.moments[2]).abs() < 1e-12);
+/// // No moment of a real body exceeds the sum of the other two.
+/// assert!(principal.moments[2] < principal.moments[0] + principal.moments[1]);
+/// assert!(body.is_physically_consistent());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Principal<R> {
     /// Ascending, kg m².
@@ -35,6 +46,18 @@ impl<R: Real> RigidBody<R> {
     /// The nearest body, in a sense, that is physically consistent: the eigenvalues of `½ tr(J) I − J`
     /// are raised to `part` of the largest (theory, section 4). `None` without mass or when no
     /// eigenvalue is positive.
+    ///
+    /// ```
+    /// # use massline_shared::body::RigidBody;
+    /// # use massline_shared::nalgebra::{Matrix3, Vector3};
+    /// let impossible = RigidBody {
+    ///     mass: 1.0,
+    ///     center_of_mass: Vector3::zeros(),
+    ///     inertia: Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 2.5)),
+    /// };
+    /// assert!(!impossible.is_physically_consistent());
+    /// assert!(impossible.made_consistent(0.05).unwrap().is_physically_consistent());
+    /// ```
     pub fn made_consistent(&self, part: R) -> Option<Self> {
         let (moments, axes) = symmetric_eigen3(&second_moments(&self.inertia))?;
         let largest = moments[2];

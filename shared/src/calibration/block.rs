@@ -106,11 +106,33 @@ impl<R: Real> ForceRatio<R> {
     }
 }
 
-/// The ratio matrix of sensor `sensor` (0-based) whose axes are the rows of `axes` in the block's
-/// frame.
+/// The ratio matrix, 3 × 3, of sensor `sensor` (0-based) whose axes are the rows of `axes` in the block's
+/// frame: least squares over all hits. Theory, section 9.
 ///
 /// # Errors
 /// See [`BlockError`].
+///
+/// ```
+/// # use massline_shared::calibration::block::{BlockHit, BlockMass, sensor_ratios};
+/// # use massline_shared::identify::MassLines;
+/// # use massline_shared::nalgebra::Vector3;
+/// # use massline_shared::responses::Responses;
+/// // 2 kg, hit along x, y and z; channel x of the sensor reads 3 % too much.
+/// let hits = [0, 1, 2].map(|axis| {
+///     let direction: Vector3<f64> = Vector3::ith(axis, 1.0);
+///     let read = direction.component_mul(&Vector3::new(1.03, 1.0, 1.0)) / 2.0;
+///     let lines = MassLines::without_scatter(Responses::<f64, 1>::from_column_slice(read.as_slice()));
+///     BlockHit { direction, lines: MassLines { hits: 5, ..lines } }
+/// });
+/// let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let block = BlockMass { mass: 2.0, sigma: 0.002 };
+/// let found = sensor_ratios(&hits, 0, &axes, block)?;
+/// assert!((found.ratio[(0, 0)] - 1.03).abs() < 1e-12 && found.ratio[(0, 1)].abs() < 1e-12);
+/// // The mass is known to 0.1 %.
+/// assert!((found.sigma[(1, 1)] - 0.001).abs() < 1e-12);
+/// assert!(sensor_ratios(&hits[..2], 0, &axes, block).is_err());
+/// # Ok::<(), massline_shared::calibration::block::BlockError>(())
+/// ```
 pub fn sensor_ratios<R: Real, const S: usize>(
     hits: &[BlockHit<R, S>],
     sensor: usize,
@@ -160,10 +182,22 @@ const DEAD: f64 = 0.05;
 ///
 /// Directions are weighted by their scatter: those whose misses do not turn the sensors' middle count
 /// most. The root mean square over the hits is taken of each length, `|Ā|² + tr(scatter) (n − 1)/n`, so
-/// that directions which scatter do not shorten it.
+/// that directions which scatter do not shorten it. Theory, section 9.
 ///
 /// # Errors
 /// See [`BlockError`]; any direction will do, so the hits come without theirs.
+///
+/// ```
+/// # use massline_shared::calibration::block::{BlockMass, force_ratio};
+/// # use massline_shared::identify::MassLines;
+/// # use massline_shared::responses::Responses;
+/// // The hammer reads 2 % too little, so every accelerance is 2 % too large, whatever its direction.
+/// let accelerance = Responses::<f64, 1>::from([[0.6, 0.8, 0.0]]) * (1.02 / 2.0);
+/// let lines = MassLines { hits: 5, ..MassLines::without_scatter(accelerance) };
+/// let found = force_ratio([&lines; 3].into_iter(), 1, BlockMass { mass: 2.0, sigma: 0.002 })?;
+/// assert!((found.ratio - 1.02).abs() < 1e-12 && found.is_consistent());
+/// # Ok::<(), massline_shared::calibration::block::BlockError>(())
+/// ```
 pub fn force_ratio<'a, R: Real, const S: usize>(
     hits: impl Iterator<Item = &'a MassLines<R, S>> + Clone,
     sensors: usize,

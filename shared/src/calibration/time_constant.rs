@@ -41,6 +41,24 @@ const ODD: usize = 3;
 /// # Errors
 /// [`MassLineError::BandTooNarrow`] with fewer than three lines in the band or without an accelerance,
 /// [`MassLineError::NotFinite`].
+///
+/// ```
+/// # use massline_shared::calibration::time_constant::{SpectraSettings, difference};
+/// # use massline_shared::mass_line::{Bin, MassLineError};
+/// # use massline_shared::nalgebra::Complex;
+/// // A rigid block of 2 kg; low-passes of 330 µs on the hammer and 320 µs on the sensor.
+/// let (hammer, sensor) = (330e-6, 320e-6);
+/// let lines = (5..150).map(|k| {
+///     let frequency = 2.0 * f64::from(k);
+///     let s = Complex::new(10.0, std::f64::consts::TAU * frequency);
+///     let h = (s * hammer + 1.0) / (s * sensor + 1.0) * 0.5;
+///     (Bin { frequency, weight: 1.0 }, h)
+/// });
+/// let how = SpectraSettings { band: [10.0, 300.0], lag: sensor, decay: 10.0, record: 0.512 };
+/// let found = difference(lines, how)?;
+/// assert!((found.value - (hammer - sensor)).abs() < 1e-9);
+/// # Ok::<(), MassLineError>(())
+/// ```
 pub fn difference<R, I>(lines: I, how: SpectraSettings<R>) -> Result<Estimated<R>, MassLineError>
 where
     R: Real,

@@ -110,6 +110,13 @@ const CUTOFF_HZ: f64 = 497.36;
 ///
 /// The scans are correlated by the low-pass. Rounding to codes is blurred by the noise, and what it
 /// leaves is `e^(−2π²σ²)/π` of a code (Widrow and Kollár, Quantization Noise, 2008).
+///
+/// ```
+/// # use massline_shared::calibration::tumble::sigma_of_mean;
+/// // 2048 scans at 4 kS/s that deviate by two codes: correlated, so more than 2/√2048.
+/// let sigma: f64 = sigma_of_mean(2.0, 2048, 4000.0);
+/// assert!(1.0 < sigma / (2.0 / 2048_f64.sqrt()) && sigma < 0.1);
+/// ```
 pub fn sigma_of_mean<R: Real>(deviation: R, scans: u32, rate: R) -> R {
     let memory = (R::of(-core::f64::consts::TAU * CUTOFF_HZ) / rate).exp();
     let correlated = (R::one() + memory) / (R::one() - memory);
@@ -229,11 +236,32 @@ impl<R: Real> SensorSensitivity<R> {
 /// Row and column of the cross-axis elements of a 3 × 3 matrix, row by row.
 pub const OFF_DIAGONAL: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)];
 
-/// Zero and sensitivity of one sensor from its readings in the six positions, in any order.
+/// Zero (V) and sensitivity (V/(m/s²), 3 × 3) of one sensor from its readings in the six positions, in any
+/// order, by the formulas at the top of the module. Theory, section 9.
 ///
 /// # Errors
 /// Everything that is wrong with the readings. Tilted positions are no error: see
 /// [`SensorSensitivity::is_level`].
+///
+/// ```
+/// # use massline_shared::calibration::tumble::*;
+/// # use massline_shared::nalgebra::Vector3;
+/// // 1.5 V at rest, 57 mV for each g, with 1 % of y in x.
+/// let reading = |position: Position| {
+///     let up: Vector3<f64> = position.up();
+///     let read = Vector3::new(up.x + 0.01 * up.y, up.y, up.z) * 0.057;
+///     let (deviation, sigma) = (Vector3::repeat(1e-4), Vector3::repeat(1e-6));
+///     TumbleReading { position, mean: read + Vector3::repeat(1.5), deviation, sigma }
+/// };
+/// let limits = TumbleLimits::default();
+/// let six = Position::ALL.map(reading);
+/// let sensor = solve(&six, &limits).unwrap();
+/// assert!((sensor.zero - Vector3::repeat(1.5)).norm() < 1e-12);
+/// assert!((sensor.sensitivity[(0, 0)] - 0.057 / limits.gravity).abs() < 1e-12);
+/// assert!((sensor.sensitivity[(0, 1)] / sensor.sensitivity[(0, 0)] - 0.01).abs() < 1e-12);
+/// // Five positions are no tumble test.
+/// assert_eq!(solve(&six[1..], &limits).unwrap_err()[0], TumbleProblem::Missing(Position::ALL[0]));
+/// ```
 pub fn solve<R: Real>(
     readings: &[TumbleReading<R>],
     limits: &TumbleLimits<R>,

@@ -18,7 +18,22 @@ pub const DEFAULT_NOISE: f64 = 0.005;
 /// not told.
 const UNTOLD: f64 = 100.0;
 
-/// A body and the noise to predict with, and scales to compare the inertial parameters by.
+/// A body and the noise to predict with, and scales to compare the inertial parameters by. Theory, section 8.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::design::{Criterion, DEFAULT_NOISE, total};
+/// # use massline_shared::identify::maximum_likelihood::workspace;
+/// let mut layout = frame::layout();
+/// let criterion = Criterion::new(frame::body(), 0.14, DEFAULT_NOISE);
+/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// layout.hammer_gain = 0.0;
+/// let predicted = total(criterion.cost(&layout, &mut memory).unwrap());
+/// // 0.78 % of scale with the default budget: theory, section 8.
+/// assert!((predicted - 0.0078).abs() < 0.0001);
+/// layout.hits.pop();
+/// assert!(criterion.cost(&layout, &mut memory).is_none());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Criterion<R> {
     /// What the object is thought to be.

@@ -127,6 +127,21 @@ pub struct Part<R> {
 
 /// The part of every source, `None` when the layout does not determine the ten. Workspace as for
 /// [`Criterion::bound`].
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::design::{Criterion, DEFAULT_NOISE, parts};
+/// # use massline_shared::identify::maximum_likelihood::workspace;
+/// let layout = frame::layout();
+/// let criterion = Criterion::new(frame::body(), 0.14, DEFAULT_NOISE);
+/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let found = parts(&criterion, &layout, &mut memory).unwrap();
+/// let sum: f64 = found.iter().map(|part| part.share).sum();
+/// assert!((sum - 1.0).abs() < 1e-3);
+/// // Without a calibration, the hammer's gain is most of what is unknown of the mass.
+/// let of_mass = found.iter().max_by(|a, b| a.shares[0].total_cmp(&b.shares[0])).unwrap();
+/// assert_eq!(of_mass.source.name(), "hammer_gain");
+/// ```
 pub fn parts<R: Real, const S: usize, const H: usize>(
     criterion: &Criterion<R>,
     layout: &Layout<R, S, H>,

@@ -35,7 +35,37 @@ pub struct Found<R, const S: usize, const H: usize> {
     pub cost: R,
 }
 
-/// What is searched for, and how long.
+/// What is searched for, and how long. Theory, section 8.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::body::scale;
+/// # use massline_shared::design::{Choice, Counts, Criterion, DEFAULT_NOISE, Search};
+/// # use massline_shared::identify::maximum_likelihood::workspace;
+/// # use massline_shared::layout::{Hit, Layout};
+/// let mut layout = frame::layout();
+/// let present = layout.hits.clone();
+/// let cutoff = [0.208, 0.0, 0.0];
+/// // Candidates: the three hits there are, and two more at node 3.
+/// let mut candidates: Vec<Hit<f64>> = present.iter().copied().collect();
+/// for (dof, direction) in [("3:+Z", [0.0, 0.0, 1.0]), ("3:+Y", [0.0, 1.0, 0.0])] {
+///     candidates.push(Hit::new(dof.parse().unwrap(), cutoff, direction));
+/// }
+/// let criterion = Criterion::new(frame::body(), 0.14, DEFAULT_NOISE);
+/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let search = Search {
+///     candidates: Counts { sensors: 3, hits: 5 },
+///     wanted: Counts { sensors: 3, hits: 3 },
+///     starts: 4,
+///     seed: 1,
+/// };
+/// let found = search.run::<f64, 3, 4>(None, |choice: &Choice<3, 4>| {
+///     layout.hits = choice.hits.iter().map(|&hit| candidates[hit]).collect();
+///     criterion.cost(&layout, &mut memory)
+/// }).unwrap();
+/// layout.hits = present;
+/// assert!(found.cost <= criterion.cost(&layout, &mut memory).unwrap());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Search {
     /// How many candidates there are.

@@ -15,13 +15,28 @@ use crate::layout::{Hit, Layout, LayoutReport, Prior};
 use crate::linalg::{LeastSquares, Spectrum};
 
 /// What a layout lets each method do.
+///
+/// Theory, section 4, has the rules.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::{Applicability, Method};
+/// let mut layout = frame::layout();
+/// let methods = [Method::MaximumLikelihood, Method::InertiaRestraint];
+/// let found = Applicability::new(&layout, &frame::body(), &methods);
+/// assert!(found.diagnostics.is_empty() && found.rank == 10);
+/// layout.sensors.pop();
+/// let found = Applicability::new(&layout, &frame::body(), &methods);
+/// assert!(found.admits(Method::MaximumLikelihood));
+/// assert!(!found.admits(Method::InertiaRestraint));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Applicability<R> {
     /// What is in the way: an error leaves none of the methods that were asked for, a warning some.
     pub diagnostics: Diagnostics,
     /// The figures of the geometry.
     pub geometry: LayoutReport<R>,
-    /// Rank of the readings' slopes by the ten with what is known of them: ten when the inertial parameters can be
+    /// Rank of the readings' slopes by the inertial parameters with what is known of them: ten when the inertial parameters can be
     /// told.
     pub rank: usize,
     /// Condition of those slopes, in balanced variables.
@@ -73,6 +88,16 @@ impl<R: Real> Applicability<R> {
 /// the sensors' centroid and every unknown in its own unit: rank ten when the inertial parameters can be told
 /// (theory, section 4: the rank of the information is that of its factor). `None` when the body has no
 /// inertia or a number is not finite.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::information_spectrum;
+/// let mut layout = frame::layout();
+/// assert_eq!(information_spectrum(&layout, &frame::body()).unwrap().0, 10);
+/// // Two hits leave one combination of the ten unseen, whatever the number of sensors.
+/// layout.hits.pop();
+/// assert_eq!(information_spectrum(&layout, &frame::body()).unwrap().0, 9);
+/// ```
 pub fn information_spectrum<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     body: &RigidBody<R>,

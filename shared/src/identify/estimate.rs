@@ -29,6 +29,15 @@ pub struct Estimate<R> {
 }
 
 /// How well the data agree with their error budget.
+///
+/// ```
+/// # use massline_shared::identify::Consistency;
+/// let mean = Consistency { chi_squared: 17.0, degrees_of_freedom: 17 };
+/// assert!(!mean.rejects_budget());
+/// // The 99.9 % point of χ² with 17 degrees of freedom is 40.8.
+/// assert!(!Consistency { chi_squared: 40.0, ..mean }.rejects_budget());
+/// assert!(Consistency { chi_squared: 42.0, ..mean }.rejects_budget());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Consistency<R> {

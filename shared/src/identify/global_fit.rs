@@ -143,6 +143,36 @@ pub struct GlobalFitSolution<R> {
 /// `data_not_finite`, `layout_not_finite`, `frf_missing` when channels or hits are not those of the
 /// layout, `band_too_narrow` with fewer equations than unknowns or too small a workspace,
 /// `ten_parameters_not_identifiable`, `not_converged`.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::{FrequencyResponses, global_fit};
+/// # use massline_shared::nalgebra::{Complex, Matrix6, Vector3};
+/// let layout = frame::layout();
+/// # let real = |value: f64| Complex::new(value, 0.0);
+/// # let stiffness = Matrix6::from_diagonal_element(2.0);
+/// # let frequencies: Vec<f64> = (5..60).map(|k| 2.0 * f64::from(k)).collect();
+/// # let mut measured = Vec::new();
+/// # for f in &frequencies {
+/// #     let s = Complex::new(0.0, std::f64::consts::TAU * f);
+/// #     let dynamic = frame::body().mass_matrix().map(real) + stiffness.map(|k| real(k) / (s * s));
+/// #     let inverse = dynamic.try_inverse().unwrap();
+/// #     for channel in 0..9 {
+/// #         let response = layout.response_row_at(channel, s);
+/// #         let force = |hit: &massline_shared::layout::Hit<f64>| hit.unit_force(&Vector3::zeros()).map(real);
+/// #         measured.extend(layout.hits.iter().map(|hit| response.dot(&(inverse * force(hit)))));
+/// #     }
+/// # }
+/// // 55 lines, nine channels and three hits of a body on springs of 2 N/m and 2 N m/rad.
+/// let responses = FrequencyResponses::new(&frequencies, &measured, 9, 3).unwrap();
+/// let mut start = frame::body();
+/// start.mass *= 1.02;
+/// let settings = global_fit::GlobalFitSettings { damping: false, elastic: false };
+/// let mut memory = vec![0.0; global_fit::workspace(frequencies.len())];
+/// let solution = global_fit::solve(&layout, &responses, &start, &settings, &mut memory).unwrap();
+/// assert!((solution.estimate.body.mass - 1.23).abs() < 1e-6);
+/// assert!((solution.stiffness[(2, 2)] - 2.0).abs() < 1e-3);
+/// ```
 pub fn solve<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     responses: &FrequencyResponses<'_, R>,

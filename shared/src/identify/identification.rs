@@ -101,6 +101,21 @@ pub fn workspace(methods: &[Method], sensors: usize, lines: usize) -> usize {
 
 /// An identification with room for the answers of `N` methods: what is wanted, what is being carried out, and
 /// what has been answered.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::*;
+/// let layout = frame::layout();
+/// let mass_lines = frame::mass_lines(&layout);
+/// let observed = Observations::of_mass_lines(&layout, &mass_lines);
+/// let mut memory = vec![0.0; workspace(&Method::ALL, layout.sensors.len(), 0)];
+/// let mut identification = Identification::<f64>::idle();
+/// identification.begin(Method::of_mass_lines());
+/// while identification.step(&observed, &IdentifySettings::default(), &mut memory) == Progress::Going {
+///     // Other work.
+/// }
+/// assert_eq!(identification.estimates().len(), MASS_LINE_METHODS);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Identification<R, const N: usize = METHODS> {
     /// The methods that are still to be carried out; the last is the next, so that the simplest comes first
@@ -215,6 +230,25 @@ impl<R: Real, const N: usize> Identification<R, N> {
 
 /// What the wanted methods answer, by as many steps as it takes. `workspace` has as many numbers as
 /// [`workspace`] says.
+///
+/// The methods are carried out from the simplest to the best, each from the answer of the one before; a method
+/// that has no answer leaves its reasons among [`Identification::refusals`]. Theory, sections 3 to 5.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::*;
+/// let mut layout = frame::layout();
+/// layout.sensors.pop(); // two sensors do not show all six motions
+/// let mass_lines = frame::mass_lines(&layout);
+/// let observed = Observations::of_mass_lines(&layout, &mass_lines);
+/// let wanted = [Method::MaximumLikelihood, Method::InertiaRestraint];
+/// let mut memory = vec![0.0; workspace(&wanted, layout.sensors.len(), 0)];
+/// let found = identify(&observed, &wanted, &IdentifySettings::default(), &mut memory);
+/// // Maximum likelihood compares readings and goes on; the linear method has to give up.
+/// assert_eq!(found.estimates()[0].method, Method::MaximumLikelihood);
+/// assert!((found.estimates()[0].body.mass - 1.23).abs() < 1e-6);
+/// assert_eq!(found.refusals()[0].0, Method::InertiaRestraint);
+/// ```
 pub fn identify<R: Real, const S: usize, const H: usize, L: SpectrumBins<R>>(
     observed: &Observations<'_, R, S, H, L>,
     wanted: &[Method],

@@ -88,6 +88,21 @@ impl<R> From<ReferencePoint<R>> for InertiaRestraintSettings<R> {
 /// Every diagnostic that keeps the data from determining the ten: too few sensors or hits, hits all
 /// parallel or through one point, rank deficiency, numbers that are not finite, a hit that the layout
 /// does not have.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::inertia_restraint::{ReferencePoint, InertiaRestraintSettings, solve};
+/// let layout = frame::layout();
+/// let dofs = frame::mass_lines(&layout);
+/// // As in the literature: equal weights, here about the origin.
+/// let estimate = solve(&layout, &dofs, ReferencePoint::Origin).unwrap();
+/// // Exact readings give the exact body, up to rounding.
+/// assert!((estimate.theta() - frame::body().theta()).norm() < 1e-12);
+/// // Without the scatter of at least three hits a DOF there is no covariance.
+/// assert!(estimate.covariance.is_none());
+/// // Two hits meet in a plane: rank nine.
+/// assert!(solve(&layout, &dofs[..2], InertiaRestraintSettings::weighted()).is_err());
+/// ```
 pub fn solve<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -184,13 +199,31 @@ impl<R: Real> method::Solver<R> for Solver<R> {
 }
 
 /// The balanced least squares problem of the method, hit by hit.
+///
+/// For motions that were measured in another way than by the sensors of a layout.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::inertia_restraint::Regression;
+/// # use massline_shared::nalgebra::Vector3;
+/// let (layout, body) = (frame::layout(), frame::body());
+/// let mut regression = Regression::new(layout.characteristic_length());
+/// for hit in &layout.hits {
+///     let force = hit.unit_force(&Vector3::zeros());
+///     let motion = body.acceleration(&force).unwrap();
+///     regression.add(&motion, &force);
+/// }
+/// let solution = regression.solve().unwrap();
+/// assert!((solution.body.mass - 1.23).abs() < 1e-12);
+/// assert!((solution.condition - 21.0).abs() < 0.5); // theory, section 8
+/// ```
 #[derive(Clone, Debug)]
 pub struct Regression<R> {
     equations: LeastSquares<R, 10>,
     length: R,
 }
 
-/// Solution of a [`Regression`], about its reference point.
+/// InertiaRestraintSolution of a [`Regression`], about its reference point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InertiaRestraintSolution<R> {
     /// [m, m c, J about the reference point].

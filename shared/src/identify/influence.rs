@@ -43,6 +43,26 @@ impl<R: Real> Influence<R> {
 
 /// The influence of every hit DOF and sensor on a maximum likelihood answer; a subject without which
 /// there is no answer is missing. `workspace` as for [`solve`], `act` is called with each.
+///
+/// Of three hits none can be left out (theory, section 4), so with three hits only the sensors are reported.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::influence::{Subject, influences};
+/// # use massline_shared::identify::maximum_likelihood::{Start, solve, workspace};
+/// let layout = frame::layout();
+/// let dofs = frame::mass_lines(&layout);
+/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let whole = solve(&layout, &dofs, Start::InertiaRestraint, &mut memory).unwrap();
+/// let mut sensors = 0;
+/// influences(&layout, &dofs, &whole, &mut memory, |found| {
+///     assert!(matches!(found.subject, Subject::Sensor(_)));
+///     // Nothing is wrong with any of them, and each is worth having.
+///     assert!(found.largest_shift() < 0.01 && found.worth > 1.0);
+///     sensors += 1;
+/// });
+/// assert_eq!(sensors, 3);
+/// ```
 pub fn influences<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],

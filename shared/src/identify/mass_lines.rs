@@ -88,6 +88,20 @@ impl<R: Real, const S: usize> MassLines<R, S> {
 }
 
 /// Mean and sample covariance of the single hits' mass lines, updated hit by hit (Welford 1962).
+///
+/// ```
+/// # use massline_shared::identify::ScatterAccumulator;
+/// # use massline_shared::responses::Responses;
+/// let mut hits = ScatterAccumulator::<f64, 1>::new();
+/// for x in [0.9, 1.0, 1.1] {
+///     hits.add(&Responses::from([[x, 2.0 * x, 0.0]]));
+/// }
+/// let lines = hits.mass_lines();
+/// assert!((lines.accelerance[1] - 2.0).abs() < 1e-12);
+/// // The sample variance of x is 0.01, and y moves with it, twice as far.
+/// assert!((lines.scatter[(0, 0)] - 0.01).abs() < 1e-12);
+/// assert!((lines.scatter[(1, 0)] - 0.02).abs() < 1e-12);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScatterAccumulator<R, const S: usize> {
     mean: Responses<R, S>,

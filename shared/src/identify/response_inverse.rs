@@ -7,6 +7,20 @@ use crate::linalg::{Spectrum, spectrum};
 use crate::responses::{ResponseRows, Responses};
 
 /// `G⁺` of `xm = G [a; α]` (theory, section 3), by QR in balanced variables.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::ResponseInverse;
+/// # use massline_shared::nalgebra::Vector3;
+/// let layout = frame::layout();
+/// let response = layout.response_matrix(&Vector3::zeros());
+/// let inverse = ResponseInverse::new(&response, layout.characteristic_length()).unwrap();
+/// assert_eq!(inverse.rank, 6);
+/// let force = layout.hits[0].unit_force(&Vector3::zeros());
+/// let motion = frame::body().acceleration(&force).unwrap();
+/// let readings = response.times(&motion);
+/// assert!((inverse.motion(&readings) - motion).norm() < 1e-12 * motion.norm());
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResponseInverse<R, const S: usize> {
     /// Its transpose: takes readings in m/s² to [a in m/s²; α in rad/s²]. All zero when the rank is below

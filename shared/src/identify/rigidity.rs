@@ -21,7 +21,19 @@ pub const NOT_RIGID: f64 = 0.08;
 
 /// The part of each sensor in the residual of the best rigid motion, `|(A − G G⁺ A)_i| / |A|`, of the
 /// mass lines `accelerance` of one hit DOF, (m/s²)/N. `None` when the sensors do not tell all six
-/// motions, or a number is not finite.
+/// motions, or a number is not finite. G as in theory, section 2; G⁺ as in section 3.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::{NOT_RIGID, rigid_residuals};
+/// let layout = frame::layout();
+/// let mut readings = layout.accelerance(&frame::body(), 0).unwrap();
+/// let rigid = rigid_residuals(&layout, &readings).unwrap();
+/// assert!(rigid.iter().all(|&part| part < 1e-12));
+/// readings[3] = -readings[3]; // the x axis of the second sensor is reversed
+/// let torn = rigid_residuals(&layout, &readings).unwrap();
+/// assert!(torn.iter().any(|&part| part > NOT_RIGID));
+/// ```
 pub fn rigid_residuals<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     accelerance: &Responses<R, S>,

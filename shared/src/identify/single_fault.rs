@@ -167,6 +167,23 @@ impl<R: Real> SingleFault<R> {
 
     /// Fits the layout that the mistake has made to the data. `workspace` as for
     /// [`maximum_likelihood::solve`]. `None` when that fit has no answer.
+    ///
+    /// A mistake is believed when χ² falls by more than [`DECISIVE`] under it.
+    ///
+    /// ```
+    /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+    /// # use massline_shared::identify::maximum_likelihood::{Start, solve, workspace};
+    /// # use massline_shared::identify::single_fault::{DECISIVE, SingleFault};
+    /// let nominal = frame::layout();
+    /// // The person hit 2:-Z and wrote 2:+Z.
+    /// let mistake = SingleFault::HitReversed { hit: 1 };
+    /// let dofs = frame::mass_lines(&mistake.applied(&nominal).unwrap());
+    /// let mut memory = vec![0.0; workspace(nominal.sensors.len())];
+    /// let as_meant = solve(&nominal, &dofs, Start::Crude, &mut memory);
+    /// let explained = mistake.test(&nominal, &dofs, &mut memory).unwrap().consistency.chi_squared;
+    /// assert!(explained < 0.1);
+    /// assert!(as_meant.is_err() || as_meant.unwrap().estimate.consistency.unwrap().chi_squared > DECISIVE);
+    /// ```
     pub fn test<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,

@@ -20,6 +20,24 @@ pub const AXES_TOLERANCE: f64 = 1e-3;
 const ONE_POINT: f64 = 1e-6;
 
 /// The figures behind the diagnosis of a layout, about the origin of the body frame.
+///
+/// Theory, sections 4 and 8.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::diagnosis::Code;
+/// # use massline_shared::layout::LayoutReport;
+/// let mut layout = frame::layout();
+/// let report = LayoutReport::new(&layout, Some(&frame::body()));
+/// assert!(report.diagnostics.is_empty());
+/// assert_eq!((report.rank_g, report.rank_a), (6, Some(10)));
+/// // All three hits in one direction turn the body about two axes only.
+/// for hit in &mut layout.hits {
+///     hit.direction = [0.0, 0.0, 1.0];
+/// }
+/// let report = LayoutReport::new(&layout, Some(&frame::body()));
+/// assert!(report.diagnostics.iter().any(|found| found.code == Code::HitsAllParallel));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayoutReport<R> {
     /// What stands in the way of an answer, as in [`check_geometry`].
@@ -45,6 +63,19 @@ pub struct LayoutReport<R> {
 /// `body` is what the object is thought to be, for the codes that need one
 /// (`hits_through_centre_of_mass`, `ten_parameters_not_identifiable`); [`assumed_body`] helps when
 /// nothing is known. Needs less than 6 KiB of stack in single precision.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::diagnosis::Code;
+/// # use massline_shared::layout::{assumed_body, check_geometry};
+/// let mut layout = frame::layout();
+/// // Nothing is known of the object but where its nodes are.
+/// let guess = assumed_body(None, layout.sensors.iter().map(|sensor| sensor.position));
+/// assert!(check_geometry(&layout, Some(&guess)).is_empty());
+/// layout.sensors[1].position = [0.1, 0.0, 0.0];
+/// let found = check_geometry(&layout, Some(&guess));
+/// assert!(found.iter().any(|problem| problem.code == Code::SensorsCollinear));
+/// ```
 pub fn check_geometry<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     body: Option<&RigidBody<R>>,

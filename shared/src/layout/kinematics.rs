@@ -12,7 +12,7 @@ use crate::linalg::skew;
 use crate::responses::{ResponseRows, Responses};
 
 impl<R: Real> Sensor<R> {
-    /// Its axes as rows: `Rᵀ` of the theory.
+    /// Its axes as rows: `Rᵀ` of the theory, section 1.
     pub fn axes_matrix(&self) -> Matrix3<R> {
         Matrix3::from_fn(|i, j| self.axes[i][j])
     }
@@ -114,6 +114,17 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
     /// Accelerance of every response under the hit of this index, of a body without suspension:
     /// one column of `G M₀⁻¹ F₀`, (m/s²)/N. `None` when the hit does not exist or the body has no
     /// inertia.
+    ///
+    /// Theory, section 2.
+    ///
+    /// ```
+    /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+    /// let layout = frame::layout();
+    /// let readings = layout.accelerance(&frame::body(), 0).unwrap();
+    /// // Driven along y at node 1, the sensor there moves along y.
+    /// assert!(readings[1] > 0.0);
+    /// assert!(layout.accelerance(&frame::body(), 3).is_none());
+    /// ```
     pub fn accelerance(&self, body: &RigidBody<R>, hit: usize) -> Option<Responses<R, S>> {
         let origin = Vector3::zeros();
         let motion = body.acceleration(&self.hits.get(hit)?.unit_force(&origin))?;
@@ -130,6 +141,16 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
 }
 
 /// By how much every sensor appears displaced at `ω` (rad/s) because it feels gravity: `−g/ω²`, m.
+///
+/// Theory, section 2.
+///
+/// ```
+/// # use massline_shared::layout::sensor_shift;
+/// # use massline_shared::nalgebra::Vector3;
+/// let gravity = Vector3::new(0.0, 0.0, -9.80665);
+/// let shift: Vector3<f64> = sensor_shift(&gravity, std::f64::consts::TAU * 10.0);
+/// assert!((shift.z - 2.48e-3).abs() < 0.01e-3); // up by 2.48 mm at 10 Hz
+/// ```
 pub fn sensor_shift<R: Real>(gravity: &Vector3<R>, omega: R) -> Vector3<R> {
     -(gravity / (omega * omega))
 }

@@ -53,7 +53,7 @@ pub struct Sensor<R> {
     /// Position in the body frame, m.
     pub position: [R; 3],
     /// Its x, y and z axis, each a unit vector of the body frame: row `a` is axis `a`, so this is
-    /// `Rᵀ` of the theory.
+    /// `Rᵀ` of the theory, section 1.
     pub axes: [[R; 3]; 3],
     /// False for sensors that do not feel gravity (laser, camera).
     pub senses_gravity: bool,

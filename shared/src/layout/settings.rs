@@ -37,6 +37,15 @@ impl FrfEstimator {
 ///
 /// `rate` is in scans per second, `record` in scans, `lines` is the number of spectral lines that are
 /// kept, the first at 0 Hz.
+///
+/// ```
+/// # use massline_shared::layout::{TestSettings, check_settings};
+/// let good = TestSettings::<f32>::default();
+/// assert!(check_settings(&good, 4000.0, 2048, 128).is_empty());
+/// // 128 lines of 1.95 Hz end at 248 Hz.
+/// let beyond = TestSettings { band_hz: Some([10.0, 300.0]), ..good };
+/// assert_eq!(check_settings(&beyond, 4000.0, 2048, 128).len(), 1);
+/// ```
 pub fn check_settings<R: Real>(
     settings: &TestSettings<R>,
     rate: R,

@@ -72,7 +72,7 @@ impl<R: Real> Default for SensorUncertainty<R> {
 }
 
 impl<R: Real> Default for HitUncertainty<R> {
-    /// Theory, section 9; marks: section 4.
+    /// Theory, section 9; those of marks: theory, section 4.
     fn default() -> Self {
         Self {
             position: R::of(0.003),

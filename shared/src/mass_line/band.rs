@@ -31,11 +31,28 @@ pub struct FoundBand<R> {
 /// The modes are the peaks of the sum. The plateau lies in the widest gap between two neighbouring ones
 /// on a logarithmic scale: rigid body modes on soft cords lie within an octave or two, elastic modes
 /// follow each other in steps below three, and a plateau worth the name is wider than both. The first
-/// and the last line bound the gap where no mode does.
+/// and the last line bound the gap where no mode does. Theory, section 5, has the factors.
 ///
 /// `squares[k]` belongs to the line at `frequency(k)`, Hz, ascending; `decay` is σ of the exponential
 /// window, 1/s. `None` when the gap leaves no band between three times its lower and 0.4 times its upper
 /// end, or when there are no lines.
+///
+/// ```
+/// # use massline_shared::mass_line::{ABOVE_SUSPENSION, BELOW_ELASTIC, find_band};
+/// # use massline_shared::nalgebra::Complex;
+/// // A suspension mode at 4 Hz and an elastic one at 200 Hz, lines 0.5 Hz apart.
+/// let frequency = |line: usize| 0.5 * line as f64;
+/// let mode = |f: f64, f0: f64| {
+///     let ratio = f / f0;
+///     ratio * ratio / Complex::new(1.0 - ratio * ratio, 0.02 * ratio)
+/// };
+/// let squares: Vec<f64> = (0..500)
+///     .map(|line| (mode(frequency(line), 4.0) + mode(frequency(line), 200.0)).norm_sqr())
+///     .collect();
+/// let found = find_band(&squares, frequency, 0.0).unwrap();
+/// assert!((found.ends[0] - ABOVE_SUSPENSION * 4.0).abs() < 0.5);
+/// assert!((found.ends[1] - BELOW_ELASTIC * 200.0).abs() < 1.0);
+/// ```
 pub fn find_band<R: Real>(
     squares: &[R],
     frequency: impl Fn(usize) -> R,

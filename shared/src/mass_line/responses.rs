@@ -34,7 +34,26 @@ pub struct Fitting<R> {
     pub correlation: R,
 }
 
-/// The mass lines of one DOF; zero beyond the last response.
+/// The mass lines of one DOF with their noise, and whether they are plateaus; zero beyond the last response.
+/// Theory, section 5.
+///
+/// ```
+/// # use massline_shared::mass_line::*;
+/// # use massline_shared::nalgebra::Complex;
+/// // Two responses, of which the second bends at the lower end of the band.
+/// let lines = (0..64).map(|k| Bin { frequency: 2.0 * f64::from(k), weight: 1.0 });
+/// let h = |response: usize, line: usize| {
+///     let omega = std::f64::consts::TAU * 2.0 * line as f64;
+///     let mode = [0.0_f64, std::f64::consts::TAU * 9.0][response];
+///     Complex::new(1.0 / (1.0 - (mode / omega).powi(2)), 0.0)
+/// };
+/// let fitting = Fitting { band: [10.0, 120.0], decay: 0.0, terms: Terms::Abc, correlation: 1.0 };
+/// let mut memory = [BasisRow::<f64>::EMPTY; 64];
+/// let fits = ResponseFits::<f64, 1>::new(lines, &fitting, 2, h, &mut memory)?;
+/// assert!((fits.accelerance[0] - 1.0).abs() < 1e-9);
+/// assert_eq!(fits.unsteady().map(|(response, _)| response).collect::<Vec<_>>(), [1]);
+/// # Ok::<(), MassLineError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResponseFits<R, const S: usize> {
     /// A of every response, (m/s²)/N.

@@ -22,22 +22,33 @@ use crate::layout::TestSettings;
 /// # use massline_shared::signal::*;
 /// # use massline_shared::layout::TestSettings;
 /// # use massline_shared::units::*;
-/// # use nalgebra::Complex;
+/// # use massline_shared::nalgebra::Complex;
 /// # let adc = AdcProperties { rate: Hertz(4000.0), channels: 10, bits: 12,
-/// #     reference: Volts(3.0), channel_delay: Seconds(1e-5) };
-/// # let (record, calibration, test) = (Record::new(), Calibration::default(), TestSettings::default());
-/// # let mut spectra = Spectra::<f32, RESPONSES, SPECTRUM_BINS>::new();
+/// #     reference: Volts(3.0), channel_delay: Seconds(0.0) };
+/// # let (calibration, test) = (Calibration::default(), TestSettings::default());
+/// # let mut spectra = Box::new(Spectra::<f32, RESPONSES, SPECTRUM_BINS>::new());
+/// // A push of 800 codes for 4 ms; every response follows it with 200 codes.
+/// let mut record = Box::new(Record::new());
+/// for n in 0..RECORD_SCANS {
+///     let push = u16::from((PRE_TRIGGER_SCANS..PRE_TRIGGER_SCANS + 16).contains(&n));
+///     let mut scan = [2048 + 200 * push; CHANNELS];
+///     scan[HAMMER] = 137 + 800 * push;
+///     record.push(&scan);
+/// }
 /// let analysis = HitAnalysis::<f32>::new(&adc, &calibration, &test, PRE_TRIGGER_SCANS);
 /// let mut scratch = [0.0; RECORD_SCANS];
 /// let mut force = [Complex::new(0.0, 0.0); SPECTRUM_BINS];
 /// let mut lines = force;
-/// analysis.force(&record, &mut scratch, &mut force)?;
+/// analysis.force(&*record, &mut scratch, &mut force)?;
 /// spectra.add_force(&force);
 /// for response in 0..adc.responses() {
-///     analysis.response(&record, response, &mut scratch, &mut lines)?;
+///     analysis.response(&*record, response, &mut scratch, &mut lines)?;
 ///     spectra.add_response(response, &force, &lines);
 ///     HitAnalysis::divide(&mut lines, &force); // this hit's own H, with weights |F|²
 /// }
+/// let expected = 200.0 * calibration.per_code(&adc, 1) / (800.0 * calibration.per_code(&adc, HAMMER));
+/// assert!((lines[20].re / expected - 1.0).abs() < 1e-4);
+/// assert!((spectra.h1(0, 20).re / expected - 1.0).abs() < 1e-4);
 /// # Ok::<(), FftError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]

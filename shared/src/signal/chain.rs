@@ -140,6 +140,16 @@ impl Calibration {
     /// sensor, in the order of the channels, in m/s² by [`Self::per_code`] or any quantity that is
     /// linear in these readings and the same linear for all channels, as frequency responses and
     /// mass lines are. What is left over of a sensor without three numbers stays.
+    ///
+    /// ```
+    /// # use massline_shared::signal::{Calibration, CrossAxis};
+    /// let mut calibration = Calibration::default();
+    /// // Channel x of the first sensor reads 2 % of what moves along y.
+    /// calibration.cross_axis[0] = CrossAxis { xy: 0.02, ..CrossAxis::default() };
+    /// let mut readings = [0.2_f64, 10.0, 0.0];
+    /// calibration.undo_cross_axis(&mut readings);
+    /// assert!(readings[0].abs() < 1e-6 && (readings[1] - 10.0).abs() < 1e-6);
+    /// ```
     pub fn undo_cross_axis<R: Real>(&self, readings: &mut [R]) {
         for (axes, cross_axis) in readings.chunks_exact_mut(3).zip(&self.cross_axis) {
             // Diagonally dominant when it is usable, so it has an inverse.

@@ -33,6 +33,19 @@ impl fmt::Display for FftError {
 impl core::error::Error for FftError {}
 
 /// A scalar whose real records can be transformed.
+///
+/// ```
+/// # use massline_shared::nalgebra::Complex;
+/// # use massline_shared::signal::{FftError, RealFft};
+/// // Three periods of a cosine in 64 samples: N/2 at line 3, nothing elsewhere.
+/// let mut samples: Vec<f64> =
+///     (0..64).map(|n| (std::f64::consts::TAU * 3.0 * f64::from(n) / 64.0).cos()).collect();
+/// let mut lines = [Complex::new(0.0, 0.0); 8];
+/// f64::real_fft(&mut samples, &mut lines)?;
+/// assert!((lines[3].re - 32.0).abs() < 1e-12 && lines[4].norm() < 1e-12);
+/// assert_eq!(f64::real_fft(&mut [0.0; 63], &mut lines), Err(FftError::NotPowerOfTwo));
+/// # Ok::<(), FftError>(())
+/// ```
 pub trait RealFft: Real {
     /// Transforms `samples` in place, which leaves no meaning in them, and writes the first lines
     /// into `lines`.

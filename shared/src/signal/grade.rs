@@ -91,6 +91,28 @@ impl ChannelRange<f32> {
 }
 
 /// How the hits of one test are graded.
+///
+/// Signals of another rig can be graded as well; for a record of this one there is [`grade`].
+///
+/// ```
+/// # use massline_shared::diagnosis::Code;
+/// # use massline_shared::layout::TestSettings;
+/// # use massline_shared::signal::{ChannelRange, HitGrader};
+/// // A half sine of 4 ms that does not reach the least force of a hit, and a ringing response.
+/// let sine = |n: usize| (std::f64::consts::PI * (n as f64 - 80.0) / 16.0).sin();
+/// let force: Vec<f64> = (0..2048).map(|n| if (80..96).contains(&n) { 5.0 * sine(n) } else { 0.0 }).collect();
+/// let response: Vec<f64> =
+///     (0..2048).map(|n| if n < 80 { 0.0 } else { (-0.01 * (n - 80) as f64).exp() }).collect();
+/// let range =
+///     ChannelRange { scale: 1.0, rails: [-1e3, 1e3], range: 150.0, resolution: 0.0, noise: 0.0 };
+/// let test = TestSettings::default();
+/// let grader =
+///     HitGrader { ranges: &[range; 2], rate: 4000.0, pre_trigger: 80, test: &test, last: None };
+/// let report = grader.grade(&[force.as_slice(), response.as_slice()]);
+/// assert!(!report.good());
+/// assert_eq!(report.findings[0].code, Code::TooWeak);
+/// assert!((report.peak_force.0 - 5.0).abs() < 1e-3);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct HitGrader<'a, R> {
     /// The channels in use, the hammer first.

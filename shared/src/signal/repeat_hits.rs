@@ -25,6 +25,21 @@ const TIMES_SCATTER: f64 = 4.0;
 const FEWEST_FOR_SCATTER: u32 = 3;
 
 /// A hit beside the others at its DOF.
+///
+/// ```
+/// # use massline_shared::signal::{RepeatHits, Standing};
+/// // Four hits that scatter by 5 %, and a fifth at 10 % or 40 % of their mean.
+/// let others = RepeatHits {
+///     others: 4,
+///     mean_squared: 1.0_f64,
+///     scatter_squared: 3.0 * 0.05 * 0.05,
+///     distance_squared: 0.1 * 0.1,
+/// };
+/// assert_eq!(others.standing(), Standing::Agrees);
+/// let stray = RepeatHits { distance_squared: 0.4 * 0.4, ..others };
+/// assert!((stray.limit() - 0.2).abs() < 1e-12);
+/// assert_ne!(stray.standing(), Standing::Agrees);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RepeatHits<R> {
     /// How many others there are.

@@ -3,6 +3,15 @@
 use super::{CHANNELS, Record};
 
 /// What the channels read while nothing was hit.
+///
+/// ```
+/// # use massline_shared::signal::{CHANNELS, Record, RestStatistics};
+/// let mut record = Box::new(Record::new());
+/// (0..100).for_each(|n| record.push(&[1999 + 2 * (n % 2); CHANNELS]));
+/// let reading = RestStatistics::of(&record);
+/// assert_eq!((reading.scans, reading.mean[3]), (100, 2000.0));
+/// assert!((reading.deviation[3] - 1.0).abs() < 0.01);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RestStatistics {

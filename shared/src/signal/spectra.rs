@@ -16,6 +16,21 @@ use crate::layout::FrfEstimator;
 ///
 /// 14 KiB for nine responses, 128 lines and `f32`. All zero bytes when empty, so a static one lies
 /// in `.bss`.
+///
+/// ```
+/// # use massline_shared::nalgebra::Complex;
+/// # use massline_shared::signal::Spectra;
+/// let mut spectra = Spectra::<f64, 1, 1>::new();
+/// for (force, noise) in [(2.0, 0.1), (3.0, -0.1), (4.0, 0.1)] {
+///     let force = [Complex::new(force, 0.0)];
+///     spectra.add_force(&force);
+///     spectra.add_response(0, &force, &[Complex::new(0.8 * force[0].re + noise, 0.0)]);
+/// }
+/// assert_eq!(spectra.hits(), 3);
+/// // H is 0.8 (m/s²)/N; the noise is not coherent with the force.
+/// assert!((spectra.h1(0, 0).re - 0.8).abs() < 0.02);
+/// assert!(0.99 < spectra.coherence(0, 0) && spectra.coherence(0, 0) < 1.0);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Spectra<R, const RESPONSES: usize, const BINS: usize> {
     hits: u16,

@@ -13,6 +13,16 @@ use crate::units::{Newtons, ScanIndex};
 /// The rest value is the running mean since arming. The edge is the first sample at least `level`
 /// above it, after `settle` samples that stayed within `level` of it: a disturbance before that
 /// starts the settling anew. One arming fires once.
+///
+/// ```
+/// # use massline_shared::signal::EdgeTrigger;
+/// // A hit is 3 N above rest, after 80 quiet samples.
+/// let mut trigger = EdgeTrigger::new(3.0_f32, 80);
+/// let force = |n: usize| if n < 100 { 0.4 } else { 20.0 };
+/// assert_eq!((0..200).position(|n| trigger.feed(force(n))), Some(100));
+/// // One arming fires once.
+/// assert!(!trigger.feed(20.0));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeTrigger<R> {
     level: R,
@@ -114,6 +124,27 @@ pub enum CaptureState {
 }
 
 /// Takes the record of one hit.
+///
+/// ```
+/// # use massline_shared::signal::*;
+/// # use massline_shared::units::*;
+/// # let adc = AdcProperties { rate: Hertz(4000.0), channels: 10, bits: 12,
+/// #     reference: Volts(3.0), channel_delay: Seconds(1e-5) };
+/// let trigger = Trigger::new(&adc, &Calibration::default(), Newtons(3.0));
+/// let mut record = Box::new(Record::new());
+/// let mut capture = Capture::new(trigger);
+/// let state = (0..4000).find_map(|index| {
+///     let mut scan = [2000; CHANNELS];
+///     scan[HAMMER] = if index == 1000 { 900 } else { 140 };
+///     match capture.feed(&mut record, &scan, ScanIndex(index)) {
+///         CaptureState::Complete { trigger_scan } => Some(trigger_scan),
+///         _ => None,
+///     }
+/// });
+/// assert_eq!(state, Some(ScanIndex(1000)));
+/// // The quiet scans before the hit are in the record.
+/// assert_eq!(record.scan(PRE_TRIGGER_SCANS).unwrap()[HAMMER], 900);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Capture {
     trigger: Trigger,

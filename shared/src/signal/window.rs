@@ -14,6 +14,14 @@ const BLOCK: usize = 32;
 /// samples. So in `f32` no value is off by more than `160 · 2⁻²⁴ = 1e-5` relative for 2048 samples:
 /// 64 + 32 factors that are rounded, and as many products. It is the same for every channel, so
 /// that it cancels in `H` but for its change along the record.
+///
+/// ```
+/// # use massline_shared::signal::window::exponential;
+/// let mut samples = [3.0_f64; 100];
+/// exponential(&mut samples, 1.0, 0.5, 0.01);
+/// assert_eq!(samples[0], 1.0);
+/// assert!((samples[99] - (-0.99_f64).exp()).abs() < 1e-12);
+/// ```
 pub fn exponential<R: Real>(samples: &mut [R], rest: R, scale: R, decay: R) {
     let step = (-decay).exp();
     let block_step = (-decay * R::of(BLOCK as f64)).exp();
@@ -33,6 +41,13 @@ pub fn exponential<R: Real>(samples: &mut [R], rest: R, scale: R, decay: R) {
 ///
 /// It has no taper: on the project's chain case a half cosine of a quarter to the whole half width
 /// moved the ten properties by less than 0.01 % of scale.
+///
+/// ```
+/// # use massline_shared::signal::window::force;
+/// let mut samples = [1.0_f32; 8];
+/// force(&mut samples, 3, 1);
+/// assert_eq!(samples, [0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+/// ```
 pub fn force<R: Real>(samples: &mut [R], peak: usize, half_width: usize) {
     let first = peak.saturating_sub(half_width);
     let end = peak.saturating_add(half_width).saturating_add(1);

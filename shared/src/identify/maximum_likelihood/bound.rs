@@ -35,6 +35,21 @@ impl<R: Real> Bound<R> {
 /// `body` is the object; `noise` the standard deviation of each accelerance that is averaged over
 /// `hits` hits, (m/s²)/N. `None` when the layout does not determine the ten, or when nothing is wrong
 /// with the readings.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::maximum_likelihood::{bound, workspace};
+/// # use massline_shared::responses::Responses;
+/// let mut layout = frame::layout();
+/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let noise = |_hit| Responses::repeat(0.002);
+/// let mass_sigma = |layout: &_, memory: &mut [f64]| {
+///     bound(layout, &frame::body(), noise, 5, memory).unwrap().sigma()[0]
+/// };
+/// let uncalibrated = mass_sigma(&layout, &mut memory);
+/// layout.hammer_gain = 0.0; // after a calibration of sensors against the hammer
+/// assert!(mass_sigma(&layout, &mut memory) < 0.7 * uncalibrated);
+/// ```
 pub fn bound<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     body: &RigidBody<R>,
@@ -70,6 +85,20 @@ pub fn bound<R: Real, const S: usize, const H: usize>(
 ///
 /// `first` is a DOF with its mass lines, which tell noise and hits. `None` when the layout does not
 /// have the DOFs or the body has no inertia.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::maximum_likelihood::readings_covariance;
+/// let layout = frame::layout();
+/// let dofs = frame::mass_lines(&layout);
+/// let first = (dofs[0].0, &dofs[0].1);
+/// let own = readings_covariance(&layout, &frame::body(), first, 0).unwrap();
+/// let between = readings_covariance(&layout, &frame::body(), first, 1).unwrap();
+/// // Response 1 is the y axis of the sensor that hit 1:+Y drives: the hammer alone makes 2 % of it.
+/// assert!(own[(1, 1)].sqrt() > 0.02 * dofs[0].1.accelerance[1]);
+/// // What stays the same over the test correlates the hits.
+/// assert!(between[(1, 5)] != 0.0);
+/// ```
 pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     body: &RigidBody<R>,

@@ -41,6 +41,25 @@ pub enum Start<'a, R> {
 }
 
 /// A fit in progress.
+///
+/// [`Fit::start`] once, [`Fit::step`] until it is done, then [`Fit::answer`] or [`Fit::finish`]; layout, mass lines
+/// and workspace are the same in every call. A step is at most a million instructions on a rig.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::Progress;
+/// # use massline_shared::identify::maximum_likelihood::{Fit, Start, workspace};
+/// let layout = frame::layout();
+/// let dofs = frame::mass_lines(&layout);
+/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let mut fit = Fit::start(&layout, &dofs, Start::Crude)?;
+/// while fit.step(&layout, &dofs, &mut memory)? == Progress::Going {
+///     // Other work.
+/// }
+/// let estimate = fit.answer(&layout, &mut memory)?;
+/// assert!((estimate.body.inertia.m11 - 0.011134).abs() < 1e-6);
+/// # Ok::<(), massline_shared::diagnosis::Diagnostics>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Fit<R> {
     pub(super) parameters: Parameters<R>,

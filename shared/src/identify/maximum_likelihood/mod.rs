@@ -123,6 +123,24 @@ pub struct MaximumLikelihoodSolution<R, const S: usize, const H: usize> {
 ///
 /// # Errors
 /// As [`Fit::start`].
+///
+/// Residuals are weighted by the complete covariance of the budget (theory, section 4). The covariance of the ten
+/// is in the units of [`RigidBody::theta`], in its order.
+///
+/// ```
+/// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
+/// # use massline_shared::identify::maximum_likelihood::{Start, solve, workspace};
+/// let layout = frame::layout();
+/// let mut memory = vec![0.0; workspace(layout.sensors.len())];
+/// let solution = solve(&layout, &frame::mass_lines(&layout), Start::InertiaRestraint, &mut memory).unwrap();
+/// let estimate = &solution.estimate;
+/// assert!((estimate.body.center_of_mass.x - 0.169).abs() < 1e-6);
+/// // 2 % of hammer gain, and what else the budget has, make the mass uncertain by 2 to 3 %.
+/// let relative = estimate.sigma().unwrap()[0] / estimate.body.mass;
+/// assert!(0.02 < relative && relative < 0.03);
+/// // Exact readings agree with any budget.
+/// assert!(estimate.consistency.unwrap().reduced() < 0.01);
+/// ```
 pub fn solve<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],

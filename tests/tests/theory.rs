@@ -1,0 +1,151 @@
+//! Every citation of the theory names a section that `shared/THEORY.md` has.
+//!
+//! A citation is the word, a comma, and one or more numbers of sections, in any text file of the repository; it may
+//! be broken over lines of a comment. Cross-references inside of the theory are checked as well.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Where a citation of another file begins.
+const CITATION: &str = "theory, section";
+/// Where the theory refers to itself.
+const CROSS_REFERENCE: &str = "section";
+/// There were 62 when this test was written. Far fewer are found only if the search is broken.
+const FEWEST: usize = 40;
+
+/// The sources that are tracked.
+fn sources(root: &Path) -> Vec<PathBuf> {
+    let listed = Command::new("git")
+        .args(["ls-files", "-z", "--", "*.rs", "*.md", "*.toml", "*.py"])
+        .current_dir(root)
+        .output()
+        .expect("git lists the files");
+    assert!(listed.status.success(), "git ls-files: {}", listed.status);
+    let names = String::from_utf8(listed.stdout).expect("file names are UTF-8");
+    names.split_terminator('\0').map(|name| root.join(name)).collect()
+}
+
+/// A text without line breaks and without the marks that begin the lines of comments.
+struct Flat {
+    text: String,
+    /// Where each line begins.
+    lines: Vec<usize>,
+}
+
+impl Flat {
+    fn new(text: &str) -> Self {
+        let mut flat = Self { text: String::new(), lines: Vec::new() };
+        for line in text.lines() {
+            flat.lines.push(flat.text.len());
+            let line = line.trim().trim_start_matches(['/', '!', '#', '*', '>']);
+            for word in line.split_whitespace() {
+                flat.text.push_str(&word.to_lowercase());
+                flat.text.push(' ');
+            }
+        }
+        flat
+    }
+
+    /// The numbers that follow each `phrase`, with their lines. A phrase without a number is not a citation.
+    fn cited(&self, phrase: &str) -> Vec<(usize, String)> {
+        let mut found = Vec::new();
+        for (at, _) in self.text.match_indices(phrase) {
+            let line = self.lines.partition_point(|&start| start <= at);
+            let rest = &self.text[at + phrase.len()..];
+            let (several, rest) = rest.strip_prefix('s').map_or((false, rest), |rest| (true, rest));
+            let count = if several { usize::MAX } else { 1 };
+            found.extend(numbers(rest).into_iter().take(count).map(|number| (line, number)));
+        }
+        found
+    }
+}
+
+/// The numbers of ` 4`, ` 6 and 7`, ` 2, 4.1 and 9`.
+fn numbers(text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for word in text.split(' ').skip(1) {
+        let number = word.trim_end_matches(|c: char| !c.is_ascii_digit());
+        let is_number = number.split('.').all(|part| part.parse::<u8>().is_ok());
+        match word {
+            "and" | "to" if !found.is_empty() => {}
+            _ if is_number => {
+                found.push(number.to_owned());
+                // After a comma another number may follow; any other mark ends the citation.
+                if !matches!(&word[number.len()..], "" | ",") {
+                    break;
+                }
+            }
+            _ => break,
+        }
+    }
+    found
+}
+
+/// The numbers of the headings: `## 4 Title`, `### 6.1 Title`.
+fn headings(theory: &str) -> BTreeSet<String> {
+    let numbers = theory.lines().filter_map(|line| line.strip_prefix("##"));
+    numbers
+        .filter_map(|rest| rest.trim_start_matches('#').split_whitespace().next())
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn every_citation_of_the_theory_resolves() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let theory = root.join("shared/THEORY.md");
+    let text = std::fs::read_to_string(&theory).expect("the theory");
+    let sections = headings(&text);
+    let mut citations = 0;
+    let mut unresolved = Vec::new();
+    let mut look_up = |file: &Path, cited: Vec<(usize, String)>| {
+        for (line, number) in cited {
+            if !sections.contains(&number) {
+                let file = file.strip_prefix(root).unwrap_or(file).display();
+                unresolved.push(format!("{file}:{line}: the theory has no section {number}"));
+            }
+        }
+    };
+    for file in sources(root) {
+        // A file that is deleted but still tracked is no source.
+        let Ok(text) = std::fs::read_to_string(&file) else { continue };
+        let cited = Flat::new(&text).cited(CITATION);
+        citations += cited.len();
+        look_up(&file, cited);
+    }
+    look_up(&theory, Flat::new(&text).cited(CROSS_REFERENCE));
+    println!("{citations} citations of the theory");
+    assert!(unresolved.is_empty(), "{}", unresolved.join("\n"));
+    assert!(citations >= FEWEST, "only {citations} citations found");
+}
+
+#[test]
+fn the_theory_has_its_twelve_sections() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let text = std::fs::read_to_string(root.join("shared/THEORY.md")).expect("the theory");
+    let sections = headings(&text);
+    let missing: Vec<_> = (1..=12).filter(|n: &u8| !sections.contains(&n.to_string())).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
+fn a_citation_may_be_broken_over_lines_and_name_several_sections() {
+    let text = [
+        "/// As told in the (theory,",
+        "/// section 4). Theory, sections 2,",
+        "//! 6.1 and 9; marks 5.",
+    ]
+    .join("\n");
+    let cited = Flat::new(&text).cited(CITATION);
+    let expected = [(1, "4"), (2, "2"), (2, "6.1"), (2, "9")];
+    assert_eq!(cited, expected.map(|(line, number)| (line, number.to_owned())));
+}
+
+#[test]
+fn a_number_of_something_else_is_no_section() {
+    let of = |text: &str| Flat::new(text).cited(CITATION).len();
+    assert_eq!(of("theory, section four"), 0);
+    assert_eq!(of("Matrix Computations, section 5"), 0);
+    assert_eq!(of("theory, section 9, 12 Hz"), 1);
+}
