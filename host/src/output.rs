@@ -3,6 +3,12 @@
 //! Answers go to stdout: text, or with `--json` one object. Everything else (progress, warnings,
 //! what to do next) goes to stderr, so that a pipe sees the answer alone. Colour and progress bars
 //! appear only on a terminal; `NO_COLOR` is respected. Text for people is at most [`WIDTH`] columns wide.
+//!
+//! # JSON documents
+//! A document is one object in one line. Its first key is `schema_version`, the number
+//! [`SCHEMA_VERSION`]: a program that reads documents checks it and ignores keys that it does not know. A
+//! command that fails after its answer prints a second document, the error; each document has the version.
+//! `massline layout schema` prints a JSON schema with and without `--json`; it is no document of this kind.
 
 mod wrap;
 
@@ -11,11 +17,16 @@ use std::time::Duration;
 
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use wrap::wrapped;
+
+/// The version of the JSON documents: one higher whenever a key is renamed or removed or means something
+/// else. A new key alone does not change it.
+pub const SCHEMA_VERSION: u32 = 1;
 
 /// Columns of text for people.
 pub const WIDTH: usize = 100;
@@ -32,6 +43,14 @@ pub struct Output {
     interrupt: Interrupt,
     /// What the object of an error says besides the error.
     details: Option<Value>,
+}
+
+/// An answer with the version of its keys.
+#[derive(Serialize)]
+struct Document<'a> {
+    schema_version: u32,
+    #[serde(flatten)]
+    answer: &'a Value,
 }
 
 /// How a piece of text is shown on a terminal with colours.
@@ -132,12 +151,16 @@ impl Output {
         check(written)
     }
 
-    /// Writes the answer as one line of JSON.
+    /// Writes the answer, an object, as one line of JSON with its [`SCHEMA_VERSION`].
     ///
     /// # Errors
-    /// As [`Output::text`].
+    /// As [`Output::text`], and when `value` is no object.
     pub fn value(&mut self, value: &Value) -> Result<()> {
-        self.verbatim(value.to_string())
+        let document = Document { schema_version: SCHEMA_VERSION, answer: value };
+        let line = serde_json::to_string(&document).map_err(|e| {
+            Error::internal("no_object", format!("the answer is no JSON object: {e}; report this"))
+        })?;
+        self.verbatim(line)
     }
 
     /// Writes `value` with `--json`, else what `text` makes.
@@ -243,6 +266,7 @@ fn check(written: io::Result<()>) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
     use std::sync::{Arc, Mutex};
 
     #[derive(Clone, Default)]
@@ -270,7 +294,17 @@ mod tests {
         Output::to(true, out.clone(), err.clone()).error(&Error::input("wrong", "so it is"));
         let value: Value = serde_json::from_str(&out.text()).unwrap();
         assert_eq!(value["error"]["exit"], 2);
+        assert_eq!(value["schema_version"], SCHEMA_VERSION);
         assert_eq!(err.text(), "error: so it is\n");
+    }
+
+    #[test]
+    fn a_document_is_an_object_in_one_line_that_begins_with_its_version() {
+        let out = Shared::default();
+        let mut output = Output::to(true, out.clone(), io::sink());
+        output.value(&json!({ "a": [1], "z": null })).unwrap();
+        assert_eq!(out.text(), "{\"schema_version\":1,\"a\":[1],\"z\":null}\n");
+        assert_eq!(output.value(&json!([1])).unwrap_err().code(), "no_object");
     }
 
     #[test]
