@@ -16,13 +16,13 @@
 //! id = "H1"
 //! zero_v = 0.1
 //! sensitivity_v_per_n = 0.0225
-//! rc_corner_hz = 497.4           # of the low-pass; 0 without one, nominal when left out
+//! rc_cutoff_hz = 497.4           # of the low-pass; 0 without one, nominal when left out
 //!
 //! [[sensor]]                     # in the order of the rig's inputs
 //! id = "A17"                     # name or serial number; a layout may name it
 //! zero_v = [1.5, 1.5, 1.5]
 //! sensitivity_v_per_m_per_s2 = [0.00581, 0.00581, 0.00581]
-//! rc_corner_hz = [497.4, 497.4, 497.4]
+//! rc_cutoff_hz = [497.4, 497.4, 497.4]
 //! # What channel x reads of an acceleration along y, over its own sensitivity, and so on.
 //! cross_axis = { xy = 0.01, xz = 0.0, yx = 0.0, yz = 0.0, zx = 0.0, zy = -0.005 }
 //! ```
@@ -79,7 +79,7 @@ struct HammerTable {
     zero_v: f32,
     sensitivity_v_per_n: f32,
     #[serde(default = "nominal_corner")]
-    rc_corner_hz: f32,
+    rc_cutoff_hz: f32,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -90,7 +90,7 @@ struct SensorTable {
     zero_v: [f32; 3],
     sensitivity_v_per_m_per_s2: [f32; 3],
     #[serde(default = "nominal_corners")]
-    rc_corner_hz: [f32; 3],
+    rc_cutoff_hz: [f32; 3],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     cross_axis: Option<CrossAxis>,
 }
@@ -178,7 +178,7 @@ impl CalibrationTable {
                 id: None,
                 zero_v: [0, 1, 2].map(|k| axes[k].zero.0),
                 sensitivity_v_per_m_per_s2: [0, 1, 2].map(|k| axes[k].sensitivity),
-                rc_corner_hz: [0, 1, 2].map(|k| axes[k].corner.0),
+                rc_cutoff_hz: [0, 1, 2].map(|k| axes[k].corner.0),
                 cross_axis: (*cross_axis != CrossAxis::default()).then_some(*cross_axis),
             })
             .collect();
@@ -192,7 +192,7 @@ impl CalibrationTable {
                 id: None,
                 zero_v: hammer.zero.0,
                 sensitivity_v_per_n: hammer.sensitivity,
-                rc_corner_hz: hammer.corner.0,
+                rc_cutoff_hz: hammer.corner.0,
             },
             sensor,
         }
@@ -212,12 +212,12 @@ impl CalibrationTable {
         }
         self.read_origin(&mut record)?;
         let hammer = &self.hammer;
-        check("hammer", hammer.zero_v, hammer.sensitivity_v_per_n, hammer.rc_corner_hz)?;
+        check("hammer", hammer.zero_v, hammer.sensitivity_v_per_n, hammer.rc_cutoff_hz)?;
         record.hammer = short("hammer: id", hammer.id.as_deref())?;
         record.calibration.channels[0] = ChannelCalibration {
             zero: Volts(hammer.zero_v),
             sensitivity: hammer.sensitivity_v_per_n,
-            corner: Hertz(hammer.rc_corner_hz),
+            corner: Hertz(hammer.rc_cutoff_hz),
         };
         for (k, sensor) in self.sensor.iter().enumerate() {
             sensor.check(k)?;
@@ -315,7 +315,7 @@ impl SensorTable {
     /// Zero, sensitivity and corner of each axis.
     fn axes(&self) -> [(f32, f32, f32); 3] {
         [0, 1, 2]
-            .map(|k| (self.zero_v[k], self.sensitivity_v_per_m_per_s2[k], self.rc_corner_hz[k]))
+            .map(|k| (self.zero_v[k], self.sensitivity_v_per_m_per_s2[k], self.rc_cutoff_hz[k]))
     }
 }
 
@@ -328,7 +328,7 @@ fn check(of: &str, zero: f32, sensitivity: f32, corner: f32) -> Result<()> {
     }
     if !(corner == 0.0 || corner.is_normal() && corner > 0.0) {
         let wanted = "the corner of the low-pass in Hz, or 0 without one";
-        return Err(bad(&format!("{of}: rc_corner_hz"), corner, wanted));
+        return Err(bad(&format!("{of}: rc_cutoff_hz"), corner, wanted));
     }
     Ok(())
 }
@@ -405,8 +405,8 @@ mod tests {
         };
         assert!(hammer("0.1", "0").contains("sensitivity = 0"));
         assert!(hammer("nan", "0.02").contains("zero_v"));
-        let corner = hammer("0.1", "0.02\nrc_corner_hz = -3");
-        assert!(corner.contains("hammer: rc_corner_hz = -3"), "{corner}");
+        let corner = hammer("0.1", "0.02\nrc_cutoff_hz = -3");
+        assert!(corner.contains("hammer: rc_cutoff_hz = -3"), "{corner}");
         let range = "sensor_range_m_per_s2 = 19.6\n[hammer]\nzero_v = 0\nsensitivity_v_per_n = 1\n";
         let error = CalibrationFile::parse(range, "c.toml").unwrap_err().to_string();
         assert!(error.contains("sensor_range_m_per_s2 = 19.6"), "{error}");

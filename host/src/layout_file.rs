@@ -186,9 +186,9 @@ fn utf8<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, LayoutFileError> {
 }
 
 fn raw(text: &str, file: &str) -> Result<raw::RawLayout, LayoutFileError> {
-    toml::from_str(text).map_err(|error| LayoutFileError::Malformed {
-        place: Place::of(file, text, error.span(), ""),
-        message: error.message().to_owned(),
+    toml::from_str(text).map_err(|error| {
+        let (place, message) = Place::of_toml_error(file, text, &error);
+        LayoutFileError::Malformed { place, message }
     })
 }
 

@@ -24,7 +24,7 @@ fn the_json_of_a_block_test_has_the_rc_corners_that_the_rig_keeps() {
     let flash = folder.path().join("flash.bin");
     let value = calibrate(&["block", "--mass", "2.0"], &flash);
     let kept = calibrate(&["show"], &flash);
-    let corners = value["block"]["rc_corners"].as_array().unwrap();
+    let corners = value["block"]["rc_cutoffs"].as_array().unwrap();
     assert_eq!(corners.len(), 9);
     let mut changed = 0;
     for (k, corner) in corners.iter().enumerate() {
@@ -33,17 +33,17 @@ fn the_json_of_a_block_test_has_the_rc_corners_that_the_rig_keeps() {
         assert_eq!(corner["axis"], ["x", "y", "z"][axis]);
         assert!(corner["reason"].is_null(), "{corner}");
         let number = |name: &str| corner[name].as_f64().unwrap();
-        let [found, sigma, before] = ["corner_hz", "sigma_hz", "before_hz"].map(number);
+        let [found, sigma, before] = ["cutoff_hz", "sigma_hz", "before_hz"].map(number);
         let is_changed = (found - before).abs() > 3.0 * sigma;
         changed += usize::from(is_changed);
         assert_eq!(corner["verdict"], if is_changed { "changed" } else { "kept" });
         // Kept on the rig in single precision.
-        let stored = kept["sensors"][sensor]["rc_corner_hz"][axis].as_f64().unwrap();
+        let stored = kept["sensors"][sensor]["rc_cutoff_hz"][axis].as_f64().unwrap();
         let expected = if is_changed { found } else { before };
         assert!((stored / expected - 1.0).abs() < 1e-6, "{stored} {corner}");
     }
     // Corners of 2 % (1 σ) found to 0.25 %: more than three of that away are most of nine.
     assert!(changed > 4, "{corners:?}");
-    let hammer = kept["hammer"]["rc_corner_hz"].as_f64().unwrap();
+    let hammer = kept["hammer"]["rc_cutoff_hz"].as_f64().unwrap();
     assert!((hammer - 497.359).abs() < 1e-3, "{hammer}");
 }

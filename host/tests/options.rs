@@ -34,7 +34,7 @@ fn numbers() -> Vec<(Vec<String>, &'static str)> {
         "--force-range-n",
         "--response-range-m-s2",
         "--trigger-n",
-        "--weakest-hit-n",
+        "--min-peak-force-n",
         "--pre-trigger-s",
         "--record-s",
         "--force-window-s",

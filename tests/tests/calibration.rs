@@ -150,8 +150,8 @@ fn expected_time(bench: &Bench, seed: u64, sensor: usize, axis: usize) -> f64 {
     let truth = TumbleSource::new(bench, 3, seed).unwrap();
     let rc = truth.errors().rc;
     let true_time = |k: usize, nominal: f64| time_constant(nominal * (1.0 + rc[k]));
-    let hammer = bench.hammer.rc_corner_hz;
-    let axis = true_time(1 + 3 * sensor + axis, bench.sensor.rc_corner_hz);
+    let hammer = bench.hammer.rc_cutoff_hz;
+    let axis = true_time(1 + 3 * sensor + axis, bench.sensor.rc_cutoff_hz);
     axis - true_time(0, hammer) + time_constant(hammer)
 }
 

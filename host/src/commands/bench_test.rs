@@ -124,14 +124,14 @@ pub fn nominal_calibration(bench: &Bench) -> Calibration {
     let accelerometer = ChannelCalibration {
         zero: Volts(sensor.zero_v as f32),
         sensitivity: (sensor.sensitivity_v_per_g / STANDARD_GRAVITY) as f32,
-        corner: Hertz(sensor.rc_corner_hz as f32),
+        corner: Hertz(sensor.rc_cutoff_hz as f32),
     };
     let mut calibration = Calibration::default();
     calibration.channels.fill(accelerometer);
     calibration.channels[0] = ChannelCalibration {
         zero: Volts(hammer.zero_v as f32),
         sensitivity: hammer.sensitivity_v_per_n as f32,
-        corner: Hertz(hammer.rc_corner_hz as f32),
+        corner: Hertz(hammer.rc_cutoff_hz as f32),
     };
     calibration.sensor_range = (sensor.range_g * STANDARD_GRAVITY) as f32;
     calibration

@@ -43,7 +43,7 @@ pub struct Args {
     trigger_n: f64,
     /// A hit with a smaller peak is too weak, N.
     #[arg(long, value_name = "N", value_parser = positive, default_value_t = 8.0)]
-    weakest_hit_n: f64,
+    min_peak_force_n: f64,
     /// Quiet time before a hit of a continuous recording, s.
     #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.02)]
     pre_trigger_s: f64,
@@ -103,7 +103,7 @@ fn options(args: &Args) -> Result<Options> {
             exponential_decay: args.exponential_decay_per_s,
             force_window_s: args.force_window_s,
             trigger_n: args.trigger_n,
-            weakest_hit_n: args.weakest_hit_n,
+            weakest_hit_n: args.min_peak_force_n,
             policy,
             ..TestSettings::default()
         },

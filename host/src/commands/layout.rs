@@ -129,7 +129,7 @@ fn show_json(file: &LayoutFile) -> Value {
             "exponential_decay": layout.test.exponential_decay,
             "force_window_s": layout.test.force_window_s,
             "trigger_n": layout.test.trigger_n,
-            "weakest_hit_n": layout.test.weakest_hit_n,
+            "min_peak_force_n": layout.test.weakest_hit_n,
         },
         "policy": policy,
     })

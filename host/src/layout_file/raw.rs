@@ -130,7 +130,7 @@ pub(super) struct RawTest {
     pub(super) exponential_decay_per_s: Option<Spanned<f64>>,
     pub(super) force_window_s: Option<Spanned<f64>>,
     pub(super) trigger_n: Option<Spanned<f64>>,
-    pub(super) weakest_hit_n: Option<Spanned<f64>>,
+    pub(super) min_peak_force_n: Option<Spanned<f64>>,
     pub(super) frf_estimator: Option<FrfEstimator>,
     pub(super) terms: Option<Terms>,
 }

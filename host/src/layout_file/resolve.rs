@@ -331,8 +331,8 @@ fn test(raw: Option<&RawTest>, source: &Source<'_>) -> Result<TestSettings<f64>,
     if let Some(v) = &raw.trigger_n {
         test.trigger_n = source.within(v, "test.trigger_n", |v| v > 0.0, positive)?;
     }
-    if let Some(v) = &raw.weakest_hit_n {
-        test.weakest_hit_n = source.within(v, "test.weakest_hit_n", |v| v > 0.0, positive)?;
+    if let Some(v) = &raw.min_peak_force_n {
+        test.weakest_hit_n = source.within(v, "test.min_peak_force_n", |v| v > 0.0, positive)?;
     }
     test.frf_estimator = raw.frf_estimator.unwrap_or(test.frf_estimator);
     test.terms = raw.terms.unwrap_or(test.terms);

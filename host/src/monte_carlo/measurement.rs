@@ -41,7 +41,7 @@ pub enum Unmeasured {
     NeverTriggered(usize),
     /// No hit is good enough.
     #[error(
-        "{MOST_REJECTED} hits at DOF {} were rejected; look at test.weakest_hit_n and at the \
+        "{MOST_REJECTED} hits at DOF {} were rejected; look at test.min_peak_force_n and at the \
          force of the bench's taps", .0 + 1
     )]
     AlwaysRejected(usize),

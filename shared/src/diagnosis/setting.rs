@@ -40,7 +40,7 @@ impl Setting {
             Self::ExponentialDecay => "exponential_decay",
             Self::ForceWindow => "force_window_s",
             Self::Trigger => "trigger_n",
-            Self::WeakestHit => "weakest_hit_n",
+            Self::WeakestHit => "min_peak_force_n",
         }
     }
 }

@@ -50,7 +50,7 @@ impl Chain {
         };
         let range = per_channel(f64::INFINITY, sensor.range_g * STANDARD_GRAVITY);
         let nominal = per_channel(hammer.zero_v, sensor.zero_v);
-        let nominal_corner: Channels = per_channel(hammer.rc_corner_hz, sensor.rc_corner_hz);
+        let nominal_corner: Channels = per_channel(hammer.rc_cutoff_hz, sensor.rc_cutoff_hz);
         let density: Channels =
             per_channel(hammer.noise_n_per_sqrt_hz, sensor.noise_g_per_sqrt_hz * STANDARD_GRAVITY);
         let volts_per_unit =

@@ -48,7 +48,7 @@ pub struct SensorSettings {
     /// One-sided density of the white noise before the filter, g/√Hz.
     pub noise_g_per_sqrt_hz: f64,
     /// Corner of the first-order low-pass, Hz.
-    pub rc_corner_hz: f64,
+    pub rc_cutoff_hz: f64,
     /// Relative tolerance of the corner, 1 σ.
     pub rc_tolerance: f64,
 }
@@ -65,7 +65,7 @@ impl Default for SensorSettings {
             sensitivity_v_per_g: Calibration::ADXL326_VOLT_PER_G,
             range_g: Calibration::ADXL326_RANGE_G,
             noise_g_per_sqrt_hz: 300e-6,
-            rc_corner_hz: RC_CORNER_HZ,
+            rc_cutoff_hz: RC_CORNER_HZ,
             rc_tolerance: 0.02,
         }
     }
@@ -83,7 +83,7 @@ impl SensorSettings {
             (self.sensitivity_v_per_g, "sensitivity_v_per_g", 1e-6..=1e3),
             (self.range_g, "range_g", 1e-3..=1e6),
             (self.noise_g_per_sqrt_hz, "noise_g_per_sqrt_hz", SIGMA),
-            (self.rc_corner_hz, "rc_corner_hz", CORNER),
+            (self.rc_cutoff_hz, "rc_cutoff_hz", CORNER),
             (self.rc_tolerance, "rc_tolerance", TOLERANCE),
         ])
     }
@@ -105,7 +105,7 @@ pub struct HammerSettings {
     /// One-sided density of the white noise before the filter, N/√Hz.
     pub noise_n_per_sqrt_hz: f64,
     /// Corner of the first-order low-pass, Hz.
-    pub rc_corner_hz: f64,
+    pub rc_cutoff_hz: f64,
     /// Relative tolerance of the corner, 1 σ.
     pub rc_tolerance: f64,
 }
@@ -118,7 +118,7 @@ impl Default for HammerSettings {
             zero_v: Calibration::HAMMER_ZERO.0,
             zero_sigma_v: 0.005,
             noise_n_per_sqrt_hz: 0.0005,
-            rc_corner_hz: RC_CORNER_HZ,
+            rc_cutoff_hz: RC_CORNER_HZ,
             rc_tolerance: 0.02,
         }
     }
@@ -132,7 +132,7 @@ impl HammerSettings {
             (self.zero_v, "zero_v", VOLTS),
             (self.zero_sigma_v, "zero_sigma_v", VOLTS),
             (self.noise_n_per_sqrt_hz, "noise_n_per_sqrt_hz", SIGMA),
-            (self.rc_corner_hz, "rc_corner_hz", CORNER),
+            (self.rc_cutoff_hz, "rc_cutoff_hz", CORNER),
             (self.rc_tolerance, "rc_tolerance", TOLERANCE),
         ])
     }

@@ -27,7 +27,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Value {
                 "id": record.sensors.get(k).map(|id| id.as_str()),
                 "zero_v": axes.iter().map(|axis| axis.zero.0).collect::<Vec<_>>(),
                 "sensitivity_v_per_m_per_s2": rows(&calibration.sensor_sensitivity(k)),
-                "rc_corner_hz": axes.iter().map(|axis| axis.corner.0).collect::<Vec<_>>(),
+                "rc_cutoff_hz": axes.iter().map(|axis| axis.corner.0).collect::<Vec<_>>(),
             })
         })
         .collect();
@@ -44,7 +44,7 @@ pub(super) fn record_json(record: &CalibrationRecord) -> Value {
             "id": record.hammer.as_str(),
             "zero_v": hammer.zero.0,
             "sensitivity_v_per_n": hammer.sensitivity,
-            "rc_corner_hz": hammer.corner.0,
+            "rc_cutoff_hz": hammer.corner.0,
         },
         "sensors": sensors,
     })
@@ -142,7 +142,7 @@ pub(super) fn block_json(found: &Block) -> Value {
     json!({
         "sensors": sensors,
         "hammer": hammer,
-        "rc_corners": found.corners.iter().map(corner_json).collect::<Vec<_>>(),
+        "rc_cutoffs": found.corners.iter().map(corner_json).collect::<Vec<_>>(),
     })
 }
 
@@ -151,7 +151,7 @@ fn corner_json(corner: &RcCorner) -> Value {
     json!({
         "sensor": corner.sensor + 1,
         "axis": AXES[corner.axis],
-        "corner_hz": found.map(|found| found.corner_hz),
+        "cutoff_hz": found.map(|found| found.corner_hz),
         "sigma_hz": found.map(|found| found.sigma_hz),
         "before_hz": corner.before_hz,
         "verdict": corner.verdict(),
