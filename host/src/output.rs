@@ -2,7 +2,8 @@
 //!
 //! Answers go to stdout: text, or with `--json` one object. Everything else (progress, warnings,
 //! what to do next) goes to stderr, so that a pipe sees the answer alone. Colour and progress bars
-//! appear only on a terminal; `NO_COLOR` is respected. Text for people is at most [`WIDTH`] columns wide.
+//! appear only on a terminal; `NO_COLOR` is respected. Text for people is as wide as the terminal, at most
+//! [`WIDTH`] columns as `--help` is, and so wide where there is no terminal.
 //!
 //! # JSON documents
 //! A document is one object in one line. Its first key is `schema_version`, the number
@@ -37,7 +38,10 @@ pub struct Output {
     err: Box<dyn Write + Send>,
     json: bool,
     color: bool,
-    bars: bool,
+    /// Whether stdout is a terminal.
+    out_terminal: bool,
+    /// Whether stderr is a terminal, where bars can be shown.
+    err_terminal: bool,
     keyboard: bool,
     raw: bool,
     interrupt: Interrupt,
@@ -81,14 +85,15 @@ impl Output {
     /// The process's own stdout, stderr and keyboard.
     pub fn of_process(json: bool, interrupt: Interrupt) -> Self {
         let no_color = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
-        let terminal = io::stderr().is_terminal();
+        let (out_terminal, err_terminal) = (io::stdout().is_terminal(), io::stderr().is_terminal());
         Self {
             out: Box::new(io::stdout()),
             err: Box::new(io::stderr()),
             json,
-            color: io::stdout().is_terminal() && terminal && !no_color,
-            bars: terminal,
-            keyboard: io::stdin().is_terminal() && terminal,
+            color: out_terminal && err_terminal && !no_color,
+            out_terminal,
+            err_terminal,
+            keyboard: io::stdin().is_terminal() && err_terminal,
             raw: false,
             interrupt,
             details: None,
@@ -106,7 +111,8 @@ impl Output {
             err: Box::new(err),
             json,
             color: false,
-            bars: false,
+            out_terminal: false,
+            err_terminal: false,
             keyboard: false,
             raw: false,
             interrupt: Interrupt::new(),
@@ -134,12 +140,13 @@ impl Output {
         &self.interrupt
     }
 
-    /// Writes the answer as text, with a line end; longer lines than [`WIDTH`] are broken between words.
+    /// Writes the answer as text, with a line end; lines that are too long for the terminal or for [`WIDTH`]
+    /// are broken between words.
     ///
     /// # Errors
     /// When stdout cannot be written. A reader that has gone away is no error.
     pub fn text(&mut self, text: impl AsRef<str>) -> Result<()> {
-        self.verbatim(wrapped(text.as_ref(), WIDTH))
+        self.verbatim(wrapped(text.as_ref(), width(self.out_terminal)))
     }
 
     /// As [`Output::text`] with the lines as they are: what other programs read.
@@ -178,7 +185,7 @@ impl Output {
 
     /// Says something beside the answer, on stderr.
     pub fn note(&mut self, text: impl AsRef<str>) {
-        self.note_verbatim(wrapped(text.as_ref(), WIDTH));
+        self.note_verbatim(wrapped(text.as_ref(), width(self.err_terminal)));
     }
 
     fn note_verbatim(&mut self, mut text: String) {
@@ -225,7 +232,7 @@ impl Output {
 
     /// A bar on stderr that counts to `length`; invisible where stderr is no terminal.
     pub fn bar(&self, length: u64, label: &str) -> ProgressBar {
-        if !self.bars {
+        if !self.err_terminal {
             return ProgressBar::hidden();
         }
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
@@ -236,6 +243,14 @@ impl Output {
         bar.enable_steady_tick(Duration::from_millis(200));
         bar
     }
+}
+
+/// Columns for text, on a terminal those that it has now.
+fn width(on_terminal: bool) -> usize {
+    let columns = || crossterm::terminal::size().ok().map(|(columns, _)| usize::from(columns));
+    // A terminal that does not know its size says zero.
+    let known = on_terminal.then(columns).flatten().filter(|&columns| columns > 0);
+    known.map_or(WIDTH, |columns| columns.min(WIDTH))
 }
 
 /// An empty table in the style of all tables of this program: lines above, under the header, below.
