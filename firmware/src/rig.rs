@@ -9,7 +9,7 @@ use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use heapless::{String, Vec};
 use massline_protocol::message::{EstimatedMass, Identity, Stats, Status};
-use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR, Raw, crc32};
+use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR, crc32};
 use massline_shared::identify::Estimate;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS};
 use massline_shared::measurement::campaign::{Command, CommandError, Start};
@@ -135,7 +135,7 @@ impl<'m> Rig<'m> {
         let mut accepted = Vec::<u8, RIG_HITS>::new();
         accepted.extend(campaign.iter().flat_map(|c| c.dofs()).map(|dof| dof.accepted));
         Status {
-            phase: measurement.phase().raw(),
+            phase: measurement.phase().into(),
             dof: campaign.map_or(0, |campaign| campaign.dof() as u8),
             armings: measurement.armings(),
             accepted,

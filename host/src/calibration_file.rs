@@ -36,6 +36,7 @@ use massline_shared::signal::{Calibration, ChannelCalibration, CrossAxis};
 use massline_shared::units::{Hertz, Volts};
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::day::Day;
 use crate::layout_file::LayoutFile;
 use crate::{Error, Result, toml_file};
 
@@ -60,7 +61,7 @@ pub(crate) struct CalibrationTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     method: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    date: Option<String>,
+    date: Option<Day>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     temperature_c: Option<f32>,
     sensor_range_m_per_s2: Option<f32>,
@@ -156,7 +157,8 @@ pub fn to_toml(record: &CalibrationRecord) -> String {
     let mut table = CalibrationTable::of(&record.calibration);
     let text = |text: &str| (!text.is_empty()).then(|| text.to_owned());
     table.method = Some(record.method.name().into());
-    table.date = text(&record.date);
+    // A rig may hold a text that is no day; a file with it could not be read.
+    table.date = record.date.parse().ok();
     table.temperature_c = record.temperature;
     table.sigma = Some(record.sigma);
     table.hammer.id = text(&record.hammer);
@@ -240,8 +242,8 @@ impl CalibrationTable {
             }
             record.sigma = sigma;
         }
-        if let Some(date) = &self.date {
-            record.date = parse_date(date)?;
+        if let Some(date) = self.date {
+            record.date = date.text();
         }
         if let Some(temperature) = self.temperature_c {
             if !temperature.is_finite() {
@@ -251,25 +253,6 @@ impl CalibrationTable {
         }
         Ok(())
     }
-}
-
-/// A day as the calibration holds it.
-///
-/// # Errors
-/// Exit 2 when the text is no day of the form `yyyy-mm-dd`.
-pub fn parse_date(text: &str) -> Result<heapless::String<10>> {
-    let wrong = || bad("date", format!("\"{text}\""), "a day as yyyy-mm-dd");
-    let parts: Vec<&str> = text.split('-').collect();
-    let [year, month, day] = parts[..] else { return Err(wrong()) };
-    let number = |text: &str, digits: usize| {
-        let sound = text.len() == digits && text.bytes().all(|b| b.is_ascii_digit());
-        sound.then(|| text.parse::<u32>().ok()).flatten()
-    };
-    let (month, day) = (number(month, 2), number(day, 2));
-    let sound = number(year, 4).is_some()
-        && month.is_some_and(|m| (1..=12).contains(&m))
-        && day.is_some_and(|d| (1..=31).contains(&d));
-    text.try_into().ok().filter(|_| sound).ok_or_else(wrong)
 }
 
 /// A name or serial number as the calibration holds it; `key` says whose.
@@ -368,6 +351,15 @@ mod tests {
     }
 
     #[test]
+    fn a_date_that_is_no_day_is_not_written() {
+        let mut record = calibration();
+        record.date = "2026-02-31".try_into().unwrap();
+        let read = CalibrationFile::parse(&to_toml(&record), "c.toml").unwrap().record;
+        record.date.clear();
+        assert_eq!(read, record);
+    }
+
+    #[test]
     fn missing_sensors_are_nominal() {
         let text = "[hammer]\nzero_v = 0.2\nsensitivity_v_per_n = 0.02\n";
         let read = CalibrationFile::parse(text, "c.toml").unwrap().record.calibration;
@@ -405,7 +397,7 @@ mod tests {
         };
         assert!(hammer("0.1", "0").contains("sensitivity = 0"));
         assert!(hammer("nan", "0.02").contains("zero_v"));
-        let cutoff = hammer("0.1", "0.02\nrc_corner_hz = -3");
+        let cutoff = hammer("0.1", "0.02\nrc_cutoff_hz = -3");
         assert!(cutoff.contains("hammer: rc_cutoff_hz = -3"), "{cutoff}");
         let range = "sensor_range_m_per_s2 = 19.6\n[hammer]\nzero_v = 0\nsensitivity_v_per_n = 1\n";
         let error = CalibrationFile::parse(range, "c.toml").unwrap_err().to_string();
@@ -419,9 +411,10 @@ mod tests {
             let text = format!("{line}\n[hammer]\nzero_v = 0\nsensitivity_v_per_n = 1\n");
             CalibrationFile::parse(&text, "c.toml").unwrap_err().to_string()
         };
-        for date in ["2026-13-01", "2026-1-1", "14.3.2026", "2026-03-32", "yesterday", "+026-01-01"]
+        for date in ["2026-02-31", "2026-1-1", "14.3.2026", "2026-03-32", "yesterday", "+026-01-01"]
         {
-            assert!(error(&format!("date = \"{date}\"")).contains(date), "{date}");
+            let error = error(&format!("date = \"{date}\""));
+            assert!(error.starts_with("c.toml:1: date: ") && error.contains(date), "{error}");
         }
         assert!(error("method = \"guess\"").contains("tumble-and-block"));
         assert!(error("temperature_c = nan").contains("temperature_c"));

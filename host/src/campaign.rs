@@ -6,7 +6,6 @@
 
 use std::time::{Duration, Instant};
 
-use massline_protocol::Raw;
 use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::message::{CampaignCommand, Reason, Status};
 use massline_shared::diagnosis::Diagnostic;
@@ -119,7 +118,7 @@ pub enum Begun {
 /// When the rig refuses or cannot be reached.
 pub fn begin(client: &mut Client, how: Begin) -> Result<Begun, ClientError> {
     let status = client.status()?;
-    match Phase::from_raw(status.phase) {
+    match Phase::try_from(status.phase).ok() {
         Some(Phase::Paused) if !how.restart => {
             client.command(CampaignCommand::Resume)?;
             Ok(Begun::Resumed)
@@ -213,7 +212,7 @@ impl Follower<'_> {
             self.last = Some(status.clone());
             self.changed = Instant::now();
         }
-        match Phase::from_raw(status.phase) {
+        match Phase::try_from(status.phase).ok() {
             Some(Phase::Armed) if self.told != Some(status.armings) => {
                 self.told = Some(status.armings);
                 self.observer.armed(status.armings, usize::from(status.dof))?;
@@ -315,7 +314,7 @@ impl Follower<'_> {
 
 /// The name of a raw phase.
 pub fn phase_name(raw: u8) -> &'static str {
-    match Phase::from_raw(raw) {
+    match Phase::try_from(raw).ok() {
         Some(Phase::Idle) => "idle",
         Some(Phase::Armed) => "armed",
         Some(Phase::Busy) => "busy",

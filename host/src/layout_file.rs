@@ -5,6 +5,7 @@
 //! do. What is right with the file but cannot determine the ten properties (collinear sensors,
 //! concurrent hits) is no matter of this module: `massline_shared::layout` diagnoses it.
 
+mod entry;
 mod error;
 mod gains;
 mod known;
@@ -14,6 +15,7 @@ mod resolve;
 mod source;
 mod template;
 mod tensor;
+mod values;
 
 use std::path::Path;
 
@@ -24,7 +26,7 @@ pub(crate) use error::Place;
 pub use error::{Fault, LayoutFileError, Place as LayoutPlace};
 pub use gains::StatedGains;
 pub use known::Uncertainty;
-pub use template::{SCHEMA, TEMPLATE};
+pub use template::{TEMPLATE, schema};
 
 use source::Source;
 
@@ -186,9 +188,9 @@ fn utf8<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, LayoutFileError> {
 }
 
 fn raw(text: &str, file: &str) -> Result<raw::RawLayout, LayoutFileError> {
-    toml::from_str(text).map_err(|error| LayoutFileError::Malformed {
-        place: Place::of(file, text, error.span(), ""),
-        message: error.message().to_owned(),
+    toml::from_str(text).map_err(|error| {
+        let (place, message) = Place::of_toml_error(file, text, &error);
+        LayoutFileError::Malformed { place, message }
     })
 }
 

@@ -45,6 +45,7 @@ pub mod layout_file;
 pub mod monte_carlo;
 mod npy;
 pub mod output;
+mod parallel;
 pub mod qemu;
 pub mod recording;
 pub mod report;

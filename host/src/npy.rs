@@ -1,103 +1,164 @@
-//! The header of NumPy's array file.
+//! NumPy's array file, as far as npyz leaves it to its caller: headers that no reader should take.
 //!
 //! The format: `\x93NUMPY`, version, length of the header (two bytes in version 1, four later), a
-//! Python dictionary as text, the data.
+//! Python dictionary as text, the data. npyz reserves as much memory as the length says, descends into as
+//! many brackets as there are, and multiplies the numbers of the shape without a check. A header is looked
+//! at here before npyz reads it.
 
+use npyz::NpyHeader;
 use thiserror::Error;
 
 /// The first bytes of the file.
 pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
+
+/// Longest dictionary, bytes: `numpy.load` takes no longer one either.
+const MAX_DICTIONARY: usize = 10_000;
+/// Most brackets within each other: the shape of a field of a record has four.
+const MAX_DEPTH: usize = 8;
+/// Most digits of all numbers together: the product of numbers with so many is less than 2⁶⁴.
+const MAX_DIGITS: usize = 19;
 
 /// Why bytes are no array file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub(crate) enum HeaderError {
     #[error("this is no NumPy array file (.npy); one begins with the bytes \\x93NUMPY")]
     NoNpy,
-    #[error("NumPy format version {0} is not known; save it with numpy.save")]
-    Version(u8),
     #[error("the NumPy header cannot be read: {0}; save the array again with numpy.save")]
-    Malformed(&'static str),
+    Malformed(String),
 }
 
-/// The dictionary of a header; each value as it is written.
-pub(crate) struct Header {
-    /// Type of the numbers, without quotes.
-    pub descr: String,
-    /// True when the first index runs fastest.
-    pub fortran_order: bool,
-    /// The shape as written.
-    pub shape: String,
+/// The header and the data behind it.
+pub(crate) fn open(bytes: &[u8]) -> Result<(NpyHeader, &[u8]), HeaderError> {
+    if !bytes.starts_with(MAGIC) {
+        return Err(HeaderError::NoNpy);
+    }
+    check_dictionary(&String::from_utf8_lossy(dictionary(bytes)?))?;
+    let mut data = bytes;
+    let header = NpyHeader::from_reader(&mut data).map_err(|e| malformed(e.to_string()))?;
+    Ok((header, data))
 }
 
-impl Header {
-    /// The header and the data behind it.
-    pub fn read(bytes: &[u8]) -> Result<(Self, &[u8]), HeaderError> {
-        let rest = bytes.strip_prefix(MAGIC).ok_or(HeaderError::NoNpy)?;
-        let short = HeaderError::Malformed("the file ends in it");
-        let (version, rest) = rest.split_at_checked(2).ok_or(short.clone())?;
-        let (length, rest) = match version {
-            [1, _] => {
-                let (length, rest) = rest.split_first_chunk::<2>().ok_or(short.clone())?;
-                (usize::from(u16::from_le_bytes(*length)), rest)
-            }
-            [2 | 3, _] => {
-                let (length, rest) = rest.split_first_chunk::<4>().ok_or(short.clone())?;
-                let length = u32::from_le_bytes(*length);
-                (usize::try_from(length).unwrap_or(usize::MAX), rest)
-            }
-            [other, ..] => return Err(HeaderError::Version(*other)),
-            [] => return Err(short),
-        };
-        let (text, data) = rest.split_at_checked(length).ok_or(short)?;
-        Ok((Self::parse(&String::from_utf8_lossy(text))?, data))
-    }
-
-    fn parse(text: &str) -> Result<Self, HeaderError> {
-        let descr = value(text, "descr").ok_or(HeaderError::Malformed("'descr' is missing"))?;
-        let order = value(text, "fortran_order")
-            .ok_or(HeaderError::Malformed("'fortran_order' is missing"))?;
-        let fortran_order = match order {
-            "False" => false,
-            "True" => true,
-            _ => {
-                return Err(HeaderError::Malformed("'fortran_order' is neither True nor False"));
-            }
-        };
-        let shape = value(text, "shape").ok_or(HeaderError::Malformed("'shape' is missing"))?;
-        let descr = descr.trim_matches(['\'', '"']).to_owned();
-        Ok(Self { descr, fortran_order, shape: shape.to_owned() })
-    }
-
-    /// The numbers of the shape; `None` when it is none.
-    pub fn sizes(&self) -> Option<Vec<u64>> {
-        let inner = self.shape.strip_prefix('(')?.strip_suffix(')')?;
-        inner
-            .split(',')
-            .map(str::trim)
-            .filter(|size| !size.is_empty())
-            .map(|size| size.parse().ok())
-            .collect()
-    }
+/// A shape as Python writes it.
+pub(crate) fn shape_text(shape: &[u64]) -> String {
+    let sizes: Vec<String> = shape.iter().map(u64::to_string).collect();
+    let comma = if shape.len() == 1 { "," } else { "" };
+    format!("({}{comma})", sizes.join(", "))
 }
 
-/// The value of a key of the dictionary, as it is written.
-fn value<'t>(text: &'t str, key: &str) -> Option<&'t str> {
-    let quoted = [format!("'{key}'"), format!("\"{key}\"")];
-    let at = quoted.iter().find_map(|k| text.find(k.as_str()).map(|at| at + k.len()));
-    let rest = text.get(at?..)?.trim_start().strip_prefix(':')?.trim_start();
-    // To the comma or brace outside of brackets and quotes.
-    let mut depth = 0_u32;
+fn malformed(what: impl Into<String>) -> HeaderError {
+    HeaderError::Malformed(what.into())
+}
+
+/// The text of the header, as long as the file says and no longer than the file is.
+fn dictionary(bytes: &[u8]) -> Result<&[u8], HeaderError> {
+    let short = || malformed("the file ends in it");
+    let rest = bytes.get(MAGIC.len()..).unwrap_or_default();
+    let (&[major, _], rest) = rest.split_first_chunk::<2>().ok_or_else(short)?;
+    let (length, rest) = if major == 1 {
+        let (length, rest) = rest.split_first_chunk::<2>().ok_or_else(short)?;
+        (usize::from(u16::from_le_bytes(*length)), rest)
+    } else {
+        let (length, rest) = rest.split_first_chunk::<4>().ok_or_else(short)?;
+        (usize::try_from(u32::from_le_bytes(*length)).unwrap_or(usize::MAX), rest)
+    };
+    if length > MAX_DICTIONARY {
+        return Err(malformed(format!("it has {length} bytes, at most {MAX_DICTIONARY} are read")));
+    }
+    rest.get(..length).ok_or_else(short)
+}
+
+/// Whether a dictionary is as simple as those of arrays of numbers.
+fn check_dictionary(text: &str) -> Result<(), HeaderError> {
+    let (mut depth, mut digits) = (0_usize, 0);
     let mut quote = None;
-    for (at, c) in rest.char_indices() {
+    let mut previous = ' ';
+    for c in text.chars() {
         match (quote, c) {
+            (_, '\\') => return Err(malformed("it has a backslash")),
+            // Python would take an empty string and a quote for the beginning of a long string.
+            (Some(open), c) if c == open && previous == open => {
+                return Err(malformed("it has an empty string"));
+            }
             (Some(open), c) if c == open => quote = None,
             (Some(_), _) => {}
             (None, '\'' | '"') => quote = Some(c),
-            (None, '(' | '[') => depth += 1,
-            (None, ')' | ']') => depth = depth.saturating_sub(1),
-            (None, ',' | '}') if depth == 0 => return Some(rest.get(..at)?.trim()),
-            _ => {}
+            (None, '(' | '[' | '{') => depth += 1,
+            (None, ')' | ']' | '}') => depth = depth.saturating_sub(1),
+            (None, '0'..='9') => digits += 1,
+            // What True and False are made of; no letters of numbers in other notations.
+            (None, ' ' | '\n' | ',' | ':' | 'T' | 'r' | 'u' | 'e' | 'F' | 'a' | 'l' | 's') => {}
+            (None, c) => return Err(malformed(format!("it has {c:?} outside of strings"))),
+        }
+        previous = c;
+        if depth > MAX_DEPTH {
+            return Err(malformed(format!("it has more than {MAX_DEPTH} brackets in each other")));
+        }
+        if digits > MAX_DIGITS {
+            return Err(malformed(format!("its numbers have more than {MAX_DIGITS} digits")));
         }
     }
-    None
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(version: u8, length: u32, dictionary: &str) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend([version, 0]);
+        match version {
+            1 => bytes.extend((length as u16).to_le_bytes()),
+            _ => bytes.extend(length.to_le_bytes()),
+        }
+        bytes.extend(dictionary.as_bytes());
+        bytes
+    }
+
+    fn error(dictionary: &str) -> String {
+        open(&file(1, dictionary.len() as u32, dictionary)).err().unwrap().to_string()
+    }
+
+    #[test]
+    fn a_header_that_is_longer_than_its_file_reserves_no_memory() {
+        for length in [u32::MAX, 10_001, 10_000] {
+            assert!(open(&file(2, length, "{'descr': '<u2'}")).is_err());
+        }
+    }
+
+    #[test]
+    fn a_shape_whose_product_overflows_is_refused() {
+        let with_shape =
+            |shape: &str| format!("{{'descr': '<u2', 'fortran_order': False, 'shape': {shape}}}");
+        for shape in [
+            "(9223372036854775807, 10)",
+            "(99999999999, 99999999999)",
+            "(0xFFFFFFFFFFFFFFFF, 255)",
+            "(99999999+99999999, 2)",
+            "(1_0, 2)",
+            "(1e9, 2)",
+            "(-1, 10)",
+        ] {
+            let error = error(&with_shape(shape));
+            assert!(error.starts_with("the NumPy header cannot be read: "), "{shape}: {error}");
+        }
+        let most = with_shape("(9999999999, 999999999)");
+        let bytes = file(1, most.len() as u32, &most);
+        assert_eq!(open(&bytes).unwrap().0.len(), 9_999_999_999 * 999_999_999);
+    }
+
+    #[test]
+    fn brackets_without_end_are_refused() {
+        for open in ["(", "[", "{"] {
+            assert!(error(&open.repeat(5000)).contains("brackets"));
+            assert!(error(&format!("'''a'b''', {}", open.repeat(5000))).contains("empty string"));
+            assert!(error(&format!("'a\\', {}", open.repeat(5000))).contains("backslash"));
+        }
+    }
+
+    #[test]
+    fn a_shape_is_written_as_python_writes_it() {
+        let shapes: [&[u64]; 3] = [&[], &[20], &[4, 5]];
+        assert_eq!(shapes.map(shape_text), ["()", "(20,)", "(4, 5)"]);
+    }
 }

@@ -2,7 +2,14 @@
 //!
 //! Answers go to stdout: text, or with `--json` one object. Everything else (progress, warnings,
 //! what to do next) goes to stderr, so that a pipe sees the answer alone. Colour and progress bars
-//! appear only on a terminal; `NO_COLOR` is respected. Text for people is at most [`WIDTH`] columns wide.
+//! appear only on a terminal; `NO_COLOR` is respected. Text for people is as wide as the terminal, at most
+//! [`WIDTH`] columns as `--help` is, and so wide where there is no terminal.
+//!
+//! # JSON documents
+//! A document is one object in one line. Its first key is `schema_version`, the number
+//! [`SCHEMA_VERSION`]: a program that reads documents checks it and ignores keys that it does not know. A
+//! command that fails after its answer prints a second document, the error; each document has the version.
+//! `massline layout schema` prints a JSON schema with and without `--json`; it is no document of this kind.
 
 mod wrap;
 
@@ -11,11 +18,16 @@ use std::time::Duration;
 
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use wrap::wrapped;
+
+/// The version of the JSON documents: one higher whenever a key is renamed or removed or means something
+/// else. A new key alone does not change it.
+pub const SCHEMA_VERSION: u32 = 1;
 
 /// Columns of text for people.
 pub const WIDTH: usize = 100;
@@ -26,12 +38,23 @@ pub struct Output {
     err: Box<dyn Write + Send>,
     json: bool,
     color: bool,
-    bars: bool,
+    /// Whether stdout is a terminal.
+    out_terminal: bool,
+    /// Whether stderr is a terminal, where bars can be shown.
+    err_terminal: bool,
     keyboard: bool,
     raw: bool,
     interrupt: Interrupt,
     /// What the object of an error says besides the error.
     details: Option<Value>,
+}
+
+/// An answer with the version of its keys.
+#[derive(Serialize)]
+struct Document<'a> {
+    schema_version: u32,
+    #[serde(flatten)]
+    answer: &'a Value,
 }
 
 /// How a piece of text is shown on a terminal with colours.
@@ -62,14 +85,15 @@ impl Output {
     /// The process's own stdout, stderr and keyboard.
     pub fn of_process(json: bool, interrupt: Interrupt) -> Self {
         let no_color = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
-        let terminal = io::stderr().is_terminal();
+        let (out_terminal, err_terminal) = (io::stdout().is_terminal(), io::stderr().is_terminal());
         Self {
             out: Box::new(io::stdout()),
             err: Box::new(io::stderr()),
             json,
-            color: io::stdout().is_terminal() && terminal && !no_color,
-            bars: terminal,
-            keyboard: io::stdin().is_terminal() && terminal,
+            color: out_terminal && err_terminal && !no_color,
+            out_terminal,
+            err_terminal,
+            keyboard: io::stdin().is_terminal() && err_terminal,
             raw: false,
             interrupt,
             details: None,
@@ -87,7 +111,8 @@ impl Output {
             err: Box::new(err),
             json,
             color: false,
-            bars: false,
+            out_terminal: false,
+            err_terminal: false,
             keyboard: false,
             raw: false,
             interrupt: Interrupt::new(),
@@ -115,12 +140,13 @@ impl Output {
         &self.interrupt
     }
 
-    /// Writes the answer as text, with a line end; longer lines than [`WIDTH`] are broken between words.
+    /// Writes the answer as text, with a line end; lines that are too long for the terminal or for [`WIDTH`]
+    /// are broken between words.
     ///
     /// # Errors
     /// When stdout cannot be written. A reader that has gone away is no error.
     pub fn text(&mut self, text: impl AsRef<str>) -> Result<()> {
-        self.verbatim(wrapped(text.as_ref(), WIDTH))
+        self.verbatim(wrapped(text.as_ref(), width(self.out_terminal)))
     }
 
     /// As [`Output::text`] with the lines as they are: what other programs read.
@@ -132,12 +158,16 @@ impl Output {
         check(written)
     }
 
-    /// Writes the answer as one line of JSON.
+    /// Writes the answer, an object, as one line of JSON with its [`SCHEMA_VERSION`].
     ///
     /// # Errors
-    /// As [`Output::text`].
+    /// As [`Output::text`], and when `value` is no object.
     pub fn value(&mut self, value: &Value) -> Result<()> {
-        self.verbatim(value.to_string())
+        let document = Document { schema_version: SCHEMA_VERSION, answer: value };
+        let line = serde_json::to_string(&document).map_err(|e| {
+            Error::internal("no_object", format!("the answer is no JSON object: {e}; report this"))
+        })?;
+        self.verbatim(line)
     }
 
     /// Writes `value` with `--json`, else what `text` makes.
@@ -155,7 +185,7 @@ impl Output {
 
     /// Says something beside the answer, on stderr.
     pub fn note(&mut self, text: impl AsRef<str>) {
-        self.note_verbatim(wrapped(text.as_ref(), WIDTH));
+        self.note_verbatim(wrapped(text.as_ref(), width(self.err_terminal)));
     }
 
     fn note_verbatim(&mut self, mut text: String) {
@@ -202,7 +232,7 @@ impl Output {
 
     /// A bar on stderr that counts to `length`; invisible where stderr is no terminal.
     pub fn bar(&self, length: u64, label: &str) -> ProgressBar {
-        if !self.bars {
+        if !self.err_terminal {
             return ProgressBar::hidden();
         }
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
@@ -213,6 +243,14 @@ impl Output {
         bar.enable_steady_tick(Duration::from_millis(200));
         bar
     }
+}
+
+/// Columns for text, on a terminal those that it has now.
+fn width(on_terminal: bool) -> usize {
+    let columns = || crossterm::terminal::size().ok().map(|(columns, _)| usize::from(columns));
+    // A terminal that does not know its size says zero.
+    let known = on_terminal.then(columns).flatten().filter(|&columns| columns > 0);
+    known.map_or(WIDTH, |columns| columns.min(WIDTH))
 }
 
 /// An empty table in the style of all tables of this program: lines above, under the header, below.
@@ -243,6 +281,7 @@ fn check(written: io::Result<()>) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
     use std::sync::{Arc, Mutex};
 
     #[derive(Clone, Default)]
@@ -270,7 +309,17 @@ mod tests {
         Output::to(true, out.clone(), err.clone()).error(&Error::input("wrong", "so it is"));
         let value: Value = serde_json::from_str(&out.text()).unwrap();
         assert_eq!(value["error"]["exit"], 2);
+        assert_eq!(value["schema_version"], SCHEMA_VERSION);
         assert_eq!(err.text(), "error: so it is\n");
+    }
+
+    #[test]
+    fn a_document_is_an_object_in_one_line_that_begins_with_its_version() {
+        let out = Shared::default();
+        let mut output = Output::to(true, out.clone(), io::sink());
+        output.value(&json!({ "a": [1], "z": null })).unwrap();
+        assert_eq!(out.text(), "{\"schema_version\":1,\"a\":[1],\"z\":null}\n");
+        assert_eq!(output.value(&json!([1])).unwrap_err().code(), "no_object");
     }
 
     #[test]

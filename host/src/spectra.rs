@@ -4,7 +4,6 @@
 //! until the first of the next one is averaged. In a campaign with confirmation that hit waits for a
 //! verdict, so there is all the time to read what it would wipe out.
 
-use massline_protocol::Raw;
 use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::message::{CampaignCommand, Reason, Status};
 use massline_shared::measurement::campaign::Phase;
@@ -27,7 +26,7 @@ impl SpectraCollection {
     /// # Errors
     /// When the link is lost or the rig sends nonsense.
     pub fn collect(&mut self, client: &mut Client, status: &Status) -> Result<(), ClientError> {
-        let done = Phase::from_raw(status.phase) == Some(Phase::Done);
+        let done = Phase::try_from(status.phase).ok() == Some(Phase::Done);
         for (dof, &accepted) in (0_u8..).zip(&status.accepted) {
             let finished = accepted > 0 && (done || dof != status.dof);
             if !finished || self.asked.contains(&dof) {
@@ -80,7 +79,7 @@ impl Observer for Collecting<'_> {
         // Before any command: most of them make the rig forget.
         self.collection.collect(client, status)?;
         let steer = self.observer.steer(client, status)?;
-        let waits = Phase::from_raw(status.phase) == Some(Phase::Confirming);
+        let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
         Ok(steer.or(waits.then_some(Steer::Command(CampaignCommand::Accept))))
     }
 

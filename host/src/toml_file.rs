@@ -22,7 +22,7 @@ pub(crate) fn read(path: &Path, code: &'static str) -> Result<String> {
 /// The value of a TOML text; `file` is its name in errors.
 pub(crate) fn parse<T: DeserializeOwned>(text: &str, file: &str, code: &'static str) -> Result<T> {
     toml::from_str(text).map_err(|error| {
-        let place = Place::of(file, text, error.span(), "");
-        Error::input(code, format!("{place}: {}; correct this line", error.message()))
+        let (place, message) = Place::of_toml_error(file, text, &error);
+        Error::input(code, format!("{place}: {message}; correct this line"))
     })
 }

@@ -24,7 +24,7 @@ fn the_json_of_a_block_test_has_the_rc_corners_that_the_rig_keeps() {
     let flash = folder.path().join("flash.bin");
     let value = calibrate(&["block", "--mass", "2.0"], &flash);
     let kept = calibrate(&["show"], &flash);
-    let cutoffs = value["block"]["rc_corners"].as_array().unwrap();
+    let cutoffs = value["block"]["rc_cutoffs"].as_array().unwrap();
     assert_eq!(cutoffs.len(), 9);
     let mut changed = 0;
     for (k, cutoff) in cutoffs.iter().enumerate() {

@@ -11,6 +11,7 @@ fn the_json_of_the_demo_has_four_tests_with_truth_and_results() {
         .unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(value["schema_version"], 1);
     let tests = value["tests"].as_array().unwrap();
     assert_eq!(tests.len(), 4);
     for (k, test) in tests.iter().enumerate() {

@@ -54,6 +54,7 @@ fn blocked(value: &Value, method: usize) -> Vec<&str> {
 fn a_good_layout_has_ten_sigmas_their_causes_and_advice() {
     let (exit, value) = layout(&["check", &example(1)]);
     assert_eq!(exit, 0);
+    assert_eq!(value["schema_version"], 1);
     assert_eq!(value["identifiable"], true);
     assert_eq!(value["codes"].as_array().unwrap().len(), 0);
     assert!(value["condition"].as_f64().unwrap() > 1.0);

@@ -84,6 +84,13 @@ fn no_hits_to_keep_and_no_runs_are_refused_with_what_to_give() {
 }
 
 #[test]
+fn a_day_that_the_calendar_does_not_have_is_refused_by_the_name_of_its_option() {
+    let (code, _, said) = run(&["calibrate", "tumble", "--date", "2026-02-31"]);
+    assert!(code == Some(2) && said.contains("'2026-02-31' for '--date <DAY>'"), "{said}");
+    assert!(said.contains("yyyy-mm-dd"), "{said}");
+}
+
+#[test]
 fn the_help_names_every_bundled_bench() {
     for command in ["simulate", "demo", "virtual"] {
         let (_, help, _) = run(&[command, "--help"]);

@@ -34,6 +34,7 @@ fn simulate_layout(layout: &str, arguments: &[&str]) -> (Option<i32>, Value) {
 fn many_runs_tell_of_every_method_and_property() {
     let (code, value) = simulate(&["--runs", "3", "--budget", "bench", "--seed", "4"]);
     assert_eq!(code, Some(0));
+    assert_eq!(value["schema_version"], 1);
     assert_eq!((&value["runs"], &value["seed"]), (&3.into(), &4.into()));
     let names: Vec<_> = value["methods"].as_array().unwrap().iter().map(|m| &m["method"]).collect();
     assert_eq!(names, ["maximum-likelihood", "inertia-restraint"]);

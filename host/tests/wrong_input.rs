@@ -92,6 +92,7 @@ fn fails(arguments: &[&str], exit: i32, code: &str) {
     let seen = format!("{arguments:?}\nstdout: {stdout}\nstderr: {stderr}");
     assert_eq!(output.status.code(), Some(exit), "{seen}");
     let value: Value = serde_json::from_str(&stdout).expect(&seen);
+    assert_eq!(value["schema_version"], 1, "{seen}");
     assert_eq!(value["error"]["exit"], exit, "{seen}");
     assert_eq!(value["error"]["code"], code, "{seen}");
     let message = value["error"]["message"].as_str().expect(&seen);
@@ -352,6 +353,42 @@ fn without_json_an_error_leaves_stdout_empty_and_has_no_colour_in_a_pipe() {
     let text = String::from_utf8(output.stderr).unwrap();
     assert!(text.starts_with("error: no-such-layout.toml"), "{text}");
     assert!(!text.contains('\x1b'));
+}
+
+/// Layout, calibration, sidecar and bench.
+#[test]
+fn a_key_that_has_another_name_now_is_refused_with_its_line_and_new_name() {
+    let files = Files::new();
+    let good = files.good();
+    let layout = format!("sensors = [1, 2, 3]\nhits = {HITS}\n{NODES}[test]\nweakest_hit_n = 8\n");
+    let layout = files.write("layout.toml", layout);
+    let hammer = "[hammer]\nzero_v = 0.1\nsensitivity_v_per_n = 0.02\nrc_corner_hz = 497\n";
+    let calibration = files.write("calibration.toml", hammer);
+    let bench = files.write("bench.toml", "[sensor]\nrc_corner_hz = 497\n");
+    let tape = files.tape("<u2", "(1, 10)", 20);
+    let sidecar =
+        "[calibration]\nhammer = { zero_v = 0, sensitivity_v_per_n = 1, rc_corner_hz = 9 }\n";
+    let sidecar = files.write("tape.toml", sidecar);
+    let cutoff = "`rc_corner_hz` is called `rc_cutoff_hz` now";
+    for (arguments, place, renamed) in [
+        (
+            &["layout", "check", &layout][..],
+            format!("{layout}:12: weakest_hit_n"),
+            "`weakest_hit_n` is called `min_peak_force_n` now",
+        ),
+        (
+            &["simulate", &good, "--calibration", &calibration],
+            format!("{calibration}:4: rc_corner_hz"),
+            cutoff,
+        ),
+        (&["demo", "--bench", &bench], format!("{bench}:2: sensor.rc_corner_hz"), cutoff),
+        (&["replay", &tape, "--layout", &good], format!("{sidecar}:2"), cutoff),
+    ] {
+        let output = Command::cargo_bin("massline").unwrap().args(arguments).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr).replace("\n   ", "");
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(&place) && stderr.contains(renamed), "{stderr}");
+    }
 }
 
 #[test]

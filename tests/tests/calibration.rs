@@ -16,7 +16,6 @@ use massline::commands::calibrate::tumble::take;
 use massline::commands::demo::LAYOUTS;
 use massline::layout_file::LayoutFile;
 use massline::output::Output;
-use massline_protocol::Raw;
 use massline_protocol::message::CampaignCommand;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
@@ -226,7 +225,7 @@ fn accept(rig: &mut OnBlock, test: &BlockTest, hits: u32) {
         if status.accepted.iter().map(|&n| u32::from(n)).sum::<u32>() == hits {
             return;
         }
-        if Phase::from_raw(status.phase) == Some(Phase::Confirming) {
+        if Phase::try_from(status.phase).ok() == Some(Phase::Confirming) {
             rig.client.command(CampaignCommand::Accept).unwrap();
         } else {
             rig.client.next_event(Duration::from_millis(20)).unwrap();

@@ -9,7 +9,6 @@ use std::time::Duration;
 use massline::client::{Client, Event, PipeTransport, Timing, Transport};
 use massline::layout_file::LayoutFile;
 use massline_protocol::LayoutHash;
-use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, ENDPOINTS, Identity, ResultEntry, Status};
 use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_protocol::{MAX_FRAME, PROTOCOL_MAJOR, encode_frame};
@@ -112,7 +111,7 @@ fn run_campaign(client: &mut Client) {
             Some(Event::Scans(_)) => panic!("nobody asked for scans"),
             None => {}
         }
-        if Phase::from_raw(client.status().unwrap().phase) == Some(Phase::Done) {
+        if Phase::try_from(client.status().unwrap().phase).ok() == Some(Phase::Done) {
             return;
         }
     }

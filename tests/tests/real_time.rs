@@ -7,7 +7,6 @@ use massline::client::{Client, Event, PipeTransport};
 use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
 use massline_firmware::scan_ring::FAULTS_TO_STOP;
-use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Stats, Status};
 use massline_shared::diagnosis::Code;
@@ -71,7 +70,7 @@ fn measure(rig: VirtualRig) -> Outcome {
     while done.is_none() {
         match client.next_event(LATE).unwrap().expect("the campaign goes on") {
             Event::Hit(hit) => hits.push(hit),
-            Event::Status(status) if status.phase == Phase::Done.raw() => done = Some(status),
+            Event::Status(status) if status.phase == u8::from(Phase::Done) => done = Some(status),
             _ => {}
         }
     }
@@ -132,7 +131,7 @@ fn a_converter_that_only_loses_scans_interrupts_the_campaign_by_name() {
     client.identify().unwrap();
     client.put_layout(&file().rig_layout().unwrap()).unwrap();
     client.start(false, false).unwrap();
-    let paused = |status: &Status| status.phase == Phase::Paused.raw();
+    let paused = |status: &Status| status.phase == u8::from(Phase::Paused);
     let mut status = client.status().unwrap();
     while !paused(&status) {
         if let Event::Status(changed) = client.next_event(LATE).unwrap().expect("it is given up") {

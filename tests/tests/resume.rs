@@ -8,7 +8,6 @@ use massline::client::{Client, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline_protocol::LayoutHash;
-use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Status};
 use massline_protocol::object::{DofResult, MeasurementResult, ObjectId, ObjectKind};
 use massline_shared::diagnosis::{Code, Subject};
@@ -44,7 +43,7 @@ fn power_on(flash: &FlashBacking) -> (VirtualRig, Client) {
 }
 
 fn phase(status: &Status) -> Option<Phase> {
-    Phase::from_raw(status.phase)
+    Phase::try_from(status.phase).ok()
 }
 
 /// Waits until the rig is in a phase at a DOF or behind it.

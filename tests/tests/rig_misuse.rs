@@ -7,7 +7,6 @@ use massline::client::{Client, Event, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
-use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
@@ -36,7 +35,7 @@ fn rig(flash: &FlashBacking) -> (VirtualRig, Client, RigLayout) {
 }
 
 fn phase(status: &Status) -> Option<Phase> {
-    Phase::from_raw(status.phase)
+    Phase::try_from(status.phase).ok()
 }
 
 fn wait_for(client: &mut Client, wanted: Phase) -> Status {

@@ -7,7 +7,6 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use heapless::{String, Vec};
-use massline_protocol::Raw;
 use massline_protocol::event::{HIT, HitEvent, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
 use massline_protocol::message::*;
 use massline_protocol::object::*;
@@ -109,7 +108,7 @@ fn identity() -> Identity {
 
 fn status(dofs: usize) -> Status {
     Status {
-        phase: Phase::Armed.raw(),
+        phase: u8::from(Phase::Armed),
         dof: 2,
         armings: 17,
         accepted: (0..dofs).map(|i| i as u8).collect(),

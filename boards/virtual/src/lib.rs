@@ -12,6 +12,7 @@
 //! | [`framebuffer`] | the pixels of the panel |
 //! | [`rig`] | a rig that runs |
 //! | [`pty`] | a rig served on a pseudo-terminal |
+//! | [`renamed_keys`] | keys of TOML files that have another name now |
 #![deny(unsafe_code)]
 
 pub mod bench;
@@ -22,6 +23,7 @@ pub mod panel;
 pub mod pipe;
 #[cfg(unix)]
 pub mod pty;
+pub mod renamed_keys;
 pub mod rig;
 pub mod sampler;
 pub mod source;

@@ -125,10 +125,7 @@ fn spectra<'r>(
 }
 
 fn kind(object: ObjectId) -> Result<ObjectKind, Reason> {
-    [ObjectKind::Result, ObjectKind::Record, ObjectKind::Spectra]
-        .into_iter()
-        .find(|&kind| kind as u8 == object.kind)
-        .ok_or(Reason::NotFound)
+    ObjectKind::try_from(object.kind).map_err(|_| Reason::NotFound)
 }
 
 fn in_range(offset: usize, length: usize) -> Result<(), Reason> {

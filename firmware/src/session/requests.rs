@@ -155,7 +155,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
 
     /// Starts or steers the campaign.
     async fn command(&self, request: CommandRequest) -> Result<(), Reason> {
-        let command = CampaignCommand::from_raw(request.command).ok_or(Reason::Malformed)?;
+        let command = CampaignCommand::try_from(request.command).map_err(|_| Reason::Malformed)?;
         if let Some(command) = command.steering() {
             return Ok(self.rig.command(command)?);
         }

@@ -6,12 +6,13 @@
 //! never taken for a record.
 
 use massline_protocol::crc32_of_chunks;
+use num_enum::{IntoPrimitive, TryFromPrimitive};
 
 /// Bytes of a header.
 pub(super) const HEADER: usize = 16;
 
 /// What a record is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
 #[repr(u8)]
 pub(super) enum Kind {
     /// The first of its page; the serial is the page's number.
@@ -22,14 +23,6 @@ pub(super) enum Kind {
     Data = 3,
     /// An object is whole, or something else has changed.
     Change = 4,
-}
-
-impl Kind {
-    fn from_raw(raw: u8) -> Option<Self> {
-        [Self::Page, Self::Opened, Self::Data, Self::Change]
-            .into_iter()
-            .find(|&kind| kind as u8 == raw)
-    }
 }
 
 /// The header of a record.
@@ -50,7 +43,7 @@ impl Header {
     /// As it lies in the page of this number.
     pub fn encode(&self, page: u32) -> [u8; HEADER] {
         let mut bytes = [0; HEADER];
-        let (kind, length) = (self.kind as u8, self.length.to_le_bytes());
+        let (kind, length) = (self.kind.into(), self.length.to_le_bytes());
         let (serial, offset) = (self.serial.to_le_bytes(), self.offset.to_le_bytes());
         bytes[0] = kind;
         bytes[2..4].copy_from_slice(&length);
@@ -65,7 +58,7 @@ impl Header {
     /// A header that lies in the page of this number; `None` when these bytes are none.
     pub fn decode(bytes: &[u8; HEADER], page: u32) -> Option<Self> {
         let &[kind, zero, l0, l1, s0, s1, s2, s3, o0, o1, k0, k1, c0, c1, c2, c3] = bytes;
-        let kind = Kind::from_raw(kind).filter(|_| zero == 0)?;
+        let kind = Kind::try_from(kind).ok().filter(|_| zero == 0)?;
         let header = Self {
             kind,
             length: u16::from_le_bytes([l0, l1]),

@@ -1,26 +1,60 @@
-//! Today.
+//! Days of the calendar.
 
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::fmt;
+use std::str::FromStr;
 
-/// Today as `yyyy-mm-dd`, by the clock of this computer in UTC; empty when it stands before 1970 or
-/// after the year 9999.
-pub fn today() -> heapless::String<10> {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    day(since.as_secs() / 86_400).as_str().try_into().unwrap_or_default()
+use jiff::Timestamp;
+use jiff::civil::Date;
+use jiff::tz::TimeZone;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// A day of the Gregorian calendar, written `yyyy-mm-dd`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Day(Date);
+
+/// Why a text is no day.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("\"{0}\" is no day of the calendar; give a day as yyyy-mm-dd")]
+pub struct NoDay(String);
+
+impl Day {
+    /// Today by the clock of this computer, in UTC.
+    pub fn today() -> Self {
+        Self(Timestamp::now().to_zoned(TimeZone::UTC).date())
+    }
+
+    /// The text as a calibration holds it; empty for a year that has more than four digits.
+    pub fn text(self) -> heapless::String<10> {
+        self.to_string().as_str().try_into().unwrap_or_default()
+    }
 }
 
-/// The day so many days after 1970-01-01 in the Gregorian calendar. A year is counted from March, so
-/// that a leap day is its last; 400 years have 146 097 days.
-fn day(since_1970: u64) -> String {
-    // From 0000-03-01.
-    let days = since_1970 + 719_468;
-    let (era, of_era) = (days / 146_097, days % 146_097);
-    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year + year / 4 - year / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
-    let (month, later) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
-    format!("{:04}-{month:02}-{day:02}", era * 400 + year + later)
+impl fmt::Display for Day {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl FromStr for Day {
+    type Err = NoDay;
+
+    /// Of the many notations of ISO 8601 this one alone, so that equal days are equal texts.
+    fn from_str(text: &str) -> Result<Self, NoDay> {
+        let day = text.parse().ok().map(Self).filter(|day| day.to_string() == text);
+        day.ok_or_else(|| NoDay(text.to_owned()))
+    }
+}
+
+impl Serialize for Day {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Day {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+    }
 }
 
 #[cfg(test)]
@@ -28,18 +62,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn days_are_counted_through_leap_years() {
-        for (days, expected) in [
-            (0, "1970-01-01"),
-            (11_016, "2000-02-29"),
-            (11_017, "2000-03-01"),
-            (19_782, "2024-02-29"),
-            (20_453, "2025-12-31"),
-            (20_454, "2026-01-01"),
-            (47_540, "2100-02-28"),
-            (47_541, "2100-03-01"),
-        ] {
-            assert_eq!(day(days), expected);
+    fn a_day_that_the_calendar_does_not_have_is_refused() {
+        for text in ["2026-02-29", "2026-02-31", "2026-04-31", "2100-02-29", "2026-13-01"] {
+            let error = text.parse::<Day>().unwrap_err().to_string();
+            assert!(error.contains(text) && error.contains("yyyy-mm-dd"), "{error}");
+        }
+        for text in ["2024-02-29", "2000-02-29", "0001-01-01", "9999-12-31"] {
+            assert_eq!(text.parse::<Day>().unwrap().text(), text);
+        }
+    }
+
+    #[test]
+    fn other_notations_of_a_day_are_refused() {
+        for text in ["20260314", "2026-03-14T00:00", "-002026-03-14", "2026-3-14", "2026-03-14 "] {
+            assert_eq!(text.parse::<Day>(), Err(NoDay(text.into())));
         }
     }
 }

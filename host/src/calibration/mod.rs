@@ -5,7 +5,7 @@
 //! | [`tumble`] | six static readings of all channels, kept in a file until they are whole |
 //! | [`block`] | the result of a block test |
 //! | [`cutoffs`] | the low-passes of the sensors, from the spectra of a block test |
-//! | [`day`] | today |
+//! | [`day`] | days of the calendar |
 //! | [`verify`] | a block test against the calibration in force |
 //!
 //! Its file is [`crate::calibration_file`], the maths are in [`massline_shared::calibration`].

@@ -128,7 +128,7 @@ impl ClientError {
     /// The rig's reason when it refused.
     pub fn refusal(&self) -> Option<Reason> {
         match self {
-            Self::Refused { reason, .. } => Reason::from_raw(*reason),
+            Self::Refused { reason, .. } => Reason::try_from(*reason).ok(),
             _ => None,
         }
     }
@@ -163,7 +163,7 @@ impl From<ClientError> for Error {
 }
 
 fn refusal_code(raw: u16) -> &'static str {
-    match Reason::from_raw(raw) {
+    match Reason::try_from(raw).ok() {
         Some(Reason::UnknownMessage) => "rig_unknown_message",
         Some(Reason::Malformed) => "rig_malformed",
         Some(Reason::NotFound) => "not_found",
@@ -180,7 +180,7 @@ fn refusal_code(raw: u16) -> &'static str {
 }
 
 fn explain(raw: u16) -> String {
-    let text = match Reason::from_raw(raw) {
+    let text = match Reason::try_from(raw).ok() {
         Some(Reason::UnknownMessage) => "its firmware does not know this request; update it",
         Some(Reason::Malformed) => "it could not read the request; is its firmware older?",
         Some(Reason::NotFound) => {

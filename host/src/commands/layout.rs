@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::hash;
 use crate::error::{Error, Result};
-use crate::layout_file::{LayoutFile, SCHEMA, TEMPLATE};
+use crate::layout_file::{LayoutFile, TEMPLATE, schema};
 use crate::output::{self, Output};
 
 /// Arguments of `massline layout`.
@@ -72,7 +72,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             let file = LayoutFile::read(layout)?;
             output.answer(&show_json(&file), |_| show_text(&file))
         }
-        Command::Schema => output.verbatim(SCHEMA.trim_end()),
+        Command::Schema => output.verbatim(format!("{:#}", schema().to_value())),
     }
 }
 

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use massline_protocol::LayoutHash;
-use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Status};
 use massline_shared::diagnosis::Diagnostic;
@@ -117,7 +116,7 @@ pub fn fits(layout: &RigLayout, identity: &Identity) -> Result<()> {
 /// Another layout is only taken by a rig that is not in the middle of a campaign.
 pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) -> Result<()> {
     let status = client.status()?;
-    let resting = matches!(Phase::from_raw(status.phase), Some(Phase::Idle | Phase::Done));
+    let resting = matches!(Phase::try_from(status.phase).ok(), Some(Phase::Idle | Phase::Done));
     if resting || (status.layout_hash == layout.hash() && !restart) {
         return Ok(());
     }
@@ -229,7 +228,7 @@ impl Observer for Person<'_> {
     fn steer(&mut self, _: &mut Client, status: &Status) -> Result<Option<Steer>> {
         let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
         keyboard
-            .poll(Phase::from_raw(status.phase))
+            .poll(Phase::try_from(status.phase).ok())
             .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))
     }
 

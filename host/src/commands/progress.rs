@@ -1,7 +1,6 @@
 //! What the person sees while a campaign runs: a bar on a terminal, a line for each hit.
 
 use indicatif::ProgressBar;
-use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Status};
 use massline_shared::layout::RigLayout;
@@ -59,7 +58,7 @@ impl<'o> Progress<'o> {
         self.bar.set_position(accepted);
         let dof = usize::from(status.dof);
         let here = status.accepted.get(dof).copied().unwrap_or(0);
-        let phase = Phase::from_raw(status.phase);
+        let phase = Phase::try_from(status.phase).ok();
         let place = format!("{} {here}/{}", self.dof(dof), self.hits_per_dof);
         self.bar.set_message(format!("{place} {}", phase_name(status.phase)));
         let prompt = (status.armings, status.phase);

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Status};
 use massline_shared::measurement::campaign::Phase;
 
@@ -93,7 +92,7 @@ impl Player {
         status: &Status,
         shown: &mut Progress,
     ) -> Result<Option<Steer>> {
-        if Phase::from_raw(status.phase) != Some(Phase::Armed) {
+        if Phase::try_from(status.phase).ok() != Some(Phase::Armed) {
             self.silent_since = None;
             return Ok(None);
         }
@@ -102,7 +101,7 @@ impl Player {
             // The status in hand may be older than what the tape says.
             let status = client.status()?;
             client.forget_statuses();
-            let armed = Phase::from_raw(status.phase) == Some(Phase::Armed);
+            let armed = Phase::try_from(status.phase).ok() == Some(Phase::Armed);
             if armed && usize::from(status.dof) == dof {
                 return end(&status, dof, shown).map(Some);
             }

@@ -1,9 +1,5 @@
 //! Sensors and hits chosen among the nodes of a layout file.
 
-use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::mpsc;
-
 use massline_shared::design::{Choice, Counts, Criterion, Found, Search, SearchError};
 use massline_shared::identify::maximum_likelihood::workspace;
 use massline_shared::identify::{Applicability, Method, Methods};
@@ -15,6 +11,7 @@ use super::{Candidates, Predicted, criterion_for};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::layout_file::LayoutFile;
+use crate::parallel::pieces;
 
 /// How many of something are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +70,7 @@ pub fn suggest(
     file: &LayoutFile,
     options: &Options,
     interrupt: &Interrupt,
-    progress: impl FnMut(u64),
+    progress: impl FnMut(u64) + Send,
 ) -> Result<Suggestion> {
     let mut candidates = Candidates::of(file);
     let wanted = Counts {
@@ -170,7 +167,7 @@ impl Job<'_> {
         &self,
         search: &Search,
         interrupt: &Interrupt,
-        mut progress: impl FnMut(u64),
+        progress: impl FnMut(u64) + Send,
     ) -> Result<Option<HostLayout>> {
         let empty: Layout<f64, S, H> = self.empty.cast().ok_or_else(nothing)?;
         let first = self.present::<S, H>(search);
@@ -180,47 +177,18 @@ impl Job<'_> {
             None => search.start(index),
             Some(_) => first.clone().ok_or(SearchError::NothingFound),
         };
-        let _guard = interrupt.guard();
-        let next = AtomicU32::new(0);
-        let (done, results) = mpsc::channel();
-        let threads = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
-        let mut found = std::thread::scope(|scope| {
-            for _ in 0..threads {
-                let (done, next, empty) = (done.clone(), &next, &empty);
-                let start = &start;
-                scope.spawn(move || {
-                    let mut memory = vec![0.0; workspace(S)];
-                    while !interrupt.pressed() {
-                        let index = next.fetch_add(1, Ordering::Relaxed);
-                        if index >= starts {
-                            break;
-                        }
-                        let cost = |choice: &Choice<S, H>| {
-                            let layout = self.layout(empty, choice);
-                            self.criterion.cost(&layout, &mut memory)
-                        };
-                        let found = start(index).map(|start| search.improve(start, cost));
-                        // The receiver lives as long as the threads do.
-                        let _ = done.send((index, found));
-                    }
-                });
-            }
-            drop(done);
-            let mut found = Vec::new();
-            for result in results {
-                found.push(result);
-                progress(found.len() as u64);
-            }
-            found
+        let memory = || vec![0.0; workspace(S)];
+        let found = pieces(starts.into(), interrupt, progress, memory, |memory, index| {
+            let cost =
+                |choice: &Choice<S, H>| self.criterion.cost(&self.layout(&empty, choice), memory);
+            start(index as u32).map(|start| search.improve(start, cost))
         });
         if found.len() < starts as usize {
             let text = format!("interrupted after {} of {starts} starts", found.len());
             return Err(Error::interrupted(text));
         }
-        // In the order of the starts, whichever thread was first.
-        found.sort_by_key(|&(index, _)| index);
         let mut best: Option<Found<f64, S, H>> = None;
-        for (_, found) in found {
+        for found in found {
             let found = found.map_err(|e| Error::input("too_few_candidates", e.to_string()))?;
             if let Some(found) = found
                 && best.as_ref().is_none_or(|best| found.cost < best.cost)

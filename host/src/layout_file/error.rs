@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::Range;
 
 use massline_shared::diagnosis::Code;
+use massline_virtual::renamed_keys::RenamedKey;
 use thiserror::Error;
 
 /// A place in a text file.
@@ -32,6 +33,15 @@ impl Place {
         let line = before.matches('\n').count() + 1;
         let key = if key.is_empty() { key_of_line(text, line) } else { key.to_owned() };
         Self { file: file.to_owned(), line, key }
+    }
+
+    /// Where a TOML text is wrong, and what is wrong there. A key that the text has under its old name comes
+    /// first.
+    pub(crate) fn of_toml_error(file: &str, text: &str, error: &toml::de::Error) -> (Self, String) {
+        match RenamedKey::first_in(text) {
+            Some(key) => (Self::of(file, text, Some(key.span.clone()), ""), key.message()),
+            None => (Self::of(file, text, error.span(), ""), error.message().to_owned()),
+        }
     }
 }
 

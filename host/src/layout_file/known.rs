@@ -11,9 +11,10 @@ use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
 
 use super::error::{Fault, LayoutFileError};
-use super::raw::{RawAttached, RawKnown, RawLayout, RawMass, RawPrior};
+use super::raw::{RawAttached, RawLayout, RawPrior};
 use super::source::Source;
 use super::tensor::tensor_fault;
+use super::values::{RawKnown, RawMass};
 
 /// Standard deviation of an attached mass that is given as a number alone, relative.
 const ATTACHED_SIGMA: f64 = 0.05;

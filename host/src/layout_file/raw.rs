@@ -1,285 +1,274 @@
-//! The layout file as it is written: serde's view, nothing checked beyond types.
+//! The layout file as it is written: serde's view, nothing checked beyond types. The comments are the
+//! descriptions of the JSON schema, which is made of these types.
 
-use std::fmt;
-
-use massline_shared::layout::FrfEstimator;
+use massline_shared::layout::{FrfEstimator, HOST_HITS, HOST_SENSORS};
 use massline_shared::mass_line::Terms;
+use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use toml::Spanned;
 
-/// The whole file.
-#[derive(Debug, Deserialize)]
+use super::entry::{RawHit, RawSensor};
+use super::values::{NodeNumber, RawAxes, RawBand, RawKnown, TITLE_BYTES};
+
+/// Where the sensors sit and where the hammer lands. SI units; positions and directions in the body frame.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "massline layout")]
 pub(super) struct RawLayout {
+    /// Free text, at most 48 bytes.
     #[serde(default)]
+    #[schemars(with = "String", length(max = TITLE_BYTES))]
     pub(super) title: Option<Spanned<String>>,
+    /// Gravity in the body frame as the object hangs, m/s².
     #[serde(default)]
+    #[schemars(with = "[f64; 3]")]
     pub(super) gravity: Option<Spanned<[f64; 3]>>,
+    /// Triaxial accelerometers in the order of the rig's inputs.
+    #[serde(default)]
+    #[schemars(with = "Vec<RawSensor>", length(max = HOST_SENSORS))]
     pub(super) sensors: Option<Vec<Spanned<RawSensor>>>,
+    /// Degrees of freedom that the hammer excites, in the order of the campaign.
+    #[serde(default)]
+    #[schemars(with = "Vec<RawHit>", length(max = HOST_HITS))]
     pub(super) hits: Option<Vec<Spanned<RawHit>>>,
+    /// The points of the object.
     #[serde(default)]
     pub(super) node: Vec<RawNode>,
+    /// How the test is run.
     #[serde(default)]
+    #[schemars(with = "RawTest")]
     pub(super) test: Option<RawTest>,
+    /// What is done with a hit that has a fault.
     #[serde(default)]
     pub(super) policy: RawPolicy,
+    /// One standard deviation of whatever is not exact.
     #[serde(default)]
+    #[schemars(with = "RawUncertainty")]
     pub(super) uncertainty: Option<RawUncertainty>,
+    /// What is known before the test.
     #[serde(default)]
+    #[schemars(with = "RawPrior")]
     pub(super) prior: Option<RawPrior>,
+    /// Bodies that hang on the object but do not belong to it; they are subtracted from the result.
     #[serde(default)]
     pub(super) attached: Vec<RawAttached>,
+    /// Expected values to compare with.
     #[serde(default)]
+    #[schemars(with = "RawReference")]
     pub(super) reference: Option<RawReference>,
 }
 
-/// Local x and y.
-pub(super) type RawAxes = [[f64; 3]; 2];
-
-/// A `[[node]]`.
-#[derive(Debug, Deserialize)]
+/// A numbered point of the object.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(
     deny_unknown_fields,
     expecting = "a table [[node]] such as { id = 1, position_m = [0, 0, 0] }"
 )]
+#[schemars(rename = "node")]
 pub(super) struct RawNode {
+    /// Its number; a UFF file uses the same.
+    #[schemars(with = "NodeNumber")]
     pub(super) id: Spanned<i64>,
+    /// Position in the body frame, m.
+    #[schemars(with = "[f64; 3]")]
     pub(super) position_m: Spanned<[f64; 3]>,
+    /// Local x and y, unit vectors of the body frame; z = x × y. Default: the body frame.
     #[serde(default)]
+    #[schemars(with = "RawAxes")]
     pub(super) axes: Option<Spanned<RawAxes>>,
+    /// False where no sensor can be glued: `massline layout suggest` puts none there.
     #[serde(default)]
+    #[schemars(with = "bool", extend("default" = true))]
     pub(super) can_carry_sensor: Option<bool>,
+    /// The directions along the local axes in which a hammer can push here: `massline layout suggest` takes
+    /// no others. Default: all six.
     #[serde(default)]
+    #[schemars(with = "Vec<String>", inner(regex(pattern = r"^\s*[+-][XYZxyz]\s*$")))]
     pub(super) can_hit: Option<Vec<Spanned<String>>>,
 }
 
-/// An entry of `sensors` when it is a table.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table such as { node = 1 }")]
-pub(super) struct RawSensorTable {
-    pub(super) node: i64,
-    #[serde(default)]
-    pub(super) axes: Option<RawAxes>,
-    #[serde(default)]
-    pub(super) senses_gravity: Option<bool>,
-    #[serde(default)]
-    pub(super) calibration: Option<String>,
-    #[serde(default)]
-    pub(super) attached_mass_kg: Option<RawMass>,
-    #[serde(default)]
-    pub(super) uncertainty: Option<RawSensorUncertainty>,
-}
-
-/// `uncertainty` of one sensor.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table such as { gain = 0.01 }")]
-pub(super) struct RawSensorUncertainty {
-    pub(super) sensor_position_m: Option<f64>,
-    pub(super) sensor_rotation_rad: Option<f64>,
-    pub(super) gain: Option<f64>,
-    pub(super) cross_axis: Option<f64>,
-}
-
-/// An entry of `hits` when it is a table.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table such as { dof = \"1:+Y\" }")]
-pub(super) struct RawHitTable {
-    pub(super) dof: String,
-    #[serde(default)]
-    pub(super) axes: Option<RawAxes>,
-    #[serde(default)]
-    pub(super) uncertainty: Option<RawHitUncertainty>,
-}
-
-/// `uncertainty` of one hit.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table such as { hit_position_m = 0.002 }")]
-pub(super) struct RawHitUncertainty {
-    pub(super) hit_position_m: Option<f64>,
-    pub(super) hit_direction_rad: Option<f64>,
-    pub(super) node_position_m: Option<f64>,
-    pub(super) node_direction_rad: Option<f64>,
-}
-
-/// `band_hz`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(untagged, expecting = "expected [lowest, highest] in Hz, or \"auto\"")]
-pub(super) enum RawBand {
-    /// From the data.
-    Named(RawBandName),
-    /// Lower and upper end, Hz.
-    Ends([f64; 2]),
-}
-
-/// A band that is no pair of numbers.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum RawBandName {
-    /// From the data.
-    Auto,
-}
-
-/// `[test]`.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [test]")]
+/// How the test is run.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, expecting = "a table [test]")]
+#[schemars(rename = "test")]
 pub(super) struct RawTest {
+    /// Accepted hits wanted at each DOF.
+    #[schemars(with = "u8", range(min = 1))]
     pub(super) hits_per_dof: Option<Spanned<i64>>,
+    /// Band of the mass line fit.
+    #[schemars(with = "RawBand")]
     pub(super) band_hz: Option<Spanned<RawBand>>,
+    /// Decay rate of the exponential window, 1/s; zero is no window.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) exponential_decay_per_s: Option<Spanned<f64>>,
+    /// Half width of the force window about the peak, s.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) force_window_s: Option<Spanned<f64>>,
+    /// Force that starts a record, N.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) trigger_n: Option<Spanned<f64>>,
+    /// A hit with a smaller peak force is too weak, N.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) min_peak_force_n: Option<Spanned<f64>>,
+    /// How averaged spectra become frequency responses.
+    #[schemars(with = "String", extend("enum" = ["h1", "h2", "hv"]))]
     pub(super) frf_estimator: Option<FrfEstimator>,
+    /// Terms of the mass line fit: A, B/s², C s².
+    #[schemars(with = "String", extend("enum" = ["a", "ab", "abc"]))]
     pub(super) terms: Option<Terms>,
 }
 
-/// `[policy]`: what is done with a hit that has a fault.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [policy]")]
+/// What is done with a hit that has a fault.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, expecting = "a table [policy]")]
+#[schemars(rename = "policy")]
 pub(super) struct RawPolicy {
+    /// A channel reached the end of its range.
+    #[schemars(with = "RawVerdict")]
     pub(super) overload: Option<RawVerdict>,
+    /// The peak force is below `test.min_peak_force_n`.
+    #[schemars(with = "RawVerdict")]
     pub(super) too_weak: Option<RawVerdict>,
+    /// A channel came near the end of its range.
+    #[schemars(with = "RawVerdict")]
     pub(super) too_hard: Option<RawVerdict>,
+    /// The hammer touched twice.
+    #[schemars(with = "RawVerdict")]
     pub(super) double_hit: Option<RawVerdict>,
+    /// The force hardly excites the top of the band.
+    #[schemars(with = "RawVerdict")]
     pub(super) force_spectrum_low: Option<RawVerdict>,
+    /// Something moved before the hit.
+    #[schemars(with = "RawVerdict")]
     pub(super) pre_trigger_not_quiet: Option<RawVerdict>,
+    /// The record ends before force or response are over.
+    #[schemars(with = "RawVerdict")]
     pub(super) clipped_record: Option<RawVerdict>,
+    /// Too few scans before the hit.
+    #[schemars(with = "RawVerdict")]
     pub(super) trigger_too_early: Option<RawVerdict>,
+    /// The same record as the hit before.
+    #[schemars(with = "RawVerdict")]
     pub(super) duplicate_hit: Option<RawVerdict>,
+    /// The hit differs from the others at its DOF.
+    #[schemars(with = "RawVerdict")]
     pub(super) hit_inconsistent: Option<RawVerdict>,
+    /// A sensor does not move with the others as a rigid body.
+    #[schemars(with = "RawVerdict")]
     pub(super) motion_not_rigid: Option<RawVerdict>,
 }
 
-/// A verdict by its name.
-#[derive(Clone, Copy, Debug, Deserialize)]
+/// Keep the hit, keep it and warn, or reject it: it is hit again.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
+#[schemars(rename = "verdict")]
 pub(super) enum RawVerdict {
     Keep,
     Warn,
     Reject,
 }
 
-/// `[uncertainty]`.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [uncertainty]")]
+/// One standard deviation of whatever is not exact.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, expecting = "a table [uncertainty]")]
+#[schemars(rename = "uncertainty")]
 pub(super) struct RawUncertainty {
+    /// Scatter of the hit point from hit to hit, m.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) hit_position_m: Option<Spanned<f64>>,
+    /// Scatter of the hit direction from hit to hit, rad.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) hit_direction_rad: Option<Spanned<f64>>,
+    /// Position of each sensor along each axis, m.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) sensor_position_m: Option<Spanned<f64>>,
+    /// Rotation of each sensor about each axis, rad.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) sensor_rotation_rad: Option<Spanned<f64>>,
+    /// Gain of each sensor axis, relative.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) gain: Option<Spanned<f64>>,
+    /// Cross-axis sensitivity of each sensor, relative.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) cross_axis: Option<Spanned<f64>>,
+    /// Gain of the hammer, relative.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) hammer_gain: Option<Spanned<f64>>,
+    /// Error of the marks, m.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) node_position_m: Option<Spanned<f64>>,
+    /// Error of the local axes at the marks, rad.
+    #[schemars(with = "f64", range(min = 0))]
     pub(super) node_direction_rad: Option<Spanned<f64>>,
 }
 
-/// `[prior]`.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [prior]")]
+/// What is known before the test.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, expecting = "a table [prior]")]
+#[schemars(rename = "prior")]
 #[allow(non_snake_case, reason = "the names of the properties")]
 pub(super) struct RawPrior {
+    /// Mass, kg.
+    #[schemars(with = "RawKnown")]
     pub(super) mass_kg: Option<Spanned<RawKnown>>,
+    /// Centre of mass, x, m.
+    #[schemars(with = "RawKnown")]
     pub(super) cx_m: Option<Spanned<RawKnown>>,
+    /// Centre of mass, y, m.
+    #[schemars(with = "RawKnown")]
     pub(super) cy_m: Option<Spanned<RawKnown>>,
+    /// Centre of mass, z, m.
+    #[schemars(with = "RawKnown")]
     pub(super) cz_m: Option<Spanned<RawKnown>>,
+    /// Inertia about the centre of mass, xx, kg m².
+    #[schemars(with = "RawKnown")]
     pub(super) Jxx_kg_m2: Option<Spanned<RawKnown>>,
+    /// Inertia about the centre of mass, yy, kg m².
+    #[schemars(with = "RawKnown")]
     pub(super) Jyy_kg_m2: Option<Spanned<RawKnown>>,
+    /// Inertia about the centre of mass, zz, kg m².
+    #[schemars(with = "RawKnown")]
     pub(super) Jzz_kg_m2: Option<Spanned<RawKnown>>,
+    /// Inertia about the centre of mass, xy, kg m².
+    #[schemars(with = "RawKnown")]
     pub(super) Jxy_kg_m2: Option<Spanned<RawKnown>>,
+    /// Inertia about the centre of mass, xz, kg m².
+    #[schemars(with = "RawKnown")]
     pub(super) Jxz_kg_m2: Option<Spanned<RawKnown>>,
+    /// Inertia about the centre of mass, yz, kg m².
+    #[schemars(with = "RawKnown")]
     pub(super) Jyz_kg_m2: Option<Spanned<RawKnown>>,
 }
 
-/// A mass: a number in kg, or with its standard deviation.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(untagged, expecting = "a mass in kg, or { value = 0.004, sigma = 0.0002 }")]
-pub(super) enum RawMass {
-    Number(f64),
-    Known(RawKnown),
-}
-
-/// An `[[attached]]`: a body that hangs on the object but does not belong to it.
-#[derive(Debug, Deserialize)]
+/// A body that hangs on the object but does not belong to it.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table [[attached]]")]
+#[schemars(rename = "attached")]
 pub(super) struct RawAttached {
+    /// Mass, kg.
+    #[schemars(with = "RawKnown")]
     pub(super) mass_kg: Spanned<RawKnown>,
+    /// Centre of mass in the body frame, m.
+    #[schemars(with = "[f64; 3]")]
     pub(super) center_of_mass_m: Spanned<[f64; 3]>,
+    /// Inertia tensor about its own centre of mass, kg m², J_xy = −∫xy dm. Without it the body is a point.
     #[serde(default)]
+    #[schemars(with = "[[f64; 3]; 3]")]
     pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
 }
 
-/// A known value and its standard deviation.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    expecting = "a value with its standard deviation, such as { value = 1.23, sigma = 0.001 }"
-)]
-pub(super) struct RawKnown {
-    pub(super) value: f64,
-    pub(super) sigma: f64,
-}
-
-/// `[reference]`.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [reference]")]
+/// Expected values to compare with, for example from CAD.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, expecting = "a table [reference]")]
+#[schemars(rename = "reference")]
 pub(super) struct RawReference {
+    /// Mass, kg.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) mass_kg: Option<Spanned<f64>>,
+    /// Centre of mass in the body frame, m.
+    #[schemars(with = "[f64; 3]")]
     pub(super) center_of_mass_m: Option<Spanned<[f64; 3]>>,
+    /// Inertia tensor about the centre of mass, kg m², J_xy = −∫xy dm.
+    #[schemars(with = "[[f64; 3]; 3]")]
     pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
-}
-
-/// An entry of `sensors`: a node number or a table.
-#[derive(Debug)]
-pub(super) struct RawSensor(pub(super) RawSensorTable);
-
-/// An entry of `hits`: a DOF or a table.
-#[derive(Debug)]
-pub(super) struct RawHit(pub(super) RawHitTable);
-
-impl<'de> Deserialize<'de> for RawSensor {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Entry;
-        impl<'de> Visitor<'de> for Entry {
-            type Value = RawSensor;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a node number such as 1, or a table such as { node = 1 }")
-            }
-            fn visit_i64<E: Error>(self, node: i64) -> Result<RawSensor, E> {
-                Ok(RawSensor(RawSensorTable {
-                    node,
-                    axes: None,
-                    senses_gravity: None,
-                    calibration: None,
-                    attached_mass_kg: None,
-                    uncertainty: None,
-                }))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawSensor, A::Error> {
-                RawSensorTable::deserialize(MapAccessDeserializer::new(map)).map(RawSensor)
-            }
-        }
-        deserializer.deserialize_any(Entry)
-    }
-}
-
-impl<'de> Deserialize<'de> for RawHit {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Entry;
-        impl<'de> Visitor<'de> for Entry {
-            type Value = RawHit;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a DOF such as \"1:+Y\", or a table such as { dof = \"1:+Y\" }")
-            }
-            fn visit_str<E: Error>(self, dof: &str) -> Result<RawHit, E> {
-                Ok(RawHit(RawHitTable { dof: dof.into(), axes: None, uncertainty: None }))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawHit, A::Error> {
-                RawHitTable::deserialize(MapAccessDeserializer::new(map)).map(RawHit)
-            }
-        }
-        deserializer.deserialize_any(Entry)
-    }
 }

@@ -9,20 +9,18 @@ use massline_shared::layout::{
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
 
+use super::entry::{RawHit, RawSensor};
 use super::error::{Fault, LayoutFileError, Place};
 use super::known::{Uncertainty, attached, priors, sensor_mass};
 use super::policy::policy;
-use super::raw::{
-    RawAxes, RawBand, RawBandName, RawHit, RawLayout, RawNode, RawReference, RawSensor, RawTest,
-};
+use super::raw::{RawLayout, RawNode, RawReference, RawTest};
 use super::source::Source;
 use super::tensor::tensor_fault;
+use super::values::{RawAxes, RawBand, RawBandName, TITLE_BYTES};
 use super::{LayoutFile, Node, Reference, SensorDetails, StatedGains};
 
 /// How far an axis may be from unit length or orthogonality: what four typed digits cause.
 const AXIS_TOLERANCE: f64 = 1e-3;
-/// Bytes of a title.
-const TITLE_BYTES: usize = 48;
 /// The body frame.
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 

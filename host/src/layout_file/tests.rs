@@ -100,38 +100,6 @@ fn the_template_s_comments_are_valid_too() {
 }
 
 #[test]
-fn the_schema_knows_the_keys_that_the_reader_knows() {
-    let schema: serde_json::Value = serde_json::from_str(SCHEMA).unwrap();
-    let tables = [
-        ("", "/properties"),
-        ("[[node]]\n", "/properties/node/items/properties"),
-        ("[test]\n", "/properties/test/properties"),
-        ("[policy]\n", "/properties/policy/properties"),
-        ("[uncertainty]\n", "/properties/uncertainty/properties"),
-        ("[prior]\n", "/properties/prior/properties"),
-        ("[prior.mass_kg]\n", "/$defs/known/properties"),
-        ("[[attached]]\n", "/properties/attached/items/properties"),
-        ("[reference]\n", "/properties/reference/properties"),
-        ("[[sensors]]\n", "/$defs/sensor/properties"),
-        ("[[sensors]]\nuncertainty.", "/$defs/sensor/properties/uncertainty/properties"),
-        ("[[hits]]\n", "/$defs/hit/properties"),
-        ("[[hits]]\nuncertainty.", "/$defs/hit/properties/uncertainty/properties"),
-    ];
-    for (table, pointer) in tables {
-        // The reader lists the keys that it expects when it meets an unknown one.
-        let message = parse(&format!("{table}unknown_key = 1")).unwrap_err().to_string();
-        assert!(message.contains("unknown field"), "{message}");
-        let list = message.split_once("expected").unwrap().1.split(';').next().unwrap();
-        let mut read: Vec<&str> = list.split('`').skip(1).step_by(2).collect();
-        let properties = schema.pointer(pointer).unwrap().as_object().unwrap();
-        let mut known: Vec<&str> = properties.keys().map(String::as_str).collect();
-        read.sort_unstable();
-        known.sort_unstable();
-        assert_eq!(read, known, "{table}");
-    }
-}
-
-#[test]
 fn the_policy_of_the_template_is_the_default_one() {
     use massline_shared::layout::HitPolicy;
     let policy = parse(TEMPLATE).unwrap().layout.test.policy;

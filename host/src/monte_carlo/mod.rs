@@ -22,8 +22,6 @@ pub mod report;
 pub mod statistics;
 
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc;
 
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
@@ -32,8 +30,11 @@ use massline_shared::layout::{HitUncertainty, RIG_SENSORS, SensorUncertainty};
 use massline_shared::responses::Responses;
 use massline_shared::signal::Calibration;
 use massline_virtual::bench::{Bench, BenchError, BenchSource};
+use rayon::ThreadPoolBuilder;
 
+use crate::Error;
 use crate::interrupt::Interrupt;
+use crate::parallel::pieces;
 use measurement::{SimulatedTest, TestLayout, Unmeasured, measure};
 use statistics::MethodStatistics;
 
@@ -83,49 +84,23 @@ impl MonteCarlo<'_> {
     /// Runs until all are done or the user presses Ctrl-C; `progress` hears of every run that is done.
     ///
     /// # Errors
-    /// When the layout cannot be measured on the bench.
+    /// When the layout cannot be measured on the bench, or the system does not give so many threads.
     pub fn run(
         &self,
         interrupt: &Interrupt,
-        mut progress: impl FnMut(u64),
-    ) -> Result<Study, BenchError> {
+        progress: impl FnMut(u64) + Send,
+    ) -> crate::Result<Study> {
         // What is wrong with one seed is wrong with all.
         self.source(0)?;
-        let _guard = interrupt.guard();
-        let next = AtomicU64::new(0);
-        let (done, results) = mpsc::channel();
-        let mut runs = std::thread::scope(|scope| {
-            for _ in 0..self.threads() {
-                let (done, next) = (done.clone(), &next);
-                scope.spawn(move || {
-                    while !interrupt.pressed() {
-                        let number = next.fetch_add(1, Ordering::Relaxed);
-                        if number >= self.runs {
-                            break;
-                        }
-                        let Ok(run) = self.one(number) else { break };
-                        // The receiver lives as long as the threads do.
-                        let _ = done.send((number, run));
-                    }
-                });
-            }
-            drop(done);
-            let mut runs = Vec::new();
-            for result in results {
-                runs.push(result);
-                progress(runs.len() as u64);
-            }
-            runs
+        // Zero threads are as many as there are cores.
+        let threads = self.threads.map_or(0, NonZeroUsize::get);
+        let threads = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| {
+            Error::internal("no_threads", format!("{e}; give fewer with --threads"))
+        })?;
+        let runs = threads.install(|| {
+            pieces(self.runs, interrupt, progress, || (), |(), number| self.one(number))
         });
-        // Sums in the order of the runs, whichever thread was first.
-        runs.sort_by_key(|&(number, _)| number);
-        let runs: Vec<Run> = runs.into_iter().map(|(_, run)| run).collect();
-        Ok(self.study(&runs))
-    }
-
-    fn threads(&self) -> usize {
-        let all = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
-        self.threads.map_or_else(all, NonZeroUsize::get)
+        Ok(self.study(&runs.into_iter().collect::<Result<Vec<Run>, _>>()?))
     }
 
     fn source(&self, number: u64) -> Result<BenchSource, BenchError> {

@@ -1,48 +1,20 @@
 //! Long lines of text broken between words.
 
-/// Columns by which a line that goes on is indented.
-const INDENT: usize = 4;
+use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
+
+/// What stands before a line that goes on.
+const INDENT: &str = "    ";
 
 /// The text with every line of more than `width` columns broken at spaces; what goes on is indented.
 /// Lines that fit, tables among them, stay as they are, and so does a word that is too long by itself.
 pub(super) fn wrapped(text: &str, width: usize) -> String {
-    let lines: Vec<String> = text.split('\n').map(|line| broken(line, width)).collect();
-    lines.join("\n")
-}
-
-fn broken(line: &str, width: usize) -> String {
-    if columns(line) <= width {
-        return line.to_owned();
-    }
-    let mut text = String::new();
-    let mut used = 0;
-    for word in line.split(' ') {
-        let size = columns(word);
-        if used > INDENT && used + 1 + size > width {
-            text.truncate(text.trim_end_matches(' ').len());
-            text.push('\n');
-            text += &" ".repeat(INDENT);
-            used = INDENT;
-        } else if !text.is_empty() {
-            text.push(' ');
-            used += 1;
-        }
-        text += word;
-        used += size;
-    }
-    text
-}
-
-/// Columns of a text on a terminal, escape sequences for colours left out.
-fn columns(text: &str) -> usize {
-    let mut escaped = false;
-    let visible = text.chars().filter(|&c| {
-        let begins = c == '\x1b';
-        let shown = !(escaped || begins);
-        escaped = begins || (escaped && c != 'm');
-        shown
-    });
-    visible.count()
+    let options = Options::new(width)
+        .subsequent_indent(INDENT)
+        .break_words(false)
+        .word_separator(WordSeparator::AsciiSpace)
+        .word_splitter(WordSplitter::NoHyphenation)
+        .wrap_algorithm(WrapAlgorithm::FirstFit);
+    textwrap::fill(text, options)
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ use massline_shared::identify::maximum_likelihood::{self, Start, workspace};
 use massline_shared::identify::single_fault::{DECISIVE, Explained, SingleFault};
 use massline_shared::identify::{Consistency, DofMassLines};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
+use rayon::prelude::*;
 
 use crate::identification::lines_of;
 use crate::layout_file::LayoutFile;
@@ -201,22 +202,8 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         faults: &[SingleFault<f64>],
         act: impl Fn(&SingleFault<f64>, &mut [f64]) -> Option<T> + Sync,
     ) -> Vec<T> {
-        let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
-        let share = faults.len().div_ceil(threads).max(1);
-        std::thread::scope(|scope| {
-            let parts: Vec<_> = faults
-                .chunks(share)
-                .map(|part| {
-                    let act = &act;
-                    scope.spawn(move || {
-                        let mut room = self.room();
-                        part.iter().filter_map(|fault| act(fault, &mut room)).collect::<Vec<T>>()
-                    })
-                })
-                .collect();
-            // A thread that panicked has told why; what the others found is kept.
-            parts.into_iter().filter_map(|part| part.join().ok()).flatten().collect()
-        })
+        let made = faults.par_iter().map_init(|| self.room(), |room, fault| act(fault, room));
+        made.flatten_iter().collect()
     }
 }
 

@@ -5,16 +5,17 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use massline_shared::signal::{CHANNELS, Scan};
+use npyz::{DType, NpyFile, NpyHeader, NpyReader, Order, WriteOptions, WriterBuilder};
 use thiserror::Error;
 
 use super::{Sidecar, sidecar_path};
-use crate::npy::{Header, HeaderError, MAGIC};
+use crate::npy::{HeaderError, open, shape_text};
 use crate::{Error, Result};
 
-/// Bytes before the data in a file that this program writes.
-const HEADER: usize = 128;
+/// The type of a tape's numbers.
+const TYPE: &str = "<u2";
 /// Bytes of a scan.
-const SCAN: usize = 2 * CHANNELS;
+const SCAN: u64 = 2 * CHANNELS as u64;
 
 /// Why bytes are no tape.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -35,6 +36,8 @@ pub(super) enum NpyError {
          it again"
     )]
     Truncated { wanted: u64, found: u64 },
+    #[error("the scans cannot be read: {0}; copy the tape again")]
+    Data(String),
 }
 
 impl From<NpyError> for Error {
@@ -43,7 +46,7 @@ impl From<NpyError> for Error {
             NpyError::Type(_) => "tape_wrong_type",
             NpyError::Shape(_) | NpyError::Order => "tape_wrong_shape",
             NpyError::Truncated { .. } => "tape_truncated",
-            _ => "tape_malformed",
+            NpyError::Header(_) | NpyError::Data(_) => "tape_malformed",
         };
         Self::input(code, error.to_string())
     }
@@ -51,52 +54,55 @@ impl From<NpyError> for Error {
 
 /// Reads the scans of an array file.
 pub(super) fn scans(bytes: &[u8]) -> Result<Vec<Scan>, NpyError> {
-    let (header, data) = Header::read(bytes)?;
-    let wanted = scans_in(&header)?;
-    let data = wanted
-        .checked_mul(SCAN as u64)
-        .and_then(|length| usize::try_from(length).ok())
-        .and_then(|length| data.get(..length))
-        .ok_or(NpyError::Truncated {
-            wanted: wanted.saturating_mul(SCAN as u64),
-            found: data.len() as u64,
-        })?;
-    let scan = |bytes: &[u8]| {
+    let (header, data) = open(bytes)?;
+    let scans = scans_in(&header)?;
+    let (wanted, found) = (scans.saturating_mul(SCAN), data.len() as u64);
+    if wanted > found {
+        return Err(NpyError::Truncated { wanted, found });
+    }
+    let unreadable = |e: &dyn std::fmt::Display| NpyError::Data(e.to_string());
+    let codes = NpyFile::with_header(header, data).data().map_err(|e| unreadable(&e))?;
+    scans_of(codes).map_err(|e| unreadable(&e))
+}
+
+/// Ten codes at a time, which is what the shape says.
+fn scans_of(mut codes: NpyReader<u16, &[u8]>) -> io::Result<Vec<Scan>> {
+    let mut scans = Vec::with_capacity(codes.len() as usize / CHANNELS);
+    while codes.len() > 0 {
         let mut scan = [0; CHANNELS];
-        for (code, pair) in scan.iter_mut().zip(bytes.chunks_exact(2)) {
-            *code = u16::from_le_bytes([pair[0], pair[1]]);
+        for (to, code) in scan.iter_mut().zip(&mut codes) {
+            *to = code?;
         }
-        scan
-    };
-    Ok(data.chunks_exact(SCAN).map(scan).collect())
+        scans.push(scan);
+    }
+    Ok(scans)
 }
 
 /// The number of scans of an array.
-fn scans_in(header: &Header) -> Result<u64, NpyError> {
-    if header.descr != "<u2" {
-        return Err(NpyError::Type(header.descr.clone()));
+fn scans_in(header: &NpyHeader) -> Result<u64, NpyError> {
+    let descr = header.dtype().descr();
+    if descr.trim_matches('\'') != TYPE {
+        return Err(NpyError::Type(descr));
     }
-    let scans = match header.sizes().as_deref() {
-        Some(&[scans, channels]) if channels == CHANNELS as u64 && scans > 0 => scans,
-        _ => return Err(NpyError::Shape(header.shape.clone())),
+    let scans = match *header.shape() {
+        [scans, channels] if channels == CHANNELS as u64 && scans > 0 => scans,
+        _ => return Err(NpyError::Shape(shape_text(header.shape()))),
     };
-    if header.fortran_order { Err(NpyError::Order) } else { Ok(scans) }
+    if header.order() == Order::Fortran { Err(NpyError::Order) } else { Ok(scans) }
 }
 
-/// The header for a number of scans, [`HEADER`] bytes.
-fn header_bytes(scans: u64) -> Vec<u8> {
-    let dictionary =
-        format!("{{'descr': '<u2', 'fortran_order': False, 'shape': ({scans}, {CHANNELS}), }}");
-    let length = HEADER - MAGIC.len() - 4;
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend([1, 0]);
-    bytes.extend((length as u16).to_le_bytes());
-    bytes.extend(format!("{dictionary:width$}\n", width = length - 1).as_bytes());
-    bytes
+/// The header for a number of scans: 128 bytes for every number, so that it can be written again.
+fn header_bytes(scans: u64) -> io::Result<Vec<u8>> {
+    let dtype = DType::new_scalar(TYPE.parse().map_err(io::Error::other)?);
+    let header = WriteOptions::new_header_only().dtype(dtype).shape(&[scans, CHANNELS as u64]);
+    header.writer(Vec::new()).write_header_only()
 }
 
 /// Writes a tape while it is recorded. Scans are appended; [`TapeWriter::finish`] completes the
 /// header and writes the sidecar. Dropped before, the scans so far are kept in the same way.
+///
+/// The codes are written here: the writer of npyz, which would complete its header too, cannot go to the
+/// thread that records.
 #[derive(Debug)]
 pub struct TapeWriter {
     path: PathBuf,
@@ -151,7 +157,7 @@ impl TapeWriter {
             scans: 0,
             finished: false,
         };
-        writer.file.write_all(&header_bytes(0)).map_err(|e| not_writable(path, &e))?;
+        writer.write_header().map_err(|e| not_writable(path, &e))?;
         Ok(writer)
     }
 
@@ -193,9 +199,10 @@ impl TapeWriter {
         std::fs::write(&sidecar, self.sidecar.to_toml()).map_err(|e| not_writable(&sidecar, &e))
     }
 
+    /// Writes the header for the scans so far and stands behind it.
     fn write_header(&mut self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(0))?;
-        self.file.write_all(&header_bytes(self.scans))?;
+        self.file.write_all(&header_bytes(self.scans)?)?;
         self.file.flush()
     }
 }

@@ -11,8 +11,6 @@ use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subjec
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::Raw;
-
 /// A [`Diagnostic`] as it travels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WireDiagnostic {
@@ -40,10 +38,10 @@ impl From<&Diagnostic> for WireDiagnostic {
             Subject::Hit(index) => (2, index, 0),
             Subject::Channel(index) => (3, index, 0),
             Subject::Property(index) => (4, index, 0),
-            Subject::Setting(setting) => (5, setting.raw(), 0),
+            Subject::Setting(setting) => (5, setting.into(), 0),
             Subject::Response { hit, response } => (6, hit, response),
         };
-        let (code, severity) = (code.number(), severity.raw());
+        let (code, severity) = (code.number(), severity.into());
         Self { code, severity, subject, first: first.into(), second: second.into(), value }
     }
 }
@@ -53,7 +51,7 @@ impl From<WireDiagnostic> for Diagnostic {
         let WireDiagnostic { code, severity, subject, first, second, value } = wire;
         Self {
             code: Code::from_number(code),
-            severity: Severity::from_raw(severity).unwrap_or(Severity::Error),
+            severity: Severity::try_from(severity).unwrap_or(Severity::Error),
             subject: subject_of(subject, first, second).unwrap_or(Subject::Whole),
             value: if value.is_finite() { value } else { 0.0 },
         }
@@ -67,7 +65,7 @@ fn subject_of(kind: u8, first: u16, second: u16) -> Option<Subject> {
         2 => Subject::Hit(first),
         3 => Subject::Channel(first),
         4 => Subject::Property(first),
-        5 => Subject::Setting(Setting::from_raw(first)?),
+        5 => Subject::Setting(Setting::try_from(first).ok()?),
         6 => Subject::Response { hit: first, response: second },
         _ => return None,
     })
@@ -139,9 +137,9 @@ mod tests {
 
     #[test]
     fn settings_keep_their_numbers() {
-        let raw: Vec<u8> = Setting::ALL.iter().map(|setting| setting.raw()).collect();
+        let raw: Vec<u8> = Setting::ALL.iter().map(|&setting| setting.into()).collect();
         assert_eq!(raw, [0, 1, 2, 3, 4, 5, 6]);
-        assert!(Setting::ALL.iter().all(|&s| Setting::from_raw(s.raw()) == Some(s)));
+        assert!(Setting::ALL.iter().all(|&s| Setting::try_from(u8::from(s)) == Ok(s)));
     }
 
     #[test]

@@ -5,7 +5,8 @@
 //! ```
 //! The host asks, the rig answers with the same sequence number; the rig also sends [`event`]s on
 //! its own. Anything malformed is counted and dropped. A shipped message is never edited: new fields
-//! mean a new message. Growable enums travel as numbers ([`Raw`]).
+//! mean a new message. Growable enums travel as numbers, of which an older
+//! program passes on those that it does not know.
 //!
 //! The domain is in `massline-shared`, which knows nothing of this crate.
 
@@ -22,7 +23,6 @@ pub mod frame;
 mod layout;
 pub mod message;
 pub mod object;
-mod raw;
 
 pub use checksum::{crc32, crc32_of_chunks};
 pub use frame::{
@@ -30,7 +30,6 @@ pub use frame::{
 };
 pub use layout::{LayoutHash, MAX_LAYOUT};
 pub use message::{Endpoint, Refusal};
-pub use raw::Raw;
 
 /// A rig and a host understand each other when this is equal.
 pub const PROTOCOL_MAJOR: u8 = 1;

@@ -1,6 +1,7 @@
 //! Requests of the host and answers of the rig.
 
 use heapless::{String, Vec};
+use num_enum::{IntoPrimitive, TryFromPrimitive};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use massline_shared::Estimated;
@@ -222,7 +223,7 @@ pub struct LayoutAnswer {
 }
 
 /// What the host wants of the campaign, raw in [`CommandRequest::command`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
 #[repr(u8)]
 pub enum CampaignCommand {
     /// Start from the first DOF, forgetting a paused campaign.
@@ -243,25 +244,6 @@ pub enum CampaignCommand {
     Resume = 8,
     /// End the campaign without a result.
     Abort = 9,
-}
-
-impl CampaignCommand {
-    /// Read from the wire.
-    pub fn from_raw(raw: u8) -> Option<Self> {
-        [
-            Self::Start,
-            Self::Accept,
-            Self::Reject,
-            Self::Redo,
-            Self::Skip,
-            Self::Finish,
-            Self::Pause,
-            Self::Resume,
-            Self::Abort,
-        ]
-        .into_iter()
-        .find(|&command| command as u8 == raw)
-    }
 }
 
 impl CampaignCommand {
@@ -329,7 +311,7 @@ pub struct ResultPage {
 }
 
 /// Why a request was not executed, raw in [`Refusal::reason`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
 #[repr(u16)]
 pub enum Reason {
     /// The rig does not know this message.
@@ -354,27 +336,6 @@ pub enum Reason {
     Busy = 10,
     /// The converter does not answer.
     SamplerStopped = 11,
-}
-
-impl Reason {
-    /// Read from the wire.
-    pub fn from_raw(raw: u16) -> Option<Self> {
-        [
-            Self::UnknownMessage,
-            Self::Malformed,
-            Self::NotFound,
-            Self::WrongPhase,
-            Self::NoLayout,
-            Self::LayoutRefused,
-            Self::StoreFull,
-            Self::StoreFailed,
-            Self::OutOfRange,
-            Self::Busy,
-            Self::SamplerStopped,
-        ]
-        .into_iter()
-        .find(|&reason| reason as u16 == raw)
-    }
 }
 
 impl From<StartError> for Reason {
@@ -407,6 +368,6 @@ pub struct Refusal {
 
 impl From<Reason> for Refusal {
     fn from(reason: Reason) -> Self {
-        Self { reason: reason as u16 }
+        Self { reason: reason.into() }
     }
 }

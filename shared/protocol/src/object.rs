@@ -1,6 +1,7 @@
 //! Long things, read in chunks so that a cut download goes on where it stopped.
 
 use heapless::Vec;
+use num_enum::{IntoPrimitive, TryFromPrimitive};
 use serde::{Deserialize, Serialize};
 
 use massline_shared::body::RigidBody;
@@ -19,7 +20,7 @@ use nalgebra::SVector;
 pub const MAX_CHUNK: usize = 1024;
 
 /// Kinds of objects, raw in [`ObjectId::kind`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
 #[repr(u8)]
 pub enum ObjectKind {
     /// A stored [`MeasurementResult`], postcard; `number` is the result's.

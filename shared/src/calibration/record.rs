@@ -1,6 +1,7 @@
 //! A calibration with where it comes from: what a rig keeps.
 
 use heapless::String;
+use num_enum::{FromPrimitive, IntoPrimitive};
 
 use super::block::ForceRatio;
 use super::tumble::SensorSensitivity;
@@ -9,8 +10,8 @@ use crate::layout::{DEFAULT_HAMMER_GAIN, RIG_SENSORS};
 use crate::signal::{Calibration, HAMMER};
 use crate::units::Volts;
 
-/// How a calibration was made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// How a calibration was made. The numbers are never changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromPrimitive, IntoPrimitive)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
@@ -19,7 +20,6 @@ use crate::units::Volts;
 #[repr(u8)]
 pub enum CalibrationMethod {
     /// Nominal values of the data sheets.
-    #[default]
     DataSheet = 0,
     /// Sensors by a tumble test; hammer as before.
     Tumble = 1,
@@ -27,21 +27,18 @@ pub enum CalibrationMethod {
     Block = 2,
     /// Sensors by a tumble test, then the hammer against them by a block of known mass.
     TumbleAndBlock = 3,
-    /// By other means, from a file.
+    /// By other means, from a file, or by a method that this program does not know.
+    #[num_enum(default)]
     Other = 4,
 }
 
-/// Of a number that was kept or sent; one that this program does not know is [`CalibrationMethod::Other`].
-impl From<u8> for CalibrationMethod {
-    fn from(number: u8) -> Self {
-        Self::ALL.into_iter().find(|&method| method as u8 == number).unwrap_or(Self::Other)
-    }
-}
-
-/// The number that stands for it. Never changed.
-impl From<CalibrationMethod> for u8 {
-    fn from(method: CalibrationMethod) -> Self {
-        method as Self
+#[expect(
+    clippy::derivable_impls,
+    reason = "num_enum takes the derived default for unknown numbers"
+)]
+impl Default for CalibrationMethod {
+    fn default() -> Self {
+        Self::DataSheet
     }
 }
 

@@ -45,11 +45,11 @@ pub struct Found<R, const S: usize, const H: usize> {
 /// # use massline_shared::layout::{Hit, Layout};
 /// let mut layout = frame::layout();
 /// let present = layout.hits.clone();
-/// let cutoff = [0.208, 0.0, 0.0];
+/// let corner = [0.208, 0.0, 0.0];
 /// // Candidates: the three hits there are, and two more at node 3.
 /// let mut candidates: Vec<Hit<f64>> = present.iter().copied().collect();
 /// for (dof, direction) in [("3:+Z", [0.0, 0.0, 1.0]), ("3:+Y", [0.0, 1.0, 0.0])] {
-///     candidates.push(Hit::new(dof.parse().unwrap(), cutoff, direction));
+///     candidates.push(Hit::new(dof.parse().unwrap(), corner, direction));
 /// }
 /// let criterion = Criterion::new(frame::body(), 0.14, DEFAULT_NOISE);
 /// let mut memory = vec![0.0; workspace(layout.sensors.len())];

@@ -12,6 +12,8 @@ mod value;
 
 use core::fmt;
 
+use num_enum::{IntoPrimitive, TryFromPrimitive};
+
 use crate::Real;
 
 pub use setting::Setting;
@@ -19,15 +21,16 @@ pub use subject::{Subject, SubjectKind};
 pub use table::Code;
 pub use value::ValueUnit;
 
-/// What a diagnostic means for the answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// What a diagnostic means for the answer. The numbers are never changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, IntoPrimitive, TryFromPrimitive)]
+#[repr(u8)]
 pub enum Severity {
     /// Worth knowing; the answer stands.
-    Note,
+    Note = 0,
     /// The answer stands with a reservation.
-    Warning,
+    Warning = 1,
     /// There is no answer.
-    Error,
+    Error = 2,
 }
 
 impl Severity {

@@ -1,22 +1,25 @@
 //! The settings of a test, as subjects of diagnostics.
 
-/// Names a setting as the subject of a diagnostic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+use num_enum::{IntoPrimitive, TryFromPrimitive};
+
+/// Names a setting as the subject of a diagnostic. The numbers are never changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoPrimitive, TryFromPrimitive)]
+#[repr(u8)]
 pub enum Setting {
     /// Accepted hits wanted at each DOF, 1 to 50.
-    HitsPerDof,
+    HitsPerDof = 0,
     /// Lower end of the band, Hz: above zero and below the upper end.
-    BandLower,
+    BandLower = 1,
     /// Upper end of the band, Hz: at most the rate over 2.5 and the last line that is kept.
-    BandUpper,
+    BandUpper = 2,
     /// σ of the exponential window, 1/s: zero or more.
-    ExponentialDecay,
+    ExponentialDecay = 3,
     /// Half width of the force window, s: above zero and within the record.
-    ForceWindow,
+    ForceWindow = 4,
     /// Trigger force, N: above zero.
-    Trigger,
+    Trigger = 5,
     /// Force below which a hit is too weak, N: zero or more.
-    MinPeakForce,
+    MinPeakForce = 6,
 }
 
 impl Setting {

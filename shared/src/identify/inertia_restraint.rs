@@ -223,7 +223,7 @@ pub struct Regression<R> {
     length: R,
 }
 
-/// InertiaRestraintSolution of a [`Regression`], about its reference point.
+/// Solution of a [`Regression`], about its reference point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InertiaRestraintSolution<R> {
     /// [m, m c, J about the reference point].

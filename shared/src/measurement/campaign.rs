@@ -24,29 +24,31 @@ pub use command::{Command, CommandError, Object, Start};
 pub use progress::{CampaignProgress, DofProgress, Outcome};
 
 use heapless::Vec;
+use num_enum::{IntoPrimitive, TryFromPrimitive};
 
 use crate::layout::RIG_HITS;
 
-/// What is shown of a rig.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What is shown of a rig. The numbers are never changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
+#[repr(u8)]
 pub enum Phase {
     /// No campaign.
-    Idle,
+    Idle = 0,
     /// Waits for the hammer at the DOF in hand.
-    Armed,
+    Armed = 1,
     /// A record is being taken or analysed.
-    Busy,
+    Busy = 2,
     /// A graded hit waits for the operator to accept or reject it.
-    Confirming,
+    Confirming = 3,
     /// A campaign is interrupted, by the operator or by the rig itself; what has been accepted is
     /// kept. An error among the diagnostics that [`Code::interrupts`] says why the rig did it.
     ///
     /// [`Code::interrupts`]: crate::diagnosis::Code::interrupts
-    Paused,
+    Paused = 4,
     /// The ten properties are being computed and stored.
-    Solving,
+    Solving = 5,
     /// The campaign has ended and a result is stored, with or without an answer.
-    Done,
+    Done = 6,
 }
 
 /// What the rig does next.

@@ -9,8 +9,9 @@ pub mod tumble;
 
 use massline_shared::calibration::CalibrationRecord;
 
-use crate::calibration::{Origin, day};
-use crate::calibration_file::{parse_date, short};
+use crate::calibration::Origin;
+use crate::calibration::day::Day;
+use crate::calibration_file::short;
 use crate::error::Result;
 use crate::output::Output;
 
@@ -74,7 +75,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 pub struct OriginArgs {
     /// Day of the calibration, yyyy-mm-dd; default: today.
     #[arg(long, value_name = "DAY")]
-    date: Option<String>,
+    date: Option<Day>,
     /// Temperature, °C.
     #[arg(long, value_name = "C", allow_negative_numbers = true)]
     temperature: Option<f32>,
@@ -88,10 +89,9 @@ pub struct OriginArgs {
 
 impl OriginArgs {
     fn origin(&self) -> Result<Origin> {
-        let date = self.date.as_deref().map_or_else(|| Ok(day::today()), parse_date)?;
         let sensors = self.sensor_ids.iter().map(|id| short("--sensor-ids", Some(id)));
         Ok(Origin {
-            date,
+            date: self.date.unwrap_or_else(Day::today).text(),
             temperature: self.temperature.filter(|t| t.is_finite()),
             hammer: short("--hammer-id", self.hammer_id.as_deref())?,
             sensors: sensors.collect::<Result<_>>()?,

@@ -142,7 +142,7 @@ pub(super) fn block_json(found: &Block) -> Value {
     json!({
         "sensors": sensors,
         "hammer": hammer,
-        "rc_corners": found.cutoffs.iter().map(cutoff_json).collect::<Vec<_>>(),
+        "rc_cutoffs": found.cutoffs.iter().map(cutoff_json).collect::<Vec<_>>(),
     })
 }
 

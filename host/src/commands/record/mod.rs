@@ -10,7 +10,6 @@ mod triggered;
 use std::path::{Path, PathBuf};
 
 use massline_protocol::LayoutHash;
-use massline_protocol::Raw;
 use massline_protocol::message::{CampaignCommand, Identity};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
@@ -104,7 +103,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 
 /// Nothing may be under way on the rig: with `restart` it is aborted.
 fn clear(client: &mut Client, restart: bool) -> Result<()> {
-    let phase = Phase::from_raw(client.status()?.phase);
+    let phase = Phase::try_from(client.status()?.phase).ok();
     if matches!(phase, Some(Phase::Idle | Phase::Done)) {
         return Ok(());
     }

@@ -1,6 +1,5 @@
 //! A recording hit by hit: each record is read before its hit is accepted.
 
-use massline_protocol::Raw;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Status};
 use massline_protocol::object::{ObjectId, ObjectKind};
@@ -76,7 +75,7 @@ fn lead_in(record: &[Scan]) -> Vec<Scan> {
 impl Observer for Recorder<'_, '_> {
     fn status(&mut self, status: &Status) {
         // The verdict is given here, not by the person.
-        if Phase::from_raw(status.phase) != Some(Phase::Confirming) {
+        if Phase::try_from(status.phase).ok() != Some(Phase::Confirming) {
             self.progress.status(status);
         }
     }
@@ -86,7 +85,7 @@ impl Observer for Recorder<'_, '_> {
     }
 
     fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
-        if Phase::from_raw(status.phase) != Some(Phase::Confirming) {
+        if Phase::try_from(status.phase).ok() != Some(Phase::Confirming) {
             return Ok(None);
         }
         if status.last_hit != self.read {

@@ -77,7 +77,7 @@ fn parallel_hits_are_named() {
 fn hits_through_one_point_are_named() {
     let mut layout = bar_layout();
     for hit in &mut layout.hits {
-        // 30 cm back along their own lines from one cutoff.
+        // 30 cm back along their own lines from one corner.
         hit.position = core::array::from_fn(|k| 0.2 - 0.3 * hit.direction[k]);
     }
     assert_eq!(check(&layout), [Code::HitsConcurrent, Code::TenParametersNotIdentifiable]);

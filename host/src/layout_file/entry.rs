@@ -1,0 +1,183 @@
+//! The entries of `sensors` and `hits`: short ones, and tables.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
+
+use super::values::{DofText, NodeNumber, RawAxes, RawMass};
+
+/// An entry of `sensors`: a node number or a table.
+#[derive(Debug)]
+pub(super) struct RawSensor(pub(super) RawSensorTable);
+
+/// A triaxial accelerometer.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, expecting = "a table such as { node = 1 }")]
+#[schemars(rename = "sensor_table")]
+pub(super) struct RawSensorTable {
+    /// The node where it sits.
+    #[schemars(with = "NodeNumber")]
+    pub(super) node: i64,
+    /// Its own x and y, unit vectors of the body frame; z = x × y. Default: the axes of its node.
+    #[serde(default)]
+    #[schemars(with = "RawAxes")]
+    pub(super) axes: Option<RawAxes>,
+    /// False for a sensor that does not feel gravity, such as a laser or a camera.
+    #[serde(default)]
+    #[schemars(with = "bool", extend("default" = true))]
+    pub(super) senses_gravity: Option<bool>,
+    /// Name of its calibration in the calibration file.
+    #[serde(default)]
+    #[schemars(with = "String")]
+    pub(super) calibration: Option<String>,
+    /// Mass that it adds to the object and that is subtracted from the result, kg. A number alone has a
+    /// standard deviation of 5 %.
+    #[serde(default)]
+    #[schemars(with = "RawMass")]
+    pub(super) attached_mass_kg: Option<RawMass>,
+    /// What holds for this sensor instead of `[uncertainty]`.
+    #[serde(default)]
+    #[schemars(with = "RawSensorUncertainty")]
+    pub(super) uncertainty: Option<RawSensorUncertainty>,
+}
+
+/// One standard deviation of what is not exact of a sensor.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, expecting = "a table such as { gain = 0.01 }")]
+#[schemars(rename = "sensor_uncertainty")]
+pub(super) struct RawSensorUncertainty {
+    /// Position along each axis, m.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) sensor_position_m: Option<f64>,
+    /// Rotation about each axis, rad.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) sensor_rotation_rad: Option<f64>,
+    /// Gain of each axis, relative.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) gain: Option<f64>,
+    /// Cross-axis sensitivity, relative.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) cross_axis: Option<f64>,
+}
+
+/// An entry of `hits`: a DOF or a table.
+#[derive(Debug)]
+pub(super) struct RawHit(pub(super) RawHitTable);
+
+/// A DOF that the hammer excites.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, expecting = "a table such as { dof = \"1:+Y\" }")]
+#[schemars(rename = "hit_table")]
+pub(super) struct RawHitTable {
+    /// Node, colon, sign and axis.
+    #[schemars(with = "DofText")]
+    pub(super) dof: String,
+    /// Local x and y of this hit, unit vectors of the body frame; z = x × y. Default: the axes of its node.
+    #[serde(default)]
+    #[schemars(with = "RawAxes")]
+    pub(super) axes: Option<RawAxes>,
+    /// What holds for this hit instead of `[uncertainty]`.
+    #[serde(default)]
+    #[schemars(with = "RawHitUncertainty")]
+    pub(super) uncertainty: Option<RawHitUncertainty>,
+}
+
+/// One standard deviation of what is not exact of a hit.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, expecting = "a table such as { hit_position_m = 0.002 }")]
+#[schemars(rename = "hit_uncertainty")]
+pub(super) struct RawHitUncertainty {
+    /// Scatter of the hit point from hit to hit, m.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) hit_position_m: Option<f64>,
+    /// Scatter of the hit direction from hit to hit, rad.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) hit_direction_rad: Option<f64>,
+    /// Error of the mark, m.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) node_position_m: Option<f64>,
+    /// Error of the local axes at the mark, rad.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) node_direction_rad: Option<f64>,
+}
+
+impl<'de> Deserialize<'de> for RawSensor {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Entry;
+        impl<'de> Visitor<'de> for Entry {
+            type Value = RawSensor;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a node number such as 1, or a table such as { node = 1 }")
+            }
+            fn visit_i64<E: Error>(self, node: i64) -> Result<RawSensor, E> {
+                Ok(RawSensor(RawSensorTable {
+                    node,
+                    axes: None,
+                    senses_gravity: None,
+                    calibration: None,
+                    attached_mass_kg: None,
+                    uncertainty: None,
+                }))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawSensor, A::Error> {
+                RawSensorTable::deserialize(MapAccessDeserializer::new(map)).map(RawSensor)
+            }
+        }
+        deserializer.deserialize_any(Entry)
+    }
+}
+
+impl<'de> Deserialize<'de> for RawHit {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Entry;
+        impl<'de> Visitor<'de> for Entry {
+            type Value = RawHit;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a DOF such as \"1:+Y\", or a table such as { dof = \"1:+Y\" }")
+            }
+            fn visit_str<E: Error>(self, dof: &str) -> Result<RawHit, E> {
+                Ok(RawHit(RawHitTable { dof: dof.into(), axes: None, uncertainty: None }))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawHit, A::Error> {
+                RawHitTable::deserialize(MapAccessDeserializer::new(map)).map(RawHit)
+            }
+        }
+        deserializer.deserialize_any(Entry)
+    }
+}
+
+impl JsonSchema for RawSensor {
+    fn schema_name() -> Cow<'static, str> {
+        "sensor".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "The number of the node where a sensor sits, or a table.",
+            "oneOf": [
+                generator.subschema_for::<NodeNumber>(),
+                generator.subschema_for::<RawSensorTable>(),
+            ],
+        })
+    }
+}
+
+impl JsonSchema for RawHit {
+    fn schema_name() -> Cow<'static, str> {
+        "hit".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A DOF, or a table.",
+            "oneOf": [
+                generator.subschema_for::<DofText>(),
+                generator.subschema_for::<RawHitTable>(),
+            ],
+        })
+    }
+}

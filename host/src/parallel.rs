@@ -1,0 +1,64 @@
+//! Long work in numbered pieces, shared among the threads of rayon.
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::interrupt::Interrupt;
+
+/// What `act` makes of each number below `count`, in the order of the numbers, however many threads there are.
+/// It may overwrite the memory that it is given, which `memory` has made.
+///
+/// After Ctrl-C no piece is begun: what is done until then is returned. `progress` hears after each piece how
+/// many are done.
+pub(crate) fn pieces<M, T: Send>(
+    count: u64,
+    interrupt: &Interrupt,
+    progress: impl FnMut(u64) + Send,
+    memory: impl Fn() -> M + Sync + Send,
+    act: impl Fn(&mut M, u64) -> T + Sync + Send,
+) -> Vec<T> {
+    let _guard = interrupt.guard();
+    let done = Mutex::new((0, progress));
+    let piece = |memory: &mut M, number| {
+        let made = act(memory, number);
+        let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+        let (count, progress) = &mut *done;
+        *count += 1;
+        progress(*count);
+        made
+    };
+    let numbers = (0..count).into_par_iter().take_any_while(|_| !interrupt.pressed());
+    numbers.map_init(memory, piece).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_order_is_that_of_the_numbers_and_progress_counts_every_piece() {
+        let mut heard = Vec::new();
+        let progress = |done| heard.push(done);
+        let made = pieces(1000, &Interrupt::new(), progress, || (), |(), number| number * number);
+        assert_eq!(made, (0..1000).map(|number| number * number).collect::<Vec<_>>());
+        assert_eq!(heard, (1..=1000).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn after_ctrl_c_no_piece_is_begun() {
+        let interrupt = Interrupt::new();
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
+        let made = threads.install(|| {
+            let press = |done| {
+                if done == 10 {
+                    interrupt.press();
+                }
+            };
+            pieces(u64::MAX, &interrupt, press, || (), |(), number| number)
+        });
+        // Each of the other three threads may have begun one.
+        assert!((10..=13).contains(&made.len()), "{made:?}");
+        assert!(made.is_sorted());
+    }
+}

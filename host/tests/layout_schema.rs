@@ -1,0 +1,132 @@
+//! The JSON schema of layout files says of a file what the reader says of it.
+
+use jsonschema::Validator;
+use massline::layout_file::{LayoutFile, TEMPLATE, schema};
+use serde_json::Value;
+
+/// Every table and every form of an entry.
+const FULL: &str = r#"
+title = "everything"
+gravity = [0.0, 0.0, -9.80665]
+sensors = [
+    1,
+    { node = 2, axes = [[0, 1, 0], [-1, 0, 0]], senses_gravity = false, calibration = "A17", attached_mass_kg = 0.002 },
+    { node = 3, attached_mass_kg = { value = 0.004, sigma = 0.0002 }, uncertainty = { gain = 0.01 } },
+]
+hits = ["1:+Y", " 2:-z ", { dof = "3:+X", axes = [[1, 0, 0], [0, 1, 0]], uncertainty = { node_position_m = 0 } }]
+node = [
+    { id = 1, position_m = [0, 0, 0], can_carry_sensor = false, can_hit = ["+X", "-z"] },
+    { id = 2, position_m = [0.2, -0.2, 0], axes = [[1, 0, 0], [0, 1, 0]] },
+    { id = 3, position_m = [0.2, 0, 0.1] },
+]
+attached = [{ mass_kg = { value = 0.05, sigma = 0.001 }, center_of_mass_m = [0.1, 0, 0] }]
+[test]
+hits_per_dof = 5
+band_hz = "auto"
+exponential_decay_per_s = 0
+min_peak_force_n = 8
+frf_estimator = "hv"
+[policy]
+too_hard = "keep"
+[uncertainty]
+hammer_gain = 0.0
+[prior]
+mass_kg = { value = 1.23, sigma = 0.001 }
+[reference]
+mass_kg = 1.23
+inertia_kg_m2 = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+"#;
+
+fn validator() -> Validator {
+    jsonschema::validator_for(&schema().to_value()).unwrap()
+}
+
+/// A layout as an editor sees it.
+fn document(text: &str) -> Value {
+    toml::from_str(text).unwrap()
+}
+
+#[test]
+fn good_layouts_fit_the_schema() {
+    let validator = validator();
+    let examples =
+        ["block", "three-bar-test-1", "three-bar-test-2", "three-bar-test-3", "three-bar-test-4"]
+            .map(|name| std::fs::read_to_string(format!("examples/{name}.toml")).unwrap());
+    for text in examples.iter().map(String::as_str).chain([TEMPLATE, FULL]) {
+        let errors: Vec<_> =
+            validator.iter_errors(&document(text)).map(|e| e.to_string()).collect();
+        assert!(errors.is_empty(), "{errors:?}\n{text}");
+        LayoutFile::parse(text, "l.toml").unwrap();
+    }
+}
+
+#[test]
+fn what_the_reader_refuses_the_schema_refuses() {
+    let validator = validator();
+    for (from, to) in [
+        ("title =", "name ="),
+        ("\"everything\"", "\"a title of more than forty-eight letters is not shown\""),
+        ("gravity = [0.0, 0.0, -9.80665]", "gravity = [0.0, -9.80665]"),
+        ("    1,\n", "    0,\n"),
+        ("    1,\n", "    \"1\",\n"),
+        ("node = 2,", "node = 65536,"),
+        ("attached_mass_kg = 0.002", "attached_mass_kg = -0.002"),
+        ("gain = 0.01", "gain = -0.01"),
+        ("gain = 0.01", "hammer_gain = 0.01"),
+        ("\"1:+Y\"", "\"1:Y\""),
+        ("dof = \"3:+X\", ", ""),
+        ("id = 1,", "id = -1,"),
+        ("id = 2, position_m", "id = 2, position"),
+        ("can_hit = [\"+X\"", "can_hit = [\"X\""),
+        ("axes = [[1, 0, 0], [0, 1, 0]] }", "axes = [[1, 0, 0]] }"),
+        ("hits_per_dof = 5", "hits_per_dof = 0"),
+        ("hits_per_dof = 5", "hits_per_dof = 256"),
+        ("band_hz = \"auto\"", "band_hz = \"wide\""),
+        ("band_hz = \"auto\"", "band_hz = [0, 100]"),
+        ("band_hz = \"auto\"", "band_hz = [100]"),
+        ("exponential_decay_per_s = 0", "exponential_decay_per_s = -1"),
+        ("min_peak_force_n = 8", "min_peak_force_n = 0"),
+        ("frf_estimator = \"hv\"", "frf_estimator = \"h3\""),
+        ("too_hard = \"keep\"", "too_hard = \"ignore\""),
+        ("sigma = 0.0002", "sigma = -0.0002"),
+        ("sigma = 0.001 }\n[reference]", "sigma = 0 }\n[reference]"),
+        ("center_of_mass_m = [0.1, 0, 0]", "center_of_mass = [0.1, 0, 0]"),
+        ("mass_kg = 1.23", "mass_kg = 0"),
+        ("[0, 0, 1]]\n", "[0, 0, 1], [0, 0, 0]]\n"),
+    ] {
+        assert!(FULL.contains(from), "{from}");
+        let text = FULL.replacen(from, to, 1);
+        assert!(!validator.is_valid(&document(&text)), "the schema takes {to}");
+        assert!(LayoutFile::parse(&text, "l.toml").is_err(), "the reader takes {to}");
+    }
+}
+
+#[test]
+fn the_reader_takes_every_word_that_the_schema_offers() {
+    let schema = schema().to_value();
+    let tests = &schema["$defs"]["test"]["properties"];
+    let offered = |key: &str| tests[key]["enum"].as_array().unwrap().clone();
+    for (key, count) in [("frf_estimator", 3), ("terms", 3)] {
+        let words = offered(key);
+        assert_eq!(words.len(), count);
+        for word in words {
+            let text = FULL.replacen("frf_estimator = \"hv\"", &format!("{key} = {word}"), 1);
+            LayoutFile::parse(&text, "l.toml").unwrap();
+        }
+    }
+}
+
+#[test]
+fn every_key_is_described_and_none_is_null() {
+    let schema = schema().to_value();
+    assert!(!schema.to_string().contains("null"), "TOML has no null");
+    let tables = schema["$defs"].as_object().unwrap().values().chain([&schema]);
+    let mut keys = 0;
+    for (key, of) in tables.filter_map(|table| table["properties"].as_object()).flatten() {
+        assert!(of["description"].as_str().is_some_and(|text| text.len() > 5), "{key}");
+        keys += 1;
+    }
+    // All keys of the thirteen tables: that of the file 11, node 5, sensor 6 + 4, hit 3 + 4, test 8, policy 11,
+    // uncertainty 9, prior 10, attached 3, known value 2, reference 3.
+    assert_eq!(keys, 79);
+}
