@@ -1,11 +1,10 @@
 //! Whatever is wrong with arguments and files is named, with its exit code, on both streams.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-use assert_cmd::Command;
-use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::program::{run, run_json};
 
 /// A folder with a good layout and a few bad ones.
 struct Files(TempDir);
@@ -72,30 +71,18 @@ impl Files {
     }
 }
 
-/// Never reached unless a command that must fail runs on.
-const LATE: Duration = Duration::from_secs(120);
 const HITS: &str = r#"["1:+Y", "2:+Z", "4:+X"]"#;
 
 /// Runs with `--json`; the exit code, the error object and the text must say the same.
 #[track_caller]
 fn fails(arguments: &[&str], exit: i32, code: &str) {
-    let output = Command::cargo_bin("massline")
-        .unwrap()
-        .env_remove("MASSLINE_PORT")
-        .arg("--json")
-        .args(arguments)
-        .timeout(LATE)
-        .output()
-        .unwrap();
-    let (stdout, stderr) =
-        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    let seen = format!("{arguments:?}\nstdout: {stdout}\nstderr: {stderr}");
-    assert_eq!(output.status.code(), Some(exit), "{seen}");
-    let value: Value = serde_json::from_str(&stdout).expect(&seen);
+    let (run, value) = run_json(arguments);
+    let seen = format!("{arguments:?}\nstdout: {}\nstderr: {}", run.stdout, run.stderr);
+    assert_eq!(run.exit, exit, "{seen}");
     assert_eq!(value["error"]["exit"], exit, "{seen}");
     assert_eq!(value["error"]["code"], code, "{seen}");
     let message = value["error"]["message"].as_str().expect(&seen);
-    assert!(!message.is_empty() && stderr.contains(message), "{seen}");
+    assert!(!message.is_empty() && run.stderr.contains(message), "{seen}");
 }
 
 #[test]
@@ -333,23 +320,18 @@ fn every_command_has_examples_in_its_help() {
         &["simulate"],
         &["virtual"],
     ] {
-        let help = Command::cargo_bin("massline").unwrap().args(command).arg("--help").output();
-        let help = help.unwrap();
-        assert!(help.status.success(), "{command:?}");
-        let text = String::from_utf8(help.stdout).unwrap();
+        let help = run(&[command, &["--help"]].concat());
+        assert_eq!(help.exit, 0, "{command:?}");
+        let text = help.stdout;
         assert!(text.contains(&format!("  massline {}", command.join(" "))), "{command:?}\n{text}");
     }
 }
 
 #[test]
 fn without_json_an_error_leaves_stdout_empty_and_has_no_colour_in_a_pipe() {
-    let output = Command::cargo_bin("massline")
-        .unwrap()
-        .args(["layout", "check", "no-such-layout.toml"])
-        .output()
-        .unwrap();
-    assert!(output.stdout.is_empty());
-    let text = String::from_utf8(output.stderr).unwrap();
+    let run = run(&["layout", "check", "no-such-layout.toml"]);
+    assert!(run.stdout.is_empty(), "{}", run.stdout);
+    let text = run.stderr;
     assert!(text.starts_with("error: no-such-layout.toml"), "{text}");
     assert!(!text.contains('\x1b'));
 }
@@ -358,11 +340,10 @@ fn without_json_an_error_leaves_stdout_empty_and_has_no_colour_in_a_pipe() {
 fn a_layout_of_the_template_is_good() {
     let files = Files::new();
     let path = files.path("new.toml");
-    let run = |arguments: &[&str]| {
-        Command::cargo_bin("massline").unwrap().args(arguments).assert().success();
-    };
-    run(&["layout", "new", "--output", path_text(&path)]);
-    run(&["layout", "check", path_text(&path)]);
+    let created = run(&["layout", "new", "--output", path_text(&path)]);
+    assert_eq!(created.exit, 0, "{}", created.stderr);
+    let checked = run(&["layout", "check", path_text(&path)]);
+    assert_eq!(checked.exit, 0, "{}", checked.stderr);
 }
 
 fn path_text(path: &Path) -> &str {
