@@ -152,7 +152,7 @@ fn nothing_forbidden_is_suggested() {
 }
 
 #[test]
-fn what_is_kept_is_kept() {
+fn sensors_and_hits_that_are_to_be_kept_stay_in_the_suggestion() {
     let (_, value) = layout(&["suggest", &example(1), "--keep-sensors", "--hits", "4"]);
     assert_eq!(value["sensors"], serde_json::json!([1, 2, 3]));
     let (_, value) = layout(&["suggest", &example(1), "--keep-hits"]);

@@ -86,7 +86,7 @@ fn fails(arguments: &[&str], exit: i32, code: &str) {
 }
 
 #[test]
-fn usage() {
+fn malformed_command_lines_are_usage_errors() {
     for arguments in [
         &["no-such-command"][..],
         &["demo", "--rig", "real"],
@@ -116,7 +116,7 @@ fn usage() {
 }
 
 #[test]
-fn demo() {
+fn the_demo_names_what_is_wrong_with_its_bench_and_its_firmware() {
     let files = Files::new();
     fails(&["demo", "--bench", "no-such-bench"], 2, "unknown_bench");
     fails(&["demo", "--bench", "no-such-file.toml"], 2, "cannot_read");
@@ -129,7 +129,7 @@ fn demo() {
 }
 
 #[test]
-fn layouts_that_are_wrong() {
+fn a_wrong_layout_is_refused_with_the_code_of_its_fault() {
     let files = Files::new();
     let check = |path: &str, code: &str| fails(&["layout", "check", path], 2, code);
     check("no-such-layout.toml", "layout_not_readable");
@@ -145,7 +145,7 @@ fn layouts_that_are_wrong() {
 }
 
 #[test]
-fn layouts_that_cannot_determine_the_ten_properties() {
+fn layouts_that_cannot_determine_the_ten_properties_end_with_exit_code_3() {
     let files = Files::new();
     let bench = files.rigid_bench();
     for (sensors, hits, code) in [
@@ -161,7 +161,7 @@ fn layouts_that_cannot_determine_the_ten_properties() {
 }
 
 #[test]
-fn suggestions() {
+fn suggestions_that_cannot_be_made_are_refused() {
     let files = Files::new();
     let good = files.good();
     fails(&["layout", "suggest", "no-such-layout.toml"], 2, "layout_not_readable");
@@ -204,7 +204,7 @@ fn files_are_not_overwritten_by_layout_new() {
 }
 
 #[test]
-fn ports() {
+fn a_missing_port_is_named_by_every_command_that_needs_one() {
     let files = Files::new();
     let good = files.good();
     let port = ["--port", "/dev/no-such-port"];
@@ -222,7 +222,7 @@ fn ports() {
 }
 
 #[test]
-fn measure() {
+fn a_measurement_is_refused_without_a_good_layout_or_a_keyboard() {
     let files = Files::new();
     fails(&["measure", "no-such-layout.toml"], 2, "layout_not_readable");
     fails(&["measure", &files.write("l.toml", "title = 5\n")], 2, "layout_malformed");
@@ -234,7 +234,7 @@ fn measure() {
 }
 
 #[test]
-fn solve() {
+fn solve_refuses_a_missing_layout_and_unreadable_frfs() {
     let files = Files::new();
     let good = files.good();
     let frfs = |path: &str| files.write("frfs.uff", path);
@@ -246,7 +246,7 @@ fn solve() {
 }
 
 #[test]
-fn replay() {
+fn replay_names_what_is_wrong_with_a_tape() {
     let files = Files::new();
     let good = files.good();
     let run = |tape: &str, code| fails(&["replay", tape, "--layout", &good], 2, code);
@@ -265,7 +265,7 @@ fn replay() {
 }
 
 #[test]
-fn record_and_simulate() {
+fn record_and_simulate_name_the_file_that_they_cannot_use() {
     let files = Files::new();
     let good = files.good();
     fails(&["record", "no-such.toml", "--output", "x.npy"], 2, "layout_not_readable");
@@ -283,7 +283,7 @@ fn record_and_simulate() {
 }
 
 #[test]
-fn virtual_rig() {
+fn the_virtual_rig_names_the_file_that_it_cannot_use() {
     let files = Files::new();
     fails(&["virtual", "--bench", "no-such-bench"], 2, "unknown_bench");
     fails(&["virtual", "--layout", "no-such.toml"], 2, "layout_not_readable");
