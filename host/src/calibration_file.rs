@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn where_it_comes_from_is_checked_too() {
+    fn a_wrong_date_method_temperature_or_sigma_is_named() {
         let error = |line: &str| {
             let text = format!("{line}\n[hammer]\nzero_v = 0\nsensitivity_v_per_n = 1\n");
             CalibrationFile::parse(&text, "c.toml").unwrap_err().to_string()

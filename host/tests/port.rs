@@ -10,13 +10,16 @@
 //! campaign that was interrupted is forgotten.
 #![cfg(unix)]
 
-use std::io::{BufRead, BufReader};
+#[path = "cli/virtual_process.rs"]
+mod virtual_process;
+
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use serde_json::Value;
 use tempfile::TempDir;
+use virtual_process::VirtualProcess;
 
 /// Never reached unless something hangs. A person who taps may take as long as they like.
 const LATE: Duration = Duration::from_secs(120);
@@ -103,8 +106,7 @@ struct Rig {
     layout: PathBuf,
     mass_kg: Option<f64>,
     folder: TempDir,
-    /// The process of the virtual rig.
-    simulated: Option<Child>,
+    simulated: Option<VirtualProcess>,
 }
 
 impl Rig {
@@ -122,17 +124,10 @@ impl Rig {
 
     /// The three-bar frame of 1.23 kg on the ideal bench, which taps by itself.
     fn simulated(folder: TempDir) -> Self {
-        let mut process = program(&["virtual", "--bench", "ideal", "--fast"])
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut port = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut port).unwrap();
+        let process = VirtualProcess::start(&["--fast"]);
         let layout = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/three-bar-test-1.toml");
         Self {
-            port: port.trim().to_owned(),
+            port: process.port.clone(),
             layout,
             mass_kg: Some(1.23),
             folder,
@@ -169,15 +164,6 @@ impl Rig {
         let mut command = program(arguments);
         command.args(["--json", "--port", &self.port]).stderr(Stdio::inherit());
         answer(&command.output().unwrap())
-    }
-}
-
-impl Drop for Rig {
-    fn drop(&mut self) {
-        if let Some(process) = &mut self.simulated {
-            let _ = process.kill();
-            let _ = process.wait();
-        }
     }
 }
 

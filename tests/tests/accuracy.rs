@@ -1,22 +1,12 @@
 //! Whole campaigns on the virtual rig: the true firmware, the true client, the simulated bench, in
 //! the paper's four tests, compared with the truth over fixed seeds.
 
-use massline::campaign::{Begin, Ending, Observer, begin, follow};
-use massline::client::{Client, PipeTransport};
-use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
 use massline_protocol::object::StoredEstimate;
 use massline_shared::body::{INERTIAL_PARAMETERS, scale};
 use massline_shared::identify::Method;
+use massline_tests::campaign::{self, THREE_BAR_TESTS};
 use massline_virtual::bench::{Bench, BenchSource};
-use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 
-const TESTS: [&str; 4] = [
-    include_str!("../../host/examples/three-bar-test-1.toml"),
-    include_str!("../../host/examples/three-bar-test-2.toml"),
-    include_str!("../../host/examples/three-bar-test-3.toml"),
-    include_str!("../../host/examples/three-bar-test-4.toml"),
-];
 /// Scale of the errors: m, L, L, L, m L² six times, with the frame's L.
 const LENGTH: f64 = 0.14;
 
@@ -36,22 +26,12 @@ fn allowed(of_20: f64) -> f64 {
     if is_long() { of_20 * 5.0 / 3.2 } else { of_20 }
 }
 
-struct Silent;
-impl Observer for Silent {}
-
 /// The ten properties that the rig finds by maximum likelihood in one campaign.
 fn measure(bench: &Bench, test: &str, seed: u64) -> [f64; 10] {
-    let layout = LayoutFile::parse(test, "test.toml").expect("a shipped layout");
-    let source = BenchSource::new(bench, &layout.layout, seed).expect("the bench takes it");
-    let rig = VirtualRig::start(VirtualRigOptions::new(Box::new(source))).expect("a rig");
-    let mut client = Client::new(PipeTransport::new(rig.link()));
-    client.identify().expect("an identity");
-    client.put_layout(&layout.rig_layout().expect("fits the rig")).expect("a layout");
-    begin(&mut client, Begin::default()).expect("a start");
-    let ending = follow(&mut client, &Interrupt::new(), None, &mut Silent).expect("an end");
-    let Ending::Done(number) = ending else { panic!("no result: {ending:?}") };
-    let result = client.result(number).expect("a result");
-    rig.stop().expect("no panic");
+    let file = campaign::layout_file(test);
+    let source = BenchSource::new(bench, &file.layout, seed).expect("the bench takes it");
+    let layout = file.rig_layout().expect("fits the rig");
+    let result = campaign::measure(Box::new(source), &layout, &mut ());
     let likelihood = |e: &&StoredEstimate| e.method == Method::MaximumLikelihood.number();
     result.estimates.iter().find(likelihood).expect("an estimate").properties.map(f64::from)
 }
@@ -61,7 +41,7 @@ fn errors(bench: &Bench) -> (f64, f64) {
     let truth = bench.truth().theta();
     let scale = scale(truth[0], LENGTH);
     let (mut worst, mut largest_rms): (f64, f64) = (0.0, 0.0);
-    for (number, test) in (1..).zip(TESTS) {
+    for (number, test) in (1..).zip(THREE_BAR_TESTS) {
         let mut of_test = (0.0, "", 0);
         let mut square = 0.0;
         for seed in 1..=seeds() {

@@ -1,44 +1,15 @@
 //! What the rig computes in single precision is what the host computes in double precision from the
 //! same mass lines.
 
-use massline::campaign::{Begin, Ending, Observer, begin, follow};
-use massline::client::{Client, PipeTransport};
 use massline::identification::{Selection, identify, lines_of};
-use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
 use massline::report::estimates_of;
-use massline_protocol::object::MeasurementResult;
 use massline_shared::identify::{IdentifySettings, Observations};
+use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure};
 use massline_virtual::bench::{Bench, BenchSource};
-use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
-
-const TESTS: [&str; 4] = [
-    include_str!("../../host/examples/three-bar-test-1.toml"),
-    include_str!("../../host/examples/three-bar-test-2.toml"),
-    include_str!("../../host/examples/three-bar-test-3.toml"),
-    include_str!("../../host/examples/three-bar-test-4.toml"),
-];
-
-struct Silent;
-impl Observer for Silent {}
-
-fn on_the_rig(file: &LayoutFile, bench: &Bench, seed: u64) -> MeasurementResult {
-    let source = BenchSource::new(bench, &file.layout, seed).expect("the bench takes it");
-    let rig = VirtualRig::start(VirtualRigOptions::new(Box::new(source))).expect("a rig");
-    let mut client = Client::new(PipeTransport::new(rig.link()));
-    client.identify().expect("an identity");
-    client.put_layout(&file.rig_layout().expect("fits the rig")).expect("a layout");
-    begin(&mut client, Begin::default()).expect("a start");
-    let ending = follow(&mut client, &Interrupt::new(), None, &mut Silent).expect("an end");
-    let Ending::Done(number) = ending else { panic!("no result: {ending:?}") };
-    let result = client.result(number).expect("a result");
-    rig.stop().expect("no panic");
-    result
-}
 
 /// The first test with other sensors, hits and knowledge.
 fn first_with(sensors: &str, hits: &str, tables: &str) -> String {
-    let text = TESTS[0].replace("sensors = [1, 2, 3]", &format!("sensors = {sensors}"));
+    let text = THREE_BAR_TESTS[0].replace("sensors = [1, 2, 3]", &format!("sensors = {sensors}"));
     let text = text.replace("hits = [\"1:+Y\", \"2:+Z\", \"4:+X\"]", &format!("hits = {hits}"));
     assert!(text.contains(sensors) && text.contains(hits));
     text + tables
@@ -57,7 +28,7 @@ center_of_mass_m = [0.1, 0.0, 0.0]
 
 #[test]
 fn device_and_host_agree_in_the_four_tests() {
-    for test in TESTS {
+    for test in THREE_BAR_TESTS {
         agree(test, &bench(), 1, 2);
     }
 }
@@ -86,7 +57,7 @@ fn device_and_host_agree_when_a_hit_lands_on_another_node() {
     let mut bench = bench();
     bench.faults.push("hit:2:4".parse().expect("a fault"));
     for seed in 1..=8 {
-        agree(TESTS[0], &bench, seed, 2);
+        agree(THREE_BAR_TESTS[0], &bench, seed, 2);
     }
 }
 
@@ -96,8 +67,10 @@ fn bench() -> Bench {
 
 /// Every number of every method agrees to a hundredth of its standard deviation.
 fn agree(text: &str, bench: &Bench, seed: u64, methods: usize) {
-    let file = LayoutFile::parse(text, "test.toml").expect("a good layout");
-    let result = on_the_rig(&file, bench, seed);
+    let file = layout_file(text);
+    let source = BenchSource::new(bench, &file.layout, seed).expect("the bench takes it");
+    let layout = file.rig_layout().expect("fits the rig");
+    let result = measure(Box::new(source), &layout, &mut ());
     let lines = lines_of(&result);
     let observed = Observations::of_mass_lines(&file.layout, &lines);
     let host = identify(&observed, Selection::All, &IdentifySettings::default());

@@ -1,44 +1,15 @@
 //! The measurement that is driven directly is the measurement of the rig, byte for byte.
 
-use massline::campaign::{Begin, Ending, Observer, begin, follow};
-use massline::client::{Client, PipeTransport};
 use massline::commands::bench_test::nominal_calibration;
-use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
 use massline_protocol::object::{DofResult, MeasurementResult, StoredEstimate};
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::{RigLayout, Verdict};
 use massline_shared::measurement::campaign::Start;
 use massline_shared::measurement::{Measurement, Memory, Wish};
 use massline_shared::units::ScanIndex;
+use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure};
 use massline_virtual::bench::{Bench, BenchSource};
-use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
-
-const TESTS: [&str; 4] = [
-    include_str!("../../host/examples/three-bar-test-1.toml"),
-    include_str!("../../host/examples/three-bar-test-2.toml"),
-    include_str!("../../host/examples/three-bar-test-3.toml"),
-    include_str!("../../host/examples/three-bar-test-4.toml"),
-];
-
-struct Silent;
-impl Observer for Silent {}
-
-/// What a rig stores.
-fn on_the_rig(layout: &RigLayout, bench: &Bench, seed: u64) -> MeasurementResult {
-    let source = BenchSource::new(bench, &layout.cast().unwrap(), seed).unwrap();
-    let rig = VirtualRig::start(VirtualRigOptions::new(Box::new(source))).unwrap();
-    let mut client = Client::new(PipeTransport::new(rig.link()));
-    client.identify().unwrap();
-    client.put_layout(layout).unwrap();
-    begin(&mut client, Begin::default()).unwrap();
-    let ending = follow(&mut client, &Interrupt::new(), None, &mut Silent).unwrap();
-    let Ending::Done(number) = ending else { panic!("no result: {ending:?}") };
-    let result = client.result(number).unwrap();
-    rig.stop().unwrap();
-    result
-}
 
 /// What the same scans give without firmware, executor, flash and link; the head is that of the rig.
 fn directly(
@@ -84,16 +55,17 @@ fn directly(
 #[test]
 fn the_rig_and_a_direct_drive_give_the_same_bytes() {
     let mut bench = Bench::named("default").unwrap();
-    for (k, test) in TESTS.into_iter().enumerate() {
-        let file = LayoutFile::parse(test, "test.toml").unwrap();
-        let mut layout = file.rig_layout().unwrap();
+    for (k, test) in THREE_BAR_TESTS.into_iter().enumerate() {
+        let mut layout = layout_file(test).rig_layout().unwrap();
         // In the last two hits that do not agree with the others are withdrawn.
         if k > 1 {
             bench.operator.misplaced_rate = 0.2;
             layout.test.policy = layout.test.policy.with(Code::HitInconsistent, Verdict::Reject);
         }
-        let rig = on_the_rig(&layout, &bench, 3 + k as u64);
-        let direct = directly(&layout, &bench, 3 + k as u64, &rig);
+        let seed = 3 + k as u64;
+        let source = BenchSource::new(&bench, &layout.cast().unwrap(), seed).unwrap();
+        let rig = measure(Box::new(source), &layout, &mut ());
+        let direct = directly(&layout, &bench, seed, &rig);
         assert_eq!(rig.estimates.len(), 2, "{:?}", rig.diagnostics);
         let bytes = |result: &MeasurementResult| postcard::to_stdvec(result).unwrap();
         assert_eq!(bytes(&direct), bytes(&rig));

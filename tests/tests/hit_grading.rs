@@ -1,9 +1,6 @@
 //! Hits of the simulated bench, graded: good ones pass, and each fault is found.
 
-use massline::campaign::{Begin, Ending, Observer, begin, follow};
-use massline::client::{Client, PipeTransport};
-use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
+use massline::campaign::Observer;
 use massline_protocol::event::HitEvent;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
@@ -12,19 +9,12 @@ use massline_shared::signal::{
     AdcProperties, Calibration, Capture, CaptureState, HitReport, Record, Scan, Trigger, grade,
 };
 use massline_shared::units::{Newtons, ScanIndex};
+use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure};
 use massline_virtual::bench::{Bench, BenchSource, Fault};
-use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 
-const TESTS: [&str; 4] = [
-    include_str!("../../host/examples/three-bar-test-1.toml"),
-    include_str!("../../host/examples/three-bar-test-2.toml"),
-    include_str!("../../host/examples/three-bar-test-3.toml"),
-    include_str!("../../host/examples/three-bar-test-4.toml"),
-];
-
 fn layout(test: &str) -> (HostLayout, RigLayout) {
-    let file = LayoutFile::parse(test, "test.toml").unwrap();
+    let file = layout_file(test);
     let rig = file.rig_layout().unwrap();
     (file.layout, rig)
 }
@@ -49,7 +39,7 @@ fn graded(source: &mut BenchSource, layout: &RigLayout, arming: u32, dof: usize)
 /// Findings per code over the hits of a bench, and how many hits.
 fn findings(bench: &Bench, seeds: u64) -> (Vec<(Code, f32)>, usize) {
     let (mut all, mut hits) = (Vec::new(), 0);
-    for test in TESTS {
+    for test in THREE_BAR_TESTS {
         let (host, rig) = layout(test);
         for seed in 1..=seeds {
             let mut source = BenchSource::new(bench, &host, seed).unwrap();
@@ -84,26 +74,15 @@ impl Observer for Heard {
     }
 }
 
-/// A whole campaign of the first test through the firmware.
-fn campaign(
-    source: Box<dyn ScanSource + Send>,
-    layout: &RigLayout,
-) -> (Vec<HitEvent>, MeasurementResult) {
-    let rig = VirtualRig::start(VirtualRigOptions::new(source)).unwrap();
-    let mut client = Client::new(PipeTransport::new(rig.link()));
-    client.identify().unwrap();
-    client.put_layout(layout).unwrap();
-    begin(&mut client, Begin::default()).unwrap();
+/// A whole campaign through the firmware.
+fn campaign(source: Box<dyn ScanSource>, layout: &RigLayout) -> (Vec<HitEvent>, MeasurementResult) {
     let mut heard = Heard::default();
-    let ending = follow(&mut client, &Interrupt::new(), None, &mut heard).unwrap();
-    let Ending::Done(number) = ending else { panic!("no result: {ending:?}") };
-    let result = client.result(number).unwrap();
-    rig.stop().unwrap();
+    let result = measure(source, layout, &mut heard);
     (heard.0, result)
 }
 
 fn benched(change: impl Fn(&mut Bench)) -> (Vec<HitEvent>, MeasurementResult) {
-    let (host, rig) = layout(TESTS[0]);
+    let (host, rig) = layout(THREE_BAR_TESTS[0]);
     let mut bench = Bench::named("default").unwrap();
     bench.operator.too_weak_rate = 0.0;
     bench.operator.too_hard_rate = 0.0;
@@ -156,7 +135,7 @@ fn taps_that_are_doubtful_are_averaged_with_a_warning() {
 #[test]
 fn good_campaigns_have_neither_inconsistent_hits_nor_loose_sensors() {
     for seed in 1..=5 {
-        for test in TESTS {
+        for test in THREE_BAR_TESTS {
             let (host, rig) = layout(test);
             let bench = Bench::named("default").unwrap();
             let source = BenchSource::new(&bench, &host, seed).unwrap();
@@ -181,7 +160,7 @@ fn a_misplaced_tap_differs_from_its_siblings() {
 /// its repeat hits is taken out and hit again, and what is left scatters as a careful person's hits do.
 #[test]
 fn a_misplaced_tap_is_hit_again_where_the_policy_wants_it() {
-    let (host, mut rig) = layout(TESTS[0]);
+    let (host, mut rig) = layout(THREE_BAR_TESTS[0]);
     rig.test.policy = rig.test.policy.with(Code::HitInconsistent, Verdict::Reject);
     let mut bench = Bench::named("default").unwrap();
     bench.operator.too_weak_rate = 0.0;
@@ -270,7 +249,7 @@ impl ScanSource for Stuck {
 
 #[test]
 fn a_record_that_comes_twice_is_rejected() {
-    let (host, rig) = layout(TESTS[0]);
+    let (host, rig) = layout(THREE_BAR_TESTS[0]);
     let mut bench = Bench::named("default").unwrap();
     bench.operator.too_weak_rate = 0.0;
     bench.operator.too_hard_rate = 0.0;

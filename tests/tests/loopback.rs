@@ -14,6 +14,7 @@ use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_protocol::{MAX_FRAME, PROTOCOL_MAJOR, encode_frame};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
+use massline_tests::campaign::{LATE, three_bar_with_hits};
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::flash::{FlashBacking, FlashMemory};
 use massline_virtual::pipe::faults::{FaultRates, FaultyPipe};
@@ -26,9 +27,6 @@ const FAULTS: u64 = 10_000;
 /// Rigs that share them: a fault is mostly waiting.
 const RIGS: u64 = 4;
 
-/// Never reached unless something hangs.
-const LATE: Duration = Duration::from_secs(80);
-
 /// Asks again soon and as often as need be: a rig in this process answers at once or not at all.
 const IMPATIENT: Timing = Timing {
     answer: Duration::from_millis(6),
@@ -38,10 +36,8 @@ const IMPATIENT: Timing = Timing {
 };
 
 fn layout_file() -> LayoutFile {
-    let text = include_str!("../../host/examples/three-bar-test-1.toml");
-    // Three of the five hits: as few as have a covariance.
-    let text = text.replace("hits_per_dof = 5", "hits_per_dof = 3");
-    LayoutFile::parse(&text, "three-bar-test-1.toml").unwrap()
+    // As few hits as have a covariance.
+    three_bar_with_hits(3)
 }
 
 fn rig_layout() -> RigLayout {

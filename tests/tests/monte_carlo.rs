@@ -1,10 +1,7 @@
 //! Many tests on the bench by the pure pipeline, against the rig, the truth and the bound.
 
-use massline::campaign::{Begin, Ending, Observer, begin, follow};
-use massline::client::{Client, PipeTransport};
 use massline::commands::bench_test::nominal_calibration;
 use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::{SimulatedTest, TestLayout, measure};
 use massline::monte_carlo::statistics::MethodStatistics;
 use massline::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report, seed_of_run};
@@ -12,37 +9,11 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
 use massline_shared::layout::{HitPolicy, Verdict};
+use massline_tests::campaign::{self, THREE_BAR_TESTS};
 use massline_virtual::bench::{Bench, BenchSource};
-use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
-
-const TESTS: [&str; 4] = [
-    include_str!("../../host/examples/three-bar-test-1.toml"),
-    include_str!("../../host/examples/three-bar-test-2.toml"),
-    include_str!("../../host/examples/three-bar-test-3.toml"),
-    include_str!("../../host/examples/three-bar-test-4.toml"),
-];
 
 fn layout(test: &str) -> TestLayout {
-    let file = LayoutFile::parse(test, "test.toml").expect("a shipped layout");
-    file.layout.cast().expect("fits the rig")
-}
-
-struct Silent;
-impl Observer for Silent {}
-
-/// What the rig measures.
-fn on_the_rig(bench: &Bench, layout: &TestLayout, seed: u64) -> MeasurementResult {
-    let source = BenchSource::new(bench, &layout.cast().expect("fits"), seed).expect("fits");
-    let rig = VirtualRig::start(VirtualRigOptions::new(Box::new(source))).expect("a rig");
-    let mut client = Client::new(PipeTransport::new(rig.link()));
-    client.identify().expect("an identity");
-    client.put_layout(&layout.cast().expect("fits")).expect("a layout");
-    begin(&mut client, Begin::default()).expect("a start");
-    let ending = follow(&mut client, &Interrupt::new(), None, &mut Silent).expect("an end");
-    let Ending::Done(number) = ending else { panic!("no result: {ending:?}") };
-    let result = client.result(number).expect("a result");
-    rig.stop().expect("no panic");
-    result
+    campaign::layout_file(test).layout.cast().expect("fits the rig")
 }
 
 /// What the pure pipeline measures and the rig's result; their mass lines are the same.
@@ -52,9 +23,11 @@ fn measured_twice(
     seed: u64,
 ) -> (SimulatedTest, MeasurementResult) {
     let calibration = nominal_calibration(bench);
-    let result = on_the_rig(bench, layout, seed);
-    let mut source = BenchSource::new(bench, &layout.cast().expect("fits"), seed).expect("fits");
-    let pure = measure(&mut source, layout, &calibration).expect("mass lines");
+    let bench_source =
+        || BenchSource::new(bench, &layout.cast().expect("fits"), seed).expect("fits");
+    let rig_layout = layout.cast().expect("fits");
+    let result = campaign::measure(Box::new(bench_source()), &rig_layout, &mut ());
+    let pure = measure(&mut bench_source(), layout, &calibration).expect("mass lines");
     assert_eq!(pure.dofs.len(), result.dofs.len());
     for ((index, lines), rig) in pure.dofs.iter().zip(&result.dofs) {
         assert_eq!((*index, lines.hits), (usize::from(rig.index), u16::from(rig.hits)));
@@ -73,7 +46,7 @@ fn a_run_withdraws_the_hits_that_the_rig_withdraws() {
     let mut bench = Bench::named("default").expect("bundled");
     bench.operator.misplaced_rate = 0.2;
     let mut withdrawn = 0;
-    for (test, seed) in TESTS.into_iter().zip(1..) {
+    for (test, seed) in THREE_BAR_TESTS.into_iter().zip(1..) {
         let mut layout = layout(test);
         layout.test.policy = layout.test.policy.with(Code::HitInconsistent, Verdict::Reject);
         let (pure, _) = measured_twice(&bench, &layout, seed);
@@ -91,7 +64,7 @@ fn a_run_withdraws_the_hits_that_the_rig_withdraws() {
 #[test]
 fn a_run_is_what_the_rig_does() {
     let bench = Bench::named("default").expect("bundled");
-    for (test, seed) in TESTS.into_iter().zip([3, 5, 8, 13]) {
+    for (test, seed) in THREE_BAR_TESTS.into_iter().zip([3, 5, 8, 13]) {
         let layout = layout(test);
         let (pure, result) = measured_twice(&bench, &layout, seed);
         let (rig, unknown) = result.estimates();
@@ -156,7 +129,7 @@ fn of(method: Method, study: &Study) -> &MethodStatistics {
 /// reached 1.01 to 1.08 and 93 to 95 %.
 #[test]
 fn maximum_likelihood_reaches_the_bound_and_knows_how_good_it_is() {
-    for (number, test) in (1..).zip(TESTS) {
+    for (number, test) in (1..).zip(THREE_BAR_TESTS) {
         let study = study(test, apply_bench_budget);
         println!("test {number}\n{}", report::to_text(&study));
         let ml = of(Method::MaximumLikelihood, &study);
@@ -177,7 +150,7 @@ fn maximum_likelihood_reaches_the_bound_and_knows_how_good_it_is() {
 /// The budget that layouts have by default is wider than the errors of the default bench.
 #[test]
 fn with_a_wider_budget_the_intervals_hold_more_than_they_promise() {
-    for (number, test) in (1..).zip(TESTS) {
+    for (number, test) in (1..).zip(THREE_BAR_TESTS) {
         let study = study(test, |_, _| ());
         println!("test {number}\n{}", report::to_text(&study));
         let coverage = of(Method::MaximumLikelihood, &study).pooled_coverage95().unwrap();
@@ -188,7 +161,7 @@ fn with_a_wider_budget_the_intervals_hold_more_than_they_promise() {
 #[test]
 fn the_answer_does_not_depend_on_the_number_of_threads() {
     let bench = Bench::named("default").expect("bundled");
-    let layout = layout(TESTS[2]);
+    let layout = layout(THREE_BAR_TESTS[2]);
     let calibration = nominal_calibration(&bench);
     let study = |threads: usize, seed: u64| {
         let threads = std::num::NonZeroUsize::new(threads);
@@ -206,7 +179,7 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
 #[test]
 fn an_interrupted_study_tells_what_is_done() {
     let bench = Bench::named("default").expect("bundled");
-    let layout = layout(TESTS[0]);
+    let layout = layout(THREE_BAR_TESTS[0]);
     let calibration = nominal_calibration(&bench);
     let interrupt = Interrupt::new();
     let study = MonteCarlo {

@@ -4,7 +4,6 @@ mod pictures;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use embassy_futures::block_on;
 use massline::commands::calibrate::block::LAYOUT as BLOCK;
@@ -18,6 +17,7 @@ use massline_shared::calibration::tumble::Position;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{AdcProperties, Scan};
+use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file};
 use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};
 use massline_virtual::framebuffer::Framebuffer;
@@ -25,13 +25,11 @@ use massline_virtual::panel::PanelView;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 
-/// Never reached unless something hangs.
-const LATE: Duration = Duration::from_secs(120);
 /// The clock in the title, and the level bars: they depend on how fast this machine is.
 const LIVE: [pictures::Mask; 2] = [(90..128, 0..11), (0..128, 52..64)];
 
 fn file() -> LayoutFile {
-    LayoutFile::parse(include_str!("../../host/examples/three-bar-test-1.toml"), "test").unwrap()
+    layout_file(THREE_BAR_TESTS[0])
 }
 
 /// Flash in which the layout of the frame was kept before the power was cut.
@@ -240,7 +238,7 @@ fn sensors_are_calibrated_by_gravity_with_buttons_alone() {
 
 /// The bench of a block of 2 kg and its layout.
 fn block() -> (Bench, LayoutFile) {
-    (Bench::named("block").unwrap(), LayoutFile::parse(BLOCK, "block.toml").unwrap())
+    (Bench::named("block").unwrap(), layout_file(BLOCK))
 }
 
 /// Types 2000.0 g into the wizard, which begins with 1000.0 g, and starts.

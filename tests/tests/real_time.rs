@@ -1,8 +1,6 @@
 //! Scans that the converter loses: a hit that they fell into is aborted by name, asked for again, and the
 //! campaign ends as if nothing had happened.
 
-use std::time::Duration;
-
 use massline::client::{Client, Event, PipeTransport};
 use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
@@ -12,45 +10,29 @@ use massline_protocol::message::{CampaignCommand, Reason, Stats, Status};
 use massline_shared::diagnosis::Code;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
-use massline_tests::faulty_sampler::rig_that_loses;
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file, steady_hand};
+use massline_tests::faulty_sampler::{Strikes, rig_that_loses};
+use massline_virtual::bench::BenchSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
-/// Never reached unless something hangs.
-const LATE: Duration = Duration::from_secs(60);
 /// Scans that are lost at once.
 const LOST: u32 = 3;
 
 fn file() -> LayoutFile {
-    LayoutFile::parse(include_str!("../../host/examples/three-bar-test-1.toml"), "test").unwrap()
+    layout_file(THREE_BAR_TESTS[0])
 }
 
 /// A rig on the ideal bench with a steady hand; its converter loses scans in the blocks that `loses` says.
 fn rig_whose_converter(mut loses: impl FnMut(&[Scan]) -> bool + Send + 'static) -> VirtualRig {
-    let mut bench = Bench::named("ideal").unwrap();
-    bench.operator.too_weak_rate = 0.0;
-    bench.operator.too_hard_rate = 0.0;
-    bench.operator.double_rate = 0.0;
-    let source = BenchSource::new(&bench, &file().layout, 1).unwrap();
+    let source = BenchSource::new(&steady_hand("ideal"), &file().layout, 1).unwrap();
     let fault = move |block: &[Scan]| loses(block).then_some(SampleError::Overrun { lost: LOST });
     rig_that_loses(VirtualRigOptions::new(Box::new(source)), fault).unwrap()
 }
 
 /// Loses scans once, so many blocks after the hammer has struck for the `strike`th time.
 fn after(strike: u32, blocks: u32) -> impl FnMut(&[Scan]) -> bool + Send {
-    let (mut strikes, mut since) = (0, None::<u32>);
-    move |block| {
-        // The hammer rests at some hundred codes of 4096 and strikes with thousands.
-        let struck = block.iter().any(|scan| scan[0].abs_diff(block[0][0]) > 500);
-        since = match since {
-            None if struck => Some(0),
-            // A record is 103 blocks: what the hammer does within is one strike.
-            Some(103) => None,
-            other => other.map(|blocks| blocks + 1),
-        };
-        strikes += u32::from(since == Some(0));
-        strikes == strike && since == Some(blocks)
-    }
+    let mut strikes = Strikes::above(500);
+    move |block| strikes.see(block) == Some((strike, blocks))
 }
 
 struct Outcome {

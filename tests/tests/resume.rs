@@ -1,10 +1,8 @@
 //! A campaign goes on after a cut of the power: the whole rig over a bench, its flash in a file or cut at
 //! any word.
 
-use std::time::Duration;
-
 use massline::campaign::{Begin, Begun, Ending, Observer, Steer, begin, follow};
-use massline::client::{Client, PipeTransport};
+use massline::client::Client;
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline_protocol::LayoutHash;
@@ -13,18 +11,14 @@ use massline_protocol::object::{DofResult, MeasurementResult, ObjectId, ObjectKi
 use massline_shared::diagnosis::{Code, Subject};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
+use massline_tests::campaign::{LATE, phase, start, three_bar_with_hits, wait_for};
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::flash::{Cut, FlashBacking, FlashMemory};
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
-/// Never reached unless something hangs.
-const LATE: Duration = Duration::from_secs(60);
-
 fn layout_file() -> LayoutFile {
-    let text = include_str!("../../host/examples/three-bar-test-1.toml");
-    // Two of the five hits are enough to scatter.
-    let text = text.replace("hits_per_dof = 5", "hits_per_dof = 2");
-    LayoutFile::parse(&text, "three-bar-test-1.toml").unwrap()
+    // Two hits are enough to scatter.
+    three_bar_with_hits(2)
 }
 
 fn layout() -> RigLayout {
@@ -37,30 +31,17 @@ fn power_on(flash: &FlashBacking) -> (VirtualRig, Client) {
     let source = BenchSource::new(&bench, &layout_file().layout, 1).unwrap();
     let options =
         VirtualRigOptions { flash: flash.clone(), ..VirtualRigOptions::new(Box::new(source)) };
-    let rig = VirtualRig::start(options).unwrap();
-    let client = Client::new(PipeTransport::new(rig.link()));
-    (rig, client)
-}
-
-fn phase(status: &Status) -> Option<Phase> {
-    Phase::try_from(status.phase).ok()
+    start(options)
 }
 
 /// Waits until the rig is in a phase at a DOF or behind it.
-fn wait_for(client: &mut Client, wanted: Phase, dof: u8) -> Status {
-    let start = std::time::Instant::now();
-    loop {
-        let status = client.status().unwrap();
-        if phase(&status) == Some(wanted) && status.dof >= dof {
-            return status;
-        }
-        assert!(start.elapsed() < LATE, "{status:?}");
-    }
+fn wait_at(client: &mut Client, wanted: Phase, dof: u8) -> Status {
+    wait_for(client, |status| phase(status) == Some(wanted) && status.dof >= dof)
 }
 
 /// Accepts the hit that waits at a DOF or behind it.
 fn accept(client: &mut Client, dof: u8) {
-    wait_for(client, Phase::Confirming, dof);
+    wait_at(client, Phase::Confirming, dof);
     client.command(CampaignCommand::Accept).unwrap();
 }
 
@@ -112,7 +93,7 @@ fn a_rig_that_is_switched_off_goes_on_at_the_next_dof() {
     for _ in 0..3 {
         accept(&mut client, 0);
     }
-    wait_for(&mut client, Phase::Confirming, 1);
+    wait_at(&mut client, Phase::Confirming, 1);
     rig.stop().unwrap();
     // Switched on and off again without a word.
     power_on(&flash).0.stop().unwrap();
@@ -145,7 +126,7 @@ fn a_campaign_that_was_ended_or_begun_anew_does_not_come_back() {
         for _ in 0..2 {
             accept(&mut client, 0);
         }
-        wait_for(&mut client, Phase::Confirming, 1);
+        wait_at(&mut client, Phase::Confirming, 1);
         client.command(CampaignCommand::Pause).unwrap();
         let steps = memory.steps();
         if end == CampaignCommand::Abort {
@@ -173,9 +154,9 @@ fn a_dof_that_was_skipped_stays_skipped_and_hits_still_wait_for_a_confirmation()
     let (rig, mut client) = power_on(&flash);
     client.put_layout(&layout()).unwrap();
     client.start(true, false).unwrap();
-    wait_for(&mut client, Phase::Confirming, 0);
+    wait_at(&mut client, Phase::Confirming, 0);
     client.command(CampaignCommand::Skip).unwrap();
-    wait_for(&mut client, Phase::Confirming, 1);
+    wait_at(&mut client, Phase::Confirming, 1);
     rig.stop().unwrap();
     let (rig, mut client) = power_on(&flash);
     let status = client.status().unwrap();
@@ -184,7 +165,7 @@ fn a_dof_that_was_skipped_stays_skipped_and_hits_still_wait_for_a_confirmation()
     for hit in 0..4 {
         accept(&mut client, 1 + hit / 2);
     }
-    let number = wait_for(&mut client, Phase::Done, 0).result;
+    let number = wait_at(&mut client, Phase::Done, 0).result;
     let result = read_result(&mut client, number);
     assert_eq!(result.dofs.iter().map(|dof| dof.index).collect::<Vec<_>>(), [1, 2]);
     let skipped = |d: &massline_shared::diagnosis::Diagnostic| {

@@ -5,48 +5,33 @@ use std::time::Duration;
 use massline::campaign::{Begin, Begun, Ending, begin, follow};
 use massline::client::{Client, Event, PipeTransport};
 use massline::interrupt::Interrupt;
-use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
 use massline_protocol::message::{CampaignCommand, Reason, Status};
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::RECORD_SCANS;
+use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file, phase, start, wait_for};
 use massline_tests::faulty_sampler::rig_that_loses;
 use massline_virtual::bench::{Bench, BenchSource, TumbleSource};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 
-const LAYOUT: &str = include_str!("../../host/examples/three-bar-test-1.toml");
-const LONG: Duration = Duration::from_secs(60);
-
 fn rig(flash: &FlashBacking) -> (VirtualRig, Client, RigLayout) {
-    let file = LayoutFile::parse(LAYOUT, "test.toml").unwrap();
+    let file = layout_file(THREE_BAR_TESTS[0]);
     let bench = Bench::named("ideal").unwrap();
     let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
     let options =
         VirtualRigOptions { flash: flash.clone(), ..VirtualRigOptions::new(Box::new(source)) };
-    let rig = VirtualRig::start(options).unwrap();
-    let mut client = Client::new(PipeTransport::new(rig.link()));
+    let (rig, mut client) = start(options);
     client.identify().unwrap();
     let layout = file.rig_layout().unwrap();
     (rig, client, layout)
 }
 
-fn phase(status: &Status) -> Option<Phase> {
-    Phase::try_from(status.phase).ok()
-}
-
-fn wait_for(client: &mut Client, wanted: Phase) -> Status {
-    let start = std::time::Instant::now();
-    loop {
-        let status = client.status().unwrap();
-        if phase(&status) == Some(wanted) {
-            return status;
-        }
-        assert!(start.elapsed() < LONG, "{status:?}");
-    }
+fn wait_in(client: &mut Client, wanted: Phase) -> Status {
+    wait_for(client, |status| phase(status) == Some(wanted))
 }
 
 #[test]
@@ -71,7 +56,7 @@ fn settings_that_no_rig_can_work_with_are_refused_even_by_force() {
     // And the rig measures afterwards.
     client.put_layout(&good).unwrap();
     client.start(false, false).unwrap();
-    assert_eq!(wait_for(&mut client, Phase::Done).result, 1);
+    assert_eq!(wait_in(&mut client, Phase::Done).result, 1);
     rig.stop().unwrap();
 }
 
@@ -107,7 +92,7 @@ fn concurrent_hits_can_be_forced_and_give_a_reason_instead_of_numbers() {
     let refusal = client.start(false, false).unwrap_err().refusal();
     assert_eq!(refusal, Some(Reason::LayoutRefused));
     client.start(false, true).unwrap();
-    let status = wait_for(&mut client, Phase::Done);
+    let status = wait_in(&mut client, Phase::Done);
     let result = client.result(status.result).unwrap();
     assert!(result.estimates.is_empty());
     assert_eq!(result.dofs.len(), 3);
@@ -122,10 +107,10 @@ fn a_campaign_in_which_everything_was_skipped_has_no_mass() {
     client.put_layout(&layout).unwrap();
     client.start(true, false).unwrap();
     for _ in 0..layout.hits.len() {
-        wait_for(&mut client, Phase::Confirming);
+        wait_in(&mut client, Phase::Confirming);
         client.command(CampaignCommand::Skip).unwrap();
     }
-    let status = wait_for(&mut client, Phase::Done);
+    let status = wait_in(&mut client, Phase::Done);
     let result = client.result(status.result).unwrap();
     assert!(result.estimates.is_empty() && result.dofs.is_empty());
     let skipped = result.diagnostics.iter().filter(|d| d.code == Code::DofSkipped);
@@ -133,7 +118,7 @@ fn a_campaign_in_which_everything_was_skipped_has_no_mass() {
     assert_eq!(rig.panel().mass, None);
     rig.stop().unwrap();
     let (rig, _client, _) = self::rig(&flash);
-    assert!(rig.wait_for(LONG, |model| model.mass.is_none()).is_some());
+    assert!(rig.wait_for(LATE, |model| model.mass.is_none()).is_some());
     rig.stop().unwrap();
 }
 
@@ -142,14 +127,14 @@ fn a_stream_that_is_started_again_has_no_old_scans() {
     let (rig, mut client, layout) = rig(&FlashBacking::default());
     client.put_layout(&layout).unwrap();
     client.start(false, false).unwrap();
-    wait_for(&mut client, Phase::Done);
+    wait_in(&mut client, Phase::Done);
     for _ in 0..3 {
         while client.next_event(Duration::ZERO).unwrap().is_some() {}
         client.set_stream(true).unwrap();
         let mut next = None;
         let mut blocks = 0;
         while blocks < 60 {
-            let Some(event) = client.next_event(LONG).unwrap() else { panic!("no scans") };
+            let Some(event) = client.next_event(LATE).unwrap() else { panic!("no scans") };
             if let Event::Scans(block) = event {
                 let scans = block.codes.len() as u64 / 20;
                 assert!(next.is_none_or(|next| next == block.first), "a gap without a loss");
@@ -167,7 +152,7 @@ fn a_new_layout_leaves_nothing_of_the_last_campaign() {
     let (rig, mut client, mut layout) = rig(&FlashBacking::default());
     client.put_layout(&layout).unwrap();
     client.start(false, false).unwrap();
-    wait_for(&mut client, Phase::Done);
+    wait_in(&mut client, Phase::Done);
     layout.hits.pop();
     client.put_layout(&layout).unwrap();
     let status = client.status().unwrap();
@@ -182,12 +167,12 @@ fn redo_measures_the_dof_again_and_a_pause_keeps_the_others() {
     client.put_layout(&layout).unwrap();
     client.start(true, false).unwrap();
     for _ in 0..2 {
-        wait_for(&mut client, Phase::Confirming);
+        wait_in(&mut client, Phase::Confirming);
         client.command(CampaignCommand::Accept).unwrap();
     }
-    wait_for(&mut client, Phase::Confirming);
+    wait_in(&mut client, Phase::Confirming);
     client.command(CampaignCommand::Redo).unwrap();
-    let status = wait_for(&mut client, Phase::Confirming);
+    let status = wait_in(&mut client, Phase::Confirming);
     assert_eq!(status.accepted[0], 0);
     client.command(CampaignCommand::Pause).unwrap();
     assert_eq!(phase(&client.status().unwrap()), Some(Phase::Paused));
@@ -212,7 +197,7 @@ fn rig_that_fails(
 
 #[test]
 fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
-    let file = LayoutFile::parse(LAYOUT, "test.toml").unwrap();
+    let file = layout_file(THREE_BAR_TESTS[0]);
     let bench = Bench::named("ideal").unwrap();
     let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
     // A hit takes about 160 blocks of 20 scans: this is in the sixth.
@@ -222,7 +207,7 @@ fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
     client.put_layout(&file.rig_layout().unwrap()).unwrap();
     let mut follow_one = |wanted: Begun| {
         assert_eq!(begin(&mut client, Begin::default()).unwrap(), wanted);
-        follow(&mut client, &Interrupt::new(), Some(LONG), &mut ()).unwrap()
+        follow(&mut client, &Interrupt::new(), Some(LATE), &mut ()).unwrap()
     };
     let Ending::Stopped(status) = follow_one(Begun::Started) else { panic!("it has stopped") };
     assert!(status.diagnostics.iter().any(|d| d.code == Code::SamplerStopped));

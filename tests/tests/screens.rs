@@ -164,20 +164,20 @@ fn verdict(reason: Option<Diagnostic>) -> Option<HitVerdict> {
 }
 
 #[test]
-fn home() {
+fn the_home_screen_looks_as_its_pictures() {
     Rig::at(Phase::Idle).show("home", Screen::Home, 0);
     Rig::at(Phase::Paused).show("home-end-of-list", Screen::Home, 5);
 }
 
 #[test]
-fn a_campaign_is_prepared() {
+fn the_screens_before_a_campaign_look_as_their_pictures() {
     Rig::at(Phase::Idle).show("measure-idle", Screen::Measure, 0);
     let without = Rig { layout: None, layouts: Vec::new(), ..Rig::at(Phase::Idle) };
     without.show("measure-no-layout", Screen::Measure, 0);
 }
 
 #[test]
-fn hits_are_guided() {
+fn the_screens_that_ask_for_a_hit_look_as_their_pictures() {
     Rig::at(Phase::Armed).show("armed", Screen::Measure, 0);
     let mut rig = Rig::at(Phase::Armed);
     rig.model.verdict = verdict(None);
@@ -210,7 +210,7 @@ fn a_rejected_hit_says_why() {
 }
 
 #[test]
-fn a_campaign_waits_and_ends() {
+fn the_screens_of_a_campaign_that_waits_or_ends_look_as_their_pictures() {
     let mut rig = Rig::at(Phase::Confirming);
     rig.model.verdict = verdict(None);
     rig.show("confirming", Screen::Measure, 0);
@@ -227,7 +227,7 @@ fn a_campaign_waits_and_ends() {
 }
 
 #[test]
-fn findings() {
+fn the_pages_of_findings_look_as_their_pictures() {
     let findings = vec![
         said(
             Code::SettingOutOfRange,
@@ -276,13 +276,13 @@ fn every_code_leaves_the_edges_of_the_glass_free() {
 }
 
 #[test]
-fn layouts() {
+fn the_list_of_layouts_looks_as_its_pictures() {
     Rig::new().show("layouts", Screen::Layouts, 1);
     Rig { layouts: Vec::new(), ..Rig::new() }.show("layouts-none", Screen::Layouts, 0);
 }
 
 #[test]
-fn results() {
+fn the_list_of_results_looks_as_its_pictures() {
     Rig::new().show("results", Screen::Results, 0);
     let full = (1..=RESULTS as u32).rev().map(entry).collect();
     Rig { results: full, ..Rig::new() }.show("results-full", Screen::Results, 6);
@@ -290,7 +290,7 @@ fn results() {
 }
 
 #[test]
-fn pages_of_a_result() {
+fn the_pages_of_a_result_look_as_their_pictures() {
     let names = [
         "result-mass",
         "result-inertia",
@@ -321,7 +321,7 @@ fn a_heavy_body_without_sigmas_fits_the_page() {
 }
 
 #[test]
-fn calibration() {
+fn the_screens_of_a_calibration_look_as_their_pictures() {
     Rig::new().show("calibration", Screen::Calibration, 0);
     Rig::new().show("block-mass", Screen::BlockMass, 2);
     let sigma = CalibrationSigma { gain: 0.000_21, cross_axis: 0.0034, hammer_gain: 0.0041 };
@@ -344,7 +344,7 @@ fn calibration() {
 }
 
 #[test]
-fn storage_and_about() {
+fn the_pages_about_the_rig_and_its_store_look_as_their_pictures() {
     Rig::new().show("storage", Screen::Storage, 0);
     let full = (1..=RESULTS as u32).rev().map(entry).collect();
     Rig { results: full, ..Rig::new() }.show("storage-full", Screen::Storage, 0);
@@ -359,7 +359,7 @@ fn storage_and_about() {
 }
 
 #[test]
-fn questions_and_refusals() {
+fn questions_and_refusals_look_as_their_pictures() {
     Rig::at(Phase::Paused).show("sure-end", Screen::Sure(Question::End), 0);
     Rig::at(Phase::Paused).show("sure-redo", Screen::Sure(Question::Redo), 0);
     let rig = Rig { summary: Some(summary()), ..Rig::new() };

@@ -16,16 +16,15 @@ use massline_protocol::{MAX_FRAME, encode_frame};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{AdcProperties, Record, Scan};
+use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file, steady_hand};
 use massline_tests::garbage::{garbage, question};
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::bench::BenchSource;
 use massline_virtual::pipe::HostEnd;
 use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Never reached unless something hangs.
-const LATE: Duration = Duration::from_secs(60);
 /// Asks again soon: a rig in this process answers at once or not at all.
 const IMPATIENT: Timing = Timing {
     answer: Duration::from_millis(50),
@@ -37,7 +36,7 @@ const IMPATIENT: Timing = Timing {
 const HITS: usize = 15;
 
 fn file() -> LayoutFile {
-    LayoutFile::parse(include_str!("../../host/examples/three-bar-test-1.toml"), "test").unwrap()
+    layout_file(THREE_BAR_TESTS[0])
 }
 
 fn layout() -> RigLayout {
@@ -45,11 +44,7 @@ fn layout() -> RigLayout {
 }
 
 fn bench() -> BenchSource {
-    let mut bench = Bench::named("ideal").unwrap();
-    bench.operator.too_weak_rate = 0.0;
-    bench.operator.too_hard_rate = 0.0;
-    bench.operator.double_rate = 0.0;
-    BenchSource::new(&bench, &file().layout, 1).unwrap()
+    BenchSource::new(&steady_hand("ideal"), &file().layout, 1).unwrap()
 }
 
 /// A rig whose link holds so many bytes in each direction; bench and seed are always the same.
@@ -109,8 +104,7 @@ fn nobody_reads_for_a_whole_campaign() {
     // The link holds less than one status: the first event already finds no room.
     let rig = start(32);
     let mut client = connect(&rig);
-    client.put_layout(&layout()).unwrap();
-    client.start(false, false).unwrap();
+    begin(&mut client);
     drop(client);
     finish(&rig);
     // Whoever asks now is told the truth, after what is left of a torn frame.

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn words_are_told_once() {
+    fn the_words_of_a_panic_can_be_taken_once() {
         let mut words = Words::none();
         assert_eq!(words.take(), None);
         words.write(format_args!("index {} of {}", 7, 5));

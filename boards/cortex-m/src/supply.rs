@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn the_supply_is_followed() {
+    fn after_a_step_of_the_supply_the_correction_settles_on_the_new_supply() {
         let mut followed = Supply::new(Noted::new(TYPICAL), BITS);
         followed.correct(8000, 6008);
         // Eight times the memory: e^-8 of a step of 5 % is 1/6 of a code.

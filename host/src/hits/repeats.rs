@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_hit_after_a_hundred_good_ones_goes() {
+    fn a_bad_hit_after_a_hundred_good_ones_is_left_out() {
         let mut offsets: Vec<f64> = (0..100).map(|k| 1e-3 * f64::from(k)).collect();
         offsets.push(0.9);
         assert_eq!(agreeing(&with(&offsets)), (0..100).collect::<Vec<_>>());

@@ -135,7 +135,7 @@ fn local_axes_turn_sensors_and_hits() {
 }
 
 #[test]
-fn entries_may_be_tables() {
+fn sensors_and_hits_may_be_tables() {
     let text = with(
         "sensors = [1, 2, 3]",
         "sensors = [{ node = 1, axes = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]], senses_gravity = false, \
@@ -254,7 +254,7 @@ fn doubled_things_are_named() {
 }
 
 #[test]
-fn too_many_are_refused() {
+fn too_many_sensors_and_too_many_hits_are_refused() {
     let ids = |n: usize| (1..=n).map(|k| k.to_string()).collect::<Vec<_>>().join(", ");
     let nodes: String =
         (1..=25).map(|k| format!("[[node]]\nid = {k}\nposition_m = [{k}, 0, 0]\n")).collect();

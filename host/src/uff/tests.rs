@@ -59,7 +59,7 @@ fn real_functions_are_read() {
 }
 
 #[test]
-fn dofs_are_read() {
+fn node_and_direction_are_read_even_where_a_long_name_moves_the_columns() {
     let function = variant(0);
     assert_eq!(function.response, NodeDirection { node: 1, direction: 1 });
     assert_eq!(function.reference, NodeDirection { node: 2, direction: 3 });

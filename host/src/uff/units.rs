@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ratio_is_split() {
+    fn the_unit_of_a_ratio_is_split_into_numerator_and_denominator() {
         assert_eq!(split_ratio("(m/s^2)/N"), ("(m/s^2)", "N"));
         assert_eq!(split_ratio("m/s^2"), ("m/s^2", ""));
         assert_eq!(split_ratio("g/lbf"), ("g", "lbf"));

@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_the_gravest_and_about_the_whole() {
+    fn an_unknown_severity_is_an_error_and_an_unknown_subject_the_whole() {
         let newer = WireDiagnostic {
             code: 999,
             severity: 7,

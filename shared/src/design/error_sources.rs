@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn the_parts_add_up() {
+    fn the_shares_add_up_to_one() {
         let mut layout = bar_layout();
         let prior = Prior { property: 0, value: 1.23, sigma: 0.005 };
         layout.priors.push(prior).unwrap();

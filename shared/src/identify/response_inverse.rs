@@ -107,7 +107,7 @@ mod tests {
     use nalgebra::{Matrix6, Vector3};
 
     #[test]
-    fn it_inverts_the_response_matrix() {
+    fn the_response_inverse_inverts_the_response_matrix() {
         let layout = bar_layout();
         let g = layout.response_matrix(&Vector3::zeros());
         let inverse = ResponseInverse::new(&g, layout.characteristic_length()).unwrap();

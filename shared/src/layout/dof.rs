@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn text_that_is_no_dof_is_refused() {
         for text in ["", ":", "1", "1:", "1:+", "1:+W", "+1:+X", "70000:+X", "1:++X", "1:+X+"] {
             assert_eq!(text.parse::<Dof>(), Err(DofError::Malformed), "{text}");
         }

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn names_read_back() {
+    fn the_name_of_a_verdict_is_read_as_that_verdict() {
         for verdict in Verdict::ALL {
             assert_eq!(Verdict::from_name(verdict.name()), Some(verdict));
         }

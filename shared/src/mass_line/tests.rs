@@ -37,7 +37,7 @@ fn fit<R: Real + Default>(
 
 proptest! {
     #[test]
-    fn the_three_terms_come_back(
+    fn the_fit_gives_the_three_terms_of_an_exact_mass_line(
         a in -3.0..3.0_f64,
         b in -2000.0..2000.0_f64,
         c in -1e-6..1e-6_f64,
@@ -118,7 +118,7 @@ fn a_line_at_zero_hertz_says_nothing_about_the_suspension() {
 }
 
 #[test]
-fn bad_numbers_are_refused() {
+fn lines_that_are_not_finite_or_missing_are_refused() {
     let mut h = model::<f32>([1.0, 0.0, 0.0], 10.0);
     h[0] = Complex::new(f32::NAN, 0.0);
     assert!(fit(&h, 10.0, Terms::Abc).is_ok(), "outside the band");

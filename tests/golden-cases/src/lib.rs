@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_number_fails() {
+    fn a_wrong_missing_or_undefined_number_fails_its_check() {
         let case = Case::find("a_irm_01_exact_bar").unwrap();
         let mut verdicts = Vec::new();
         let mut report = |_: &str, path: &str, pass: bool, _: f64| {

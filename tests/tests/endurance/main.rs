@@ -30,7 +30,8 @@ use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
-use massline_tests::faulty_sampler::rig_that_loses;
+use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file};
+use massline_tests::faulty_sampler::{Strikes, rig_that_loses};
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 use rand::{RngExt, SeedableRng};
@@ -39,8 +40,6 @@ use rand_chacha::ChaCha8Rng;
 use memory::Memory;
 use trouble::Trouble;
 
-/// Never reached unless something hangs, by the wall clock.
-pub const LATE: Duration = Duration::from_secs(120);
 /// The longest that a campaign may take by the rig's clock, s. Its fifteen hits take 0.8 s each; one in ten
 /// is asked for again, a tap that is not heard is repeated after 3 s, and while a host that reads nothing
 /// is waited for the rig's clock goes with the wall's.
@@ -66,7 +65,7 @@ fn wanted_s() -> f64 {
 }
 
 fn file() -> LayoutFile {
-    LayoutFile::parse(include_str!("../../../host/examples/three-bar-test-1.toml"), "test").unwrap()
+    layout_file(THREE_BAR_TESTS[0])
 }
 
 /// The same test under another title, which makes it another layout.
@@ -79,22 +78,14 @@ fn layout(campaign: usize) -> RigLayout {
 
 /// Loses scans in the middle of some records: the same ones on every rig.
 fn losses() -> impl FnMut(&[Scan]) -> Option<SampleError> + Send {
-    let (mut strikes, mut since) = (0, None::<u32>);
+    let mut strikes = Strikes::above(300);
     move |block| {
-        // The hammer rests at some hundred codes of 4096 and strikes with thousands.
-        let struck = block.iter().any(|scan| scan[0].abs_diff(block[0][0]) > 300);
-        since = match since {
-            None if struck => Some(0),
-            // What the hammer does within the 103 blocks of a record is one strike.
-            Some(103) => None,
-            other => other.map(|blocks| blocks + 1),
-        };
-        strikes += u32::from(since == Some(0));
-        if since == Some(50) && strikes % RECORDS_PER_LOSS == 0 {
-            since = None;
-            return Some(SampleError::Overrun { lost: 20 });
+        let (strike, blocks) = strikes.see(block)?;
+        if blocks != 50 || strike % RECORDS_PER_LOSS != 0 {
+            return None;
         }
-        None
+        strikes.forget();
+        Some(SampleError::Overrun { lost: 20 })
     }
 }
 

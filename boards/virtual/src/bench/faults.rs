@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_no_fault() {
+    fn text_that_names_no_fault_is_refused() {
         for text in [
             "",
             "flip",

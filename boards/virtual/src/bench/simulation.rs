@@ -238,7 +238,7 @@ mod tests {
     use rand::SeedableRng;
 
     #[test]
-    fn coasting_is_what_the_steps_do() {
+    fn the_free_response_in_closed_form_is_that_of_the_steps() {
         let bench = Bench::named("default").unwrap();
         let layout = test_one();
         let mut rng = ChaCha8Rng::seed_from_u64(5);

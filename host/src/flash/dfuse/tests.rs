@@ -269,7 +269,7 @@ fn a_protected_chip_is_named() {
 }
 
 #[test]
-fn another_chip_is_left_alone() {
+fn the_flash_of_another_chip_is_not_written() {
     // An STM32F411CC: 256 KiB.
     let rom = Rom::new("@Internal Flash  /0x08000000/04*016Kg,01*064Kg,01*128Kg");
     let error = flash(&rom, &plan(), &mut Log::default()).unwrap_err();
@@ -280,7 +280,7 @@ fn another_chip_is_left_alone() {
 
 /// Ctrl-C while the first sector is erased.
 #[test]
-fn the_user_can_end_it() {
+fn an_interruption_ends_the_flashing() {
     struct Stop;
     impl Watch for Stop {
         fn at(&mut self, _: Step, done: u64, _: u64) -> crate::error::Result<()> {

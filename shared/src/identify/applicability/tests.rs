@@ -52,7 +52,7 @@ fn nodes_in_a_plane_are_no_reason_to_refuse_an_unknown_body() {
 }
 
 #[test]
-fn a_good_layout_leaves_both() {
+fn a_good_layout_leaves_both_methods() {
     let found = judge(&bar_layout());
     assert!(found.diagnostics.is_empty());
     assert_eq!(found.rank, 10);

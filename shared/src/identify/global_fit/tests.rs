@@ -152,7 +152,7 @@ fn the_standard_deviation_is_that_of_many_fits() {
 }
 
 #[test]
-fn bad_input_is_refused() {
+fn data_that_are_not_finite_too_few_or_of_another_size_are_refused() {
     let f = frequencies(10.0);
     let good = responses(&f, 100.0, 0.0, 0.0);
     let code = |result: Result<GlobalFitSolution<f64>, Diagnostics>| result.unwrap_err()[0].code;

@@ -259,7 +259,7 @@ fn data_that_contradict_the_budget_say_where() {
 }
 
 #[test]
-fn numbers_that_are_none_are_refused() {
+fn mass_lines_that_are_not_finite_or_absent_are_refused() {
     let (layout, body) = (five_hits(), bar_body());
     for spoil in [
         |l: &mut MassLines<f64, 3>| l.accelerance[3] = f64::NAN,

@@ -1,11 +1,10 @@
 //! Whatever is wrong with arguments and files is named, with its exit code, on both streams.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-use assert_cmd::Command;
-use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::program::{run, run_json};
 
 /// A folder with a good layout and a few bad ones.
 struct Files(TempDir);
@@ -72,35 +71,22 @@ impl Files {
     }
 }
 
-/// Never reached unless a command that must fail runs on.
-const LATE: Duration = Duration::from_secs(120);
 const HITS: &str = r#"["1:+Y", "2:+Z", "4:+X"]"#;
 
 /// Runs with `--json`; the exit code, the error object and the text must say the same.
 #[track_caller]
 fn fails(arguments: &[&str], exit: i32, code: &str) {
-    let output = Command::cargo_bin("massline")
-        .unwrap()
-        .env_remove("MASSLINE_PORT")
-        .arg("--json")
-        .args(arguments)
-        .timeout(LATE)
-        .output()
-        .unwrap();
-    let (stdout, stderr) =
-        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    let seen = format!("{arguments:?}\nstdout: {stdout}\nstderr: {stderr}");
-    assert_eq!(output.status.code(), Some(exit), "{seen}");
-    let value: Value = serde_json::from_str(&stdout).expect(&seen);
-    assert_eq!(value["schema_version"], 1, "{seen}");
+    let (run, value) = run_json(arguments);
+    let seen = format!("{arguments:?}\nstdout: {}\nstderr: {}", run.stdout, run.stderr);
+    assert_eq!(run.exit, exit, "{seen}");
     assert_eq!(value["error"]["exit"], exit, "{seen}");
     assert_eq!(value["error"]["code"], code, "{seen}");
     let message = value["error"]["message"].as_str().expect(&seen);
-    assert!(!message.is_empty() && stderr.contains(message), "{seen}");
+    assert!(!message.is_empty() && run.stderr.contains(message), "{seen}");
 }
 
 #[test]
-fn usage() {
+fn malformed_command_lines_are_usage_errors() {
     for arguments in [
         &["no-such-command"][..],
         &["demo", "--rig", "real"],
@@ -130,7 +116,7 @@ fn usage() {
 }
 
 #[test]
-fn demo() {
+fn the_demo_names_what_is_wrong_with_its_bench_and_its_firmware() {
     let files = Files::new();
     fails(&["demo", "--bench", "no-such-bench"], 2, "unknown_bench");
     fails(&["demo", "--bench", "no-such-file.toml"], 2, "cannot_read");
@@ -143,7 +129,7 @@ fn demo() {
 }
 
 #[test]
-fn layouts_that_are_wrong() {
+fn a_wrong_layout_is_refused_with_the_code_of_its_fault() {
     let files = Files::new();
     let check = |path: &str, code: &str| fails(&["layout", "check", path], 2, code);
     check("no-such-layout.toml", "layout_not_readable");
@@ -159,7 +145,7 @@ fn layouts_that_are_wrong() {
 }
 
 #[test]
-fn layouts_that_cannot_determine_the_ten_properties() {
+fn layouts_that_cannot_determine_the_ten_properties_end_with_exit_code_3() {
     let files = Files::new();
     let bench = files.rigid_bench();
     for (sensors, hits, code) in [
@@ -175,7 +161,7 @@ fn layouts_that_cannot_determine_the_ten_properties() {
 }
 
 #[test]
-fn suggestions() {
+fn suggestions_that_cannot_be_made_are_refused() {
     let files = Files::new();
     let good = files.good();
     fails(&["layout", "suggest", "no-such-layout.toml"], 2, "layout_not_readable");
@@ -218,7 +204,7 @@ fn files_are_not_overwritten_by_layout_new() {
 }
 
 #[test]
-fn ports() {
+fn a_missing_port_is_named_by_every_command_that_needs_one() {
     let files = Files::new();
     let good = files.good();
     let port = ["--port", "/dev/no-such-port"];
@@ -236,7 +222,7 @@ fn ports() {
 }
 
 #[test]
-fn measure() {
+fn a_measurement_is_refused_without_a_good_layout_or_a_keyboard() {
     let files = Files::new();
     fails(&["measure", "no-such-layout.toml"], 2, "layout_not_readable");
     fails(&["measure", &files.write("l.toml", "title = 5\n")], 2, "layout_malformed");
@@ -248,7 +234,7 @@ fn measure() {
 }
 
 #[test]
-fn solve() {
+fn solve_refuses_a_missing_layout_and_unreadable_frfs() {
     let files = Files::new();
     let good = files.good();
     let frfs = |path: &str| files.write("frfs.uff", path);
@@ -260,7 +246,7 @@ fn solve() {
 }
 
 #[test]
-fn replay() {
+fn replay_names_what_is_wrong_with_a_tape() {
     let files = Files::new();
     let good = files.good();
     let run = |tape: &str, code| fails(&["replay", tape, "--layout", &good], 2, code);
@@ -279,7 +265,7 @@ fn replay() {
 }
 
 #[test]
-fn record_and_simulate() {
+fn record_and_simulate_name_the_file_that_they_cannot_use() {
     let files = Files::new();
     let good = files.good();
     fails(&["record", "no-such.toml", "--output", "x.npy"], 2, "layout_not_readable");
@@ -297,7 +283,7 @@ fn record_and_simulate() {
 }
 
 #[test]
-fn virtual_rig() {
+fn the_virtual_rig_names_the_file_that_it_cannot_use() {
     let files = Files::new();
     fails(&["virtual", "--bench", "no-such-bench"], 2, "unknown_bench");
     fails(&["virtual", "--layout", "no-such.toml"], 2, "layout_not_readable");
@@ -334,23 +320,18 @@ fn every_command_has_examples_in_its_help() {
         &["simulate"],
         &["virtual"],
     ] {
-        let help = Command::cargo_bin("massline").unwrap().args(command).arg("--help").output();
-        let help = help.unwrap();
-        assert!(help.status.success(), "{command:?}");
-        let text = String::from_utf8(help.stdout).unwrap();
+        let help = run(&[command, &["--help"]].concat());
+        assert_eq!(help.exit, 0, "{command:?}");
+        let text = help.stdout;
         assert!(text.contains(&format!("  massline {}", command.join(" "))), "{command:?}\n{text}");
     }
 }
 
 #[test]
 fn without_json_an_error_leaves_stdout_empty_and_has_no_colour_in_a_pipe() {
-    let output = Command::cargo_bin("massline")
-        .unwrap()
-        .args(["layout", "check", "no-such-layout.toml"])
-        .output()
-        .unwrap();
-    assert!(output.stdout.is_empty());
-    let text = String::from_utf8(output.stderr).unwrap();
+    let run = run(&["layout", "check", "no-such-layout.toml"]);
+    assert!(run.stdout.is_empty(), "{}", run.stdout);
+    let text = run.stderr;
     assert!(text.starts_with("error: no-such-layout.toml"), "{text}");
     assert!(!text.contains('\x1b'));
 }
@@ -384,9 +365,9 @@ fn a_key_that_has_another_name_now_is_refused_with_its_line_and_new_name() {
         (&["demo", "--bench", &bench], format!("{bench}:2: sensor.rc_corner_hz"), cutoff),
         (&["replay", &tape, "--layout", &good], format!("{sidecar}:2"), cutoff),
     ] {
-        let output = Command::cargo_bin("massline").unwrap().args(arguments).output().unwrap();
-        let stderr = String::from_utf8_lossy(&output.stderr).replace("\n   ", "");
-        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        let refused = run(arguments);
+        let stderr = refused.stderr.replace("\n   ", "");
+        assert_eq!(refused.exit, 2, "{stderr}");
         assert!(stderr.contains(&place) && stderr.contains(renamed), "{stderr}");
     }
 }
@@ -395,11 +376,10 @@ fn a_key_that_has_another_name_now_is_refused_with_its_line_and_new_name() {
 fn a_layout_of_the_template_is_good() {
     let files = Files::new();
     let path = files.path("new.toml");
-    let run = |arguments: &[&str]| {
-        Command::cargo_bin("massline").unwrap().args(arguments).assert().success();
-    };
-    run(&["layout", "new", "--output", path_text(&path)]);
-    run(&["layout", "check", path_text(&path)]);
+    let created = run(&["layout", "new", "--output", path_text(&path)]);
+    assert_eq!(created.exit, 0, "{}", created.stderr);
+    let checked = run(&["layout", "check", path_text(&path)]);
+    assert_eq!(checked.exit, 0, "{}", checked.stderr);
 }
 
 fn path_text(path: &Path) -> &str {

@@ -1,17 +1,10 @@
 //! The demo as other programs read it.
 
-use serde_json::Value;
+use crate::program::{run, success};
 
 #[test]
 fn the_json_of_the_demo_has_four_tests_with_truth_and_results() {
-    let output = assert_cmd::Command::cargo_bin("massline")
-        .unwrap()
-        .args(["demo", "--bench", "ideal", "--seed", "2", "--hits", "3", "--json"])
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(value["schema_version"], 1);
+    let value = success(&["demo", "--bench", "ideal", "--seed", "2", "--hits", "3"]);
     let tests = value["tests"].as_array().unwrap();
     assert_eq!(tests.len(), 4);
     for (k, test) in tests.iter().enumerate() {
@@ -37,32 +30,22 @@ fn the_json_of_the_demo_has_four_tests_with_truth_and_results() {
 
 #[test]
 fn the_same_seed_gives_the_same_numbers_and_another_seed_others() {
-    let run = |seed: &str| {
-        let output = assert_cmd::Command::cargo_bin("massline")
-            .unwrap()
-            .args(["demo", "--seed", seed, "--hits", "3", "--json"])
-            .output()
-            .unwrap();
-        serde_json::from_slice::<Value>(&output.stdout).unwrap()["tests"][0]["results"].clone()
+    let results = |seed: &str| {
+        success(&["demo", "--seed", seed, "--hits", "3"])["tests"][0]["results"].clone()
     };
-    assert_eq!(run("5"), run("5"));
-    assert_ne!(run("5"), run("6"));
+    assert_eq!(results("5"), results("5"));
+    assert_ne!(results("5"), results("6"));
 }
 
 #[test]
 fn the_text_says_what_the_standard_deviations_cover() {
-    let output = assert_cmd::Command::cargo_bin("massline")
-        .unwrap()
-        .args(["demo", "--hits", "3"])
-        .output()
-        .unwrap();
-    let text = String::from_utf8(output.stdout).unwrap();
+    let demo = run(&["demo", "--hits", "3"]);
+    let (text, progress) = (demo.stdout, demo.stderr);
     assert!(text.contains("scatter between hits only"), "{text}");
     for name in ["three-bar-test-1", "three-bar-test-4", "summary", "J_yz"] {
         assert!(text.contains(name), "{name}\n{text}");
     }
     // Progress is plain lines on stderr where that is no terminal.
-    let progress = String::from_utf8(output.stderr).unwrap();
     assert!(progress.lines().filter(|line| line.ends_with("good")).count() >= 36, "{progress}");
     assert!(!progress.contains('\x1b'));
 }

@@ -1,17 +1,16 @@
 //! What a replay does with segments that the rig rejects, and when a DOF runs out of them.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use massline::tape::{Segment, Sidecar, Tape, TapeWriter};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Never reached unless something hangs.
-const LATE: Duration = Duration::from_secs(120);
+use crate::program::{layout_with_hits, run_json, success};
 
 struct Recording {
     folder: TempDir,
+    layout: String,
     tape: Tape,
 }
 
@@ -19,23 +18,14 @@ impl Recording {
     /// Three good hits at each DOF of the demo's first layout.
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let text = include_str!("../examples/three-bar-test-1.toml");
-        let text = text.replace("hits_per_dof = 5", "hits_per_dof = 3");
-        std::fs::write(folder.path().join("layout.toml"), text).unwrap();
+        let layout = layout_with_hits(folder.path(), 3);
         let path = |name: &str| folder.path().join(name).display().to_string();
-        let (layout, tape) = (path("layout.toml"), path("all.npy"));
-        let bench = path("bench.toml");
+        let (tape, bench) = (path("all.npy"), path("bench.toml"));
         std::fs::write(&bench, "[operator]\ntoo_weak_rate = 0.0\ntoo_hard_rate = 0.0\n").unwrap();
-        let simulate = ["simulate", &layout, "--bench", &bench, "--tape", &tape, "--json"];
-        assert_cmd::Command::cargo_bin("massline")
-            .unwrap()
-            .args(simulate)
-            .timeout(LATE)
-            .assert()
-            .success();
+        success(&["simulate", &layout, "--bench", &bench, "--tape", &tape]);
         let tape = Tape::read(&PathBuf::from(&tape)).unwrap();
         assert_eq!(tape.sidecar.segments.len(), 9);
-        Self { folder, tape }
+        Self { folder, layout, tape }
     }
 
     /// Replays the tape with other segments: exit code, JSON, text.
@@ -45,19 +35,9 @@ impl Recording {
         let mut writer = TapeWriter::create(&path, sidecar).unwrap();
         writer.push(&self.tape.scans).unwrap();
         writer.finish().unwrap();
-        let output = assert_cmd::Command::cargo_bin("massline")
-            .unwrap()
-            .arg("replay")
-            .arg(&path)
-            .arg("--layout")
-            .arg(self.folder.path().join("layout.toml"))
-            .arg("--json")
-            .timeout(LATE)
-            .output()
-            .unwrap();
-        let text = String::from_utf8_lossy(&output.stderr).into_owned();
-        let value = serde_json::from_slice(&output.stdout).expect(&text);
-        (output.status.code().expect(&text), value, text)
+        let path = path.display().to_string();
+        let (run, value) = run_json(&["replay", &path, "--layout", &self.layout]);
+        (run.exit, value, run.stderr)
     }
 
     fn segments(&self) -> Vec<Segment> {

@@ -1,20 +1,13 @@
 //! Options with numbers that cannot be, and text that fits a terminal.
 
 use std::path::Path;
-use std::time::Duration;
 
-use assert_cmd::Command;
+use crate::program::{LAYOUT, Run, run};
 
-/// Never reached unless something hangs.
-const LATE: Duration = Duration::from_secs(120);
-const LAYOUT: &str = "examples/three-bar-test-1.toml";
-
-/// Exit code, stdout and stderr.
-fn run(arguments: &[&str]) -> (Option<i32>, String, String) {
-    let mut command = Command::cargo_bin("massline").unwrap();
-    let output = command.args(arguments).timeout(LATE).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
-    (output.status.code(), text(&output.stdout), text(&output.stderr))
+/// Exit code and what is said on stderr.
+fn refusal(arguments: &[&str]) -> (i32, String) {
+    let run = run(arguments);
+    (run.exit, run.stderr)
 }
 
 fn recording() -> String {
@@ -59,8 +52,8 @@ fn a_number_that_cannot_be_is_refused_by_the_name_of_its_option() {
         for value in ["-5", "nan", "inf", "1e400", "x", ""] {
             let mut arguments: Vec<&str> = before.iter().map(String::as_str).collect();
             arguments.extend([option, value]);
-            let (code, _, said) = run(&arguments);
-            assert_eq!(code, Some(2), "{arguments:?}: {said}");
+            let (code, said) = refusal(&arguments);
+            assert_eq!(code, 2, "{arguments:?}: {said}");
             assert!(!said.contains("unexpected argument"), "{arguments:?}: {said}");
             assert!(said.contains(&format!("for '{option} <")), "{arguments:?}: {said}");
         }
@@ -69,31 +62,31 @@ fn a_number_that_cannot_be_is_refused_by_the_name_of_its_option() {
 
 #[test]
 fn a_negative_end_of_a_band_is_refused_as_a_number() {
-    let (code, _, said) = run(&["hits", &recording(), "--band-hz", "-5", "100"]);
-    assert_eq!(code, Some(2));
+    let (code, said) = refusal(&["hits", &recording(), "--band-hz", "-5", "100"]);
+    assert_eq!(code, 2);
     assert!(said.contains("'-5' for '--band-hz <LOW> <HIGH>'"), "{said}");
     assert!(said.contains("positive number"), "{said}");
 }
 
 #[test]
 fn no_hits_to_keep_and_no_runs_are_refused_with_what_to_give() {
-    let (code, _, said) = run(&["hits", &recording(), "--keep", "0"]);
-    assert!(code == Some(2) && said.contains("at least 1; leave --keep out"), "{said}");
-    let (code, _, said) = run(&["simulate", LAYOUT, "--runs", "0"]);
-    assert!(code == Some(2) && said.contains("at least 1; 100 or more"), "{said}");
+    let (code, said) = refusal(&["hits", &recording(), "--keep", "0"]);
+    assert!(code == 2 && said.contains("at least 1; leave --keep out"), "{said}");
+    let (code, said) = refusal(&["simulate", LAYOUT, "--runs", "0"]);
+    assert!(code == 2 && said.contains("at least 1; 100 or more"), "{said}");
 }
 
 #[test]
 fn a_day_that_the_calendar_does_not_have_is_refused_by_the_name_of_its_option() {
-    let (code, _, said) = run(&["calibrate", "tumble", "--date", "2026-02-31"]);
-    assert!(code == Some(2) && said.contains("'2026-02-31' for '--date <DAY>'"), "{said}");
+    let Run { exit, stderr: said, .. } = run(&["calibrate", "tumble", "--date", "2026-02-31"]);
+    assert!(exit == 2 && said.contains("'2026-02-31' for '--date <DAY>'"), "{said}");
     assert!(said.contains("yyyy-mm-dd"), "{said}");
 }
 
 #[test]
 fn the_help_names_every_bundled_bench() {
     for command in ["simulate", "demo", "virtual"] {
-        let (_, help, _) = run(&[command, "--help"]);
+        let help = run(&[command, "--help"]).stdout;
         for bundled in massline_virtual::bench::Bench::BUNDLED {
             assert!(help.contains(&format!("`{}`", bundled.name)), "{command}: {help}");
         }
@@ -113,7 +106,7 @@ fn text_is_at_most_a_hundred_columns_wide() {
         &["hits", &recording, "--rate-hz", "1000"],
     ];
     for arguments in commands {
-        let (_, out, err) = run(arguments);
+        let Run { stdout: out, stderr: err, .. } = run(arguments);
         assert!(!out.is_empty() || !err.is_empty());
         for line in out.lines().chain(err.lines()) {
             // A path or another long word stays whole.

@@ -1,75 +1,37 @@
 //! The program against a virtual rig on a pty, as against one on a desk.
-#![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Read};
-use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::process::{Command, Stdio};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Never reached unless something hangs.
-const LATE: Duration = Duration::from_secs(120);
+use crate::program::{answer, layout_with_hits, success};
+use crate::virtual_process::VirtualProcess;
 
-/// `massline virtual`, ended with its owner.
+/// A virtual rig and a folder for the files of its host.
 struct Rig {
-    process: Child,
-    port: String,
+    process: VirtualProcess,
     folder: TempDir,
 }
 
 impl Rig {
     fn start(arguments: &[&str]) -> Self {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_massline"))
-            .args(["virtual", "--bench", "ideal"])
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut port = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut port).unwrap();
-        Self { process, port: port.trim().to_owned(), folder: tempfile::tempdir().unwrap() }
+        let process = VirtualProcess::start(arguments);
+        Self { process, folder: tempfile::tempdir().unwrap() }
     }
 
     /// The first layout of the demo with this many hits at each DOF.
     fn layout(&self, hits: u8) -> String {
-        let text = include_str!("../examples/three-bar-test-1.toml");
-        assert!(text.contains("hits_per_dof = 5"));
-        let path = self.file(&format!("layout-{hits}.toml"));
-        let text = text.replace("hits_per_dof = 5", &format!("hits_per_dof = {hits}"));
-        std::fs::write(&path, text).unwrap();
-        path.display().to_string()
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        layout_with_hits(self.folder.path(), hits)
     }
 
     /// Runs a command on this rig with `--json`: its exit code and what it printed.
     #[track_caller]
     fn run(&self, arguments: &[&str]) -> (i32, Value) {
-        let output = assert_cmd::Command::cargo_bin("massline")
-            .unwrap()
-            .args(arguments)
-            .args(["--json", "--port", &self.port])
-            .timeout(LATE)
-            .output()
-            .unwrap();
-        let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        let seen = format!("{text}\n{}", String::from_utf8_lossy(&output.stderr));
-        (output.status.code().expect(&seen), serde_json::from_str(&text).expect(&seen))
-    }
-}
-
-impl Drop for Rig {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        answer(&[arguments, &["--port", &self.process.port]].concat())
     }
 }
 
@@ -120,7 +82,7 @@ fn the_rig_tells_who_it_is_and_what_it_has_counted() {
 #[test]
 fn a_port_in_use_is_busy() {
     let rig = Rig::start(&["--fast"]);
-    let port = massline::client::SerialTransport::open(rig.port.clone()).unwrap();
+    let port = massline::client::SerialTransport::open(rig.process.port.clone()).unwrap();
     let (exit, error) = rig.run(&["device", "identify"]);
     assert_eq!((exit, &error["error"]["code"]), (4, &"port_busy".into()));
     drop(port);
@@ -133,7 +95,7 @@ fn after_ctrl_c_the_rig_keeps_what_is_accepted_and_goes_on_with_it() {
     let rig = Rig::start(&[]);
     let layout = rig.layout(5);
     let mut measure = Command::new(env!("CARGO_BIN_EXE_massline"))
-        .args(["measure", &layout, "--json", "--port", &rig.port])
+        .args(["measure", &layout, "--json", "--port", &rig.process.port])
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -167,18 +129,11 @@ fn after_ctrl_c_the_rig_keeps_what_is_accepted_and_goes_on_with_it() {
 fn a_replay_of_recorded_hits_gives_what_the_rig_itself_had() {
     let rig = Rig::start(&["--fast"]);
     let layout = rig.layout(3);
-    let tape = rig.file("tape.npy").display().to_string();
+    let tape = rig.folder.path().join("tape.npy").display().to_string();
     let (exit, recorded) = rig.run(&["record", &layout, "--output", &tape, "--triggered"]);
     assert_eq!((exit, &recorded["segments"]), (0, &9.into()));
     let (_, own) = rig.run(&["results", "get", "1"]);
-    let replay = assert_cmd::Command::cargo_bin("massline")
-        .unwrap()
-        .args(["replay", &tape, "--layout", &layout, "--json"])
-        .timeout(LATE)
-        .output()
-        .unwrap();
-    assert_eq!(replay.status.code(), Some(0), "{}", String::from_utf8_lossy(&replay.stderr));
-    let replayed: Value = serde_json::from_slice(&replay.stdout).unwrap();
+    let replayed = success(&["replay", &tape, "--layout", &layout]);
     assert_eq!(replayed["results"], own["results"]);
     // What is solved again here is another answer: in double precision, a little beside the rig's.
     let method = |results: &Value| results[0]["method"].clone();

@@ -1,27 +1,19 @@
 //! The calibration as other programs read it.
 
-use std::path::Path;
-
 use serde_json::Value;
 
+use crate::program::success;
+
 /// Runs `calibrate` on the simulated block with its flash in this file.
-fn calibrate(args: &[&str], flash: &Path) -> Value {
-    let output = assert_cmd::Command::cargo_bin("massline")
-        .unwrap()
-        .arg("calibrate")
-        .args(args)
-        .args(["--rig", "virtual", "--seed", "7", "--json", "--flash"])
-        .arg(flash)
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+fn calibrate(arguments: &[&str], flash: &str) -> Value {
+    let on_block = ["--rig", "virtual", "--seed", "7", "--flash", flash];
+    success(&[&["calibrate"], arguments, &on_block].concat())
 }
 
 #[test]
 fn the_json_of_a_block_test_has_the_rc_corners_that_the_rig_keeps() {
     let folder = tempfile::tempdir().unwrap();
-    let flash = folder.path().join("flash.bin");
+    let flash = folder.path().join("flash.bin").display().to_string();
     let value = calibrate(&["block", "--mass", "2.0"], &flash);
     let kept = calibrate(&["show"], &flash);
     let cutoffs = value["block"]["rc_cutoffs"].as_array().unwrap();

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::program::{self, run_json};
 
 const RATE: f64 = 51_200.0;
 
@@ -12,14 +13,10 @@ fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/pyfrf-impact").join(name)
 }
 
+/// Exit code, JSON and text.
 fn run(arguments: &[&str]) -> (i32, Value, String) {
-    let output =
-        Command::cargo_bin("massline").unwrap().arg("--json").arg("hits").args(arguments).output();
-    let output = output.unwrap();
-    let stdout = String::from_utf8(output.stdout).unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    let value = serde_json::from_str(&stdout).unwrap_or(Value::Null);
-    (output.status.code().unwrap_or(-1), value, stderr)
+    let (run, value) = run_json(&[&["hits"], arguments].concat());
+    (run.exit, value, run.stderr)
 }
 
 /// Segment, verdict and codes of every hit.
@@ -325,9 +322,7 @@ fn more_than_sixty_four_hits_are_all_compared() {
 #[test]
 fn advice_about_the_band_names_the_option() {
     let file = data("impact2_response0.lvm").display().to_string();
-    let mut command = Command::cargo_bin("massline").unwrap();
-    let output = command.args(["hits", &file, "--band-hz", "10", "9000"]).output().unwrap();
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = program::run(&["hits", &file, "--band-hz", "10", "9000"]).stdout;
     assert!(text.contains("force_spectrum_low") && text.contains("--band-hz"), "{text}");
     assert!(!text.contains("test.band_hz"), "{text}");
 }

@@ -2,9 +2,9 @@
 
 use serde_json::Value;
 
-const LAYOUT: &str = "examples/three-bar-test-1.toml";
+use crate::program::{LAYOUT, answer, run};
 
-fn simulate(arguments: &[&str]) -> (Option<i32>, Value) {
+fn simulate(arguments: &[&str]) -> (i32, Value) {
     simulate_layout(LAYOUT, arguments)
 }
 
@@ -20,21 +20,14 @@ fn two_sensors() -> tempfile::NamedTempFile {
     changed(|text| text.replacen("sensors = [1, 2, 3]", "sensors = [1, 2]", 1))
 }
 
-fn simulate_layout(layout: &str, arguments: &[&str]) -> (Option<i32>, Value) {
-    let output = assert_cmd::Command::cargo_bin("massline")
-        .unwrap()
-        .args(["simulate", layout, "--json"])
-        .args(arguments)
-        .output()
-        .unwrap();
-    (output.status.code(), serde_json::from_slice(&output.stdout).unwrap())
+fn simulate_layout(layout: &str, arguments: &[&str]) -> (i32, Value) {
+    answer(&[&["simulate", layout], arguments].concat())
 }
 
 #[test]
 fn many_runs_tell_of_every_method_and_property() {
     let (code, value) = simulate(&["--runs", "3", "--budget", "bench", "--seed", "4"]);
-    assert_eq!(code, Some(0));
-    assert_eq!(value["schema_version"], 1);
+    assert_eq!(code, 0);
     assert_eq!((&value["runs"], &value["seed"]), (&3.into(), &4.into()));
     let names: Vec<_> = value["methods"].as_array().unwrap().iter().map(|m| &m["method"]).collect();
     assert_eq!(names, ["maximum-likelihood", "inertia-restraint"]);
@@ -55,7 +48,7 @@ fn many_runs_tell_of_every_method_and_property() {
 #[test]
 fn a_fault_on_the_bench_is_named_beside_the_result() {
     let (code, value) = simulate(&["--fault", "flip:2y"]);
-    assert_eq!(code, Some(0));
+    assert_eq!(code, 0);
     let suspect = &value["single_faults"]["suspects"][0];
     assert_eq!((&suspect["code"], &suspect["sensor"]), (&"sensor_axes_suspect".into(), &2.into()));
     assert!(suspect["message"].as_str().unwrap().contains("y axis reversed"), "{suspect}");
@@ -66,21 +59,19 @@ fn a_fault_on_the_bench_is_named_beside_the_result() {
 #[test]
 fn a_fault_that_cannot_be_is_bad_input() {
     let (code, value) = simulate(&["--fault", "flip:7x"]);
-    assert_eq!(code, Some(2));
+    assert_eq!(code, 2);
     assert_eq!(value["error"]["code"], "bench_does_not_fit");
     let (code, _) = simulate(&["--fault", "drop:1"]);
-    assert_eq!(code, Some(2));
+    assert_eq!(code, 2);
     let (code, _) = simulate(&["--runs", "2", "--rig", "virtual"]);
-    assert_eq!(code, Some(2));
+    assert_eq!(code, 2);
 }
 
 fn text_of(layout: &str, arguments: &[&str]) -> String {
-    let mut command = assert_cmd::Command::cargo_bin("massline").unwrap();
-    let output = command.arg("simulate").arg(layout).args(arguments).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let run = run(&[&["simulate", layout], arguments].concat());
+    assert_eq!(run.exit, 0, "{}", run.stderr);
     // As one line: what is too long is broken between words.
-    let text = String::from_utf8(output.stdout).unwrap();
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    run.stdout.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[test]
@@ -89,7 +80,7 @@ fn a_method_that_does_not_apply_is_said_with_its_reason() {
     let layout = file.path().to_str().unwrap();
     for arguments in [&[][..], &["--runs", "2"]] {
         let (code, value) = simulate_layout(layout, arguments);
-        assert_eq!(code, Some(0));
+        assert_eq!(code, 0);
         let refused = value["not_applicable"].as_array().unwrap();
         assert_eq!(refused.len(), 1, "{refused:?}");
         assert_eq!(refused[0]["method"], "inertia-restraint");
@@ -127,7 +118,7 @@ fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
     let file = changed(|text| text + prior);
     let layout = file.path().to_str().unwrap();
     let (code, value) = simulate_layout(layout, &[]);
-    assert_eq!(code, Some(0));
+    assert_eq!(code, 0);
     assert_eq!(value["results"][0]["method"], "maximum-likelihood");
     let said = value["results"][0]["diagnostics"].as_array().unwrap();
     assert!(said.iter().any(|d| d["code"] == "data_inconsistent_with_budget"), "{said:?}");
@@ -144,7 +135,7 @@ fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
 #[test]
 fn one_run_has_errors_and_no_statistics() {
     let (code, value) = simulate(&["--runs", "1"]);
-    assert_eq!(code, Some(0));
+    assert_eq!(code, 0);
     let mass = &value["methods"][0]["properties"][0];
     assert!(mass["bias"].is_number() && mass["rms"].is_null() && mass["coverage95"].is_null());
     assert!(value["notes"][0].as_str().unwrap().contains("one run has an error"), "{value}");
@@ -156,6 +147,6 @@ fn a_bench_whose_hits_are_all_rejected_ends() {
     let bench = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
     std::fs::write(bench.path(), "[tap]\nforce_n = [500.0, 600.0]\n").unwrap();
     let (code, value) = simulate(&["--bench", bench.path().to_str().unwrap()]);
-    assert_eq!((code, &value["error"]["code"]), (Some(3), &"always_rejected".into()));
+    assert_eq!((code, &value["error"]["code"]), (3, &"always_rejected".into()));
     assert!(value["error"]["message"].as_str().unwrap().contains("1:+Y"), "{value}");
 }

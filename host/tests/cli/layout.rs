@@ -1,14 +1,12 @@
 //! What a layout promises and what is suggested instead, through the program.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-use assert_cmd::Command;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Never reached unless something hangs.
-const LATE: Duration = Duration::from_secs(120);
+use crate::program::{answer, changed_layout};
+
 /// The ten, as in every result.
 const NAMES: [&str; 10] = ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
 
@@ -17,28 +15,10 @@ fn example(number: usize) -> String {
     folder.join(format!("three-bar-test-{number}.toml")).display().to_string()
 }
 
-/// The first example with one text replaced.
-fn with(folder: &TempDir, from: &str, to: &str) -> String {
-    let text = std::fs::read_to_string(example(1)).unwrap();
-    assert!(text.contains(from), "{from}");
-    let path = folder.path().join("layout.toml");
-    std::fs::write(&path, text.replace(from, to)).unwrap();
-    path.display().to_string()
-}
-
 /// `massline layout … --json`: exit code and what it printed.
 #[track_caller]
 fn layout(arguments: &[&str]) -> (i32, Value) {
-    let output = Command::cargo_bin("massline")
-        .unwrap()
-        .args(["layout", "--json"])
-        .args(arguments)
-        .timeout(LATE)
-        .output()
-        .unwrap();
-    let stdout = String::from_utf8_lossy(&output.stdout);
-    let value = serde_json::from_str(&stdout).unwrap_or_else(|e| panic!("{e}: {stdout}"));
-    (output.status.code().unwrap(), value)
+    answer(&[&["layout"], arguments].concat())
 }
 
 fn total(value: &Value) -> f64 {
@@ -76,7 +56,11 @@ fn a_good_layout_has_ten_sigmas_their_causes_and_advice() {
 #[test]
 fn less_uncertainty_promises_less_uncertainty() {
     let folder = tempfile::tempdir().unwrap();
-    let calibrated = with(&folder, "[reference]", "[uncertainty]\nhammer_gain = 0.0\n[reference]");
+    let calibrated = changed_layout(
+        folder.path(),
+        "[reference]",
+        "[uncertainty]\nhammer_gain = 0.0\n[reference]",
+    );
     let (exit, value) = layout(&["check", &calibrated]);
     let (_, before) = layout(&["check", &example(1)]);
     assert_eq!(exit, 0);
@@ -89,7 +73,7 @@ fn less_uncertainty_promises_less_uncertainty() {
 fn sensors_that_stop_one_method_are_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let nodes = "[[node]]\nid = 5\nposition_m = [0.1, 0.0, 0.0]\n\n[test]";
-    let more = with(&folder, "[test]", nodes);
+    let more = changed_layout(folder.path(), "[test]", nodes);
     let more = std::fs::read_to_string(more).unwrap();
     for (sensors, code) in [
         ("sensors = [1, 2]", "fewer_than_three_sensors"),
@@ -119,7 +103,7 @@ fn what_stops_every_method_ends_with_three_and_the_code() {
         (hits, r#"hits = ["1:+Y", "2:+Z"]"#, "fewer_than_three_hits"),
         ("sensors = [1, 2, 3]", "sensors = [1]", "ten_parameters_not_identifiable"),
     ] {
-        let (exit, value) = layout(&["check", &with(&folder, from, to)]);
+        let (exit, value) = layout(&["check", &changed_layout(folder.path(), from, to)]);
         assert_eq!(exit, 3, "{value}");
         assert_eq!(value["identifiable"], false);
         assert_eq!(value["error"]["code"], code, "{value}");
@@ -153,7 +137,7 @@ fn nothing_forbidden_is_suggested() {
     let folder = tempfile::tempdir().unwrap();
     let from = "position_m = [0.20785060677922013, -0.1990185781623297, 0.14913081505846087]";
     let to = format!("{from}\ncan_carry_sensor = false\ncan_hit = [\"-X\", \"+Y\"]");
-    let file = with(&folder, from, &to);
+    let file = changed_layout(folder.path(), from, &to);
     for seed in ["1", "2", "3"] {
         let (exit, value) =
             layout(&["suggest", &file, "--hits", "6", "--starts", "2", "--seed", seed]);
@@ -169,7 +153,7 @@ fn nothing_forbidden_is_suggested() {
 }
 
 #[test]
-fn what_is_kept_is_kept() {
+fn sensors_and_hits_that_are_to_be_kept_stay_in_the_suggestion() {
     let (_, value) = layout(&["suggest", &example(1), "--keep-sensors", "--hits", "4"]);
     assert_eq!(value["sensors"], serde_json::json!([1, 2, 3]));
     let (_, value) = layout(&["suggest", &example(1), "--keep-hits"]);
@@ -228,14 +212,8 @@ fn responses_of_a_degenerate_layout_are_solved_or_refused_as_the_check_says() {
         assert!(text.contains(from));
         std::fs::write(&file, text.replace(from, to)).unwrap();
         assert_eq!(layout(&["check", &file]).0, exit);
-        let output = Command::cargo_bin("massline")
-            .unwrap()
-            .args(["solve", "--json", &file, &frfs])
-            .timeout(LATE)
-            .output()
-            .unwrap();
-        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert_eq!(output.status.code(), Some(exit), "{value}");
+        let (ended, value) = answer(&["solve", &file, &frfs]);
+        assert_eq!(ended, exit, "{value}");
         match exit {
             0 => assert_eq!(value["results"][0]["method"], "maximum-likelihood"),
             _ => assert_eq!(value["error"]["code"], code),
@@ -270,7 +248,7 @@ fn nodes_alone_are_enough_to_choose_from_and_nothing_else() {
 #[test]
 fn a_hit_without_a_sign_is_refused_with_both_that_could_be_meant() {
     let folder = TempDir::new().unwrap();
-    let path = with(&folder, "\"1:+Y\"", "\"1:Y\"");
+    let path = changed_layout(folder.path(), "\"1:+Y\"", "\"1:Y\"");
     let (code, value) = layout(&["check", &path]);
     assert_eq!(code, 2);
     assert!(value["error"]["message"].as_str().unwrap().contains("write 1:+Y or 1:-Y"), "{value}");

@@ -1,0 +1,16 @@
+//! The program `massline` as a person or another program runs it: what it prints, and its exit codes.
+
+mod program;
+#[cfg(unix)]
+mod virtual_process;
+
+mod calibrate;
+mod demo;
+mod hits;
+mod layout;
+mod options;
+mod replay;
+#[cfg(unix)]
+mod rig;
+mod simulate;
+mod wrong_input;

@@ -1,0 +1,78 @@
+//! Runs of the program and the files that they read.
+
+use std::path::Path;
+use std::time::Duration;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+/// A limit by the wall clock that is never reached unless something hangs.
+pub const LATE: Duration = Duration::from_secs(120);
+/// The layout of the paper's first test.
+pub const LAYOUT: &str = "examples/three-bar-test-1.toml";
+
+/// A run that has ended.
+pub struct Run {
+    pub exit: i32,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+/// Runs the program; no port is set for it.
+#[track_caller]
+pub fn run(arguments: &[&str]) -> Run {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_massline"));
+    command.env_remove("MASSLINE_PORT").args(arguments).timeout(LATE);
+    let output = command.output().expect("the program starts");
+    let text = |bytes| String::from_utf8(bytes).expect("the program prints UTF-8");
+    let (stdout, stderr) = (text(output.stdout), text(output.stderr));
+    let ended = output.status.code();
+    let exit = ended.unwrap_or_else(|| panic!("{arguments:?} ends by itself:\n{stdout}\n{stderr}"));
+    Run { exit, stdout, stderr }
+}
+
+/// Runs the program with `--json`: the run and what it printed.
+#[track_caller]
+pub fn run_json(arguments: &[&str]) -> (Run, Value) {
+    let run = run(&[&["--json"], arguments].concat());
+    let value = serde_json::from_str(&run.stdout);
+    let seen = |e| panic!("{arguments:?} prints JSON: {e}\n{}\n{}", run.stdout, run.stderr);
+    let value: Value = value.unwrap_or_else(seen);
+    assert_eq!(value["schema_version"], 1, "{arguments:?} names the version of its JSON");
+    (run, value)
+}
+
+/// As [`run_json`]: the exit code and what was printed.
+#[track_caller]
+pub fn answer(arguments: &[&str]) -> (i32, Value) {
+    let (run, value) = run_json(arguments);
+    (run.exit, value)
+}
+
+/// What the program prints with `--json` when it succeeds.
+#[track_caller]
+pub fn success(arguments: &[&str]) -> Value {
+    let (run, value) = run_json(arguments);
+    assert_eq!(run.exit, 0, "{arguments:?} succeeds: {}", run.stderr);
+    value
+}
+
+/// A copy of [`LAYOUT`] in `folder`, with one text replaced by another.
+#[track_caller]
+pub fn changed_layout(folder: &Path, from: &str, to: &str) -> String {
+    copy_of_layout(&folder.join("layout.toml"), from, to)
+}
+
+/// A copy of [`LAYOUT`] in `folder`, one for each number of hits at a DOF, which is five in the original.
+pub fn layout_with_hits(folder: &Path, hits: u8) -> String {
+    let path = folder.join(format!("layout-{hits}.toml"));
+    copy_of_layout(&path, "hits_per_dof = 5", &format!("hits_per_dof = {hits}"))
+}
+
+#[track_caller]
+fn copy_of_layout(path: &Path, from: &str, to: &str) -> String {
+    let text = include_str!("../../examples/three-bar-test-1.toml");
+    assert!(text.contains(from), "the layout has {from}");
+    std::fs::write(path, text.replace(from, to)).expect("the folder is writable");
+    path.display().to_string()
+}

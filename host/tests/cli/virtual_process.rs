@@ -1,0 +1,36 @@
+//! A virtual rig in a process of its own.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+
+/// `massline virtual` on the ideal bench, ended with its owner.
+pub struct VirtualProcess {
+    process: Child,
+    /// The pty that it serves.
+    pub port: String,
+}
+
+impl VirtualProcess {
+    /// Starts it with more arguments.
+    pub fn start(arguments: &[&str]) -> Self {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_massline"))
+            .args(["virtual", "--bench", "ideal"])
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the virtual rig starts");
+        let mut port = String::new();
+        let stdout = process.stdout.take().expect("its output is piped");
+        BufReader::new(stdout).read_line(&mut port).expect("it prints its port");
+        Self { process, port: port.trim().to_owned() }
+    }
+}
+
+impl Drop for VirtualProcess {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}

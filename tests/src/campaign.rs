@@ -1,0 +1,95 @@
+//! A virtual rig with a client at its link, and campaigns on it.
+//!
+//! The functions panic where a test cannot go on: when the rig does not start, does not answer, or ends
+//! a campaign without a result.
+
+use std::time::{Duration, Instant};
+
+use massline::campaign::{Begin, Ending, Observer, begin, follow};
+use massline::client::{Client, PipeTransport};
+use massline::interrupt::Interrupt;
+use massline::layout_file::LayoutFile;
+use massline_protocol::message::Status;
+use massline_protocol::object::MeasurementResult;
+use massline_shared::layout::RigLayout;
+use massline_shared::measurement::campaign::Phase;
+use massline_virtual::bench::Bench;
+use massline_virtual::source::ScanSource;
+use massline_virtual::{VirtualRig, VirtualRigOptions};
+
+/// A limit by the wall clock that is never reached unless something hangs.
+pub const LATE: Duration = Duration::from_secs(120);
+
+/// The shipped layouts of the three-bar frame: the paper's four tests.
+pub const THREE_BAR_TESTS: [&str; 4] = [
+    include_str!("../../host/examples/three-bar-test-1.toml"),
+    include_str!("../../host/examples/three-bar-test-2.toml"),
+    include_str!("../../host/examples/three-bar-test-3.toml"),
+    include_str!("../../host/examples/three-bar-test-4.toml"),
+];
+
+/// Reads the text of a layout file.
+#[track_caller]
+pub fn layout_file(text: &str) -> LayoutFile {
+    LayoutFile::parse(text, "test.toml").expect("the layout is well-formed")
+}
+
+/// The first of [`THREE_BAR_TESTS`], with `hits` at each DOF in place of its five.
+pub fn three_bar_with_hits(hits: u8) -> LayoutFile {
+    let mut file = layout_file(THREE_BAR_TESTS[0]);
+    file.layout.test.hits_per_dof = hits;
+    file
+}
+
+/// A bundled bench whose operator never taps too weakly, too hard or twice.
+pub fn steady_hand(name: &str) -> Bench {
+    let mut bench = Bench::named(name).expect("the bench is bundled");
+    bench.operator.too_weak_rate = 0.0;
+    bench.operator.too_hard_rate = 0.0;
+    bench.operator.double_rate = 0.0;
+    bench
+}
+
+/// Starts a rig; the client at its link has asked nothing yet.
+pub fn start(options: VirtualRigOptions) -> (VirtualRig, Client) {
+    let rig = VirtualRig::start(options).expect("the rig starts");
+    let client = Client::new(PipeTransport::new(rig.link()));
+    (rig, client)
+}
+
+/// Runs a whole campaign with `layout` on a rig of its own that sees the scans of `source`; gives what the
+/// rig stores of it.
+pub fn measure(
+    source: Box<dyn ScanSource>,
+    layout: &RigLayout,
+    observer: &mut dyn Observer,
+) -> MeasurementResult {
+    let (rig, mut client) = start(VirtualRigOptions::new(source));
+    client.identify().expect("the rig says who it is");
+    client.put_layout(layout).expect("the rig takes the layout");
+    begin(&mut client, Begin::default()).expect("the campaign begins");
+    let ending = follow(&mut client, &Interrupt::new(), None, observer);
+    let ending = ending.expect("the rig answers to the end of the campaign");
+    let Ending::Done(number) = ending else { panic!("the campaign has no result: {ending:?}") };
+    let result = client.result(number).expect("the result can be read");
+    rig.stop().expect("the rig has not panicked");
+    result
+}
+
+/// The phase of the campaign; none for a number that this version does not know.
+pub fn phase(status: &Status) -> Option<Phase> {
+    Phase::try_from(status.phase).ok()
+}
+
+/// Asks for the status until `wanted` is true for it.
+#[track_caller]
+pub fn wait_for(client: &mut Client, wanted: impl Fn(&Status) -> bool) -> Status {
+    let start = Instant::now();
+    loop {
+        let status = client.status().expect("the rig answers");
+        if wanted(&status) {
+            return status;
+        }
+        assert!(start.elapsed() < LATE, "the rig does not get there: {status:?}");
+    }
+}
