@@ -3,7 +3,7 @@
 use embassy_time::{Duration, Instant, with_timeout};
 use embedded_hal_async::i2c::I2c;
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_firmware::board::{BoardInfo, Sampler};
+use massline_firmware::board::{BoardInfo, BootReason, Sampler};
 use massline_shared::signal::CHANNELS;
 
 use crate::{last_words, stack};
@@ -115,7 +115,8 @@ pub async fn the_screen_answers_or_is_absent(bus: &mut impl I2c) {
 
 /// The probe has started the board, not its watchdog and no panic, and the stack was painted.
 pub fn the_start_is_told(info: &BoardInfo) {
-    assert!(info.boot_reason <= 2, "boot reason {}", info.boot_reason);
+    let harmless = [BootReason::Unknown, BootReason::PowerOn, BootReason::ResetPin];
+    assert!(harmless.contains(&info.boot_reason), "{:?}", info.boot_reason);
     assert_eq!(info.last_panic, "");
     let used = stack::measure();
     assert!(used.high_water > 0 && used.high_water < used.size, "{used:?}");
