@@ -16,7 +16,7 @@ use massline_cortex_m::panel::{ActiveLow, Wiring};
 use massline_cortex_m::rig::{self, Rig, WATCHDOG};
 use static_cell::StaticCell;
 
-use crate::STORE;
+use crate::facts::{NAME, STORE};
 
 /// The store's part of the flash.
 pub type Store = Window<flash::Bank1Region1<'static, flash::Blocking>>;
@@ -53,7 +53,7 @@ async fn run(parts: Parts) {
 
 /// Starts the chip. To be called once.
 pub fn parts() -> Parts {
-    let info = rig::info("blackpill-f411", reset_flags());
+    let info = rig::info(NAME, reset_flags());
     let p: Peripherals = embassy_stm32::init(clocks());
     let (usb, link) = usb::open(p.USB_OTG_FS, p.PA12, p.PA11);
     let sampler = adc::sampler(adc::Parts {

@@ -20,6 +20,7 @@ use massline_cortex_m::twin::{TwinLink, Used};
 use static_cell::StaticCell;
 
 use crate::STORE_IN_BANK_2;
+use crate::facts::NAME;
 
 /// The store's part of the flash.
 pub type Store = Window<flash::Bank2Region<'static, flash::Blocking>, ecc::Ecc>;
@@ -63,7 +64,7 @@ async fn run(parts: Parts) {
 /// Starts the chip. To be called once.
 pub fn parts() -> Parts {
     static USED: Used = Used::new();
-    let info = rig::info("nucleo-g474re", reset_flags());
+    let info = rig::info(NAME, reset_flags());
     let p = embassy_stm32::init(clocks());
     let serial = serial::open(serial::Parts {
         uart: p.LPUART1,

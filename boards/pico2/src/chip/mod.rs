@@ -16,15 +16,12 @@ use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig, WATCHDOG};
 use static_cell::StaticCell;
 
-use crate::STORE;
-
-/// Flash that is used.
-const FLASH_SIZE: usize = STORE.end as usize;
+use crate::facts::{FLASH_BYTES, NAME, STORE};
 
 /// The store's part of the flash. Words are bytes, pages 4 KiB. While something is written (3 ms at most for
 /// what the store writes at a time) or erased (400 ms at most) nothing else runs, because code is fetched
 /// from the same chip.
-pub type Store = Window<Flash<'static, FLASH, Blocking, FLASH_SIZE>>;
+pub type Store = Window<Flash<'static, FLASH, Blocking, { FLASH_BYTES as usize }>>;
 /// The panel's wires.
 pub type PanelWiring = Wiring<panel::Bus, Input<'static>, panel::Buzzer, Output<'static>>;
 
@@ -58,7 +55,7 @@ async fn run(parts: Parts) {
 
 /// Starts the chip. To be called once.
 pub fn parts() -> Parts {
-    let info = rig::info("pico2", reset_flags());
+    let info = rig::info(NAME, reset_flags());
     let p = embassy_rp::init(Default::default());
     let (usb, link) = usb::open(p.USB);
     let sampler = adc::sampler(adc::Parts {
