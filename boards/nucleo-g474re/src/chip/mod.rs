@@ -5,19 +5,20 @@ mod ecc;
 mod panel;
 mod serial;
 mod usb;
+#[path = "../../../cortex-m/stm32/watchdog.rs"]
+mod watchdog;
 
 use defmt_rtt as _;
 use embassy_executor::{Executor, Spawner};
 use embassy_stm32::gpio::{Input, Level, Output, Speed};
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, flash, pac, rcc};
 use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::Window;
 use massline_cortex_m::panel::Wiring;
-use massline_cortex_m::rig::{self, Rig, WATCHDOG};
+use massline_cortex_m::rig::{self, Rig};
 use massline_cortex_m::twin::{TwinLink, Used};
 use static_cell::StaticCell;
+use watchdog::Watchdog;
 
 use crate::STORE_IN_BANK_2;
 use crate::facts::NAME;
@@ -36,7 +37,7 @@ pub struct Parts {
     /// Answers the host's bus.
     pub usb: usb::Device,
     /// Sleeps.
-    pub watchdog: IndependentWatchdog<'static, IWDG>,
+    pub watchdog: Watchdog,
 }
 
 /// Runs the rig.
@@ -56,9 +57,8 @@ pub fn main() -> ! {
 
 #[embassy_executor::task]
 async fn run(parts: Parts) {
-    let Parts { rig, mut usb, mut watchdog } = parts;
-    watchdog.unleash();
-    rig.run(|| watchdog.pet(), usb.run()).await;
+    let Parts { rig, mut usb, watchdog } = parts;
+    rig.run(watchdog, usb.run()).await;
 }
 
 /// Starts the chip. To be called once.
@@ -96,7 +96,7 @@ pub fn parts() -> Parts {
     Parts {
         rig: Rig { info, sampler, link: TwinLink::new(serial, usb_link, &USED), flash, panel },
         usb,
-        watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG.as_micros() as u32),
+        watchdog: Watchdog::new(p.IWDG),
     }
 }
 

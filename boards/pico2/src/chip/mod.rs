@@ -32,7 +32,21 @@ pub struct Parts {
     /// Answers the host's bus.
     pub usb: usb::Device,
     /// Sleeps.
-    pub watchdog: Watchdog,
+    pub watchdog: WholeWatchdog,
+}
+
+/// Starts the whole chip again.
+pub struct WholeWatchdog(Watchdog);
+
+impl rig::Watchdog for WholeWatchdog {
+    fn start(&mut self) {
+        self.0.start(WATCHDOG);
+        watchdog_resets_all();
+    }
+
+    fn feed(&mut self) {
+        self.0.feed(WATCHDOG);
+    }
 }
 
 /// Runs the rig.
@@ -47,10 +61,8 @@ pub fn main() -> ! {
 
 #[embassy_executor::task]
 async fn run(parts: Parts) {
-    let Parts { rig, mut usb, mut watchdog } = parts;
-    watchdog.start(WATCHDOG);
-    watchdog_resets_all();
-    rig.run(|| watchdog.feed(WATCHDOG), usb.run()).await;
+    let Parts { rig, mut usb, watchdog } = parts;
+    rig.run(watchdog, usb.run()).await;
 }
 
 /// Starts the chip. To be called once.
@@ -76,7 +88,7 @@ pub fn parts() -> Parts {
     Parts {
         rig: Rig { info, sampler, link, flash, panel },
         usb,
-        watchdog: Watchdog::new(p.WATCHDOG),
+        watchdog: WholeWatchdog(Watchdog::new(p.WATCHDOG)),
     }
 }
 
