@@ -1,8 +1,7 @@
-//! How the image is linked.
+//! The constants of the firmware, and how it is linked.
 
-#[path = "../cortex-m/build/image.rs"]
-mod image;
+use massline_boards::build::{self, Program};
 
 fn main() {
-    image::link(&["link.x"]);
+    build::board(&[Program::Firmware, Program::HardwareTest], &["link.x"]);
 }

@@ -1,26 +1,19 @@
-//! Linker scripts for the bare machine, and the commit that the firmware is built from.
+//! The constants of the firmware, how it is linked, and the commit that it is built from.
 
-use std::{env, fs, path::PathBuf};
+use std::path::PathBuf;
+use std::{env, fs};
+
+use massline_boards::build::{self, Program};
 
 #[path = "../cortex-m/build/commit.rs"]
 mod commit;
 
 fn main() {
-    println!("cargo::rerun-if-changed=build.rs");
-    link();
-    commit::name_the_commit();
-}
-
-fn link() {
-    println!("cargo::rerun-if-changed=memory.x");
-    if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
-        return;
+    build::board(&[Program::Firmware], &["link.x"]);
+    if build::bare_metal() {
+        // A device crate names weak handlers here; this board's vector table names its own.
+        let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+        fs::write(out.join("device.x"), "").expect("OUT_DIR is writable");
     }
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    fs::copy("memory.x", out.join("memory.x")).expect("OUT_DIR is writable");
-    // A device crate names weak handlers here; this board's vector table names its own.
-    fs::write(out.join("device.x"), "").expect("OUT_DIR is writable");
-    println!("cargo::rustc-link-search={}", out.display());
-    println!("cargo::rustc-link-arg-bins=-Tlink.x");
-    println!("cargo::rustc-link-arg-bins=--nmagic");
+    commit::name_the_commit();
 }

@@ -9,6 +9,7 @@ use massline_shared::units::ScanIndex;
 
 pub use crate::info::{BoardInfo, StackUse};
 pub use crate::panel::Panel;
+pub use massline_protocol::BootReason;
 
 /// Why a block of scans did not come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

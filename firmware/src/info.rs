@@ -1,5 +1,7 @@
 //! What a board says of itself.
 
+use massline_protocol::BootReason;
+
 /// What a board says of itself.
 #[derive(Clone, Copy, Debug)]
 pub struct BoardInfo {
@@ -11,8 +13,8 @@ pub struct BoardInfo {
     pub git_hash: &'static str,
     /// True when that commit had been changed before the build.
     pub git_dirty: bool,
-    /// Why it started: 0 unknown, 1 power-on, 2 reset pin, 3 watchdog, 4 panic.
-    pub boot_reason: u8,
+    /// Why it started.
+    pub boot_reason: BootReason,
     /// The last words of a panic before this start.
     pub last_panic: &'static str,
     /// Most stack ever used and stack that there is, bytes.

@@ -163,7 +163,7 @@ impl<'m> Rig<'m> {
             max_sensors: RIG_SENSORS as u8,
             max_hits: RIG_HITS as u8,
             streams: self.streams,
-            boot_reason: self.info.boot_reason,
+            boot_reason: self.info.boot_reason.into(),
             last_panic: cut(self.info.last_panic),
         }
     }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use massline::flash::board::{BOARDS, Board};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -168,4 +169,43 @@ fn a_way_that_a_board_does_not_have_is_refused() {
     let (answer, exit) = flash("blackpill-f411", &images.elf(&good()), &["--via", "drive"]);
     assert_eq!((answer["error"]["code"].as_str(), exit), (Some("no_such_way"), 2));
     assert!(answer["error"]["message"].as_str().unwrap().contains("dfu or probe"));
+}
+
+/// An image that holds the board's name, its vectors, and code right behind them or behind the store.
+fn minimal(images: &Images, board: &Board) -> PathBuf {
+    let (flash, store) = (board.flash.range(), &board.store);
+    let vectors = flash.start..flash.start + 392;
+    // A sector is more than the vectors take.
+    let first = board.flash.each_sector().next().unwrap().end;
+    let at = if first == store.start { store.end } else { first };
+    let words = [board.ram.end, at + 1].into_iter().chain([at + 1; 96]);
+    let table = words.flat_map(u32::to_le_bytes).collect();
+    images.elf(&[(vectors.start, table), (at, format!("\0{}\0", board.name).into_bytes())])
+}
+
+#[test]
+fn every_board_is_flashed_by_the_ways_of_its_facts_and_keeps_its_store() {
+    let images = Images::new();
+    for board in BOARDS.iter() {
+        let image = minimal(&images, board);
+        for way in board.ways() {
+            let more = ["--dry-run", "--via", way.name()];
+            let (answer, exit) = flash(&board.name, &image, &more);
+            assert_eq!((&answer["via"], exit), (&json!(way.name()), 0), "{answer}");
+            let store = json!({ "start": board.store.start, "end": board.store.end });
+            assert_eq!(answer["store"], store, "{answer}");
+        }
+    }
+}
+
+#[test]
+fn the_help_names_the_steps_of_every_board() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_massline"));
+    let help =
+        String::from_utf8(command.args(["flash", "--help"]).output().unwrap().stdout).unwrap();
+    for board in BOARDS.iter() {
+        let line = help.lines().find(|line| line.trim_start().starts_with(&board.name)).unwrap();
+        let steps = board.boot_loader.as_ref().map(|loader| loader.steps()).unwrap_or_default();
+        assert!(line.contains(steps), "{line}");
+    }
 }

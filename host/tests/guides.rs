@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use clap::error::ErrorKind;
 use massline::commands::Cli;
+use massline::flash::board::BOARDS;
 
 /// A sentence may speak of a command without its arguments.
 const INCOMPLETE: [ErrorKind; 2] =
@@ -64,4 +65,17 @@ fn every_link_of_the_guides_leads_to_a_file() {
         }
     }
     assert!(seen > 20, "{seen} links found");
+}
+
+#[test]
+fn the_guide_of_every_board_says_how_it_is_flashed() {
+    // The three boards with a chip that there were first.
+    assert!(BOARDS.len() >= 3, "{} boards", BOARDS.len());
+    let boards = Path::new(env!("CARGO_MANIFEST_DIR")).join("../boards");
+    for board in BOARDS.iter() {
+        let path = boards.join(&board.name).join("README.md");
+        let guide = fs::read_to_string(&path).unwrap_or_default();
+        let command = format!("massline flash --board {}", board.name);
+        assert!(commands(&guide).iter().any(|c| c.starts_with(&command)), "{path:?}: {command}");
+    }
 }

@@ -3,7 +3,7 @@
 mod pictures;
 
 use massline::layout_file::LayoutFile;
-use massline_firmware::board::{BoardInfo, StackUse};
+use massline_firmware::board::{BoardInfo, BootReason, StackUse};
 use massline_firmware::panel::calibration_wizard::{CalibrationWizard, Proposal, WizardProblem};
 use massline_firmware::panel::draw::{LayoutLine, View, draw};
 use massline_firmware::panel::menu::{Menu, Question, Screen};
@@ -66,7 +66,7 @@ impl Rig {
                 firmware: "0.1.0",
                 git_hash: "0123456789abcdef",
                 git_dirty: true,
-                boot_reason: 1,
+                boot_reason: BootReason::PowerOn,
                 last_panic: "",
                 stack: StackUse::default,
             },
@@ -353,7 +353,7 @@ fn the_pages_about_the_rig_and_its_store_look_as_their_pictures() {
     for page in 0..3 {
         let mut rig = Rig::new();
         rig.info.last_panic = last_panic;
-        rig.info.boot_reason = 4;
+        rig.info.boot_reason = BootReason::Panic;
         rig.show(&format!("about-{}", page + 1), Screen::About, page);
     }
 }

@@ -6,5 +6,7 @@ pub mod chip;
 pub mod plan;
 pub mod sequence;
 
-/// Where the store starts in flash, and its end: sectors 1 to 3.
-pub const STORE: core::ops::Range<u32> = 0x4000..0x1_0000;
+/// What `board.toml` states.
+pub mod facts {
+    include!(concat!(env!("OUT_DIR"), "/facts.rs"));
+}

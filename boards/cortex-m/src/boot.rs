@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use massline_firmware::board::BootReason;
+
 /// What the chip's reset flags say, several at a time: the pin is pulled down by every reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ResetFlags {
@@ -15,16 +17,16 @@ pub struct ResetFlags {
     pub software: bool,
 }
 
-/// `BoardInfo::boot_reason`: 0 unknown, 1 power-on, 2 reset pin, 3 watchdog, 4 panic.
-pub fn reason(flags: ResetFlags, panicked: bool) -> u8 {
+/// The most telling of the flags; `panicked` when the run before has left its last words.
+pub fn reason(flags: ResetFlags, panicked: bool) -> BootReason {
     match flags {
         // Memory without power has forgotten everything, so the words are noise.
-        ResetFlags { power: true, .. } => 1,
-        ResetFlags { watchdog: true, .. } => 3,
-        ResetFlags { software: true, .. } if panicked => 4,
-        ResetFlags { software: true, .. } => 0,
-        ResetFlags { pin: true, .. } => 2,
-        _ => 0,
+        ResetFlags { power: true, .. } => BootReason::PowerOn,
+        ResetFlags { watchdog: true, .. } => BootReason::Watchdog,
+        ResetFlags { software: true, .. } if panicked => BootReason::Panic,
+        ResetFlags { software: true, .. } => BootReason::Unknown,
+        ResetFlags { pin: true, .. } => BootReason::ResetPin,
+        _ => BootReason::Unknown,
     }
 }
 
@@ -91,14 +93,17 @@ mod tests {
     #[test]
     fn the_most_telling_flag_is_the_reason() {
         let pin = ResetFlags { pin: true, ..ResetFlags::default() };
-        assert_eq!(reason(ResetFlags { power: true, software: true, ..pin }, true), 1);
-        assert_eq!(reason(pin, false), 2);
+        assert_eq!(
+            reason(ResetFlags { power: true, software: true, ..pin }, true),
+            BootReason::PowerOn
+        );
+        assert_eq!(reason(pin, false), BootReason::ResetPin);
         // Words that were not taken before someone pressed reset.
-        assert_eq!(reason(pin, true), 2);
-        assert_eq!(reason(ResetFlags { watchdog: true, ..pin }, false), 3);
-        assert_eq!(reason(ResetFlags { software: true, ..pin }, true), 4);
-        assert_eq!(reason(ResetFlags { software: true, ..pin }, false), 0);
-        assert_eq!(reason(ResetFlags::default(), false), 0);
+        assert_eq!(reason(pin, true), BootReason::ResetPin);
+        assert_eq!(reason(ResetFlags { watchdog: true, ..pin }, false), BootReason::Watchdog);
+        assert_eq!(reason(ResetFlags { software: true, ..pin }, true), BootReason::Panic);
+        assert_eq!(reason(ResetFlags { software: true, ..pin }, false), BootReason::Unknown);
+        assert_eq!(reason(ResetFlags::default(), false), BootReason::Unknown);
     }
 
     #[test]

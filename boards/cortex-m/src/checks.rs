@@ -1,11 +1,12 @@
 //! What the suites of hardware tests ask of every board; an answer that is wrong panics.
 
-use embassy_time::{Duration, Instant, with_timeout};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal_async::i2c::I2c;
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_firmware::board::{BoardInfo, Sampler};
+use massline_firmware::board::{BoardInfo, BootReason, Sampler};
 use massline_shared::signal::CHANNELS;
 
+use crate::rig::{WATCHDOG, Watchdog};
 use crate::{last_words, stack};
 
 /// Scans of a block, as the rig reads them.
@@ -105,6 +106,11 @@ async fn read<F: NorFlash>(flash: &mut F, at: u32) -> [u8; WORD] {
     word
 }
 
+/// The length of a page of this flash.
+pub const fn page<F: NorFlash>() -> usize {
+    F::ERASE_SIZE
+}
+
 /// A screen answers, or its absence is told; the bus does not hang.
 pub async fn the_screen_answers_or_is_absent(bus: &mut impl I2c) {
     for _ in 0..3 {
@@ -115,10 +121,27 @@ pub async fn the_screen_answers_or_is_absent(bus: &mut impl I2c) {
 
 /// The probe has started the board, not its watchdog and no panic, and the stack was painted.
 pub fn the_start_is_told(info: &BoardInfo) {
-    assert!(info.boot_reason <= 2, "boot reason {}", info.boot_reason);
+    let harmless = [BootReason::Unknown, BootReason::PowerOn, BootReason::ResetPin];
+    assert!(harmless.contains(&info.boot_reason), "{:?}", info.boot_reason);
     assert_eq!(info.last_panic, "");
     let used = stack::measure();
     assert!(used.high_water > 0 && used.high_water < used.size, "{used:?}");
+}
+
+/// An STM32 holds what its ADC reads of the reference, at 12 bits and 3.3 V; that it reads so is asked of every
+/// scan.
+pub fn the_maker_has_noted_the_reference(noted: u16) {
+    // The reference has 1.18 to 1.24 V by the data sheets of both families.
+    assert!((1464..=1539).contains(&noted), "{noted}");
+}
+
+/// A watchdog that is fed does nothing for longer than one waits that is not fed.
+pub async fn a_watchdog_that_is_fed_sleeps(watchdog: &mut impl Watchdog) {
+    watchdog.start();
+    for _ in 0..=2 * WATCHDOG.as_secs() {
+        Timer::after_millis(500).await;
+        watchdog.feed();
+    }
 }
 
 /// Words are kept in memory that nobody initialises.

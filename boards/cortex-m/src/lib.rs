@@ -6,6 +6,7 @@ pub mod boot;
 pub mod debounce;
 pub mod flash;
 pub mod frame;
+mod hardware_tests;
 pub mod sequence;
 pub mod supply;
 pub mod twin;

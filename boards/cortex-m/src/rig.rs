@@ -19,6 +19,15 @@ use crate::{last_words, stack};
 pub const WATCHDOG: Duration = Duration::from_secs(8);
 const WATCHDOG_FED: Duration = Duration::from_secs(1);
 
+/// Starts the chip again when it has not been fed for [`WATCHDOG`].
+pub trait Watchdog {
+    /// From now on it wants to be fed.
+    fn start(&mut self);
+
+    /// Calms it for another while.
+    fn feed(&mut self);
+}
+
 /// What the board of this name says of itself, and what the run before has left. To be called once,
 /// before anything else.
 pub fn info(name: &'static str, flags: ResetFlags) -> BoardInfo {
@@ -58,20 +67,21 @@ where
     T: Tone,
     O: OutputPin,
 {
-    /// The rig, for ever, with `beside` it, which serves the link. `pet` calms a watchdog of [`WATCHDOG`].
-    pub async fn run(self, pet: impl FnMut(), beside: impl Future) {
+    /// The rig, for ever, with `beside` it, which serves the link.
+    pub async fn run(self, watchdog: impl Watchdog, beside: impl Future) {
         static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
         let Self { info, sampler, link, flash, panel } = self;
         let board = Board { info, sampler, link, flash, panel: RigPanel::open() };
         let application = massline_firmware::run(board, MEMORY.take());
-        join4(application, panel.run(), beside, feed(pet)).await;
+        join4(application, panel.run(), beside, guard(watchdog)).await;
     }
 }
 
 /// The executor comes round: the rig is alive.
-async fn feed(mut pet: impl FnMut()) -> ! {
+async fn guard(mut watchdog: impl Watchdog) -> ! {
+    watchdog.start();
     loop {
-        pet();
+        watchdog.feed();
         Timer::after(WATCHDOG_FED).await;
     }
 }

@@ -8,6 +8,11 @@
 pub mod flash;
 pub mod ring;
 
+/// What `board.toml` states.
+pub mod facts {
+    include!(concat!(env!("OUT_DIR"), "/facts.rs"));
+}
+
 /// Where the PSRAM starts in the machine's address space.
 pub const PSRAM_ADDRESS: usize = 0x2100_0000;
 /// Bytes of PSRAM: the size of the file.

@@ -7,5 +7,14 @@ pub mod ecc;
 pub mod plan;
 pub mod sequence;
 
-/// Where the store starts in bank 2 of the flash, and its end: the last 64 KiB.
-pub const STORE_IN_BANK_2: core::ops::Range<u32> = 0x3_0000..0x4_0000;
+/// What `board.toml` states.
+pub mod facts {
+    include!(concat!(env!("OUT_DIR"), "/facts.rs"));
+}
+
+/// Where bank 2 of the flash starts.
+const BANK_2: u32 = facts::FLASH_BYTES / 2;
+const _: () = assert!(facts::STORE.start >= BANK_2, "the store lies in bank 2");
+/// Where the store starts in bank 2, and its end.
+pub const STORE_IN_BANK_2: core::ops::Range<u32> =
+    facts::STORE.start - BANK_2..facts::STORE.end - BANK_2;

@@ -7,5 +7,7 @@ pub mod chip;
 pub mod frames;
 pub mod plan;
 
-/// Where the store starts in flash, and its end: the last 64 KiB of 4 MiB.
-pub const STORE: core::ops::Range<u32> = 0x3F_0000..0x40_0000;
+/// What `board.toml` states.
+pub mod facts {
+    include!(concat!(env!("OUT_DIR"), "/facts.rs"));
+}

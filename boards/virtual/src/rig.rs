@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use massline_firmware::Memory;
-use massline_firmware::board::{Board, BoardInfo, StackUse};
+use massline_firmware::board::{Board, BoardInfo, BootReason, StackUse};
 use massline_firmware::panel::{Button, PanelModel};
 
 use crate::clock::Executor;
@@ -36,8 +36,8 @@ pub struct VirtualRigOptions {
     pub timing: Timing,
     /// Bytes that the link holds in each direction before a writer must wait.
     pub link_capacity: usize,
-    /// Why it starts, as in [`BoardInfo::boot_reason`].
-    pub boot_reason: u8,
+    /// Why it starts.
+    pub boot_reason: BootReason,
     /// The last words of a panic before this start.
     pub last_panic: &'static str,
 }
@@ -50,7 +50,7 @@ impl VirtualRigOptions {
             flash: FlashBacking::default(),
             timing: Timing::default(),
             link_capacity: DEFAULT_CAPACITY,
-            boot_reason: 1,
+            boot_reason: BootReason::PowerOn,
             last_panic: "",
         }
     }
@@ -222,7 +222,7 @@ impl Drop for VirtualRig {
     }
 }
 
-fn board_info(boot_reason: u8, last_panic: &'static str) -> BoardInfo {
+fn board_info(boot_reason: BootReason, last_panic: &'static str) -> BoardInfo {
     BoardInfo {
         name: "virtual",
         firmware: env!("CARGO_PKG_VERSION"),

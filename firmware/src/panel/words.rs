@@ -2,6 +2,7 @@
 
 use core::fmt::Write as _;
 
+use massline_protocol::BootReason;
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
@@ -111,13 +112,13 @@ pub fn of_problem(problem: &WizardProblem) -> &'static str {
 }
 
 /// Why the rig started.
-pub fn of_boot(reason: u8) -> &'static str {
+pub fn of_boot(reason: BootReason) -> &'static str {
     match reason {
-        1 => "power on",
-        2 => "reset pin",
-        3 => "watchdog",
-        4 => "panic",
-        _ => "unknown",
+        BootReason::PowerOn => "power on",
+        BootReason::ResetPin => "reset pin",
+        BootReason::Watchdog => "watchdog",
+        BootReason::Panic => "panic",
+        BootReason::Unknown => "unknown",
     }
 }
 

@@ -4,6 +4,7 @@ mod stats;
 
 use std::fmt::Write;
 
+use massline_protocol::BootReason;
 use massline_protocol::message::{Identity, Status};
 use serde_json::{Value, json};
 
@@ -114,7 +115,7 @@ fn identity_json(port: &str, identity: &Identity, status: &Status) -> Value {
         "max_sensors": identity.max_sensors,
         "max_hits": identity.max_hits,
         "streams": identity.streams,
-        "boot_reason": boot_reason(identity.boot_reason),
+        "boot_reason": boot_reason(identity.boot_reason.into()),
         "last_panic": identity.last_panic.as_str(),
         "phase": phase_name(status.phase),
         "layout_hash": (status.layout_hash != 0).then_some(status.layout_hash),
@@ -144,7 +145,7 @@ fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
         identity.max_sensors,
         identity.max_hits,
         if identity.streams { "yes" } else { "no, the link is too slow" },
-        boot_reason(identity.boot_reason),
+        boot_reason(identity.boot_reason.into()),
         phase_name(status.phase),
         hash(status.layout_hash).unwrap_or_else(|| "none".into()),
         if status.result == 0 { "none".into() } else { status.result.to_string() },
@@ -161,12 +162,13 @@ pub(crate) fn hash(hash: u32) -> Option<String> {
     (hash != 0).then(|| format!("{hash:08x}"))
 }
 
-fn boot_reason(raw: u8) -> &'static str {
-    match raw {
-        1 => "power-on",
-        2 => "reset pin",
-        3 => "watchdog",
-        4 => "panic",
-        _ => "unknown",
+/// As it is printed.
+fn boot_reason(reason: BootReason) -> &'static str {
+    match reason {
+        BootReason::PowerOn => "power-on",
+        BootReason::ResetPin => "reset pin",
+        BootReason::Watchdog => "watchdog",
+        BootReason::Panic => "panic",
+        BootReason::Unknown => "unknown",
     }
 }

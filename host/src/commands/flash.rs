@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use indicatif::ProgressBar;
+use massline_boards::BootLoader;
 use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
@@ -12,31 +13,17 @@ use crate::flash::board::{BOARDS, Board, Way};
 use crate::flash::drive::{self, Kind, Taken};
 use crate::flash::image::Image;
 use crate::flash::plan::Plan;
-use crate::flash::usb::Stm32Dfu;
+use crate::flash::usb::DfuDevice;
 use crate::flash::{Step, Watch, dfuse};
 use crate::interrupt::Interrupt;
 use crate::output::Output;
 
 /// Arguments of `massline flash`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Ways:
-  blackpill-f411   dfu: hold BOOT0, press and release NRST, let BOOT0 go; or probe
-  nucleo-g474re    drive: its USB socket, nothing to press; or probe
-  pico2            drive: hold BOOTSEL while you plug it in; or probe
-
-Without --image the firmware is built from the sources that this program was built from. What the rig has
-stored is not written: layouts, calibration, results stay. Only the ST-LINK's drive (nucleo-g474re) erases
-what its own firmware thinks right: fetch results first, or use --via probe.
-
-Examples:
-  massline flash --board blackpill-f411
-  massline flash --board blackpill-f411 --dry-run
-  massline flash --board nucleo-g474re --image massline-nucleo-g474re
-  massline flash --board pico2 --drive /media/me/RP2350 --json")]
+#[command(after_help = after_help())]
 pub struct Args {
     /// The board.
-    #[arg(long, value_parser = PossibleValuesParser::new(BOARDS.iter().map(|b| b.name)))]
+    #[arg(long, value_parser = PossibleValuesParser::new(BOARDS.iter().map(|b| b.name.as_str())))]
     board: String,
     /// Firmware as cargo builds it (ELF); without it, it is built.
     #[arg(long, value_name = "ELF")]
@@ -62,7 +49,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let way = way(args, board)?;
     let path = match &args.image {
         Some(path) => path.clone(),
-        None => firmware::build(&board.package(), board.target, "--image")?,
+        None => firmware::build(&board.package, &board.target, "--image")?,
     };
     let plan = Plan::new(board, Image::read(&path, board)?)
         .map_err(|error| error.within(path.display()))?;
@@ -71,14 +58,45 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     output.answer(&facts.json(), |_| facts.text())
 }
 
+/// The ways to every board, and examples.
+fn after_help() -> String {
+    let ways: String = BOARDS.iter().map(way_line).collect();
+    format!(
+        "\
+Ways:
+{ways}
+Without --image the firmware is built from the sources that this program was built from. What the rig has
+stored is not written: layouts, calibration, results stay. Only the drive of an ST-LINK erases what its own
+firmware thinks right: fetch results first, or use --via probe.
+
+Examples:
+  massline flash --board blackpill-f411
+  massline flash --board blackpill-f411 --dry-run
+  massline flash --board nucleo-g474re --image massline-nucleo-g474re
+  massline flash --board pico2 --drive /media/me/RP2350 --json"
+    )
+}
+
+/// `  pico2            drive: hold BOOTSEL while you plug it in; or probe`
+fn way_line(board: &Board) -> String {
+    let Board { name, boot_loader, .. } = board;
+    match boot_loader {
+        Some(loader) => {
+            format!("  {name:<16} {}: {}; or probe\n", board.ways()[0].name(), loader.steps())
+        }
+        None => format!("  {name:<16} probe\n"),
+    }
+}
+
 fn way(args: &Args, board: &Board) -> Result<Way> {
+    let ways = board.ways();
     let way = match args.via {
         Some(way) => way,
         None if args.drive.is_some() => Way::Drive,
-        None => board.ways[0],
+        None => ways[0],
     };
-    let names: Vec<_> = board.ways.iter().map(|way| way.name()).collect();
-    if !board.ways.contains(&way) {
+    let names: Vec<_> = ways.iter().map(|way| way.name()).collect();
+    if !ways.contains(&way) {
         return Err(Error::input(
             "no_such_way",
             format!("{} is not flashed by {}; use {}", board.name, way.name(), names.join(" or ")),
@@ -103,11 +121,14 @@ fn flash(way: Way, args: &Args, plan: &Plan, output: &mut Output) -> Result<Done
     let _guard = interrupt.guard();
     let mut watch = Bar::new(output, plan, interrupt.clone());
     match way {
-        Way::Dfu => dfuse::flash(&Stm32Dfu::open()?, plan, &mut watch).map(|()| Done::ReadBack),
+        Way::Dfu => {
+            let Some(BootLoader::Dfu(loader)) = &plan.board.boot_loader else {
+                return Err(unknown("boot loader that speaks DFU", plan));
+            };
+            dfuse::flash(&DfuDevice::open(loader)?, plan, &mut watch).map(|()| Done::ReadBack)
+        }
         Way::Drive => {
-            let kind = Kind::of(plan.board).ok_or_else(|| {
-                Error::internal("no_drive", format!("{} shows no drive", plan.board.name))
-            })?;
+            let kind = Kind::of(plan.board).ok_or_else(|| unknown("drive", plan))?;
             let drive = drive::find(kind, args.drive.as_deref())?;
             drive::flash(kind, &drive, plan, &mut watch).map(|taken| match taken {
                 Taken::Whole => Done::Started,
@@ -116,6 +137,11 @@ fn flash(way: Way, args: &Args, plan: &Plan, output: &mut Output) -> Result<Done
         }
         Way::Probe => by_probe(plan, &mut watch),
     }
+}
+
+/// For a way that the board does not have, which [`way`] has refused.
+fn unknown(what: &str, plan: &Plan) -> Error {
+    Error::internal("no_such_way", format!("{} has no {what}", plan.board.name))
 }
 
 #[cfg(feature = "probe")]
@@ -140,7 +166,7 @@ struct Bar {
 
 impl Bar {
     fn new(output: &Output, plan: &Plan, interrupt: Interrupt) -> Self {
-        Self { bar: output.bar(plan.image.len(), plan.board.name), step: None, interrupt }
+        Self { bar: output.bar(plan.image.len(), &plan.board.name), step: None, interrupt }
     }
 }
 
@@ -229,7 +255,7 @@ impl Facts<'_> {
     /// What happens to the store.
     fn store_is(&self) -> &'static str {
         match Kind::of(self.plan.board) {
-            Some(Kind::StLink) if self.way == Way::Drive => {
+            Some(Kind::StLink(_)) if self.way == Way::Drive => {
                 "not written; what the ST-LINK erases is up to its firmware: fetch results first"
             }
             _ => "not touched",

@@ -1,26 +1,34 @@
 //! The boards that can be flashed: what their chips' flash looks like, and the ways to it.
+//!
+//! The facts are those of `boards/<name>/board.toml` when this program was built.
 
 use std::ops::Range;
+use std::sync::LazyLock;
+
+use massline_boards::BootLoader;
+use massline_boards::board::Flash;
+
+include!(concat!(env!("OUT_DIR"), "/boards.rs"));
 
 /// One kind of board.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Board {
     /// As in `--board` and in the rig's identity.
-    pub name: &'static str,
+    pub name: String,
     /// The chip, as probe-rs calls it.
-    pub chip: &'static str,
+    pub chip: String,
+    /// The package of its firmware.
+    pub package: String,
     /// The target of the Rust compiler.
-    pub target: &'static str,
-    /// Where flash begins.
-    pub origin: u32,
-    /// Sectors from the origin on: how many, of how many bytes.
-    pub sectors: &'static [(u32, u32)],
+    pub target: String,
+    /// All flash.
+    pub flash: Flash,
     /// What the rig writes itself.
     pub store: Range<u32>,
     /// Where the stack may begin.
     pub ram: Range<u32>,
-    /// The ways to its flash; the first is the usual one.
-    pub ways: &'static [Way],
+    /// What takes firmware without a debug probe.
+    pub boot_loader: Option<BootLoader>,
 }
 
 /// A way to the flash of a board.
@@ -45,102 +53,62 @@ impl Way {
     }
 }
 
-/// Every board.
-pub static BOARDS: [Board; 3] = [
-    Board {
-        name: "blackpill-f411",
-        chip: "STM32F411CEUx",
-        target: "thumbv7em-none-eabihf",
-        origin: 0x0800_0000,
-        sectors: &[(4, 16 << 10), (1, 64 << 10), (3, 128 << 10)],
-        store: 0x0800_4000..0x0801_0000,
-        ram: 0x2000_0000..0x2002_0000,
-        ways: &[Way::Dfu, Way::Probe],
-    },
-    Board {
-        name: "nucleo-g474re",
-        chip: "STM32G474RETx",
-        target: "thumbv7em-none-eabihf",
-        origin: 0x0800_0000,
-        sectors: &[(256, 2 << 10)],
-        store: 0x0807_0000..0x0808_0000,
-        ram: 0x2000_0000..0x2002_0000,
-        ways: &[Way::Drive, Way::Probe],
-    },
-    Board {
-        name: "pico2",
-        chip: "RP235x",
-        target: "thumbv8m.main-none-eabihf",
-        origin: 0x1000_0000,
-        sectors: &[(1024, 4 << 10)],
-        store: 0x103F_0000..0x1040_0000,
-        ram: 0x2000_0000..0x2008_2000,
-        ways: &[Way::Drive, Way::Probe],
-    },
-];
+/// Every board with a chip, by name.
+pub static BOARDS: LazyLock<Vec<Board>> = LazyLock::new(|| {
+    let facts = FILES.iter().map(|(name, text)| {
+        massline_boards::Board::parse(name, text).expect("the build script has read the same text")
+    });
+    facts.filter_map(Board::with_chip).collect()
+});
 
 impl Board {
+    /// `None` when it is emulated.
+    fn with_chip(facts: massline_boards::Board) -> Option<Self> {
+        Some(Self {
+            package: facts.package(),
+            name: facts.name,
+            chip: facts.chip?.probe_rs,
+            target: facts.target,
+            store: facts.flash.store?.range(),
+            flash: facts.flash,
+            ram: facts.ram.range(),
+            boot_loader: facts.boot_loader,
+        })
+    }
+
     /// The board of this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         BOARDS.iter().find(|board| board.name == name)
     }
 
-    /// The package of its firmware.
-    pub fn package(&self) -> String {
-        format!("massline-{}", self.name)
-    }
-
-    /// All flash.
-    pub fn flash(&self) -> Range<u32> {
-        self.origin
-            ..self.origin + self.sectors.iter().map(|(count, size)| count * size).sum::<u32>()
-    }
-
-    /// Each sector, from the origin on.
-    pub fn each_sector(&self) -> impl Iterator<Item = Range<u32>> {
-        let sizes = self.sectors.iter().flat_map(|&(count, size)| (0..count).map(move |_| size));
-        sizes.scan(self.origin, |start, size| {
-            let sector = *start..*start + size;
-            *start = sector.end;
-            Some(sector)
-        })
+    /// The ways to its flash; the first is the usual one.
+    pub fn ways(&self) -> Vec<Way> {
+        let cable = self.boot_loader.as_ref().map(|boot_loader| match boot_loader {
+            BootLoader::Dfu(_) => Way::Dfu,
+            BootLoader::Uf2(_) | BootLoader::StLink(_) => Way::Drive,
+        });
+        cable.into_iter().chain([Way::Probe]).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
 
     #[test]
-    fn the_store_is_made_of_whole_sectors() {
-        for board in &BOARDS {
-            let starts: Vec<_> = board.each_sector().map(|sector| sector.start).collect();
-            let ends: Vec<_> = board.each_sector().map(|sector| sector.end).collect();
-            assert!(starts.contains(&board.store.start), "{}", board.name);
-            assert!(ends.contains(&board.store.end), "{}", board.name);
-        }
+    fn the_boards_are_those_of_the_checkout_that_have_a_chip() {
+        let root = crate::firmware::checkout().unwrap();
+        let facts = massline_boards::boards(root).unwrap();
+        let with_chip: Vec<_> = facts.into_iter().filter_map(Board::with_chip).collect();
+        assert_eq!(*BOARDS, with_chip);
+        assert!(Board::named("blackpill-f411").is_some() && Board::named("mps2-an386").is_none());
     }
 
     #[test]
-    fn the_f411_has_eight_sectors_in_512_kib() {
-        let board = Board::named("blackpill-f411").unwrap();
-        assert_eq!(board.each_sector().count(), 8);
-        assert_eq!(board.flash(), 0x0800_0000..0x0808_0000);
-        assert_eq!(board.each_sector().nth(5), Some(0x0802_0000..0x0804_0000));
-    }
-
-    /// `memory.x` of each board states in its comment where the store lies: `0x0800_4000  … the store`.
-    #[test]
-    fn the_linker_scripts_put_the_store_at_the_same_place() {
-        let boards = Path::new(env!("CARGO_MANIFEST_DIR")).join("../boards");
-        for board in &BOARDS {
-            let script = boards.join(board.name).join("memory.x");
-            let text = std::fs::read_to_string(&script).unwrap();
-            let line = text.lines().find(|line| line.contains("the store")).unwrap();
-            let stated = line.split_whitespace().next().unwrap().replace('_', "");
-            let stated = u32::from_str_radix(stated.trim_start_matches("0x"), 16).unwrap();
-            assert_eq!(stated, board.store.start, "{}", script.display());
-        }
+    fn the_way_by_a_cable_comes_before_the_probe() {
+        let ways = |name| Board::named(name).unwrap().ways();
+        assert_eq!(ways("blackpill-f411"), [Way::Dfu, Way::Probe]);
+        assert_eq!(ways("nucleo-g474re"), [Way::Drive, Way::Probe]);
+        assert_eq!(ways("pico2"), [Way::Drive, Way::Probe]);
     }
 }

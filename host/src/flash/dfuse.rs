@@ -47,17 +47,18 @@ where
     loader.erase(plan, watch)?;
     loader.write(plan, watch)?;
     loader.verify(plan, watch)?;
-    loader.leave(plan.board.origin)
+    loader.leave(plan.board.flash.origin)
 }
 
 /// The boot loader describes its chip's flash; that of another chip is not written.
 fn same_flash<IO: DfuIo>(io: &IO, plan: &Plan) -> Result<()> {
     let board = plan.board;
-    let wanted: Vec<u32> = board.each_sector().map(|sector| sector.end - sector.start).collect();
+    let wanted: Vec<u32> =
+        board.flash.each_sector().map(|sector| sector.end - sector.start).collect();
     let found = match io.protocol() {
         dfu_core::DfuProtocol::Dfuse { address, memory_layout } => {
             let sectors = memory_layout.as_ref();
-            if *address == board.origin && sectors == wanted {
+            if *address == board.flash.origin && sectors == wanted {
                 return Ok(());
             }
             let bytes: u64 = sectors.iter().map(|&size| u64::from(size)).sum();
@@ -70,9 +71,9 @@ fn same_flash<IO: DfuIo>(io: &IO, plan: &Plan) -> Result<()> {
         format!(
             "the device in DFU mode has {found}; a {} has {} KiB in {} sectors at 0x{:08x}",
             board.chip,
-            (board.flash().end - board.origin) / 1024,
+            board.flash.bytes() / 1024,
             wanted.len(),
-            board.origin,
+            board.flash.origin,
         ),
     ))
 }

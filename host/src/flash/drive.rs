@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use massline_boards::BootLoader;
+use massline_boards::boot_loader::{StLink, Uf2};
+
 use super::board::Board;
 use super::plan::Plan;
 use super::{Step, Watch, uf2};
@@ -13,11 +16,11 @@ use crate::error::{Error, Result};
 
 /// What a drive wants to be given, and how it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// The boot loader in the RP2350's ROM: UF2.
-    Rp2350,
-    /// The ST-LINK on a Nucleo: a plain binary.
-    StLink,
+pub enum Kind<'b> {
+    /// A boot loader that takes UF2.
+    Uf2(&'b Uf2),
+    /// An ST-LINK that takes a plain binary.
+    StLink(&'b StLink),
 }
 
 /// What is known once the drive has taken the file.
@@ -36,57 +39,65 @@ const BACK: Duration = Duration::from_secs(8);
 /// Nothing tells this process that a drive has gone.
 const POLL: Duration = Duration::from_millis(50);
 
-impl Kind {
+impl<'b> Kind<'b> {
     /// What the drive of this board wants; `None` for a board without.
-    pub fn of(board: &Board) -> Option<Self> {
-        match board.name {
-            "pico2" => Some(Self::Rp2350),
-            "nucleo-g474re" => Some(Self::StLink),
-            _ => None,
+    pub fn of(board: &'b Board) -> Option<Self> {
+        match board.boot_loader.as_ref()? {
+            BootLoader::Uf2(drive) => Some(Self::Uf2(drive)),
+            BootLoader::StLink(drive) => Some(Self::StLink(drive)),
+            BootLoader::Dfu(_) => None,
         }
     }
 
     fn file_name(self) -> &'static str {
         match self {
-            Self::Rp2350 => "massline.uf2",
-            Self::StLink => "massline.bin",
+            Self::Uf2(_) => "massline.uf2",
+            Self::StLink(_) => "massline.bin",
         }
     }
 
     fn content(self, plan: &Plan) -> Vec<u8> {
         match self {
-            Self::Rp2350 => uf2::blocks(&plan.image, uf2::RP2350_ARM_S),
-            Self::StLink => plan.image.flat().bytes,
+            Self::Uf2(drive) => uf2::blocks(&plan.image, drive.family),
+            Self::StLink(_) => plan.image.flat().bytes,
         }
     }
 
     /// Whether this mounted drive is one of the kind.
     fn is(self, drive: &Path) -> bool {
         match self {
-            Self::Rp2350 => fs::read_to_string(drive.join("INFO_UF2.TXT"))
-                .is_ok_and(|text| text.contains("RP2350")),
-            Self::StLink => ["DETAILS.TXT", "MBED.HTM"].iter().any(|f| drive.join(f).is_file()),
+            Self::Uf2(uf2) => fs::read_to_string(drive.join("INFO_UF2.TXT"))
+                .is_ok_and(|text| text.contains(&uf2.model)),
+            Self::StLink(_) => ["DETAILS.TXT", "MBED.HTM"].iter().any(|f| drive.join(f).is_file()),
         }
     }
 
     /// A drive of the kind that is this board's: an ST-LINK is named after the board it sits on.
     fn is_of_board(self, drive: &Path) -> bool {
         let label = drive.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        self.is(drive) && (self == Self::Rp2350 || label.contains("G474RE"))
+        let named = match self {
+            Self::Uf2(_) => true,
+            Self::StLink(link) => label.contains(&link.label),
+        };
+        self.is(drive) && named
     }
 
     fn missing(self) -> Error {
-        let text = match self {
-            Self::Rp2350 => {
-                "no drive of an RP2350's boot loader: hold BOOTSEL while you plug the board in. If your system \
-                 does not mount drives by itself: udisksctl mount -b /dev/disk/by-label/RP2350"
+        let (what, steps, label) = match self {
+            Self::Uf2(Uf2 { steps, label, model, .. }) => {
+                (format!("of the boot loader of an {model}"), steps, label.clone())
             }
-            Self::StLink => {
-                "no drive of a Nucleo-G474RE: connect its USB socket by a cable that carries data. If your system \
-                 does not mount drives by itself: udisksctl mount -b /dev/disk/by-label/NOD*G474RE"
+            Self::StLink(StLink { steps, label }) => {
+                (format!("of an ST-LINK named {label}"), steps, format!("*{label}"))
             }
         };
-        Error::device("no_drive", format!("{text}, and give its path by --drive"))
+        Error::device(
+            "no_drive",
+            format!(
+                "no drive {what}: {steps}. The cable must carry data. If your system does not mount drives by \
+                 itself: udisksctl mount -b /dev/disk/by-label/{label}, and give its path by --drive"
+            ),
+        )
     }
 }
 
@@ -94,14 +105,16 @@ impl Kind {
 ///
 /// # Errors
 /// `no_drive`, `several_drives`, `wrong_drive`.
-pub fn find(kind: Kind, named: Option<&Path>) -> Result<PathBuf> {
+pub fn find(kind: Kind<'_>, named: Option<&Path>) -> Result<PathBuf> {
     if let Some(drive) = named {
         if kind.is(drive) {
             return Ok(drive.to_owned());
         }
         let wanted = match kind {
-            Kind::Rp2350 => "an RP2350's boot loader: it has no INFO_UF2.TXT that names the RP2350",
-            Kind::StLink => "an ST-LINK: it has neither DETAILS.TXT nor MBED.HTM",
+            Kind::Uf2(Uf2 { model, .. }) => format!(
+                "the boot loader of an {model}: it has no INFO_UF2.TXT that names the {model}"
+            ),
+            Kind::StLink(_) => "an ST-LINK: it has neither DETAILS.TXT nor MBED.HTM".into(),
         };
         let message = format!("{} is not the drive of {wanted}", drive.display());
         return Err(Error::input("wrong_drive", message));
@@ -141,7 +154,7 @@ fn fat_drive(line: &str) -> Option<PathBuf> {
 ///
 /// # Errors
 /// `drive_not_written`, `drive_not_taken`, `flash_refused` with what the board says.
-pub fn flash(kind: Kind, drive: &Path, plan: &Plan, watch: &mut dyn Watch) -> Result<Taken> {
+pub fn flash(kind: Kind<'_>, drive: &Path, plan: &Plan, watch: &mut dyn Watch) -> Result<Taken> {
     let bytes = kind.content(plan);
     let file = drive.join(kind.file_name());
     // Complaints about what was flashed before are no news.
@@ -166,8 +179,8 @@ pub fn flash(kind: Kind, drive: &Path, plan: &Plan, watch: &mut dyn Watch) -> Re
         thread::sleep(POLL);
     }
     match kind {
-        Kind::Rp2350 => Ok(Taken::Whole),
-        Kind::StLink => {
+        Kind::Uf2(_) => Ok(Taken::Whole),
+        Kind::StLink(_) => {
             let start = Instant::now();
             while !kind.is(drive) && start.elapsed() < BACK {
                 thread::sleep(POLL);
@@ -223,12 +236,12 @@ mod tests {
     fn plan(board: &str) -> Plan {
         let board = Board::named(board).unwrap();
         let bytes = (0..20_000u32).map(|i| (i / 3) as u8).collect();
-        let image = Image { segments: vec![Segment { address: board.origin, bytes }] };
+        let image = Image { segments: vec![Segment { address: board.flash.origin, bytes }] };
         Plan::new(board, image).unwrap()
     }
 
     /// Does with the file on its drive what a board does, as soon as it has `size` bytes.
-    fn board(drive: PathBuf, kind: Kind, size: usize) -> thread::JoinHandle<Vec<u8>> {
+    fn board(drive: PathBuf, kind: Kind<'static>, size: usize) -> thread::JoinHandle<Vec<u8>> {
         let file = drive.join(kind.file_name());
         thread::spawn(move || {
             let start = Instant::now();
@@ -242,8 +255,8 @@ mod tests {
             }
             let taken = fs::read(&file).unwrap();
             match kind {
-                Kind::Rp2350 => fs::remove_dir_all(&drive).unwrap(),
-                Kind::StLink => {
+                Kind::Uf2(_) => fs::remove_dir_all(&drive).unwrap(),
+                Kind::StLink(_) => {
                     fs::write(drive.join("FAIL.TXT"), "SWD ERROR\r\n").unwrap();
                     fs::remove_file(&file).unwrap();
                 }
@@ -287,8 +300,10 @@ mod tests {
     fn a_drive_of_something_else_is_not_written() {
         let (_folder, drive) =
             drive("INFO_UF2.TXT", "Model: Raspberry Pi RP2\nBoard-ID: RPI-RP2\n");
-        assert_eq!(find(Kind::Rp2350, Some(&drive)).unwrap_err().code(), "wrong_drive");
-        assert_eq!(find(Kind::StLink, Some(&drive)).unwrap_err().code(), "wrong_drive");
+        for name in ["pico2", "nucleo-g474re"] {
+            let kind = Kind::of(Board::named(name).unwrap()).unwrap();
+            assert_eq!(find(kind, Some(&drive)).unwrap_err().code(), "wrong_drive", "{name}");
+        }
     }
 
     #[test]

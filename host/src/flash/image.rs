@@ -96,13 +96,13 @@ impl Image {
     /// Whether this starts on the board's chip, and is the firmware of the board.
     fn checked_for(&self, board: &Board) -> Result<()> {
         let first = &self.segments[0];
-        if first.address != board.origin {
+        if first.address != board.flash.origin {
             return Err(another(format!(
                 "begins at 0x{:08x}, flash of {} at 0x{:08x}",
-                first.address, board.name, board.origin
+                first.address, board.name, board.flash.origin
             )));
         }
-        let named: Vec<_> = BOARDS.iter().filter(|other| self.contains(other.name)).collect();
+        let named: Vec<_> = BOARDS.iter().filter(|other| self.contains(&other.name)).collect();
         if !named.iter().any(|named| named.name == board.name) {
             return Err(another(match named.first() {
                 Some(other) => format!("is the firmware of {}, not of {}", other.name, board.name),

@@ -23,7 +23,7 @@ impl Plan {
     /// # Errors
     /// `image_outside_flash`, `image_overlaps_store`.
     pub fn new(board: &'static Board, image: Image) -> Result<Self> {
-        let flash = board.flash();
+        let flash = board.flash.range();
         for segment in &image.segments {
             let (start, end) = (segment.address, segment.end());
             if start < flash.start || end > u64::from(flash.end) {
@@ -45,7 +45,7 @@ impl Plan {
             };
             image.segments.iter().any(meets)
         };
-        let erase = board.each_sector().filter(touched).collect();
+        let erase = board.flash.each_sector().filter(touched).collect();
         Ok(Self { board, image, erase })
     }
 
@@ -60,7 +60,7 @@ fn overlap(board: &Board, start: u32, end: u64) -> Error {
         "image_overlaps_store",
         format!(
             "the image holds 0x{start:08x} to 0x{end:08x} and would overwrite what the rig has stored at \
-             0x{:08x} to 0x{:08x} (layouts, calibration, results); link it with boards/{}/memory.x",
+             0x{:08x} to 0x{:08x} (layouts, calibration, results); build it with the memory map that boards/{}/build.rs makes",
             board.store.start, board.store.end, board.name
         ),
     )

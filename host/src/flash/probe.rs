@@ -48,7 +48,7 @@ fn attach(plan: &Plan) -> Result<Session> {
         }
     };
     let probe = probe.open().map_err(failed)?;
-    probe.attach(plan.board.chip, Permissions::default()).map_err(failed)
+    probe.attach(plan.board.chip.as_str(), Permissions::default()).map_err(failed)
 }
 
 fn progress<'w>(plan: &Plan, watch: &'w mut dyn Watch) -> FlashProgress<'w> {

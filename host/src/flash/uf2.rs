@@ -7,8 +7,6 @@ use super::image::Image;
 pub const BLOCK: usize = 512;
 /// Bytes of firmware in a block: a page of the RP2350's flash.
 pub const PAYLOAD: usize = 256;
-/// Programs of the RP2350's ARM cores in secure state.
-pub const RP2350_ARM_S: u32 = 0xE48B_FF59;
 
 const MAGIC: [u32; 2] = [0x0A32_4655, 0x9E5D_5157];
 const MAGIC_END: u32 = 0x0AB1_6F30;
@@ -60,16 +58,19 @@ mod tests {
     use super::super::image::Segment;
     use super::*;
 
+    /// Any will do.
+    const FAMILY: u32 = 0x1234_5678;
+
     #[test]
     fn blocks_are_read_by_another_reader_of_the_format() {
         let first = Segment { address: 0x1000_0000, bytes: (0..300u32).map(|i| i as u8).collect() };
         let second = Segment { address: 0x1000_01FE, bytes: vec![7; 3] };
         let image = Image { segments: vec![first.clone(), second] };
-        let file = blocks(&image, RP2350_ARM_S);
+        let file = blocks(&image, FAMILY);
         // 0x000, 0x100, 0x200: the second segment shares its first page with the first.
         assert_eq!(file.len(), 3 * BLOCK);
         let (bytes, families) = uf2_decode::convert_from_uf2(&file).unwrap();
-        assert_eq!(families.into_iter().collect::<Vec<_>>(), [(RP2350_ARM_S, 0x1000_0000)]);
+        assert_eq!(families.into_iter().collect::<Vec<_>>(), [(FAMILY, 0x1000_0000)]);
         assert_eq!(bytes.len(), 3 * PAYLOAD);
         assert_eq!(bytes[..300], first.bytes[..]);
         assert_eq!(bytes[300..0x1FE], [0xFF; 0x1FE - 300]);
@@ -81,7 +82,7 @@ mod tests {
     fn each_block_says_its_number_and_how_many_there_are() {
         let image =
             Image { segments: vec![Segment { address: 0x1000_0000, bytes: vec![1; 5 * 256] }] };
-        for (number, block) in blocks(&image, RP2350_ARM_S).chunks(BLOCK).enumerate() {
+        for (number, block) in blocks(&image, FAMILY).chunks(BLOCK).enumerate() {
             let word = |at: usize| u32::from_le_bytes(block[at..at + 4].try_into().unwrap());
             assert_eq!([word(20), word(24)], [number as u32, 5]);
             assert_eq!(word(508), 0x0AB1_6F30);

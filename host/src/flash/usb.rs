@@ -5,36 +5,35 @@ use std::time::Duration;
 use dfu_core::functional_descriptor::FunctionalDescriptor;
 use dfu_core::memory_layout::MemoryLayout;
 use dfu_core::{DfuIo, DfuProtocol};
+use massline_boards::boot_loader::{Dfu, UsbId};
 use nusb::transfer::{ControlIn, ControlOut, ControlType, Recipient, TransferError};
 use nusb::{DeviceInfo, ErrorKind, Interface, MaybeFuture};
 
 use crate::error::{Error, Result};
 
-/// The DFU boot loader of every STM32.
-const STM32_DFU: (u16, u16) = (0x0483, 0xDF11);
 /// The alternate setting of the internal flash is described by a string that begins so.
 const FLASH: &str = "@Internal Flash";
 /// The boot loader may not answer while it erases.
 const TIMEOUT: Duration = Duration::from_secs(20);
 
-/// The boot loader of an STM32, opened for its internal flash.
-pub struct Stm32Dfu {
+/// The boot loader of a chip, opened for its internal flash.
+pub struct DfuDevice {
     interface: Interface,
     descriptor: FunctionalDescriptor,
     protocol: DfuProtocol<MemoryLayout>,
 }
 
-impl Stm32Dfu {
-    /// Opens the only STM32 in DFU mode.
+impl DfuDevice {
+    /// Opens the only chip in DFU mode that calls itself as `loader` says.
     ///
     /// # Errors
     /// `no_dfu_device`, `several_dfu_devices`, `usb_denied`, `wrong_chip`, `usb_failed`.
-    pub fn open() -> Result<Self> {
+    pub fn open(loader: &Dfu) -> Result<Self> {
         let devices = nusb::list_devices().wait().map_err(|error| {
             Error::device("usb_failed", format!("the USB devices cannot be listed: {error}"))
         })?;
-        let device = only(devices)?;
-        let device = device.open().wait().map_err(|error| opened(&error))?;
+        let device = only(devices, loader)?;
+        let device = device.open().wait().map_err(|error| opened(&error, loader.usb))?;
         let configuration = device.active_configuration().map_err(failed)?;
         for setting in configuration.interface_alt_settings() {
             let Some(index) = setting.string_index() else { continue };
@@ -55,7 +54,7 @@ impl Stm32Dfu {
             let interface = device
                 .claim_interface(setting.interface_number())
                 .wait()
-                .map_err(|error| opened(&error))?;
+                .map_err(|error| opened(&error, loader.usb))?;
             interface.set_alt_setting(setting.alternate_setting()).wait().map_err(failed)?;
             return Ok(Self { interface, descriptor, protocol });
         }
@@ -63,9 +62,10 @@ impl Stm32Dfu {
     }
 }
 
-fn only(devices: impl Iterator<Item = DeviceInfo>) -> Result<DeviceInfo> {
-    let stm32 = |d: &DeviceInfo| (d.vendor_id(), d.product_id()) == STM32_DFU;
-    let mut found: Vec<_> = devices.filter(stm32).collect();
+fn only(devices: impl Iterator<Item = DeviceInfo>, loader: &Dfu) -> Result<DeviceInfo> {
+    let UsbId { vendor, product } = loader.usb;
+    let mine = |d: &DeviceInfo| (d.vendor_id(), d.product_id()) == (vendor, product);
+    let mut found: Vec<_> = devices.filter(mine).collect();
     match (found.pop(), found.len()) {
         (Some(device), 0) => Ok(device),
         (Some(_), others) => Err(Error::device(
@@ -74,14 +74,16 @@ fn only(devices: impl Iterator<Item = DeviceInfo>) -> Result<DeviceInfo> {
         )),
         (None, _) => Err(Error::device(
             "no_dfu_device",
-            "no chip in DFU mode (USB 0483:df11): hold BOOT0, press and release NRST, let BOOT0 go, and run \
-             this again. The cable must carry data. On some boards PA10 must not float: pull it to ground \
-             or 3V3 by 10 kΩ.",
+            format!(
+                "no chip in DFU mode (USB {vendor:04x}:{product:04x}): {}, and run this again. The cable must \
+                 carry data. {}",
+                loader.steps, loader.remedy
+            ),
         )),
     }
 }
 
-fn opened(error: &nusb::Error) -> Error {
+fn opened(error: &nusb::Error, usb: UsbId) -> Error {
     match error.kind() {
         ErrorKind::PermissionDenied => Error::device(
             "usb_denied",
@@ -89,7 +91,7 @@ fn opened(error: &nusb::Error) -> Error {
                 "the chip in DFU mode may not be opened ({error}). Put this line into \
                  /etc/udev/rules.d/70-massline.rules, run `sudo udevadm control --reload`, and plug the \
                  board in again:\n{}",
-                udev_rule(STM32_DFU)
+                udev_rule(usb)
             ),
         ),
         ErrorKind::Busy => Error::device(
@@ -101,7 +103,7 @@ fn opened(error: &nusb::Error) -> Error {
 }
 
 /// The rule by which Linux lets the user who is logged in open this device.
-fn udev_rule((vendor, product): (u16, u16)) -> String {
+fn udev_rule(UsbId { vendor, product }: UsbId) -> String {
     format!(
         "SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"{vendor:04x}\", ATTR{{idProduct}}==\"{product:04x}\", TAG+=\"uaccess\""
     )
@@ -125,7 +127,7 @@ pub enum UsbError {
     Dfu(#[from] dfu_core::Error),
 }
 
-impl DfuIo for Stm32Dfu {
+impl DfuIo for DfuDevice {
     type Read = usize;
     type Write = usize;
     type Reset = ();

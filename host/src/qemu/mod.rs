@@ -21,7 +21,7 @@ pub use machine::EmulatedRig;
 pub use crate::firmware::checkout;
 
 /// The target of the emulated rig.
-pub const TARGET: &str = "thumbv7em-none-eabihf";
+pub use massline_mps2_an386::facts::TARGET;
 
 /// Builds the firmware of the emulated rig from the checkout; gives the ELF file.
 ///

@@ -16,6 +16,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod boot_reason;
 pub mod checksum;
 pub mod diagnostic;
 pub mod event;
@@ -24,6 +25,7 @@ mod layout;
 pub mod message;
 pub mod object;
 
+pub use boot_reason::BootReason;
 pub use checksum::{crc32, crc32_of_chunks};
 pub use frame::{
     Deframer, Frame, FrameError, MAX_BODY, MAX_FRAME, PlainFrame, decode_frame, encode_frame,

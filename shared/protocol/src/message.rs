@@ -120,7 +120,7 @@ pub struct Identity {
     pub max_hits: u8,
     /// True when the link carries the stream of all scans.
     pub streams: bool,
-    /// Why it started: raw, 0 unknown, 1 power-on, 2 reset pin, 3 watchdog, 4 panic.
+    /// Why it started: raw [`BootReason`](crate::BootReason).
     pub boot_reason: u8,
     /// The last words of a panic before this start, empty when there was none.
     pub last_panic: String<96>,

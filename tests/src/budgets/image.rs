@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, ensure};
-use massline::qemu::TARGET;
+use massline_boards::Board;
 use object::Endianness;
 use object::elf::{FileHeader32, PT_LOAD, SHF_ALLOC, SHF_WRITE};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
@@ -19,16 +19,10 @@ pub struct Image {
     pub static_ram: u64,
 }
 
-/// Builds the firmware of the board whose folder has this name, for this target; gives its ELF file, which
-/// lies where that of the emulated board, `emulated`, lies among those of its target.
-pub fn build(
-    checkout: &Path,
-    board: &str,
-    target: Option<&str>,
-    emulated: &Path,
-) -> anyhow::Result<PathBuf> {
-    let package = format!("massline-{board}");
-    let target = target.unwrap_or(TARGET);
+/// Builds the firmware of a board; gives its ELF file, which lies where that of the emulated board, `emulated`,
+/// lies among those of its target.
+pub fn build(checkout: &Path, board: &Board, emulated: &Path) -> anyhow::Result<PathBuf> {
+    let (package, target) = (board.package(), &board.target);
     let status = Command::new("cargo")
         .current_dir(checkout)
         .args(["build", "-p", &package, "--target", target, "--profile", "firmware"])

@@ -1,10 +1,11 @@
-//! Measures what the firmware costs on each board, prints it beside `tests/budgets.toml`, and fails when
-//! a budget is exceeded. Stack and instructions are those of the emulated board.
+//! Measures what the firmware costs on each board, prints it beside the budgets, and fails when one is exceeded.
+//! Flash and RAM have their budgets in `boards/<name>/board.toml`; stack and instructions, which are those of the
+//! emulated board, in `tests/budgets.toml`.
 //!
 //! ```text
 //! cargo run -p massline-tests --bin massline-budgets
 //! ```
-//! Needs QEMU and the targets `thumbv7em-none-eabihf` and `thumbv8m.main-none-eabihf`.
+//! Needs QEMU and the targets of the boards.
 
 mod counts;
 mod image;
@@ -17,6 +18,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets};
+use massline_boards::Board;
 use serde::Deserialize;
 
 use crate::image::Image;
@@ -28,10 +30,9 @@ fn main() -> anyhow::Result<ExitCode> {
     let high_water = stack::measure(&elf, checkout)?;
     let counts = counts::measure(checkout)?;
     let mut lines = Vec::new();
-    for (board, budget) in &budgets.image {
-        let image =
-            image::measure(&image::build(checkout, board, budget.target.as_deref(), &elf)?)?;
-        lines.extend(image_lines(board, budget, image, high_water));
+    for board in &massline_boards::boards(checkout)? {
+        let image = image::measure(&image::build(checkout, board, &elf)?)?;
+        lines.extend(image_lines(board, image, high_water));
     }
     let stack = budgets.stack.high_water_bytes;
     lines.push(Line::new("stack high water, bytes", stack, high_water));
@@ -46,11 +47,12 @@ fn main() -> anyhow::Result<ExitCode> {
     Ok(if exceeded { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-fn image_lines(board: &str, budget: &ImageBudget, image: Image, high_water: u64) -> Vec<Line> {
+fn image_lines(board: &Board, image: Image, high_water: u64) -> Vec<Line> {
+    let Board { name, budget, .. } = board;
     vec![
-        Line::new(&format!("{board}: flash, bytes"), budget.flash_bytes, image.flash),
+        Line::new(&format!("{name}: flash, bytes"), budget.flash_bytes, image.flash),
         Line::new(
-            &format!("{board}: RAM, bytes, of which static {}", image.static_ram),
+            &format!("{name}: RAM, bytes, of which static {}", image.static_ram),
             budget.ram_bytes,
             all_ram(image, high_water),
         ),
@@ -62,23 +64,12 @@ fn all_ram(image: Image, high_water: u64) -> u64 {
     image.static_ram + high_water + high_water.div_ceil(4) + 2048
 }
 
-/// The limits.
+/// The limits of `tests/budgets.toml`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Budgets {
-    image: BTreeMap<String, ImageBudget>,
     stack: StackBudget,
     instructions: BTreeMap<String, u64>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ImageBudget {
-    /// What it is built for, where that is not what the emulated board is built for.
-    target: Option<String>,
-    flash_bytes: u64,
-    /// With stack and interrupts.
-    ram_bytes: u64,
 }
 
 #[derive(Debug, Deserialize)]
@@ -179,6 +170,5 @@ mod tests {
     fn the_committed_budgets_are_read() {
         let budgets = committed();
         assert!(budgets.instructions.contains_key("hit_analysis"));
-        assert!(budgets.image.contains_key("mps2-an386"));
     }
 }

@@ -1,4 +1,4 @@
-//! Draws the schematic of each board from `boards/parts.toml` and `boards/<name>/wiring.toml`.
+//! Draws the schematic of each board from `boards/parts.toml` and `boards/<name>/board.toml`.
 //!
 //! ```text
 //! cargo run -p massline-tests --bin massline-schematics
@@ -15,31 +15,27 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use crate::source::{Parts, Wiring};
-
-/// The boards that have a schematic.
-const BOARDS: [&str; 3] = ["blackpill-f411", "nucleo-g474re", "pico2"];
+use crate::source::Drawn;
 
 fn main() -> anyhow::Result<()> {
-    for board in BOARDS {
-        let path = folder(board).join("schematic.svg");
-        fs::write(&path, draw(board)?).with_context(|| path.display().to_string())?;
+    for board in source::boards(&root())? {
+        let path = folder(&board).join("schematic.svg");
+        fs::write(&path, draw(&board)?).with_context(|| path.display().to_string())?;
         println!("{}", path.display());
     }
     Ok(())
 }
 
-fn folder(board: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../boards").join(board)
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-fn draw(board: &str) -> anyhow::Result<String> {
-    let parts: Parts = source::read(&folder("parts.toml"))?;
-    Ok(sheet::draw(&parts, &wiring(board)?))
+fn folder(board: &Drawn) -> PathBuf {
+    root().join("boards").join(&board.name)
 }
 
-fn wiring(board: &str) -> anyhow::Result<Wiring> {
-    source::read(&folder(board).join("wiring.toml"))
+fn draw(board: &Drawn) -> anyhow::Result<String> {
+    Ok(sheet::draw(&source::parts(&root())?, board))
 }
 
 #[cfg(test)]
@@ -48,24 +44,32 @@ mod tests {
 
     use super::*;
 
-    fn file(board: &str, name: &str) -> String {
+    fn boards() -> Vec<Drawn> {
+        let boards = source::boards(&root()).unwrap();
+        // The three boards of the guides.
+        assert!(boards.len() >= 3, "{boards:?}");
+        boards
+    }
+
+    fn file(board: &Drawn, name: &str) -> String {
         fs::read_to_string(folder(board).join(name)).unwrap()
     }
 
     #[test]
     fn the_committed_schematics_are_those_of_their_sources() {
-        for board in BOARDS {
+        for board in &boards() {
             assert!(
                 draw(board).unwrap() == file(board, "schematic.svg"),
-                "{board}: run cargo run -p massline-tests --bin massline-schematics, and look at it"
+                "{}: run cargo run -p massline-tests --bin massline-schematics, and look at it",
+                board.name
             );
         }
     }
 
     #[test]
     fn the_wiring_is_that_of_the_firmware() {
-        for board in BOARDS {
-            let (wiring, code) = (wiring(board).unwrap(), file(board, "src/chip/mod.rs"));
+        for board in &boards() {
+            let (Drawn { name: board, wiring, .. }, code) = (board, file(board, "src/chip/mod.rs"));
             let used: BTreeSet<_> = pins(&code).collect();
             let wired: BTreeSet<_> = wiring.firmware_pins().map(str::to_owned).collect();
             assert_eq!(used, wired, "{board}");
@@ -84,8 +88,8 @@ mod tests {
                         ("SCLK", "clock: "),
                         ("CS", "select: "),
                     ];
-                    for ([pin, board], (name, field)) in adc.wires.iter().zip(names) {
-                        assert_eq!((pin.as_str(), order(field, ',')), (name, vec![board.clone()]));
+                    for ([pin, other], (name, field)) in adc.wires.iter().zip(names) {
+                        assert_eq!((pin.as_str(), order(field, ',')), (name, vec![other.clone()]));
                     }
                 }
             }
@@ -98,10 +102,10 @@ mod tests {
 
     #[test]
     fn the_guides_name_every_pin() {
-        for board in BOARDS {
+        for board in &boards() {
             let guide = file(board, "README.md");
-            for pin in wiring(board).unwrap().firmware_pins() {
-                assert!(guide.contains(pin), "{board}: {pin}");
+            for pin in board.wiring.firmware_pins() {
+                assert!(guide.contains(pin), "{}: {pin}", board.name);
             }
         }
     }

@@ -1,8 +1,11 @@
 //! Arranges a rig on a sheet: sensors and hammer on the left, the board in the middle, panel and plugs on the
 //! right, the supplies below.
 
+use massline_boards::Wiring;
+use massline_boards::wiring::{Adc, Plug};
+
 use crate::pen::{Align, Pen};
-use crate::source::{Adc, Parts, Plug, Wiring};
+use crate::source::{Drawn, Parts};
 
 const SIZE: (i32, i32) = (1300, 1090);
 /// Room for a converter between buffers and board.
@@ -23,10 +26,11 @@ const AMPLIFIERS: [(&str, [u8; 3]); 4] =
     [("A", [3, 2, 1]), ("B", [5, 6, 7]), ("C", [10, 9, 8]), ("D", [12, 13, 14])];
 
 /// The sheet as SVG.
-pub fn draw(parts: &Parts, wiring: &Wiring) -> String {
+pub fn draw(parts: &Parts, board: &Drawn) -> String {
+    let wiring = &board.wiring;
     let beside = if wiring.adc.is_some() { ADC } else { 0 };
     let mut pen = Pen::new(SIZE.0 + beside, SIZE.1);
-    let mut sheet = Sheet { pen: &mut pen, parts, wiring };
+    let mut sheet = Sheet { pen: &mut pen, parts, board, wiring };
     sheet.title();
     sheet.hammer();
     for sensor in 0..parts.sensor.count {
@@ -49,19 +53,19 @@ pub fn draw(parts: &Parts, wiring: &Wiring) -> String {
 struct Sheet<'a> {
     pen: &'a mut Pen,
     parts: &'a Parts,
+    board: &'a Drawn,
     wiring: &'a Wiring,
 }
 
 impl Sheet<'_> {
     fn title(&mut self) {
-        let title = format!("massline on a {} ({})", self.wiring.board, self.wiring.chip);
+        let title = format!("massline on a {} ({})", self.board.title, self.board.chip);
         self.pen.text((40, 42), 20, Align::Left, &title);
     }
 
     fn board(&mut self) {
-        let wiring = self.wiring;
-        self.block(RIGHT - LEFT, &wiring.board, &wiring.chip);
-        match &wiring.adc {
+        self.block(RIGHT - LEFT, &self.board.title, &self.board.chip);
+        match &self.wiring.adc {
             Some(adc) => {
                 for (y, [_, pin]) in adc_wires(adc) {
                     self.pen.text((LEFT + 8, y + 4), 12, Align::Left, pin);

@@ -4,19 +4,20 @@ pub mod adc;
 mod panel;
 pub mod registers;
 mod usb;
+#[path = "../../../cortex-m/stm32/watchdog.rs"]
+mod watchdog;
 
 use embassy_executor::{Executor, Spawner};
 use embassy_stm32::gpio::{Input, Level, Output, Speed};
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, Peripherals, flash, pac, rcc};
 use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::Window;
 use massline_cortex_m::panel::{ActiveLow, Wiring};
-use massline_cortex_m::rig::{self, Rig, WATCHDOG};
+use massline_cortex_m::rig::{self, Rig};
 use static_cell::StaticCell;
+use watchdog::Watchdog;
 
-use crate::STORE;
+use crate::facts::{NAME, STORE};
 
 /// The store's part of the flash.
 pub type Store = Window<flash::Bank1Region1<'static, flash::Blocking>>;
@@ -31,7 +32,7 @@ pub struct Parts {
     /// Answers the host's bus.
     pub usb: usb::Device,
     /// Sleeps.
-    pub watchdog: IndependentWatchdog<'static, IWDG>,
+    pub watchdog: Watchdog,
 }
 
 /// Runs the rig.
@@ -46,14 +47,13 @@ pub fn main() -> ! {
 
 #[embassy_executor::task]
 async fn run(parts: Parts) {
-    let Parts { rig, mut usb, mut watchdog } = parts;
-    watchdog.unleash();
-    rig.run(|| watchdog.pet(), usb.run()).await;
+    let Parts { rig, mut usb, watchdog } = parts;
+    rig.run(watchdog, usb.run()).await;
 }
 
 /// Starts the chip. To be called once.
 pub fn parts() -> Parts {
-    let info = rig::info("blackpill-f411", reset_flags());
+    let info = rig::info(NAME, reset_flags());
     let p: Peripherals = embassy_stm32::init(clocks());
     let (usb, link) = usb::open(p.USB_OTG_FS, p.PA12, p.PA11);
     let sampler = adc::sampler(adc::Parts {
@@ -70,11 +70,7 @@ pub fn parts() -> Parts {
         tone: panel::buzzer(p.TIM4, p.PB8),
         light: ActiveLow(Output::new(p.PC13, Level::High, Speed::Low)),
     };
-    Parts {
-        rig: Rig { info, sampler, link, flash, panel },
-        usb,
-        watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG.as_micros() as u32),
-    }
+    Parts { rig: Rig { info, sampler, link, flash, panel }, usb, watchdog: Watchdog::new(p.IWDG) }
 }
 
 /// Reads and clears what the reset has left.

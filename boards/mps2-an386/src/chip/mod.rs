@@ -15,18 +15,19 @@ mod time;
 use cortex_m_rt::entry;
 use embassy_executor::Spawner;
 use massline_firmware::Memory;
-use massline_firmware::board::{Board, BoardInfo};
+use massline_firmware::board::{Board, BoardInfo, BootReason};
+use massline_mps2_an386::facts::NAME;
 use massline_mps2_an386::flash::MemoryFlash;
 use massline_mps2_an386::ring::Ring;
 use massline_mps2_an386::{FLASH_OFFSET, FLASH_SIZE, PSRAM_ADDRESS, RING_OFFSET};
 use static_cell::ConstStaticCell;
 
 const INFO: BoardInfo = BoardInfo {
-    name: "mps2-an386",
+    name: NAME,
     firmware: env!("CARGO_PKG_VERSION"),
     git_hash: env!("MASSLINE_GIT_HASH"),
     git_dirty: matches!(env!("MASSLINE_GIT_DIRTY").as_bytes(), b"true"),
-    boot_reason: 1,
+    boot_reason: BootReason::PowerOn,
     // A panic ends the emulator, so there is never a start after one.
     last_panic: "",
     stack: stack::measure,

@@ -5,21 +5,23 @@ mod ecc;
 mod panel;
 mod serial;
 mod usb;
+#[path = "../../../cortex-m/stm32/watchdog.rs"]
+mod watchdog;
 
 use defmt_rtt as _;
 use embassy_executor::{Executor, Spawner};
 use embassy_stm32::gpio::{Input, Level, Output, Speed};
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, flash, pac, rcc};
 use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::Window;
 use massline_cortex_m::panel::Wiring;
-use massline_cortex_m::rig::{self, Rig, WATCHDOG};
+use massline_cortex_m::rig::{self, Rig};
 use massline_cortex_m::twin::{TwinLink, Used};
 use static_cell::StaticCell;
+use watchdog::Watchdog;
 
 use crate::STORE_IN_BANK_2;
+use crate::facts::NAME;
 
 /// The store's part of the flash.
 pub type Store = Window<flash::Bank2Region<'static, flash::Blocking>, ecc::Ecc>;
@@ -35,7 +37,7 @@ pub struct Parts {
     /// Answers the host's bus.
     pub usb: usb::Device,
     /// Sleeps.
-    pub watchdog: IndependentWatchdog<'static, IWDG>,
+    pub watchdog: Watchdog,
 }
 
 /// Runs the rig.
@@ -55,15 +57,14 @@ pub fn main() -> ! {
 
 #[embassy_executor::task]
 async fn run(parts: Parts) {
-    let Parts { rig, mut usb, mut watchdog } = parts;
-    watchdog.unleash();
-    rig.run(|| watchdog.pet(), usb.run()).await;
+    let Parts { rig, mut usb, watchdog } = parts;
+    rig.run(watchdog, usb.run()).await;
 }
 
 /// Starts the chip. To be called once.
 pub fn parts() -> Parts {
     static USED: Used = Used::new();
-    let info = rig::info("nucleo-g474re", reset_flags());
+    let info = rig::info(NAME, reset_flags());
     let p = embassy_stm32::init(clocks());
     let serial = serial::open(serial::Parts {
         uart: p.LPUART1,
@@ -95,7 +96,7 @@ pub fn parts() -> Parts {
     Parts {
         rig: Rig { info, sampler, link: TwinLink::new(serial, usb_link, &USED), flash, panel },
         usb,
-        watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG.as_micros() as u32),
+        watchdog: Watchdog::new(p.IWDG),
     }
 }
 

@@ -16,15 +16,12 @@ use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig, WATCHDOG};
 use static_cell::StaticCell;
 
-use crate::STORE;
-
-/// Flash that is used.
-const FLASH_SIZE: usize = STORE.end as usize;
+use crate::facts::{FLASH_BYTES, NAME, STORE};
 
 /// The store's part of the flash. Words are bytes, pages 4 KiB. While something is written (3 ms at most for
 /// what the store writes at a time) or erased (400 ms at most) nothing else runs, because code is fetched
 /// from the same chip.
-pub type Store = Window<Flash<'static, FLASH, Blocking, FLASH_SIZE>>;
+pub type Store = Window<Flash<'static, FLASH, Blocking, { FLASH_BYTES as usize }>>;
 /// The panel's wires.
 pub type PanelWiring = Wiring<panel::Bus, Input<'static>, panel::Buzzer, Output<'static>>;
 
@@ -35,7 +32,21 @@ pub struct Parts {
     /// Answers the host's bus.
     pub usb: usb::Device,
     /// Sleeps.
-    pub watchdog: Watchdog,
+    pub watchdog: WholeWatchdog,
+}
+
+/// Starts the whole chip again.
+pub struct WholeWatchdog(Watchdog);
+
+impl rig::Watchdog for WholeWatchdog {
+    fn start(&mut self) {
+        self.0.start(WATCHDOG);
+        watchdog_resets_all();
+    }
+
+    fn feed(&mut self) {
+        self.0.feed(WATCHDOG);
+    }
 }
 
 /// Runs the rig.
@@ -50,15 +61,13 @@ pub fn main() -> ! {
 
 #[embassy_executor::task]
 async fn run(parts: Parts) {
-    let Parts { rig, mut usb, mut watchdog } = parts;
-    watchdog.start(WATCHDOG);
-    watchdog_resets_all();
-    rig.run(|| watchdog.feed(WATCHDOG), usb.run()).await;
+    let Parts { rig, mut usb, watchdog } = parts;
+    rig.run(watchdog, usb.run()).await;
 }
 
 /// Starts the chip. To be called once.
 pub fn parts() -> Parts {
-    let info = rig::info("pico2", reset_flags());
+    let info = rig::info(NAME, reset_flags());
     let p = embassy_rp::init(Default::default());
     let (usb, link) = usb::open(p.USB);
     let sampler = adc::sampler(adc::Parts {
@@ -79,7 +88,7 @@ pub fn parts() -> Parts {
     Parts {
         rig: Rig { info, sampler, link, flash, panel },
         usb,
-        watchdog: Watchdog::new(p.WATCHDOG),
+        watchdog: WholeWatchdog(Watchdog::new(p.WATCHDOG)),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use massline_protocol::BootReason;
 use massline_protocol::message::{Identity, STEP_LIMIT_MS, Stats};
 use serde_json::{Map, Value, json};
 
@@ -34,7 +35,10 @@ impl Report<'_> {
         let mut value: Map<_, _> =
             lines.map(|line| (line.name.to_owned(), json!(line.value))).collect();
         value.insert("firmware".into(), json!(self.identity.firmware.as_str()));
-        value.insert("boot_reason".into(), json!(super::boot_reason(self.identity.boot_reason)));
+        value.insert(
+            "boot_reason".into(),
+            json!(super::boot_reason(self.identity.boot_reason.into())),
+        );
         value.insert("last_panic".into(), json!(self.identity.last_panic.as_str()));
         let findings = self.findings();
         let finding = |(counter, text): &(&str, &str)| json!({"counter": counter, "text": text});
@@ -44,7 +48,7 @@ impl Report<'_> {
 
     pub fn text(&self) -> String {
         let identity = self.identity;
-        let started = super::boot_reason(identity.boot_reason);
+        let started = super::boot_reason(identity.boot_reason.into());
         let mut text = format!(
             "{}, firmware {}, up {}, started by {started}",
             identity.board,
@@ -85,7 +89,7 @@ impl Report<'_> {
         if stack_high_water > 0 && stack_size.saturating_sub(stack_high_water) < stack_size / 8 {
             findings.push(("stack_free", LITTLE_STACK));
         }
-        if matches!(self.identity.boot_reason, 3 | 4) {
+        if matches!(self.identity.boot_reason.into(), BootReason::Watchdog | BootReason::Panic) {
             findings.push(("boot_reason", RESTARTED));
         }
         findings
@@ -215,7 +219,7 @@ mod tests {
     use massline_shared::signal::AdcProperties;
     use massline_shared::units::{Hertz, Seconds, Volts};
 
-    fn identity(boot_reason: u8) -> Identity {
+    fn identity(boot_reason: BootReason) -> Identity {
         let text = |text: &str| text.try_into().unwrap();
         Identity {
             protocol_major: 1,
@@ -236,12 +240,12 @@ mod tests {
             max_sensors: 3,
             max_hits: 12,
             streams: true,
-            boot_reason,
+            boot_reason: boot_reason.into(),
             last_panic: Default::default(),
         }
     }
 
-    fn findings(stats: Stats, boot_reason: u8) -> Vec<&'static str> {
+    fn findings(stats: Stats, boot_reason: BootReason) -> Vec<&'static str> {
         let identity = identity(boot_reason);
         let report = Report { identity: &identity, stats };
         report.findings().into_iter().map(|(counter, _)| counter).collect()
@@ -257,7 +261,7 @@ mod tests {
             reconnects: 4,
             ..Stats::default()
         };
-        assert_eq!(findings(stats, 1), [""; 0]);
+        assert_eq!(findings(stats, BootReason::PowerOn), [""; 0]);
     }
 
     #[test]
@@ -272,7 +276,7 @@ mod tests {
             ..Stats::default()
         };
         assert_eq!(
-            findings(stats, 3),
+            findings(stats, BootReason::Watchdog),
             [
                 "scans_lost",
                 "hits_aborted",
@@ -286,7 +290,7 @@ mod tests {
 
     #[test]
     fn a_stack_that_is_not_measured_has_no_numbers() {
-        let identity = identity(1);
+        let identity = identity(BootReason::PowerOn);
         let report = Report { identity: &identity, stats: Stats::default() };
         assert_eq!(report.json()["stack_free"], Value::Null);
     }

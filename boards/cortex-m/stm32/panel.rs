@@ -1,0 +1,54 @@
+//! For the boards with an STM32, each of which includes this file, because a chip is a feature of the HAL: what of
+//! the panel's wires does not depend on the pins.
+
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{Input, Pin, Pull};
+use embassy_stm32::i2c::{self, I2c, Master};
+use embassy_stm32::mode::Async;
+use embassy_stm32::peripherals::TIM4;
+use embassy_stm32::time::{Hertz, khz};
+use embassy_stm32::timer::Channel;
+use embassy_stm32::timer::simple_pwm::SimplePwm;
+use massline_cortex_m::panel::Tone;
+
+/// The bus of the screen.
+pub type Bus = I2c<'static, Async, Master>;
+
+/// How the bus of the screen is run.
+pub fn bus_config() -> i2c::Config {
+    let mut config = i2c::Config::default();
+    config.frequency = khz(400);
+    // Modules have their own; without a module these keep the bus quiet.
+    config.scl_pullup = true;
+    config.sda_pullup = true;
+    config
+}
+
+/// A button to ground.
+pub fn button(pin: Peri<'static, impl Pin>) -> Input<'static> {
+    Input::new(pin, Pull::Up)
+}
+
+/// A passive piezo buzzer on a channel of TIM4.
+pub struct Buzzer {
+    pwm: SimplePwm<'static, TIM4>,
+    channel: Channel,
+}
+
+impl Buzzer {
+    /// Silent.
+    pub fn new(pwm: SimplePwm<'static, TIM4>, channel: Channel) -> Self {
+        Self { pwm, channel }
+    }
+}
+
+impl Tone for Buzzer {
+    fn sound(&mut self, hertz: Option<u32>) {
+        if let Some(hertz) = hertz {
+            self.pwm.set_frequency(Hertz(hertz));
+        }
+        let mut channel = self.pwm.channel(self.channel);
+        channel.set_duty_cycle_percent(if hertz.is_some() { 50 } else { 0 });
+        channel.enable();
+    }
+}

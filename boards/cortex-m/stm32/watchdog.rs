@@ -1,0 +1,26 @@
+//! For the boards with an STM32, each of which includes this file: the independent watchdog.
+
+use embassy_stm32::Peri;
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
+use massline_cortex_m::rig::{self, WATCHDOG};
+
+/// The independent watchdog.
+pub struct Watchdog(IndependentWatchdog<'static, IWDG>);
+
+impl Watchdog {
+    /// Sleeps.
+    pub fn new(watchdog: Peri<'static, IWDG>) -> Self {
+        Self(IndependentWatchdog::new(watchdog, WATCHDOG.as_micros() as u32))
+    }
+}
+
+impl rig::Watchdog for Watchdog {
+    fn start(&mut self) {
+        self.0.unleash();
+    }
+
+    fn feed(&mut self) {
+        self.0.pet();
+    }
+}

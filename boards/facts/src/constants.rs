@@ -1,0 +1,47 @@
+//! What the firmware knows of its board's facts.
+
+use crate::board::Board;
+
+/// The constants as Rust.
+pub fn constants(board: &Board) -> String {
+    let Board { name, target, flash, .. } = board;
+    let mut text = format!(
+        "/// The folder under `boards/`.\n\
+         pub const NAME: &str = {name:?};\n\
+         /// What the firmware is built for.\n\
+         pub const TARGET: &str = {target:?};\n\
+         /// Bytes of flash.\n\
+         pub const FLASH_BYTES: u32 = {:#x};\n",
+        flash.bytes()
+    );
+    if let Some(store) = flash.store {
+        let start = store.origin - flash.origin;
+        text += &format!(
+            "/// The store, in bytes from the start of flash.\n\
+             pub const STORE: core::ops::Range<u32> = {start:#x}..{:#x};\n",
+            start + store.bytes
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::tests::board;
+
+    #[test]
+    fn the_store_is_counted_from_the_start_of_flash() {
+        let text = constants(&board());
+        assert!(text.contains("NAME: &str = \"a-board\";"), "{text}");
+        assert!(text.contains("FLASH_BYTES: u32 = 0x80000;"), "{text}");
+        assert!(text.contains("STORE: core::ops::Range<u32> = 0x4000..0x10000;"), "{text}");
+    }
+
+    #[test]
+    fn a_board_without_a_store_of_its_own_has_no_constant_for_it() {
+        let mut board = board();
+        board.flash.store = None;
+        assert!(!constants(&board).contains("STORE"));
+    }
+}

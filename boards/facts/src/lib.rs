@@ -1,0 +1,25 @@
+//! What is known of each board before its firmware runs: `boards/<name>/board.toml`, read and checked.
+//!
+//! ```text
+//!  board.toml ─ Board ─┬─ build   memory.x and the constants of the firmware, by its build script
+//!                      ├─ build   the table of `massline flash`, by the build script of the host
+//!                      └─ list    budgets, schematics, the gate: every board by itself
+//! ```
+//! This is for build scripts, the host and tests; the firmware sees the constants only.
+
+pub mod board;
+pub mod boot_loader;
+pub mod build;
+mod check;
+mod constants;
+mod error;
+mod file;
+mod linker;
+pub mod list;
+pub mod wiring;
+
+pub use board::Board;
+pub use boot_loader::BootLoader;
+pub use error::Error;
+pub use list::boards;
+pub use wiring::Wiring;

@@ -1,0 +1,127 @@
+//! The one list of boards: `members` of the workspace.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::board::Board;
+use crate::error::Error;
+use crate::file::FILE;
+
+/// The manifest of the workspace, as far as it lists the boards.
+#[derive(Deserialize)]
+struct Manifest {
+    workspace: Workspace,
+}
+
+#[derive(Deserialize)]
+struct Workspace {
+    members: Vec<String>,
+}
+
+/// The members of the workspace at `root` that have facts, by name.
+///
+/// # Errors
+/// When the manifest or the facts of a board cannot be read, naming file and key.
+pub fn boards(root: &Path) -> Result<Vec<Board>, Error> {
+    let folders = folders(root)?;
+    let mut boards =
+        folders.iter().map(|folder| Board::read(folder)).collect::<Result<Vec<_>, _>>()?;
+    boards.sort_by(|a, b| a.name.cmp(&b.name));
+    told_apart(&boards)?;
+    Ok(boards)
+}
+
+/// The folders of the boards.
+fn folders(root: &Path) -> Result<Vec<PathBuf>, Error> {
+    let path = root.join("Cargo.toml");
+    let text = fs::read_to_string(&path)
+        .map_err(|source| Error::NotRead { path: path.clone(), source })?;
+    let manifest: Manifest =
+        toml::from_str(&text).map_err(|error| Error::syntax(error).in_file(&path))?;
+    let members = manifest.workspace.members.iter().filter(|member| member.starts_with("boards/"));
+    let folders = members.map(|member| root.join(member));
+    Ok(folders.filter(|folder| folder.join(FILE).is_file()).collect())
+}
+
+/// An image is known by the name of its board, which it holds.
+fn told_apart(boards: &[Board]) -> Result<(), Error> {
+    let names = || boards.iter().map(|board| &board.name);
+    let mut pairs = names().flat_map(|part| names().map(move |whole| (part, whole)));
+    match pairs.find(|(part, whole)| part != whole && whole.contains(part.as_str())) {
+        Some((part, whole)) => Err(Error::Ambiguous { part: part.clone(), whole: whole.clone() }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::tests::board;
+
+    fn root() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+    }
+
+    #[test]
+    fn every_folder_with_facts_is_a_member() {
+        let with_facts = fs::read_dir(root().join("boards")).unwrap();
+        let mut with_facts: Vec<_> = with_facts
+            .map(|entry| entry.unwrap())
+            .filter(|entry| entry.path().join(FILE).is_file())
+            .map(|entry| entry.file_name().into_string().unwrap())
+            .collect();
+        with_facts.sort();
+        let listed: Vec<_> = boards(&root()).unwrap().into_iter().map(|board| board.name).collect();
+        assert_eq!(with_facts, listed, "add the folder to `members` in Cargo.toml");
+    }
+
+    #[test]
+    fn every_package_has_the_name_of_its_folder() {
+        for board in boards(&root()).unwrap() {
+            let path = root().join("boards").join(&board.name).join("Cargo.toml");
+            let manifest: toml::Table = fs::read_to_string(&path).unwrap().parse().unwrap();
+            let name = manifest["package"]["name"].as_str();
+            assert_eq!(name, Some(&*board.package()), "{}", path.display());
+        }
+    }
+
+    /// Cargo reads the target and the chip of a board from a file of its own.
+    #[test]
+    fn what_cargo_is_told_in_the_folder_of_a_chip_is_what_the_facts_say() {
+        let mut seen = 0;
+        for board in boards(&root()).unwrap() {
+            let Some(chip) = &board.chip else { continue };
+            let path = root().join("boards").join(&board.name).join(".cargo/config.toml");
+            let config: toml::Table = fs::read_to_string(&path).unwrap().parse().unwrap();
+            assert_eq!(config["build"]["target"].as_str(), Some(&*board.target), "{path:?}");
+            let runner = config["target"][&board.target]["runner"].as_str();
+            let expected = format!("probe-rs run --chip {}", chip.probe_rs);
+            assert_eq!(runner, Some(&*expected), "{path:?}");
+            seen += 1;
+        }
+        // The three boards of the guides.
+        assert!(seen >= 3, "{seen} boards with a chip");
+    }
+
+    #[test]
+    fn a_name_within_another_name_is_refused() {
+        let named = |name: &str| Board { name: name.into(), ..board() };
+        told_apart(&[named("pico"), named("nucleo")]).unwrap();
+        let error = told_apart(&[named("pico2"), named("pico")]).unwrap_err();
+        assert!(error.to_string().starts_with("boards/pico and boards/pico2:"), "{error}");
+    }
+
+    #[test]
+    fn a_contradiction_is_told_with_the_name_of_its_file() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("boards/odd");
+        fs::create_dir_all(&folder).unwrap();
+        let manifest = "[workspace]\nmembers = [\"host\", \"boards/odd\", \"boards/none\"]\n";
+        fs::write(root.path().join("Cargo.toml"), manifest).unwrap();
+        fs::write(folder.join(FILE), "title = 5\n").unwrap();
+        let error = boards(root.path()).unwrap_err().to_string();
+        assert!(error.contains("boards/odd/board.toml") && error.contains("title"), "{error}");
+    }
+}
