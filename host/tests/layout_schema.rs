@@ -92,7 +92,7 @@ fn what_the_reader_refuses_the_schema_refuses() {
         ("sigma = 0.001 }\n[reference]", "sigma = 0 }\n[reference]"),
         ("center_of_mass_m = [0.1, 0, 0]", "center_of_mass = [0.1, 0, 0]"),
         ("mass_kg = 1.23", "mass_kg = 0"),
-        ("[0, 0, 1]]\n", "[0, 0, 1], [0, 0, 0]]\n"),
+        ("[0, 1, 0], [0, 0, 1]]\n", "[0, 1, 0]]\n"),
     ] {
         assert!(FULL.contains(from), "{from}");
         let text = FULL.replacen(from, to, 1);

@@ -23,7 +23,7 @@ impl Day {
         Self(Timestamp::now().to_zoned(TimeZone::UTC).date())
     }
 
-    /// The text as a calibration holds it; empty for a year that has more than four digits.
+    /// The text as a calibration holds it; empty for a year before Christ, which has more letters.
     pub fn text(self) -> heapless::String<10> {
         self.to_string().as_str().try_into().unwrap_or_default()
     }
@@ -40,7 +40,7 @@ impl FromStr for Day {
 
     /// Of the many notations of ISO 8601 this one alone, so that equal days are equal texts.
     fn from_str(text: &str) -> Result<Self, NoDay> {
-        let day = text.parse().ok().map(Self).filter(|day| day.to_string() == text);
+        let day = text.parse().ok().map(Self).filter(|day| day.text() == text);
         day.ok_or_else(|| NoDay(text.to_owned()))
     }
 }

@@ -6,7 +6,8 @@ use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
 const INDENT: &str = "    ";
 
 /// The text with every line of more than `width` columns broken at spaces; what goes on is indented.
-/// Lines that fit, tables among them, stay as they are, and so does a word that is too long by itself.
+/// Lines that fit, tables among them, stay as they are but for spaces at their end, and so does a word that is
+/// too long by itself.
 pub(super) fn wrapped(text: &str, width: usize) -> String {
     let options = Options::new(width)
         .subsequent_indent(INDENT)
@@ -14,7 +15,8 @@ pub(super) fn wrapped(text: &str, width: usize) -> String {
         .word_separator(WordSeparator::AsciiSpace)
         .word_splitter(WordSplitter::NoHyphenation)
         .wrap_algorithm(WrapAlgorithm::FirstFit);
-    textwrap::fill(text, options)
+    let lines: Vec<String> = text.split('\n').map(|line| textwrap::fill(line, &options)).collect();
+    lines.join("\n")
 }
 
 #[cfg(test)]
