@@ -90,7 +90,7 @@ struct SensorTable {
     id: Option<String>,
     zero_v: [f32; 3],
     sensitivity_v_per_m_per_s2: [f32; 3],
-    #[serde(default = "nominal_corners")]
+    #[serde(default = "nominal_cutoffs")]
     rc_cutoff_hz: [f32; 3],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     cross_axis: Option<CrossAxis>,
@@ -100,7 +100,7 @@ fn nominal_cutoff() -> f32 {
     Calibration::RC_CUTOFF.0 as f32
 }
 
-fn nominal_corners() -> [f32; 3] {
+fn nominal_cutoffs() -> [f32; 3] {
     [nominal_cutoff(); 3]
 }
 

@@ -162,7 +162,7 @@ pub fn follow(
 ) -> Result<Ending> {
     let _guard = interrupt.guard();
     let mut follower =
-        Follower { client, observer, last: None, told: None, changed: Instant::now() };
+        Follower { client, observer, last: None, reported: None, changed: Instant::now() };
     let ending = follower.run(interrupt, patience);
     // A link that is gone would only be waited for again; the error that is reported is the first.
     if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
@@ -176,7 +176,7 @@ struct Follower<'a> {
     observer: &'a mut dyn Observer,
     last: Option<Status>,
     /// The arming that the observer has heard of.
-    told: Option<u32>,
+    reported: Option<u32>,
     changed: Instant,
 }
 
@@ -213,8 +213,8 @@ impl Follower<'_> {
             self.changed = Instant::now();
         }
         match Phase::try_from(status.phase).ok() {
-            Some(Phase::Armed) if self.told != Some(status.armings) => {
-                self.told = Some(status.armings);
+            Some(Phase::Armed) if self.reported != Some(status.armings) => {
+                self.reported = Some(status.armings);
                 self.observer.armed(status.armings, usize::from(status.dof))?;
                 Ok(None)
             }

@@ -147,8 +147,8 @@ impl<'a> SolvedAgain<'a> {
     /// How far the rig's answer is from the host's.
     fn comparison(&self, host: &Estimate<f64>, rig: &Estimate<f64>) -> String {
         let scale = scale(host.body.mass, self.layout.characteristic_length());
-        let apart = 100.0 * (host.theta() - rig.theta()).component_div(&scale).amax();
-        format!("{}: the rig's answer within {apart:.2e} % of scale\n", host.method.name())
+        let difference = 100.0 * (host.theta() - rig.theta()).component_div(&scale).amax();
+        format!("{}: the rig's answer within {difference:.2e} % of scale\n", host.method.name())
     }
 
     /// The methods that the rig has no answer of, why, and who says so.

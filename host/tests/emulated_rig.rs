@@ -123,7 +123,7 @@ fn nothing_went_wrong(stats: &Stats) {
 }
 
 #[test]
-fn a_panic_of_the_firmware_ends_the_emulator_and_its_words_are_told() {
+fn a_panic_of_the_firmware_ends_the_emulator_and_its_message_is_reported() {
     let elf = FIRMWARE.with_file_name("last_words");
     let bench = Bench::named("ideal").unwrap();
     let layout = LayoutFile::read(Path::new(&example(1))).unwrap().layout;

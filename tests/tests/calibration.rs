@@ -83,7 +83,7 @@ fn block_test(hits: u8) -> BlockTest {
 /// A block test alone gives the ratio of each sensor to the hammer. With sensors 20 mm from the centre
 /// of mass, hits that miss it by 2 mm cost up to 0.5 % of an axis, known by the sigma that is stated.
 #[test]
-fn a_block_alone_gives_the_sensors_against_the_hammer_as_well_as_it_says() {
+fn a_block_alone_gives_the_sensors_against_the_hammer_within_its_stated_uncertainty() {
     let bench = Bench::named("block").unwrap();
     let test = block_test(5);
     let mut rig = OnBlock::on_bench(&bench, &test.file.layout, 4, None).unwrap();

@@ -148,7 +148,7 @@ fn good_campaigns_have_neither_inconsistent_hits_nor_loose_sensors() {
 }
 
 #[test]
-fn a_misplaced_tap_differs_from_its_siblings() {
+fn a_misplaced_tap_differs_from_its_repeat_hits() {
     let (_, result) = benched(|bench| bench.operator.misplaced_rate = 0.15);
     let found = result.diagnostics.iter().find(|d| d.code == Code::HitInconsistent);
     let found = found.expect("80 mm beside the mark");

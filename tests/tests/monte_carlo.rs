@@ -149,7 +149,7 @@ fn maximum_likelihood_reaches_the_bound_and_knows_how_good_it_is() {
 
 /// The budget that layouts have by default is wider than the errors of the default bench.
 #[test]
-fn with_a_wider_budget_the_intervals_hold_more_than_they_promise() {
+fn with_a_wider_budget_the_intervals_hold_the_truth_more_often_than_stated() {
     for (number, test) in (1..).zip(THREE_BAR_TESTS) {
         let study = study(test, |_, _| ());
         println!("test {number}\n{}", report::to_text(&study));

@@ -70,8 +70,8 @@ fn what_a_layout_promises_without_inertia_restraint_is_delivered() {
                 // 240 numbers, and standard deviations that are too wide rather than too narrow.
                 assert!(error < 4.0, "{} {sensors} {k}: {error}", file.layout.title);
                 // The project's bound for single precision.
-                let apart = (f64::from(narrow.theta()[k]) - wide.theta()[k]).abs() / sigma[k];
-                assert!(apart < 0.01, "{} {sensors} {k}: {apart}", file.layout.title);
+                let difference = (f64::from(narrow.theta()[k]) - wide.theta()[k]).abs() / sigma[k];
+                assert!(difference < 0.01, "{} {sensors} {k}: {difference}", file.layout.title);
             }
         }
     }

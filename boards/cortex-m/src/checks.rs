@@ -120,7 +120,7 @@ pub async fn the_screen_answers_or_is_absent(bus: &mut impl I2c) {
 }
 
 /// The probe has started the board, not its watchdog and no panic, and the stack was painted.
-pub fn the_start_is_told(info: &BoardInfo) {
+pub fn the_reason_of_the_start_is_known(info: &BoardInfo) {
     let harmless = [BootReason::Unknown, BootReason::PowerOn, BootReason::ResetPin];
     assert!(harmless.contains(&info.boot_reason), "{:?}", info.boot_reason);
     assert_eq!(info.last_panic, "");

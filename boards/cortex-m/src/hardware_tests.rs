@@ -40,8 +40,8 @@ macro_rules! hardware_tests {
             }
 
             #[test]
-            fn the_start_is_told(board: Parts) {
-                checks::the_start_is_told(&board.rig.info);
+            fn the_reason_of_the_start_is_known(board: Parts) {
+                checks::the_reason_of_the_start_is_known(&board.rig.info);
             }
 
             #[test]

@@ -29,7 +29,7 @@ pub fn boards(root: &Path) -> Result<Vec<Board>, Error> {
     let mut boards =
         folders.iter().map(|folder| Board::read(folder)).collect::<Result<Vec<_>, _>>()?;
     boards.sort_by(|a, b| a.name.cmp(&b.name));
-    told_apart(&boards)?;
+    check_names_differ(&boards)?;
     Ok(boards)
 }
 
@@ -46,7 +46,7 @@ fn folders(root: &Path) -> Result<Vec<PathBuf>, Error> {
 }
 
 /// An image is known by the name of its board, which it holds.
-fn told_apart(boards: &[Board]) -> Result<(), Error> {
+fn check_names_differ(boards: &[Board]) -> Result<(), Error> {
     let names = || boards.iter().map(|board| &board.name);
     let mut pairs = names().flat_map(|part| names().map(move |whole| (part, whole)));
     match pairs.find(|(part, whole)| part != whole && whole.contains(part.as_str())) {
@@ -89,7 +89,7 @@ mod tests {
 
     /// Cargo reads the target and the chip of a board from a file of its own.
     #[test]
-    fn what_cargo_is_told_in_the_folder_of_a_chip_is_what_the_facts_say() {
+    fn the_cargo_settings_in_the_folder_of_a_chip_agree_with_its_facts() {
         let mut seen = 0;
         for board in boards(&root()).unwrap() {
             let Some(chip) = &board.chip else { continue };
@@ -108,8 +108,8 @@ mod tests {
     #[test]
     fn a_name_within_another_name_is_refused() {
         let named = |name: &str| Board { name: name.into(), ..board() };
-        told_apart(&[named("pico"), named("nucleo")]).unwrap();
-        let error = told_apart(&[named("pico2"), named("pico")]).unwrap_err();
+        check_names_differ(&[named("pico"), named("nucleo")]).unwrap();
+        let error = check_names_differ(&[named("pico2"), named("pico")]).unwrap_err();
         assert!(error.to_string().starts_with("boards/pico and boards/pico2:"), "{error}");
     }
 

@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rig_talks_while_it_samples_and_stops_when_told() {
+    fn a_rig_talks_while_it_samples_and_stops_on_command() {
         let rig = VirtualRig::start_application(options(), echo).unwrap();
         let mut link = rig.link();
         link.set_timeout(LATE);

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_mass_is_named_with_what_the_data_say() {
+    fn a_wrong_mass_is_named_with_the_value_of_the_data() {
         let found = found("mass_kg = { value = 2.4, sigma = 0.0001 }");
         assert_eq!(found.len(), 1);
         let [d] = found[..] else { unreachable!() };

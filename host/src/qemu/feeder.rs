@@ -35,10 +35,10 @@ impl Feeder {
     pub(super) fn start(psram: Arc<Psram>, source: Box<dyn ScanSource>) -> Self {
         let (armings, received) = channel();
         let starved = Arc::new(AtomicU64::new(0));
-        let told = Arc::clone(&starved);
+        let flag = Arc::clone(&starved);
         let thread = thread::spawn(move || {
             let mut source = source;
-            serve(&psram, source.as_mut(), &received, &told);
+            serve(&psram, source.as_mut(), &received, &flag);
             source
         });
         Self { armings: Some(armings), starved, thread: Some(thread) }
@@ -57,8 +57,8 @@ impl Feeder {
     /// The arming for which the rig wants scans that the source does not have: it waits for a hit
     /// that will not come. `None` while scans flow.
     pub fn starved(&self) -> Option<u32> {
-        let told = self.starved.load(Ordering::Acquire);
-        (told & STARVED != 0).then_some(told as u32)
+        let starved = self.starved.load(Ordering::Acquire);
+        (starved & STARVED != 0).then_some(starved as u32)
     }
 
     /// Ends the feeding and gives the source back.

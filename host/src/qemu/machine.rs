@@ -244,7 +244,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_port_is_read_from_what_qemu_says() {
+    fn the_port_is_read_from_the_output_of_qemu() {
         let line = "char device redirected to /dev/pts/3 (label link)";
         assert_eq!(port_in(line), Some("/dev/pts/3"));
         assert_eq!(port_in("panicked at src/main.rs"), None);

@@ -41,7 +41,7 @@ pub(super) fn suspect_clause(suspect: &Suspect, layout: &HostLayout) -> String {
     match suspect.scale {
         Some(scale) => format!(
             "all accelerances are {:.4} ± {:.4} times what they should be; hammer and sensors cannot \
-             be told apart",
+             be clauses apart",
             scale.value, scale.sigma
         ),
         None => clause(&suspect.fault, layout),
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn axes_are_told_as_a_person_would() {
+    fn axes_are_described_as_a_person_would() {
         use {Axis::*, Sign::*};
         for (reads, expected) in [
             ([(Plus, X), (Minus, Y), (Plus, Z)], "has its y axis reversed"),
@@ -114,10 +114,10 @@ mod tests {
     }
 
     #[test]
-    fn no_two_mistakes_with_axes_are_told_alike() {
-        let mut told: Vec<String> = AxisMap::mistakes().map(|map| axes_clause(&map)).collect();
-        told.sort();
-        told.dedup();
-        assert_eq!(told.len(), AxisMap::mistakes().count());
+    fn no_two_mistakes_with_axes_have_the_same_words() {
+        let mut clauses: Vec<String> = AxisMap::mistakes().map(|map| axes_clause(&map)).collect();
+        clauses.sort();
+        clauses.dedup();
+        assert_eq!(clauses.len(), AxisMap::mistakes().count());
     }
 }

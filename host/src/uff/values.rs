@@ -117,15 +117,15 @@ pub(super) fn read_binary(
     };
     // As the format says; with the abscissa in the format's single precision; as writers do that
     // store doubles whatever record 7 says.
-    let told = if shape.double { 8 } else { 4 };
-    let candidates = [point(told, told), point(4, told), point(8, 8)];
+    let stated = if shape.double { 8 } else { 4 };
+    let candidates = [point(stated, stated), point(4, stated), point(8, 8)];
     let Some(&(abscissa, ordinate, length)) =
         candidates.iter().find(|(_, _, length)| lines.ends_after(*length))
     else {
         let bytes = candidates[0].2;
         let there = lines.rest().len();
         let fault = if there < bytes {
-            UffFault::TooFewValues { wanted: shape.values(), found: there / told }
+            UffFault::TooFewValues { wanted: shape.values(), found: there / stated }
         } else {
             UffFault::BinaryLength { bytes }
         };

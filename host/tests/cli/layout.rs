@@ -161,7 +161,7 @@ fn sensors_and_hits_that_are_to_be_kept_stay_in_the_suggestion() {
 }
 
 #[test]
-fn a_written_suggestion_promises_what_was_told() {
+fn a_written_suggestion_has_the_uncertainty_that_was_printed() {
     let folder = tempfile::tempdir().unwrap();
     let path: PathBuf = folder.path().join("better.toml");
     let path = path.to_str().unwrap();
@@ -196,7 +196,7 @@ fn nodes_alone_are_enough_to_begin_with() {
 }
 
 #[test]
-fn responses_of_a_degenerate_layout_are_solved_or_refused_as_the_check_says() {
+fn responses_of_a_degenerate_layout_are_solved_or_refused_as_the_check_reports() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/uff");
     let frfs = data.join("a_irm_01.ascii.uff").display().to_string();
     let text = std::fs::read_to_string(data.join("a_irm_01.toml")).unwrap();
@@ -246,7 +246,7 @@ fn nodes_alone_are_enough_to_choose_from_and_nothing_else() {
 }
 
 #[test]
-fn a_hit_without_a_sign_is_refused_with_both_that_could_be_meant() {
+fn a_hit_without_a_sign_is_refused_with_both_possible_signs() {
     let folder = TempDir::new().unwrap();
     let path = changed_layout(folder.path(), "\"1:+Y\"", "\"1:Y\"");
     let (code, value) = layout(&["check", &path]);

@@ -92,7 +92,7 @@ impl FromStr for Position {
 
 /// What the three channels of a sensor read in one position, V.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TumbleReading<R> {
+pub struct SensorVoltages<R> {
     /// The position as it was asked for.
     pub position: Position,
     /// Mean over the scans.
@@ -251,7 +251,7 @@ pub const OFF_DIAGONAL: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 0), (1, 2), (
 ///     let up: Vector3<f64> = position.up();
 ///     let read = Vector3::new(up.x + 0.01 * up.y, up.y, up.z) * 0.057;
 ///     let (deviation, sigma) = (Vector3::repeat(1e-4), Vector3::repeat(1e-6));
-///     TumbleReading { position, mean: read + Vector3::repeat(1.5), deviation, sigma }
+///     SensorVoltages { position, mean: read + Vector3::repeat(1.5), deviation, sigma }
 /// };
 /// let limits = TumbleLimits::default();
 /// let six = Position::ALL.map(reading);
@@ -263,7 +263,7 @@ pub const OFF_DIAGONAL: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 0), (1, 2), (
 /// assert_eq!(solve(&six[1..], &limits).unwrap_err()[0], TumbleProblem::Missing(Position::ALL[0]));
 /// ```
 pub fn solve<R: Real>(
-    readings: &[TumbleReading<R>],
+    readings: &[SensorVoltages<R>],
     limits: &TumbleLimits<R>,
 ) -> Result<SensorSensitivity<R>, TumbleProblems<R>> {
     let mut problems = TumbleProblems::new();
@@ -291,7 +291,7 @@ pub fn solve<R: Real>(
 /// # Errors
 /// [`TumbleProblem::NotFinite`] and [`TumbleProblem::NotAtRest`].
 pub fn check_reading<R: Real>(
-    reading: &TumbleReading<R>,
+    reading: &SensorVoltages<R>,
     limits: &TumbleLimits<R>,
 ) -> Result<(), TumbleProblem<R>> {
     let position = reading.position;
@@ -314,7 +314,7 @@ fn note<R: Real>(problems: &mut TumbleProblems<R>, problem: TumbleProblem<R>) {
 /// Judges each reading by its distance from the mean of all, which is the zero when they are right
 /// and a third of g beside it when one is wrong.
 fn check<R: Real>(
-    six: &[&TumbleReading<R>; 6],
+    six: &[&SensorVoltages<R>; 6],
     limits: &TumbleLimits<R>,
     problems: &mut TumbleProblems<R>,
 ) {
@@ -340,7 +340,7 @@ fn check<R: Real>(
     }
 }
 
-fn fit<R: Real>(six: &[&TumbleReading<R>; 6], gravity: R) -> SensorSensitivity<R> {
+fn fit<R: Real>(six: &[&SensorVoltages<R>; 6], gravity: R) -> SensorSensitivity<R> {
     let half = R::of(0.5);
     let mut zero = Vector3::zeros();
     let mut noise = Matrix3::zeros();

@@ -318,8 +318,8 @@ pub(crate) fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout
 }
 
 fn stand_together<R: Real>(a: &Sensor<R>, b: &Sensor<R>) -> bool {
-    let apart = (Vector3::from(a.position) - Vector3::from(b.position)).norm();
-    a.node == b.node || apart < R::of(ONE_POINT)
+    let distance = (Vector3::from(a.position) - Vector3::from(b.position)).norm();
+    a.node == b.node || distance < R::of(ONE_POINT)
 }
 
 /// `Σ (p − p̄)(p − p̄)ᵀ` over the sensors.

@@ -203,8 +203,8 @@ mod tests {
     /// Root mean square of the deviation relative to that of the lines.
     fn deviation(got: &[Complex<f64>], expected: &[Complex<f64>]) -> f64 {
         let square = |x: f64, y: Complex<f64>| x + y.norm_sqr();
-        let apart = got.iter().zip(expected).map(|(a, b)| a - b).fold(0.0, square);
-        (apart / expected.iter().copied().fold(0.0, square)).sqrt()
+        let difference = got.iter().zip(expected).map(|(a, b)| a - b).fold(0.0, square);
+        (difference / expected.iter().copied().fold(0.0, square)).sqrt()
     }
 
     #[test]

@@ -35,23 +35,23 @@ fn main() -> anyhow::Result<ExitCode> {
         lines.extend(image_lines(board, image, high_water));
     }
     let stack = budgets.stack.high_water_bytes;
-    lines.push(Line::new("stack high water, bytes", stack, high_water));
+    lines.push(BudgetLine::new("stack high water, bytes", stack, high_water));
     for (name, budget) in &budgets.instructions {
         let measured = counts
             .get(&format!("{name}_instructions"))
             .with_context(|| format!("the program `counts` does not measure {name}"))?;
-        lines.push(Line::new(&format!("{name}, instructions"), *budget, *measured));
+        lines.push(BudgetLine::new(&format!("{name}, instructions"), *budget, *measured));
     }
     println!("{}", table(&lines));
-    let exceeded = lines.iter().any(Line::exceeded);
+    let exceeded = lines.iter().any(BudgetLine::exceeded);
     Ok(if exceeded { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-fn image_lines(board: &Board, image: Image, high_water: u64) -> Vec<Line> {
+fn image_lines(board: &Board, image: Image, high_water: u64) -> Vec<BudgetLine> {
     let Board { name, budget, .. } = board;
     vec![
-        Line::new(&format!("{name}: flash, bytes"), budget.flash_bytes, image.flash),
-        Line::new(
+        BudgetLine::new(&format!("{name}: flash, bytes"), budget.flash_bytes, image.flash),
+        BudgetLine::new(
             &format!("{name}: RAM, bytes, of which static {}", image.static_ram),
             budget.ram_bytes,
             all_ram(image, high_water),
@@ -87,13 +87,13 @@ impl Budgets {
 
 /// One budget and what was measured.
 #[derive(Debug)]
-struct Line {
+struct BudgetLine {
     name: String,
     budget: u64,
     measured: u64,
 }
 
-impl Line {
+impl BudgetLine {
     fn new(name: &str, budget: u64, measured: u64) -> Self {
         Self { name: name.to_owned(), budget, measured }
     }
@@ -103,7 +103,7 @@ impl Line {
     }
 }
 
-fn table(lines: &[Line]) -> Table {
+fn table(lines: &[BudgetLine]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_header(["", "budget", "measured", "used"]);
@@ -130,8 +130,8 @@ mod tests {
 
     #[test]
     fn a_budget_is_exceeded_from_the_next_byte_on() {
-        assert!(!Line::new("", 10, 10).exceeded());
-        assert!(Line::new("", 10, 11).exceeded());
+        assert!(!BudgetLine::new("", 10, 10).exceeded());
+        assert!(BudgetLine::new("", 10, 11).exceeded());
     }
 
     #[test]

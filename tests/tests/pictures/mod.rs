@@ -56,9 +56,9 @@ fn write(path: &Path, framebuffer: &Framebuffer) {
     encoder.set_color(png::ColorType::Indexed);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_palette(PALETTE.to_vec());
-    let on_glass = |at: usize| at.checked_sub(FRAME).map(|at| at / SCALE);
+    let on_screen = |at: usize| at.checked_sub(FRAME).map(|at| at / SCALE);
     let pixel = |x: usize, y: usize| {
-        let place = on_glass(x).zip(on_glass(y));
+        let place = on_screen(x).zip(on_screen(y));
         u8::from(place.is_some_and(|(x, y)| framebuffer.is_bright(x, y)))
     };
     let pixels: Vec<u8> = (0..height).flat_map(|y| (0..width).map(move |x| pixel(x, y))).collect();

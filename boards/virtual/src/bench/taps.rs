@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_double_tap_has_two_contacts_apart() {
+    fn a_double_tap_has_two_separate_contacts() {
         let mut bench = Bench::named("default").unwrap();
         bench.operator.double_rate = 1.0;
         bench.operator.too_weak_rate = 0.0;

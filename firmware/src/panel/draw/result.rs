@@ -142,8 +142,8 @@ fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, pages: 
     canvas.line(0, answer.method.entry().title);
     match answer.consistency {
         Some(consistency) => {
-            let contradicts = consistency.rejects_budget();
-            let verdict = if contradicts { "errors too large" } else { "errors as stated" };
+            let rejected = consistency.rejects_budget();
+            let verdict = if rejected { "errors too large" } else { "errors as stated" };
             canvas.line(1, verdict);
             let chi = fitting(consistency.chi_squared, 1, 6);
             canvas.format(2, format_args!("chi\u{b2} {chi} of {}", consistency.degrees_of_freedom));

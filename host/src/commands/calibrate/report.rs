@@ -160,7 +160,7 @@ fn cutoff_json(cutoff: &RcCutoff) -> Value {
 }
 
 /// The cutoffs as a table, with the reasons why some are not known.
-fn corners_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
+fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
     let mut table = output::table();
     table.set_header(["sensor", "axis", "RC before, Hz", "measured, Hz", "± sd", "verdict"]);
     let mut reasons: Vec<(NoCutoff, String)> = Vec::new();
@@ -203,7 +203,7 @@ pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
                  and know the cross-axis sensitivities better"
             .into(),
     };
-    let cutoffs = corners_text(&found.cutoffs, record.calibration.channels[HAMMER].cutoff);
+    let cutoffs = cutoffs_text(&found.cutoffs, record.calibration.channels[HAMMER].cutoff);
     format!("{}\n{said}\n\n{cutoffs}", record_text(record))
 }
 

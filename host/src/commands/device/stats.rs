@@ -14,7 +14,7 @@ pub(super) struct Report<'a> {
 }
 
 /// A counter as it is shown.
-struct Line {
+struct StatLine {
     /// Its name on the wire, in `--json` and, with spaces, on the screen.
     name: &'static str,
     /// None when the rig does not count it.
@@ -61,7 +61,7 @@ impl Report<'_> {
         }
         for (group, lines) in self.groups() {
             let _ = write!(text, "\n{group}");
-            for Line { name, value, unit, .. } in lines {
+            for StatLine { name, value, unit, .. } in lines {
                 let value = value.map_or("not counted".into(), |value| format!("{value} {unit}"));
                 let name = name.trim_end_matches("_us").trim_end_matches("_ms").replace('_', " ");
                 let _ = write!(text, "\n  {name:22}{}", value.trim_end());
@@ -95,7 +95,7 @@ impl Report<'_> {
         findings
     }
 
-    fn groups(&self) -> [(&'static str, Vec<Line>); 5] {
+    fn groups(&self) -> [(&'static str, Vec<StatLine>); 5] {
         [
             ("sampling", self.sampling()),
             ("computing", self.computing()),
@@ -105,7 +105,7 @@ impl Report<'_> {
         ]
     }
 
-    fn sampling(&self) -> Vec<Line> {
+    fn sampling(&self) -> Vec<StatLine> {
         let Stats { scans, scans_lost, triggers, .. } = self.stats;
         vec![
             line("scans", scans, ""),
@@ -121,7 +121,7 @@ impl Report<'_> {
         ]
     }
 
-    fn computing(&self) -> Vec<Line> {
+    fn computing(&self) -> Vec<StatLine> {
         let Stats { uptime_ms, deadlines_missed, .. } = self.stats;
         debug_assert_eq!(STEP_LIMIT_MS, 40, "the words below say so");
         vec![
@@ -134,7 +134,7 @@ impl Report<'_> {
         ]
     }
 
-    fn link(&self) -> Vec<Line> {
+    fn link(&self) -> Vec<StatLine> {
         let stats = &self.stats;
         vec![
             line("frames_in", stats.frames_in, ""),
@@ -166,7 +166,7 @@ impl Report<'_> {
         ]
     }
 
-    fn flash(&self) -> Vec<Line> {
+    fn flash(&self) -> Vec<StatLine> {
         vec![
             line("flash_erases", self.stats.flash_erases, "pages"),
             line("flash_bytes_written", self.stats.flash_bytes_written, "bytes"),
@@ -179,11 +179,11 @@ impl Report<'_> {
         ]
     }
 
-    fn stack(&self) -> Vec<Line> {
+    fn stack(&self) -> Vec<StatLine> {
         let Stats { stack_high_water, stack_size, .. } = self.stats;
         let measured = |value: u32| (stack_high_water > 0).then_some(u64::from(value));
         let free = stack_size.saturating_sub(stack_high_water);
-        let bytes = |name, value| Line { name, value, unit: "bytes", meaning: "" };
+        let bytes = |name, value| StatLine { name, value, unit: "bytes", meaning: "" };
         vec![
             bytes("stack_high_water", measured(stack_high_water)),
             bytes("stack_size", measured(stack_size)),
@@ -192,11 +192,11 @@ impl Report<'_> {
     }
 }
 
-fn line(name: &'static str, value: impl Into<u64>, unit: &'static str) -> Line {
-    Line { name, value: Some(value.into()), unit, meaning: "" }
+fn line(name: &'static str, value: impl Into<u64>, unit: &'static str) -> StatLine {
+    StatLine { name, value: Some(value.into()), unit, meaning: "" }
 }
 
-impl Line {
+impl StatLine {
     fn means(self, meaning: &'static str) -> Self {
         Self { meaning, ..self }
     }

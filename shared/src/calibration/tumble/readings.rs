@@ -4,7 +4,7 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 use super::{
-    Position, SensorSensitivity, TumbleLimits, TumbleProblem, TumbleReading, check_reading,
+    Position, SensorSensitivity, SensorVoltages, TumbleLimits, TumbleProblem, check_reading,
     sigma_of_mean, solve,
 };
 use crate::Real;
@@ -75,13 +75,13 @@ impl<R: Real> RestVoltages<R> {
     }
 
     /// What sensor `sensor` (0-based) has read in a position; NaN for a sensor that it does not have.
-    pub fn sensor(&self, sensor: usize, position: Position) -> TumbleReading<R> {
+    pub fn sensor(&self, sensor: usize, position: Position) -> SensorVoltages<R> {
         let axes = |values: &[R]| {
             Vector3::from_fn(|k, _| {
                 values.get(1 + 3 * sensor + k).copied().unwrap_or_else(|| R::of(f64::NAN))
             })
         };
-        TumbleReading {
+        SensorVoltages {
             position,
             mean: axes(self.mean()),
             deviation: axes(self.deviation()),

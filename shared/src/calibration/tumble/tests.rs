@@ -15,14 +15,14 @@ fn truth() -> (Vector3<f64>, Matrix3<f64>) {
 }
 
 /// What the sensor reads in the six positions, each tilted by its two angles across.
-fn readings<R: Real>(tilts: [[f64; 2]; 6]) -> Vec<TumbleReading<R>> {
+fn readings<R: Real>(tilts: [[f64; 2]; 6]) -> Vec<SensorVoltages<R>> {
     let (zero, sensitivity) = truth();
     let tilted = |(position, [first, second]): (Position, [f64; 2])| {
         let mut up = position.up::<f64>();
         up[(position.axis.index() + 1) % 3] = first;
         up[(position.axis.index() + 2) % 3] = second;
         let mean = zero + sensitivity * up.normalize() * G;
-        TumbleReading {
+        SensorVoltages {
             position,
             mean: mean.map(R::of),
             deviation: Vector3::repeat(R::of(5e-4)),
@@ -32,7 +32,7 @@ fn readings<R: Real>(tilts: [[f64; 2]; 6]) -> Vec<TumbleReading<R>> {
     Position::ALL.into_iter().zip(tilts).map(tilted).collect()
 }
 
-fn level<R: Real>() -> Vec<TumbleReading<R>> {
+fn level<R: Real>() -> Vec<SensorVoltages<R>> {
     readings([[0.0; 2]; 6])
 }
 
@@ -56,7 +56,7 @@ fn level_positions_give_zero_and_sensitivity_exactly() {
 /// 3 mrad in every position: second order in gain (1e-5), and the cross-axis error is the half
 /// difference of two tilts.
 #[test]
-fn tilts_cost_gains_nothing_and_their_size_is_told() {
+fn tilts_cost_gains_nothing_and_their_size_is_reported() {
     let t = 0.003;
     let signs = [[t, -t], [t, t], [-t, t], [t, -t], [-t, -t], [t, t]];
     let (_, sensitivity) = truth();
@@ -86,7 +86,7 @@ fn one_tilted_position_is_named_by_its_axis() {
     assert!(!found.is_level(&TumbleLimits::default()));
 }
 
-fn problems(readings: &[TumbleReading<f64>]) -> TumbleProblems<f64> {
+fn problems(readings: &[SensorVoltages<f64>]) -> TumbleProblems<f64> {
     solve(readings, &TumbleLimits::default()).unwrap_err()
 }
 
@@ -95,7 +95,7 @@ fn missing_and_repeated_positions_are_named() {
     let mut five = level::<f64>();
     let again = five.remove(3);
     assert_eq!(problems(&five)[..], [TumbleProblem::Missing(Position::ALL[3])]);
-    five.push(TumbleReading { position: Position::ALL[0], ..again });
+    five.push(SensorVoltages { position: Position::ALL[0], ..again });
     assert_eq!(
         problems(&five)[..],
         [TumbleProblem::Repeated(Position::ALL[0]), TumbleProblem::Missing(Position::ALL[3])]

@@ -75,9 +75,9 @@ impl<R: Real, const S: usize> Model<R, S> {
         let mut spread = ResponseRows::<R, S, HIT_NUISANCES>::zeros();
         for (k, t) in across.iter().enumerate() {
             let displaced = wrench(&Vector3::zeros(), &(t.cross(&direction) * position_error));
-            let leaning = wrench(&(t * direction_error), &(point.cross(t) * direction_error));
+            let turned = wrench(&(t * direction_error), &(point.cross(t) * direction_error));
             spread.0[k] = self.readings.times(&displaced);
-            spread.0[2 + k] = self.readings.times(&leaning);
+            spread.0[2 + k] = self.readings.times(&turned);
         }
         Some(HitModel { motion, reading: self.response.times(&motion), spread, across })
     }
@@ -105,8 +105,8 @@ impl<R: Real, const S: usize> HitModel<R, S> {
         channels: usize,
     ) -> Option<ResponseSquare<R, S>> {
         let mut weight = ResponseSquare::<R, S>::zeros();
-        for of_cause in &self.spread.0 {
-            weight.add_square(of_cause);
+        for of_nuisance in &self.spread.0 {
+            weight.add_square(of_nuisance);
         }
         for (k, sigma) in noise.iter().enumerate() {
             weight[(k, k)] += *sigma * *sigma;

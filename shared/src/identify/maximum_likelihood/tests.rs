@@ -114,7 +114,7 @@ fn one_sensor_two_hits_and_concurrent_hits_have_no_answer() {
 }
 
 #[test]
-fn causes_are_found_with_their_sign() {
+fn nuisance_parameters_are_found_with_their_sign() {
     let (mut layout, body) = (five_hits(), bar_body());
     // So sure of everything else that nothing else can explain it, and so unsure of the cause that the
     // prior does not hold it back.

@@ -34,7 +34,7 @@ fn the_new_file_differs_from_the_old_in_what_was_chosen_only() {
 }
 
 #[test]
-fn entries_that_stay_keep_what_they_say() {
+fn entries_that_stay_are_unchanged() {
     let text = r#"
         sensors = [{ node = 1, calibration = "A17" }, 2, # a remark
                    3]
