@@ -112,7 +112,7 @@ impl SimulatedRig {
         }
     }
 
-    /// The reason why communication with the rig failed: its last output when it has crashed, else `error`.
+    /// The reason why communication with the rig failed: its output when it has crashed, else `error`.
     pub fn explain(&mut self, error: Error) -> Error {
         match &mut self.0 {
             Machine::Virtual(rig) => match rig.panicked() {

@@ -1,11 +1,11 @@
-//! `--method`: one of the methods by its short name.
+//! `--method`: one of the methods, by its short name.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use massline_shared::identify::Method;
 
 use crate::identification::Selection;
 
-/// Which methods answer from what a rig has measured.
+/// The methods that can be applied to a rig's measurement.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct MethodArgs {
     #[arg(
@@ -18,13 +18,13 @@ pub struct MethodArgs {
 }
 
 impl MethodArgs {
-    /// The methods.
+    /// The selected methods.
     pub fn selection(self) -> Selection {
         selection(self.method)
     }
 }
 
-/// One method, or those that answer without being asked for by name.
+/// One method, or all that answer without being named.
 pub(super) fn selection(method: Option<Method>) -> Selection {
     method.map_or(Selection::All, Selection::Only)
 }

@@ -1,10 +1,10 @@
-//! Numbers as arguments: what is no number, or none that can be, is refused with what is wanted.
+//! Numeric arguments: an invalid value is rejected with a message that states the valid range.
 
 use std::ops::RangeInclusive;
 
 use clap::{Arg, Command};
 
-/// The least and the most that a positive quantity in SI units can be.
+/// Range of positive quantities in SI units.
 const POSITIVE: RangeInclusive<f64> = 1e-12..=1e12;
 
 /// A positive number.
@@ -25,8 +25,8 @@ pub fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("give a whole number from 0 to {}", u64::MAX))
 }
 
-/// The command and all below it with options that take `-5` for a number, so that what reads the number
-/// says what is wrong with it, and not that there is no option `-5`.
+/// Makes all options of the command and its subcommands accept `-5` as a number, so that the number's parser
+/// reports what is wrong with it instead of clap reporting an unknown option `-5`.
 pub fn with_negative_numbers(command: Command) -> Command {
     let takes = |arg: Arg| {
         let value = arg.get_action().takes_values() && !arg.is_allow_hyphen_values_set();
