@@ -1,5 +1,4 @@
-//! The calibration file: zeros and sensitivities of the hammer and the sensors, and where they come
-//! from, in TOML.
+//! The calibration file in TOML: zeros and sensitivities of the hammer and the sensors, and their origin.
 //!
 //! ```toml
 //! method = "tumble-and-block"    # data-sheet, tumble, block, tumble-and-block or other

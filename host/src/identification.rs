@@ -34,7 +34,7 @@ pub enum Selection {
 }
 
 impl Selection {
-    /// The methods, the best first.
+    /// The selected methods, the best first.
     pub fn methods(self) -> Methods {
         match self {
             Self::All => Method::usual().collect(),
@@ -42,7 +42,7 @@ impl Selection {
         }
     }
 
-    /// True for a method that is wanted.
+    /// True for a selected method.
     pub fn contains(self, method: Method) -> bool {
         self.methods().contains(&method)
     }

@@ -61,7 +61,7 @@ pub struct Node {
     pub axes: [[f64; 3]; 3],
     /// True where a sensor can be glued.
     pub can_carry_sensor: bool,
-    /// The DOFs that a hammer reaches.
+    /// The DOFs that a hammer can reach.
     pub can_hit: Vec<Dof>,
 }
 

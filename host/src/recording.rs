@@ -23,7 +23,7 @@ use thiserror::Error;
 /// Largest file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 28;
 
-/// Channels over time, in one piece or in several.
+/// Channels over time, in one segment or in several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// Sampling rate, Hz, when the file states it.

@@ -10,7 +10,7 @@ use crate::client::{Client, PipeTransport, SerialTransport};
 use crate::error::{Error, Result};
 use crate::qemu::{EmulatedRig, Feeder, build_firmware};
 
-/// Which simulated rig.
+/// The kind of simulated rig.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum RigKind {
     /// The firmware application on a thread of this process.

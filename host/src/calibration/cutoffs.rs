@@ -308,7 +308,7 @@ mod tests {
         }
     }
 
-    /// A result with the DOFs of these indices, and nothing measured.
+    /// A result with the DOFs of these indices, without measured values.
     fn result(dofs: &[u8], layout: &RigLayout) -> MeasurementResult {
         let of = |&index: &u8| DofResult {
             dof: layout.hits[usize::from(index)].dof,

@@ -5,7 +5,7 @@ use massline_shared::calibration::block::SensorRatio;
 /// The verdict on one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Within the tolerance, as far as this test can see.
+    /// Within the tolerance, as far as this test can resolve it.
     Good,
     /// Off by more than the tolerance, and significantly so.
     Drifted,
@@ -24,7 +24,7 @@ impl Verdict {
     }
 }
 
-/// One channel of one sensor against the hammer.
+/// Drift of one channel of one sensor against the hammer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// Sensor, 0-based.

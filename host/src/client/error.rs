@@ -113,7 +113,7 @@ pub enum ClientError {
     Spectra {
         /// Index of the DOF in the layout.
         number: u32,
-        /// What is wrong with them.
+        /// The fault of the spectra.
         reason: SpectraError,
     },
     /// A message does not fit in a frame.

@@ -29,7 +29,7 @@ pub(super) fn selection(method: Option<Method>) -> Selection {
     method.map_or(Selection::All, Selection::Only)
 }
 
-/// Takes the short names of these methods, in the order of their numbers.
+/// A parser for the short names of these methods, in the order of their numbers.
 pub(super) fn one_of(
     methods: impl IntoIterator<Item = Method>,
 ) -> impl TypedValueParser<Value = Method> {
@@ -46,7 +46,7 @@ pub(super) fn one_of(
     })
 }
 
-/// What `--method` does where these methods answer without it.
+/// The help of `--method`, with the methods that answer by default.
 pub(super) fn help(usual: impl IntoIterator<Item = Method>) -> String {
     let titles = usual.into_iter().map(|method| method.entry().title.to_lowercase());
     format!("One method alone; default: {}", titles.collect::<Vec<_>>().join(", then "))

@@ -22,7 +22,7 @@ pub struct MonteCarloArgs {
     /// Error budget that the methods assume and the bound is computed with.
     #[arg(long, value_enum, default_value_t, value_name = "BUDGET", requires = "runs")]
     budget: Budget,
-    /// Threads; default: all cores.
+    /// Number of threads; default: all cores.
     #[arg(long, value_name = "N", requires = "runs")]
     threads: Option<NonZeroUsize>,
 }
@@ -46,7 +46,7 @@ impl Budget {
     }
 }
 
-/// A number of runs.
+/// Parses a number of runs.
 fn runs(text: &str) -> std::result::Result<NonZeroU64, String> {
     let number = text.parse::<u64>().ok().and_then(NonZeroU64::new);
     number.ok_or_else(|| "give a whole number of runs, at least 1; 100 or more say a lot".into())

@@ -7,20 +7,20 @@ use clap::{Arg, Command};
 /// Range of positive quantities in SI units.
 const POSITIVE: RangeInclusive<f64> = 1e-12..=1e12;
 
-/// A positive number.
+/// Parses a positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| POSITIVE.contains(value));
     value.ok_or_else(|| "give a positive number, at most 1e12".into())
 }
 
-/// Zero or a positive number.
+/// Parses zero or a positive number.
 pub fn not_negative(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
     let value = value.filter(|value| *value == 0.0 || POSITIVE.contains(value));
     value.ok_or_else(|| "give zero or a positive number, at most 1e12".into())
 }
 
-/// A seed.
+/// Parses a seed.
 pub fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("give a whole number from 0 to {}", u64::MAX))
 }

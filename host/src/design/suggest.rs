@@ -16,7 +16,7 @@ use crate::parallel::pieces;
 /// How many sensors or hits are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// Exactly those of the file.
+    /// Exactly those in the file.
     Keep,
     /// The best choice of this many candidates.
     Best(usize),

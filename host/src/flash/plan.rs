@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 pub struct Plan {
     /// The board.
     pub board: &'static Board,
-    /// What is written.
+    /// The image to be written.
     pub image: Image,
     /// The sectors that the image occupies, by rising address; none belongs to the store.
     pub erase: Vec<Range<u32>>,

@@ -68,7 +68,7 @@ pub enum LayoutFileError {
         /// What the operating system says.
         source: std::io::Error,
     },
-    /// Not TOML, or not the shape of a layout.
+    /// The file is not TOML, or does not have the structure of a layout.
     #[error(
         "{place}: {message}; correct this line (`massline layout new` writes a commented example, \
          `massline layout schema` every key)"
@@ -84,7 +84,7 @@ pub enum LayoutFileError {
     Fault {
         /// Place in the file.
         place: Place,
-        /// What is wrong and what to do.
+        /// The fault, with what to do about it.
         fault: Fault,
     },
 }

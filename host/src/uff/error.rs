@@ -14,7 +14,7 @@ pub struct UffError {
     pub line: usize,
     /// Byte of the file, from 0.
     pub byte: usize,
-    /// What is wrong and what to do.
+    /// The fault, with what to do about it.
     pub fault: UffFault,
 }
 

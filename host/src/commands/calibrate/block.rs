@@ -25,7 +25,7 @@ use crate::spectra::SpectraCollection;
 /// The default layout of the block.
 pub const LAYOUT: &str = include_str!("../../../examples/block.toml");
 
-/// The block and how it is hit.
+/// The block of a test.
 #[derive(Clone, Debug, clap::Args)]
 pub struct BlockArgs {
     #[command(flatten)]
