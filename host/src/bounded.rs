@@ -1,4 +1,4 @@
-//! Reading files that may be anything: never more than a stated number of bytes.
+//! Reads files of unknown size: never more than a given number of bytes.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -7,7 +7,7 @@ use std::path::Path;
 /// The bytes of a file.
 ///
 /// # Errors
-/// When it cannot be read or is longer than `most` bytes.
+/// When the file cannot be read or is longer than `most` bytes.
 pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes)?;

@@ -1,5 +1,4 @@
-//! The calibration file: zeros and sensitivities of the hammer and the sensors, and where they come
-//! from, in TOML.
+//! The calibration file in TOML: zeros and sensitivities of the hammer and the sensors, and their origin.
 //!
 //! ```toml
 //! method = "tumble-and-block"    # data-sheet, tumble, block, tumble-and-block or other
@@ -26,8 +25,8 @@
 //! # What channel x reads of an acceleration along y, over its own sensitivity, and so on.
 //! cross_axis = { xy = 0.01, xz = 0.0, yx = 0.0, yz = 0.0, zx = 0.0, zy = -0.005 }
 //! ```
-//! All but `[hammer]` may be left out. Sensors that are not there have the nominal values of the data
-//! sheet, sensors without `cross_axis` none.
+//! Everything but `[hammer]` may be omitted. Missing sensors have the nominal values of the data sheet;
+//! sensors without `cross_axis` have no cross-axis sensitivity.
 
 use std::path::Path;
 
@@ -40,9 +39,9 @@ use crate::calibration::day::Day;
 use crate::layout_file::LayoutFile;
 use crate::{Error, Result, toml_file};
 
-/// Word of the errors of this module.
+/// Error code of this module.
 const MALFORMED: &str = "calibration_malformed";
-/// Sensors of a rig.
+/// Number of sensors of a rig.
 const SENSORS: usize = massline_shared::layout::RIG_SENSORS;
 
 /// A calibration file.
@@ -50,11 +49,11 @@ const SENSORS: usize = massline_shared::layout::RIG_SENSORS;
 pub struct CalibrationFile {
     /// The calibration, the sensors in the order of the file.
     pub record: CalibrationRecord,
-    /// All sensors of the file, also those beyond the inputs of a rig.
+    /// All sensors of the file, including those beyond the inputs of a rig.
     sensors: Vec<SensorTable>,
 }
 
-/// The TOML of a calibration, also part of a tape's sidecar.
+/// The TOML representation of a calibration, also used in a tape's sidecar.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table [calibration]")]
 pub(crate) struct CalibrationTable {
@@ -108,7 +107,7 @@ impl CalibrationFile {
     /// Reads a calibration.
     ///
     /// # Errors
-    /// Exit 2 when the file cannot be read, is no calibration, or a sensitivity is zero.
+    /// Exit 2 when the file cannot be read, is not a calibration, or a sensitivity is zero.
     pub fn read(path: &Path) -> Result<Self> {
         Self::parse(&toml_file::read(path, MALFORMED)?, &path.display().to_string())
     }
@@ -123,8 +122,8 @@ impl CalibrationFile {
         Ok(Self { record, sensors: table.sensor })
     }
 
-    /// The calibration for a layout: where a sensor of the layout names a calibration, that one,
-    /// else the sensor of the same place in the file.
+    /// The calibration for a layout. A sensor of the layout that names a calibration gets that one, any other
+    /// the sensor at the same position of the file.
     ///
     /// # Errors
     /// Exit 2 when the layout names a calibration that the file does not have.
@@ -157,7 +156,7 @@ pub fn to_toml(record: &CalibrationRecord) -> String {
     let mut table = CalibrationTable::of(&record.calibration);
     let text = |text: &str| (!text.is_empty()).then(|| text.to_owned());
     table.method = Some(record.method.name().into());
-    // A rig may hold a text that is no day; a file with it could not be read.
+    // A rig may hold a text that is not a date; a file with it could not be read back.
     table.date = record.date.parse().ok();
     table.temperature_c = record.temperature;
     table.sigma = Some(record.sigma);
@@ -165,12 +164,12 @@ pub fn to_toml(record: &CalibrationRecord) -> String {
     for (sensor, id) in table.sensor.iter_mut().zip(&record.sensors) {
         sensor.id = text(id);
     }
-    // Texts, numbers and tables only: this cannot fail.
+    // Texts, numbers and tables only, so this cannot fail.
     toml::to_string(&table).unwrap_or_default()
 }
 
 impl CalibrationTable {
-    /// The numbers alone.
+    /// The calibration without its origin.
     pub(crate) fn of(calibration: &Calibration) -> Self {
         let [hammer, sensors @ ..] = &calibration.channels;
         let sensor = sensors
@@ -255,7 +254,7 @@ impl CalibrationTable {
     }
 }
 
-/// A name or serial number as the calibration holds it; `key` says whose.
+/// A name or serial number as the calibration stores it; `key` is its key in the file.
 ///
 /// # Errors
 /// Exit 2 when it is too long.
@@ -279,7 +278,7 @@ impl SensorTable {
         Ok(())
     }
 
-    /// Becomes the sensor of place `k`; nothing when the rig has no such place.
+    /// Writes this sensor to position `k`; does nothing when the rig has no such position.
     fn write(&self, k: usize, record: &mut CalibrationRecord) -> Result<()> {
         let (Some(cross_axis), Some(id)) =
             (record.calibration.cross_axis.get_mut(k), record.sensors.get_mut(k))

@@ -1,8 +1,8 @@
 //! Follows a campaign from its start to its result.
 //!
-//! The rig leads: it arms, triggers, grades, computes. The host looks on, passes on what the
-//! operator wants, and tells whoever taps which DOF is waited for. The [`Status`] is the truth;
-//! events only make the host see it sooner, and a lost one is made up for by asking.
+//! The rig is in control: it arms, triggers, grades and computes. The host observes, passes on the operator's
+//! commands, and notifies the operator or bench of the DOF to hit. The [`Status`] is authoritative; events
+//! only make the host see a change sooner, and polling makes up for lost events.
 
 use std::time::{Duration, Instant};
 
@@ -15,16 +15,16 @@ use crate::client::{Client, ClientError, Event};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
-/// After this much silence the status is asked for.
+/// The host polls the status after this much silence.
 const POLL: Duration = Duration::from_millis(40);
 
-/// Looks on while a campaign runs, and steers it.
+/// Observes a running campaign, and steers it.
 pub trait Observer {
-    /// The rig waits for a hit at DOF `dof` of the layout; `arming` is another number each time.
-    /// Whoever taps from outside of the rig does so now.
+    /// The rig waits for a hit at DOF `dof` of the layout; `arming` differs each time. If the hits come from
+    /// outside of the rig, the observer triggers one now.
     ///
     /// # Errors
-    /// When it cannot be passed on; ends the following.
+    /// When the notification fails; `follow` then ends.
     fn armed(&mut self, arming: u32, dof: usize) -> Result<()> {
         let _ = (arming, dof);
         Ok(())
@@ -35,50 +35,50 @@ pub trait Observer {
         let _ = status;
     }
 
-    /// A hit was graded. May be lost on a bad link.
+    /// A hit was graded. This event can be lost on a bad link.
     fn hit(&mut self, hit: &HitEvent) {
         let _ = hit;
     }
 
-    /// Scans of the stream came.
+    /// A block of streamed scans arrived.
     fn scans(&mut self, block: &ScanBlock) {
         let _ = block;
     }
 
-    /// What shall be done now? Asked again and again, at least every 40 ms; the client may be
-    /// used, for example to read the record of a hit that waits for confirmation.
+    /// Returns the next action. Called repeatedly, at least every 40 ms; the observer may use the client, for
+    /// example to read the record of a hit that waits for confirmation.
     ///
     /// # Errors
-    /// Ends the following.
+    /// An error makes `follow` end.
     fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
         let _ = (client, status);
         Ok(None)
     }
 
-    /// The rig has refused what [`Observer::steer`] wanted: it was not the time for it.
+    /// The rig refused the command of [`Observer::steer`] because it came at the wrong time.
     fn refused(&mut self, command: CampaignCommand) {
         let _ = command;
     }
 }
 
-/// Looks on and says nothing.
+/// An observer that does nothing.
 impl Observer for () {}
 
-/// What an observer wants.
+/// The next action that an observer wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Steer {
     /// A command to the rig.
     Command(CampaignCommand),
-    /// Interrupt the campaign and stop following; what is accepted stays accepted.
+    /// Interrupt the campaign and stop following it; accepted hits stay accepted.
     Leave,
 }
 
-/// How the following ended.
+/// How following a campaign ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ending {
-    /// There is a result of this number.
+    /// The campaign completed with the result of this number.
     Done(u32),
-    /// The rig has interrupted the campaign itself; the diagnostics of the status say why. It can be
+    /// The rig interrupted the campaign itself; the diagnostics of the status give the reason. It can be
     /// resumed.
     Stopped(Box<Status>),
     /// The campaign is interrupted and can be resumed.
@@ -87,32 +87,32 @@ pub enum Ending {
     Aborted,
 }
 
-/// How a campaign is begun.
+/// Options for the start of a campaign.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Begin {
     /// Every hit waits for a verdict.
     pub confirm: bool,
-    /// Begin although the layout has an error.
+    /// Start although the layout has an error.
     pub force: bool,
-    /// Forget an interrupted campaign.
+    /// Discard an interrupted campaign.
     pub restart: bool,
     /// The object is a block of this mass, kg: mass lines only.
     pub block_mass: Option<f32>,
 }
 
-/// What [`begin`] found.
+/// What [`begin`] did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begun {
     /// A new campaign.
     Started,
-    /// An interrupted one goes on.
+    /// An interrupted campaign was resumed.
     Resumed,
-    /// One was under way already.
+    /// A campaign was already running.
     Joined,
 }
 
-/// Starts a campaign with the layout that the rig keeps, goes on with an interrupted one, or joins
-/// the one that is under way.
+/// Starts a campaign with the layout stored on the rig, resumes an interrupted campaign, or joins the one
+/// that is running.
 ///
 /// # Errors
 /// When the rig refuses or cannot be reached.
@@ -145,15 +145,14 @@ fn start(client: &mut Client, how: Begin) -> Result<Status, ClientError> {
     }
 }
 
-/// Follows the campaign that runs until it ends.
+/// Follows the running campaign until it ends.
 ///
-/// `patience` is how long nothing may change before the rig is taken to be stuck; `None` where a
-/// person taps. Ctrl-C interrupts the campaign on the rig and ends the following as
-/// [`Ending::Paused`].
+/// `patience` is how long the status may stay unchanged before the rig counts as stuck; `None` where a person
+/// taps. Ctrl-C interrupts the campaign on the rig, and the function returns [`Ending::Paused`].
 ///
 /// # Errors
-/// When the link is lost for good, the rig is stuck, or the observer fails; then the campaign is
-/// interrupted as far as the rig can be reached.
+/// When the link is lost for good, the rig is stuck, or the observer fails; the campaign is then interrupted
+/// if the rig can still be reached.
 pub fn follow(
     client: &mut Client,
     interrupt: &Interrupt,
@@ -164,7 +163,7 @@ pub fn follow(
     let mut follower =
         Follower { client, observer, last: None, reported: None, changed: Instant::now() };
     let ending = follower.run(interrupt, patience);
-    // A link that is gone would only be waited for again; the error that is reported is the first.
+    // With the link gone, an interrupt would only wait for it again; the first error is the one to report.
     if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
         let _ = client.command(CampaignCommand::Pause);
     }
@@ -175,7 +174,7 @@ struct Follower<'a> {
     client: &'a mut Client,
     observer: &'a mut dyn Observer,
     last: Option<Status>,
-    /// The arming that the observer has heard of.
+    /// The last arming that the observer was notified of.
     reported: Option<u32>,
     changed: Instant,
 }
@@ -205,7 +204,7 @@ impl Follower<'_> {
         }
     }
 
-    /// Looks at a status; how the campaign ended when it has.
+    /// Processes a status; returns how the campaign ended, if it has.
     fn take(&mut self, status: &Status) -> Result<Option<Ending>> {
         if self.last.as_ref() != Some(status) {
             self.observer.status(status);
@@ -219,7 +218,7 @@ impl Follower<'_> {
                 Ok(None)
             }
             Some(Phase::Done) => {
-                // The last hits were told before the end.
+                // The observer gets the last hits before the campaign's end.
                 self.drain()?;
                 Ok(Some(Ending::Done(status.result)))
             }
@@ -232,7 +231,7 @@ impl Follower<'_> {
         }
     }
 
-    /// Waits for the next status: of an event, or asked for after a silence.
+    /// Waits for the next status: from an event, or by polling after a silence.
     fn listen(&mut self) -> Result<Status> {
         match self.client.next_event(POLL)? {
             Some(Event::Status(status)) => Ok(status),
@@ -268,7 +267,7 @@ impl Follower<'_> {
         Ok(status)
     }
 
-    /// The status after a command, none when it came at the wrong time.
+    /// Sends a command; returns the status after it, also when the command came at the wrong time.
     fn command(&mut self, command: CampaignCommand) -> Result<Option<Status>> {
         match self.client.command(command) {
             Ok(status) => {
@@ -283,7 +282,7 @@ impl Follower<'_> {
         }
     }
 
-    /// Interrupts the campaign; when it has ended meanwhile, that is how it ended.
+    /// Interrupts the campaign; returns its ending if it has ended meanwhile.
     fn leave(&mut self) -> Result<Ending> {
         loop {
             let status = match self.command(CampaignCommand::Pause)? {
@@ -293,7 +292,7 @@ impl Follower<'_> {
             if let Some(ending) = self.take(&status)? {
                 return Ok(ending);
             }
-            // It is solving: that takes a moment and cannot be interrupted.
+            // The rig is solving, which takes a moment and cannot be interrupted.
             self.listen()?;
         }
     }
@@ -312,7 +311,7 @@ impl Follower<'_> {
     }
 }
 
-/// The name of a raw phase.
+/// The name of a phase from its raw value.
 pub fn phase_name(raw: u8) -> &'static str {
     match Phase::try_from(raw).ok() {
         Some(Phase::Idle) => "idle",

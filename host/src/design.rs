@@ -1,7 +1,7 @@
-//! Layouts before anything is glued: what one promises, what limits it, and better ones.
+//! Predictions before anything is glued: the uncertainty of a layout, what limits it, and better layouts.
 //!
-//! All predictions are the Cramér-Rao bound under the whole error budget of the layout file, for the
-//! body of `[reference]` or an assumed one.
+//! All predictions are the Cramér-Rao bound under the whole error budget of the layout file, for the body of
+//! `[reference]` or an assumed body.
 
 mod candidates;
 mod predicted;
@@ -17,8 +17,8 @@ use massline_shared::design::Criterion;
 use crate::layout_file::LayoutFile;
 use crate::solve::body_for_checks;
 
-/// The criterion for a layout file, with a sentence that says which body it is for. `noise` is
-/// relative to 1/m; `length` is what the inertial parameters are compared with, m.
+/// The criterion for a layout file, with a sentence that names its body. `noise` is relative to 1/m; `length`
+/// scales the inertial parameters, m.
 fn criterion_for(file: &LayoutFile, length: f64, noise: f64) -> (Criterion<f64>, String) {
     let (body, whose) = body_for_checks(file);
     (Criterion::new(body, length, noise), whose)

@@ -1,71 +1,70 @@
-//! One error for everything that a command can fail with, and the exit code that each kind has.
+//! One error type for everything that can make a command fail, and the exit code of each kind.
 //!
 //! | exit | kind | meaning |
 //! | --- | --- | --- |
-//! | 0 | | done |
-//! | 1 | [`Error::Internal`] | a fault of this program |
+//! | 0 | | success |
+//! | 1 | [`Error::Internal`] | a bug in this program |
 //! | 2 | [`Error::Input`] | a file or an argument is wrong |
 //! | 3 | [`Error::Undetermined`] | the data cannot determine the answer |
 //! | 4 | [`Error::Device`] | a rig, a port or a link fails |
 //! | 130 | [`Error::Interrupted`] | Ctrl-C |
 //!
-//! A message says what was tried, what was found and what to do. The code is a stable word for
-//! programs: a diagnosis code such as `sensors_collinear`, or one of this crate's own such as
-//! `port_not_found`.
+//! A message says what was tried, what was found and what to do. The code is a stable identifier for
+//! programs: a diagnosis code such as `sensors_collinear`, or a code of this crate such as `port_not_found`.
 
 use std::borrow::Cow;
 
-/// The stable word by which a program tells errors apart.
+/// The stable identifier by which a program distinguishes errors.
 pub type ErrorCode = Cow<'static, str>;
 
-/// Why a command did not do what it was asked.
+/// Why a command failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
-    /// A fault of this program. Exit 1.
+    /// A bug in this program. Exit 1.
     #[error("{message}")]
     Internal {
-        /// Stable word.
+        /// Stable identifier.
         code: ErrorCode,
-        /// For people.
+        /// Message for people.
         message: String,
     },
     /// A file or an argument is wrong. Exit 2.
     #[error("{message}")]
     Input {
-        /// Stable word.
+        /// Stable identifier.
         code: ErrorCode,
-        /// For people.
+        /// Message for people.
         message: String,
     },
     /// The data cannot determine the answer. Exit 3.
     #[error("{message}")]
     Undetermined {
-        /// Stable word.
+        /// Stable identifier.
         code: ErrorCode,
-        /// For people.
+        /// Message for people.
         message: String,
     },
     /// A rig, a port or a link fails. Exit 4.
     #[error("{message}")]
     Device {
-        /// Stable word.
+        /// Stable identifier.
         code: ErrorCode,
-        /// For people.
+        /// Message for people.
         message: String,
     },
     /// The user pressed Ctrl-C. Exit 130.
     #[error("{message}")]
     Interrupted {
-        /// What was left behind and how to go on.
+        /// What was left unfinished and how to resume it.
         message: String,
     },
 }
 
-/// What a fallible function of this crate gives.
+/// The result type of this crate's fallible functions.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
-    /// A fault of this program.
+    /// A bug in this program.
     pub fn internal(code: impl Into<ErrorCode>, message: impl Into<String>) -> Self {
         Self::Internal { code: code.into(), message: message.into() }
     }
@@ -101,7 +100,7 @@ impl Error {
         }
     }
 
-    /// The stable word.
+    /// The stable identifier.
     pub fn code(&self) -> &str {
         match self {
             Self::Internal { code, .. }

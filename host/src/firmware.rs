@@ -1,16 +1,16 @@
-//! The firmware of a board: built from the checkout that this program came from.
+//! Builds the firmware of a board from the checkout that this program was built from.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::error::{Error, Result};
 
-/// Builds `package` for `target` from the checkout; gives the ELF file. `otherwise` names the option that
-/// takes a built one.
+/// Builds `package` for `target` from the checkout; returns the ELF file. `otherwise` names the option that
+/// accepts a ready-made image; the errors mention it.
 ///
 /// # Errors
-/// `no_checkout` when the sources are gone, `target_missing` when the compiler lacks the target,
-/// `firmware_build_failed` with what cargo said.
+/// `no_checkout` when the sources are missing, `target_missing` when the compiler lacks the target,
+/// `firmware_build_failed` with cargo's output.
 pub fn build(package: &str, target: &str, otherwise: &str) -> Result<PathBuf> {
     let checkout = checkout()
         .map_err(|e| e.within(format!("{package} must be built or given by {otherwise}")))?;
@@ -44,7 +44,7 @@ pub fn build(package: &str, target: &str, otherwise: &str) -> Result<PathBuf> {
 /// The checkout that this program was built from.
 ///
 /// # Errors
-/// `no_checkout` when it is not there any more.
+/// `no_checkout` when it does not exist any more.
 pub fn checkout() -> Result<&'static Path> {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).parent();
     checkout.filter(|path| path.join("boards/mps2-an386/Cargo.toml").is_file()).ok_or_else(|| {
@@ -55,7 +55,7 @@ pub fn checkout() -> Result<&'static Path> {
     })
 }
 
-/// The compiler's part for the target has to be installed.
+/// Checks that the compiler's support for the target is installed.
 fn need_target(checkout: &Path, target: &str) -> Result<()> {
     let output = Command::new("rustc")
         .current_dir(checkout)
@@ -74,7 +74,7 @@ fn need_target(checkout: &Path, target: &str) -> Result<()> {
     ))
 }
 
-/// The executable of the package in cargo's JSON messages.
+/// The path of the package's executable, from cargo's JSON messages.
 fn executable_in(messages: &str, package: &str) -> Option<PathBuf> {
     messages
         .lines()

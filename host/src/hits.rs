@@ -1,4 +1,4 @@
-//! Grades the hits of a recording: each by itself, then against the others.
+//! Grades the hits of a recording: each on its own, then against the others.
 
 mod cut;
 mod repeats;
@@ -15,28 +15,28 @@ use crate::error::{Error, Result};
 use crate::recording::{Channel, Recording};
 use repeats::Repeats;
 
-/// Hits that are compared with each other: their spectra are held in memory, and more than these are no
-/// repeat hits.
+/// Largest number of hits that are compared, as their spectra are held in memory; repeat hits are never so
+/// many.
 const MOST_HITS: usize = 2000;
 
-/// How a recording is graded; `None` is what the file says or what is not known.
+/// How a recording is graded. `None` takes the value from the file or leaves it unknown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Name or number (from 1) of the column of the force.
     pub force: Option<String>,
-    /// Readings per second where the file does not say, or says otherwise.
+    /// Sampling rate, Hz; overrides that of the file.
     pub rate_hz: Option<f64>,
-    /// The hammer is overloaded from this force on, N.
+    /// Force from which on the hammer channel counts as overloaded, N.
     pub force_range_n: Option<f64>,
-    /// A sensor is overloaded from this distance from rest on, m/s².
+    /// Deviation from the zero level from which on a sensor channel counts as overloaded, m/s².
     pub response_range: Option<f64>,
-    /// Before the trigger, s: of a continuous recording.
+    /// Time before the trigger, s; for a continuous recording.
     pub pre_trigger_s: f64,
-    /// Length of the record of a hit, s: of a continuous recording.
+    /// Length of the record of a hit, s; for a continuous recording.
     pub record_s: f64,
-    /// Hits to keep at most.
+    /// Largest number of hits to keep.
     pub keep: Option<usize>,
-    /// Trigger, band, windows, least peak force and policy.
+    /// Trigger, band, windows, minimum peak force and policy.
     pub test: TestSettings<f64>,
 }
 
@@ -47,7 +47,7 @@ impl Default for Options {
             rate_hz: None,
             force_range_n: None,
             response_range: None,
-            // Those of the rig: 80 and 2048 scans at 4 kS/s.
+            // The values of the rig: 80 and 2048 scans at 4 kS/s.
             pre_trigger_s: 0.02,
             record_s: 0.512,
             keep: None,
@@ -59,24 +59,24 @@ impl Default for Options {
 /// The hits of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hits {
-    /// In the order of the file.
+    /// The hits, in the order of the file.
     pub hits: Vec<Hit>,
-    /// The channels as graded: the force first.
+    /// The channels in the order of grading: the force first.
     pub channels: Vec<Channel>,
-    /// What is to be said about the recording.
+    /// Warnings about the recording.
     pub warnings: Vec<String>,
 }
 
 /// A graded hit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hit {
-    /// Segment of the file, or the count of the hit in a continuous recording, from 0.
+    /// Segment of the file, or number of the hit in a continuous recording, from 0.
     pub segment: usize,
-    /// Time of the first touch, s after the beginning of the segment or the recording.
+    /// Time of first contact, s after the beginning of the segment or the recording.
     pub start_s: f64,
-    /// What was found.
+    /// The findings of the grading.
     pub report: HitReport,
-    /// Relative distance of its responses per force from the mean of the others that agree.
+    /// Relative distance of its responses per force from the mean of the other consistent hits.
     pub distance: Option<f64>,
     /// True when the hit belongs to the best consistent set.
     pub kept: bool,
@@ -86,7 +86,7 @@ pub struct Hit {
 struct CutHit {
     segment: usize,
     start_s: f64,
-    /// Samples before the touch.
+    /// Samples before first contact.
     pre_trigger: usize,
     /// The force, then the responses.
     channels: Vec<Vec<f64>>,
@@ -95,7 +95,7 @@ struct CutHit {
 /// Grades the hits of a recording.
 ///
 /// # Errors
-/// Exit 2 when there is no force, response or rate, no hit at all, or more than can be compared.
+/// Exit 2 when there is no force, response or rate, no hit, or more hits than can be compared.
 pub fn grade(recording: &Recording, options: &Options) -> Result<Hits> {
     let order = cut::channel_order(recording, options)?;
     let rate = cut::rate(recording, options)?;
@@ -125,7 +125,7 @@ pub fn grade(recording: &Recording, options: &Options) -> Result<Hits> {
     Ok(Hits { hits, channels, warnings })
 }
 
-/// What is known of the channels of a hit.
+/// Range and resolution of the channels of a hit, as far as they are known.
 fn ranges(hit: &CutHit, options: &Options) -> Vec<ChannelRange<f64>> {
     let range = |k: usize| if k == 0 { options.force_range_n } else { options.response_range };
     hit.channels
@@ -141,7 +141,7 @@ fn ranges(hit: &CutHit, options: &Options) -> Vec<ChannelRange<f64>> {
         .collect()
 }
 
-/// The smallest step between two samples that differ.
+/// The smallest difference between two unequal samples.
 fn resolution(samples: &[f64]) -> f64 {
     let steps = samples.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let least = steps.filter(|&step| step > 0.0).fold(f64::INFINITY, f64::min);
@@ -163,7 +163,7 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
         if let Standing::Outlier(far) | Standing::Inconsistent(far) = beside.standing() {
             let severity = options.test.policy.verdict(Code::HitInconsistent).severity();
             let found = Diagnostic::whole(Code::HitInconsistent, severity, far as f32);
-            // A hit that is not rejected has few findings.
+            // There is room: a hit that is not rejected has few findings.
             let _ = hit.report.findings.push(found);
             hit.kept &= !found.is_error();
         }
@@ -171,7 +171,7 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
     Ok(())
 }
 
-/// The responses per force of each hit as one vector, a line weighted by what the hits excite it with
+/// The responses per force of each hit as one vector. Each bin is weighted by the excitation of all hits
 /// together.
 fn weighted(hits: &[FrfLines]) -> Vec<Vec<f64>> {
     let count = hits.iter().map(|hit| hit.weight.len()).min().unwrap_or(0);
@@ -188,10 +188,10 @@ fn not_transformed(error: FftError) -> Error {
     Error::internal("fft", format!("the hit was not transformed: {error}"))
 }
 
-/// The responses per force of a hit over the band, with |F|² as weights.
+/// The responses per force of a hit over the band, with the weights |F|².
 struct FrfLines {
     weight: Vec<f64>,
-    /// Response after response.
+    /// FRFs, response by response.
     frf: Vec<Vec<Complex<f64>>>,
 }
 

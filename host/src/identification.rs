@@ -1,5 +1,5 @@
-//! The ten properties in double precision: what the methods answer, and what the fit of maximum likelihood
-//! found out on the way.
+//! The ten properties in double precision: the answers of the methods, and the nuisance parameters of the
+//! maximum-likelihood fit.
 
 mod priors;
 mod report;
@@ -17,24 +17,24 @@ use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 
 use priors::inconsistent_priors;
 
-/// Mass lines of the hit DOFs that were measured, with their index in the layout.
+/// Mass lines of the measured hit DOFs, with the index of each DOF in the layout.
 pub type MeasuredLines = Vec<DofMassLines<f64, HOST_SENSORS>>;
 
-/// What the host has observed.
+/// Observations in the capacity and precision of the host.
 pub type HostObservations<'a, L> = Observations<'a, f64, HOST_SENSORS, HOST_HITS, L>;
 
-/// Which methods are wanted.
+/// Selected methods.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Selection {
-    /// All that answer without being asked for by name, the best first.
+    /// All methods that answer without being named, the best first.
     #[default]
     All,
-    /// One.
+    /// One method.
     Only(Method),
 }
 
 impl Selection {
-    /// The methods, the best first.
+    /// The selected methods, the best first.
     pub fn methods(self) -> Methods {
         match self {
             Self::All => Method::usual().collect(),
@@ -42,36 +42,37 @@ impl Selection {
         }
     }
 
-    /// True for a method that is wanted.
+    /// True for a selected method.
     pub fn contains(self, method: Method) -> bool {
         self.methods().contains(&method)
     }
 }
 
-/// What was identified.
+/// The result of an identification.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Identification {
-    /// The answers, one a method, the best first.
+    /// The answers, one per method, the best first.
     pub estimates: Vec<Estimate<f64>>,
-    /// The methods without an answer, the best first, and why.
+    /// The methods without an answer, the best first, and the reasons.
     pub not_applicable: Vec<(Method, Diagnostics)>,
-    /// What the fit of maximum likelihood found out.
+    /// Nuisance parameters and influences of the maximum-likelihood fit.
     pub details: Option<Details>,
-    /// What was said to be known of the object and contradicts the data.
+    /// Priors of the object's properties that contradict the data.
     pub priors: Vec<Diagnostic>,
 }
 
-/// What the fit of maximum likelihood found out.
+/// Nuisance parameters and influences of the maximum-likelihood fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Details {
-    /// Causes of error.
+    /// Estimated nuisance parameters.
     pub nuisances: NuisanceEstimates<f64, HOST_SENSORS, HOST_HITS>,
-    /// What each hit DOF and sensor does to the answer.
+    /// Influence of each hit DOF and sensor on the answer.
     pub influences: Vec<Influence<f64>>,
 }
 
 impl Identification {
-    /// Why methods are missing, which others make up for, and which priors contradict the data.
+    /// Diagnostics: why methods are missing, which other methods make up for them, and which priors
+    /// contradict the data.
     pub fn warnings(&self) -> Vec<Diagnostic> {
         let reasons = self.not_applicable.iter().flat_map(|(_, reasons)| reasons);
         reasons
@@ -80,10 +81,10 @@ impl Identification {
             .collect()
     }
 
-    /// The same when at least one method has an answer.
+    /// Returns `self` when at least one method has an answer.
     ///
     /// # Errors
-    /// The reasons of the best method, when none has.
+    /// The reasons of the best method when no method has an answer.
     pub fn answered(self) -> Result<Self, Diagnostics> {
         match self.not_applicable.first() {
             Some((_, reasons)) if self.estimates.is_empty() => Err(reasons.clone()),
@@ -92,7 +93,7 @@ impl Identification {
     }
 }
 
-/// What the selected methods make of what was observed.
+/// Applies the selected methods to the observations.
 pub fn identify<L: SpectrumBins<f64>>(
     observed: &HostObservations<'_, L>,
     selection: Selection,
@@ -121,16 +122,16 @@ pub fn identify<L: SpectrumBins<f64>>(
         if *method == Method::MaximumLikelihood {
             let priors = inconsistent_priors(layout, mass_lines).into_iter();
             let grave = |d| Diagnostic { severity: Severity::Error, ..d };
-            // What there is no room for beside the few reasons of a fit is left out.
+            // Reasons beyond the fixed capacity are dropped; a fit has few.
             reasons.extend(priors.map(grave).take(reasons.capacity() - reasons.len()));
         }
     }
     found
 }
 
-/// Where the data contradict the budget: the priors that contradict the data. The sensor or hit that
-/// pulls the budget most is then no longer the first to be suspected, and leaves the estimate's
-/// diagnostics.
+/// The priors that contradict the data, searched for only where the data contradict the budget. If there are
+/// any, the diagnostic of the sensor or hit with the largest pull is removed from the estimate, as that
+/// subject is no longer the first suspect.
 fn suspect_priors(
     estimate: &mut Estimate<f64>,
     layout: &HostLayout,
@@ -148,7 +149,8 @@ fn suspect_priors(
     priors
 }
 
-/// What the fit found out about sensors, hammer and hits at its answer, and what each of them does to that.
+/// Nuisance parameters of sensors, hammer and hits at the fit's answer, and the influence of each on the
+/// answer.
 fn details(
     layout: &HostLayout,
     lines: &[DofMassLines<f64, HOST_SENSORS>],
@@ -162,7 +164,7 @@ fn details(
     Some(Details { nuisances: whole.nuisances, influences: of_each })
 }
 
-/// The mass lines of a rig's result in double precision; DOFs whose numbers do not fit together are left
+/// The mass lines of a rig's result in double precision; DOFs with inconsistent numbers of values are left
 /// out.
 pub fn lines_of(result: &MeasurementResult) -> MeasuredLines {
     let of_rig = result.dofs.iter().filter_map(DofResult::mass_lines);

@@ -1,9 +1,9 @@
-//! Ctrl-C: a command that has something to put in order asks to be told; any other ends at once.
+//! Ctrl-C: a command that must clean up asks to be notified; any other command ends at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Knows whether the user has pressed Ctrl-C. Clones share what they know.
+/// Records whether the user has pressed Ctrl-C. Clones share their state.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt(Arc<State>);
 
@@ -13,24 +13,24 @@ struct State {
     guards: AtomicUsize,
 }
 
-/// While this lives, Ctrl-C is only noted; without one it ends the process.
+/// While a guard exists, Ctrl-C is only recorded; without one it ends the process.
 #[derive(Debug)]
 pub struct Guard(Interrupt);
 
 impl Interrupt {
-    /// Not pressed.
+    /// An interrupt that has not been pressed.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes Ctrl-C and termination of the process from now on.
+    /// Handles Ctrl-C and termination of the process from now on.
     ///
-    /// The first press is noted while a [`Guard`] lives. Without a guard, or with the second press,
+    /// The first press is only recorded while a [`Guard`] exists. Without a guard, or at the second press,
     /// the process ends with exit code 130.
     pub fn of_process() -> Self {
         let interrupt = Self::new();
         let state = interrupt.clone();
-        // Fails only when called twice or out of memory; then Ctrl-C kills the process as usual.
+        // This fails only when called twice or out of memory; Ctrl-C then kills the process as usual.
         let _ = ctrlc::set_handler(move || {
             if !state.press() {
                 std::process::exit(130);
@@ -39,7 +39,7 @@ impl Interrupt {
         interrupt
     }
 
-    /// Notes a press; false when nobody waits for it.
+    /// Records a press; returns false when no guard exists.
     pub fn press(&self) -> bool {
         let first = !self.0.pressed.swap(true, Ordering::SeqCst);
         first && self.0.guards.load(Ordering::SeqCst) > 0
@@ -50,7 +50,7 @@ impl Interrupt {
         self.0.pressed.load(Ordering::SeqCst)
     }
 
-    /// From now on until the guard is dropped the caller looks at [`Interrupt::pressed`].
+    /// Returns a guard. Until it is dropped the caller must check [`Interrupt::pressed`].
     pub fn guard(&self) -> Guard {
         self.0.guards.fetch_add(1, Ordering::SeqCst);
         Guard(self.clone())

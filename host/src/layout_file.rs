@@ -1,9 +1,9 @@
 //! The layout file: where the sensors sit and where the hammer lands, in TOML.
 //!
-//! [`LayoutFile::read`] gives a checked layout with nodes and local axes resolved to positions and
-//! directions of the body frame. What is wrong with a file is said with file, line, key and what to
-//! do. What is right with the file but cannot determine the ten properties (collinear sensors,
-//! concurrent hits) is no matter of this module: `massline_shared::layout` diagnoses it.
+//! [`LayoutFile::read`] returns a checked layout with nodes and local axes resolved to positions and
+//! directions in the body frame. Every error names file, line and key, and says what to do. Whether a valid
+//! layout can determine the ten properties (collinear sensors, concurrent hits) is not checked here but in
+//! `massline_shared::layout`.
 
 mod entry;
 mod error;
@@ -30,7 +30,7 @@ pub use template::{TEMPLATE, schema};
 
 use source::Source;
 
-/// Longest layout file that is read, bytes.
+/// Largest layout file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 20;
 
 /// A layout file, checked and resolved.
@@ -40,11 +40,11 @@ pub struct LayoutFile {
     pub layout: HostLayout,
     /// The nodes, in the order of the file.
     pub nodes: Vec<Node>,
-    /// What is known of each sensor beyond its place, in the order of `layout.sensors`.
+    /// Sensor properties besides the geometry, in the order of `layout.sensors`.
     pub sensors: Vec<SensorDetails>,
-    /// What holds for sensors and hits that do not say otherwise.
+    /// Default uncertainties of sensors and hits.
     pub uncertainty: Uncertainty,
-    /// Which gains of the budget the file states itself.
+    /// Which gains of the budget the file states explicitly.
     pub stated: StatedGains,
     /// Expected values to compare with.
     pub reference: Option<Reference>,
@@ -61,18 +61,18 @@ pub struct Node {
     pub axes: [[f64; 3]; 3],
     /// True where a sensor can be glued.
     pub can_carry_sensor: bool,
-    /// The DOFs that a hammer reaches.
+    /// The DOFs that a hammer can reach.
     pub can_hit: Vec<Dof>,
 }
 
-/// What is known of a sensor beyond its place.
+/// Properties of a sensor besides its geometry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorDetails {
     /// Name of its calibration.
     pub calibration: Option<String>,
 }
 
-/// The `[reference]` table: expected values, each when known.
+/// The `[reference]` table: expected values, each optional.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
     /// Mass, kg.
@@ -84,7 +84,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// The ten in the order [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz], each when known.
+    /// The ten properties in the order [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz], each when known.
     pub fn properties(&self) -> [Option<f64>; 10] {
         let c = |k: usize| self.center_of_mass_m.map(|c| c[k]);
         let j = |a: usize, b: usize| self.inertia_kg_m2.map(|j| j[a][b]);
@@ -96,7 +96,7 @@ impl Reference {
         [self.mass_kg, cx, cy, cz, jxx, jyy, jzz, jxy, jxz, jyz]
     }
 
-    /// The ten when all are known.
+    /// The ten properties when all are known.
     pub fn complete(&self) -> Option<[f64; 10]> {
         let mut all = [0.0; 10];
         for (to, from) in all.iter_mut().zip(self.properties()) {
@@ -110,12 +110,12 @@ impl LayoutFile {
     /// Reads and checks a layout file.
     ///
     /// # Errors
-    /// When the file cannot be read, is not TOML, has an unknown key, or a value that cannot be.
+    /// When the file cannot be read, is not TOML, has an unknown key, or an invalid value.
     pub fn read(path: &Path) -> Result<Self, LayoutFileError> {
         Self::parse_bytes(&bytes_of(path)?, &path.display().to_string())
     }
 
-    /// Checks a layout of unknown bytes; `file` is its name in errors.
+    /// Checks a layout from raw bytes; `file` is its name in errors.
     ///
     /// # Errors
     /// As [`LayoutFile::read`], and when the bytes are not UTF-8.
@@ -150,8 +150,8 @@ impl LayoutFile {
         resolve::resolve(raw, &source)
     }
 
-    /// As [`LayoutFile::read`] of a file that may leave out `sensors` and `hits`: its nodes are the
-    /// candidates to choose from.
+    /// As [`LayoutFile::read`], but for a file that may omit `sensors` and `hits`: its nodes are the
+    /// candidates.
     ///
     /// # Errors
     /// As [`LayoutFile::read`].
@@ -161,13 +161,14 @@ impl LayoutFile {
         resolve::resolve(raw(&text, &file)?, &Source { file: &file, text: &text })
     }
 
-    /// The layout in the precision and capacity of the rig; `None` when it has more sensors or hits
-    /// than the rig has room for.
+    /// The layout in the precision and capacity of the rig; `None` when it has more sensors or hits than the
+    /// rig has room for.
     pub fn rig_layout(&self) -> Option<RigLayout> {
         self.layout.cast()
     }
 
-    /// The name of this layout on the wire and in files; `None` as for [`LayoutFile::rig_layout`].
+    /// The hash that identifies this layout on the wire and in files; `None` as for
+    /// [`LayoutFile::rig_layout`].
     pub fn hash(&self) -> Option<u32> {
         self.rig_layout().map(|layout| layout.hash())
     }

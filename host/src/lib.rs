@@ -1,9 +1,9 @@
-//! The host of the rig: talks to it, reads and writes files, solves, prints.
+//! The host side of the rig: talks to it, reads and writes files, solves, and prints results.
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | [`error`] | one error, its exit codes |
-//! | [`client`] | a rig behind a serial port, a pty or a pipe |
+//! | [`error`] | the error type of all commands, and its exit codes |
+//! | [`client`] | the connection to a rig behind a serial port, a pty or a pipe |
 //! | [`campaign`] | follows a campaign from its start to its result |
 //! | [`commands`] | what each subcommand does |
 //! | [`interrupt`] | Ctrl-C |
@@ -11,12 +11,12 @@
 //! | [`layout_file`] | the layout TOML |
 //! | [`calibration_file`] | the calibration TOML |
 //! | [`uff`] | universal files, dataset 58 |
-//! | [`identification`] | the ten in double precision, and what the fit found out |
-//! | [`design`] | what a layout promises, and better ones |
+//! | [`identification`] | the ten properties in double precision, and the nuisance parameters of the fit |
+//! | [`design`] | the predicted uncertainty of a layout, and better layouts |
 //! | [`solve`] | the offline solver |
-//! | [`solved_again`] | a rig's result, solved again here |
+//! | [`solved_again`] | a rig's result, solved again on the host |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
-//! | [`monte_carlo`] | many tests on the bench against truth and bound |
+//! | [`monte_carlo`] | many simulated tests, compared with the truth and the Cramér-Rao bound |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
 //! | [`spectra`] | collects the spectra of a campaign, DOF by DOF |
 //! | [`tape`] | recorded scans |
@@ -25,7 +25,7 @@
 //! | [`rig`] | simulated rigs, virtual or emulated |
 //! | [`qemu`] | the emulated rig |
 //! | [`firmware`] | builds the firmware of a board |
-//! | [`flash`] | puts firmware on a board |
+//! | [`flash`] | writes firmware to a board |
 #![deny(unsafe_code)]
 
 mod bounded;

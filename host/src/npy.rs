@@ -1,9 +1,9 @@
-//! NumPy's array file, as far as npyz leaves it to its caller: headers that no reader should take.
+//! NumPy's array file: checks of the header that npyz leaves to its caller.
 //!
-//! The format: `\x93NUMPY`, version, length of the header (two bytes in version 1, four later), a
-//! Python dictionary as text, the data. npyz reserves as much memory as the length says, descends into as
-//! many brackets as there are, and multiplies the numbers of the shape without a check. A header is looked
-//! at here before npyz reads it.
+//! The format: `\x93NUMPY`, version, length of the header (two bytes in version 1, four in later versions), a
+//! Python dictionary as text, the data. npyz reserves as much memory as the length states, recurses into
+//! every bracket, and multiplies the numbers of the shape without a check for overflow. The header is
+//! therefore checked here before npyz reads it.
 
 use npyz::NpyHeader;
 use thiserror::Error;
@@ -11,14 +11,15 @@ use thiserror::Error;
 /// The first bytes of the file.
 pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
 
-/// Longest dictionary, bytes: `numpy.load` takes no longer one either.
+/// Longest dictionary, bytes; `numpy.load` has the same limit.
 const MAX_DICTIONARY: usize = 10_000;
-/// Most brackets within each other: the shape of a field of a record has four.
+/// Deepest nesting of brackets: the shape of a field of a record has four levels.
 const MAX_DEPTH: usize = 8;
-/// Most digits of all numbers together: the product of numbers with so many is less than 2⁶⁴.
+/// Largest number of digits of all numbers together: a product of numbers with 19 digits in total is less
+/// than 2⁶⁴.
 const MAX_DIGITS: usize = 19;
 
-/// Why bytes are no array file.
+/// Why a header is rejected.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub(crate) enum HeaderError {
     #[error("this is no NumPy array file (.npy); one begins with the bytes \\x93NUMPY")]
@@ -27,7 +28,7 @@ pub(crate) enum HeaderError {
     Malformed(String),
 }
 
-/// The header and the data behind it.
+/// Splits a file into the header and the data after it.
 pub(crate) fn open(bytes: &[u8]) -> Result<(NpyHeader, &[u8]), HeaderError> {
     if !bytes.starts_with(MAGIC) {
         return Err(HeaderError::NoNpy);
@@ -38,7 +39,7 @@ pub(crate) fn open(bytes: &[u8]) -> Result<(NpyHeader, &[u8]), HeaderError> {
     Ok((header, data))
 }
 
-/// A shape as Python writes it.
+/// A shape in Python's notation.
 pub(crate) fn shape_text(shape: &[u64]) -> String {
     let sizes: Vec<String> = shape.iter().map(u64::to_string).collect();
     let comma = if shape.len() == 1 { "," } else { "" };
@@ -49,7 +50,7 @@ fn malformed(what: impl Into<String>) -> HeaderError {
     HeaderError::Malformed(what.into())
 }
 
-/// The text of the header, as long as the file says and no longer than the file is.
+/// The text of the header: as long as the file states, but not longer than the file.
 fn dictionary(bytes: &[u8]) -> Result<&[u8], HeaderError> {
     let short = || malformed("the file ends in it");
     let rest = bytes.get(MAGIC.len()..).unwrap_or_default();
@@ -67,7 +68,7 @@ fn dictionary(bytes: &[u8]) -> Result<&[u8], HeaderError> {
     rest.get(..length).ok_or_else(short)
 }
 
-/// Whether a dictionary is as simple as those of arrays of numbers.
+/// Checks that a dictionary is as simple as those of arrays of numbers.
 fn check_dictionary(text: &str) -> Result<(), HeaderError> {
     let (mut depth, mut digits) = (0_usize, 0);
     let mut quote = None;
@@ -75,7 +76,7 @@ fn check_dictionary(text: &str) -> Result<(), HeaderError> {
     for c in text.chars() {
         match (quote, c) {
             (_, '\\') => return Err(malformed("it has a backslash")),
-            // Python would take an empty string and a quote for the beginning of a long string.
+            // Python would read an empty string followed by a quote as the start of a triple-quoted string.
             (Some(open), c) if c == open && previous == open => {
                 return Err(malformed("it has an empty string"));
             }
@@ -85,7 +86,7 @@ fn check_dictionary(text: &str) -> Result<(), HeaderError> {
             (None, '(' | '[' | '{') => depth += 1,
             (None, ')' | ']' | '}') => depth = depth.saturating_sub(1),
             (None, '0'..='9') => digits += 1,
-            // What True and False are made of; no letters of numbers in other notations.
+            // The letters of True and False only, so no letters of numbers in other notations.
             (None, ' ' | '\n' | ',' | ':' | 'T' | 'r' | 'u' | 'e' | 'F' | 'a' | 'l' | 's') => {}
             (None, c) => return Err(malformed(format!("it has {c:?} outside of strings"))),
         }

@@ -1,15 +1,15 @@
-//! Where a command writes.
+//! The output of a command.
 //!
-//! Answers go to stdout: text, or with `--json` one object. Everything else (progress, warnings,
-//! what to do next) goes to stderr, so that a pipe sees the answer alone. Colour and progress bars
-//! appear only on a terminal; `NO_COLOR` is respected. Text for people is as wide as the terminal, at most
-//! [`WIDTH`] columns as `--help` is, and so wide where there is no terminal.
+//! The answer goes to stdout: text, or one JSON object with `--json`. Everything else (progress, warnings,
+//! what to do next) goes to stderr, so that a pipe receives only the answer. Colour and progress bars appear
+//! only on a terminal; `NO_COLOR` is respected. Text is wrapped to the width of the terminal but at most to
+//! [`WIDTH`] columns, as `--help` is; without a terminal, to [`WIDTH`].
 //!
 //! # JSON documents
-//! A document is one object in one line. Its first key is `schema_version`, the number
-//! [`SCHEMA_VERSION`]: a program that reads documents checks it and ignores keys that it does not know. A
-//! command that fails after its answer prints a second document, the error; each document has the version.
-//! `massline layout schema` prints a JSON schema with and without `--json`; it is no document of this kind.
+//! A document is one object in one line. Its first key is `schema_version`, the number [`SCHEMA_VERSION`]: a
+//! program that reads documents checks it and ignores unknown keys. A command that fails after it has printed
+//! its answer prints the error as a second document; each document has the version. `massline layout schema`
+//! prints a JSON schema with and without `--json`; that schema has no `schema_version`.
 
 mod wrap;
 
@@ -25,14 +25,14 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use wrap::wrapped;
 
-/// The version of the JSON documents: one higher whenever a key is renamed or removed or means something
-/// else. A new key alone does not change it.
+/// The version of the JSON documents. It is incremented whenever a key is renamed or removed or changes its
+/// meaning, but not when a key is added.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Columns of text for people.
+/// Largest width of text, columns.
 pub const WIDTH: usize = 100;
 
-/// Where a command writes, and whether the user has pressed Ctrl-C.
+/// The output streams of a command, and whether the user has pressed Ctrl-C.
 pub struct Output {
     out: Box<dyn Write + Send>,
     err: Box<dyn Write + Send>,
@@ -40,16 +40,16 @@ pub struct Output {
     color: bool,
     /// Whether stdout is a terminal.
     out_terminal: bool,
-    /// Whether stderr is a terminal, where bars can be shown.
+    /// Whether stderr is a terminal, so that progress bars can be shown.
     err_terminal: bool,
     keyboard: bool,
     raw: bool,
     interrupt: Interrupt,
-    /// What the object of an error says besides the error.
+    /// Further keys for the JSON object of the next error.
     details: Option<Value>,
 }
 
-/// An answer with the version of its keys.
+/// A JSON answer with the version of its schema.
 #[derive(Serialize)]
 struct Document<'a> {
     schema_version: u32,
@@ -57,16 +57,16 @@ struct Document<'a> {
     answer: &'a Value,
 }
 
-/// How a piece of text is shown on a terminal with colours.
+/// The tone of a piece of text: how a terminal with colours shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
     /// A heading.
     Strong,
-    /// Good news.
+    /// Success.
     Good,
-    /// A reservation.
+    /// A warning.
     Warning,
-    /// Bad news.
+    /// An error.
     Bad,
 }
 
@@ -100,7 +100,7 @@ impl Output {
         }
     }
 
-    /// Writes to `out` and `err`, without colour, bars and keyboard; for tests and other programs.
+    /// Writes to `out` and `err`, without colour, progress bars and keyboard; for tests and other programs.
     pub fn to(
         json: bool,
         out: impl Write + Send + 'static,
@@ -120,22 +120,22 @@ impl Output {
         }
     }
 
-    /// True when the answer is wanted as one JSON object.
+    /// True when the answer is to be printed as one JSON object.
     pub fn json(&self) -> bool {
         self.json
     }
 
-    /// True when a person sits at the keyboard.
+    /// True when the command can ask a person at the keyboard.
     pub fn has_keyboard(&self) -> bool {
         self.keyboard
     }
 
-    /// While the terminal is in raw mode a line end does not return to the first column by itself.
+    /// Sets whether the terminal is in raw mode, where a line feed does not return to the first column.
     pub fn set_raw(&mut self, raw: bool) {
         self.raw = raw;
     }
 
-    /// Says when the user has pressed Ctrl-C.
+    /// The record of whether the user has pressed Ctrl-C.
     pub fn interrupt(&self) -> &Interrupt {
         &self.interrupt
     }
@@ -144,12 +144,12 @@ impl Output {
     /// are broken between words.
     ///
     /// # Errors
-    /// When stdout cannot be written. A reader that has gone away is no error.
+    /// When stdout cannot be written. A closed pipe is not an error.
     pub fn text(&mut self, text: impl AsRef<str>) -> Result<()> {
         self.verbatim(wrapped(text.as_ref(), width(self.out_terminal)))
     }
 
-    /// As [`Output::text`] with the lines as they are: what other programs read.
+    /// Writes the answer like [`Output::text`] but never breaks lines; for text that other programs read.
     ///
     /// # Errors
     /// As [`Output::text`].
@@ -158,10 +158,10 @@ impl Output {
         check(written)
     }
 
-    /// Writes the answer, an object, as one line of JSON with its [`SCHEMA_VERSION`].
+    /// Writes the answer, a JSON object, in one line with its [`SCHEMA_VERSION`].
     ///
     /// # Errors
-    /// As [`Output::text`], and when `value` is no object.
+    /// As [`Output::text`], and when `value` is not an object.
     pub fn value(&mut self, value: &Value) -> Result<()> {
         let document = Document { schema_version: SCHEMA_VERSION, answer: value };
         let line = serde_json::to_string(&document).map_err(|e| {
@@ -170,7 +170,7 @@ impl Output {
         self.verbatim(line)
     }
 
-    /// Writes `value` with `--json`, else what `text` makes.
+    /// Writes `value` with `--json`, else the text that `text` returns.
     ///
     /// # Errors
     /// As [`Output::text`].
@@ -183,7 +183,7 @@ impl Output {
         }
     }
 
-    /// Says something beside the answer, on stderr.
+    /// Writes a note on stderr, beside the answer.
     pub fn note(&mut self, text: impl AsRef<str>) {
         self.note_verbatim(wrapped(text.as_ref(), width(self.err_terminal)));
     }
@@ -192,23 +192,23 @@ impl Output {
         if self.raw {
             text = text.replace('\n', "\r\n") + "\r";
         }
-        // There is nowhere to report that stderr is gone.
+        // A failure to write to stderr cannot be reported anywhere.
         let _ = writeln!(self.err, "{text}");
     }
 
-    /// Says a reservation, on stderr.
+    /// Writes a warning on stderr.
     pub fn warn(&mut self, text: impl AsRef<str>) {
         let head = self.toned("warning:", Tone::Warning);
         self.note(format!("{head} {}", text.as_ref()));
     }
 
-    /// Reports an error: on stderr for people and with `--json` on stdout as an object.
+    /// Reports an error: as text on stderr, and with `--json` also as an object on stdout.
     pub fn error(&mut self, error: &Error) {
         let head = self.toned("error:", Tone::Bad);
         if !self.json {
             return self.note(format!("{head} {error}"));
         }
-        // In one line, as in the object.
+        // Unwrapped, as in the JSON object.
         self.note_verbatim(format!("{head} {error}"));
         let mut value = error.to_json();
         if let (Some(Value::Object(details)), Some(object)) =
@@ -216,21 +216,21 @@ impl Output {
         {
             object.extend(details);
         }
-        // There is nowhere to report that stdout is gone.
+        // A failure to write to stdout cannot be reported anywhere.
         let _ = self.value(&value);
     }
 
-    /// Puts the keys of the object `details` beside the error that is reported next.
+    /// Adds the keys of the object `details` to the JSON object of the next error.
     pub fn explain(&mut self, details: Value) {
         self.details = Some(details);
     }
 
-    /// `text` in colour where colours are shown.
+    /// `text` in the colour of `tone`, if stdout shows colours.
     pub fn toned(&self, text: &str, tone: Tone) -> String {
         if self.color { format!("{}{text}\x1b[0m", tone.escape()) } else { text.into() }
     }
 
-    /// A bar on stderr that counts to `length`; invisible where stderr is no terminal.
+    /// A progress bar on stderr that counts to `length`; invisible when stderr is not a terminal.
     pub fn bar(&self, length: u64, label: &str) -> ProgressBar {
         if !self.err_terminal {
             return ProgressBar::hidden();
@@ -245,22 +245,22 @@ impl Output {
     }
 }
 
-/// Columns for text, on a terminal those that it has now.
+/// Width of text: that of the terminal at this moment, or [`WIDTH`] without a terminal.
 fn width(on_terminal: bool) -> usize {
     let columns = || crossterm::terminal::size().ok().map(|(columns, _)| usize::from(columns));
-    // A terminal that does not know its size says zero.
+    // A terminal that does not know its size reports zero.
     let known = on_terminal.then(columns).flatten().filter(|&columns| columns > 0);
     known.map_or(WIDTH, |columns| columns.min(WIDTH))
 }
 
-/// An empty table in the style of all tables of this program: lines above, under the header, below.
+/// An empty table in the style of this program: rules at the top, under the header and at the bottom.
 pub fn table() -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none()));
     table
 }
 
-/// Aligns columns of numbers.
+/// Right-aligns columns of numbers.
 pub fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
     for column in columns {
         if let Some(column) = table.column_mut(column) {

@@ -1,4 +1,4 @@
-//! Long work in numbered pieces, shared among the threads of rayon.
+//! Divides long computations into numbered pieces that run on the threads of rayon.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use crate::interrupt::Interrupt;
 
-/// What `act` makes of each number below `count`, in the order of the numbers, however many threads there are.
-/// It may overwrite the memory that it is given, which `memory` has made.
+/// Calls `act` for each number below `count` and returns the results in the order of the numbers, however
+/// many threads there are. `act` may overwrite the memory that it gets, which `memory` allocates.
 ///
-/// After Ctrl-C no piece is begun: what is done until then is returned. `progress` hears after each piece how
-/// many are done.
+/// After Ctrl-C no further piece is started, and the results so far are returned. `progress` is called after
+/// each piece with the number of pieces done.
 pub(crate) fn pieces<M, T: Send>(
     count: u64,
     interrupt: &Interrupt,
@@ -57,7 +57,7 @@ mod tests {
             };
             pieces(u64::MAX, &interrupt, press, || (), |(), number| number)
         });
-        // Each of the other three threads may have begun one.
+        // Each of the other three threads may have started one more piece.
         assert!((10..=13).contains(&made.len()), "{made:?}");
         assert!(made.is_sorted());
     }

@@ -1,14 +1,14 @@
-//! Hammer data as other systems record them: force and responses over time.
+//! Hammer data recorded by other systems: force and responses over time.
 //!
-//! | format | known by | reader |
+//! | format | recognised by | reader |
 //! | --- | --- | --- |
 //! | LabVIEW measurement | `LabVIEW Measurement` in the first line | `lvm` |
 //! | universal file, dataset 58, function type 1 | a line `    -1` at the beginning | `uff` |
 //! | NumPy array (segments,) samples, channels | `\x93NUMPY` | `npy` |
 //! | text with a column for each channel | anything else that is text | `csv` |
 //!
-//! All give a [`Recording`]. The readers take any bytes: they never panic, and never allocate more
-//! than a small multiple of their number.
+//! Every reader returns a [`Recording`]. The readers accept any bytes: they never panic, and never allocate
+//! more than a small multiple of the input's length.
 
 mod csv;
 mod lvm;
@@ -20,21 +20,21 @@ use std::path::Path;
 
 use thiserror::Error;
 
-/// Longest recording that is read, bytes.
+/// Largest file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 28;
 
-/// Channels over time, in one piece or in several.
+/// Channels over time, in one segment or in several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Readings per second, when the file says.
+    /// Sampling rate, Hz, when the file states it.
     pub rate_hz: Option<f64>,
-    /// What each channel is; a channel without a name is empty.
+    /// Name and unit of each channel; an unnamed channel has an empty name.
     pub channels: Vec<Channel>,
-    /// The pieces of the file; one when it is continuous.
+    /// The segments of the file; one when the recording is continuous.
     pub segments: Vec<Segment>,
 }
 
-/// What a channel is.
+/// Name and unit of a channel.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Channel {
     /// Its name in the file.
@@ -43,23 +43,23 @@ pub struct Channel {
     pub unit: String,
 }
 
-/// A piece of a recording: the samples of every channel, all alike in number.
+/// A segment of a recording: the samples of every channel, equally many for all.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Segment(pub Vec<Vec<f64>>);
 
-/// Why bytes are no recording.
+/// Why a file is not accepted as a recording.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RecordingError {
-    /// Nothing in it.
+    /// The file is empty.
     #[error("the file is empty; export the measurement again")]
     Empty,
-    /// None of the formats.
+    /// The format is not one of those that are known.
     #[error(
         "the format is not known; LabVIEW measurement (.lvm), CSV, universal files with dataset 58 \
          and NumPy arrays (.npy) are read"
     )]
     UnknownFormat,
-    /// A line with another number of columns.
+    /// A line with a different number of columns than the lines before.
     #[error(
         "line {line}: {found} columns where {wanted} are expected; every line needs one value for \
          each channel"
@@ -69,7 +69,7 @@ pub enum RecordingError {
         line: usize,
         /// Its columns.
         found: usize,
-        /// Those of the lines before.
+        /// The number of columns of the lines before.
         wanted: usize,
     },
     /// Text where a number should be.
@@ -82,31 +82,31 @@ pub enum RecordingError {
         line: usize,
         /// The column, from 1.
         column: usize,
-        /// What stands there.
+        /// The text of the field.
         text: String,
         /// The decimal sign that is expected.
         decimal: &'static str,
     },
-    /// NaN, infinity, or beyond what a measurement can be.
+    /// NaN, infinity, or a value that no measurement can have.
     #[error(
         "{place}, channel {channel}: the value is {value}; cut the recording where the signal is \
          lost"
     )]
     NotFinite {
-        /// Where, for people.
+        /// The place in the file, as text for people.
         place: String,
         /// The channel, from 1.
         channel: usize,
         /// The value.
         value: f64,
     },
-    /// The file ends too early.
+    /// The file is truncated.
     #[error("the file is truncated: {wanted} should come; copy or export it again")]
     Truncated {
         /// What is missing.
         wanted: String,
     },
-    /// A header that cannot be.
+    /// An invalid header.
     #[error("line {line}: {fault}")]
     Header {
         /// The line, from 1.
@@ -114,7 +114,7 @@ pub enum RecordingError {
         /// What is wrong and what to do.
         fault: String,
     },
-    /// An array of another kind.
+    /// A NumPy array that cannot be read as a recording.
     #[error("{0}")]
     Array(String),
     /// A universal file that cannot be read.
@@ -123,7 +123,7 @@ pub enum RecordingError {
 }
 
 impl RecordingError {
-    /// The stable word of this error in JSON.
+    /// The stable identifier of this error in JSON.
     pub fn code(&self) -> &'static str {
         match self {
             Self::Empty => "recording_empty",
@@ -146,7 +146,7 @@ impl Recording {
     /// Reads a file of any of the formats.
     ///
     /// # Errors
-    /// When it cannot be read, is of no known format, truncated or malformed; the message names the
+    /// When the file cannot be read, has an unknown format, is truncated or malformed; the message names the
     /// file and the place.
     pub fn read(path: &Path) -> crate::Result<Self> {
         let file = path.display();
@@ -180,7 +180,7 @@ impl Recording {
         recording.checked()
     }
 
-    /// Refuses channels of different length and values that are no numbers.
+    /// Rejects channels of different lengths and values that are not plausible readings.
     fn checked(self) -> Result<Self, RecordingError> {
         let count = self.channels.len();
         if self.segments.iter().all(|segment| segment.samples() == 0) || count == 0 {
@@ -199,18 +199,18 @@ impl Recording {
     }
 }
 
-/// A number that a converter could have put out, in any unit. Squares of larger ones overflow.
+/// True for a value that a converter could produce in any unit. The squares of larger values overflow.
 fn is_reading(value: f64) -> bool {
     value.abs() < 1e15
 }
 
 impl Segment {
-    /// Samples of each channel.
+    /// Number of samples of each channel.
     pub fn samples(&self) -> usize {
         self.0.iter().map(Vec::len).min().unwrap_or(0)
     }
 
-    /// From rows of one value for each of `channels`.
+    /// A recording from rows of one value for each of `channels`.
     fn of_rows(rows: &[f64], channels: usize) -> Self {
         let column = |k: usize| rows.iter().skip(k).step_by(channels.max(1)).copied().collect();
         Self((0..channels).map(column).collect())

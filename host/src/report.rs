@@ -1,8 +1,8 @@
 //! Results as JSON and tables, diagnostics as sentences.
 //!
-//! The JSON of a result is stable: other programs are written against it. The inertia is about the
-//! centre of mass in body axes, tensor elements; the covariance is in the order
-//! [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz], SI.
+//! The JSON of a result is a stable interface for other programs. The inertia is about the centre of mass in
+//! body axes, as tensor elements; the covariance is in the order [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz,
+//! Jyz], SI.
 
 mod details;
 mod estimate;

@@ -1,4 +1,4 @@
-//! Simulated rigs: the virtual one in this process, or the emulated one in QEMU.
+//! Simulated rigs: the virtual rig in this process, or the emulated rig in QEMU.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::client::{Client, PipeTransport, SerialTransport};
 use crate::error::{Error, Result};
 use crate::qemu::{EmulatedRig, Feeder, build_firmware};
 
-/// Which simulated rig.
+/// The kind of simulated rig.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum RigKind {
     /// The firmware application on a thread of this process.
@@ -21,7 +21,7 @@ pub enum RigKind {
 }
 
 impl RigKind {
-    /// The firmware image that this rig needs: `given`, else for QEMU the checkout's, built now.
+    /// The firmware image that this rig needs: `given`, or for QEMU without it one built from the checkout.
     ///
     /// # Errors
     /// When it cannot be built; the error names the command that installs what is missing.
@@ -42,19 +42,19 @@ impl RigKind {
     }
 }
 
-/// A simulated rig that runs until it is dropped, and the scans that it sees.
+/// A simulated rig, which runs until it is dropped, and the source of its scans.
 #[derive(Debug)]
 pub struct SimulatedRig(Machine);
 
 #[derive(Debug)]
 enum Machine {
     Virtual(VirtualRig),
-    // The feeder comes first: it is ended before the machine that it feeds.
+    // The feeder is the first field, so that it is dropped before the machine that it feeds.
     Emulated(Feeder, EmulatedRig),
 }
 
 impl SimulatedRig {
-    /// Starts a rig that sees the scans of `source`. `firmware` is what [`RigKind::firmware`] gave.
+    /// Starts a rig that sees the scans of `source`. `firmware` is the return value of [`RigKind::firmware`].
     ///
     /// # Errors
     /// When it does not start.
@@ -78,7 +78,7 @@ impl SimulatedRig {
         }
     }
 
-    /// Connects over the link of the rig and asks who is there.
+    /// Connects over the link of the rig and reads its identity.
     ///
     /// # Errors
     /// When it does not answer.
@@ -96,23 +96,23 @@ impl SimulatedRig {
         Ok((client, identity))
     }
 
-    /// Tells whoever taps that the rig waits for a hit at DOF `dof`. The virtual rig's operator
-    /// looks at its panel and needs no telling.
+    /// Notifies the bench that the rig waits for a hit at DOF `dof`. Does nothing for the virtual rig, whose
+    /// operator watches its panel.
     pub fn armed(&self, arming: u32, dof: usize) {
         if let Machine::Emulated(feeder, _) = &self.0 {
             feeder.armed(arming, dof);
         }
     }
 
-    /// Makes the rig ask its source for scans again, after the source had none. The emulated rig's
-    /// feeder asks by itself.
+    /// Makes the rig ask its source for scans again after the source had none. The emulated rig's feeder does
+    /// so by itself.
     pub fn poke(&self) {
         if let Machine::Virtual(rig) = &self.0 {
             rig.poke();
         }
     }
 
-    /// Why a conversation with the rig failed: its last words when it has died, else `error`.
+    /// The reason why communication with the rig failed: its output when it has crashed, else `error`.
     pub fn explain(&mut self, error: Error) -> Error {
         match &mut self.0 {
             Machine::Virtual(rig) => match rig.panicked() {

@@ -1,10 +1,10 @@
-//! The offline solver: a layout and the frequency responses of a universal file give the ten
-//! properties, in double precision.
+//! The offline solver: computes the ten properties in double precision from a layout and the frequency
+//! responses of a universal file.
 //!
-//! For every sensor axis and hit of the layout the file must hold one frequency response function.
-//! Its accelerance is fitted by a mass line with equal weights over the band; [`identification`] takes
-//! it from there, with every averaged over the hits that `[test]` asks for. A function that is stored
-//! with an opposite direction is used negated.
+//! The file must hold one frequency response function for every sensor axis and hit of the layout. A mass
+//! line is fitted to its accelerance with equal weights over the band and passed to [`identification`] as the
+//! average of as many hits as `[test]` asks for. A function that is stored for the opposite direction is
+//! negated.
 //!
 //! [`identification`]: crate::identification
 
@@ -35,7 +35,7 @@ use frfs::{FittedLines, LayoutResponses};
 /// The point about which the equations are set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReferencePoint {
-    /// The mean of the sensor positions: the least noise.
+    /// The mean of the sensor positions, which gives the least noise.
     #[default]
     Centroid,
     /// The origin of the body frame.
@@ -57,37 +57,37 @@ impl ReferencePoint {
 pub struct Options {
     /// The point about which the equations are set up.
     pub reference_point: ReferencePoint,
-    /// What the responses are, when the file does not say so or is wrong.
+    /// The quantity of the responses; overrides what the file states. `None` takes it from the file.
     pub quantity: Option<Quantity>,
-    /// Which methods.
+    /// The selected methods.
     pub selection: Selection,
-    /// σ of the exponential window on force and responses when these were measured, 1/s; 0 without.
+    /// σ of the exponential window that was applied to force and responses, 1/s; 0 for no window.
     pub decay: f64,
 }
 
-/// What the offline solver answers.
+/// The answer of the offline solver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrfSolution {
-    /// The ten by every method, and what was found out.
+    /// The answers of all methods, and the nuisance parameters of the fit.
     pub identification: Identification,
-    /// Which single mistake explains the data, if they contradict the layout.
+    /// The search for a single mistake that explains data that contradict the layout.
     pub examination: Examination,
     /// Mass line accelerances, (m/s²)/N: hit by hit, channel by channel (sensor 1 x, y, z, …).
     pub mass_lines: Vec<Vec<f64>>,
-    /// Standard deviations of the mass lines from the scatter of the spectral lines about the model,
+    /// Standard deviations of the mass lines, estimated from the scatter of the bins about the model,
     /// (m/s²)/N, in the same order.
     pub noise: Vec<Vec<f64>>,
     /// The point about which the equations were set up.
     pub reference_point: ReferencePoint,
     /// Band of the mass lines, Hz.
     pub band_hz: [f64; 2],
-    /// What is to be said about the mass lines.
+    /// Diagnostics of the mass lines.
     pub diagnostics: Vec<Diagnostic>,
-    /// Hash of the layout, when it fits a rig.
+    /// Hash of the layout, when the layout fits a rig.
     pub layout_hash: Option<u32>,
     /// Expected values to compare with.
     pub truth: Option<Truth>,
-    /// What the layout was checked with and what the file was read with.
+    /// Which body the layout was checked with, and how the file was read.
     pub notes: Vec<String>,
     layout: HostLayout,
 }
@@ -108,8 +108,8 @@ pub fn solve_files(layout: &Path, frfs: &Path, options: &Options) -> Result<FrfS
 /// Solves a layout with frequency responses.
 ///
 /// # Errors
-/// Exit 2 for a function that is missing, doubled, not finite, or of wrong type or units; exit 3 when
-/// layout or data cannot determine the ten.
+/// Exit 2 for a function that is missing, duplicated, not finite, or of wrong type or units; exit 3 when
+/// layout or data cannot determine the ten properties.
 pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<FrfSolution> {
     let layout = &file.layout;
     let (body, about_body) = body_for_checks(file);
@@ -171,13 +171,13 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<FrfS
     })
 }
 
-/// True when a method is wanted that observes spectral lines.
+/// True when a selected method works on bins rather than on mass lines.
 fn wants_spectral_lines(selection: Selection) -> bool {
     selection.methods().iter().any(|method| method.entry().observes == Observable::SpectrumBins)
 }
 
-/// The body that a layout is checked with, and a sentence that says where it comes from: `[reference]`
-/// as far as it is given, else the mass of `[prior]` or 1 kg, near the centroid of the nodes, `m L² I`.
+/// The body that a layout is checked with, and a sentence that names its origin: what `[reference]` states,
+/// for the rest the mass of `[prior]` or 1 kg, near the centroid of the nodes, with the inertia `m L² I`.
 pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
     let none = Reference { mass_kg: None, center_of_mass_m: None, inertia_kg_m2: None };
     let reference = file.reference.unwrap_or(none);
@@ -208,8 +208,8 @@ pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
     (body, text)
 }
 
-/// The errors among `found` as one, in the words of `say`; the first says the code. `None` when
-/// there is none.
+/// The errors among `found` as one error with the messages that `say` returns and the code of the first;
+/// `None` when there is none.
 pub(crate) fn first_error(
     found: &[Diagnostic],
     message_of: impl Fn(&Diagnostic) -> String,
@@ -232,7 +232,7 @@ pub(crate) fn first_error(
     })
 }
 
-/// A quantity of the channels in use, hit by hit.
+/// A quantity of the channels in use, grouped by hit.
 fn by_hit(
     lines: &[DofMassLines<f64, HOST_SENSORS>],
     channels: usize,
@@ -251,7 +251,7 @@ impl FrfSolution {
         self.identification.estimates.first()
     }
 
-    /// One object, as all results are printed.
+    /// The JSON object of the solution, in the form of all results.
     pub fn to_json(&self) -> Value {
         let lines = self.layout.hits.iter().zip(&self.mass_lines).zip(&self.noise);
         let said = [self.identification.warnings(), self.diagnostics.clone()].concat();
@@ -265,7 +265,7 @@ impl FrfSolution {
             "reference_point": self.reference_point.name(),
             "band_hz": self.band_hz,
             "band_automatic": self.layout.test.band_hz.is_none(),
-            // The responses are there already.
+            // `null`, because the file already holds frequency responses.
             "frf_estimator": null,
             "terms": self.layout.test.terms.name(),
             "mass_lines": lines.map(|((hit, lines), noise)| json!({
@@ -280,7 +280,7 @@ impl FrfSolution {
         value
     }
 
-    /// For people.
+    /// The solution as text.
     pub fn to_text(&self) -> String {
         let [low, high] = self.band_hz.map(|end| (end * 10.0).round() / 10.0);
         let mut text = self.identification.to_text(&self.layout, self.truth.as_ref());
@@ -299,8 +299,8 @@ impl FrfSolution {
     }
 }
 
-/// A global fit whose suspension runs away, which says nothing against the responses: they may hardly
-/// show it, or be wrong by placement and gains, which are no part of that model.
+/// The error of a global fit whose suspension parameters diverge. This is not evidence against the responses:
+/// they may hardly show the suspension, or contain placement and gain errors, which that model does not have.
 fn not_settled(selection: Selection, found: &[Diagnostic]) -> Option<Error> {
     let code = Code::NotConverged;
     let ran_away = found.iter().any(|d| d.code == code);
@@ -313,8 +313,7 @@ fn not_settled(selection: Selection, found: &[Diagnostic]) -> Option<Error> {
     })
 }
 
-/// The layout alone is good: what is missing is missing in the frequency responses, or one of them is
-/// not what the layout says.
+/// Adds to `error` that the layout alone is sound, so that frequency responses must be missing or wrong.
 fn blame_the_responses(error: Error, examination: &Examination, layout: &HostLayout) -> Error {
     match error {
         Error::Undetermined { code, message } => {

@@ -1,15 +1,15 @@
 //! A rig's result, solved again on the host in double precision from the mass lines in it.
 //!
-//! What the rig found and what the host finds are never mixed: the rig's own answer stays as it is stored,
-//! and what is found here is marked as the host's.
+//! The rig's and the host's findings are never mixed: the rig's answer stays as it is stored, and the host's
+//! findings are marked.
 //!
-//! | in JSON | whose |
+//! | in JSON | from |
 //! | --- | --- |
-//! | `results` | the rig's estimates with the rig's diagnostics |
-//! | `diagnostics` | the rig's; an entry with `"found_by": "host"` is the host's |
-//! | `not_applicable` | the methods without an answer by the rig, with `found_by` of the reasons: the host's where it has none either, because a rig does not store which method a reason is of |
-//! | `host` | what the host found: `results`, `not_applicable`, `details`, `diagnostics`, `mistakes` |
-//! | `details`, `single_faults` | the host's, as under `host` |
+//! | `results` | the rig: its estimates with its diagnostics |
+//! | `diagnostics` | the rig; an entry with `"found_by": "host"` is the host's |
+//! | `not_applicable` | the methods without an answer by the rig, with the reasons and, in `found_by`, who found them: the host where it has no answer either, because a rig does not store to which method a reason belongs |
+//! | `host` | the host: `results`, `not_applicable`, `details`, `diagnostics`, `mistakes` |
+//! | `details`, `single_faults` | the host, same contents as under `host` |
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::scale;
@@ -24,22 +24,22 @@ use crate::report::{
 };
 use crate::single_fault::{Examination, NominalTest};
 
-/// Heading of what the host found, in text.
+/// Heading of the host's findings in text.
 const HEADING: &str = "solved again here, in double precision";
 
-/// What the host found from the mass lines of a rig's result.
+/// The host's findings from the mass lines of a rig's result.
 #[derive(Clone, Debug)]
 pub struct SolvedAgain<'a> {
-    /// The estimates, and what the fit found out.
+    /// The estimates, and the nuisance parameters of the fit.
     pub identification: Identification,
-    /// Which single mistake explains the data, where it was looked for.
+    /// The search for a single mistake that explains the data, where one was done.
     pub examination: Option<Examination>,
     result: &'a MeasurementResult,
     layout: &'a HostLayout,
     selection: Selection,
 }
 
-/// Who found the reasons of a missing answer.
+/// Who found the reasons why a method has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FoundBy {
     Rig,
@@ -56,7 +56,7 @@ impl FoundBy {
 }
 
 impl<'a> SolvedAgain<'a> {
-    /// Solves the mass lines of a result under the layout that it was measured with.
+    /// Solves the mass lines of a result with the layout of its measurement.
     pub fn new(
         result: &'a MeasurementResult,
         layout: &'a HostLayout,
@@ -68,7 +68,7 @@ impl<'a> SolvedAgain<'a> {
         Self { identification, examination: None, result, layout, selection }
     }
 
-    /// The same, with a search for the single mistake that explains the data.
+    /// As [`Self::new`], with a search for the single mistake that explains the data.
     pub fn examined(
         result: &'a MeasurementResult,
         nominal: &'a NominalTest,
@@ -78,18 +78,18 @@ impl<'a> SolvedAgain<'a> {
         Self { examination, ..Self::new(result, &nominal.layout, selection) }
     }
 
-    /// The same without what the fit found out about sensors and hits, for a bench whose truth is known.
+    /// Drops the details of sensors and hits; for a bench whose truth is known.
     pub fn without_details(mut self) -> Self {
         self.identification.details = None;
         self
     }
 
-    /// Puts what was found into the object of the rig's result.
+    /// Adds the findings to the JSON object of the rig's result.
     pub fn add_to(&self, value: &mut Value) {
         let Self { identification, layout, .. } = self;
         let message_of = |d: &Diagnostic| message_in(d, layout);
         let warnings = identification.warnings();
-        // What the rig has said itself is not said again.
+        // A diagnostic that the rig has reported itself is not repeated.
         let is_new = |d: &&Diagnostic| {
             !self.result.diagnostics.iter().any(|of| (of.code, of.subject) == (d.code, d.subject))
         };
@@ -121,13 +121,13 @@ impl<'a> SolvedAgain<'a> {
         value["host"] = host;
     }
 
-    /// The methods that the rig has no answer of, and why: a line for each.
+    /// The methods without an answer by the rig, and why: a line for each.
     pub fn missing_text(&self) -> String {
         let missing: Vec<_> = self.missing().into_iter().map(|(refused, _)| refused).collect();
         refusals_text(&missing, |d| message_in(d, self.layout))
     }
 
-    /// For people: a headed part.
+    /// The findings as text under a heading.
     pub fn to_text(&self) -> String {
         let mut text = format!("{HEADING}\n");
         let of_rig = estimates_of(self.result);
@@ -144,14 +144,14 @@ impl<'a> SolvedAgain<'a> {
         text
     }
 
-    /// How far the rig's answer is from the host's.
+    /// The difference between the rig's answer and the host's.
     fn comparison(&self, host: &Estimate<f64>, rig: &Estimate<f64>) -> String {
         let scale = scale(host.body.mass, self.layout.characteristic_length());
         let difference = 100.0 * (host.theta() - rig.theta()).component_div(&scale).amax();
         format!("{}: the rig's answer within {difference:.2e} % of scale\n", host.method.name())
     }
 
-    /// The methods that the rig has no answer of, why, and who says so.
+    /// The methods without an answer by the rig, the reasons, and who found them.
     fn missing(&self) -> Vec<((Method, Vec<Diagnostic>), FoundBy)> {
         let of_rig = estimates_of(self.result);
         let missing = |method: &Method| {
@@ -168,14 +168,14 @@ impl<'a> SolvedAgain<'a> {
         Method::of_mass_lines().filter(missing).map(refused).collect()
     }
 
-    /// What the rig says of the test as a whole and is more than a note: its reasons, whatever the method.
+    /// The rig's warnings and errors about the test as a whole, whatever the method.
     fn reasons_of_the_rig(&self) -> Vec<Diagnostic> {
         let whole = self.result.diagnostics.iter().filter(|d| d.subject == Subject::Whole);
         whole.filter(|d| d.severity > Severity::Note).copied().collect()
     }
 }
 
-/// A JSON object with who found it; what is not there has been found by nobody.
+/// Adds to a JSON object who found it; `null` stays `null`.
 fn marked(mut value: Value, by: FoundBy) -> Value {
     if let Value::Object(members) = &mut value {
         members.insert("found_by".into(), by.name().into());

@@ -1,8 +1,8 @@
 //! Collects the averaged spectra of a whole campaign, DOF by DOF.
 //!
-//! A rig keeps the spectra of one DOF: those of the hits in hand, and after the last hit of a DOF
-//! until the first of the next one is averaged. In a campaign with confirmation that hit waits for a
-//! verdict, so there is all the time to read what it would wipe out.
+//! A rig stores the spectra of one DOF only: those of the DOF in progress, and after its last hit until the
+//! first hit of the next DOF is averaged. In a campaign with confirmation that hit waits for a verdict, which
+//! leaves time to read the spectra before they are overwritten.
 
 use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::message::{CampaignCommand, Reason, Status};
@@ -16,15 +16,15 @@ use crate::error::Result;
 #[derive(Clone, Debug, Default)]
 pub struct SpectraCollection {
     kept: Vec<DofSpectra>,
-    /// DOFs that were asked for; what the rig does not have it will not have later.
+    /// DOFs whose spectra were requested once; spectra that the rig does not have then are lost for good.
     asked: Vec<u8>,
 }
 
 impl SpectraCollection {
-    /// Reads the spectra of DOFs that are finished by this status, as far as the rig still has them.
+    /// Reads the spectra of the DOFs that are finished according to this status, if the rig still has them.
     ///
     /// # Errors
-    /// When the link is lost or the rig sends nonsense.
+    /// When the link is lost or the rig sends invalid data.
     pub fn collect(&mut self, client: &mut Client, status: &Status) -> Result<(), ClientError> {
         let done = Phase::try_from(status.phase).ok() == Some(Phase::Done);
         for (dof, &accepted) in (0_u8..).zip(&status.accepted) {
@@ -43,18 +43,18 @@ impl SpectraCollection {
         Ok(())
     }
 
-    /// All that there are, in the order of the campaign.
+    /// All collected spectra, in the order of the campaign.
     pub fn into_spectra(self) -> Vec<DofSpectra> {
         self.kept
     }
 }
 
-/// Looks on and steers as another observer does, collects the spectra, and accepts every hit that
-/// waits for a verdict and about which the other one says nothing.
+/// Forwards everything to another observer, collects the spectra, and accepts every hit that waits for a
+/// verdict and that the other observer does not decide on.
 pub struct Collecting<'a> {
-    /// Looks on as well.
+    /// The other observer.
     pub observer: &'a mut dyn Observer,
-    /// Takes the spectra.
+    /// Stores the spectra.
     pub collection: &'a mut SpectraCollection,
 }
 
@@ -76,7 +76,7 @@ impl Observer for Collecting<'_> {
     }
 
     fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
-        // Before any command: most of them make the rig forget.
+        // Before any command, because most commands make the rig discard the spectra.
         self.collection.collect(client, status)?;
         let steer = self.observer.steer(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);

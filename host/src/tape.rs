@@ -1,8 +1,8 @@
 //! Recorded scans: a NumPy file of raw ADC codes with a sidecar TOML of the same name.
 //!
-//! `NAME.npy` is little-endian u16, shape (scans, 10), C order: the hammer, then sensor 1 x, y, z,
-//! sensor 2 …; `NAME.toml` says how they were taken and where in them which DOF was hit. A replay
-//! plays the segments of the DOF that the rig asks for ([`TapeSource`]).
+//! `NAME.npy` is little-endian u16, shape (scans, 10), C order: the hammer, then sensor 1 x, y, z, sensor 2
+//! …; `NAME.toml` states how the scans were recorded and at which scans each DOF was hit. A replay plays the
+//! segments of the DOF that the rig is armed at ([`TapeSource`]).
 
 mod npy;
 mod play;
@@ -18,25 +18,25 @@ use crate::{Error, Result};
 pub use npy::TapeWriter;
 pub use play::{TapeProgress, TapeSource};
 
-/// Longest tape that is read, bytes: about seven hours at 4 kS/s.
+/// Largest tape that is read, bytes: about seven hours at 4 kS/s.
 pub const MAX_BYTES: u64 = 1 << 31;
 
-/// What a tape's sidecar says.
+/// The contents of a tape's sidecar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sidecar {
-    /// Rate, resolution, delay, and the channels that are in use.
+    /// Sampling rate, resolution, delay, and the channels in use.
     pub adc: AdcProperties,
-    /// Zeros and sensitivities of the chain that was recorded.
+    /// Zeros and sensitivities of the recorded measuring chain.
     pub calibration: Calibration,
     /// Scans of a record before its trigger.
     pub pre_trigger_scans: u32,
-    /// Hash of the layout that was measured.
+    /// Hash of the layout in use during the recording.
     pub layout_hash: u32,
-    /// Where which DOF was hit.
+    /// The segments and the DOF of each.
     pub segments: Vec<Segment>,
 }
 
-/// A stretch of a tape that holds one hit.
+/// A part of a tape that holds one hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
     /// Its first scan.
@@ -48,9 +48,9 @@ pub struct Segment {
 /// A whole tape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tape {
-    /// How it was taken.
+    /// The sidecar.
     pub sidecar: Sidecar,
-    /// Raw codes.
+    /// Raw ADC codes.
     pub scans: Vec<Scan>,
 }
 
@@ -58,8 +58,8 @@ impl Tape {
     /// Reads a tape and its sidecar.
     ///
     /// # Errors
-    /// Exit 2 when a file is missing, the array has another type or shape, is truncated, or the
-    /// sidecar does not fit it.
+    /// Exit 2 when a file is missing, the array has another type or shape or is truncated, or the sidecar
+    /// does not match the array.
     pub fn read(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
         let bytes = crate::bounded::read(path, MAX_BYTES).map_err(|error| {
@@ -83,11 +83,11 @@ impl Tape {
     }
 }
 
-/// Reads the scans of an array as NumPy stores it.
+/// Reads the scans of a NumPy array file.
 ///
 /// # Errors
-/// Exit 2 when the bytes are no array of little-endian u16 of shape (scans, 10) in C order, or end
-/// too soon.
+/// Exit 2 when the bytes are not an array of little-endian u16 of shape (scans, 10) in C order, or are
+/// truncated.
 pub fn scans_of_npy(bytes: &[u8]) -> Result<Vec<Scan>> {
     Ok(npy::scans(bytes)?)
 }
@@ -97,7 +97,7 @@ pub fn sidecar_path(tape: &Path) -> PathBuf {
     tape.with_extension("toml")
 }
 
-/// Sensors whose three channels are in use.
+/// Number of sensors whose three channels are all in use.
 fn sensors(adc: &AdcProperties) -> usize {
     usize::from(adc.channels).min(CHANNELS).saturating_sub(1) / 3
 }

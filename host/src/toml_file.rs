@@ -1,4 +1,4 @@
-//! Reading TOML with errors that name file, line and key.
+//! Reads TOML; the errors name file, line and key.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use serde::de::DeserializeOwned;
 use crate::layout_file::Place;
 use crate::{Error, Result};
 
-/// The most bytes of a TOML file.
+/// Largest TOML file that is read, bytes.
 const MAX_BYTES: u64 = 1 << 24;
 
-/// The text of a file; `code` is the word of its errors.
+/// The text of a file; `code` is the code of its errors.
 pub(crate) fn read(path: &Path, code: &'static str) -> Result<String> {
     let file = path.display();
     let bytes = crate::bounded::read(path, MAX_BYTES)
@@ -19,7 +19,7 @@ pub(crate) fn read(path: &Path, code: &'static str) -> Result<String> {
         .map_err(|_| Error::input(code, format!("{file}: this is not UTF-8 text")))
 }
 
-/// The value of a TOML text; `file` is its name in errors.
+/// Parses a TOML text; `file` is its name in errors.
 pub(crate) fn parse<T: DeserializeOwned>(text: &str, file: &str, code: &'static str) -> Result<T> {
     toml::from_str(text).map_err(|error| {
         let (place, message) = Place::of_toml_error(file, text, &error);

@@ -1,12 +1,12 @@
 //! Universal files (UFF): frequency response functions in dataset 58, ASCII and binary (58b).
 //!
-//! A universal file is a row of *datasets*, each between two lines `    -1`. Dataset 58 holds one
-//! function at a *response* DOF due to a *reference* DOF. [`UffFile::parse`] reads all functions as
-//! they stand; [`Function::accelerance`] converts one to SI accelerance, (m/s²)/N. Dataset 164
-//! (units) is used, all others are skipped.
+//! A universal file is a sequence of *datasets*, each between two lines `    -1`. Dataset 58 holds one
+//! function at a *response* DOF due to a *reference* DOF. [`UffFile::parse`] reads all functions without
+//! conversion; [`Function::accelerance`] converts one to SI accelerance, (m/s²)/N. Dataset 164 (units) is
+//! evaluated, all others are skipped.
 //!
-//! The reader takes any bytes: it never panics, and never allocates more than a small multiple of
-//! their number.
+//! The reader accepts any bytes: it never panics, and never allocates more than a small multiple of the
+//! input's length.
 
 mod error;
 mod function;
@@ -27,19 +27,19 @@ use function::read_function;
 use lines::Lines;
 use units::UnitSystem;
 
-/// Longest universal file that is read, bytes.
+/// Largest universal file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 30;
 
-/// What a universal file holds.
+/// The contents of a universal file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UffFile {
     /// Every function (dataset 58) in the order of the file.
     pub functions: Vec<Function>,
-    /// What was read with a reservation.
+    /// Remarks on anything unusual in the file.
     pub notes: Vec<String>,
 }
 
-/// A node and a direction as UFF numbers them.
+/// A node and a direction in the numbering of UFF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NodeDirection {
     /// Number of the node.
@@ -48,12 +48,12 @@ pub struct NodeDirection {
     pub direction: i64,
 }
 
-/// A function as it stands in the file.
+/// A function as the file stores it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Function {
-    /// Which dataset of the file, from 1.
+    /// Number of its dataset in the file, from 1.
     pub dataset: usize,
-    /// The line in which it begins, from 1.
+    /// The line at which it begins, from 1.
     pub line: usize,
     /// The byte at which it begins, from 0.
     pub byte: usize,
@@ -67,13 +67,13 @@ pub struct Function {
     pub abscissa: Vec<f64>,
     /// Ordinate, in the unit of the file.
     pub ordinate: Vec<Complex<f64>>,
-    /// What the abscissa is.
+    /// Quantity and unit of the abscissa.
     pub abscissa_axis: AxisProperties,
-    /// What the numerator of the ordinate is.
+    /// Quantity and unit of the ordinate's numerator.
     pub numerator_axis: AxisProperties,
-    /// What the denominator of the ordinate is.
+    /// Quantity and unit of the ordinate's denominator.
     pub denominator_axis: AxisProperties,
-    /// The units of dataset 164 before this one.
+    /// The units of the last dataset 164 before this one.
     units: UnitSystem,
 }
 
@@ -94,9 +94,9 @@ pub struct Frf {
     pub response: NodeDirection,
     /// Where the force acted.
     pub reference: NodeDirection,
-    /// Lines, Hz.
+    /// Frequencies of the bins, Hz.
     pub frequency_hz: Vec<f64>,
-    /// (m/s²)/N, line by line.
+    /// Accelerance, (m/s²)/N, bin by bin.
     pub accelerance: Vec<Complex<f64>>,
 }
 
@@ -117,7 +117,8 @@ impl UffFile {
     /// Reads the bytes of a universal file.
     ///
     /// # Errors
-    /// When they are truncated or corrupt, with the number of the dataset, the line and the byte.
+    /// When the bytes are truncated or corrupt; the error has the number of the dataset, the line and the
+    /// byte.
     pub fn parse(bytes: &[u8]) -> Result<Self, UffError> {
         let mut lines = Lines::new(bytes);
         let mut file = Self::default();
@@ -158,13 +159,13 @@ fn kind_of(line: &[u8]) -> Option<u32> {
 }
 
 impl Function {
-    /// The accelerance, converted to SI: `H = (iω)ⁿ·Y` with n = 0, 1, 2 for acceleration, velocity
-    /// and displacement over force. `quantity` overrides what the file says of the response; units
-    /// are then those of dataset 164, else SI.
+    /// The accelerance, converted to SI: `H = (iω)ⁿ·Y` with n = 0, 1, 2 for acceleration, velocity and
+    /// displacement over force. `quantity` overrides the response quantity of the file; the units are then
+    /// those of dataset 164, or SI without one.
     ///
     /// # Errors
-    /// When this is no frequency response function, or its quantities or units are not those of a
-    /// motion over a force.
+    /// When this is not a frequency response function, or its quantities or units are not those of a motion
+    /// over a force.
     pub fn accelerance(&self, quantity: Option<Quantity>) -> Result<Frf, UffError> {
         if !self.is_frequency_response() {
             let found = self.function_type;
@@ -198,8 +199,8 @@ impl Function {
         self.function_type == function::TIME_RESPONSE
     }
 
-    /// The ordinate of a record over time: forces in N, motions in m, m/s and m/s² by the units of
-    /// dataset 164, anything else as it stands.
+    /// The ordinate of a record over time: forces in N, motions in m, m/s and m/s² by the units of dataset
+    /// 164, anything else unconverted.
     pub fn time_samples(&self) -> Vec<f64> {
         let factor = units::time_factor(self);
         self.ordinate.iter().map(|y| y.re * factor).collect()
@@ -211,7 +212,7 @@ impl Function {
     }
 }
 
-/// What a function type is called.
+/// The name of a function type.
 pub fn function_type_name(function_type: i64) -> &'static str {
     function::TYPE_NAMES
         .get(usize::try_from(function_type).unwrap_or(usize::MAX))

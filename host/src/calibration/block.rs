@@ -1,4 +1,4 @@
-//! The result of a block test, and what it says of hammer and sensors.
+//! The result of a block test: what it determines about the hammer and the sensors.
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::block::{
@@ -15,14 +15,14 @@ use crate::error::{Error, Result};
 /// The hits of a block test.
 pub type Hits = Vec<BlockHit<f64, RIG_SENSORS>>;
 
-/// What a block test has found, relative to the calibration that it was measured with.
+/// The result of a block test, relative to the calibration in force during it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Sensor by sensor, against the hammer.
+    /// Gain and cross-axis ratios of each sensor against the hammer.
     pub sensors: Vec<SensorRatio<f64>>,
-    /// The hammer against the sensors; only when these are known by a tumble test.
+    /// The hammer against the sensors; only when a tumble test has calibrated the sensors.
     pub hammer: Option<ForceRatio<f64>>,
-    /// Axis by axis, the low-pass against the hammer's.
+    /// The low-pass of each sensor axis against the hammer's.
     pub cutoffs: Vec<RcCutoff>,
 }
 
@@ -32,10 +32,10 @@ impl From<BlockError> for Error {
     }
 }
 
-/// The hits of a result, with the directions of the layout that it was measured with.
+/// The hits of a result, with the directions of the layout in use during the test.
 ///
 /// # Errors
-/// Exit 3 when a DOF is not one of the layout or has no mass lines.
+/// Exit 3 when a DOF is not in the layout or has no mass lines.
 pub fn hits_of(result: &MeasurementResult, layout: &RigLayout) -> Result<Hits> {
     let mut hits = Hits::new();
     for dof in &result.dofs {
@@ -60,7 +60,8 @@ pub fn hits_of(result: &MeasurementResult, layout: &RigLayout) -> Result<Hits> {
 }
 
 impl Block {
-    /// From the hits, measured with `record` in force, and the `cutoffs` that they show.
+    /// Evaluates hits that were measured with the calibration `record` in force, and the `cutoffs` found from
+    /// them.
     ///
     /// # Errors
     /// Exit 3 when the hits do not determine a calibration.
@@ -83,8 +84,8 @@ impl Block {
         Ok(Self { sensors, hammer, cutoffs })
     }
 
-    /// Becomes part of the calibration that it was measured with. With known sensors their own stays, and
-    /// the hammer becomes known; else the sensors are known against the hammer, which stays what it is.
+    /// Updates the calibration that was in force. If the sensors have been calibrated already they stay, and
+    /// the hammer is updated; otherwise the sensors are updated against the hammer, which stays.
     pub fn write(&self, record: &mut CalibrationRecord) {
         cutoffs::write(&self.cutoffs, &mut record.calibration);
         if let Some(hammer) = &self.hammer {
@@ -100,7 +101,7 @@ impl Block {
         record.sigma = self.sensor_sigma();
     }
 
-    /// What has been achieved of the sensors against the hammer.
+    /// The uncertainty of the sensors as calibrated against the hammer.
     fn sensor_sigma(&self) -> CalibrationSigma {
         let (mut gain, mut cross_axis) = (0.0_f64, 0.0_f64);
         for SensorRatio { ratio, sigma } in &self.sensors {

@@ -1,10 +1,10 @@
 //! The low-pass of each sensor axis against that of the hammer, from the spectra of a block test.
 //!
-//! The rig has taken the low-passes of the calibration in force out of its spectra. What is left of
-//! `H = X/F` is the difference D of the errors of both: `D = (τ_F − τ_F0) − (τ − τ_0)` with τ of the
-//! sensor axis, τ_F of the hammer and the index 0 for what is in force. The error of the hammer shows
-//! in all axes alike and cannot be told from theirs, so its low-pass stays what it is, and
-//! `τ = τ_0 − D` is what a measurement needs: with it response and force are filtered alike.
+//! The rig has already removed the low-passes of the calibration in force from its spectra. What remains of
+//! `H = X/F` is the difference D of the errors of both: `D = (τ_F − τ_F0) − (τ − τ_0)` with τ of the sensor
+//! axis, τ_F of the hammer and the index 0 for the calibration in force. The error of the hammer is the same
+//! in all axes and cannot be separated from theirs, so its low-pass is left unchanged, and `τ = τ_0 − D` is
+//! what a measurement needs: with it response and force are filtered alike.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -21,36 +21,36 @@ use nalgebra::Vector3;
 
 use crate::client::DofSpectra;
 
-/// Least cosine between a push and an axis that tells its time constant. Of three orthogonal axes and
-/// three orthogonal pushes every axis has a push above 1/√3.
+/// Least cosine between the hit direction and an axis whose time constant is determined. For three orthogonal
+/// axes and three orthogonal hit directions every axis has a cosine of at least 1/√3.
 const LEAST_COSINE: f64 = 0.5;
-/// What may not average out, s: with fifty hits a direction the error on the bench is 0.22 µs rms and
-/// still falls with their number; below that nothing has been seen.
+/// Part of the error that may not average out, s. With fifty hits per direction the error on the bench is
+/// 0.22 µs rms and still falls with their number; smaller errors were never tested.
 const FLOOR_S: f64 = 0.2e-6;
-/// So many standard deviations from the cutoff in force are more than chance.
+/// A difference of more standard deviations than this from the cutoff in force is significant.
 const SIGNIFICANT: f64 = 3.0;
-/// Largest difference to the expected time constant, times ω at the last line: beyond it the channel
-/// is another one than is thought.
+/// Largest difference from the expected time constant, times ω at the last bin; beyond it the channel is not
+/// the one that is assumed.
 const LARGEST_TURN: f64 = 0.5;
-/// How often the fit is repeated with what it has found. Each repetition takes away all but the share
-/// by which the model was wrong, a few hundredths at most.
+/// How often the fit is repeated with its own result. Each repetition leaves of the error only the relative
+/// error of the model, a few hundredths at most.
 const REPEATS: usize = 2;
 
 /// The low-pass of one axis of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RcCutoff {
-    /// 0-based.
+    /// Sensor, 0-based.
     pub sensor: usize,
-    /// 0, 1, 2 for x, y, z.
+    /// Axis: 0, 1, 2 for x, y, z.
     pub axis: usize,
     /// Cutoff in force, Hz; zero where none is known.
     pub before_hz: f64,
-    /// What the block test says.
+    /// The result of the block test.
     pub found: Result<FoundCutoff, NoCutoff>,
 }
 
 impl RcCutoff {
-    /// What becomes of the cutoff in force.
+    /// What happens to the cutoff in force.
     pub fn verdict(&self) -> &'static str {
         match self.found {
             Ok(FoundCutoff { changed: true, .. }) => "changed",
@@ -60,34 +60,34 @@ impl RcCutoff {
     }
 }
 
-/// A cutoff with the hammer's taken as it is in force.
+/// A cutoff under the assumption that the hammer's cutoff in force is correct.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundCutoff {
-    /// Hz.
+    /// Cutoff, Hz.
     pub cutoff_hz: f64,
     /// Its standard deviation, Hz.
     pub sigma_hz: f64,
-    /// True when it differs from the one in force by more than chance.
+    /// True when the difference from the cutoff in force is significant.
     pub changed: bool,
 }
 
-/// Why the cutoff of an axis is not known after a block test.
+/// Why a block test does not determine the cutoff of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoCutoff {
     /// The calibration has no cutoff for the hammer.
     HammerUnknown,
-    /// No hit pushes along this axis.
+    /// No hit acts along this axis.
     NotPushed,
-    /// The rig does not have the spectra any more.
+    /// The rig no longer has the spectra.
     SpectraGone,
-    /// The lines determine no difference.
+    /// The bins determine no difference.
     Undetermined,
-    /// The difference is not one that a low-pass makes.
+    /// The difference cannot come from a low-pass.
     NoLowPass,
 }
 
 impl NoCutoff {
-    /// The stable word.
+    /// The stable identifier.
     pub fn name(self) -> &'static str {
         match self {
             Self::HammerUnknown => "hammer_unknown",
@@ -118,7 +118,7 @@ impl fmt::Display for NoCutoff {
     }
 }
 
-/// Every axis of every sensor of the layout, from those spectra that there are.
+/// The cutoffs of every axis of every sensor of the layout, from the spectra that are available.
 pub fn cutoffs(
     spectra: &[DofSpectra],
     result: &MeasurementResult,
@@ -130,7 +130,7 @@ pub fn cutoffs(
     axes.map(|(sensor, axis)| test.cutoff(sensor, axis)).collect()
 }
 
-/// Becomes part of a calibration: the cutoffs that have changed.
+/// Writes the cutoffs that have changed to a calibration.
 pub fn write(cutoffs: &[RcCutoff], calibration: &mut Calibration) {
     for RcCutoff { sensor, axis, found, .. } in cutoffs {
         if let Ok(found) = found
@@ -195,14 +195,14 @@ impl Test<'_> {
             mean(&parts.collect::<Vec<_>>()).ok_or(NoCutoff::Undetermined)
         };
         let mut found = with(expected)?;
-        // The model is exact at the time constant that it is to find.
+        // The model is exact when its time constant is the true one.
         for _ in 0..REPEATS {
             found = with((before - found.value).max(0.0))?;
         }
         judge(found, before, LARGEST_TURN / (TAU * top_hz), expected)
     }
 
-    /// True when the push of a DOF goes along an axis.
+    /// True when the hit direction of a DOF excites an axis.
     fn pushes(&self, dof: &DofResult, sensor: usize, axis: usize) -> bool {
         let (Some(hit), Some(sensor)) =
             (self.layout.hits.get(usize::from(dof.index)), self.layout.sensors.get(sensor))
@@ -213,19 +213,19 @@ impl Test<'_> {
         f64::from(cosine.abs()) >= LEAST_COSINE
     }
 
-    /// The spectra of a DOF, when they are those of the hits of the result.
+    /// The spectra of a DOF, if they are from the hits of the result.
     fn of(&self, dof: &DofResult) -> Option<&DofSpectra> {
         self.spectra.iter().find(|kept| (kept.dof, kept.hits) == (dof.index, dof.hits))
     }
 }
 
-/// Frequency of the last line, Hz.
+/// Frequency of the last bin, Hz.
 fn last_line(spectra: &DofSpectra) -> f64 {
     spectra.frequency(spectra.force_auto().len().saturating_sub(1))
 }
 
-/// The difference that one DOF shows, from the lower end of its band to the last line: a low-pass
-/// shows the better the higher the line, and a block is rigid far beyond the band of an object.
+/// The difference in the spectra of one DOF, from the lower end of its band to the last bin: a low-pass shows
+/// better the higher the frequency, and a block is rigid far beyond the band of an object.
 fn part(
     dof: &DofResult,
     spectra: &DofSpectra,
@@ -247,8 +247,8 @@ fn part(
     difference(lines.collect::<Vec<_>>(), how).ok()
 }
 
-/// From a difference to a cutoff, against the time constant `before` in force; it lies within `reach`
-/// of the `expected` one.
+/// Converts a difference to a cutoff, starting from the time constant `before` in force; the result must lie
+/// within `reach` of the `expected` time constant.
 fn judge(
     found: Estimated<f64>,
     before: f64,
@@ -284,10 +284,10 @@ mod tests {
 
     #[test]
     fn a_sensor_that_is_slower_than_the_hammer_has_a_lower_cutoff() {
-        // Hammer minus sensor is −10 µs: the sensor's is 330 µs.
+        // Hammer minus sensor is −10 µs, so the sensor's time constant is 330 µs.
         let found = judged(-10e-6, 1e-6).unwrap();
         assert!((found.cutoff_hz - (TAU * 330e-6).recip()).abs() < 1e-9, "{found:?}");
-        // 1 µs and the floor of 0.2 µs in 330 µs.
+        // 1 µs and the floor of 0.2 µs, relative to 330 µs.
         let relative = found.sigma_hz / found.cutoff_hz;
         assert!((relative - 1.0_f64.hypot(0.2) / 330.0).abs() < 1e-9, "{found:?}");
         assert!(found.changed);
@@ -297,7 +297,7 @@ mod tests {
     fn what_may_be_chance_changes_nothing() {
         assert!(!judged(2.9e-6, 1e-6).unwrap().changed);
         assert!(judged(3.2e-6, 1e-6).unwrap().changed);
-        // Without a scatter of its own the floor is left.
+        // Without scatter only the floor remains.
         assert!(!judged(0.5e-6, 0.0).unwrap().changed);
     }
 
@@ -308,7 +308,7 @@ mod tests {
         }
     }
 
-    /// A result with the DOFs of these indices, and nothing measured.
+    /// A result with the DOFs of these indices, without measured values.
     fn result(dofs: &[u8], layout: &RigLayout) -> MeasurementResult {
         let of = |&index: &u8| DofResult {
             dof: layout.hits[usize::from(index)].dof,
@@ -340,7 +340,7 @@ mod tests {
     fn an_axis_without_a_push_or_spectra_is_named() {
         let layout = LayoutFile::parse(LAYOUT, "block.toml").unwrap().rig_layout().unwrap();
         let mut record = CalibrationRecord::default();
-        // Along x and y only.
+        // Hits along x and y only.
         let found = cutoffs(&[], &result(&[0, 2], &layout), &layout, &record);
         assert_eq!(found.len(), 9);
         for cutoff in &found {

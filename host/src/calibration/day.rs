@@ -1,4 +1,4 @@
-//! Days of the calendar.
+//! Calendar dates.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,22 +8,22 @@ use jiff::civil::Date;
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A day of the Gregorian calendar, written `yyyy-mm-dd`.
+/// A date of the Gregorian calendar, written `yyyy-mm-dd`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Day(Date);
 
-/// Why a text is no day.
+/// Why a text is not a date.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("\"{0}\" is no day of the calendar; give a day as yyyy-mm-dd")]
 pub struct NoDay(String);
 
 impl Day {
-    /// Today by the clock of this computer, in UTC.
+    /// Today's date by the clock of this computer, in UTC.
     pub fn today() -> Self {
         Self(Timestamp::now().to_zoned(TimeZone::UTC).date())
     }
 
-    /// The text as a calibration holds it; empty for a year before Christ, which has more letters.
+    /// The text as a calibration stores it; empty for a year with more than four digits.
     pub fn text(self) -> heapless::String<10> {
         self.to_string().as_str().try_into().unwrap_or_default()
     }
@@ -38,7 +38,7 @@ impl fmt::Display for Day {
 impl FromStr for Day {
     type Err = NoDay;
 
-    /// Of the many notations of ISO 8601 this one alone, so that equal days are equal texts.
+    /// Only this one of the many notations of ISO 8601 is accepted, so that equal dates are equal texts.
     fn from_str(text: &str) -> Result<Self, NoDay> {
         let day = text.parse().ok().map(Self).filter(|day| day.text() == text);
         day.ok_or_else(|| NoDay(text.to_owned()))

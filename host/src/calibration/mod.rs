@@ -1,14 +1,14 @@
-//! From readings and hits of a rig to its calibration.
+//! From a rig's static readings and hits to its calibration.
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | [`tumble`] | six static readings of all channels, kept in a file until they are whole |
+//! | [`tumble`] | six static readings of all channels, stored in a file until the set is complete |
 //! | [`block`] | the result of a block test |
 //! | [`cutoffs`] | the low-passes of the sensors, from the spectra of a block test |
-//! | [`day`] | days of the calendar |
-//! | [`verify`] | a block test against the calibration in force |
+//! | [`day`] | calendar dates |
+//! | [`verify`] | a block test that checks the calibration in force |
 //!
-//! Its file is [`crate::calibration_file`], the maths are in [`massline_shared::calibration`].
+//! The file format is in [`crate::calibration_file`], the mathematics in [`massline_shared::calibration`].
 
 pub mod block;
 pub mod cutoffs;
@@ -18,21 +18,21 @@ pub mod verify;
 
 use massline_shared::calibration::CalibrationRecord;
 
-/// Where a new calibration comes from, besides its method.
+/// The origin of a new calibration, except its method.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Origin {
-    /// Day, `yyyy-mm-dd`.
+    /// Date, `yyyy-mm-dd`.
     pub date: heapless::String<10>,
-    /// Name of the hammer; empty leaves the one there is.
+    /// Name of the hammer; an empty name leaves the present one.
     pub hammer: heapless::String<12>,
-    /// Names of the sensors, in the order of the inputs; fewer leave those there are.
+    /// Names of the sensors, in the order of the inputs; sensors beyond the list keep their names.
     pub sensors: Vec<heapless::String<12>>,
-    /// °C; none leaves the one there is.
+    /// Temperature, °C; `None` leaves the present one.
     pub temperature: Option<f32>,
 }
 
 impl Origin {
-    /// Becomes the origin of a calibration.
+    /// Writes the origin to a calibration.
     pub fn write(&self, record: &mut CalibrationRecord) {
         record.date = self.date.clone();
         if self.temperature.is_some() {

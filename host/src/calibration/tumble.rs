@@ -1,4 +1,4 @@
-//! Six static readings of all channels, and what they say of zeros and sensitivities.
+//! Six static readings of all channels, and the zeros and sensitivities that they determine.
 
 use std::path::{Path, PathBuf};
 
@@ -10,11 +10,10 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::toml_file;
 
-/// Word of the errors about the file of readings.
+/// Error code for the file of readings.
 const MALFORMED: &str = "readings_malformed";
 
-/// The readings of a tumble test as far as it has come, in a file: nothing is lost when it is
-/// interrupted.
+/// The readings of a tumble test so far, stored in a file so that an interrupted test loses nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TumbleFile {
     path: PathBuf,
@@ -38,16 +37,15 @@ struct PositionTable {
 }
 
 impl TumbleFile {
-    /// No readings yet; they will be kept in `path`.
+    /// An empty set of readings, to be stored in `path`.
     pub fn new(path: &Path) -> Self {
         Self { path: path.to_owned(), test: TumbleTest::new() }
     }
 
-    /// The readings of a file, none when there is no such file.
+    /// The readings of a file; an empty set when the file does not exist.
     ///
     /// # Errors
-    /// Exit 2 when the file is no set of readings, exit 3 when one of them cannot be taken into a tumble
-    /// test.
+    /// Exit 2 when the file is not a set of readings, exit 3 when a tumble test rejects one of them.
     pub fn open(path: &Path) -> Result<Self> {
         let mut readings = Self::new(path);
         if !path.exists() {
@@ -65,7 +63,7 @@ impl TumbleFile {
             let reading = reading.ok_or_else(|| {
                 malformed(format!("position = \"{position}\": the lists are not of equal length"))
             })?;
-            // Whether it is at rest does not depend on gravity and tilt.
+            // The rest check does not depend on gravity and tilt, so the default limits serve.
             let taken = readings.test.add(named, reading, &TumbleLimits::default());
             taken.map_err(|problem| wrong(&sentence(&problem)).within(&name))?;
         }
@@ -77,15 +75,15 @@ impl TumbleFile {
         self.test.readings().is_empty()
     }
 
-    /// The positions that are wanted still, in their order.
+    /// The positions still missing, in their order.
     pub fn wanted(&self) -> Vec<Position> {
         self.test.wanted().collect()
     }
 
-    /// Adds a reading and writes all to the file.
+    /// Adds a reading and writes all readings to the file.
     ///
     /// # Errors
-    /// Exit 3 when the sensors moved or a channel is no number, exit 2 when the file cannot be written.
+    /// Exit 3 when the sensors moved or a channel is not finite, exit 2 when the file cannot be written.
     pub fn add(
         &mut self,
         position: Position,
@@ -100,7 +98,7 @@ impl TumbleFile {
             sigma_v: r.sigma().to_vec(),
         };
         let table = TumbleTable { reading: self.test.readings().iter().map(reading).collect() };
-        // Texts and numbers only: this cannot fail.
+        // Texts and numbers only, so this cannot fail.
         let text = toml::to_string(&table).unwrap_or_default();
         std::fs::write(&self.path, text).map_err(|e| {
             let path = self.path.display();
@@ -108,17 +106,17 @@ impl TumbleFile {
         })
     }
 
-    /// Forgets all readings and their file.
+    /// Discards all readings and their file.
     pub fn forget(&mut self) {
         self.test = TumbleTest::new();
-        // Not there is as good as removed.
+        // The file may be missing already.
         let _ = std::fs::remove_file(&self.path);
     }
 
     /// Zero and sensitivity of each sensor.
     ///
     /// # Errors
-    /// Exit 3 with everything that is wrong with the readings, sensor by sensor.
+    /// Exit 3 with all problems of the readings, sensor by sensor.
     pub fn solve(&self, limits: &TumbleLimits<f64>) -> Result<Tumble<f64>> {
         let mut problems: Vec<String> = Vec::new();
         let found = self.test.solve(limits, |problem| problems.push(sentence(&problem)));
@@ -126,17 +124,17 @@ impl TumbleFile {
             if problems.is_empty() {
                 return Error::undetermined("no_readings", "there is no reading of a sensor yet");
             }
-            // A position that is missing is so for every sensor.
+            // A missing position is reported once, not for every sensor.
             problems.dedup();
             wrong(&problems.join("; "))
         })
     }
 }
 
-/// Whether a reading can be taken into a tumble test; `limits` as in the test.
+/// Checks whether a tumble test accepts a reading; `limits` as in the test.
 ///
 /// # Errors
-/// Exit 3: the sensors moved, or a channel is no number.
+/// Exit 3 when the sensors moved or a channel is not finite.
 pub fn check_rest(
     reading: &RestVoltages<f64>,
     position: Position,
@@ -149,7 +147,7 @@ fn wrong(text: &str) -> Error {
     Error::undetermined("tumble_readings", text)
 }
 
-/// What is wrong, for a person.
+/// A problem as text for people.
 fn sentence(problem: &SensorProblem<f64>) -> String {
     let sensor = problem.sensor + 1;
     match &problem.problem {
@@ -180,7 +178,7 @@ mod tests {
     use super::*;
     use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 
-    /// Noise of a sensor at rest, V.
+    /// Noise of a sensor without motion, V.
     const NOISE: f64 = 0.5e-3;
 
     /// Two nominal sensors and a hammer at 0.12 V.
@@ -188,7 +186,7 @@ mod tests {
         let up = position.up::<f64>();
         let mean: [f64; 7] =
             std::array::from_fn(|k| if k == 0 { 0.12 } else { 1.5 + 0.057 * up[(k - 1) % 3] });
-        // Half a second at 4 kS/s, of which every third scan is independent.
+        // The mean of half a second at 4 kS/s, of which every third scan is independent.
         RestVoltages::from_volts(&mean, &[noise; 7], &[noise / 26.0; 7]).unwrap()
     }
 
@@ -206,7 +204,7 @@ mod tests {
         let found = readings.solve(&TumbleLimits::default()).unwrap();
         let mut record = CalibrationRecord::default();
         record.take_tumble(&found.sensors, found.hammer_zero);
-        // The record is in single precision: 1e-7 of 2 V, over 0.1 V.
+        // The record is in single precision: 1e-7 of 2 V, relative to 0.1 V.
         let nominal = CalibrationRecord::default().calibration;
         for k in 1..7 {
             let ratio =
@@ -215,7 +213,7 @@ mod tests {
         }
         assert!((record.calibration.channels[0].zero.0 - 0.12).abs() < 1e-5);
         assert_eq!(record.method, CalibrationMethod::Tumble);
-        // 0.5 mV / 26 of 57 mV per g, twice.
+        // 0.5 mV / 26 relative to 57 mV per g, in two positions.
         assert!((1e-4..4e-4).contains(&record.sigma.gain), "{}", record.sigma.gain);
         readings.forget();
         assert!(!path.exists());
@@ -227,7 +225,7 @@ mod tests {
         let mut readings = TumbleFile::new(&directory.path().join("tumble.toml"));
         let limits = TumbleLimits::default();
         for position in &Position::ALL[..5] {
-            // Before the second position the sensors were not turned.
+            // At the second position the sensors have not been turned.
             let lies = if *position == Position::ALL[1] { Position::ALL[0] } else { *position };
             readings.add(*position, reading(lies, NOISE), &limits).unwrap();
         }

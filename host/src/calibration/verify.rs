@@ -1,13 +1,13 @@
-//! Has the calibration drifted? A block test against the calibration in force.
+//! Checks whether the calibration has drifted: a block test against the calibration in force.
 
 use massline_shared::calibration::block::SensorRatio;
 
-/// How one channel stands.
+/// The verdict on one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Within the tolerance, as far as this test can see.
+    /// Within the tolerance, as far as this test can resolve it.
     Good,
-    /// Off by more than the tolerance, and by more than chance.
+    /// Off by more than the tolerance, and significantly so.
     Drifted,
     /// The test is too coarse for the tolerance: more hits are needed.
     Unclear,
@@ -24,22 +24,22 @@ impl Verdict {
     }
 }
 
-/// One channel of one sensor against the hammer.
+/// Drift of one channel of one sensor against the hammer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
-    /// 0-based.
+    /// Sensor, 0-based.
     pub sensor: usize,
-    /// 0, 1, 2 for x, y, z.
+    /// Axis: 0, 1, 2 for x, y, z.
     pub axis: usize,
-    /// Response over the hammer's, minus one.
+    /// Ratio of the response to the one expected from the hammer, minus one.
     pub drift: f64,
     /// Its standard deviation.
     pub sigma: f64,
-    /// Whether it matters.
+    /// The verdict.
     pub verdict: Verdict,
 }
 
-/// Every channel, judged by `tolerance` (relative).
+/// The drift of every channel, judged by `tolerance` (relative).
 pub fn drifts(sensors: &[SensorRatio<f64>], tolerance: f64) -> Vec<Drift> {
     let mut all = Vec::new();
     for (sensor, SensorRatio { ratio, sigma }) in sensors.iter().enumerate() {
@@ -51,8 +51,8 @@ pub fn drifts(sensors: &[SensorRatio<f64>], tolerance: f64) -> Vec<Drift> {
     all
 }
 
-/// Three standard deviations are more than chance; a test that is to see the tolerance must have less
-/// than three quarters of it, for a standard deviation from few hits is itself uncertain.
+/// A drift is significant beyond three standard deviations. To resolve the tolerance, a test needs a standard
+/// deviation below three quarters of it, because a standard deviation from few hits is itself uncertain.
 fn judge(drift: f64, sigma: f64, tolerance: f64) -> Verdict {
     if drift.abs() > tolerance && drift.abs() > 3.0 * sigma {
         Verdict::Drifted

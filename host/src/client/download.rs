@@ -1,4 +1,4 @@
-//! Objects, read in pieces.
+//! Downloads objects in pieces.
 
 use std::time::{Duration, Instant};
 
@@ -10,16 +10,16 @@ use massline_protocol::object::{
 
 use super::{Client, ClientError, DofSpectra, SpectraError};
 
-/// How often an object is read whose checksum differs, or that changes while it is read.
+/// How often an object is read again when its checksum is wrong or it changes during the download.
 const ATTEMPTS: u32 = 3;
-/// How long an object may be busy.
+/// How long an object may stay busy.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// No object of any rig is longer, bytes.
+/// Size limit, bytes; no object of any rig is larger.
 const LONGEST: u32 = 16 << 20;
 
 impl Client {
-    /// Reads an object, goes on where it stopped when the link is lost in between, and checks it
-    /// whole. `progress` hears how many bytes there are, of how many.
+    /// Downloads an object, resumes after a lost link, and checks the whole. `progress` is called with the
+    /// bytes received and the total.
     ///
     /// # Errors
     /// When there is no such object, its checksum differs, and as [`Client::ask`].
@@ -39,7 +39,7 @@ impl Client {
         Err(ClientError::Checksum { kind: object.kind, number: object.number, attempts: ATTEMPTS })
     }
 
-    /// A stored result.
+    /// Downloads a stored result.
     ///
     /// # Errors
     /// As [`Client::download`]; [`ClientError::Unreadable`] when it does not decode.
@@ -50,12 +50,12 @@ impl Client {
             .map_err(|_| ClientError::Unreadable { kind: object.kind, number })
     }
 
-    /// The spectra of a DOF, by its index in the layout; the rig has those of the DOF in hand or
-    /// finished last.
+    /// Downloads the spectra of a DOF, by its index in the layout; the rig has those of the DOF in progress
+    /// or finished last.
     ///
     /// # Errors
-    /// As [`Client::download`], refused with `NotFound` when the rig does not have them any more;
-    /// [`ClientError::Spectra`] when they make no sense.
+    /// As [`Client::download`], refused with `NotFound` when the rig no longer has them;
+    /// [`ClientError::Spectra`] when they are invalid.
     pub fn spectra(&mut self, dof: u8) -> Result<DofSpectra, ClientError> {
         let object = ObjectId { kind: ObjectKind::Spectra as u8, number: u32::from(dof) };
         let bytes = self.download(object, |_, _| ())?;
@@ -70,8 +70,8 @@ impl Client {
         self.patiently(|client| client.ask::<GetObjectInfo>(&object))
     }
 
-    /// The bytes of an object; `None` when the rig's answers do not fit together, as when the
-    /// object is another one by now.
+    /// The bytes of an object; `None` when the rig's answers are inconsistent, as when the object changes
+    /// during the download.
     fn read_object(
         &mut self,
         object: ObjectId,
@@ -104,7 +104,7 @@ impl Client {
         Ok(Some(bytes))
     }
 
-    /// Asks again while the rig is busy with the object.
+    /// Repeats a request while the rig is busy with the object.
     pub(super) fn patiently<T>(
         &mut self,
         mut ask: impl FnMut(&mut Self) -> Result<T, ClientError>,

@@ -1,4 +1,4 @@
-//! What can go wrong between a client and a rig.
+//! Errors of the communication with a rig.
 
 use std::time::Duration;
 
@@ -8,15 +8,15 @@ use massline_protocol::{PROTOCOL_MAJOR, PROTOCOL_MINOR};
 use super::SpectraError;
 use crate::error::Error;
 
-/// Why a rig did not do or tell what was asked.
+/// Why a request to a rig failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ClientError {
-    /// The port does not open.
+    /// The port cannot be opened.
     #[error("{port} does not open: {reason}")]
     NotOpened {
         /// Path of the port.
         port: String,
-        /// What the system says.
+        /// The system's message.
         reason: String,
     },
     /// There is no such port.
@@ -30,22 +30,22 @@ pub enum ClientError {
     PortBusy {
         /// Path of the port.
         port: String,
-        /// What the system says.
+        /// The system's message.
         reason: String,
     },
-    /// The link went away and did not come back.
+    /// The link was lost and did not come back.
     #[error(
         "{port} was lost ({reason}) and did not come back within {waited:.0?}; connect the rig again and repeat the command: what the rig has accepted and stored is kept"
     )]
     Lost {
         /// Path of the port.
         port: String,
-        /// What the system says.
+        /// The system's message.
         reason: String,
-        /// How long it was waited for.
+        /// How long the client waited.
         waited: Duration,
     },
-    /// Nobody answers.
+    /// The rig does not answer.
     #[error(
         "{port} does not answer `{request}` ({attempts} attempts in {waited:?}); is it a massline rig, and does it run?"
     )]
@@ -54,12 +54,12 @@ pub enum ClientError {
         port: String,
         /// Name of the request.
         request: &'static str,
-        /// How often it was sent.
+        /// How often the request was sent.
         attempts: u32,
-        /// How long it was waited for.
+        /// How long the client waited.
         waited: Duration,
     },
-    /// The rig speaks another protocol.
+    /// The rig uses an incompatible protocol version.
     #[error(
         "{port}: the rig (firmware {firmware}) speaks protocol {rig_major}.{rig_minor}, this program {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}; the first numbers must be equal: {advice}"
     )]
@@ -68,14 +68,14 @@ pub enum ClientError {
         port: String,
         /// Version of its firmware.
         firmware: String,
-        /// Its protocol.
+        /// Major version of its protocol.
         rig_major: u8,
-        /// Its protocol.
+        /// Minor version of its protocol.
         rig_minor: u8,
-        /// Which side is to be updated.
+        /// Which side must be updated.
         advice: &'static str,
     },
-    /// The rig refuses.
+    /// The rig refused the request.
     #[error("the rig refused `{request}`: {}", explain(*.reason))]
     Refused {
         /// Name of the request.
@@ -83,7 +83,7 @@ pub enum ClientError {
         /// Raw [`Reason`].
         reason: u16,
     },
-    /// An object arrived whole several times, each time with another checksum than announced.
+    /// An object was received completely several times, but never with the announced checksum.
     #[error(
         "object {kind}/{number} does not have the checksum that the rig announced, after {attempts} attempts"
     )]
@@ -95,7 +95,7 @@ pub enum ClientError {
         /// How often it was read.
         attempts: u32,
     },
-    /// An object is whole but is not what its kind says.
+    /// An object was received completely but does not decode as its kind.
     #[error(
         "object {kind}/{number} is whole, but this program cannot read it; is the rig's firmware newer?"
     )]
@@ -105,7 +105,7 @@ pub enum ClientError {
         /// Number of the object.
         number: u32,
     },
-    /// Spectra are whole but make no sense.
+    /// Spectra were received completely but are invalid.
     #[error(
         "the spectra of DOF number {} arrived whole, but {reason}; is the rig's firmware newer?",
         .number + 1
@@ -113,7 +113,7 @@ pub enum ClientError {
     Spectra {
         /// Index of the DOF in the layout.
         number: u32,
-        /// What is wrong with them.
+        /// The fault of the spectra.
         reason: SpectraError,
     },
     /// A message does not fit in a frame.
@@ -133,7 +133,7 @@ impl ClientError {
         }
     }
 
-    /// The stable word.
+    /// The stable identifier.
     pub fn code(&self) -> &'static str {
         match self {
             Self::NotOpened { .. } => "port_not_opened",

@@ -1,9 +1,9 @@
-//! A rig at the other end of a link.
+//! The client of a rig.
 //!
-//! [`Client`] asks and waits for the answer; it repeats a request that is not answered, opens the
-//! link anew when it is lost, and goes on with a download where it stopped. The rig executes a
-//! request that changes something at most once when it is repeated with the same sequence number,
-//! so repeating is safe. What the rig says on its own waits in a queue ([`Client::next_event`]).
+//! [`Client`] sends requests and waits for the answers; it repeats a request that is not answered, reopens a
+//! lost link, and resumes a download where it stopped. Repeating is safe, because the rig executes a request
+//! that changes something at most once per sequence number. Events that the rig sends unasked wait in a queue
+//! ([`Client::next_event`]).
 
 mod download;
 mod error;

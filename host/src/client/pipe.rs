@@ -7,14 +7,14 @@ use massline_virtual::pipe::HostEnd;
 
 use super::Transport;
 
-/// For the rig to take a frame.
+/// How long the rig may take to accept a frame.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A rig of this process behind its pipe.
+/// The pipe to a virtual rig in this process.
 pub struct PipeTransport(HostEnd);
 
 impl PipeTransport {
-    /// The rig at the other end of `pipe`.
+    /// The transport to the rig at the other end of `pipe`.
     pub fn new(pipe: HostEnd) -> Self {
         Self(pipe)
     }
@@ -36,7 +36,7 @@ impl Transport for PipeTransport {
             self.0.set_timeout(deadline.saturating_duration_since(Instant::now()));
             match self.0.write(left) {
                 Ok(n) => left = left.get(n..).unwrap_or_default(),
-                // The rig reads nothing: the link stands, and the request will be repeated.
+                // The rig reads nothing, but the link still exists; the client will repeat the request.
                 Err(e) if e.kind() == io::ErrorKind::TimedOut => return Ok(()),
                 Err(e) => return Err(e),
             }
@@ -48,13 +48,13 @@ impl Transport for PipeTransport {
         if !self.0.is_plugged() {
             return Err(io::Error::new(io::ErrorKind::NotConnected, "the rig is unplugged"));
         }
-        // A rig that has ended says so without being asked.
+        // Finds out whether the rig has ended, which closes the pipe.
         self.0.set_timeout(Duration::ZERO);
         match self.0.read(&mut [0; 64]) {
             Err(e) if e.kind() == io::ErrorKind::BrokenPipe => {
                 Err(io::Error::new(io::ErrorKind::Unsupported, e))
             }
-            // Bytes from before the cut are of no use.
+            // Bytes from before the reconnection are useless.
             _ => Ok(()),
         }
     }

@@ -1,4 +1,4 @@
-//! Requests, their answers and what the rig says in between.
+//! Requests, their answers, and events.
 
 use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
@@ -21,19 +21,19 @@ use massline_shared::signal::RestStatistics;
 
 use super::{ClientError, Transport};
 
-/// Events that wait to be taken; beyond this the oldest goes.
+/// Capacity of the event queue; when it is full the oldest event is dropped.
 const EVENT_QUEUE: usize = 8192;
 
-/// How long a client waits.
+/// Timeouts and attempts of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {
-    /// For the answer to one sending of a request.
+    /// Timeout for the answer to one transmission of a request.
     pub answer: Duration,
-    /// How often a request is sent.
+    /// How often a request is sent before the client gives up.
     pub attempts: u32,
-    /// For a lost link to come back.
+    /// Timeout for a lost link to come back.
     pub reconnect: Duration,
-    /// Between two attempts to open a lost link.
+    /// Pause between two attempts to reopen a lost link.
     pub pause: Duration,
 }
 
@@ -48,14 +48,14 @@ impl Default for Timing {
     }
 }
 
-/// Something that the rig says on its own.
+/// An event that the rig sends unasked.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// The status has changed.
     Status(Status),
     /// A hit was graded.
     Hit(HitEvent),
-    /// Scans of the stream.
+    /// A block of streamed scans.
     Scans(Box<ScanBlock>),
 }
 
@@ -63,7 +63,7 @@ pub enum Event {
 pub struct Client {
     transport: Box<dyn Transport>,
     deframer: Box<Deframer>,
-    /// Bytes that were read and not yet looked at.
+    /// Bytes that were received but not yet parsed.
     unread: VecDeque<u8>,
     sequence: u16,
     events: VecDeque<Event>,
@@ -79,19 +79,19 @@ impl std::fmt::Debug for Client {
 }
 
 impl Client {
-    /// A client that has not said anything yet.
+    /// A client that has not sent anything yet.
     pub fn new(transport: impl Transport + 'static) -> Self {
         Self::with_timing(transport, Timing::default())
     }
 
-    /// The same with other waiting times.
+    /// A client with other timeouts.
     pub fn with_timing(transport: impl Transport + 'static, timing: Timing) -> Self {
         Self {
             transport: Box::new(transport),
             deframer: Box::default(),
             unread: VecDeque::new(),
-            // A random start keeps a rig from taking the first request of this client for the
-            // repetition of the last one of another.
+            // A random start keeps a rig from mistaking the first request of this client for a repetition of
+            // another client's last request.
             sequence: RandomState::new().hash_one(0) as u16,
             events: VecDeque::new(),
             timing,
@@ -100,7 +100,7 @@ impl Client {
         }
     }
 
-    /// How long this client waits.
+    /// Timeouts and attempts of this client.
     pub fn timing(&self) -> Timing {
         self.timing
     }
@@ -110,17 +110,17 @@ impl Client {
         self.transport.name()
     }
 
-    /// Frames that arrived broken.
+    /// Number of frames received corrupt.
     pub fn broken_frames(&self) -> u64 {
         self.broken_frames
     }
 
-    /// How often the link was opened anew.
+    /// How often the link was reopened.
     pub fn reconnects(&self) -> u64 {
         self.reconnects
     }
 
-    /// Sends a request and waits for its answer; sends it again while none comes.
+    /// Sends a request and waits for its answer; repeats the request while no answer comes.
     ///
     /// # Errors
     /// When the rig refuses, does not answer, or the link is lost for good.
@@ -131,7 +131,7 @@ impl Client {
         let mut frame = [0; MAX_FRAME];
         let length = encode_frame(E::KIND, sequence, request, &mut frame)
             .map_err(|_| ClientError::TooLong { request: name })?;
-        // The zero in front ends whatever a lost link has left at the other side.
+        // The leading zero ends a partial frame that a lost link may have left on the other side.
         let mut bytes = vec![0];
         bytes.extend_from_slice(&frame[..length]);
 
@@ -164,14 +164,14 @@ impl Client {
         })
     }
 
-    /// The next thing that the rig said on its own, waiting up to `timeout` for it.
+    /// The next event, waiting up to `timeout` for it.
     ///
     /// # Errors
     /// When the link is lost for good.
     pub fn next_event(&mut self, timeout: Duration) -> Result<Option<Event>, ClientError> {
         let deadline = Instant::now() + timeout;
         while self.events.is_empty() {
-            // An answer that nobody waits for any more is dropped here.
+            // An answer that no request waits for any more is dropped here.
             if self.next_message(deadline)?.is_none() {
                 break;
             }
@@ -179,12 +179,12 @@ impl Client {
         Ok(self.events.pop_front())
     }
 
-    /// Drops the statuses that wait in the queue: the caller has just been told a newer one.
+    /// Drops the statuses in the queue, because the caller has just received a newer one.
     pub fn forget_statuses(&mut self) {
         self.events.retain(|event| !matches!(event, Event::Status(_)));
     }
 
-    /// Who is there? Checks that both sides speak the same protocol.
+    /// Reads the identity of the rig and checks that both sides use compatible protocols.
     ///
     /// # Errors
     /// [`ClientError::OtherProtocol`], and as [`Client::ask`].
@@ -206,7 +206,7 @@ impl Client {
         })
     }
 
-    /// What is the rig doing?
+    /// Reads the status.
     ///
     /// # Errors
     /// As [`Client::ask`].
@@ -214,7 +214,7 @@ impl Client {
         self.ask::<GetStatus>(&())
     }
 
-    /// What has the rig counted?
+    /// Reads the rig's counters.
     ///
     /// # Errors
     /// As [`Client::ask`].
@@ -230,7 +230,7 @@ impl Client {
         self.ask::<PutLayout>(layout)
     }
 
-    /// The layout that the rig keeps.
+    /// The layout stored on the rig.
     ///
     /// # Errors
     /// As [`Client::ask`].
@@ -246,7 +246,7 @@ impl Client {
         self.ask::<PutCalibration>(calibration)
     }
 
-    /// The calibration that the rig keeps.
+    /// The calibration stored on the rig.
     ///
     /// # Errors
     /// As [`Client::ask`].
@@ -254,7 +254,7 @@ impl Client {
         self.ask::<GetCalibration>(&())
     }
 
-    /// Steers the campaign.
+    /// Sends a campaign command.
     ///
     /// # Errors
     /// As [`Client::ask`].
@@ -267,7 +267,7 @@ impl Client {
         })
     }
 
-    /// Starts a campaign; with `confirm` every hit waits for a verdict, with `force` it begins
+    /// Starts a campaign; with `confirm` every hit waits for a verdict, with `force` the campaign starts
     /// although the layout has an error.
     ///
     /// # Errors
@@ -281,8 +281,8 @@ impl Client {
         })
     }
 
-    /// Starts a campaign on a block of this mass, kg: mass lines only. With `confirm` every hit waits for
-    /// a verdict.
+    /// Starts a campaign on a block of this mass, kg, which yields mass lines only. With `confirm` every hit
+    /// waits for a verdict.
     ///
     /// # Errors
     /// As [`Client::ask`].
@@ -295,16 +295,16 @@ impl Client {
         })
     }
 
-    /// What the channels read now, without a hit.
+    /// Statistics of the channels at the moment, without a hit.
     ///
     /// # Errors
-    /// As [`Client::ask`]; refused with `SamplerStopped` when the converter does not answer.
+    /// As [`Client::ask`]; refused with `SamplerStopped` when the ADC does not respond.
     pub fn rest_statistics(&mut self) -> Result<RestStatistics, ClientError> {
         self.ask::<TakeReading>(&())?;
         self.patiently(|client| client.ask::<GetRestStatistics>(&()))
     }
 
-    /// All results that the rig keeps.
+    /// The list of all results stored on the rig.
     ///
     /// # Errors
     /// As [`Client::ask`].
@@ -315,7 +315,7 @@ impl Client {
             let page = self.ask::<ListResults>(&ListRequest { after })?;
             let last = page.entries.iter().map(|e| e.number).max().unwrap_or(after);
             entries.extend(page.entries.iter().copied());
-            // A page that brings nothing new would be asked for without end.
+            // Stops at a page without new entries, which would otherwise be requested forever.
             if !page.more || last <= after {
                 return Ok(entries);
             }
@@ -344,14 +344,14 @@ impl Client {
             Ok(()) => Ok(()),
             Err(lost) => {
                 self.reopen(&lost)?;
-                // Lost again at once: the answer will not come and the request is repeated.
+                // If the link is lost again at once, no answer comes and the request is repeated.
                 let _ = self.transport.write_all(bytes);
                 Ok(())
             }
         }
     }
 
-    /// The next message that arrives whole before `deadline`; an event goes to the queue.
+    /// The next message that is complete before `deadline`; an event goes to the queue.
     fn next_message(&mut self, deadline: Instant) -> Result<Option<Message>, ClientError> {
         loop {
             while !self.unread.is_empty() {
@@ -383,7 +383,7 @@ impl Client {
                 Ok(n) => self.unread.extend(&buffer[..n]),
                 Err(lost) => {
                     self.reopen(&lost)?;
-                    // What was asked before is not answered on the new link.
+                    // A request sent on the old link gets no answer on the new one.
                     return Ok(None);
                 }
             }
@@ -418,7 +418,7 @@ impl Client {
     }
 }
 
-/// What one frame brought.
+/// The content of one frame.
 enum Message {
     Answer {
         kind: u16,
@@ -426,7 +426,7 @@ enum Message {
         body: Vec<u8>,
     },
     Event(Box<Event>),
-    /// An event that waits in the queue.
+    /// An event that was put in the queue.
     Queued,
     Broken,
 }
@@ -444,14 +444,14 @@ impl Message {
                     body: frame.body.to_vec(),
                 });
             }
-            // An event that a newer rig has; this program does not need it.
+            // An event of a newer rig, which this program does not need.
             _ => return None,
         };
         Some(event.map_or(Self::Broken, |event| Self::Event(Box::new(event))))
     }
 }
 
-/// The name of an endpoint in messages.
+/// The name of an endpoint for messages.
 fn name_of(kind: u16) -> &'static str {
     ENDPOINTS.iter().find(|(k, ..)| *k == kind).map_or("request", |(_, name, _)| name)
 }

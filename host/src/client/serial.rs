@@ -7,9 +7,9 @@ use serialport::{ErrorKind, SerialPort, SerialPortType};
 
 use super::{ClientError, Transport};
 
-/// Bits per second where the port is a UART; USB and ptys ignore it.
+/// Baud rate, used where the port is a UART; USB and ptys ignore it.
 const BAUD: u32 = 921_600;
-/// For the rig to take a frame.
+/// How long the rig may take to accept a frame.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Environment variable that names the port when no argument does.
 const PORT_VARIABLE: &str = "MASSLINE_PORT";
@@ -44,7 +44,7 @@ impl Transport for SerialTransport {
             return Err(self.lost(e.into()));
         }
         match port.read(buffer) {
-            // A port that is readable and has nothing to read has been unplugged.
+            // A port that is readable but returns no bytes has been unplugged.
             Ok(0) => Err(self.lost(closed())),
             Ok(n) => Ok(n),
             Err(e) if waits(&e) => Ok(0),
@@ -63,7 +63,7 @@ impl Transport for SerialTransport {
             match port.write(left) {
                 Ok(n) => left = left.get(n..).unwrap_or_default(),
                 Err(e) if waits(&e) && Instant::now() < deadline => {}
-                // The rig reads nothing: the link stands, and the request will be repeated.
+                // The rig reads nothing, but the link still exists; the client will repeat the request.
                 Err(e) if waits(&e) => return Ok(()),
                 Err(e) => return Err(self.lost(e)),
             }
@@ -82,21 +82,21 @@ impl Transport for SerialTransport {
     }
 }
 
-/// A port that the system has.
+/// A serial port of this computer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PortFacts {
     /// Its path.
     pub path: String,
-    /// USB vendor and product, when it is a USB device.
+    /// USB vendor and product ID, when it is a USB device.
     pub usb: Option<(u16, u16)>,
-    /// Maker, product and serial number as far as it tells.
+    /// Manufacturer, product and serial number, as far as the device reports them.
     pub description: String,
 }
 
 /// The serial ports that may be a rig: those of USB devices.
 ///
 /// # Errors
-/// When the system does not list its ports.
+/// When the system cannot list its ports.
 pub fn list_ports() -> Result<Vec<PortFacts>, ClientError> {
     let ports = serialport::available_ports().map_err(|e| ClientError::NotOpened {
         port: "the list of serial ports".into(),
@@ -118,11 +118,10 @@ pub fn list_ports() -> Result<Vec<PortFacts>, ClientError> {
     Ok(facts)
 }
 
-/// The port that a command shall use: the argument, else `MASSLINE_PORT`, else the only USB serial
-/// port there is.
+/// The port for a command: the argument, else `MASSLINE_PORT`, else the only USB serial port.
 ///
 /// # Errors
-/// When there is none or more than one; the error says which there are.
+/// When there is no port or more than one; the error lists them.
 pub fn choose_port(argument: Option<&str>) -> crate::Result<String> {
     let variable = std::env::var(PORT_VARIABLE).ok().filter(|v| !v.is_empty());
     if let Some(path) = argument.map(str::to_owned).or(variable) {
@@ -155,7 +154,7 @@ fn only_one(mut ports: Vec<PortFacts>) -> crate::Result<String> {
 
 fn open(path: &str) -> serialport::Result<Box<dyn SerialPort>> {
     let mut port = serialport::new(path, BAUD).timeout(WRITE_TIMEOUT).open()?;
-    // Tells the rig that somebody reads. A pty has no such line.
+    // Signals to the rig that the host reads. A pty has no DTR line.
     let _ = port.write_data_terminal_ready(true);
     Ok(port)
 }

@@ -1,34 +1,34 @@
-//! Averaged spectra of one DOF, as a rig serves them.
+//! Averaged spectra of one DOF, in the form that a rig sends.
 
 use std::fmt;
 
 use massline_shared::signal::RESPONSES;
 use nalgebra::Complex;
 
-/// Bytes of the header.
+/// Length of the header, bytes.
 const HEADER: usize = 16;
-/// Bytes of a word.
+/// Length of a word, bytes.
 const WORD: usize = 4;
 
-/// Auto and cross spectra of the hits at one DOF: force in N s, responses in (m/s²) s, corrected for
-/// low-passes and delays by the calibration in force, not for cross-axis sensitivities.
+/// Auto and cross spectra of the hits at one DOF: force in N s, responses in (m/s²) s. They are corrected for
+/// the low-passes and delays of the calibration in force, but not for cross-axis sensitivities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DofSpectra {
     /// Index of the DOF in the layout.
     pub dof: u8,
-    /// Hits averaged.
+    /// Number of hits averaged.
     pub hits: u8,
-    /// Distance of the lines, Hz; the first line is at zero.
+    /// Frequency resolution, Hz; the first bin is at zero.
     pub resolution: f64,
-    /// σ of the exponential window, 1/s: the lines are those at `s = σ + iω`.
+    /// σ of the exponential window, 1/s: the spectra are those at `s = σ + iω`.
     pub decay: f64,
     force_auto: Vec<f64>,
-    /// Response by response, those that the rig has channels for.
+    /// Cross spectra, response by response, for the channels that the rig has.
     cross: Vec<Vec<Complex<f64>>>,
     response_auto: Vec<Vec<f64>>,
 }
 
-/// Why bytes are no spectra.
+/// Why bytes are not valid spectra.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectraError {
     /// Shorter than a header.
@@ -36,19 +36,19 @@ pub enum SpectraError {
         /// How many bytes there are.
         bytes: usize,
     },
-    /// A field of the header makes no sense.
+    /// A field of the header has an invalid value.
     Header {
-        /// Which one.
+        /// Name of the field.
         field: &'static str,
     },
-    /// The length is not that of so many lines and responses.
+    /// The length does not match the numbers of bins and responses.
     Length {
         /// How many bytes there are.
         bytes: usize,
         /// How many there should be.
         expected: usize,
     },
-    /// They are those of another DOF.
+    /// The spectra are those of another DOF.
     OtherDof {
         /// Index of that DOF.
         dof: u8,
@@ -77,7 +77,7 @@ impl DofSpectra {
     /// Reads an object of kind [`ObjectKind::Spectra`](massline_protocol::object::ObjectKind::Spectra).
     ///
     /// # Errors
-    /// When a field of the header makes no sense, the length is another, or a number is not finite.
+    /// When a field of the header is invalid, the length does not match, or a number is not finite.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SpectraError> {
         let (header, body) = bytes
             .split_first_chunk::<HEADER>()
@@ -97,7 +97,7 @@ impl DofSpectra {
                 return Err(SpectraError::Header { field });
             }
         }
-        // Places for every response that a rig can have, whether it has the channels or not.
+        // The object has room for every response that a rig can have, whether the channels exist or not.
         let expected = HEADER + WORD * lines * (1 + 3 * RESPONSES);
         if bytes.len() != expected {
             return Err(SpectraError::Length { bytes: bytes.len(), expected });
@@ -132,27 +132,27 @@ impl DofSpectra {
         })
     }
 
-    /// `G_FF` line by line, N² s².
+    /// `G_FF` bin by bin, N² s².
     pub fn force_auto(&self) -> &[f64] {
         &self.force_auto
     }
 
-    /// `G_XF` of a response line by line, N (m/s²) s²; none of a response that the rig does not have.
+    /// `G_XF` of a response bin by bin, N (m/s²) s²; `None` for a response that the rig does not have.
     pub fn cross(&self, response: usize) -> Option<&[Complex<f64>]> {
         self.cross.get(response).map(Vec::as_slice)
     }
 
-    /// `G_XX` of a response line by line, (m/s²)² s²; none of a response that the rig does not have.
+    /// `G_XX` of a response bin by bin, (m/s²)² s²; `None` for a response that the rig does not have.
     pub fn response_auto(&self, response: usize) -> Option<&[f64]> {
         self.response_auto.get(response).map(Vec::as_slice)
     }
 
-    /// Frequency of a line, Hz.
+    /// Frequency of a bin, Hz.
     pub fn frequency(&self, line: usize) -> f64 {
         line as f64 * self.resolution
     }
 
-    /// `H1 = G_XF/G_FF` of a response line by line, (m/s²)/N, zero on a line without force; none of a
+    /// `H1 = G_XF/G_FF` of a response bin by bin, (m/s²)/N, zero in a bin without force; `None` for a
     /// response that the rig does not have.
     pub fn h1(&self, response: usize) -> Option<Vec<Complex<f64>>> {
         let ratio = |(cross, &force): (&Complex<f64>, &f64)| {
@@ -166,7 +166,7 @@ impl DofSpectra {
 mod tests {
     use super::*;
 
-    /// Two lines: the header as the protocol describes it, then 1, 2, 3, … in order.
+    /// An object with two bins: the header as the protocol describes it, then 1, 2, 3, … in order.
     fn two_lines() -> Vec<u8> {
         let mut bytes = vec![4, 5, 9, 0, 2, 0, 0, 0];
         bytes.extend(1.953_125_f32.to_le_bytes());
@@ -181,11 +181,11 @@ mod tests {
         assert_eq!((spectra.dof, spectra.hits, spectra.resolution), (4, 5, 1.953_125));
         assert_eq!((spectra.decay, spectra.frequency(1)), (10.0, 1.953_125));
         assert_eq!(spectra.force_auto(), [1.0, 2.0]);
-        // Four words for each of the responses before the second, after the two of the force.
+        // The second response follows the two words of the force and four words of the first response.
         let second = [Complex::new(7.0, 8.0), Complex::new(9.0, 10.0)];
         assert_eq!(spectra.cross(1).unwrap(), second);
         assert_eq!(spectra.h1(1).unwrap(), [second[0], second[1] / 2.0]);
-        // After two of the force and 36 of the cross spectra.
+        // After the two words of the force and 36 of the cross spectra.
         assert_eq!(spectra.response_auto(0).unwrap(), [39.0, 40.0]);
         assert_eq!(spectra.response_auto(8).unwrap(), [55.0, 56.0]);
         assert!(spectra.cross(9).is_none() && spectra.h1(9).is_none());

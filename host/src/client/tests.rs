@@ -1,4 +1,4 @@
-//! The client against a rig of a few lines that misbehaves on purpose.
+//! The client against a minimal fake rig that misbehaves on purpose.
 
 use std::collections::VecDeque;
 use std::io;
@@ -27,7 +27,7 @@ const TIMING: Timing = Timing {
     pause: Duration::from_millis(1),
 };
 
-/// What the fake rig sends for a frame; an error pulls the plug instead.
+/// The frames that the fake rig sends in answer to a frame; an error breaks the link instead.
 type Handler = Box<dyn FnMut(Frame<'_>) -> io::Result<Vec<Vec<u8>>> + Send>;
 
 struct FakeRig {
@@ -271,8 +271,7 @@ fn object_bytes() -> Vec<u8> {
     (0..5000_u32).map(|i| (i % 251) as u8).collect()
 }
 
-/// Serves [`object_bytes`]; `spoil` may change the answer to the n-th request for a chunk or pull
-/// the plug.
+/// Serves [`object_bytes`]; `spoil` may change the answer to the n-th request for a chunk or break the link.
 fn object_server(
     mut spoil: impl FnMut(u32, &mut Chunk) -> io::Result<()> + Send + 'static,
 ) -> FakeRig {

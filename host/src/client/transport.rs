@@ -1,30 +1,30 @@
-//! What carries the bytes.
+//! The byte stream that carries the protocol.
 
 use std::io;
 use std::time::Duration;
 
-/// A stream of bytes to and from a rig that can be opened again after it was lost.
+/// A byte stream to and from a rig that can be reopened after it was lost.
 pub trait Transport: Send {
-    /// Reads what is there, waiting up to `timeout` for the first byte; 0 when nothing came.
+    /// Reads the available bytes, waiting up to `timeout` for the first one; 0 when none came.
     ///
     /// # Errors
-    /// The link is lost: only [`Transport::reconnect`] can help.
+    /// When the link is lost; only [`Transport::reconnect`] can restore it.
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize>;
 
     /// Writes all of `bytes`.
     ///
     /// # Errors
-    /// The link is lost, or the other side has taken nothing for longer than any rig needs; then
-    /// only a part may have been written.
+    /// When the link is lost, or the other side has accepted nothing for longer than any rig needs; a part of
+    /// the bytes may have been written.
     fn write_all(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// Tries once to open the link anew.
+    /// Tries once to reopen the link.
     ///
     /// # Errors
-    /// When it is not there (yet); [`io::ErrorKind::Unsupported`] when it will never be again.
+    /// When the other side is not there (yet); [`io::ErrorKind::Unsupported`] when it can never come back.
     fn reconnect(&mut self) -> io::Result<()>;
 
-    /// The name in messages, for example the path of the port.
+    /// The name for messages, for example the path of the port.
     fn name(&self) -> &str;
 }
 

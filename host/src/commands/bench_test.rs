@@ -1,4 +1,4 @@
-//! One test on a simulated bench: a rig is started, configured over its link, tapped, and read out.
+//! One test on a simulated bench: starts a rig, configures it over its link, taps, and reads the result.
 
 use std::path::Path;
 
@@ -17,13 +17,13 @@ use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
 
-/// Which bench.
+/// The bench of a test.
 #[derive(Clone, Debug, clap::Args)]
 pub struct BenchArgs {
-    /// A bundled bench or a TOML file.
+    /// Name of a bundled bench, or a TOML file.
     #[arg(long, value_name = "NAME|FILE", default_value = "default", help = bench_help())]
     pub bench: String,
-    /// Seed of everything random on the bench.
+    /// Seed of all random numbers on the bench.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     pub seed: u64,
     /// A mistake on the bench: `flip:2y` (axis of sensor 2), `swap:1,2` (cables), `swap:2x,2z` (wires),
@@ -33,7 +33,7 @@ pub struct BenchArgs {
     pub fault: Vec<Fault>,
 }
 
-/// What `--bench` takes, with every bundled bench.
+/// The help of `--bench`, with every bundled bench.
 pub fn bench_help() -> String {
     let about = |bundled: &Bundled| format!("`{}` ({})", bundled.name, bundled.about);
     let all: Vec<String> = Bench::BUNDLED.iter().map(about).collect();
@@ -44,7 +44,7 @@ impl BenchArgs {
     /// The bench.
     ///
     /// # Errors
-    /// When there is none of this name, or the file is bad.
+    /// When there is no bench of this name, or the file is bad.
     pub fn open(&self) -> Result<Bench> {
         let mut bench = Bench::open(&self.bench)?;
         bench.faults.extend(&self.fault);
@@ -67,22 +67,22 @@ impl From<BenchError> for Error {
 /// One test.
 #[derive(Clone, Copy, Debug)]
 pub struct BenchTest<'a> {
-    /// Its name, for the person.
+    /// Name of the test, for people.
     pub label: &'a str,
     /// Where the sensors sit and the hammer lands.
     pub layout: &'a HostLayout,
-    /// The object and the chain.
+    /// The simulated object and measuring chain.
     pub bench: &'a Bench,
-    /// Seed of everything random on the bench.
+    /// Seed of all random numbers on the bench.
     pub seed: u64,
     /// Which rig.
     pub rig: RigKind,
-    /// Its image.
+    /// The firmware image of the rig.
     pub firmware: Option<&'a Path>,
 }
 
 impl BenchTest<'_> {
-    /// Runs the test; `wrap` may put something between bench and rig, for example a tape.
+    /// Runs the test; `wrap` may insert something between bench and rig, for example a tape recorder.
     ///
     /// # Errors
     /// When the bench does not fit the layout, the rig does not start, refuses or gets stuck, or
@@ -95,7 +95,7 @@ impl BenchTest<'_> {
         self.run_with(&nominal_calibration(self.bench).into(), output, wrap)
     }
 
-    /// Runs the test with a calibration of its own.
+    /// Runs the test with a given calibration.
     ///
     /// # Errors
     /// As [`BenchTest::run`].
@@ -118,7 +118,7 @@ impl BenchTest<'_> {
     }
 }
 
-/// What the data sheets of the bench's parts say.
+/// The calibration that the data sheets of the bench's parts state.
 pub fn nominal_calibration(bench: &Bench) -> Calibration {
     let (sensor, hammer) = (&bench.sensor, &bench.hammer);
     let accelerometer = ChannelCalibration {

@@ -1,4 +1,4 @@
-//! A result beside the truth of a bench.
+//! Compares a result with the truth of a bench.
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::{INERTIAL_PARAMETERS, scale};
@@ -9,22 +9,22 @@ use crate::error::{Error, Result};
 use crate::output;
 use crate::report::{self, Truth};
 
-/// What the sd of a rig's answers covers.
+/// What the standard deviations of a rig's answers cover.
 pub const SIGMA_NOTE: &str = "sd of maximum likelihood covers the whole error budget of the layout, \
                               that of inertia restraint the scatter between hits only";
 
-/// A measured test of known truth.
+/// A test whose true answer is known.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// Name of the test.
     pub name: String,
     /// Seed of the bench.
     pub seed: u64,
-    /// The ten.
+    /// The true ten properties.
     pub truth: [f64; 10],
     /// Characteristic length L of the layout, m.
     pub length: f64,
-    /// What the rig says.
+    /// The rig's result.
     pub result: MeasurementResult,
 }
 
@@ -43,7 +43,7 @@ impl Comparison {
         Ok(errors)
     }
 
-    /// The largest of [`Comparison::errors_percent`] by amount, and the symbol of its property.
+    /// The largest of [`Comparison::errors_percent`] by absolute value, and the symbol of its property.
     ///
     /// # Errors
     /// When the result has no answer.
@@ -56,7 +56,7 @@ impl Comparison {
         Ok(named.reduce(larger).unwrap_or_default())
     }
 
-    /// One object: the result as it is always printed, with name, seed, truth and errors.
+    /// One object: the result in its usual form, with name, seed, truth and errors.
     ///
     /// # Errors
     /// When the result has no answer.
@@ -70,7 +70,7 @@ impl Comparison {
         Ok(value)
     }
 
-    /// The ten with standard deviation, truth and error.
+    /// The ten properties as a table with standard deviation, truth and error.
     ///
     /// # Errors
     /// When the result has no answer.
@@ -87,7 +87,7 @@ impl Comparison {
     }
 }
 
-/// One line a test: the worst of the ten and the root mean square.
+/// One line per test: the largest error of the ten properties and the root mean square.
 ///
 /// # Errors
 /// When a result has no answer.
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn errors_are_relative_to_mass_length_and_mass_times_length_squared() {
-        // 1 % of 2 kg, of 0.5 m, of 2 kg (0.5 m)²; single precision of the stored values.
+        // 1 % of 2 kg, of 0.5 m, of 2 kg (0.5 m)²; the stored values are in single precision.
         let c = comparison(|p| {
             p[0] += 0.02;
             p[2] -= 0.005;

@@ -1,11 +1,11 @@
-//! The `--port` argument and the way to the rig behind it.
+//! The `--port` argument, and the connection to the rig at that port.
 
 use massline_protocol::message::Identity;
 
 use crate::client::{Client, SerialTransport, choose_port};
 use crate::error::Result;
 
-/// Which rig.
+/// The port of the rig.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct PortArgs {
     /// Serial port or pty of the rig; default: MASSLINE_PORT, else the only USB serial port.
@@ -14,10 +14,10 @@ pub struct PortArgs {
 }
 
 impl PortArgs {
-    /// Opens the port and asks who is there.
+    /// Opens the port and reads the rig's identity.
     ///
     /// # Errors
-    /// When there is no rig, it does not answer, or speaks another protocol.
+    /// When there is no rig, it does not answer, or its protocol is incompatible.
     pub fn connect(&self) -> Result<(Client, Identity)> {
         let path = choose_port(self.port.as_deref())?;
         let mut client = Client::new(SerialTransport::open(path)?);

@@ -39,7 +39,7 @@ pub struct Args {
     bench: BenchArgs,
     #[command(flatten)]
     rig: RigArgs,
-    /// Hits per DOF; default: as the layouts say.
+    /// Hits per DOF; default: the number in the layouts.
     #[arg(long, value_name = "N")]
     hits: Option<NonZeroU8>,
 }

@@ -1,4 +1,4 @@
-//! `massline device`: find rigs, say who they are and what they have counted.
+//! `massline device`: finds rigs, and shows their identity and counters.
 
 mod stats;
 
@@ -29,17 +29,17 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// The USB serial ports of this computer.
+    /// List the USB serial ports of this computer.
     #[command(after_help = "Examples:\n  massline device list\n  massline device list --json")]
     List,
-    /// Who the rig is and what it is doing.
+    /// Show the rig's identity and what it is doing.
     #[command(after_help = "\
 Examples:
   massline device identify
   massline device identify --port /dev/ttyACM0 --json")]
     Identify(PortArgs),
-    /// What the rig has counted since power-on: lost scans, broken frames, flash erases, stack; and
-    /// what of that needs attention.
+    /// Show the rig's counters since power-on: lost scans, broken frames, flash erases, stack; and which of
+    /// them need attention.
     #[command(after_help = "\
 A counter that is not zero and means something is explained below the counters, with what to do
 about it; in the JSON that is `findings`. What a rig with older firmware does not count is null.
@@ -157,12 +157,12 @@ fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
     text
 }
 
-/// A layout hash or calibration checksum as it is printed; `None` for 0, which stands for none.
+/// The text of a layout hash or calibration checksum; `None` for 0, which means that there is none.
 pub(crate) fn hash(hash: u32) -> Option<String> {
     (hash != 0).then(|| format!("{hash:08x}"))
 }
 
-/// As it is printed.
+/// The text for a boot reason.
 fn boot_reason(reason: BootReason) -> &'static str {
     match reason {
         BootReason::PowerOn => "power-on",

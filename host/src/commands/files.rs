@@ -9,10 +9,10 @@ use crate::calibration_file::CalibrationFile;
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 
-/// The layout of a file as the rig holds it.
+/// The layout of a file in the precision and capacity of the rig.
 ///
 /// # Errors
-/// When it has more than any rig has room for.
+/// When it has more sensors or hits than any rig has room for.
 pub fn for_rig(file: &LayoutFile, path: &Path) -> Result<RigLayout> {
     file.rig_layout().ok_or_else(|| {
         Error::input(
@@ -27,7 +27,7 @@ pub fn for_rig(file: &LayoutFile, path: &Path) -> Result<RigLayout> {
     })
 }
 
-/// The calibration of a file for a layout; `None` without a file.
+/// The calibration file's calibration for a layout; `None` without a file.
 ///
 /// # Errors
 /// When the file is bad or lacks a calibration that the layout names.

@@ -1,4 +1,4 @@
-//! `massline flash`: puts the firmware on a board.
+//! `massline flash`: writes the firmware to a board.
 
 use std::path::PathBuf;
 
@@ -22,19 +22,19 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = after_help())]
 pub struct Args {
-    /// The board.
+    /// Name of the board.
     #[arg(long, value_parser = PossibleValuesParser::new(BOARDS.iter().map(|b| b.name.as_str())))]
     board: String,
-    /// Firmware as cargo builds it (ELF); without it, it is built.
+    /// Firmware image from cargo (ELF); default: built from this checkout.
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
-    /// The way to the board's flash; without it, the one that needs nothing but a cable.
+    /// How to write the board's flash; default: the way that needs only a cable.
     #[arg(long, value_enum)]
     via: Option<Way>,
-    /// Where the board's drive is mounted, if it is not found.
+    /// Mount point of the board's drive, if it is not found automatically.
     #[arg(long, value_name = "FOLDER")]
     drive: Option<PathBuf>,
-    /// Check the image and say what would be erased and written; touch no board.
+    /// Check the image and show what would be erased and written, without touching a board.
     #[arg(long)]
     dry_run: bool,
 }
@@ -58,7 +58,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     output.answer(&facts.json(), |_| facts.text())
 }
 
-/// The ways to every board, and examples.
+/// The help text with the ways to flash every board, and examples.
 fn after_help() -> String {
     let ways: String = BOARDS.iter().map(way_line).collect();
     format!(
@@ -108,7 +108,7 @@ fn way(args: &Args, board: &Board) -> Result<Way> {
     Ok(way)
 }
 
-/// How far it is known that the board holds the image.
+/// How certain it is that the board holds the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Done {
     ReadBack,
@@ -139,7 +139,7 @@ fn flash(way: Way, args: &Args, plan: &Plan, output: &mut Output) -> Result<Done
     }
 }
 
-/// For a way that the board does not have, which [`way`] has refused.
+/// The error for a way that the board does not have; not reached, because [`way`] rejects it first.
 fn unknown(what: &str, plan: &Plan) -> Error {
     Error::internal("no_such_way", format!("{} has no {what}", plan.board.name))
 }
@@ -157,7 +157,7 @@ fn by_probe(_: &Plan, _: &mut dyn Watch) -> Result<Done> {
     ))
 }
 
-/// The progress on a terminal.
+/// A progress bar on the terminal.
 struct Bar {
     bar: ProgressBar,
     step: Option<Step>,
@@ -203,7 +203,7 @@ impl Drop for Bar {
     }
 }
 
-/// What the command answers.
+/// The answer of the command.
 struct Facts<'p> {
     way: Way,
     plan: &'p Plan,
@@ -252,7 +252,7 @@ impl Facts<'_> {
         lines.join("\n")
     }
 
-    /// What happens to the store.
+    /// What happens to the stored data.
     fn store_is(&self) -> &'static str {
         match Kind::of(self.plan.board) {
             Some(Kind::StLink(_)) if self.way == Way::Drive => {

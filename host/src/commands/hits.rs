@@ -29,19 +29,19 @@ pub struct Args {
     /// Column of the force: its name, or its number from 1 (a time column does not count).
     #[arg(long, value_name = "COLUMN")]
     force: Option<String>,
-    /// Readings per second, where the file does not say.
+    /// Sampling rate, for a file that does not state it.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate_hz: Option<f64>,
-    /// The hammer is overloaded from this force on, N.
+    /// Force from which on the hammer counts as overloaded, N.
     #[arg(long, value_name = "N", value_parser = positive)]
     force_range_n: Option<f64>,
-    /// A response is overloaded from this distance from rest on, m/s².
+    /// Deviation from the zero level from which on a response counts as overloaded, m/s².
     #[arg(long, value_name = "M_S2", value_parser = positive)]
     response_range_m_s2: Option<f64>,
     /// Force at which a hit begins, N.
     #[arg(long, value_name = "N", value_parser = positive, default_value_t = 3.0)]
     trigger_n: f64,
-    /// A hit with a smaller peak is too weak, N.
+    /// Minimum peak force, N; a hit with a smaller peak is too weak.
     #[arg(long, value_name = "N", value_parser = positive, default_value_t = 8.0)]
     min_peak_force_n: f64,
     /// Quiet time before a hit of a continuous recording, s.
@@ -60,10 +60,10 @@ pub struct Args {
     /// Decay rate of the exponential window, 1/s.
     #[arg(long, value_name = "PER_S", value_parser = not_negative, default_value_t = 10.0)]
     exponential_decay_per_s: f64,
-    /// What is done with a fault: CODE=keep, warn or reject; may be given several times.
+    /// Treatment of a fault: CODE=keep, warn or reject; may be repeated.
     #[arg(long, value_name = "CODE=VERDICT", value_parser = policy_entry)]
     policy: Vec<(Code, Verdict)>,
-    /// Hits to keep at most: the most consistent ones.
+    /// Largest number of hits to keep: the most consistent ones.
     #[arg(long, value_name = "COUNT", value_parser = count)]
     keep: Option<NonZeroUsize>,
 }
@@ -71,7 +71,7 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// Exit 2 when the file or an option is bad, or there is no hit in it.
+/// Exit 2 when the file or an option is bad, or the file has no hit.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let hits = grade(&Recording::read(&args.file)?, &options(args)?)
         .map_err(|error| error.within(args.file.display()))?;

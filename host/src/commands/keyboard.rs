@@ -1,4 +1,4 @@
-//! Single keys of the person who measures.
+//! Single-key commands of the operator.
 
 use std::io::{self, IsTerminal};
 use std::time::Duration;
@@ -10,21 +10,21 @@ use massline_shared::measurement::campaign::Phase;
 
 use crate::campaign::Steer;
 
-/// What the keys do, for the person.
+/// The help line for the keys.
 pub const HELP: &str = "keys: a accept  r reject  d redo this DOF  s skip it  f finish it with the hits it has  \
      p pause  q abort (twice)";
 
-/// The terminal in raw mode until it is dropped.
+/// The terminal in raw mode; dropping this restores it.
 #[derive(Debug)]
 pub struct Keyboard {
     quit_once: bool,
 }
 
 impl Keyboard {
-    /// Takes the keyboard; `None` when stdin is no terminal.
+    /// Puts the terminal in raw mode; `None` when stdin is not a terminal.
     ///
     /// # Errors
-    /// When the terminal does not go into raw mode.
+    /// When the terminal cannot be put in raw mode.
     pub fn take() -> io::Result<Option<Self>> {
         if !io::stdin().is_terminal() {
             return Ok(None);
@@ -33,10 +33,10 @@ impl Keyboard {
         Ok(Some(Self { quit_once: false }))
     }
 
-    /// What the person wants by the key that was pressed, if one was.
+    /// The action for the key that was pressed, if any.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// When the terminal cannot be read any more.
     pub fn poll(&mut self, phase: Option<Phase>) -> io::Result<Option<Steer>> {
         while event::poll(Duration::ZERO)? {
             let Event::Key(key) = event::read()? else { continue };
@@ -54,7 +54,7 @@ impl Keyboard {
     fn meaning(&mut self, key: KeyCode, control: bool, phase: Option<Phase>) -> Option<Steer> {
         use CampaignCommand as C;
         let quit_once = std::mem::take(&mut self.quit_once);
-        // In raw mode Ctrl-C is a key like any other.
+        // In raw mode Ctrl-C arrives as an ordinary key.
         if control {
             return (key == KeyCode::Char('c')).then_some(Steer::Leave);
         }
@@ -79,7 +79,7 @@ impl Keyboard {
 
 impl Drop for Keyboard {
     fn drop(&mut self) {
-        // There is nothing to be done when the terminal is gone.
+        // If this fails, the terminal is gone.
         let _ = terminal::disable_raw_mode();
     }
 }
@@ -88,7 +88,7 @@ impl Drop for Keyboard {
 mod tests {
     use super::*;
 
-    /// Keys without a terminal; `forget` keeps the drop from touching one.
+    /// Feeds keys without a terminal; `forget` prevents the drop from changing one.
     fn press(keys: &[(char, bool)], phase: Phase) -> Vec<Option<Steer>> {
         let mut keyboard = std::mem::ManuallyDrop::new(Keyboard { quit_once: false });
         keys.iter()

@@ -1,4 +1,4 @@
-//! `massline layout`: start, check, better and look at a layout file.
+//! `massline layout`: creates, checks, improves and shows layout files.
 
 mod check;
 mod suggest;
@@ -38,11 +38,11 @@ enum Command {
         #[arg(short, long, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// Can this layout determine all ten properties? Exit 3 when not.
+    /// Check whether this layout can determine all ten properties; exit 3 when it cannot.
     Check(check::Args),
     /// Choose better sensors and hits among the nodes of a layout.
     Suggest(suggest::Args),
-    /// Print the layout resolved: positions and directions in the body frame.
+    /// Print the layout with resolved positions and directions in the body frame.
     #[command(after_help = "Examples:\n  massline layout show frame.toml")]
     Show {
         /// The layout file.
@@ -56,7 +56,7 @@ enum Command {
 /// Runs the command.
 ///
 /// # Errors
-/// When the file is bad, or with `check` and `suggest` nothing determines the ten properties.
+/// When the file is bad, or with `check` and `suggest` no layout determines the ten properties.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     match &args.command {
         Command::New { output: None } => {

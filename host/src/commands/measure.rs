@@ -44,13 +44,13 @@ pub struct Args {
     /// Ask for a verdict on each hit.
     #[arg(long)]
     confirm: bool,
-    /// Forget a campaign that is under way or interrupted.
+    /// Discard a campaign that is running or interrupted.
     #[arg(long)]
     restart: bool,
-    /// Begin although the layout cannot determine all ten properties.
+    /// Start although the layout cannot determine all ten properties.
     #[arg(long)]
     force: bool,
-    /// Zeros and sensitivities; default: what the rig keeps.
+    /// Calibration file; default: the calibration stored on the rig.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
 }
@@ -58,8 +58,8 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// When a file is bad, the rig cannot be reached or refuses, the data cannot determine the answer,
-/// or the person interrupts.
+/// When a file is bad, the rig cannot be reached or refuses, the data cannot determine the answer, or the
+/// user interrupts the command.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let mut file = LayoutFile::read(&args.layout)?;
     files::for_rig(&file, &args.layout)?;
@@ -98,7 +98,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     finish(&mut client, &ending, &NominalTest::of_file(&file), output)
 }
 
-/// A layout that the rig has no inputs or memory for is refused before anything is sent.
+/// Rejects a layout that the rig has no inputs or memory for, before anything is sent.
 pub fn fits(layout: &RigLayout, identity: &Identity) -> Result<()> {
     let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
     if sensors <= usize::from(identity.max_sensors) && hits <= usize::from(identity.max_hits) {
@@ -113,7 +113,7 @@ pub fn fits(layout: &RigLayout, identity: &Identity) -> Result<()> {
     ))
 }
 
-/// Another layout is only taken by a rig that is not in the middle of a campaign.
+/// Ensures that the rig can accept the layout: aborts a campaign with another layout if `restart` is set.
 pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) -> Result<()> {
     let status = client.status()?;
     let resting = matches!(Phase::try_from(status.phase).ok(), Some(Phase::Idle | Phase::Done));
@@ -134,7 +134,7 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
     Ok(())
 }
 
-/// Says what the rig thinks of the layout; an error in it ends the command unless it is forced.
+/// Reports the rig's diagnostics of the layout; an error among them ends the command unless `force` is set.
 pub fn judge_layout(
     answer: &LayoutAnswer,
     layout: &RigLayout,
@@ -151,8 +151,8 @@ pub fn judge_layout(
     Ok(())
 }
 
-/// Follows the campaign that runs, with a person at the keyboard. Where spectra are collected, good
-/// hits are accepted without a word of theirs.
+/// Follows the running campaign with a person at the keyboard. With a `collection` for spectra, good hits are
+/// accepted without asking.
 pub(super) fn watch(
     client: &mut Client,
     layout: &RigLayout,
@@ -185,7 +185,7 @@ pub(super) fn watch(
     ending
 }
 
-/// The result, or why there is none.
+/// The result, or the reason why there is none.
 fn finish(
     client: &mut Client,
     ending: &Ending,
@@ -210,7 +210,7 @@ pub(super) fn paused(status: &Status) -> Error {
     ))
 }
 
-/// A person with a hammer, perhaps at a keyboard.
+/// The operator with a hammer, who may have a keyboard.
 struct Person<'o> {
     progress: Progress<'o>,
     keyboard: Option<Keyboard>,

@@ -1,11 +1,11 @@
-//! `--method`: one of the methods by its short name.
+//! `--method`: one of the methods, by its short name.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use massline_shared::identify::Method;
 
 use crate::identification::Selection;
 
-/// Which methods answer from what a rig has measured.
+/// The methods that can be applied to a rig's measurement.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct MethodArgs {
     #[arg(
@@ -18,18 +18,18 @@ pub struct MethodArgs {
 }
 
 impl MethodArgs {
-    /// The methods.
+    /// The selected methods.
     pub fn selection(self) -> Selection {
         selection(self.method)
     }
 }
 
-/// One method, or those that answer without being asked for by name.
+/// One method, or all that answer without being named.
 pub(super) fn selection(method: Option<Method>) -> Selection {
     method.map_or(Selection::All, Selection::Only)
 }
 
-/// Takes the short names of these methods, in the order of their numbers.
+/// A parser for the short names of these methods, in the order of their numbers.
 pub(super) fn one_of(
     methods: impl IntoIterator<Item = Method>,
 ) -> impl TypedValueParser<Value = Method> {
@@ -46,7 +46,7 @@ pub(super) fn one_of(
     })
 }
 
-/// What `--method` does where these methods answer without it.
+/// The help of `--method`, with the methods that answer by default.
 pub(super) fn help(usual: impl IntoIterator<Item = Method>) -> String {
     let titles = usual.into_iter().map(|method| method.entry().title.to_lowercase());
     format!("One method alone; default: {}", titles.collect::<Vec<_>>().join(", then "))

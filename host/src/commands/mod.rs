@@ -59,7 +59,7 @@ pub struct Cli {
     /// Print one JSON object on stdout instead of text; errors too.
     #[arg(long, global = true)]
     pub json: bool,
-    /// What to do.
+    /// The subcommand.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -69,33 +69,33 @@ pub struct Cli {
 pub enum Command {
     /// Watch a simulated rig measure the paper's three-bar frame in four tests.
     Demo(demo::Args),
-    /// Start, check and look at a layout file.
+    /// Create, check, improve and show layout files.
     Layout(layout::Args),
-    /// Find rigs, say who they are and what they have counted.
+    /// Find rigs, and show their identity and counters.
     Device(device::Args),
-    /// Put the firmware on a board; what the rig has stored stays.
+    /// Write the firmware to a board; the data stored on the rig stay.
     Flash(flash::Args),
     /// Measure with a rig: send the layout, follow the hits, fetch the result.
     Measure(measure::Args),
-    /// Calibrate sensors and hammer, keep calibrations, see whether one still holds.
+    /// Calibrate sensors and hammer, store calibrations, check whether one is still valid.
     Calibrate(calibrate::Args),
-    /// List, fetch and delete the results that a rig keeps.
+    /// List, fetch and delete the results stored on a rig.
     Results(results::Args),
-    /// Write a tape of a rig's live scans.
+    /// Record a rig's live scans on a tape.
     Record(record::Args),
     /// Grade the hits of recorded hammer data.
     Hits(hits::Args),
-    /// Solve frequency responses of a universal file, offline.
+    /// Solve offline from the frequency responses in a universal file.
     Solve(solve::Args),
-    /// Run the whole rig on recorded scans.
+    /// Replay recorded scans through the whole rig.
     Replay(replay::Args),
-    /// What a layout would measure on the simulated bench, beside the truth.
+    /// Simulate a measurement with a layout, and compare it with the truth.
     Simulate(simulate::Args),
     /// Serve a virtual rig on a pty that any serial program can open.
     Virtual(virtual_rig::Args),
 }
 
-/// The whole program: reads the arguments, runs the command, gives the exit code.
+/// The whole program: parses the arguments, runs the command, returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let json = arguments.iter().any(|a| a == "--json");
@@ -111,7 +111,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             }
         },
         Err(usage) => {
-            // Help and version are no errors; clap prints them to stdout.
+            // Help and version are not errors; clap prints them to stdout.
             if usage.use_stderr() && json {
                 let message = usage.to_string();
                 let message = message.trim_start_matches("error: ").trim_end();
@@ -128,7 +128,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// Runs one command.
 ///
 /// # Errors
-/// Whatever the command fails with; nothing has been printed about it yet.
+/// Whatever error the command fails with; it has not been printed yet.
 pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
     match cli.command {
         Command::Demo(args) => demo::run(&args, output),

@@ -1,4 +1,4 @@
-//! `massline simulate --runs`: how good a layout is over many tests.
+//! `massline simulate --runs`: statistics of a layout over many simulated tests.
 
 use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::Path;
@@ -13,16 +13,16 @@ use crate::monte_carlo::measurement::TestLayout;
 use crate::monte_carlo::{MonteCarlo, Study, apply_bench_budget, report};
 use crate::output::{Output, Tone};
 
-/// How often, and with which budget.
+/// Options of a study.
 #[derive(Clone, Debug, clap::Args)]
 pub struct MonteCarloArgs {
-    /// Repeat the test so often, without a rig, and compare with the Cramér-Rao bound.
+    /// Repeat the test N times, without a rig, and compare with the Cramér-Rao bound.
     #[arg(long, value_name = "N", value_parser = runs, conflicts_with_all = ["rig", "firmware"])]
     pub runs: Option<NonZeroU64>,
-    /// Error budget that the methods believe in and the bound is computed with.
+    /// Error budget that the methods assume and the bound is computed with.
     #[arg(long, value_enum, default_value_t, value_name = "BUDGET", requires = "runs")]
     budget: Budget,
-    /// Threads; default: all cores.
+    /// Number of threads; default: all cores.
     #[arg(long, value_name = "N", requires = "runs")]
     threads: Option<NonZeroUsize>,
 }
@@ -30,7 +30,7 @@ pub struct MonteCarloArgs {
 /// An error budget as an argument.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Budget {
-    /// The table `uncertainty` of the layout, as a real test has to.
+    /// The table `uncertainty` of the layout, as in a real test.
     #[default]
     Layout,
     /// The standard deviations with which the bench draws its errors.
@@ -46,7 +46,7 @@ impl Budget {
     }
 }
 
-/// A number of runs.
+/// Parses a number of runs.
 fn runs(text: &str) -> std::result::Result<NonZeroU64, String> {
     let number = text.parse::<u64>().ok().and_then(NonZeroU64::new);
     number.ok_or_else(|| "give a whole number of runs, at least 1; 100 or more say a lot".into())
@@ -55,8 +55,8 @@ fn runs(text: &str) -> std::result::Result<NonZeroU64, String> {
 /// Runs the study.
 ///
 /// # Errors
-/// When the layout does not fit the rig or the bench, no method has an answer, or on Ctrl-C; what is
-/// done by then is printed all the same.
+/// When the layout does not fit the rig or the bench, no method has an answer, or on Ctrl-C; the results so
+/// far are printed in any case.
 pub fn run(
     path: &Path,
     file: &LayoutFile,
@@ -93,7 +93,7 @@ pub fn run(
     let Some(error) = shortcoming(&study) else {
         return output.answer(&value, |output| to_text(&study, file, output));
     };
-    // What there is, is told all the same; as JSON within the one object of the error.
+    // The results so far are printed too; with `--json` in the object of the error.
     if output.json() {
         output.explain(value);
     } else {
@@ -108,7 +108,7 @@ fn to_text(study: &Study, file: &LayoutFile, output: &Output) -> String {
     format!("{heading}\n{}", report::to_text(study))
 }
 
-/// Why a study is not what was asked for.
+/// The error for a study that is incomplete or has no answer.
 fn shortcoming(study: &Study) -> Option<Error> {
     if study.runs < study.wanted {
         let done = format!("interrupted after {} of {} runs", study.runs, study.wanted);

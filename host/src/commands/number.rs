@@ -1,32 +1,32 @@
-//! Numbers as arguments: what is no number, or none that can be, is refused with what is wanted.
+//! Numeric arguments: an invalid value is rejected with a message that states the valid range.
 
 use std::ops::RangeInclusive;
 
 use clap::{Arg, Command};
 
-/// The least and the most that a positive quantity in SI units can be.
+/// Range of positive quantities in SI units.
 const POSITIVE: RangeInclusive<f64> = 1e-12..=1e12;
 
-/// A positive number.
+/// Parses a positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| POSITIVE.contains(value));
     value.ok_or_else(|| "give a positive number, at most 1e12".into())
 }
 
-/// Zero or a positive number.
+/// Parses zero or a positive number.
 pub fn not_negative(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
     let value = value.filter(|value| *value == 0.0 || POSITIVE.contains(value));
     value.ok_or_else(|| "give zero or a positive number, at most 1e12".into())
 }
 
-/// A seed.
+/// Parses a seed.
 pub fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("give a whole number from 0 to {}", u64::MAX))
 }
 
-/// The command and all below it with options that take `-5` for a number, so that what reads the number
-/// says what is wrong with it, and not that there is no option `-5`.
+/// Makes all options of the command and its subcommands accept `-5` as a number, so that the number's parser
+/// reports what is wrong with it instead of clap reporting an unknown option `-5`.
 pub fn with_negative_numbers(command: Command) -> Command {
     let takes = |arg: Arg| {
         let value = arg.get_action().takes_values() && !arg.is_allow_hyphen_values_set();

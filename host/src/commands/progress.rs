@@ -1,4 +1,4 @@
-//! What the person sees while a campaign runs: a bar on a terminal, a line for each hit.
+//! The progress of a campaign for the operator: a bar on a terminal, a line for each hit.
 
 use indicatif::ProgressBar;
 use massline_protocol::event::HitEvent;
@@ -16,19 +16,19 @@ pub struct Progress<'o> {
     bar: ProgressBar,
     dofs: Vec<String>,
     hits_per_dof: u32,
-    /// The phase and DOF that the person has been told to hit at.
+    /// The arming and phase for which the operator has been prompted.
     prompted: Option<(u32, u8)>,
     prompts: Prompts,
 }
 
-/// What the person is asked to do.
+/// What the operator is prompted to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prompts {
-    /// Nothing: the bench taps by itself.
+    /// Nothing, because the bench taps by itself.
     Nothing,
     /// To hit.
     Hits,
-    /// To hit, and to accept the hits that wait for it.
+    /// To hit, and to give verdicts on the hits that wait for one.
     HitsAndVerdicts,
 }
 
@@ -41,18 +41,18 @@ impl<'o> Progress<'o> {
         Self { output, bar, dofs, hits_per_dof, prompted: None, prompts }
     }
 
-    /// The name of a DOF.
+    /// The name of the DOF with this index.
     pub fn dof(&self, index: usize) -> &str {
         self.dofs.get(index).map_or("?", String::as_str)
     }
 
-    /// A line for the person.
+    /// Prints a line for the operator.
     pub fn line(&mut self, text: &str) {
         let output = &mut *self.output;
         self.bar.suspend(|| output.note(text));
     }
 
-    /// The status has changed.
+    /// Shows a new status.
     pub fn status(&mut self, status: &Status) {
         let accepted: u64 = status.accepted.iter().map(|&n| u64::from(n)).sum();
         self.bar.set_position(accepted);
@@ -75,7 +75,7 @@ impl<'o> Progress<'o> {
         self.prompted = Some(prompt);
     }
 
-    /// A hit was graded.
+    /// Shows a graded hit.
     pub fn hit(&mut self, hit: &HitEvent) {
         let verdict = if hit.good {
             self.output.toned("good", Tone::Good)
@@ -94,7 +94,7 @@ impl<'o> Progress<'o> {
         self.line(&line);
     }
 
-    /// A command came at the wrong time.
+    /// Reports that a command came at the wrong time.
     pub fn refused(&mut self, command: CampaignCommand) {
         self.line(&format!("not possible now: {command:?}"));
     }

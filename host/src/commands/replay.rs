@@ -1,4 +1,4 @@
-//! `massline replay`: the whole rig on a tape.
+//! `massline replay`: runs the whole rig on a tape.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -20,7 +20,7 @@ use crate::rig::SimulatedRig;
 use crate::single_fault::NominalTest;
 use crate::tape::{Tape, TapeProgress, TapeSource};
 
-/// A rig that is still armed so long after the end of a segment has found no hit in it.
+/// A rig that is still armed this long after the end of a segment has found no hit in it.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// Arguments of `massline replay`.
@@ -37,12 +37,12 @@ Examples:
   massline replay frame-tape.npy --layout frame.toml --rig qemu --json
   massline replay frame-tape.npy --layout frame.toml --calibration rig.toml")]
 pub struct Args {
-    /// The tape; its sidecar has the same name with `.toml`.
+    /// The tape; its sidecar has the same name with the extension `.toml`.
     tape: PathBuf,
     /// The layout file.
     #[arg(long, value_name = "FILE")]
     layout: PathBuf,
-    /// Zeros and sensitivities; default: those of the sidecar.
+    /// Calibration file; default: the calibration in the sidecar.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
     #[command(flatten)]
@@ -78,10 +78,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     show::measurement(&result, Some(&NominalTest::of_file(&file)), args.method.selection(), output)
 }
 
-/// Decides what becomes of a DOF whose segments are used up.
+/// Finishes a DOF whose segments are used up.
 struct Player {
     tape: TapeProgress,
-    /// The arming whose segment has ended without a hit so far, and since when.
+    /// The arming whose segment has ended without a hit so far, and the time of its end.
     silent_since: Option<(u32, Instant)>,
 }
 
@@ -98,7 +98,7 @@ impl Player {
         }
         let dof = usize::from(status.dof);
         if self.tape.exhausted() == Some(dof) {
-            // The status in hand may be older than what the tape says.
+            // The status may be older than the tape's state, so a new one is requested.
             let status = client.status()?;
             client.forget_statuses();
             let armed = Phase::try_from(status.phase).ok() == Some(Phase::Armed);
@@ -123,7 +123,7 @@ impl Player {
     }
 }
 
-/// Goes on with the hits that this DOF has; without any the data cannot determine the answer.
+/// Finishes the DOF with the hits that it has; without any the data cannot determine the answer.
 fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<Steer> {
     let name = shown.dof(dof).to_owned();
     let accepted = status.accepted.get(dof).copied().unwrap_or(0);

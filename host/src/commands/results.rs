@@ -1,4 +1,4 @@
-//! `massline results`: what the rig keeps.
+//! `massline results`: the results stored on the rig.
 
 use massline_protocol::LayoutHash;
 use massline_protocol::message::{EstimatedMass, ResultEntry};
@@ -25,13 +25,13 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// All results that the rig keeps.
+    /// List all results stored on the rig.
     #[command(after_help = "Examples:\n  massline results list\n  massline results list --json")]
     List(PortArgs),
-    /// One result with its ten properties.
+    /// Show one result with its ten properties.
     #[command(after_help = "Examples:\n  massline results get 3\n  massline results get 3 --json")]
     Get {
-        /// Number of the result, as the list gives it.
+        /// Number of the result in the list.
         #[arg(value_parser = clap::value_parser!(u32).range(1..))]
         number: u32,
         #[command(flatten)]
@@ -40,7 +40,7 @@ enum Command {
     /// Delete a result from the rig.
     #[command(after_help = "Examples:\n  massline results delete 3")]
     Delete {
-        /// Number of the result, as the list gives it.
+        /// Number of the result in the list.
         #[arg(value_parser = clap::value_parser!(u32).range(1..))]
         number: u32,
         #[command(flatten)]
@@ -74,7 +74,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Command::Get { number, port } => {
             let (mut client, _) = port.connect()?;
             let result = client.result(*number)?;
-            // The rig keeps one layout, which may not be that of an older result.
+            // The rig stores one layout, which may differ from that of an older result.
             let layout = client.layout().ok().filter(|kept| kept.hash() == result.head.layout_hash);
             let nominal = layout.and_then(|kept| kept.cast()).map(NominalTest::of_layout);
             show::measurement(&result, nominal.as_ref(), Selection::All, output)

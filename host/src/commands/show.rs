@@ -13,8 +13,8 @@ use crate::single_fault::NominalTest;
 pub(crate) use crate::solve::first_error;
 use crate::solved_again::SolvedAgain;
 
-/// Prints a result of a rig as the rig found it; with the layout that it was measured with, also what the
-/// host finds when the mass lines are solved again in double precision.
+/// Prints a rig's result as the rig stored it. With the nominal test, also prints what the host finds when it
+/// solves the mass lines again in double precision.
 ///
 /// # Errors
 /// Exit 3 when the result has no answer by the selected methods.
@@ -41,7 +41,7 @@ pub fn measurement(
     output.answer(&value, |_| text)
 }
 
-/// Says which single mistake may have kept a test from an answer, beside the error that follows.
+/// Adds to the error that follows which single mistake may have prevented an answer.
 pub fn look_for_mistakes(result: &MeasurementResult, nominal: &NominalTest, output: &mut Output) {
     let examination = nominal.examine_result(result);
     let mut details = json!({});
@@ -52,7 +52,7 @@ pub fn look_for_mistakes(result: &MeasurementResult, nominal: &NominalTest, outp
     }
 }
 
-/// The result with the answers of the selected methods alone.
+/// The result reduced to the answers of the selected methods.
 fn selected(result: &MeasurementResult, selection: Selection) -> MeasurementResult {
     let mut result = result.clone();
     if let Selection::Only(method) = selection {
@@ -61,7 +61,7 @@ fn selected(result: &MeasurementResult, selection: Selection) -> MeasurementResu
     result
 }
 
-/// A result without an answer is an error that says why.
+/// Returns an error with the reasons when a result has no answer.
 ///
 /// # Errors
 /// Exit 3 when the result has no answer by a method that this program knows.
@@ -91,7 +91,7 @@ pub fn require_answer(result: &MeasurementResult) -> Result<()> {
     }))
 }
 
-/// Why the rig has interrupted a campaign by itself.
+/// The error for a campaign that the rig interrupted by itself.
 pub fn stopped(status: &Status) -> Error {
     let reasons: Vec<_> =
         status.diagnostics.iter().filter(|d| d.interrupts()).map(report::message).collect();
@@ -105,7 +105,7 @@ pub fn stopped(status: &Status) -> Error {
     )
 }
 
-/// Says every diagnostic on stderr, as the sentence that `message_of` gives.
+/// Prints every diagnostic on stderr, as the sentence that `message_of` returns.
 pub fn list(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, output: &mut Output) {
     for d in found {
         let tone = match d.severity {
@@ -118,7 +118,7 @@ pub fn list(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, ou
     }
 }
 
-/// Says on stderr what is more than a note.
+/// Prints every diagnostic that is more than a note on stderr.
 pub fn warn(found: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String, output: &mut Output) {
     let grave: Vec<_> = found.iter().filter(|d| d.severity > Severity::Note).copied().collect();
     list(&grave, message_of, output);

@@ -1,4 +1,4 @@
-//! `massline simulate`: what a layout would measure on the bench.
+//! `massline simulate`: simulates a measurement with a layout on the bench.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -47,10 +47,10 @@ pub struct Args {
     bench: BenchArgs,
     #[command(flatten)]
     rig: RigArgs,
-    /// Zeros and sensitivities; default: the data sheets of the bench.
+    /// Calibration file; default: the calibration that the data sheets of the bench state.
     #[arg(long, value_name = "FILE", conflicts_with = "runs")]
     calibration: Option<PathBuf>,
-    /// Write the scans to this tape and its sidecar.
+    /// Write the scans to this tape, and its sidecar beside it.
     #[arg(long, value_name = "OUT.npy", conflicts_with = "runs")]
     tape: Option<PathBuf>,
     #[command(flatten)]
@@ -88,7 +88,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             TapeWriter::check(path)?;
             let recorder = Recorder::new(path, &layout, &calibration.calibration);
             let result = test.run_with(&calibration, output, |source| recorder.around(source));
-            // What was tapped before an error is kept.
+            // The scans before an error are saved too.
             let scans = recorder.finish()?;
             output.note(format!("{}: {scans} scans", path.display()));
             result?
@@ -118,7 +118,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     })
 }
 
-/// Writes the scans of a source to a tape, a segment for each arming.
+/// Records the scans of a source on a tape, one segment per arming.
 #[derive(Clone, Debug)]
 pub struct Recorder {
     path: PathBuf,
@@ -130,7 +130,7 @@ pub struct Recorder {
 #[derive(Debug, Default)]
 struct State {
     writer: Option<TapeWriter>,
-    /// The first error; later ones follow from it.
+    /// The first error; later ones are consequences of it.
     failed: Option<crate::Error>,
 }
 
@@ -155,7 +155,7 @@ impl Recorder {
         }
     }
 
-    /// The source with the recorder around it.
+    /// Wraps a source so that its scans are recorded.
     pub fn around(&self, source: Box<dyn ScanSource>) -> Box<dyn ScanSource> {
         let sidecar = Sidecar { adc: source.adc(), ..self.sidecar.clone() };
         self.state().attempt(|state| {
@@ -165,10 +165,10 @@ impl Recorder {
         Box::new(Recorded { source, recorder: self.clone() })
     }
 
-    /// Completes the tape; gives its number of scans.
+    /// Completes the tape; returns its number of scans.
     ///
     /// # Errors
-    /// When it could not be written.
+    /// When the tape could not be written.
     pub fn finish(&self) -> Result<u64> {
         let mut state = self.state();
         let writer = state.writer.take();
@@ -191,7 +191,7 @@ impl State {
     }
 }
 
-/// What a tape's sidecar says of this test.
+/// The sidecar of a tape for this test.
 pub fn sidecar(layout: &RigLayout, calibration: &Calibration, adc: AdcProperties) -> Sidecar {
     Sidecar {
         adc,

@@ -1,4 +1,4 @@
-//! One campaign on a simulated rig: configured over its link, tapped or played to, read out.
+//! One campaign on a simulated rig: configures it over its link, taps or plays a tape, and reads the result.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -19,14 +19,14 @@ use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
 use crate::single_fault::NominalTest;
 
-/// A simulated rig that has not gone on for so long is stuck; without optimisation the slowest step
-/// takes a few seconds.
+/// A simulated rig without progress for this long is stuck; the slowest step takes a few seconds in a build
+/// without optimisation.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Hits in a row without a good one after which a test is given up: more would not help.
+/// A test is abandoned after this many rejected hits in a row, because more would not help.
 const MOST_REJECTED: u32 = 50;
 
-/// Which simulated rig.
+/// Options that choose the simulated rig.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct RigArgs {
     /// Simulated rig.
@@ -38,44 +38,44 @@ pub struct RigArgs {
 }
 
 impl RigArgs {
-    /// The image that the rig needs, as [`RigKind::firmware`] gives it.
+    /// The firmware image that the rig needs, see [`RigKind::firmware`].
     ///
     /// # Errors
-    /// When it is not there and cannot be built.
+    /// When it does not exist and cannot be built.
     pub fn image(&self) -> Result<Option<PathBuf>> {
         self.rig.firmware(self.firmware.as_deref())
     }
 }
 
-/// The layout as the rig holds it.
+/// The layout in the precision and capacity of the rig.
 ///
 /// # Errors
-/// When it has more than a rig has room for.
+/// When it has more sensors or hits than a rig has room for.
 pub fn narrow(layout: &HostLayout) -> Result<RigLayout> {
     layout.cast().ok_or_else(|| {
         Error::input("layout_too_large", "the layout has more sensors or hits than a rig takes")
     })
 }
 
-/// Decides what is done next, as [`Observer::steer`].
+/// Decides on the next action, as [`Observer::steer`].
 pub type Policy<'p> = dyn FnMut(&mut Client, &Status, &mut Progress) -> Result<Option<Steer>> + 'p;
 
 /// A campaign on a simulated rig.
 #[derive(Clone, Copy, Debug)]
 pub struct SimulatedCampaign<'a> {
-    /// Its name, for the person.
+    /// Name of the campaign, for people.
     pub label: &'a str,
-    /// What is sent.
+    /// The layout to send.
     pub layout: &'a RigLayout,
-    /// What is sent.
+    /// The calibration to send.
     pub calibration: &'a CalibrationRecord,
 }
 
 impl SimulatedCampaign<'_> {
-    /// Runs it to its result.
+    /// Runs the campaign to its result.
     ///
     /// # Errors
-    /// When the rig refuses, gets stuck or dies, or there is no answer.
+    /// When the rig refuses, gets stuck or crashes, or there is no answer.
     pub fn run(
         &self,
         rig: &mut SimulatedRig,
@@ -120,12 +120,12 @@ impl SimulatedCampaign<'_> {
     }
 }
 
-/// Passes the prompts of the rig on to the bench or tape, and the progress to the person.
+/// Forwards the rig's prompts to the bench or tape, and the progress to the user.
 struct Operator<'o, 'p> {
     progress: Progress<'o>,
     rig: &'o SimulatedRig,
     policy: &'o mut Policy<'p>,
-    /// Hits in a row that were not good enough.
+    /// Number of rejected hits in a row.
     rejected: u32,
 }
 

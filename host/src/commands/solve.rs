@@ -1,4 +1,4 @@
-//! `massline solve`: from frequency responses in a universal file to the ten properties, offline.
+//! `massline solve`: computes the ten properties offline from the frequency responses in a universal file.
 
 use std::path::PathBuf;
 
@@ -35,11 +35,11 @@ pub struct Args {
     /// Point about which the equations are set up.
     #[arg(long, value_enum, default_value_t, value_name = "POINT")]
     reference_point: Point,
-    /// What the responses are, where the file does not say.
+    /// Quantity of the responses, for a file that does not state it or states it wrongly.
     #[arg(long, value_enum, value_name = "QUANTITY")]
     quantity: Option<Response>,
-    /// Decay σ of the exponential window on force and responses when these were measured, 1/s; without
-    /// it noise and suspension are taken for something else.
+    /// Decay rate σ of the exponential window that was applied to force and responses, 1/s; without the right
+    /// value, noise and suspension are modelled wrongly.
     #[arg(long, value_name = "1/S", default_value = "0", value_parser = number::not_negative)]
     decay: f64,
     #[arg(
@@ -54,7 +54,7 @@ pub struct Args {
 /// A reference point as an argument.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum Point {
-    /// The centroid of the sensors: less scatter.
+    /// The centroid of the sensors, which gives less scatter.
     #[default]
     Centroid,
     /// The origin of the body frame.

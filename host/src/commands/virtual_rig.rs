@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
 
-/// How often Ctrl-C and the rig are looked after.
+/// Polling interval for Ctrl-C and the rig.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// Arguments of `massline virtual`.
@@ -35,16 +35,16 @@ Examples:
 pub struct Args {
     #[command(flatten)]
     bench: BenchArgs,
-    /// Layout; default: the first test of the demo.
+    /// Layout file; default: the first test of the demo.
     #[arg(long, value_name = "FILE")]
     layout: Option<PathBuf>,
-    /// Tap when Enter is pressed, not by itself.
+    /// Tap only when Enter is pressed.
     #[arg(long)]
     manual: bool,
-    /// Keep the rig's flash in this file; default: forgotten at the end.
+    /// Store the rig's flash in this file; default: discarded at the end.
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// As fast as it computes, not in real time.
+    /// Run as fast as possible instead of in real time.
     #[arg(long, conflicts_with = "manual")]
     fast: bool,
 }
@@ -94,13 +94,13 @@ fn layout(args: &Args) -> Result<HostLayout> {
     Ok(file.layout)
 }
 
-/// Taps at each line that comes on stdin: where the rig waits, or at the DOF that the line names.
+/// Taps for each line on stdin: at the DOF that the rig waits for, or at the DOF that the line names.
 fn listen(taps: TapHandle, dofs: Vec<Dof>, rig: &VirtualRig) {
     let source = rig.source();
-    // The rig counts its armings up from zero; those of named DOFs come from the other end.
+    // The rig's arming numbers count up from zero; those of named DOFs count down from the maximum.
     let mut asides = u32::MAX;
     let prompt = io::stdin().is_terminal();
-    // Ends with the process: a read of stdin cannot be broken off.
+    // The thread ends with the process, because reading stdin cannot be interrupted.
     std::thread::spawn(move || {
         for line in io::stdin().lock().lines() {
             let Ok(line) = line else { return };

@@ -1,21 +1,22 @@
-//! Where sensors could be glued and hits could land: the nodes of the layout file and what they allow.
+//! Candidate places for sensors and candidate DOFs for hits: the nodes of the layout file and their
+//! restrictions.
 
 use massline_shared::layout::{Axis, Dof, Hit, Sensor, Sign};
 
 use crate::layout_file::{LayoutFile, Node};
 
-/// Every place for a sensor and every DOF for a hit. Of the two signs of an axis there is one: a push
-/// and a pull along one line tell the same.
+/// Every place for a sensor and every DOF for a hit. Of the two signs of an axis only one is included: a push
+/// and a pull along one line carry the same information.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidates {
-    /// Sensors, with what the file says of those that it has.
+    /// Sensors, with the settings of the file for those that it already has.
     pub sensors: Vec<Sensor<f64>>,
-    /// Hits, with what the file says of those that it has.
+    /// Hits, with the settings of the file for those that it already has.
     pub hits: Vec<Hit<f64>>,
 }
 
 impl Candidates {
-    /// All that the nodes of a file allow.
+    /// All candidates that the nodes of a file allow.
     pub fn of(file: &LayoutFile) -> Self {
         let carriers = file.nodes.iter().filter(|node| node.can_carry_sensor);
         Self {
@@ -24,7 +25,7 @@ impl Candidates {
         }
     }
 
-    /// Those that a layout does not have yet.
+    /// The candidates that the file's layout does not use yet.
     pub fn beyond(&self, file: &LayoutFile) -> Self {
         let layout = &file.layout;
         let mut more = self.clone();
@@ -46,8 +47,7 @@ fn hits_on(node: &Node, file: &LayoutFile) -> Vec<Hit<f64>> {
     Axis::ALL.into_iter().filter_map(|axis| hit_on(node, axis, file)).collect()
 }
 
-/// The hit of the file along this axis, else the first allowed direction, along the axis before
-/// against it.
+/// The hit of the file along this axis, else a hit in the first allowed direction, positive before negative.
 fn hit_on(node: &Node, axis: Axis, file: &LayoutFile) -> Option<Hit<f64>> {
     let allowed = |dof: &Dof| node.can_hit.contains(dof);
     let line = Dof { node: node.id, sign: Sign::Plus, axis };
@@ -56,7 +56,7 @@ fn hit_on(node: &Node, axis: Axis, file: &LayoutFile) -> Option<Hit<f64>> {
     present.copied().or_else(|| {
         let signs = [Sign::Plus, Sign::Minus];
         let dof = signs.map(|sign| Dof { sign, ..line }).into_iter().find(allowed)?;
-        // Not −0: a direction is compared and printed.
+        // Avoids −0, because directions are compared and printed.
         let direction = node.axes[axis.index()].map(|v| v * dof.sign.factor() + 0.0);
         Some(Hit { uncertainty: file.uncertainty.hit, ..Hit::new(dof, node.position, direction) })
     })

@@ -1,4 +1,4 @@
-//! What a layout promises, what limits it, and what one sensor or hit more or less would do.
+//! The predicted uncertainty of a layout, what limits it, and the effect of one sensor or hit more or less.
 
 use massline_shared::design::{Criterion, Part, parts, total};
 use massline_shared::identify::maximum_likelihood::workspace;
@@ -8,40 +8,40 @@ use massline_shared::layout::{Dof, HOST_SENSORS, HostLayout};
 use super::{Candidates, criterion_for};
 use crate::layout_file::LayoutFile;
 
-/// The uncertainty that a layout promises.
+/// The predicted uncertainty of a layout.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
-    /// Standard deviations of the ten, SI units.
+    /// Standard deviations of the ten properties, SI units.
     pub sigma: [f64; 10],
-    /// The same in % of [m, L, L, L, m L² × 6].
+    /// Standard deviations in % of [m, L, L, L, m L² × 6].
     pub percent_of_scale: [f64; 10],
     /// Their root mean square.
     pub total_percent_of_scale: f64,
 }
 
-/// What is known of a layout before anything is measured.
+/// The prediction for a layout before any measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignReport {
-    /// Which methods are left, ranks and conditions.
+    /// Which methods are applicable, ranks and condition numbers.
     pub applicability: Applicability<f64>,
     /// The predicted uncertainty; `None` when the layout does not determine the ten properties.
     pub predicted: Option<Predicted>,
-    /// What limits it, source by source; empty without a prediction.
+    /// Contribution of each error source to the uncertainty; empty without a prediction.
     pub parts: Vec<Part<f64>>,
-    /// What one more or less would do; `None` without a prediction.
+    /// The effect of one sensor or hit more or less; `None` without a prediction.
     pub advice: Option<Advice>,
-    /// What is predicted with.
+    /// The criterion of the prediction: body, noise and scale.
     pub criterion: Criterion<f64>,
-    /// Whose body that is.
+    /// A sentence that names the body of the criterion.
     pub whose: String,
 }
 
 /// Total uncertainty, in % of scale, of layouts that differ by one sensor or hit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Advice {
-    /// The further hit that helps most, and the total with it.
+    /// The additional hit that helps most, and the total with it.
     pub further_hit: Option<(Dof, f64)>,
-    /// The node for a further sensor that helps most, and the total with it.
+    /// The node at which an additional sensor helps most, and the total with it.
     pub further_sensor: Option<(u16, f64)>,
     /// The total without each of the hits; `None` where the rest does not determine the ten properties.
     pub without_hits: Vec<Option<f64>>,
@@ -50,7 +50,7 @@ pub struct Advice {
 }
 
 impl Predicted {
-    /// Of a layout; `None` when it does not determine the ten.
+    /// The prediction for a layout; `None` when it does not determine the ten properties.
     pub(super) fn of(criterion: &Criterion<f64>, layout: &HostLayout) -> Option<Self> {
         let mut memory = memory();
         criterion.cost(layout, &mut memory)?;
@@ -65,7 +65,7 @@ impl Predicted {
 }
 
 impl DesignReport {
-    /// Of a layout file, with `noise` relative to 1/m.
+    /// The prediction for a layout file, with `noise` relative to 1/m.
     pub fn of(file: &LayoutFile, noise: f64) -> Self {
         let layout = &file.layout;
         let (criterion, whose) = criterion_for(file, layout.characteristic_length(), noise);
@@ -103,12 +103,12 @@ impl Advice {
     }
 }
 
-/// What the bound of a [`HostLayout`] needs to be worked out in.
+/// Working memory for the bound of a [`HostLayout`].
 fn memory() -> Vec<f64> {
     vec![0.0; workspace(HOST_SENSORS)]
 }
 
-/// The sum of relative variances as one number for people.
+/// Converts the sum of relative variances to the total in % that people read.
 pub(super) fn percent(cost: f64) -> f64 {
     100.0 * total(cost)
 }

@@ -10,10 +10,10 @@ use super::{Advice, DesignReport, Predicted, Suggestion};
 use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
 
-/// Error sources with less than this part are not worth a line.
+/// Error sources with a smaller share than this are not listed.
 const WORTH_SAYING: f64 = 0.005;
 
-/// What is known of a layout, without its diagnostics.
+/// The prediction for a layout as JSON, without its diagnostics.
 pub fn design_report_json(design_report: &DesignReport, file: &LayoutFile) -> Value {
     let DesignReport { applicability, predicted, .. } = design_report;
     let mut value = predicted_json(predicted.as_ref());
@@ -32,7 +32,7 @@ pub fn design_report_json(design_report: &DesignReport, file: &LayoutFile) -> Va
     value
 }
 
-/// A suggestion, without its diagnostics.
+/// A suggestion as JSON, without its diagnostics.
 pub fn suggestion_json(suggestion: &Suggestion) -> Value {
     let mut value = predicted_json(Some(&suggestion.predicted));
     let layout = &suggestion.layout;
@@ -105,7 +105,7 @@ fn advice_json(advice: &Advice, file: &LayoutFile) -> Value {
     })
 }
 
-/// What a layout promises, for people.
+/// The predicted uncertainty of a layout as text.
 pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> String {
     let DesignReport { applicability, predicted: Some(predicted), .. } = design_report else {
         return String::new();
@@ -140,7 +140,7 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
     text
 }
 
-/// The error sources with the largest parts.
+/// The error sources with the largest shares.
 fn most(parts: &[Part<f64>], share: impl Fn(&Part<f64>) -> f64, count: usize) -> String {
     let mut parts: Vec<_> = parts.iter().filter(|part| share(part) > WORTH_SAYING).collect();
     parts.sort_by(|a, b| share(b).total_cmp(&share(a)));
@@ -185,13 +185,13 @@ fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
     text
 }
 
-/// What can be missed best; `None` when nothing can be missed.
+/// The entry whose removal costs least; `None` when none can be removed.
 fn least<'a, T>(all: &'a [T], totals: &[Option<f64>]) -> Option<(&'a T, f64)> {
     let known = all.iter().zip(totals).filter_map(|(one, total)| Some((one, (*total)?)));
     known.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// What a suggestion promises beside what the file's own layout does, for people.
+/// The prediction for a suggestion beside that for the file's own layout, as text.
 pub fn suggestion_text(suggestion: &Suggestion) -> String {
     let Suggestion { predicted, before, .. } = suggestion;
     let mut rows = table();
@@ -223,7 +223,7 @@ pub fn suggestion_text(suggestion: &Suggestion) -> String {
     )
 }
 
-/// The lines of a layout file, ready to paste.
+/// The lines of a layout file, ready to be pasted.
 pub fn lines(layout: &HostLayout) -> String {
     let sensors: Vec<_> = layout.sensors.iter().map(|s| s.node.to_string()).collect();
     let hits: Vec<_> = layout.hits.iter().map(|h| format!("\"{}\"", h.dof)).collect();

@@ -1,4 +1,4 @@
-//! Sensors and hits chosen among the nodes of a layout file.
+//! Chooses sensors and hits among the nodes of a layout file.
 
 use massline_shared::design::{Choice, Counts, Criterion, Found, Search, SearchError};
 use massline_shared::identify::maximum_likelihood::workspace;
@@ -13,16 +13,16 @@ use crate::interrupt::Interrupt;
 use crate::layout_file::LayoutFile;
 use crate::parallel::pieces;
 
-/// How many of something are wanted.
+/// How many sensors or hits are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// Exactly those of the file.
+    /// Exactly those in the file.
     Keep,
-    /// So many of the candidates.
+    /// The best choice of this many candidates.
     Best(usize),
 }
 
-/// What to search for.
+/// Settings of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Sensors.
@@ -33,39 +33,39 @@ pub struct Options {
     pub hits_per_dof: u8,
     /// Noise of one accelerance of one hit, relative to 1/m.
     pub noise: f64,
-    /// Random starts.
+    /// Number of random starts.
     pub starts: u32,
     /// Equal seeds give equal suggestions.
     pub seed: u64,
 }
 
-/// A layout that promises more.
+/// A layout with a smaller predicted uncertainty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suggestion {
-    /// The file's layout with other sensors and hits.
+    /// The file's layout with the chosen sensors and hits.
     pub layout: HostLayout,
-    /// What it promises.
+    /// Its predicted uncertainty.
     pub predicted: Predicted,
-    /// What the file's own layout promises in the same scale; `None` when it does not determine the
-    /// ten.
+    /// The predicted uncertainty of the file's own layout in the same scale; `None` when it does not
+    /// determine the ten properties.
     pub before: Option<Predicted>,
-    /// What is to be said about it; no errors.
+    /// Applicable methods and diagnostics of the suggested layout; contains no errors.
     pub applicability: Applicability<f64>,
-    /// What was chosen among.
+    /// The candidates of the search.
     pub candidates: Candidates,
     /// L of the scale: root mean square distance of the nodes from their centroid, m.
     pub length: f64,
-    /// Whose body it is for.
+    /// A sentence that names the body of the criterion.
     pub whose: String,
 }
 
-/// The sensors and hits among the nodes of a file with the least predicted sum of relative variances;
-/// `progress` hears of every start that is done. All cores search; the answer does not depend on how
-/// many there are.
+/// The sensors and hits among the nodes of a file with the smallest predicted sum of relative variances.
+/// `progress` is called after every completed start. The search uses all cores; the answer does not depend on
+/// their number.
 ///
 /// # Errors
-/// Exit 2 when there are fewer candidates than are wanted, exit 3 when no choice of them determines
-/// the ten, 130 on Ctrl-C.
+/// Exit 2 when there are fewer candidates than wanted, exit 3 when no choice of them determines the ten
+/// properties, 130 on Ctrl-C.
 pub fn suggest(
     file: &LayoutFile,
     options: &Options,
@@ -113,7 +113,7 @@ pub fn suggest(
     })
 }
 
-/// How many are wanted; kept ones become the only candidates.
+/// The number wanted; with [`Wanted::Keep`] the present entries become the only candidates.
 fn narrow<T: Copy>(candidates: &mut Vec<T>, wanted: Wanted, present: &[T]) -> usize {
     match wanted {
         Wanted::Best(count) => count,
@@ -151,7 +151,7 @@ fn nothing() -> Error {
     )
 }
 
-/// What every start needs.
+/// The inputs that all starts share.
 struct Job<'a> {
     file: &'a LayoutFile,
     criterion: &'a Criterion<f64>,
@@ -161,8 +161,8 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// The best layout of all starts in the capacity that is just enough, which is several times
-    /// faster; `None` when no choice determines the ten.
+    /// The best layout of all starts, computed in matrices of the smallest sufficient capacity, which is
+    /// several times faster; `None` when no choice determines the ten properties.
     fn search<const S: usize, const H: usize>(
         &self,
         search: &Search,
@@ -171,7 +171,7 @@ impl Job<'_> {
     ) -> Result<Option<HostLayout>> {
         let empty: Layout<f64, S, H> = self.empty.cast().ok_or_else(nothing)?;
         let first = self.present::<S, H>(search);
-        // The file's own layout is one start more.
+        // The file's own layout is an additional start.
         let starts = search.starts + u32::from(first.is_some());
         let start = |index: u32| match index.checked_sub(search.starts) {
             None => search.start(index),
@@ -199,7 +199,7 @@ impl Job<'_> {
         Ok(best.and_then(|best| self.layout(&empty, &ordered(best.choice)).cast()))
     }
 
-    /// The file's own sensors and hits as a choice, when they are candidates and as many as wanted.
+    /// The file's own sensors and hits as a choice, if all are candidates and their numbers are those wanted.
     fn present<const S: usize, const H: usize>(&self, search: &Search) -> Option<Choice<S, H>> {
         let layout = &self.file.layout;
         let mut choice = Choice::default();
@@ -229,7 +229,7 @@ impl Job<'_> {
     }
 }
 
-/// In the order of the candidates, which is that of the nodes.
+/// Sorts a choice in the order of the candidates, which is that of the nodes.
 fn ordered<const S: usize, const H: usize>(mut choice: Choice<S, H>) -> Choice<S, H> {
     choice.sensors.sort_unstable();
     choice.hits.sort_unstable();

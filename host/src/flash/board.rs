@@ -1,6 +1,6 @@
-//! The boards that can be flashed: what their chips' flash looks like, and the ways to it.
+//! The boards that can be flashed: the layout of their chips' flash, and the ways to write it.
 //!
-//! The facts are those of `boards/<name>/board.toml` when this program was built.
+//! The facts come from `boards/<name>/board.toml` at the time when this program was built.
 
 use std::ops::Range;
 use std::sync::LazyLock;
@@ -13,25 +13,25 @@ include!(concat!(env!("OUT_DIR"), "/boards.rs"));
 /// One kind of board.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Board {
-    /// As in `--board` and in the rig's identity.
+    /// Name, as in `--board` and in the rig's identity.
     pub name: String,
-    /// The chip, as probe-rs calls it.
+    /// The chip, by its name in probe-rs.
     pub chip: String,
     /// The package of its firmware.
     pub package: String,
     /// The target of the Rust compiler.
     pub target: String,
-    /// All flash.
+    /// The whole flash.
     pub flash: Flash,
-    /// What the rig writes itself.
+    /// The store, which the rig itself writes.
     pub store: Range<u32>,
-    /// Where the stack may begin.
+    /// Addresses at which the stack may begin.
     pub ram: Range<u32>,
-    /// What takes firmware without a debug probe.
+    /// What accepts firmware without a debug probe.
     pub boot_loader: Option<BootLoader>,
 }
 
-/// A way to the flash of a board.
+/// A way to write the flash of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Way {
     /// The USB boot loader in the chip (DfuSe).
@@ -43,7 +43,7 @@ pub enum Way {
 }
 
 impl Way {
-    /// As in `--via`.
+    /// Name, as in `--via`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Dfu => "dfu",
@@ -53,7 +53,7 @@ impl Way {
     }
 }
 
-/// Every board with a chip, by name.
+/// Every board with a physical chip, by name.
 pub static BOARDS: LazyLock<Vec<Board>> = LazyLock::new(|| {
     let facts = FILES.iter().map(|(name, text)| {
         massline_boards::Board::parse(name, text).expect("the build script has read the same text")
@@ -62,7 +62,7 @@ pub static BOARDS: LazyLock<Vec<Board>> = LazyLock::new(|| {
 });
 
 impl Board {
-    /// `None` when it is emulated.
+    /// `None` when the board is emulated.
     fn with_chip(facts: massline_boards::Board) -> Option<Self> {
         Some(Self {
             package: facts.package(),
@@ -81,7 +81,7 @@ impl Board {
         BOARDS.iter().find(|board| board.name == name)
     }
 
-    /// The ways to its flash; the first is the usual one.
+    /// The ways to write its flash; the first is the default.
     pub fn ways(&self) -> Vec<Way> {
         let cable = self.boot_loader.as_ref().map(|boot_loader| match boot_loader {
             BootLoader::Dfu(_) => Way::Dfu,

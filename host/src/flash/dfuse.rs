@@ -1,8 +1,8 @@
 //! The USB boot loader of STM32 chips: DFU 1.1 with ST's extensions (application note AN3156).
 //!
-//! A download of block 0 is a command: erase the sector at an address, or set the address pointer. Blocks from
-//! 2 on are data at pointer + (block - 2) · transfer size. What was asked for begins when the status is read
-//! the first time, and is over when the state is no longer *busy*.
+//! A download of block 0 is a command: erase the sector at an address, or set the address pointer. Blocks
+//! from 2 on are data at pointer + (block - 2) · transfer size. The operation begins when the status is first
+//! read, and is complete when the state is no longer *busy*.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -27,14 +27,15 @@ const ERASE: u8 = 0x41;
 /// The number of the first block of data.
 const FIRST_BLOCK: u16 = 2;
 
-/// The longest of anything: a sector of 128 KiB takes 4 s at most (data sheet, slowest supply).
+/// Timeout of a single operation; erasing a sector of 128 KiB takes at most 4 s (data sheet, lowest supply
+/// voltage).
 const LATE: Duration = Duration::from_secs(20);
 
 /// Erases, writes, reads back, and starts the program.
 ///
 /// # Errors
-/// `wrong_chip` when the boot loader names another flash, `flash_refused` with what it said,
-/// `flash_differs` when it reads back something else, `usb_failed`, and when `watch` ends it.
+/// `wrong_chip` when the boot loader describes another flash, `flash_refused` with its status,
+/// `flash_differs` when the data read back are different, `usb_failed`, and when `watch` stops it.
 pub fn flash<IO>(io: &IO, plan: &Plan, watch: &mut dyn Watch) -> Result<()>
 where
     IO: DfuIo<Read = usize>,
@@ -50,7 +51,7 @@ where
     loader.leave(plan.board.flash.origin)
 }
 
-/// The boot loader describes its chip's flash; that of another chip is not written.
+/// Checks that the boot loader describes the flash of the plan's chip; any other chip is not written.
 fn same_flash<IO: DfuIo>(io: &IO, plan: &Plan) -> Result<()> {
     let board = plan.board;
     let wanted: Vec<u32> =
@@ -87,7 +88,7 @@ fn can_do_both(descriptor: &FunctionalDescriptor) -> Result<()> {
 
 struct Loader<'io, IO> {
     io: &'io IO,
-    /// Bytes of a full block.
+    /// Length of a full block, bytes.
     block: usize,
 }
 
@@ -128,7 +129,7 @@ where
         for segment in &plan.image.segments {
             self.idle()?;
             self.command(SET_ADDRESS, segment.address)?;
-            // The state of a download; an upload begins from idle.
+            // Leaves the download state; an upload starts from idle.
             self.send(ABORT, 0, &[])?;
             for (number, block) in (FIRST_BLOCK..).zip(segment.bytes.chunks(self.block)) {
                 let read = &mut read[..block.len()];
@@ -146,8 +147,8 @@ where
         self.idle()
     }
 
-    /// Starts the program whose vector table is at `origin`. The device goes away, sometimes before it
-    /// has answered.
+    /// Starts the program whose vector table is at `origin`. The device disconnects, sometimes before it has
+    /// answered.
     fn leave(&self, origin: u32) -> Result<()> {
         self.command(SET_ADDRESS, origin)?;
         self.send(DOWNLOAD, 0, &[])?;
@@ -161,7 +162,7 @@ where
         self.download(0, &bytes)
     }
 
-    /// Sends a block and waits until it is worked off.
+    /// Sends a block and waits until it has been processed.
     fn download(&self, number: u16, bytes: &[u8]) -> Result<()> {
         self.send(DOWNLOAD, number, bytes)?;
         let start = Instant::now();
@@ -177,7 +178,7 @@ where
         }
     }
 
-    /// Brings the device to idle, from an error that someone has left behind too.
+    /// Brings the device to the idle state, also from an error that an earlier session left.
     fn idle(&self) -> Result<()> {
         let (_, state, _) = self.status()?;
         match state {
@@ -191,7 +192,7 @@ where
         }
     }
 
-    /// Status, state, and how long the device wants not to be asked again.
+    /// Status, state, and the time to wait before the next request.
     fn status(&self) -> Result<(Status, State, Duration)> {
         let mut answer = [0; 6];
         let got = self.io.read_control(IN, GET_STATUS, 0, &mut answer).map_err(broken)?;
@@ -209,7 +210,7 @@ where
     }
 }
 
-/// Bytes before the block of this number.
+/// Number of bytes before the block with this number.
 fn done_in(number: u16, block: usize) -> u32 {
     u32::from(number - FIRST_BLOCK) * block as u32
 }

@@ -1,4 +1,4 @@
-//! Boards that show themselves as a drive: a file that is copied there goes to the flash.
+//! Boards that appear as a USB drive: a file that is copied there is written to the flash.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -14,33 +14,33 @@ use super::plan::Plan;
 use super::{Step, Watch, uf2};
 use crate::error::{Error, Result};
 
-/// What a drive wants to be given, and how it is known.
+/// The file format of a drive, and how the drive is recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind<'b> {
-    /// A boot loader that takes UF2.
+    /// A boot loader that accepts UF2.
     Uf2(&'b Uf2),
-    /// An ST-LINK that takes a plain binary.
+    /// An ST-LINK that accepts a plain binary.
     StLink(&'b StLink),
 }
 
-/// What is known once the drive has taken the file.
+/// What is known after the drive has taken the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taken {
-    /// The board has started the program, which it does only with all of it.
+    /// The board has started the program, which it does only after receiving all of it.
     Whole,
-    /// The file went to the board; it has not said that anything failed.
+    /// The file was copied, and the board reported no failure.
     Silently,
 }
 
-/// For the board to work off what it was given: 400 KiB take some 10 s over an ST-LINK.
+/// Timeout for the board to process the file: 400 KiB take some 10 s over an ST-LINK.
 const LATE: Duration = Duration::from_secs(60);
-/// For the ST-LINK's drive to come back, if the system mounts drives by itself.
+/// How long to wait for the ST-LINK's drive to come back, if the system mounts drives automatically.
 const BACK: Duration = Duration::from_secs(8);
-/// Nothing tells this process that a drive has gone.
+/// Polling interval: the system does not notify this process when a drive disappears.
 const POLL: Duration = Duration::from_millis(50);
 
 impl<'b> Kind<'b> {
-    /// What the drive of this board wants; `None` for a board without.
+    /// The kind of drive of this board; `None` when it has none.
     pub fn of(board: &'b Board) -> Option<Self> {
         match board.boot_loader.as_ref()? {
             BootLoader::Uf2(drive) => Some(Self::Uf2(drive)),
@@ -63,7 +63,7 @@ impl<'b> Kind<'b> {
         }
     }
 
-    /// Whether this mounted drive is one of the kind.
+    /// True when this mounted drive is of this kind.
     fn is(self, drive: &Path) -> bool {
         match self {
             Self::Uf2(uf2) => fs::read_to_string(drive.join("INFO_UF2.TXT"))
@@ -72,7 +72,7 @@ impl<'b> Kind<'b> {
         }
     }
 
-    /// A drive of the kind that is this board's: an ST-LINK is named after the board it sits on.
+    /// True for a drive of this kind that belongs to this board: an ST-LINK is named after its board.
     fn is_of_board(self, drive: &Path) -> bool {
         let label = drive.file_name().and_then(|name| name.to_str()).unwrap_or_default();
         let named = match self {
@@ -101,7 +101,7 @@ impl<'b> Kind<'b> {
     }
 }
 
-/// The only mounted drive of this kind, or the one that the user names.
+/// The only mounted drive of this kind, or the one that the user named.
 ///
 /// # Errors
 /// `no_drive`, `several_drives`, `wrong_drive`.
@@ -130,7 +130,7 @@ pub fn find(kind: Kind<'_>, named: Option<&Path>) -> Result<PathBuf> {
     }
 }
 
-/// Where drives are mounted.
+/// The mount points of FAT file systems, or of all volumes on macOS.
 fn mounted() -> Vec<PathBuf> {
     match fs::read_to_string("/proc/self/mounts") {
         Ok(mounts) => mounts.lines().filter_map(fat_drive).collect(),
@@ -146,18 +146,18 @@ fn fat_drive(line: &str) -> Option<PathBuf> {
     let mut fields = line.split(' ');
     let (_, place, system) = (fields.next()?, fields.next()?, fields.next()?);
     let fat = ["vfat", "msdos", "exfat", "fuseblk"].contains(&system);
-    // Blanks are written in octal.
+    // Blanks are escaped in octal.
     fat.then(|| PathBuf::from(place.replace("\\040", " ")))
 }
 
 /// Copies the image to the drive and waits until the board has taken it.
 ///
 /// # Errors
-/// `drive_not_written`, `drive_not_taken`, `flash_refused` with what the board says.
+/// `drive_not_written`, `drive_not_taken`, `flash_refused` with the board's message.
 pub fn flash(kind: Kind<'_>, drive: &Path, plan: &Plan, watch: &mut dyn Watch) -> Result<Taken> {
     let bytes = kind.content(plan);
     let file = drive.join(kind.file_name());
-    // Complaints about what was flashed before are no news.
+    // A failure file that exists already is about an earlier attempt.
     let before = complaint(drive);
     copy(&file, &bytes, watch)?;
     let start = Instant::now();
@@ -202,12 +202,13 @@ fn copy(path: &Path, bytes: &[u8], watch: &mut dyn Watch) -> Result<()> {
         done += part.len() as u64;
         watch.at(Step::Write, done, bytes.len() as u64)?;
     }
-    // The board may be gone with the last block, before the directory is written.
+    // This may fail: the board can disconnect after the last block, before the directory is written.
     let _ = file.sync_all();
     Ok(())
 }
 
-/// What the ST-LINK writes on its drive when it could not flash; a file without text is being written.
+/// The text of the file that the ST-LINK writes on its drive after a failure; an empty file is still being
+/// written.
 fn complaint(drive: &Path) -> Option<String> {
     let text = fs::read_to_string(drive.join("FAIL.TXT")).ok()?;
     let text: String = text.trim().chars().filter(|c| !c.is_control()).take(200).collect();
@@ -240,7 +241,7 @@ mod tests {
         Plan::new(board, image).unwrap()
     }
 
-    /// Does with the file on its drive what a board does, as soon as it has `size` bytes.
+    /// Imitates a board: takes the file from the drive as soon as it has `size` bytes.
     fn board(drive: PathBuf, kind: Kind<'static>, size: usize) -> thread::JoinHandle<Vec<u8>> {
         let file = drive.join(kind.file_name());
         thread::spawn(move || {
@@ -250,7 +251,7 @@ mod tests {
                     Ok(bytes) if bytes.len() == size => break,
                     _ => thread::yield_now(),
                 }
-                // Never reached unless nothing is copied.
+                // Reached only when nothing is copied.
                 assert!(start.elapsed() < LATE, "no file of {size} bytes has come");
             }
             let taken = fs::read(&file).unwrap();

@@ -1,4 +1,4 @@
-//! Reads firmware out of an ELF file, and says whether it is for a board.
+//! Reads firmware from an ELF file, and checks that it is for a board.
 
 use std::path::Path;
 
@@ -9,26 +9,26 @@ use object::{Endianness, LittleEndian, U32};
 use super::board::{BOARDS, Board};
 use crate::error::{Error, Result};
 
-/// What lies at one address.
+/// Contiguous bytes at an address.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Segment {
     /// Address of the first byte.
     pub address: u32,
-    /// Never empty.
+    /// The bytes; never empty.
     pub bytes: Vec<u8>,
 }
 
 impl Segment {
-    /// Address behind the last byte.
+    /// Address after the last byte.
     pub fn end(&self) -> u64 {
         u64::from(self.address) + self.bytes.len() as u64
     }
 }
 
-/// What a chip's flash is to hold: segments by rising address, no two of which meet.
+/// The contents for a chip's flash: segments by rising address that do not touch each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
-    /// Never empty.
+    /// The segments; never empty.
     pub segments: Vec<Segment>,
 }
 
@@ -73,17 +73,17 @@ impl Image {
         Ok(Self { segments: joined(segments)? })
     }
 
-    /// All bytes.
+    /// Total number of bytes.
     pub fn len(&self) -> u64 {
         self.segments.iter().map(|segment| segment.bytes.len() as u64).sum()
     }
 
-    /// Never: an image has a segment.
+    /// Always false, because an image has at least one segment.
     pub fn is_empty(&self) -> bool {
         self.segments.is_empty()
     }
 
-    /// From the first byte to the last, with `0xFF`, as erased flash reads, between the segments.
+    /// One segment from the first byte to the last, with `0xFF`, the value of erased flash, in the gaps.
     pub fn flat(&self) -> Segment {
         let mut flat = Segment { address: self.segments[0].address, bytes: Vec::new() };
         for segment in &self.segments {
@@ -93,7 +93,7 @@ impl Image {
         flat
     }
 
-    /// Whether this starts on the board's chip, and is the firmware of the board.
+    /// Checks that the image starts on the board's chip and is the firmware of the board.
     fn checked_for(&self, board: &Board) -> Result<()> {
         let first = &self.segments[0];
         if first.address != board.flash.origin {
@@ -117,7 +117,7 @@ impl Image {
         self.segments.iter().any(holds)
     }
 
-    /// The first words of the vector table: where the stack begins, and where the program.
+    /// Checks the first words of the vector table: initial stack pointer and entry point.
     fn vectors_checked(&self, board: &Board) -> Result<()> {
         let first = &self.segments[0];
         let word = |at: usize| {
@@ -143,10 +143,10 @@ impl Image {
     }
 }
 
-/// Erased flash between two segments that is not worth a segment of its own.
+/// Gaps up to this many bytes are filled instead of starting a new segment.
 const GAP: u64 = 64;
 
-/// Joins segments that touch, and those with a small gap between, which is left as erased.
+/// Joins segments that touch or have a small gap between them, which is filled as if erased.
 fn joined(segments: Vec<Segment>) -> Result<Vec<Segment>> {
     let mut joined: Vec<Segment> = Vec::new();
     for segment in segments {
@@ -167,7 +167,7 @@ fn joined(segments: Vec<Segment>) -> Result<Vec<Segment>> {
     if joined.is_empty() { Err(malformed("holds nothing to be flashed")) } else { Ok(joined) }
 }
 
-/// Flash is written in words.
+/// Pads to a full word, the unit in which flash is written.
 fn fill_last_word(segment: &mut Segment) {
     segment.bytes.resize(segment.bytes.len().next_multiple_of(4), 0xFF);
 }

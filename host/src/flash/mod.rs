@@ -1,4 +1,4 @@
-//! Puts firmware on a board.
+//! Writes firmware to a board.
 //!
 //! ```text
 //!  ELF ─ image ─▶ segments ─ plan ─▶ sectors to erase, bytes to write ─┬─ dfuse ─ usb    the chip's USB boot loader
@@ -6,9 +6,9 @@
 //!        is it for this      never the store                          ├─ bin   ─ drive
 //!        board?                                                       └─ probe          SWD, feature `probe`
 //! ```
-//! A **sector** is what the flash erases at once. The **store** is the part of it that the rig itself writes:
-//! settings, layouts, calibration, results. No way of flashing writes there, and
-//! none but the ST-LINK's drive, whose own firmware decides that, may erase there.
+//! A **sector** is the smallest unit that the flash erases. The **store** is the part of the flash that the
+//! rig itself writes: settings, layouts, calibration, results. No way of flashing writes there, and none can
+//! erase there except the ST-LINK's drive, whose own firmware decides what it erases.
 
 pub mod board;
 pub mod dfuse;
@@ -22,7 +22,7 @@ pub mod usb;
 
 use crate::error::Result;
 
-/// What is being done to the flash.
+/// The current step of flashing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// Sectors are erased.
@@ -33,9 +33,9 @@ pub enum Step {
     Verify,
 }
 
-/// Is told how far the work is, and may end it.
+/// Receives the progress, and may stop the work.
 pub trait Watch {
-    /// `done` of `of` bytes of this step are done.
+    /// `done` of `of` bytes of this step are complete.
     ///
     /// # Errors
     /// When the user wants to stop.

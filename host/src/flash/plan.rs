@@ -1,4 +1,4 @@
-//! What is erased and what is written, and that the store is neither.
+//! Plans which sectors are erased and what is written; neither touches the store.
 
 use std::ops::Range;
 
@@ -6,14 +6,14 @@ use super::board::Board;
 use super::image::Image;
 use crate::error::{Error, Result};
 
-/// What flashing an image does to a board's flash.
+/// The effect of flashing an image on a board's flash.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Plan {
     /// The board.
     pub board: &'static Board,
-    /// What is written.
+    /// The image to be written.
     pub image: Image,
-    /// The sectors that the image lies in, by rising address; none is of the store.
+    /// The sectors that the image occupies, by rising address; none belongs to the store.
     pub erase: Vec<Range<u32>>,
 }
 
@@ -49,7 +49,7 @@ impl Plan {
         Ok(Self { board, image, erase })
     }
 
-    /// Bytes of the sectors that are erased.
+    /// Total size of the erased sectors, bytes.
     pub fn erased(&self) -> u64 {
         self.erase.iter().map(|sector| u64::from(sector.end - sector.start)).sum()
     }

@@ -1,4 +1,4 @@
-//! A debug probe on SWD, by the library of probe-rs. With the feature `probe`.
+//! Flashing through a debug probe on SWD with the probe-rs library. Requires the feature `probe`.
 
 use probe_rs::flashing::{DownloadOptions, FlashProgress, ProgressEvent, ProgressOperation};
 use probe_rs::probe::list::Lister;
@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 /// Erases, writes, reads back, and starts the program.
 ///
 /// # Errors
-/// `no_probe`, `several_probes`, `probe_failed`, and when `watch` ends it before anything is erased.
+/// `no_probe`, `several_probes`, `probe_failed`, and when `watch` stops it before anything is erased.
 pub fn flash(plan: &Plan, watch: &mut dyn Watch) -> Result<()> {
     let mut session = attach(plan)?;
     watch.at(Step::Erase, 0, plan.erased())?;
@@ -20,7 +20,7 @@ pub fn flash(plan: &Plan, watch: &mut dyn Watch) -> Result<()> {
         loader.add_data(segment.address.into(), &segment.bytes).map_err(failed)?;
     }
     let mut options = DownloadOptions::new();
-    // Of what is not of the image in its sectors, nothing is needed.
+    // Other contents of the image's sectors are not needed.
     options.keep_unwritten_bytes = false;
     options.verify = true;
     options.progress = progress(plan, watch);
@@ -70,7 +70,7 @@ fn progress<'w>(plan: &Plan, watch: &'w mut dyn Watch) -> FlashProgress<'w> {
             ProgressOperation::Verify => (Step::Verify, totals.1),
             _ => return,
         };
-        // The library cannot be stopped half-way.
+        // The library cannot be stopped part-way.
         let _ = watch.at(step, done.min(of), of);
     })
 }

@@ -1,19 +1,19 @@
-//! UF2: firmware as a file of blocks that may come in any order, for boot loaders that show themselves as
-//! a drive (<https://github.com/microsoft/uf2>).
+//! UF2: firmware as a file of blocks in any order, for boot loaders that appear as a drive
+//! (<https://github.com/microsoft/uf2>).
 
 use super::image::Image;
 
-/// Bytes of a block.
+/// Length of a block, bytes.
 pub const BLOCK: usize = 512;
-/// Bytes of firmware in a block: a page of the RP2350's flash.
+/// Firmware in a block, bytes: a page of the RP2350's flash.
 pub const PAYLOAD: usize = 256;
 
 const MAGIC: [u32; 2] = [0x0A32_4655, 0x9E5D_5157];
 const MAGIC_END: u32 = 0x0AB1_6F30;
-/// The last field of the head is a family.
+/// Flag: the last field of the header is a family ID.
 const HAS_FAMILY: u32 = 0x2000;
 
-/// The image as blocks of whole pages; what a page does not hold of the image is `0xFF`, as erased.
+/// The image as blocks of whole pages; the parts of a page outside of the image are `0xFF`, as if erased.
 pub fn blocks(image: &Image, family: u32) -> Vec<u8> {
     let pages = pages(image);
     let mut file = Vec::with_capacity(pages.len() * BLOCK);
@@ -36,7 +36,7 @@ pub fn blocks(image: &Image, family: u32) -> Vec<u8> {
     file
 }
 
-/// The pages that the image touches, by rising address.
+/// The pages that the image occupies, by rising address.
 fn pages(image: &Image) -> Vec<(u32, [u8; PAYLOAD])> {
     let mut pages: Vec<(u32, [u8; PAYLOAD])> = Vec::new();
     for segment in &image.segments {
@@ -58,7 +58,7 @@ mod tests {
     use super::super::image::Segment;
     use super::*;
 
-    /// Any will do.
+    /// An arbitrary family ID.
     const FAMILY: u32 = 0x1234_5678;
 
     #[test]
@@ -77,7 +77,8 @@ mod tests {
         assert_eq!(bytes[0x1FE..0x201], [7; 3]);
     }
 
-    /// The boot loader starts the program when it has seen as many blocks as each of them says there are.
+    /// The boot loader starts the program when it has received as many blocks as the header of each block
+    /// states.
     #[test]
     fn each_block_says_its_number_and_how_many_there_are() {
         let image =

@@ -1,4 +1,4 @@
-//! Finds a boot loader on USB and speaks to it, without system libraries.
+//! Finds a boot loader on USB and communicates with it, without system libraries.
 
 use std::time::Duration;
 
@@ -11,9 +11,9 @@ use nusb::{DeviceInfo, ErrorKind, Interface, MaybeFuture};
 
 use crate::error::{Error, Result};
 
-/// The alternate setting of the internal flash is described by a string that begins so.
+/// Prefix of the string that describes the alternate setting of the internal flash.
 const FLASH: &str = "@Internal Flash";
-/// The boot loader may not answer while it erases.
+/// The boot loader may not answer while it erases, so this is long.
 const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// The boot loader of a chip, opened for its internal flash.
@@ -24,7 +24,7 @@ pub struct DfuDevice {
 }
 
 impl DfuDevice {
-    /// Opens the only chip in DFU mode that calls itself as `loader` says.
+    /// Opens the only chip in DFU mode whose USB identity is that of `loader`.
     ///
     /// # Errors
     /// `no_dfu_device`, `several_dfu_devices`, `usb_denied`, `wrong_chip`, `usb_failed`.
@@ -37,10 +37,10 @@ impl DfuDevice {
         let configuration = device.active_configuration().map_err(failed)?;
         for setting in configuration.interface_alt_settings() {
             let Some(index) = setting.string_index() else { continue };
-            // Every STM32 answers in US English.
+            // Every STM32 has its strings in US English.
             let text =
                 device.get_string_descriptor(index, 0x0409, TIMEOUT).wait().map_err(failed)?;
-            // The parser of the layout cuts by bytes.
+            // The layout parser slices by bytes, so the text must be ASCII.
             if !text.starts_with(FLASH) || !text.is_ascii() {
                 continue;
             }
@@ -102,7 +102,7 @@ fn opened(error: &nusb::Error, usb: UsbId) -> Error {
     }
 }
 
-/// The rule by which Linux lets the user who is logged in open this device.
+/// The udev rule by which Linux lets the logged-in user open this device.
 fn udev_rule(UsbId { vendor, product }: UsbId) -> String {
     format!(
         "SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"{vendor:04x}\", ATTR{{idProduct}}==\"{product:04x}\", TAG+=\"uaccess\""
@@ -113,16 +113,16 @@ fn failed(error: impl std::fmt::Display) -> Error {
     Error::device("usb_failed", format!("the chip in DFU mode cannot be used: {error}"))
 }
 
-/// A transfer that failed.
+/// Why a transfer failed.
 #[derive(Debug, thiserror::Error)]
 pub enum UsbError {
-    /// The bus, or the device's refusal.
+    /// A bus error, or a request that the device refused.
     #[error(transparent)]
     Transfer(#[from] TransferError),
-    /// Resetting the device.
+    /// Resetting the device failed.
     #[error(transparent)]
     Reset(#[from] nusb::Error),
-    /// The protocol.
+    /// A protocol error.
     #[error(transparent)]
     Dfu(#[from] dfu_core::Error),
 }
@@ -174,7 +174,7 @@ impl DfuIo for DfuDevice {
         Ok(buffer.len())
     }
 
-    /// Never asked for: the boot loader starts the program by itself.
+    /// Never called: the boot loader starts the program by itself.
     fn usb_reset(self) -> Result<(), UsbError> {
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Which channel is the force, how fast was it sampled, and where are the hits?
+//! Finds the force channel, the sampling rate and the hits of a recording.
 
 use massline_shared::signal::{CHANNELS, EdgeTrigger};
 
@@ -6,9 +6,9 @@ use super::{CutHit, MOST_HITS, Options};
 use crate::error::{Error, Result};
 use crate::recording::{Channel, Recording, Segment};
 
-/// Fewer samples than this are no hit.
+/// A segment with fewer samples than this is rejected.
 const SHORTEST: usize = 32;
-/// Samples that tell the rest of a segment before its hit is found.
+/// Number of samples at the start of a segment whose mean is the zero level of its force.
 const FIRST: usize = 8;
 
 /// The channels in the order of grading: the force, then the responses.
@@ -34,7 +34,7 @@ pub(super) fn channel_order(recording: &Recording, options: &Options) -> Result<
     Ok([force].into_iter().chain((0..count).filter(|&k| k != force)).collect())
 }
 
-/// The channel of a name or a number from 1.
+/// The channel with this name or this number, from 1.
 fn named(recording: &Recording, wanted: &str) -> Result<usize> {
     let channels = &recording.channels;
     let number = wanted.parse::<usize>().ok().and_then(|n| n.checked_sub(1));
@@ -49,7 +49,7 @@ fn named(recording: &Recording, wanted: &str) -> Result<usize> {
     })
 }
 
-/// The channel that is a force by its name or unit; the first when none has either.
+/// The channel whose name or unit is that of a force; the first channel when none has.
 fn found(recording: &Recording) -> Result<usize> {
     let channels = &recording.channels;
     let is_force = |channel: &Channel| {
@@ -78,7 +78,7 @@ fn list(channels: &[Channel]) -> String {
     channels.iter().enumerate().map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// Readings per second.
+/// Sampling rate, Hz.
 pub(super) fn rate(recording: &Recording, options: &Options) -> Result<f64> {
     let rate = options.rate_hz.or(recording.rate_hz).filter(|rate| rate.is_finite() && *rate > 0.0);
     rate.ok_or_else(|| {
@@ -89,15 +89,15 @@ pub(super) fn rate(recording: &Recording, options: &Options) -> Result<f64> {
     })
 }
 
-/// Says so where the rate in use is not that of the file.
+/// A warning when the rate in use is not that of the file.
 pub(super) fn other_rate(recording: &Recording, used: f64) -> Option<String> {
     let said = recording.rate_hz?;
-    // A rate in a text file has six digits at least.
+    // A rate in a text file has at least six digits.
     let same = (said - used).abs() <= 1e-5 * used;
     (!same).then(|| format!("the file says {said} Hz, using {used} Hz as told with --rate-hz"))
 }
 
-/// A hit for each segment, or what the trigger finds in a single one.
+/// One hit per segment, or the hits that the trigger finds in a single segment.
 pub(super) fn hits(
     recording: &Recording,
     order: &[usize],
@@ -151,7 +151,7 @@ fn segmented(
     let first = force.get(..FIRST).unwrap_or_default();
     let rest = first.iter().sum::<f64>() / FIRST as f64;
     let level = rest + options.test.trigger_n;
-    // Without a touch the grading finds the hit too weak.
+    // If the force never reaches the level, the grading rejects the hit as too weak.
     let touch = force.iter().position(|&f| f >= level).unwrap_or(samples / 2);
     Ok(CutHit { segment: k, start_s: touch as f64 / rate, pre_trigger: touch, channels })
 }

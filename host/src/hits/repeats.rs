@@ -1,15 +1,15 @@
-//! Do the hits of a recording agree? They are compared as a rig compares the hits of a DOF
-//! ([`RepeatHits`]), in the order of how close they are to the middle of all in place of the order in time:
-//! so bad ones come last, whenever they were hit.
+//! Checks whether the hits of a recording agree. They are compared as a rig compares the hits of a DOF
+//! ([`RepeatHits`]), but in the order of their distance from the middle of all hits instead of in time order,
+//! so that bad hits come last wherever they are in the recording.
 //!
-//! The middle is the median of every element. It does not follow a few bad hits, as a mean does.
+//! The middle is the median of every element. A few bad hits do not shift it as they shift a mean.
 
 use massline_shared::signal::{RepeatHits, Standing};
 
-/// Hits as vectors of what was measured per force, all of one length.
+/// Hits as vectors of the responses per force, all of one length.
 pub(super) struct Repeats {
     hits: Vec<Vec<f64>>,
-    /// The hits that agree, the closest to the middle first.
+    /// The hits that agree, in the order of their distance from the middle.
     agreeing: Vec<usize>,
     /// The sum of their vectors.
     sum: Vec<f64>,
@@ -18,7 +18,7 @@ pub(super) struct Repeats {
 }
 
 impl Repeats {
-    /// Of these hits, at least one of which agrees when there is any.
+    /// Compares these hits. If there are any, at least one counts as agreeing.
     pub(super) fn new(hits: Vec<Vec<f64>>) -> Self {
         let order = by_distance_from_the_middle(&hits);
         let sum = vec![0.0; hits.first().map_or(0, Vec::len)];
@@ -28,19 +28,19 @@ impl Repeats {
                 repeats.join(hit);
             }
         }
-        // Where no two agree nothing tells which of them is right.
+        // If no two hits agree, the data do not determine which of them is right.
         if repeats.agreeing.len() == 1 {
             order.into_iter().skip(1).for_each(|hit| repeats.join(hit));
         }
         repeats
     }
 
-    /// The hits that agree, at most so many, the closest to the middle.
+    /// The hits that agree, at most `wanted` of them, those closest to the middle first.
     pub(super) fn best(&self, wanted: usize) -> &[usize] {
         &self.agreeing[..wanted.min(self.agreeing.len())]
     }
 
-    /// A hit beside those that agree, itself left out.
+    /// Compares a hit with those that agree, excluding itself.
     pub(super) fn beside_the_others(&self, hit: usize) -> RepeatHits<f64> {
         let Some(own) = self.hits.get(hit) else {
             return RepeatHits {
@@ -63,7 +63,7 @@ impl Repeats {
         RepeatHits {
             others: u32::try_from(others).unwrap_or(u32::MAX),
             mean_squared,
-            // Rounding may leave less than nothing.
+            // Rounding may make the difference negative.
             scatter_squared: (squares - others as f64 * mean_squared).max(0.0),
             distance_squared,
         }
@@ -81,8 +81,8 @@ fn square(vector: &[f64]) -> f64 {
     vector.iter().map(|v| v * v).sum()
 }
 
-/// The hits in the order of their distance from the median of every element; of equally far ones the
-/// first is the first.
+/// The hits in the order of their distance from the median of every element; equally distant hits stay in
+/// their order.
 fn by_distance_from_the_middle(hits: &[Vec<f64>]) -> Vec<usize> {
     let length = hits.iter().map(Vec::len).min().unwrap_or(0);
     let middle: Vec<f64> =
@@ -96,7 +96,7 @@ fn by_distance_from_the_middle(hits: &[Vec<f64>]) -> Vec<usize> {
     order
 }
 
-/// The middle value, or the mean of the two in the middle; zero of nothing.
+/// The median: the middle value, or the mean of the two middle values; zero of an empty list.
 fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     let even = values.len().is_multiple_of(2);

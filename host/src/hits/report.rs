@@ -8,7 +8,7 @@ use crate::output;
 use crate::report::{code_name, message};
 
 impl Hit {
-    /// `rejected`, `warning` or `accepted`: by its gravest finding.
+    /// `rejected`, `warning` or `accepted`, by its most severe finding.
     pub fn verdict(&self) -> &'static str {
         match self.report.findings.iter().map(|found| found.severity).max() {
             Some(Severity::Error) => "rejected",
@@ -34,7 +34,7 @@ impl Hit {
     }
 }
 
-/// A finding with the number that decided, whose key names its unit.
+/// A finding as JSON, with the decisive number under a key that names its unit.
 fn finding_json(found: &Diagnostic) -> Value {
     let mut object = json!({
         "code": code_name(found),
@@ -53,7 +53,7 @@ fn finding_json(found: &Diagnostic) -> Value {
     if let Some(object) = object.as_object_mut() {
         object.insert(key.into(), found.value.into());
         if found.code != Code::HitInconsistent {
-            // What is of no response is of the force.
+            // A finding about no particular response concerns the force.
             let channel = if let Subject::Channel(channel) = found.subject { channel } else { 0 };
             object.insert("channel".into(), channel.into());
         }
@@ -148,7 +148,7 @@ mod tests {
         let expected = r#""channel":5,"code":"overload","extreme_m_s2":0.5,"severity":"error""#;
         assert_eq!(overload, format!("{{{expected}}}"));
         assert!(json(Code::Overload, Subject::Channel(0)).contains(r#""extreme_n":0.5"#));
-        // What is about the force has its channel.
+        // A finding about the force has the force's channel.
         assert!(json(Code::DoubleHit, Subject::Whole).contains(r#""channel":0"#));
         assert!(!json(Code::HitInconsistent, Subject::Whole).contains("channel"));
     }

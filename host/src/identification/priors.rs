@@ -1,16 +1,16 @@
-//! Does something that was said to be known of the object contradict the data?
+//! Finds priors that contradict the data.
 //!
-//! A tight prior drags the answer along, so its residual in the fit says little. The fit is done
-//! without it, and what it gives then is compared with what the prior says.
+//! A tight prior pulls the answer towards itself, so its residual in the fit is small even when it is wrong.
+//! The fit is therefore done without it, and the result is compared with the prior.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::maximum_likelihood::{self, Start, workspace};
 use massline_shared::identify::{DofMassLines, Estimate, REJECTION_Z};
 use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
 
-/// The priors that contradict the data, to be asked when the data contradict the budget or nothing fits
-/// at all: the one without which the rest agrees, or else all that are far from what the data say
-/// without any.
+/// The priors that contradict the data; to be called when the data contradict the budget or no fit succeeds.
+/// Returns the one prior without which the rest agrees, or else all priors that are far from the answer of a
+/// fit without any.
 pub(super) fn inconsistent_priors(
     layout: &HostLayout,
     lines: &[DofMassLines<f64, HOST_SENSORS>],
@@ -53,7 +53,7 @@ fn search(
     all.map(|(_, found)| found).collect()
 }
 
-/// How many standard deviations a prior is from an answer without it, when that is more than chance.
+/// The distance of a prior from an answer without it, in standard deviations, if it is significant.
 fn contradiction(prior: &Prior<f64>, without: &Estimate<f64>) -> Option<(f64, Diagnostic)> {
     let k = usize::from(prior.property);
     let said = *without.theta().get(k)?;
@@ -76,7 +76,7 @@ mod tests {
 
     const FILE: &str = include_str!("../../examples/three-bar-test-1.toml");
 
-    /// Exact data of the object of `[reference]` under a layout with this `[prior]`.
+    /// The contradicting priors for exact data of the `[reference]` object and a layout with this `[prior]`.
     fn found(prior: &str) -> Vec<Diagnostic> {
         let file = LayoutFile::parse(&format!("{FILE}\n[prior]\n{prior}"), "l").unwrap();
         let ten = file.reference.unwrap().complete().unwrap();
@@ -100,7 +100,7 @@ mod tests {
         assert_eq!(found.len(), 1);
         let [d] = found[..] else { unreachable!() };
         assert_eq!((d.code, d.subject), (Code::PriorInconsistentWithData, Subject::Property(0)));
-        // Exact data of 1.23 kg in single precision.
+        // Exact data of an object of 1.23 kg, in single precision.
         assert!((d.value - 1.23).abs() < 1e-4, "{d:?}");
     }
 

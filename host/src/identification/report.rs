@@ -1,4 +1,4 @@
-//! What was identified as JSON and as text.
+//! The result of an identification as JSON and as text.
 
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::HostLayout;
@@ -11,7 +11,7 @@ use crate::report::{
 };
 
 impl Identification {
-    /// The estimates, the best first: entries of `results`.
+    /// The estimates, the best first: the entries of `results`.
     pub fn results_json(&self) -> Value {
         self.estimates.iter().map(estimate_json).collect()
     }
@@ -21,7 +21,7 @@ impl Identification {
         refusals_json(&self.not_applicable, |d| message_in(d, layout))
     }
 
-    /// What the fit found out: `details`, null where it has no answer.
+    /// The nuisance parameters and influences: `details`, null when the fit has no answer.
     pub fn details_json(&self, layout: &HostLayout) -> Value {
         let of = |Details { nuisances, influences }: &Details| {
             details_json(nuisances, influences, layout)
@@ -29,13 +29,13 @@ impl Identification {
         json!(self.details.as_ref().map(of))
     }
 
-    /// Every estimate as a table, why others are missing, and what was found out.
+    /// Every estimate as a table, why others are missing, and the details of the fit.
     pub fn to_text(&self, layout: &HostLayout, truth: Option<&Truth>) -> String {
         let tables = self.estimates.iter().map(|estimate| table(estimate, truth) + "\n");
         tables.collect::<String>() + &self.found_out_text(layout)
     }
 
-    /// Why estimates are missing, and what was found out.
+    /// Why estimates are missing, and the details of the fit.
     pub fn found_out_text(&self, layout: &HostLayout) -> String {
         let message_of = |d: &Diagnostic| message_in(d, layout);
         let mut text = refusals_text(&self.not_applicable, message_of);

@@ -1,4 +1,4 @@
-//! The entries of `sensors` and `hits`: short ones, and tables.
+//! The entries of `sensors` and `hits`, in their short forms and as tables.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -22,11 +22,12 @@ pub(super) struct RawSensorTable {
     /// The node where it sits.
     #[schemars(with = "NodeNumber")]
     pub(super) node: i64,
-    /// Its own x and y, unit vectors of the body frame; z = x × y. Default: the axes of its node.
+    /// The sensor's own x and y axes, unit vectors of the body frame; z = x × y. Default: the axes of its
+    /// node.
     #[serde(default)]
     #[schemars(with = "RawAxes")]
     pub(super) axes: Option<RawAxes>,
-    /// False for a sensor that does not feel gravity, such as a laser or a camera.
+    /// False for a sensor that does not sense gravity, such as a laser or a camera.
     #[serde(default)]
     #[schemars(with = "bool", extend("default" = true))]
     pub(super) senses_gravity: Option<bool>,
@@ -34,18 +35,18 @@ pub(super) struct RawSensorTable {
     #[serde(default)]
     #[schemars(with = "String")]
     pub(super) calibration: Option<String>,
-    /// Mass that it adds to the object and that is subtracted from the result, kg. A number alone has a
-    /// standard deviation of 5 %.
+    /// Mass that the sensor adds to the object and that is subtracted from the result, kg. A plain number has
+    /// a standard deviation of 5 %.
     #[serde(default)]
     #[schemars(with = "RawMass")]
     pub(super) attached_mass_kg: Option<RawMass>,
-    /// What holds for this sensor instead of `[uncertainty]`.
+    /// Uncertainty of this sensor, which overrides `[uncertainty]`.
     #[serde(default)]
     #[schemars(with = "RawSensorUncertainty")]
     pub(super) uncertainty: Option<RawSensorUncertainty>,
 }
 
-/// One standard deviation of what is not exact of a sensor.
+/// Standard deviations of a sensor's errors.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table such as { gain = 0.01 }")]
 #[schemars(rename = "sensor_uncertainty")]
@@ -80,13 +81,13 @@ pub(super) struct RawHitTable {
     #[serde(default)]
     #[schemars(with = "RawAxes")]
     pub(super) axes: Option<RawAxes>,
-    /// What holds for this hit instead of `[uncertainty]`.
+    /// Uncertainty of this hit, which overrides `[uncertainty]`.
     #[serde(default)]
     #[schemars(with = "RawHitUncertainty")]
     pub(super) uncertainty: Option<RawHitUncertainty>,
 }
 
-/// One standard deviation of what is not exact of a hit.
+/// Standard deviations of a hit's errors.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table such as { hit_position_m = 0.002 }")]
 #[schemars(rename = "hit_uncertainty")]

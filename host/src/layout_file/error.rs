@@ -1,4 +1,4 @@
-//! What can be wrong with a layout file, and where.
+//! Errors of layout files, with the place of each.
 
 use std::fmt;
 use std::ops::Range;
@@ -26,7 +26,7 @@ impl fmt::Display for Place {
 }
 
 impl Place {
-    /// The place of bytes `span` of `text`; `key` when given, else the key of that line.
+    /// The place of the bytes `span` of `text`; `key` when given, else the key of the line.
     pub(crate) fn of(file: &str, text: &str, span: Option<Range<usize>>, key: &str) -> Self {
         let start = span.map_or(0, |s| s.start).min(text.len());
         let before = text.get(..start).unwrap_or(text);
@@ -35,7 +35,7 @@ impl Place {
         Self { file: file.to_owned(), line, key }
     }
 
-    /// Where a TOML text is wrong, and what is wrong there. A key that the text has under its old name comes
+    /// The place and the message of a TOML error. If the text has a key under its old name, that error comes
     /// first.
     pub(crate) fn of_toml_error(file: &str, text: &str, error: &toml::de::Error) -> (Self, String) {
         match RenamedKey::first_in(text) {
@@ -45,7 +45,7 @@ impl Place {
     }
 }
 
-/// The key that stands before the first `=` of a line, or the heading of a table.
+/// The key before the first `=` of a line, or the heading of a table.
 fn key_of_line(text: &str, line: usize) -> String {
     let line = text.lines().nth(line.saturating_sub(1)).unwrap_or("").trim();
     match line.split_once('=') {
@@ -57,7 +57,7 @@ fn key_of_line(text: &str, line: usize) -> String {
     }
 }
 
-/// Why a layout file is not taken. All of these are bad input.
+/// Why a layout file is rejected. All of these are bad input.
 #[derive(Debug, Error)]
 pub enum LayoutFileError {
     /// The file cannot be read.
@@ -68,23 +68,23 @@ pub enum LayoutFileError {
         /// What the operating system says.
         source: std::io::Error,
     },
-    /// Not TOML, or not the shape of a layout.
+    /// The file is not TOML, or does not have the structure of a layout.
     #[error(
         "{place}: {message}; correct this line (`massline layout new` writes a commented example, \
          `massline layout schema` every key)"
     )]
     Malformed {
-        /// Where.
+        /// Place in the file.
         place: Place,
-        /// What the TOML reader says.
+        /// The TOML reader's message.
         message: String,
     },
-    /// A value that cannot be.
+    /// An invalid value.
     #[error("{place}: {fault}")]
     Fault {
-        /// Where.
+        /// Place in the file.
         place: Place,
-        /// What is wrong and what to do.
+        /// The fault, with what to do about it.
         fault: Fault,
     },
 }
@@ -103,7 +103,7 @@ impl LayoutFileError {
         }
     }
 
-    /// Where the error is, when it is in the text.
+    /// Place of the error, when it is in the text.
     pub fn place(&self) -> Option<&Place> {
         match self {
             Self::Read { .. } => None,
@@ -112,21 +112,21 @@ impl LayoutFileError {
     }
 }
 
-/// A value that cannot be, with what to do about it.
+/// An invalid value, with what to do about it.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Fault {
-    /// A sensor or hit names a node that is not there.
+    /// A sensor or hit names a node that does not exist.
     #[error(
         "node {node} is not in the layout (nodes: {known}); add a [[node]] with id = {node} or \
          name another node"
     )]
     UnknownNode {
-        /// The node that is named.
+        /// The node number in question.
         node: i64,
-        /// The nodes that there are.
+        /// The nodes that exist.
         known: String,
     },
-    /// Two nodes have one number.
+    /// Two nodes have the same number.
     #[error("node {node} is there twice, first in line {first}; give every node its own number")]
     DuplicatedNode {
         /// The number.
@@ -134,43 +134,43 @@ pub enum Fault {
         /// Line of its first use.
         first: usize,
     },
-    /// A node number that the rig and UFF cannot hold.
+    /// A node number outside of the range of the rig and of UFF.
     #[error("{node} is not a node number; use a whole number from 1 to 65535")]
     NodeNumber {
         /// The number.
         node: i64,
     },
-    /// A DOF that cannot be read.
+    /// A DOF that cannot be parsed.
     #[error(
         "\"{text}\" is not a DOF; write node:±axis, for example 1:+Y for a force along local +y of \
          node 1"
     )]
     Dof {
-        /// What is written.
+        /// The text in the file.
         text: String,
     },
-    /// A DOF that does not say which way.
+    /// A DOF without a sign.
     #[error("a hit needs the sign of its direction; write {plus} or {minus}", plus = text.replace('±', "+"),
             minus = text.replace('±', "-"))]
     NoSign {
-        /// What is written, with ± where the sign belongs.
+        /// The text in the file, with ± where the sign belongs.
         text: String,
     },
-    /// Where the sensors are or where it is hit is not said.
+    /// A layout without sensors or without hits.
     #[error(
         "the layout does not have this key; write sensors = [1, 2, 3] and hits = [\"1:+Y\", …] with the \
          numbers of its nodes, or let `massline layout suggest` choose them"
     )]
     Missing,
-    /// A direction that cannot be read.
+    /// A direction that cannot be parsed.
     #[error(
         "\"{text}\" is not a direction; write sign and local axis, for example \"+X\" or \"-Z\""
     )]
     Direction {
-        /// What is written.
+        /// The text in the file.
         text: String,
     },
-    /// Two hits have one DOF.
+    /// Two hits have the same DOF.
     #[error("the hit {dof} is there twice; remove one (the rig repeats hits by itself)")]
     DuplicatedHit {
         /// The DOF.
@@ -196,7 +196,7 @@ pub enum Fault {
         /// The angle between them, degrees.
         degrees: f64,
     },
-    /// Two sensors on one node.
+    /// Two sensors on the same node.
     #[error(
         "node {node} carries two sensors; put every sensor on a node of its own (a second [[node]] \
          with its own position)"
@@ -205,14 +205,14 @@ pub enum Fault {
         /// The node.
         node: i64,
     },
-    /// More than the program solves for.
+    /// More sensors or hits than the program supports.
     #[error("{count} {what} are too many; at most {most} are taken")]
     TooMany {
         /// sensors or hits.
         what: &'static str,
         /// How many there are.
         count: usize,
-        /// How many are taken.
+        /// The largest number allowed.
         most: usize,
     },
     /// NaN or infinity.
@@ -221,12 +221,12 @@ pub enum Fault {
         /// The value.
         value: f64,
     },
-    /// A number outside of what it can be.
+    /// A number that is out of range.
     #[error("{value} is out of range; give {wanted}")]
     OutOfRange {
         /// The value.
         value: f64,
-        /// What is possible.
+        /// The allowed range.
         wanted: &'static str,
     },
     /// A text that is too long.
@@ -234,7 +234,7 @@ pub enum Fault {
     TextTooLong {
         /// Its length.
         bytes: usize,
-        /// The most.
+        /// The largest length allowed, bytes.
         most: usize,
     },
     /// The inertia tensor is not symmetric.
@@ -243,7 +243,7 @@ pub enum Fault {
          J_xy = −∫xy dm at both places"
     )]
     NotSymmetric,
-    /// The expected values belong to no body.
+    /// The expected values are not those of a physical body.
     #[error(
         "no body has this inertia tensor: its principal moments must be positive and each at most \
          the sum of the two others; check the signs of the products J_xy = −∫xy dm"

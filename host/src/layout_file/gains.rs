@@ -1,10 +1,10 @@
-//! The gains of the error budget: stated by the file, or those of the calibration.
+//! The gains of the error budget: those that the file states, or those of the calibration.
 
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
 
 use super::LayoutFile;
 
-/// Which gains of the error budget a layout file states itself.
+/// Which gains of the error budget a layout file states explicitly.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StatedGains {
     /// `hammer_gain`.
@@ -14,8 +14,8 @@ pub struct StatedGains {
 }
 
 impl LayoutFile {
-    /// Takes the gains that the file does not state from what a calibration has achieved. Data sheets
-    /// and numbers of unknown origin change nothing.
+    /// Sets the gains that the file does not state to the uncertainties of a calibration. A calibration from
+    /// data sheets or of unknown origin changes nothing.
     pub fn apply_budget(&mut self, record: &CalibrationRecord) {
         if matches!(record.method, CalibrationMethod::DataSheet | CalibrationMethod::Other) {
             return;

@@ -1,5 +1,5 @@
-//! The tables `[uncertainty]`, `[prior]` and `[[attached]]`: what is not exact, what is known before
-//! the test, and what hangs on the object beside itself.
+//! The tables `[uncertainty]`, `[prior]` and `[[attached]]`: the error budget, prior knowledge, and bodies
+//! that hang on the object.
 
 use std::ops::Range;
 
@@ -16,17 +16,17 @@ use super::source::Source;
 use super::tensor::tensor_fault;
 use super::values::{RawKnown, RawMass};
 
-/// Standard deviation of an attached mass that is given as a number alone, relative.
+/// Relative standard deviation of an attached mass that is given as a plain number.
 const ATTACHED_SIGMA: f64 = 0.05;
 
-/// The `[uncertainty]` table: what holds for sensors and hits that do not say otherwise.
+/// The `[uncertainty]` table: default uncertainties of sensors and hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uncertainty {
-    /// Of a sensor.
+    /// Uncertainty of a sensor.
     pub sensor: SensorUncertainty<f64>,
-    /// Of a hit.
+    /// Uncertainty of a hit.
     pub hit: HitUncertainty<f64>,
-    /// Of the hammer's gain against the sensors', relative.
+    /// Standard deviation of the hammer's gain relative to the sensors', relative.
     pub hammer_gain: f64,
 }
 
@@ -70,7 +70,7 @@ pub(super) fn priors(
         let Some(entry) = entry else { continue };
         let RawKnown { value, sigma } = *entry.get_ref();
         check_known(entry, key, positive, source)?;
-        // One for each of ten properties.
+        // Cannot fail: there are at most ten entries, one per property.
         let _ = priors.push(Prior { property, value, sigma });
     }
     Ok(priors)
@@ -111,7 +111,7 @@ fn check_known(
     Ok(())
 }
 
-/// The mass that a sensor adds to the object, kg, and its standard deviation over it.
+/// The mass that a sensor adds to the object, kg, and its relative standard deviation.
 pub(super) fn sensor_mass(
     raw: Option<RawMass>,
     span: &Range<usize>,
@@ -141,7 +141,7 @@ pub(super) fn attached<'a>(
 ) -> Result<heapless::Vec<Attached<f64>, MAX_ATTACHED>, LayoutFileError> {
     let mut all = heapless::Vec::new();
     if let Some(instruments) = together(sensors) {
-        // The first of an empty list.
+        // Cannot fail: the list is empty so far.
         let _ = all.push(instruments);
     }
     for body in raw {
@@ -155,7 +155,7 @@ pub(super) fn attached<'a>(
     Ok(all)
 }
 
-/// Point masses as one body. Weighed on one scale they are wrong together, so their standard
+/// Combines point masses to one body. Masses weighed on one scale have a common error, so their standard
 /// deviations add up.
 fn together<'a>(
     sensors: impl Iterator<Item = (&'a Sensor<f64>, (f64, f64))>,

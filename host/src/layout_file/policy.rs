@@ -1,11 +1,11 @@
-//! The `[policy]` table: what is done with a hit that has a fault.
+//! The `[policy]` table: how hits with a fault are treated.
 
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::{HitPolicy, Verdict};
 
 use super::raw::{RawPolicy, RawVerdict};
 
-/// The policy of the rig; what the table leaves out keeps its default.
+/// The policy of the rig; entries that the table omits have their default.
 pub(super) fn policy(raw: &RawPolicy) -> HitPolicy {
     let entries = [
         (raw.overload, Code::Overload),

@@ -1,5 +1,5 @@
-//! The layout file as it is written: serde's view, nothing checked beyond types. The comments are the
-//! descriptions of the JSON schema, which is made of these types.
+//! The layout file as serde reads it: nothing is checked beyond types. The comments are the descriptions in
+//! the JSON schema, which is generated from these types.
 
 use massline_shared::layout::{FrfEstimator, HOST_HITS, HOST_SENSORS};
 use massline_shared::mass_line::Terms;
@@ -19,7 +19,7 @@ pub(super) struct RawLayout {
     #[serde(default)]
     #[schemars(with = "String", length(max = TITLE_BYTES))]
     pub(super) title: Option<Spanned<String>>,
-    /// Gravity in the body frame as the object hangs, m/s².
+    /// Gravity in the body frame with the object hanging as in the test, m/s².
     #[serde(default)]
     #[schemars(with = "[f64; 3]")]
     pub(super) gravity: Option<Spanned<[f64; 3]>>,
@@ -34,18 +34,18 @@ pub(super) struct RawLayout {
     /// The points of the object.
     #[serde(default)]
     pub(super) node: Vec<RawNode>,
-    /// How the test is run.
+    /// Settings of the test.
     #[serde(default)]
     #[schemars(with = "RawTest")]
     pub(super) test: Option<RawTest>,
-    /// What is done with a hit that has a fault.
+    /// How hits with a fault are treated.
     #[serde(default)]
     pub(super) policy: RawPolicy,
-    /// One standard deviation of whatever is not exact.
+    /// The error budget: one standard deviation of each error source.
     #[serde(default)]
     #[schemars(with = "RawUncertainty")]
     pub(super) uncertainty: Option<RawUncertainty>,
-    /// What is known before the test.
+    /// Prior knowledge about the object.
     #[serde(default)]
     #[schemars(with = "RawPrior")]
     pub(super) prior: Option<RawPrior>,
@@ -66,7 +66,7 @@ pub(super) struct RawLayout {
 )]
 #[schemars(rename = "node")]
 pub(super) struct RawNode {
-    /// Its number; a UFF file uses the same.
+    /// Number of the node; a UFF file uses the same number.
     #[schemars(with = "NodeNumber")]
     pub(super) id: Spanned<i64>,
     /// Position in the body frame, m.
@@ -76,41 +76,41 @@ pub(super) struct RawNode {
     #[serde(default)]
     #[schemars(with = "RawAxes")]
     pub(super) axes: Option<Spanned<RawAxes>>,
-    /// False where no sensor can be glued: `massline layout suggest` puts none there.
+    /// False where no sensor can be glued: `massline layout suggest` places none there.
     #[serde(default)]
     #[schemars(with = "bool", extend("default" = true))]
     pub(super) can_carry_sensor: Option<bool>,
-    /// The directions along the local axes in which a hammer can push here: `massline layout suggest` takes
-    /// no others. Default: all six.
+    /// The directions along the local axes in which a hammer can push here: `massline layout suggest` uses no
+    /// others. Default: all six.
     #[serde(default)]
     #[schemars(with = "Vec<String>", inner(regex(pattern = r"^\s*[+-][XYZxyz]\s*$")))]
     pub(super) can_hit: Option<Vec<Spanned<String>>>,
 }
 
-/// How the test is run.
+/// Settings of the test.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table [test]")]
 #[schemars(rename = "test")]
 pub(super) struct RawTest {
-    /// Accepted hits wanted at each DOF.
+    /// Accepted hits required at each DOF.
     #[schemars(with = "u8", range(min = 1))]
     pub(super) hits_per_dof: Option<Spanned<i64>>,
     /// Band of the mass line fit.
     #[schemars(with = "RawBand")]
     pub(super) band_hz: Option<Spanned<RawBand>>,
-    /// Decay rate of the exponential window, 1/s; zero is no window.
+    /// Decay rate of the exponential window, 1/s; zero for no window.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) exponential_decay_per_s: Option<Spanned<f64>>,
     /// Half width of the force window about the peak, s.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) force_window_s: Option<Spanned<f64>>,
-    /// Force that starts a record, N.
+    /// Trigger level: the force that starts a record, N.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) trigger_n: Option<Spanned<f64>>,
-    /// A hit with a smaller peak force is too weak, N.
+    /// Minimum peak force, N; a hit with a smaller peak is too weak.
     #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
     pub(super) min_peak_force_n: Option<Spanned<f64>>,
-    /// How averaged spectra become frequency responses.
+    /// Estimator of the frequency responses from averaged spectra.
     #[schemars(with = "String", extend("enum" = ["h1", "h2", "hv"]))]
     pub(super) frf_estimator: Option<FrfEstimator>,
     /// Terms of the mass line fit: A, B/s², C s².
@@ -118,47 +118,47 @@ pub(super) struct RawTest {
     pub(super) terms: Option<Terms>,
 }
 
-/// What is done with a hit that has a fault.
+/// How hits with a fault are treated.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table [policy]")]
 #[schemars(rename = "policy")]
 pub(super) struct RawPolicy {
-    /// A channel reached the end of its range.
+    /// A channel reached the limit of its range.
     #[schemars(with = "RawVerdict")]
     pub(super) overload: Option<RawVerdict>,
     /// The peak force is below `test.min_peak_force_n`.
     #[schemars(with = "RawVerdict")]
     pub(super) too_weak: Option<RawVerdict>,
-    /// A channel came near the end of its range.
+    /// A channel came close to the limit of its range.
     #[schemars(with = "RawVerdict")]
     pub(super) too_hard: Option<RawVerdict>,
-    /// The hammer touched twice.
+    /// The hammer made contact twice.
     #[schemars(with = "RawVerdict")]
     pub(super) double_hit: Option<RawVerdict>,
-    /// The force hardly excites the top of the band.
+    /// The force hardly excites the upper end of the band.
     #[schemars(with = "RawVerdict")]
     pub(super) force_spectrum_low: Option<RawVerdict>,
-    /// Something moved before the hit.
+    /// The signals were not quiet before the hit.
     #[schemars(with = "RawVerdict")]
     pub(super) pre_trigger_not_quiet: Option<RawVerdict>,
-    /// The record ends before force or response are over.
+    /// The record ends before force or response have decayed.
     #[schemars(with = "RawVerdict")]
     pub(super) clipped_record: Option<RawVerdict>,
-    /// Too few scans before the hit.
+    /// There are too few scans before the hit.
     #[schemars(with = "RawVerdict")]
     pub(super) trigger_too_early: Option<RawVerdict>,
-    /// The same record as the hit before.
+    /// The record is the same as that of the previous hit.
     #[schemars(with = "RawVerdict")]
     pub(super) duplicate_hit: Option<RawVerdict>,
     /// The hit differs from the others at its DOF.
     #[schemars(with = "RawVerdict")]
     pub(super) hit_inconsistent: Option<RawVerdict>,
-    /// A sensor does not move with the others as a rigid body.
+    /// The motion of a sensor does not fit a rigid body with the others.
     #[schemars(with = "RawVerdict")]
     pub(super) motion_not_rigid: Option<RawVerdict>,
 }
 
-/// Keep the hit, keep it and warn, or reject it: it is hit again.
+/// Keep the hit, keep it with a warning, or reject it so that it must be repeated.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "verdict")]
@@ -168,7 +168,7 @@ pub(super) enum RawVerdict {
     Reject,
 }
 
-/// One standard deviation of whatever is not exact.
+/// The error budget: one standard deviation of each error source.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table [uncertainty]")]
 #[schemars(rename = "uncertainty")]
@@ -202,7 +202,7 @@ pub(super) struct RawUncertainty {
     pub(super) node_direction_rad: Option<Spanned<f64>>,
 }
 
-/// What is known before the test.
+/// Prior knowledge about the object.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table [prior]")]
 #[schemars(rename = "prior")]
@@ -251,7 +251,7 @@ pub(super) struct RawAttached {
     /// Centre of mass in the body frame, m.
     #[schemars(with = "[f64; 3]")]
     pub(super) center_of_mass_m: Spanned<[f64; 3]>,
-    /// Inertia tensor about its own centre of mass, kg m², J_xy = −∫xy dm. Without it the body is a point.
+    /// Inertia tensor about its own centre of mass, kg m², J_xy = −∫xy dm. Default: a point mass.
     #[serde(default)]
     #[schemars(with = "[[f64; 3]; 3]")]
     pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,

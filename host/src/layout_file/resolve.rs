@@ -1,4 +1,4 @@
-//! From the file as written to sensors and hits in the body frame.
+//! Resolves the file as written to sensors and hits in the body frame.
 
 use std::ops::Range;
 
@@ -19,12 +19,12 @@ use super::tensor::tensor_fault;
 use super::values::{RawAxes, RawBand, RawBandName, TITLE_BYTES};
 use super::{LayoutFile, Node, Reference, SensorDetails, StatedGains};
 
-/// How far an axis may be from unit length or orthogonality: what four typed digits cause.
+/// How far an axis may be from unit length or orthogonality: the rounding error of four typed digits.
 const AXIS_TOLERANCE: f64 = 1e-3;
 /// The body frame.
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// A layout to measure with says where its sensors are and where it is hit.
+/// Checks that a layout to measure with has sensors and hits.
 pub(super) fn is_complete(raw: &RawLayout, source: &Source<'_>) -> Result<(), LayoutFileError> {
     let missing = [("sensors", raw.sensors.is_none()), ("hits", raw.hits.is_none())];
     match missing.into_iter().find(|(_, missing)| *missing) {
@@ -144,7 +144,7 @@ fn nodes(raw: &[RawNode], source: &Source<'_>) -> Result<Vec<Node>, LayoutFileEr
     Ok(nodes)
 }
 
-/// The DOFs of a node that a hammer reaches; all six when nothing is said.
+/// The DOFs of a node that a hammer can reach; all six when the file does not restrict them.
 fn can_hit(
     node: u16,
     raw: Option<&[Spanned<String>]>,
@@ -163,7 +163,7 @@ fn can_hit(
     raw.iter().map(read).collect()
 }
 
-/// x, y and z = x × y from x and y, which are given in the frame `within`.
+/// The axes x, y and z = x × y, computed from x and y in the frame `within`.
 fn orthonormal(
     axes: &RawAxes,
     within: &[[f64; 3]; 3],
@@ -279,7 +279,7 @@ fn hit(
         }
     };
     let direction = axes[dof.axis.index()].map(|v| {
-        // Not −0: a direction is compared and printed.
+        // Avoids −0, because directions are compared and printed.
         v * dof.sign.factor() + 0.0
     });
     let own = raw.uncertainty.unwrap_or_default();

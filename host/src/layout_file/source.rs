@@ -1,4 +1,4 @@
-//! Checks of single values, whose errors say where in the file they are.
+//! Checks of single values; the errors name the place in the file.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use toml::Spanned;
 
 use super::error::{Fault, LayoutFileError, Place};
 
-/// The text that spans point into.
+/// The text of the file, to which spans refer.
 pub(super) struct Source<'a> {
     pub(super) file: &'a str,
     pub(super) text: &'a str,

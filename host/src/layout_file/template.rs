@@ -1,4 +1,4 @@
-//! What `layout new` and `layout schema` print.
+//! The output of `layout new` and `layout schema`.
 
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
@@ -6,7 +6,7 @@ use schemars::transform::RecursiveTransform;
 
 use super::raw::RawLayout;
 
-/// A commented layout file to start from: it is valid and can be measured.
+/// A commented layout file to start from; it is valid and can be used for a measurement.
 pub const TEMPLATE: &str = include_str!("template.toml");
 
 /// The JSON schema (draft 2020-12) of the layout file.
@@ -15,8 +15,8 @@ pub fn schema() -> Schema {
     settings.into_generator().into_root_schema_for::<RawLayout>()
 }
 
-/// Takes out what says nothing of TOML: the formats of Rust's numbers, and null as the default of a key that
-/// may be left out.
+/// Removes what does not apply to TOML: the formats of Rust's numbers, and null as the default of an optional
+/// key.
 fn plain(schema: &mut Schema) {
     schema.remove("format");
     if schema.get("default").is_some_and(serde_json::Value::is_null) {

@@ -11,13 +11,13 @@ fn parse(text: &str) -> Result<LayoutFile, LayoutFileError> {
     LayoutFile::parse(text, "bar.toml")
 }
 
-/// The example with one text replaced, which must be there.
+/// The example with one text replaced; the text must occur in it.
 fn with(from: &str, to: &str) -> String {
     assert!(GOOD.contains(from), "{from}");
     GOOD.replacen(from, to, 1)
 }
 
-/// The message of a bad layout, which must name file and line.
+/// The message of a bad layout, which must name the file and the line.
 fn message(text: &str, line: usize) -> String {
     let error = parse(text).unwrap_err();
     let message = error.to_string();
@@ -64,7 +64,7 @@ fn the_paper_s_four_tests_are_resolved() {
         let theta = [
             1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
         ];
-        // Printed with six decimals there.
+        // The theory prints six decimals.
         assert!(ten.iter().zip(theta).all(|(x, y)| (x - y).abs() < 5e-7));
         assert!(file.hash().is_some());
     }
@@ -74,7 +74,7 @@ fn the_paper_s_four_tests_are_resolved() {
 fn the_template_is_a_valid_layout() {
     let file = parse(TEMPLATE).unwrap();
     assert_eq!(file.layout.sensors.len(), 3);
-    // The template says that it shows the defaults.
+    // The template claims to show the defaults.
     let layout = &file.layout;
     assert!(layout.sensors.iter().all(|s| s.uncertainty == SensorUncertainty::default()));
     assert!(layout.hits.iter().all(|h| h.uncertainty == HitUncertainty::default()));
@@ -166,7 +166,7 @@ fn axes_of_four_digits_are_made_exact() {
     );
     let axes = parse(&text).unwrap().layout.sensors[0].axes;
     let r = std::f64::consts::FRAC_1_SQRT_2;
-    // Rounding of a normalisation.
+    // The tolerance covers the rounding of a normalisation.
     assert!((axes[0][0] - r).abs() < 1e-15 && (axes[1][0] + r).abs() < 1e-15);
 }
 

@@ -1,35 +1,35 @@
-//! The values of a layout file as they are written, with what the schema says of them.
+//! The values of a layout file as they are written, with their JSON schemas.
 
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
-/// Most bytes of a title.
+/// Largest length of a title, bytes.
 pub(super) const TITLE_BYTES: usize = 48;
 
-/// Local x and y.
+/// Local x and y axes.
 pub(super) type RawAxes = [[f64; 3]; 2];
 
 /// `band_hz`.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(untagged, expecting = "expected [lowest, highest] in Hz, or \"auto\"")]
 pub(super) enum RawBand {
-    /// From the data.
+    /// The band is determined from the data.
     Named(RawBandName),
     /// Lower and upper end, Hz.
     Ends([f64; 2]),
 }
 
-/// A band that is no pair of numbers.
+/// A band that is not a pair of numbers.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum RawBandName {
-    /// From the data.
+    /// The band is determined from the data.
     Auto,
 }
 
-/// A mass in kg, or with its standard deviation.
+/// A mass in kg, with or without its standard deviation.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a mass in kg, or { value = 0.004, sigma = 0.0002 }")]
 #[schemars(rename = "mass")]
@@ -38,7 +38,7 @@ pub(super) enum RawMass {
     Known(RawKnown),
 }
 
-/// A value and one standard deviation of it.
+/// A value and its standard deviation.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(
     deny_unknown_fields,
@@ -74,7 +74,7 @@ impl JsonSchema for RawBand {
     }
 }
 
-/// The schema of the number of a node.
+/// The schema of a node number.
 pub(super) enum NodeNumber {}
 
 impl JsonSchema for NodeNumber {

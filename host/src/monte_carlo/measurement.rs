@@ -1,5 +1,5 @@
-//! One test on the bench by the measurement that a rig drives, in double precision: hits are triggered,
-//! recorded, graded, averaged and identified as on a rig, without its link and flash.
+//! One test on the bench with the measurement code of a rig, in double precision: hits are triggered,
+//! recorded, graded, averaged and identified as on a rig, but without its link and flash.
 
 use massline_shared::diagnosis::{Code, Diagnostics};
 use massline_shared::identify::{DofMassLines, Estimate, Method};
@@ -12,48 +12,48 @@ use massline_virtual::source::ScanSource;
 
 use crate::report;
 
-/// A layout of the rig in double precision.
+/// A layout in the rig's capacity and in double precision.
 pub type TestLayout = measurement::TestLayout<f64>;
 
-/// Rejected hits at one DOF after which a test is given up.
+/// A test is abandoned after this many rejected hits at one DOF.
 const MOST_REJECTED: u16 = 200;
-/// Scans without a hit after which an arming is given up: a minute and a half at 4 kS/s.
+/// An arming is abandoned after this many scans without a hit: a minute and a half at 4 kS/s.
 const MOST_SCANS: u64 = 360_000;
 
-/// What one test measures.
+/// The result of one test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulatedTest {
     /// Index in the layout and mass lines of every hit DOF.
     pub dofs: Vec<DofMassLines<f64, RIG_SENSORS>>,
     /// The answers, the best method first.
     pub estimates: Vec<Estimate<f64>>,
-    /// The other methods, and why they have none.
+    /// The methods without an answer, and the reasons.
     pub refusals: Vec<(Method, Diagnostics)>,
-    /// Hits that were not good enough.
+    /// Number of rejected hits.
     pub rejected: u16,
 }
 
-/// Why a test has no mass lines.
+/// Why a test yields no mass lines.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unmeasured {
-    /// The hammer does not reach the trigger.
+    /// No hit reaches the trigger level.
     #[error("no hit at DOF {} reaches test.trigger_n; lower it or hit harder", .0 + 1)]
     NeverTriggered(usize),
-    /// No hit is good enough.
+    /// Too many hits were rejected.
     #[error(
         "{MOST_REJECTED} hits at DOF {} were rejected; look at test.min_peak_force_n and at the \
          force of the bench's taps", .0 + 1
     )]
     AlwaysRejected(usize),
-    /// A rig could not measure under this layout.
+    /// A rig cannot measure with this layout.
     #[error("{0}")]
     Refused(String),
-    /// A DOF has no mass line.
+    /// The mass line fit of a DOF failed.
     #[error("no mass line can be fitted: {0}; look at test.band_hz")]
     MassLine(String),
 }
 
-/// Measures all hit DOFs of a layout on what `source` gives, and identifies.
+/// Measures all hit DOFs of a layout on the scans of `source`, and identifies the ten properties.
 ///
 /// # Errors
 /// See [`Unmeasured`].
@@ -97,7 +97,7 @@ pub fn measure(
     })
 }
 
-/// Feeds the scans of one arming.
+/// Processes the scans of one arming.
 fn take_record(
     rig: &mut Measurement<'_, f64>,
     source: &mut dyn ScanSource,

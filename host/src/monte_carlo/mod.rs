@@ -6,16 +6,15 @@
 //!                                                                                              │
 //!                          bias, rms error / bound, coverage of the intervals ◀────────────────┘
 //! ```
-//! A run is what the rig does, by the same measurement, in double precision: the rig's single
-//! precision moves an estimate by a small part of its standard deviation. Every run has a seed of its
-//! own, made of the study's seed and the number of the run, so the answer does not depend on how many
-//! threads there are.
+//! A run does what the rig does, with the same measurement code, but in double precision: the rig's single
+//! precision changes an estimate by a small part of its standard deviation. The seed of a run is derived from
+//! the study's seed and the number of the run, so the answer does not depend on the number of threads.
 //!
 //! | module | subject |
 //! | --- | --- |
 //! | [`measurement`] | one test on the bench, without a rig |
-//! | [`statistics`] | what many runs say of a method |
-//! | [`report`] | as JSON and as tables |
+//! | [`statistics`] | statistics of a method over many runs |
+//! | [`report`] | a study as JSON and as tables |
 
 pub mod measurement;
 pub mod report;
@@ -38,61 +37,61 @@ use crate::parallel::pieces;
 use measurement::{SimulatedTest, TestLayout, Unmeasured, measure};
 use statistics::MethodStatistics;
 
-/// What is repeated.
+/// The settings of a study.
 #[derive(Clone, Copy, Debug)]
 pub struct MonteCarlo<'a> {
-    /// The object and the chain.
+    /// The simulated object and measuring chain.
     pub bench: &'a Bench,
-    /// Where sensors and marks are meant to be, and the budget that the methods believe in.
+    /// The nominal places of sensors and marks, and the error budget that the methods assume.
     pub layout: &'a TestLayout,
-    /// What the rig believes of its channels.
+    /// The calibration that the rig assumes.
     pub calibration: &'a Calibration,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// How often.
+    /// Number of runs.
     pub runs: u64,
-    /// Threads; all cores of the machine without a number.
+    /// Number of threads; `None` for all cores.
     pub threads: Option<NonZeroUsize>,
 }
 
-/// What came of it.
+/// The results of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
-    /// Runs that were wanted.
+    /// Number of runs requested.
     pub wanted: u64,
-    /// Runs that were completed: all, unless Ctrl-C was pressed.
+    /// Number of runs completed: all, unless Ctrl-C was pressed.
     pub runs: u64,
-    /// Runs without mass lines, and the first one's reason.
+    /// Number of runs without mass lines, and the reason in the first of them.
     pub unmeasured: Option<(u64, Unmeasured)>,
-    /// Hits over all runs that were rejected and repeated.
+    /// Number of hits in all runs that were rejected and repeated.
     pub rejected_hits: u64,
-    /// Method by method.
+    /// Statistics of each method.
     pub methods: Vec<MethodStatistics>,
 }
 
 impl Study {
-    /// True when there was one run: there are errors, and no statistics.
+    /// True when there was only one run, which has errors but no statistics.
     pub fn is_single(&self) -> bool {
         self.runs == 1
     }
 }
 
-/// What came of one run.
+/// The result of one run.
 type Run = Result<SimulatedTest, Unmeasured>;
 
 impl MonteCarlo<'_> {
-    /// Runs until all are done or the user presses Ctrl-C; `progress` hears of every run that is done.
+    /// Runs until all runs are done or the user presses Ctrl-C; `progress` is called after each run.
     ///
     /// # Errors
-    /// When the layout cannot be measured on the bench, or the system does not give so many threads.
+    /// When the layout cannot be measured on the bench, or the system cannot start as many threads.
     pub fn run(
         &self,
         interrupt: &Interrupt,
         progress: impl FnMut(u64) + Send,
     ) -> crate::Result<Study> {
-        // What is wrong with one seed is wrong with all.
+        // An error does not depend on the seed, so one attempt finds it.
         self.source(0)?;
-        // Zero threads are as many as there are cores.
+        // Zero means one thread per core.
         let threads = self.threads.map_or(0, NonZeroUsize::get);
         let threads = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| {
             Error::internal("no_threads", format!("{e}; give fewer with --threads"))
@@ -113,8 +112,8 @@ impl MonteCarlo<'_> {
         Ok(measure(&mut source, self.layout, self.calibration))
     }
 
-    /// The Cramér-Rao bound at the truth, under the layout's budget and the noise that the mass line
-    /// fits have told in the mean.
+    /// The Cramér-Rao bound at the truth, with the layout's budget and the mean noise that the mass line fits
+    /// estimate.
     fn bound(&self, runs: &[Run]) -> Option<[f64; 10]> {
         let noise = mean_noise(runs, self.layout.hits.len());
         let noise = |index: usize| noise.get(index).copied().unwrap_or_else(Responses::zeros);
@@ -144,8 +143,7 @@ impl MonteCarlo<'_> {
     }
 }
 
-/// Mean over the runs of the variances that the mass line fits tell, as standard deviations, hit DOF
-/// by hit DOF.
+/// Root mean square over the runs of the standard deviations that the mass line fits estimate, by hit DOF.
 fn mean_noise(runs: &[Run], dofs: usize) -> Vec<Responses<f64, RIG_SENSORS>> {
     let mut sums = vec![(0.0, Responses::<f64, RIG_SENSORS>::zeros()); dofs];
     for (index, lines) in runs.iter().flatten().flat_map(|measured| &measured.dofs) {
@@ -157,7 +155,7 @@ fn mean_noise(runs: &[Run], dofs: usize) -> Vec<Responses<f64, RIG_SENSORS>> {
     sums.into_iter().map(|(count, sum)| sum.map(|v| (v / f64::max(count, 1.0)).sqrt())).collect()
 }
 
-/// The budget of the layout becomes the true one of the bench, which has no errors of the marks.
+/// Replaces the budget of the layout by the true one of the bench, whose marks have no errors.
 pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
     for sensor in &mut layout.sensors {
         sensor.uncertainty = SensorUncertainty {
@@ -177,8 +175,8 @@ pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
     layout.hammer_gain = bench.hammer.gain_sigma;
 }
 
-/// The seed of a run: SplitMix64 (Steele, Lea, Flood 2014) at place `number` of the sequence that
-/// begins with `seed`.
+/// The seed of a run: element `number` of the SplitMix64 sequence (Steele, Lea, Flood 2014) that begins with
+/// `seed`.
 pub fn seed_of_run(seed: u64, number: u64) -> u64 {
     let mut z = seed.wrapping_add(number.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -186,7 +184,7 @@ pub fn seed_of_run(seed: u64, number: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// What a method answers in a run; without a reason when the run has no mass lines.
+/// The answer of a method in a run; an error without a reason when the run has no mass lines.
 fn answer_of(method: Method, run: &Run) -> Result<Estimate<f64>, Option<Diagnostics>> {
     let measured = run.as_ref().map_err(|_| None)?;
     let answer = measured.estimates.iter().find(|estimate| estimate.method == method);

@@ -10,11 +10,12 @@ use super::statistics::{MethodStatistics, PropertyStatistics};
 use crate::output;
 use crate::report::{message, refusals_json, refusals_text};
 
-/// What is said of a single run.
+/// The note on a study of a single run.
 const ONE_RUN: &str = "one run has an error and no rms error, ratio or coverage; repeat the test, for \
                        example --runs 100";
 
-/// One object: `runs`, `methods` with the inertial parameters of each, SI units; coverages are shares from 0 to 1.
+/// A study as one object: `runs`, and `methods` with the inertial parameters of each, SI units; coverages are
+/// shares from 0 to 1.
 pub fn to_json(study: &Study) -> Value {
     json!({
         "runs": study.runs,
@@ -27,7 +28,7 @@ pub fn to_json(study: &Study) -> Value {
     })
 }
 
-/// The methods without an answer in any run, and why.
+/// The methods without an answer in any run, and the reasons.
 fn never_answered(study: &Study) -> Vec<(Method, Diagnostics)> {
     let silent = study.methods.iter().filter(|method| method.answers == 0);
     silent.filter_map(|method| Some((method.method, method.refusal.clone()?))).collect()
@@ -58,7 +59,7 @@ fn property_json(name: &str, p: &PropertyStatistics) -> Value {
     })
 }
 
-/// For people: a table for each method, then what they come to.
+/// A study as text: a table for each method, then a summary.
 pub fn to_text(study: &Study) -> String {
     let mut text = String::new();
     for method in study.methods.iter().filter(|m| m.answers > 0) {

@@ -1,39 +1,39 @@
-//! What many runs say of a method: bias, scatter against the bound, honesty of the intervals.
+//! Statistics of a method over many runs: bias, error relative to the bound, coverage of the intervals.
 
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::{Estimate, Method};
 
-/// Standard deviations on either side of a 95 % interval.
+/// Half of a 95 % interval, in standard deviations.
 pub const INTERVAL_95: f64 = 1.96;
 
-/// A method over all runs.
+/// Statistics of a method over all runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodStatistics {
     /// The method.
     pub method: Method,
-    /// Runs with an answer; all numbers below are over these.
+    /// Number of runs with an answer; all statistics below are over these.
     pub answers: usize,
-    /// Runs in which the method had no answer.
+    /// Number of runs in which the method had no answer.
     pub unanswered: usize,
-    /// Why, in the first of them that had mass lines.
+    /// The reason in the first of those runs that had mass lines.
     pub refusal: Option<Diagnostics>,
-    /// The ten, in the order of `theta`; none without an answer.
+    /// The ten properties, in the order of `theta`; empty without an answer.
     pub properties: Vec<PropertyStatistics>,
 }
 
-/// One property over all runs of a method; SI units.
+/// Statistics of one property over all runs of a method; SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PropertyStatistics {
-    /// The bench's value.
+    /// The true value on the bench.
     pub truth: f64,
     /// Mean error.
     pub bias: f64,
-    /// Root mean square error, the bias included; `None` of a single answer.
+    /// Root mean square error, the bias included; `None` for a single answer.
     pub rms: Option<f64>,
-    /// Cramér-Rao bound of the standard deviation; `None` when the layout has none.
+    /// Cramér-Rao bound of the standard deviation; `None` when the layout has no bound.
     pub bound: Option<f64>,
-    /// Share of the answers with a standard deviation whose 95 % interval holds the truth; `None`
-    /// when there are none, and of a single answer.
+    /// Share of the answers with a standard deviation whose 95 % interval contains the truth; `None` when
+    /// there is no such answer or only a single one.
     pub coverage95: Option<f64>,
 }
 
@@ -45,8 +45,8 @@ impl PropertyStatistics {
 }
 
 impl MethodStatistics {
-    /// From the runs' answers, in the order of the runs; an error without a reason is that of a run
-    /// without mass lines.
+    /// Computes the statistics from the runs' answers, in the order of the runs; an error without a reason
+    /// belongs to a run without mass lines.
     pub fn of(
         method: Method,
         answers: &[Result<Estimate<f64>, Option<Diagnostics>>],
@@ -68,23 +68,23 @@ impl MethodStatistics {
         }
     }
 
-    /// True when a single run has an answer: there is an error, and no statistics.
+    /// True when there was a single run, which has an error but no statistics.
     pub fn is_single(&self) -> bool {
         self.answers == 1
     }
 
-    /// Geometric mean over the inertial parameters of error over bound.
+    /// Geometric mean over the inertial parameters of the ratio of error to bound.
     pub fn geometric_mean_ratio(&self) -> Option<f64> {
         let ratios = self.ratios()?;
         Some((ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp())
     }
 
-    /// Largest error over bound of the ten.
+    /// Largest ratio of error to bound of the ten properties.
     pub fn worst_ratio(&self) -> Option<f64> {
         Some(self.ratios()?.into_iter().fold(0.0, f64::max))
     }
 
-    /// Share of all intervals, the inertial parameters together, that hold the truth.
+    /// Share of all intervals, those of the ten properties together, that contain the truth.
     pub fn pooled_coverage95(&self) -> Option<f64> {
         let shares: Option<Vec<f64>> = self.properties.iter().map(|p| p.coverage95).collect();
         let shares = shares.filter(|shares| !shares.is_empty())?;
@@ -150,7 +150,7 @@ mod tests {
     fn bias_and_rms_are_those_of_the_errors() {
         let s = statistics(&[answer(0.5, None), answer(-0.25, None)], Some(0.125));
         let p = s.properties[3];
-        // Exact in binary but for the root.
+        // Exact in binary except for the root.
         assert_eq!(p.bias, 0.125);
         assert!((p.rms.unwrap() - 0.15625_f64.sqrt()).abs() < 1e-15);
         assert!((s.worst_ratio().unwrap() - 0.15625_f64.sqrt() / 0.125).abs() < 1e-14);

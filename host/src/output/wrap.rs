@@ -2,12 +2,11 @@
 
 use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
 
-/// What stands before a line that goes on.
+/// Indentation of continuation lines.
 const INDENT: &str = "    ";
 
-/// The text with every line of more than `width` columns broken at spaces; what goes on is indented.
-/// Lines that fit, tables among them, stay as they are but for spaces at their end, and so does a word that is
-/// too long by itself.
+/// The text with every line of more than `width` columns broken at spaces; continuation lines are indented.
+/// Lines that fit, such as those of tables, stay as they are, and so does a single word that is too long.
 pub(super) fn wrapped(text: &str, width: usize) -> String {
     let options = Options::new(width)
         .subsequent_indent(INDENT)

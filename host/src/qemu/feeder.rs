@@ -1,4 +1,4 @@
-//! Puts the scans of a source into the emulated rig's ring.
+//! Feeds the scans of a source into the emulated rig's ring.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,15 +11,15 @@ use massline_virtual::source::ScanSource;
 
 use super::memory::Psram;
 
-/// How often the ring is looked at: the rig cannot wake this process.
+/// Polling interval of the ring; the rig cannot wake this process.
 const POLL: Duration = Duration::from_micros(100);
-/// How often a source that had nothing is asked again.
+/// Interval at which a source without scans is asked again.
 const ASK_AGAIN: Duration = Duration::from_millis(5);
 
-/// A thread that serves the rig with scans. It ends when this is dropped.
+/// A thread that feeds the rig with scans. It ends when the feeder is dropped.
 #[derive(Debug)]
 pub struct Feeder {
-    /// None only while it is being ended.
+    /// `None` only while the thread is being stopped.
     armings: Option<Sender<Arming>>,
     starved: Arc<AtomicU64>,
     thread: Option<JoinHandle<Box<dyn ScanSource>>>,
@@ -44,24 +44,24 @@ impl Feeder {
         Self { armings: Some(armings), starved, thread: Some(thread) }
     }
 
-    /// The rig has said that it waits for a hit at DOF `dof`; `arming` is another number each time.
+    /// Notifies the source that the rig waits for a hit at DOF `dof`; `arming` differs each time.
     ///
-    /// What the source makes from now on is what the rig sees of this arming.
+    /// The rig sees the scans that the source produces from now on in this arming.
     pub fn armed(&self, arming: u32, dof: usize) {
         if let Some(armings) = &self.armings {
-            // The thread ends only when its source panics; `finish` passes that on.
+            // The thread ends early only when its source panics; `finish` propagates the panic.
             let _ = armings.send(Arming { number: arming, dof });
         }
     }
 
-    /// The arming for which the rig wants scans that the source does not have: it waits for a hit
-    /// that will not come. `None` while scans flow.
+    /// The number of the arming for which the source has no more scans, so that the rig waits for a hit that
+    /// will not come. `None` while scans flow.
     pub fn starved(&self) -> Option<u32> {
         let starved = self.starved.load(Ordering::Acquire);
         (starved & STARVED != 0).then_some(starved as u32)
     }
 
-    /// Ends the feeding and gives the source back.
+    /// Stops the feeder and returns the source.
     pub fn finish(mut self) -> Box<dyn ScanSource> {
         self.armings = None;
         match self.thread.take().map(JoinHandle::join) {
@@ -76,13 +76,13 @@ impl Drop for Feeder {
     fn drop(&mut self) {
         self.armings = None;
         if let Some(thread) = self.thread.take() {
-            // A panic of the source has been printed by the thread.
+            // The thread has already printed a panic of the source.
             let _ = thread.join();
         }
     }
 }
 
-/// Set in `starved`, above the number of the arming.
+/// Bit set in `starved`, above the number of the arming.
 const STARVED: u64 = 1 << 32;
 
 fn serve(
@@ -114,7 +114,7 @@ fn serve(
     }
 }
 
-/// Gives the rig what it wants; false when the source has less.
+/// Writes as many scans as the rig wants; false when the source has fewer.
 fn fill(writer: &mut Writer<'_>, source: &mut dyn ScanSource) -> bool {
     let mut enough = true;
     while enough && writer.wanted() > 0 {
@@ -145,7 +145,8 @@ mod tests {
         channel_delay: Seconds(1e-5),
     };
 
-    /// 100 scans an arming; a scan says which arming, which DOF, and how many before it.
+    /// A source with 100 scans per arming; a scan holds the arming, the DOF, and the number of scans before
+    /// it.
     struct Numbered {
         scan: Scan,
     }

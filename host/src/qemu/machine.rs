@@ -21,9 +21,9 @@ use super::memory::Psram;
 use crate::error::{Error, Result};
 
 const QEMU: &str = "qemu-system-arm";
-/// QEMU says where its pty is within this time after its start.
+/// QEMU prints the path of its pty within this time after its start.
 const START: Duration = Duration::from_secs(20);
-/// Lines of QEMU's and the firmware's words that are kept.
+/// Number of output lines of QEMU and the firmware that are stored.
 const KEPT_LINES: usize = 12;
 
 /// The firmware in QEMU. QEMU ends when this is dropped.
@@ -35,8 +35,8 @@ pub struct EmulatedRig {
 }
 
 impl EmulatedRig {
-    /// Starts the firmware `elf` in QEMU; its sampler states `adc`, which has to be that of the
-    /// source that will feed it.
+    /// Starts the firmware `elf` in QEMU; its sampler reports the properties `adc`, which must be those of
+    /// the source that will feed it.
     ///
     /// # Errors
     /// When QEMU is missing (`qemu_missing`) or does not start (`qemu_failed`).
@@ -46,17 +46,17 @@ impl EmulatedRig {
         Ok(Self { elf: elf.to_owned(), psram, machine })
     }
 
-    /// The pty that is the rig's serial port. Another one after a restart.
+    /// The pty that is the rig's serial port. It changes with a restart.
     pub fn port_path(&self) -> &str {
         &self.machine.port_path
     }
 
-    /// Feeds the rig with the scans of `source`. One feeder at a time.
+    /// Feeds the rig with the scans of `source`. There must be only one feeder at a time.
     pub fn feed(&self, source: Box<dyn ScanSource>) -> Feeder {
         Feeder::start(Arc::clone(&self.psram), source)
     }
 
-    /// Switches the rig off and on: what is in its flash stays. End the feeder before.
+    /// Power-cycles the rig; the contents of its flash stay. Stop the feeder first.
     ///
     /// # Errors
     /// When QEMU does not start.
@@ -66,26 +66,26 @@ impl EmulatedRig {
         Ok(())
     }
 
-    /// Asks whether the rig still runs.
+    /// Checks that the rig is still running.
     ///
     /// # Errors
-    /// `rig_died` with the last words when it does not.
+    /// `rig_died` with its output when it is not.
     pub fn check(&mut self) -> Result<()> {
         self.machine.check()
     }
 
-    /// Why a conversation with the rig failed: with its last words when it has died, else `error`.
+    /// The reason why communication with the rig failed: its output when it has crashed, else `error`.
     pub fn explain(&mut self, error: Error) -> Error {
         self.check().err().unwrap_or(error)
     }
 }
 
-/// One run of QEMU.
+/// One run of the QEMU process.
 #[derive(Debug)]
 struct Machine {
     child: Child,
     port_path: String,
-    /// Kept open: QEMU looks only once a second whether a closed pty has been opened again.
+    /// Kept open, because QEMU checks only once a second whether a closed pty has been opened again.
     _port: File,
     words: Words,
     listeners: Vec<JoinHandle<()>>,
@@ -131,9 +131,9 @@ impl Machine {
         Err(self.words.died("rig_died", "the emulated rig has died", Some(status)))
     }
 
-    /// Ends QEMU, if it still runs, and waits until its words have been read.
+    /// Ends QEMU, if it still runs, and waits until its output has been read.
     fn end(&mut self) {
-        // Fails only when it has ended already.
+        // This fails only when the process has already ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
         for listener in self.listeners.drain(..) {
@@ -164,7 +164,8 @@ fn command(elf: &Path, psram: &Path) -> Command {
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
-        // Ctrl-C is for this process, which then takes leave of the rig.
+        // In its own process group QEMU does not receive Ctrl-C, which this process handles by stopping the
+        // rig.
         .process_group(0);
     command
 }
@@ -181,7 +182,7 @@ fn open_port(paths: &Receiver<String>) -> Option<(String, File)> {
     Some((path, port))
 }
 
-/// Collects the lines that QEMU and the firmware's last words come in; sends on the path of the pty.
+/// Collects the lines of QEMU's and the firmware's output; sends on the path of the pty.
 fn listen(
     stream: impl Read + Send + 'static,
     words: Words,
@@ -191,7 +192,7 @@ fn listen(
         for line in BufReader::new(stream).lines().map_while(Result::ok) {
             match (port_in(&line), &ports) {
                 (Some(path), Some(ports)) => {
-                    // Nobody listens any more when the start was given up.
+                    // The receiver is gone when the start has been abandoned.
                     let _ = ports.send(path.to_owned());
                 }
                 _ => words.add(line),
@@ -205,7 +206,7 @@ fn port_in(line: &str) -> Option<&str> {
     line.strip_prefix("char device redirected to ")?.strip_suffix(" (label link)")
 }
 
-/// The first lines that were said; after the cause come only dumps of registers.
+/// The first lines of the output; after the cause of a crash only register dumps follow.
 #[derive(Clone, Debug, Default)]
 struct Words(Arc<Mutex<VecDeque<String>>>);
 
@@ -229,7 +230,7 @@ impl Words {
     }
 }
 
-/// `R00=…`, `XPSR=…`, `s00=…`, `FPSCR: …`: what QEMU prints of a locked-up core.
+/// `R00=…`, `XPSR=…`, `s00=…`, `FPSCR: …`: the registers that QEMU prints when a core locks up.
 fn is_register_dump(line: &str) -> bool {
     let name = line.split(['=', ':']).next().unwrap_or_default();
     name == "XPSR"

@@ -12,7 +12,7 @@ use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
 
-/// The PSRAM: ring and flash. The file goes when this goes.
+/// The PSRAM: ring and flash. The file is deleted when this is dropped.
 #[derive(Debug)]
 pub(super) struct Psram {
     file: NamedTempFile,
@@ -20,7 +20,7 @@ pub(super) struct Psram {
 }
 
 impl Psram {
-    /// With an open ring and an erased flash.
+    /// Creates a PSRAM with an open ring and an erased flash.
     pub fn create(adc: &AdcProperties) -> Result<Self> {
         let failed = |error| {
             Error::internal(
@@ -40,26 +40,26 @@ impl Psram {
         Ok(psram)
     }
 
-    /// For QEMU.
+    /// The path of the file, for QEMU.
     pub fn path(&self) -> &Path {
         self.file.path()
     }
 
     pub fn ring(&self) -> &Ring {
         let start = self.map[RING_OFFSET..][..size_of::<Ring>()].as_ptr();
-        // SAFETY: the map is page aligned and long enough, lives as long as `self`, and `Ring`
-        // consists of atomics for which any bytes are a value.
+        // SAFETY: the map is page aligned and long enough, lives as long as `self`, and `Ring` consists of
+        // atomics, for which all bit patterns are valid.
         unsafe { &*start.cast::<Ring>() }
     }
 }
 
 fn map(file: &File) -> std::io::Result<MmapMut> {
-    // SAFETY: the file keeps its length, for it is ours and QEMU does not change it. After the rig
-    // has started only the atomics of the ring are looked at.
+    // SAFETY: the file keeps its length, because it belongs to this process and QEMU does not resize it.
+    // After the rig has started only the atomics of the ring are accessed.
     unsafe { MmapMut::map_mut(file) }
 }
 
-/// Where a file is memory and not disk, when there is such a place.
+/// A directory in memory rather than on disk, if there is one.
 fn directory() -> PathBuf {
     let shared_memory = PathBuf::from("/dev/shm");
     if shared_memory.is_dir() { shared_memory } else { std::env::temp_dir() }

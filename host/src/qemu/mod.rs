@@ -5,9 +5,9 @@
 //!                           │ qemu-system-arm
 //!  source ──▶ feeder ─ ring ┘ in the machine's PSRAM, a file that both map
 //! ```
-//! The link is a pty that any serial program can open. The scans of a [`ScanSource`] go through the
-//! ring; a [`Feeder`] puts them there as the rig asks for them, so the emulator's speed does not
-//! matter and a run is as repeatable as its source.
+//! The link is a pty that any serial program can open. The scans of a [`ScanSource`] go through the ring; a
+//! [`Feeder`] writes them as the rig asks for them, so the emulator's speed does not matter and a run is as
+//! repeatable as its source.
 //!
 //! [`ScanSource`]: massline_virtual::source::ScanSource
 
@@ -23,7 +23,7 @@ pub use crate::firmware::checkout;
 /// The target of the emulated rig.
 pub use massline_mps2_an386::facts::TARGET;
 
-/// Builds the firmware of the emulated rig from the checkout; gives the ELF file.
+/// Builds the firmware of the emulated rig from the checkout; returns the ELF file.
 ///
 /// # Errors
 /// As [`crate::firmware::build`].

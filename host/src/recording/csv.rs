@@ -4,13 +4,13 @@
 use super::number::Decimal;
 use super::{Channel, Recording, RecordingError, Segment};
 
-/// Deviation of a step of time from the mean step, relative, up to which time is even.
+/// Largest relative deviation of a time step from the mean step at which the time column counts as even.
 const EVEN: f64 = 1e-2;
 
 /// Reads the text of a file.
 pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
     let lines = || (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
-    // The last of the first lines has numbers, if any has.
+    // The last of the first eight lines is numeric if any of them is.
     let sample = lines().take(8).last().map_or("", |(_, line)| line);
     let (separator, decimal) = dialect(sample).ok_or(RecordingError::UnknownFormat)?;
     let fields = |line: &'_ str| -> Vec<String> {
@@ -38,15 +38,15 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
     if rows.is_empty() {
         return Err(RecordingError::UnknownFormat);
     }
-    // A line of names may leave some out, but it does not name more than there is.
+    // The header may omit names, but must not have more names than there are columns.
     if names.len() > columns {
         return Err(RecordingError::Ragged { line: 1, found: names.len(), wanted: columns });
     }
     Ok(recording(names, Segment::of_rows(&rows, columns)))
 }
 
-/// True for a field that is a name and not a number gone wrong: it begins with a letter, and NaN and
-/// infinity are numbers.
+/// True for a field that is a name rather than a malformed number: it begins with a letter; NaN and infinity
+/// count as numbers.
 fn is_text(field: &str) -> bool {
     let begins = field.chars().next().is_some_and(|c| c.is_alphabetic() || c == '#' || c == '[');
     begins && field.parse::<f64>().is_err()
@@ -62,12 +62,12 @@ fn dialect(line: &str) -> Option<(char, Decimal)> {
     match separator {
         Some(separator) => Some((separator, of(line))),
         None if line.contains(',') => Some((',', Decimal::Point)),
-        // One column.
+        // A single column.
         None => line.trim().parse::<f64>().ok().map(|_| (',', Decimal::Point)),
     }
 }
 
-/// Takes a column of time out, and units in brackets out of the names.
+/// Removes a time column, and splits units in brackets off the names.
 fn recording(names: Vec<String>, mut segment: Segment) -> Recording {
     let mut channels: Vec<Channel> =
         (0..segment.0.len()).map(|k| channel(names.get(k).map_or("", String::as_str))).collect();
@@ -84,7 +84,7 @@ fn recording(names: Vec<String>, mut segment: Segment) -> Recording {
     Recording { rate_hz, channels, segments: vec![segment] }
 }
 
-/// `Force [N]` and `Force (N)` are a name and a unit.
+/// Splits `Force [N]` or `Force (N)` into a name and a unit.
 fn channel(text: &str) -> Channel {
     let open = text.rfind(['[', '(']);
     let parts = open.and_then(|at| text.split_at_checked(at));
@@ -102,7 +102,7 @@ fn is_time(name: &str) -> bool {
     ["t", "x_value", "zeit"].contains(&name.as_str()) || name.starts_with("time")
 }
 
-/// The step of a column that rises evenly.
+/// The step of a column whose values rise evenly.
 fn even_step(column: &[f64]) -> Option<f64> {
     let (first, last) = (column.first()?, column.last()?);
     let steps = column.len().checked_sub(1).filter(|&steps| steps >= 2)?;

@@ -1,29 +1,29 @@
-//! LabVIEW measurement files (.lvm): text, a header for the file and one for each segment.
+//! LabVIEW measurement files (.lvm): text with a header for the file and one for each segment.
 
 use super::number::Decimal;
 use super::{Channel, Recording, RecordingError, Segment};
 
 const END_OF_HEADER: &str = "***End_of_Header***";
 
-/// How the X values stand in the file.
+/// Position of the X values in the file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum XColumns {
-    /// An empty first column.
+    /// No X values; the first column is empty.
     No,
-    /// The first column.
+    /// X values in the first column.
     One,
-    /// A column before each channel.
+    /// An X column before each channel.
     Multi,
 }
 
-/// What the header of the file says.
+/// The contents of the file header.
 struct Format {
     separator: char,
     decimal: Decimal,
     x_columns: XColumns,
 }
 
-/// What the header of a segment says.
+/// The contents of a segment header.
 #[derive(Default)]
 struct SegmentHeader {
     channels: usize,
@@ -71,7 +71,7 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
     Ok(recording)
 }
 
-/// Reads to the first end of header.
+/// Reads up to the first end-of-header line.
 fn file_header(lines: &mut Lines<'_>) -> Result<Format, RecordingError> {
     let mut format = Format { separator: '\t', decimal: Decimal::Point, x_columns: XColumns::One };
     for (line, text) in lines {
@@ -105,7 +105,7 @@ fn file_header(lines: &mut Lines<'_>) -> Result<Format, RecordingError> {
     Err(RecordingError::Truncated { wanted: format!("the line {END_OF_HEADER}") })
 }
 
-/// Key and value of a header line, whatever separates them.
+/// Key and value of a header line, whatever the separator.
 fn entry(line: &str) -> (&str, &str) {
     let line = line.trim();
     let at = line.find(['\t', ';', ',']).unwrap_or(line.len());
@@ -145,7 +145,7 @@ fn segment_header(lines: &mut Lines<'_>, format: &Format) -> Result<SegmentHeade
     Err(RecordingError::Truncated { wanted: format!("the line {END_OF_HEADER} of a segment") })
 }
 
-/// Columns before the value of channel `k`, its own included.
+/// Index of the value column of channel `k`, from 0.
 fn column_of(k: usize, x_columns: XColumns) -> usize {
     match x_columns {
         XColumns::No | XColumns::One => 1 + k,
@@ -180,7 +180,7 @@ fn names(
         .collect())
 }
 
-/// The rows of a segment, to an empty line or the end of the file.
+/// The rows of a segment, up to an empty line or the end of the file.
 fn data(
     lines: &mut Lines<'_>,
     format: &Format,
@@ -194,8 +194,7 @@ fn data(
             break;
         }
         lines.next();
-        // LabVIEW leaves the empty first column out when a line would begin with it, in some
-        // versions; then there are just the values.
+        // Some versions of LabVIEW omit the empty first column; such lines have only the values.
         let fields: Vec<&str> = text.split(format.separator).collect();
         let bare = format.x_columns == XColumns::No && fields.len() == header.channels;
         for k in 0..header.channels {

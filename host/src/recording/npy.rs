@@ -7,7 +7,7 @@ use npyz::{Deserialize, NpyFile, Order};
 use super::{Channel, Recording, RecordingError, Segment};
 use crate::npy::{open, shape_text};
 
-/// The numbers of an array, one after the other.
+/// The numbers of an array, in order.
 type Numbers<'a> = Box<dyn Iterator<Item = io::Result<f64>> + 'a>;
 
 /// Reads the bytes of a file.
@@ -45,14 +45,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
     if header.len() == 0 {
         return Err(RecordingError::Empty);
     }
-    // What is there was counted: these fit, and none is zero.
+    // The shape has been checked: these fit, and none is zero.
     let channels = channels as usize;
     let segments = segments_of(numbers, segments as usize, samples as usize * channels, channels)
         .map_err(|error| fault(error.to_string()))?;
     Ok(Recording { rate_hz: None, channels: vec![Channel::default(); channels], segments })
 }
 
-/// So many segments with `count` numbers each.
+/// Splits the numbers into this many segments with `count` numbers each.
 fn segments_of(
     mut numbers: Numbers<'_>,
     segments: usize,
@@ -67,7 +67,7 @@ fn segments_of(
         .collect()
 }
 
-/// The numbers of an array of one of the types that are read.
+/// The numbers of an array, if its type is supported.
 fn numbers(file: NpyFile<&[u8]>) -> Option<Numbers<'_>> {
     numbers_as::<f64>(file)
         .or_else(numbers_as::<f32>)

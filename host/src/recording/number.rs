@@ -10,7 +10,7 @@ pub(super) enum Decimal {
 }
 
 impl Decimal {
-    /// What it is called.
+    /// The name of the decimal sign.
     pub fn name(self) -> &'static str {
         match self {
             Self::Point => "point",
@@ -18,7 +18,7 @@ impl Decimal {
         }
     }
 
-    /// The number of a field; `None` when it is none.
+    /// Parses a field; `None` when it is not a number.
     pub fn number(self, field: &str) -> Option<f64> {
         let field = field.trim().trim_matches('"');
         match self {
@@ -28,7 +28,7 @@ impl Decimal {
         }
     }
 
-    /// The number of a field in a place.
+    /// Parses a field; the error names the line and the column.
     pub fn value(self, field: &str, line: usize, column: usize) -> Result<f64, RecordingError> {
         self.number(field).ok_or_else(|| RecordingError::NotANumber {
             line,

@@ -1,5 +1,5 @@
-//! Time records of a universal file: dataset 58 with function type 1. A DOF that comes again begins
-//! the next segment.
+//! Time records of a universal file: dataset 58 with function type 1. A DOF that occurs again begins the next
+//! segment.
 
 use super::{Channel, Recording, RecordingError, Segment};
 use crate::uff::{Function, UffFile};
@@ -49,7 +49,7 @@ impl Function {
     }
 }
 
-/// Readings per second of an even abscissa.
+/// The sampling rate of an even abscissa, Hz.
 fn rate(function: &Function) -> Option<f64> {
     let (first, last) = (function.abscissa.first()?, function.abscissa.last()?);
     let steps = function.abscissa.len().checked_sub(1)?;

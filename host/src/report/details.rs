@@ -1,4 +1,4 @@
-//! What a fit found out about sensors, hammer and hits, and what each of them does to the answer.
+//! The nuisance parameters of a fit, and the influence of sensors and hits on the answer.
 
 use massline_shared::Estimated;
 use massline_shared::body::INERTIAL_PARAMETERS;
@@ -11,10 +11,10 @@ use serde_json::{Value, json};
 
 use crate::output;
 
-/// A subject that moves a property by more than this many standard deviations is worth a word.
+/// An influence of more than this many standard deviations on a property is reported.
 const WORTH_A_WORD: f64 = 1.0;
 
-/// Everything that was found out, with units in the names.
+/// All details of a fit, with units in the names.
 pub fn details_json(
     nuisances: &NuisanceEstimates<f64, HOST_SENSORS, HOST_HITS>,
     influences: &[Influence<f64>],
@@ -58,7 +58,7 @@ fn influence_json(influence: &Influence<f64>, layout: &HostLayout) -> Value {
     })
 }
 
-/// For people: a table of the sensors, one of the hits, and the subjects that move the answer most.
+/// The details as text: a table of the sensors, one of the hits, and the subjects with the largest influence.
 pub fn details_text(
     nuisances: &NuisanceEstimates<f64, HOST_SENSORS, HOST_HITS>,
     influences: &[Influence<f64>],

@@ -47,7 +47,7 @@ pub fn estimate_json(estimate: &Estimate<f64>) -> Value {
     })
 }
 
-/// Lower and upper end of the 95 % interval of each of the ten, by name.
+/// The bounds of the 95 % interval of each of the ten properties, by name.
 fn intervals(estimate: &Estimate<f64>) -> Option<Map<String, Value>> {
     let (values, sigma) = (estimate.theta(), estimate.sigma()?);
     let ends = values.iter().zip(sigma.iter()).map(|(value, sigma)| {
@@ -90,7 +90,7 @@ mod tests {
         let json = estimate_json(&estimate());
         let moments = &json["principal_moments_kg_m2"];
         for (k, (value, sigma)) in [(2.0, 6.0), (3.0, 5.0), (4.0, 7.0)].into_iter().enumerate() {
-            // Rounding of an eigenvalue problem in double precision.
+            // The tolerance covers the rounding of an eigenvalue problem in double precision.
             assert!((moments["value"][k].as_f64().unwrap() - value).abs() < 1e-12);
             assert!((moments["sigma"][k].as_f64().unwrap() - sigma).abs() < 1e-12);
         }

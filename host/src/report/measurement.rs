@@ -1,4 +1,4 @@
-//! A rig's stored result, as the rig found it.
+//! A rig's stored result, unchanged.
 
 use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::identify::Estimate;
@@ -6,14 +6,14 @@ use serde_json::{Value, json};
 
 use super::{diagnostics_json, estimate_json, message, sentences, table};
 
-/// The rig's estimates by the methods that this program knows, the best first, in double precision.
+/// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
 pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
     let (known, _) = result.estimates();
     known.iter().map(Estimate::cast).collect()
 }
 
-/// A result of a rig as JSON: `results` with one entry a method, the layout's hash, the
-/// calibration's checksum, the firmware's version, the mass lines.
+/// A result of a rig as JSON: `results` with one entry per method, the layout's hash, the calibration's
+/// checksum, the firmware's version, the mass lines.
 pub fn measurement_json(result: &MeasurementResult) -> Value {
     let head = &result.head;
     json!({
@@ -38,12 +38,12 @@ fn dof_json(dof: &DofResult) -> Value {
         "band_hz": dof.band_hz,
         "accelerance_m_per_s2_per_n": dof.accelerance,
         "noise_m_per_s2_per_n": dof.noise,
-        // Null for a single hit, where it is one by definition.
+        // Null for a single hit, whose coherence is one by definition.
         "coherence": dof.coherence,
     })
 }
 
-/// A result of a rig for people.
+/// A result of a rig as text.
 pub fn measurement_text(result: &MeasurementResult) -> String {
     let head = &result.head;
     let hits: Vec<String> =
@@ -68,7 +68,7 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
     text
 }
 
-/// The band of every DOF, once when they are alike.
+/// The band of every DOF; a single band when all are equal.
 fn bands_text(result: &MeasurementResult) -> String {
     let ends = |[low, high]: [f32; 2]| format!("{low:.1} to {high:.1} Hz");
     let origin = if result.head.band_automatic { "found from the data" } else { "as set" };
@@ -85,7 +85,7 @@ fn bands_text(result: &MeasurementResult) -> String {
     }
 }
 
-/// What is missing in the numbers and why.
+/// Notes on values that the result lacks, with the reasons.
 fn notes(result: &MeasurementResult) -> Vec<String> {
     let mut notes = Vec::new();
     let (_, unknown) = result.estimates();

@@ -1,21 +1,20 @@
-//! The sentence of a diagnostic with its subject named and its value in its unit: what it is, and what to
-//! do.
+//! The sentence of a diagnostic, which names the subject, gives the value with its unit, and says what to do.
 
 use massline_shared::Real;
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::diagnosis::{Diagnostic, Subject, SubjectKind, ValueUnit};
 use massline_shared::layout::{Layout, Prior};
 
-/// What is known of a subject beside its index: the node of a sensor, the DOF of a hit, what was said to be
-/// known of a property.
+/// Looks up what is known of a subject besides its index: the node of a sensor, the DOF of a hit, the prior
+/// of a property.
 type Known<'k> = &'k dyn Fn(Subject) -> Option<String>;
 
-/// What a diagnostic says, with what to do; sensors and hits are counted from 1.
+/// The message of a diagnostic, with what to do; sensors and hits are counted from 1.
 pub fn message(diagnostic: &Diagnostic) -> String {
     sentence(diagnostic, &|_| None)
 }
 
-/// As [`message`], with the names of nodes and DOFs that the layout knows.
+/// As [`message`], with the node and DOF names of the layout.
 pub fn message_in<R: Real, const S: usize, const H: usize>(
     diagnostic: &Diagnostic,
     layout: &Layout<R, S, H>,
@@ -62,7 +61,7 @@ fn sentence(d: &Diagnostic, known: Known<'_>) -> String {
         .replace("{subject}", &subject(d, known))
 }
 
-/// What a diagnostic is about; one of its kind when it does not say which.
+/// The subject of a diagnostic; a general term when the diagnostic does not name one.
 fn subject(d: &Diagnostic, known: Known<'_>) -> String {
     match d.subject {
         Subject::Sensor(index) => counted("sensor", d.subject, index, known),
@@ -81,7 +80,7 @@ fn subject(d: &Diagnostic, known: Known<'_>) -> String {
     }
 }
 
-/// `hit 2 (2:+Z)`, or `hit 2` when no more is known.
+/// `hit 2 (2:+Z)`, or `hit 2` when the DOF is not known.
 fn counted(what: &str, subject: Subject, index: u8, known: Known<'_>) -> String {
     let number = u16::from(index) + 1;
     known(subject)
@@ -110,7 +109,7 @@ fn axis(response: u8) -> &'static str {
     ["x", "y", "z"][usize::from(response) % 3]
 }
 
-/// The value with the digits that count and its unit.
+/// The value in significant digits, with its unit.
 fn value(d: &Diagnostic) -> String {
     let (value, unit) = (d.value, d.code.value_unit());
     let number = match unit {
@@ -131,7 +130,7 @@ fn value(d: &Diagnostic) -> String {
     }
 }
 
-/// A number with five digits that count.
+/// A number with five significant digits.
 fn five_digits(value: f32) -> String {
     let first = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
     format!("{value:.*}", (4.0 - first).clamp(0.0, 12.0) as usize)

@@ -1,4 +1,4 @@
-//! Methods without an answer, and why: one wording for all commands.
+//! Methods without an answer, and the reasons: one wording for all commands.
 
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::identify::Method;
@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 
 use super::code_name;
 
-/// As JSON: `[{"method":…,"code":…,"message":…,"codes":[…]}]`; `code` is the first reason's, the message
-/// says all of them.
+/// The refusals as JSON: `[{"method":…,"code":…,"message":…,"codes":[…]}]`; `code` is the first reason's, the
+/// message states all reasons.
 pub fn refusals_json<R: AsRef<[Diagnostic]>>(
     refused: &[(Method, R)],
     message_of: impl Fn(&Diagnostic) -> String,
@@ -24,7 +24,7 @@ pub fn refusals_json<R: AsRef<[Diagnostic]>>(
     refused.iter().map(refusal).collect()
 }
 
-/// A line for each: `maximum-likelihood: not applicable: <code>: <reason>`.
+/// The refusals as lines: `maximum-likelihood: not applicable: <code>: <reason>`.
 pub fn refusals_text<R: AsRef<[Diagnostic]>>(
     refused: &[(Method, R)],
     message_of: impl Fn(&Diagnostic) -> String,
@@ -39,7 +39,7 @@ pub fn refusals_text<R: AsRef<[Diagnostic]>>(
     refused.iter().map(line).collect()
 }
 
-/// True for what happens on the way to an answer, not for what keeps a method from trying.
+/// True for a failure on the way to an answer, as opposed to a reason why the method is not applicable.
 fn is_failure(code: Code) -> bool {
     matches!(
         code,

@@ -7,25 +7,25 @@ use massline_shared::identify::Estimate;
 
 use super::{HALF_WIDTH_95, message, sentences};
 
-/// What an estimate is compared with.
+/// Expected values to compare an estimate with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// The ten, each when known.
+    /// The ten properties, each when known.
     pub properties: [Option<f64>; 10],
     /// Characteristic length of the layout, m: errors are in % of [m, L, L, L, m L² × 6].
     pub length: f64,
 }
 
 impl Truth {
-    /// What 100 % of the inertial parameters are; the mass is the expected one, else that of the estimate.
+    /// The values that correspond to 100 % of scale; the mass is the expected one, else that of the estimate.
     fn scale(&self, estimate: &Estimate<f64>) -> [f64; 10] {
         let [mass, ..] = self.properties;
         scale(mass.unwrap_or(estimate.body.mass), self.length).into()
     }
 }
 
-/// The ten with units, standard deviations and, beside expected values, errors in % of scale; then
-/// the principal moments and what is to be said.
+/// The ten properties with units, standard deviations and, beside expected values, errors in % of scale; then
+/// the principal moments and the diagnostics.
 pub fn table(estimate: &Estimate<f64>, truth: Option<&Truth>) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none()));

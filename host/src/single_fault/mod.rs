@@ -1,13 +1,13 @@
-//! After a campaign: which single mistake explains data that contradict the error budget, and which
-//! mistakes the data would not show.
+//! After a campaign: finds the single mistake that explains data that contradict the error budget, and the
+//! mistakes that the data would not reveal.
 //!
-//! | χ² of the layout as it was meant | what is done |
+//! | χ² of the nominal layout | action |
 //! | --- | --- |
 //! | agrees with the budget | nothing is suspected; with a known mass a common scale is tried |
-//! | contradicts the budget | every mistake is fitted, the one of the least χ² is named |
+//! | contradicts the budget | every mistake is fitted, the one with the least χ² is named |
 //!
-//! Mistakes whose χ² is hardly larger than the least are named beside it: the data do not tell them
-//! apart.
+//! Mistakes whose χ² is hardly larger than the least are named beside it, because the data cannot distinguish
+//! them.
 
 mod report;
 mod words;
@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use crate::identification::lines_of;
 use crate::layout_file::LayoutFile;
 
-/// A test as it was planned: its layout, and the points that could be hit by mistake.
+/// The nominal test: its layout, and the points that could be hit by mistake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NominalTest {
     /// The layout.
@@ -33,13 +33,13 @@ pub struct NominalTest {
 }
 
 impl NominalTest {
-    /// With all nodes of a layout file.
+    /// The test with all nodes of a layout file.
     pub fn of_file(file: &LayoutFile) -> Self {
         let nodes = file.nodes.iter().map(|node| (node.id, node.position)).collect();
         Self { layout: file.layout.clone(), nodes }
     }
 
-    /// With the nodes of its sensors and hits, as a rig keeps them.
+    /// The test with the nodes of its sensors and hits only, as a rig stores them.
     pub fn of_layout(layout: HostLayout) -> Self {
         let sensors = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
         let hits = layout.hits.iter().map(|hit| (hit.dof.node, hit.position));
@@ -54,7 +54,7 @@ impl NominalTest {
         examine(&self.layout, &self.nodes, lines)
     }
 
-    /// Looks for single mistakes in what a rig has measured.
+    /// Looks for single mistakes in a rig's result.
     pub fn examine_result(&self, result: &MeasurementResult) -> Examination {
         self.examine(&lines_of(result))
     }
@@ -65,37 +65,36 @@ impl NominalTest {
 pub struct Suspect {
     /// The mistake.
     pub fault: SingleFault<f64>,
-    /// χ² under it.
+    /// χ² of the fit with this mistake.
     pub consistency: Consistency<f64>,
-    /// Of a common scale: the accelerances over what they should be.
+    /// For a common scale only: the ratio of the accelerances to their correct values.
     pub scale: Option<Estimated<f64>>,
 }
 
-/// What the data say of single mistakes.
+/// The verdict on single mistakes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// The layout as it was meant agrees with the data.
+    /// The nominal layout agrees with the data.
     NothingSuspicious,
-    /// One mistake explains the data, or several that the data do not tell apart: the least χ² first.
+    /// One mistake explains the data, or several that the data cannot distinguish: the least χ² first.
     Suspected(Vec<Suspect>),
     /// The data contradict the budget, and no single mistake changes that.
     Unexplained,
 }
 
-/// What the search has found.
+/// The result of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Examination {
     /// χ² of the nominal layout; `None` when that fit has no answer.
     pub plain: Option<Consistency<f64>>,
-    /// What is suspected.
+    /// The verdict.
     pub verdict: Verdict,
     /// The best mistake that is not suspected.
     pub runner_up: Option<Suspect>,
-    /// Mistakes that were fitted.
+    /// Number of mistakes that were fitted.
     pub tested: usize,
-    /// Mistakes that these data would not show; `None` when it was not looked for: without a fit of
-    /// the layout as it was meant that agrees with the data, and in layouts larger than a rig's, where
-    /// it takes too long.
+    /// Mistakes that these data would not reveal. `None` without a search: when the nominal layout has no fit
+    /// that agrees with the data, and for layouts larger than a rig's, where the search takes too long.
     pub hidden: Option<Vec<SingleFault<f64>>>,
 }
 
@@ -106,7 +105,7 @@ pub fn examine<const S: usize>(
     nodes: &[(u16, [f64; 3])],
     lines: &[DofMassLines<f64, S>],
 ) -> Examination {
-    // A layout of the rig is fitted twenty times faster in matrices of its size.
+    // A layout that fits a rig is solved twenty times faster in matrices of the rig's size.
     let small = layout.cast::<f64, RIG_SENSORS, RIG_HITS>();
     match small {
         Some(small) => {
@@ -120,7 +119,7 @@ pub fn examine<const S: usize>(
     }
 }
 
-/// The same with room for another number of sensors.
+/// The lines in matrices with room for another number of sensors.
 fn resized<const FROM: usize, const TO: usize>(
     lines: &[DofMassLines<f64, FROM>],
 ) -> Vec<DofMassLines<f64, TO>> {
@@ -150,7 +149,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
         let agrees = consistency.is_some_and(|c| !c.rejects_budget());
         let mut suspects = if agrees {
-            // Anything else would show in χ²; a common scale is one number against a known one.
+            // Any other mistake would show in χ²; a common scale shows only against a known mass.
             self.tested(|fault| *fault == SingleFault::CommonScale)
         } else {
             self.tested(|_| true)
@@ -181,7 +180,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         }
     }
 
-    /// The fits of all mistakes that are wanted.
+    /// Fits all mistakes for which `wanted` is true.
     fn tested(&self, wanted: impl Fn(&SingleFault<f64>) -> bool) -> Vec<Suspect> {
         let faults = SingleFault::all(self.layout, self.nodes)
             .filter(|fault| wanted(fault) && involves_measured(fault, self.lines));
@@ -196,7 +195,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         vec![0.0; workspace(self.layout.sensors.len())]
     }
 
-    /// What `act` makes of each, in their order, on all cores.
+    /// Applies `act` to each mistake on all cores; returns the results in order.
     fn in_parallel<T: Send>(
         &self,
         faults: &[SingleFault<f64>],
@@ -207,7 +206,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     }
 }
 
-/// A mistake at a hit DOF that was not measured is nothing to look for.
+/// False for a mistake at a hit DOF that was not measured.
 fn involves_measured<const S: usize>(
     fault: &SingleFault<f64>,
     lines: &[DofMassLines<f64, S>],
@@ -220,10 +219,10 @@ fn involves_measured<const S: usize>(
     }
 }
 
-/// Those that explain the data, the best first, and the rest.
+/// Splits the mistakes into those that explain the data, the best first, and the rest.
 ///
-/// A mistake explains them when it makes χ² decisively smaller, to what chance allows. Mistakes whose
-/// χ² is not decisively larger are as good.
+/// A mistake explains the data when it makes χ² decisively smaller and plausible for the budget. Mistakes
+/// whose χ² is not decisively larger than the least are equally good.
 fn split<'s>(
     ascending: &'s [Suspect],
     plain: Option<&Consistency<f64>>,
@@ -241,7 +240,8 @@ fn split<'s>(
     (named.to_vec(), others)
 }
 
-/// Whether a mistake would be seen: one number against a known one for a common scale, else χ².
+/// True when the data would reveal a mistake: always for a common scale, which a known mass reveals; else
+/// when χ² contradicts the budget.
 fn is_shown(fault: &SingleFault<f64>, consistency: &Consistency<f64>) -> bool {
     if *fault == SingleFault::CommonScale {
         return true;

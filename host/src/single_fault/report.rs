@@ -8,11 +8,12 @@ use serde_json::{Value, json};
 
 use super::{Examination, Suspect, Verdict, words};
 
-/// Mistakes of a kind that a text names; the JSON names all.
+/// Largest number of mistakes of a kind that a text names; the JSON names all.
 const MOST_TOLD: usize = 6;
 
 impl Examination {
-    /// One object: what is suspected with its χ², the runner-up, and what the data would not show.
+    /// One object: the suspected mistakes with their χ², the runner-up, and the mistakes that the data would
+    /// not reveal.
     pub fn to_json(&self, layout: &HostLayout) -> Value {
         let suspect = |s: &Suspect| suspect_json(s, layout);
         let suspects: Vec<Value> = self.suspects().iter().map(suspect).collect();
@@ -33,7 +34,7 @@ impl Examination {
         })
     }
 
-    /// What is to be said among the diagnostics of a result: `{"code":…,"severity":…,"message":…}`.
+    /// Entries for the diagnostics of a result: `{"code":…,"severity":…,"message":…}`.
     pub fn diagnostics_json(&self, layout: &HostLayout) -> Vec<Value> {
         self.said(layout)
             .into_iter()
@@ -43,8 +44,7 @@ impl Examination {
             .collect()
     }
 
-    /// Puts the examination into a result's object: `single_faults`, and what is to be said among
-    /// `diagnostics`.
+    /// Adds the examination to a result's object: `single_faults`, and entries in `diagnostics`.
     pub fn add_to(&self, value: &mut Value, layout: &HostLayout) {
         value["single_faults"] = self.to_json(layout);
         let said = self.diagnostics_json(layout);
@@ -54,7 +54,7 @@ impl Examination {
         }
     }
 
-    /// For people, a line each.
+    /// The examination as text, a line for each finding.
     pub fn to_text(&self, layout: &HostLayout) -> String {
         let said = self.said(layout);
         let mut text = String::new();
@@ -139,7 +139,7 @@ fn hidden_text(hidden: &[SingleFault<f64>], layout: &HostLayout) -> String {
     format!("these data would not show it if {}{more}", named.join("; if "))
 }
 
-/// How many are not named.
+/// The number of mistakes that are not named.
 fn more_than_listed(count: usize) -> String {
     match count.saturating_sub(MOST_TOLD) {
         0 => String::new(),
@@ -157,7 +157,7 @@ fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> Value {
     value
 }
 
-/// Sensors and hits are counted from 1, as in the layout's messages.
+/// A mistake as JSON. Sensors and hits are counted from 1, as in the layout's messages.
 fn fault_json(fault: &SingleFault<f64>, layout: &HostLayout) -> Value {
     let mut value = json!({
         "code": words::code(fault).name(),

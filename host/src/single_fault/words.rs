@@ -1,4 +1,4 @@
-//! Mistakes in the words of a layout.
+//! Mistakes described in the terms of a layout.
 
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::single_fault::{AxisMap, SingleFault};
@@ -17,7 +17,7 @@ pub(super) fn code(fault: &SingleFault<f64>) -> Code {
     }
 }
 
-/// What is wrong, in a clause.
+/// Describes the mistake in a clause.
 pub(super) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
     match fault {
         SingleFault::SensorAxes { sensor, reads } => {
@@ -36,7 +36,7 @@ pub(super) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
     }
 }
 
-/// The same with the number that a fit has found.
+/// Describes the mistake in a clause, with the fitted value.
 pub(super) fn suspect_clause(suspect: &Suspect, layout: &HostLayout) -> String {
     match suspect.scale {
         Some(scale) => format!(
@@ -72,7 +72,7 @@ fn axes_clause(reads: &AxisMap) -> String {
             format!("has the wires of {} and {} swapped", letters[a], letters[b])
         }
         [a, b] => {
-            // The axis that is kept is that of the turn, and the next one shows its sense.
+            // The unchanged axis is the axis of rotation, and the next axis shows the direction.
             let about = 3 - a - b;
             let next = (about + 1) % 3;
             let degrees = match reads.0[next] {

@@ -1,4 +1,4 @@
-//! From the functions of a universal file to the mass lines of a layout.
+//! Selects the functions of a universal file for a layout, and fits the mass lines.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::{FrequencyResponses, MassLines};
@@ -17,18 +17,18 @@ pub(super) struct LayoutResponses {
     hits: Vec<Vec<Response>>,
 }
 
-/// What the mass lines of a layout are, and over which band.
+/// The mass lines of a layout, and their band.
 pub(super) struct FittedLines {
     pub(super) lines: MeasuredLines,
     pub(super) band_hz: [f64; 2],
-    /// Bands that end in modes.
+    /// Warnings about responses without a plateau over the band.
     pub(super) diagnostics: Vec<Diagnostic>,
 }
 
-/// The accelerances of all responses at the lines of a band.
+/// The accelerances of all responses at the bins of a band.
 pub(super) struct LinesOfBand {
     frequencies: Vec<f64>,
-    /// Line by line, channel by channel, hit by hit.
+    /// Accelerances, ordered by bin, then channel, then hit.
     accelerance: Vec<Complex<f64>>,
     channels: usize,
     hits: usize,
@@ -37,7 +37,7 @@ pub(super) struct LinesOfBand {
 }
 
 impl LinesOfBand {
-    /// As the solvers observe them.
+    /// The accelerances in the form that the solvers need.
     pub(super) fn responses(&self) -> Result<FrequencyResponses<'_, f64>> {
         let Self { frequencies, accelerance, channels, hits, .. } = self;
         let responses = FrequencyResponses::new(frequencies, accelerance, *channels, *hits);
@@ -47,7 +47,7 @@ impl LinesOfBand {
     }
 }
 
-/// One frequency response with the directions of the layout.
+/// One frequency response, with its sign corrected to the layout's directions.
 struct Response {
     name: String,
     dataset: usize,
@@ -71,8 +71,8 @@ impl LayoutResponses {
         Ok(Self { hits })
     }
 
-    /// The mass lines of every hit of the layout; `decay` is σ of the exponential window that the
-    /// responses were measured with, 1/s.
+    /// The mass lines of every hit of the layout; `decay` is σ of the exponential window used for the
+    /// responses, 1/s.
     pub(super) fn mass_lines(&self, layout: &HostLayout, decay: f64) -> Result<FittedLines> {
         let band_hz = match layout.test.band_hz {
             Some(band) => band,
@@ -97,7 +97,7 @@ impl LayoutResponses {
         Ok(all)
     }
 
-    /// All lines of the band.
+    /// All bins of the band.
     pub(super) fn spectrum_bins(
         &self,
         layout: &HostLayout,
@@ -123,7 +123,7 @@ impl LayoutResponses {
         })
     }
 
-    /// The band that all responses together show.
+    /// The band between suspension and elastic modes, from all responses together.
     fn find_band(&self, decay: f64) -> Result<[f64; 2]> {
         let frequencies = self.common_frequencies()?;
         let mut squares = vec![0.0; frequencies.len()];
@@ -141,8 +141,8 @@ impl LayoutResponses {
         })
     }
 
-    /// What the window makes of the independence of neighbouring lines; the record is as long as the
-    /// lines are close.
+    /// The correlation of neighbouring bins that the window causes; the length of the record follows from the
+    /// spacing of the bins.
     fn correlation(&self, decay: f64) -> f64 {
         let points = self.hits.iter().flatten().map(|response| &response.points);
         let spacing = points.filter_map(|points| match points.as_slice() {
@@ -153,7 +153,7 @@ impl LayoutResponses {
         window_correlation(decay, closest.recip())
     }
 
-    /// The frequencies of all responses.
+    /// The frequencies that all responses must share.
     fn common_frequencies(&self) -> Result<Vec<f64>> {
         let of = |response: &Response| response.points.iter().map(|(f, _)| *f).collect::<Vec<_>>();
         let mut all = self.hits.iter().flatten();
@@ -173,7 +173,7 @@ impl LayoutResponses {
 }
 
 impl Response {
-    /// Its mass line.
+    /// Fits the mass line of this response.
     fn fit(&self, fitting: &Fitting<f64>) -> Result<ResponseFits<f64, 1>> {
         let lines = self.points.iter().map(|&(frequency, _)| Bin { frequency, weight: 1.0 });
         let mut rows = vec![BasisRow::default(); self.points.len()];
@@ -196,7 +196,7 @@ impl Response {
     }
 }
 
-/// The response of one sensor axis due to one hit.
+/// The response of one sensor axis to one hit.
 fn response(
     uff: &UffFile,
     quantity: Option<Quantity>,
@@ -221,7 +221,7 @@ fn response(
     }
 }
 
-/// The one function of a sensor axis and hit.
+/// The only function of a sensor axis and hit.
 fn find(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Result<&Function> {
     let at = |place: NodeDirection, node: u16, axis: Axis| {
         place.node == i64::from(node) && place.direction.unsigned_abs() == axis.index() as u64 + 1
@@ -264,7 +264,7 @@ fn find(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Result<&Function> {
 /// Frequencies and accelerances above 0 Hz, ascending.
 fn points(frf: &Frf, sign: f64) -> Vec<(f64, Complex<f64>)> {
     let pairs = frf.frequency_hz.iter().copied().zip(frf.accelerance.iter().copied());
-    // At 0 Hz a receptance has no accelerance.
+    // A receptance gives no accelerance at 0 Hz.
     let mut points: Vec<_> = pairs.filter(|(f, _)| *f != 0.0).map(|(f, h)| (f, h * sign)).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     points
@@ -292,7 +292,7 @@ mod tests {
     const DECAY: f64 = 10.0;
     const RECORD: f64 = 0.512;
 
-    /// Every response the same: 2 (m/s²)/N above a suspension, and what noise is left.
+    /// Equal responses: 2 (m/s²)/N above a suspension, with some noise.
     fn measured() -> (HostLayout, LayoutResponses) {
         let layout = LayoutFile::parse(LAYOUT, "test.toml").unwrap().layout;
         let points: Vec<_> = (1..100)
@@ -309,7 +309,8 @@ mod tests {
         (layout, LayoutResponses { hits })
     }
 
-    /// With its σ the fit is exact but for the noise of 1e-6; without, a hundred times that is left.
+    /// With the σ of the window the fit is exact except for the noise of 1e-6; without it, the residual is a
+    /// hundred times larger.
     #[test]
     fn an_exponential_window_is_taken_out_exactly() {
         let (layout, responses) = measured();

@@ -10,7 +10,7 @@ macro_rules! data {
     };
 }
 
-/// As the golden cases of the linear method.
+/// The options of the golden cases of the linear method.
 const ORIGIN: Options = Options {
     reference_point: ReferencePoint::Origin,
     quantity: None,
@@ -26,7 +26,7 @@ fn case(toml: &[u8], uff: &[u8], options: &Options) -> Result<FrfSolution> {
     solve(&layout(toml), &UffFile::parse(uff).unwrap(), options)
 }
 
-/// The largest error in units of [m, L, L, L, m L² × 6].
+/// The largest error, relative to [m, L, L, L, m L² × 6].
 fn worst(solution: &FrfSolution) -> f64 {
     let truth = solution.truth.unwrap();
     let expected = truth.properties.map(Option::unwrap);
@@ -54,7 +54,7 @@ fn pyuff_files_give_what_the_golden_cases_expect() {
 #[test]
 fn single_precision_costs_a_hundred_thousandth() {
     let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.single.uff"), &ORIGIN).unwrap();
-    // Six digits in the file.
+    // The file has six digits.
     assert!(worst(&solution) < 1e-5, "{:e}", worst(&solution));
 }
 
@@ -149,7 +149,7 @@ fn a_band_without_lines_is_named() {
     assert!(error.to_string().contains("2 lines within 10 to 25 Hz"), "{error}");
 }
 
-/// The error of a layout with the nodes of the frame and other sensors, hits and tables.
+/// The error of solving a layout with the nodes of the frame and other sensors, hits and tables.
 fn undetermined(sensors: &str, hits: &str, more: &str) -> Error {
     let text = format!(
         "sensors = [{sensors}]\nhits = [{hits}]\n\
@@ -177,7 +177,7 @@ fn layouts_that_cannot_determine_the_ten_are_named() {
 
 #[test]
 fn hits_through_the_centre_of_mass_need_a_body_and_the_message_says_which() {
-    // All through node 4, which [reference] says is the centre of mass.
+    // All hits pass through node 4, which is the centre of mass in [reference].
     let hits = "\"4:+X\", \"4:+Y\", \"4:+Z\"";
     let reference = "[reference]\nmass_kg = 2\ncenter_of_mass_m = [0.2, 0.3, 0.1]\n";
     let error = undetermined("1, 2, 4", hits, reference).to_string();
@@ -211,7 +211,8 @@ fn the_usual_methods_answer_the_best_first() {
     let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &both).unwrap();
     let methods = solution.identification.estimates.iter().map(|estimate| estimate.method);
     assert!(methods.eq(Method::usual()));
-    // Exact data: what is left is where the fit stops, 1e-5 standard deviations of a few per cent.
+    // The data are exact, so the error is the fit's stopping tolerance: 1e-5 standard deviations of a few per
+    // cent.
     assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
     let details = solution.identification.details.as_ref().unwrap();
     assert_eq!((details.nuisances.sensors.len(), details.nuisances.hits.len()), (3, 3));
@@ -240,8 +241,8 @@ fn the_band_is_found_where_the_layout_leaves_it_to_the_data() {
     let text = text + "\n[test]\nband_hz = \"auto\"\nterms = \"ab\"\n";
     let uff = UffFile::parse(data!("a_irm_01.binary.uff")).unwrap();
     let solved = solve(&layout(text.as_bytes()), &uff, &ORIGIN);
-    // The file has the plain mass lines of 10 to 120 Hz, without modes: three times its beginning to 0.4 of
-    // its end are the lines of 30 and 40 Hz.
+    // The file has the plain mass lines of 10 to 120 Hz, without modes. From three times the lower end to 0.4
+    // of the upper end the bins of 30 and 40 Hz remain.
     let error = solved.unwrap_err();
     assert_eq!(error.code(), "band_too_narrow");
     assert!(error.to_string().contains("2 lines within 30 to 48 Hz"), "{error}");
@@ -253,7 +254,7 @@ fn the_global_fit_gives_what_the_channel_fits_give_on_plain_mass_lines() {
     let options = Options { selection, ..ORIGIN };
     let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &options).unwrap();
     assert_eq!(solution.answer().unwrap().method, Method::GlobalFit);
-    // The file has 12 digits, which parts of K₀ that are hardly seen magnify.
+    // The file has 12 digits; the poorly determined parts of K₀ magnify the rounding.
     assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
     let json = solution.to_json();
     assert_eq!((&json["terms"], &json["band_automatic"]), (&json!("abc"), &json!(false)));

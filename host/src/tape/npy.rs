@@ -1,4 +1,4 @@
-//! NumPy's array file, as far as a tape needs it: two dimensions of little-endian u16.
+//! NumPy's array file, limited to what a tape needs: two dimensions of little-endian u16.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -12,12 +12,12 @@ use super::{Sidecar, sidecar_path};
 use crate::npy::{HeaderError, open, shape_text};
 use crate::{Error, Result};
 
-/// The type of a tape's numbers.
+/// The data type of a tape.
 const TYPE: &str = "<u2";
-/// Bytes of a scan.
+/// Length of a scan, bytes.
 const SCAN: u64 = 2 * CHANNELS as u64;
 
-/// Why bytes are no tape.
+/// Why bytes are not a tape.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub(super) enum NpyError {
     #[error(transparent)]
@@ -65,7 +65,7 @@ pub(super) fn scans(bytes: &[u8]) -> Result<Vec<Scan>, NpyError> {
     scans_of(codes).map_err(|e| unreadable(&e))
 }
 
-/// Ten codes at a time, which is what the shape says.
+/// Groups the codes into scans of ten, as the shape states.
 fn scans_of(mut codes: NpyReader<u16, &[u8]>) -> io::Result<Vec<Scan>> {
     let mut scans = Vec::with_capacity(codes.len() as usize / CHANNELS);
     while codes.len() > 0 {
@@ -91,18 +91,18 @@ fn scans_in(header: &NpyHeader) -> Result<u64, NpyError> {
     if header.order() == Order::Fortran { Err(NpyError::Order) } else { Ok(scans) }
 }
 
-/// The header for a number of scans: 128 bytes for every number, so that it can be written again.
+/// The header for a number of scans: always 128 bytes, so that it can be rewritten in place.
 fn header_bytes(scans: u64) -> io::Result<Vec<u8>> {
     let dtype = DType::new_scalar(TYPE.parse().map_err(io::Error::other)?);
     let header = WriteOptions::new_header_only().dtype(dtype).shape(&[scans, CHANNELS as u64]);
     header.writer(Vec::new()).write_header_only()
 }
 
-/// Writes a tape while it is recorded. Scans are appended; [`TapeWriter::finish`] completes the
-/// header and writes the sidecar. Dropped before, the scans so far are kept in the same way.
+/// Writes a tape during a recording. Scans are appended; [`TapeWriter::finish`] completes the header and
+/// writes the sidecar. A writer that is dropped earlier saves the scans so far in the same way.
 ///
-/// The codes are written here: the writer of npyz, which would complete its header too, cannot go to the
-/// thread that records.
+/// npyz's own writer, which would also complete its header, is not used because it cannot be moved to the
+/// recording thread.
 #[derive(Debug)]
 pub struct TapeWriter {
     path: PathBuf,
@@ -113,10 +113,10 @@ pub struct TapeWriter {
 }
 
 impl TapeWriter {
-    /// Whether a tape may be written here: an earlier tape is replaced, nothing else is.
+    /// Checks that a tape may be written here: an earlier tape may be replaced, any other file may not.
     ///
     /// # Errors
-    /// Exit 2 when the tape or its sidecar would replace another file, or there is no such folder.
+    /// Exit 2 when the tape or its sidecar would replace another file, or the folder does not exist.
     pub fn check(path: &Path) -> Result<()> {
         let refuse = |message: String| Err(Error::input("tape_not_writable", message));
         let sidecar = sidecar_path(path);
@@ -143,7 +143,7 @@ impl TapeWriter {
         Ok(())
     }
 
-    /// Begins a tape; `sidecar` may hold segments already.
+    /// Creates a tape; `sidecar` may already hold segments.
     ///
     /// # Errors
     /// As [`TapeWriter::check`], and exit 2 when the file cannot be written.
@@ -173,17 +173,17 @@ impl TapeWriter {
         Ok(())
     }
 
-    /// Scans written so far: the index of the next.
+    /// Number of scans written so far, which is the index of the next.
     pub fn scans(&self) -> u64 {
         self.scans
     }
 
-    /// Notes where a DOF is hit.
+    /// Records the segment of a hit.
     pub fn segment(&mut self, segment: super::Segment) {
         self.sidecar.segments.push(segment);
     }
 
-    /// Completes the tape; gives its number of scans.
+    /// Completes the tape; returns its number of scans.
     ///
     /// # Errors
     /// Exit 2 when a file cannot be written.
@@ -199,7 +199,7 @@ impl TapeWriter {
         std::fs::write(&sidecar, self.sidecar.to_toml()).map_err(|e| not_writable(&sidecar, &e))
     }
 
-    /// Writes the header for the scans so far and stands behind it.
+    /// Writes the header for the scans so far and moves to its end.
     fn write_header(&mut self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(0))?;
         self.file.write_all(&header_bytes(self.scans)?)?;
@@ -210,7 +210,7 @@ impl TapeWriter {
 impl Drop for TapeWriter {
     fn drop(&mut self) {
         if !self.finished {
-            // What a dropped writer cannot save it has nobody to tell.
+            // A drop cannot report an error.
             let _ = self.complete();
         }
     }

@@ -1,4 +1,4 @@
-//! Plays a tape to a rig: the segments of the DOF that the rig asks for, one an arming.
+//! Plays a tape to a rig: one segment of the requested DOF per arming.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -11,17 +11,17 @@ use massline_virtual::source::ScanSource;
 use super::{Segment, Tape, sensors};
 use crate::{Error, Result};
 
-/// A segment is played for a record and as much again as the trigger may come late.
+/// Shortest length of a played segment, scans: a record, and a quarter more for a late trigger.
 const SHORTEST_PLAY: usize = RECORD_SCANS + RECORD_SCANS / 4;
-/// No DOF.
+/// Stands for no DOF.
 const NONE: usize = usize::MAX;
 
 /// Plays a tape as a source of scans.
 ///
-/// When the rig is armed at a DOF, the next segment of that DOF that was not used yet is played from
-/// its start into the scans that follow: to the start of the next segment, and for more than a
-/// record in any case; past the end of the tape its last scan is repeated. Then nothing happens
-/// before the next arming. What the host needs to know of it stands in [`TapeProgress`].
+/// When the rig is armed at a DOF, the next unused segment of that DOF is played from its start to the start
+/// of the next segment, but always for more than the length of a record; past the end of the tape its last
+/// scan is repeated. Then no scans follow until the next arming. [`TapeProgress`] reports the state to the
+/// host.
 #[derive(Debug)]
 pub struct TapeSource {
     adc: AdcProperties,
@@ -29,7 +29,7 @@ pub struct TapeSource {
     segments: Vec<Played>,
     dofs: Vec<Dof>,
     armed: Option<(u32, usize)>,
-    /// Next scan and the one after the last of the segment in hand.
+    /// Index of the next scan, and of the scan after the last of the current segment.
     at: usize,
     end: usize,
     progress: TapeProgress,
@@ -41,7 +41,7 @@ struct Played {
     used: bool,
 }
 
-/// What a host sees of a tape that is being played. Clones are the same.
+/// The state of a tape during a replay, for the host. Clones share the state.
 #[derive(Clone, Debug)]
 pub struct TapeProgress(Arc<Shared>);
 
@@ -54,37 +54,37 @@ struct Shared {
 }
 
 impl TapeProgress {
-    /// The index of the DOF that the rig is armed at and that has no unused segment left: the host
-    /// ends it.
+    /// The index of the DOF that the rig is armed at when it has no unused segment left; the host must then
+    /// finish this DOF.
     pub fn exhausted(&self) -> Option<usize> {
         Some(self.0.exhausted.load(Ordering::Acquire)).filter(|&dof| dof != NONE)
     }
 
-    /// True when the segment of the present arming has been played to its end. A rig that is still
-    /// armed then has found no hit in it.
+    /// True when the segment of the current arming has been played to its end. A rig that is still armed then
+    /// has found no hit in it.
     pub fn played_out(&self) -> bool {
         self.0.played_out.load(Ordering::Acquire)
     }
 
-    /// Asks for the next segment of the same DOF without a new arming: the rig found no hit in the
-    /// last. The source does so when it is asked for its next scan.
+    /// Requests the next segment of the same DOF without a new arming, because the rig found no hit in the
+    /// last one. The source reacts when its next scan is requested.
     pub fn play_next(&self) {
         self.0.play_next.store(true, Ordering::Release);
     }
 
-    /// Segments that have not been played.
+    /// Number of segments that have not been played.
     pub fn unused(&self) -> usize {
         self.0.unused.load(Ordering::Acquire)
     }
 }
 
 impl TapeSource {
-    /// Plays `tape` to a rig that has `layout`; with it a warning when the tape was taken with
-    /// another layout of the same DOFs.
+    /// Prepares `tape` for a rig with `layout`; returns a warning with it when the tape was recorded with
+    /// another layout that has the same DOFs.
     ///
     /// # Errors
-    /// Exit 2 when the layout has more sensors than the tape, or the tape was taken with another
-    /// layout and their DOFs differ.
+    /// Exit 2 when the layout has more sensors than the tape, or the tape was recorded with another layout
+    /// whose DOFs differ.
     pub fn new(tape: Tape, layout: &RigLayout) -> Result<(Self, Option<String>)> {
         let Tape { sidecar, scans } = tape;
         let dofs: Vec<Dof> = layout.hits.iter().map(|hit| hit.dof).collect();
@@ -132,12 +132,12 @@ impl TapeSource {
         Ok((source, warning))
     }
 
-    /// What the host sees of it.
+    /// The state of the replay, for the host.
     pub fn progress(&self) -> TapeProgress {
         self.progress.clone()
     }
 
-    /// Winds to the next unused segment of a DOF.
+    /// Moves to the next unused segment of a DOF.
     fn wind(&mut self, dof: usize) {
         let shared = &self.progress.0;
         shared.play_next.store(false, Ordering::Release);

@@ -11,7 +11,7 @@ use super::{Segment, Sidecar};
 use crate::calibration_file::CalibrationTable;
 use crate::{Error, Result, toml_file};
 
-/// Word of the errors of this module.
+/// Error code of this module.
 const MALFORMED: &str = "sidecar_malformed";
 
 #[derive(Serialize, Deserialize)]
@@ -40,7 +40,7 @@ impl Sidecar {
     /// Reads a sidecar.
     ///
     /// # Errors
-    /// Exit 2 when it cannot be read or is no sidecar.
+    /// Exit 2 when it cannot be read or is not a sidecar.
     pub fn read(path: &Path) -> Result<Self> {
         Self::parse(&toml_file::read(path, "sidecar_not_readable")?, &path.display().to_string())
     }
@@ -48,7 +48,7 @@ impl Sidecar {
     /// Reads the text of a sidecar; `file` is its name in errors.
     ///
     /// # Errors
-    /// Exit 2 when it is no sidecar.
+    /// Exit 2 when it is not a sidecar.
     pub fn parse(text: &str, file: &str) -> Result<Self> {
         let table: SidecarTable = toml_file::parse(text, file, MALFORMED)?;
         table.resolve().map_err(|error| error.within(file))
@@ -72,7 +72,7 @@ impl Sidecar {
             calibration: CalibrationTable::of(&self.calibration),
             segment,
         };
-        // Numbers and tables only: this cannot fail.
+        // Numbers and tables only, so this cannot fail.
         toml::to_string(&table).unwrap_or_default()
     }
 }

@@ -32,7 +32,7 @@ fn sidecar(segments: &[(u64, &str)]) -> Sidecar {
     }
 }
 
-/// Scan `k` holds `k` in every channel, plus the channel.
+/// Every channel of scan `k` holds `k` plus the number of the channel.
 fn scans(count: u16) -> Vec<Scan> {
     (0..count).map(|k| std::array::from_fn(|channel| k + channel as u16)).collect()
 }
@@ -76,8 +76,8 @@ fn the_header_is_as_numpy_writes_it() {
     writer.push(&scans(2)).unwrap();
     writer.finish().unwrap();
     let bytes = fs::read(&path).unwrap();
-    // As numpy.save of numpy.zeros((2, 10), '<u2'), with one comma more, which Python does not mind: 118 = 0x76
-    // bytes of text, padded to 128 in all.
+    // The header that numpy.save writes for numpy.zeros((2, 10), '<u2'), with one more comma, which Python
+    // accepts: 118 = 0x76 bytes of text, padded to 128 in total.
     assert!(bytes.starts_with(
         b"\x93NUMPY\x01\x00\x76\x00{'descr': '<u2', 'fortran_order': False, 'shape': (2, 10, ), } "
     ));
@@ -164,7 +164,7 @@ fn a_bad_sidecar_is_named() {
     assert!(error("pre_trigger_scans", "pretrigger").starts_with("s.toml:6: "));
 }
 
-/// Plays until nothing comes any more.
+/// Plays until no more scans come.
 fn play(source: &mut TapeSource) -> Vec<u16> {
     std::iter::from_fn(|| source.next_scan()).map(|scan| scan[0]).collect()
 }
@@ -181,10 +181,10 @@ fn each_arming_plays_the_next_segment_of_its_dof() {
     let progress = source.progress();
     assert_eq!(source.next_scan(), None);
     source.armed(1, 0);
-    // To the start of the next segment.
+    // Played to the start of the next segment.
     assert_eq!(play(&mut source), (0..4000).collect::<Vec<_>>());
     assert!(progress.played_out() && progress.exhausted().is_none());
-    // The same arming again is no new one.
+    // A repeated arming number is not a new arming.
     source.armed(1, 0);
     assert_eq!(source.next_scan(), None);
     source.armed(2, 0);
@@ -232,7 +232,7 @@ fn the_layout_must_be_that_of_the_tape() {
         TapeSource::new(Tape { sidecar, scans: scans(100) }, &layout()).map(|(_, warning)| warning)
     };
     assert_eq!(new(&all, |_| ()).unwrap(), None);
-    // A campaign that was cut short is still of this layout.
+    // The tape of an interrupted campaign still belongs to this layout.
     assert_eq!(new(&all[..1], |_| ()).unwrap(), None);
     let warning = new(&all, |s| s.layout_hash ^= 1).unwrap().unwrap();
     assert!(warning.contains("another layout"));

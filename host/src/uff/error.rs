@@ -1,30 +1,30 @@
-//! What can be wrong with a universal file, and where.
+//! Errors of universal files, with the place of each.
 
 use thiserror::Error;
 
 use super::function_type_name;
 
-/// Why a universal file or one of its functions is not taken. All of these are bad input.
+/// Why a universal file or one of its functions is rejected. All of these are bad input.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("dataset {dataset}, line {line} (byte {byte}): {fault}")]
 pub struct UffError {
-    /// Which dataset of the file, from 1.
+    /// Number of the dataset in the file, from 1.
     pub dataset: usize,
-    /// Line of the text, from 1; the data of a binary dataset count as none.
+    /// Line of the text, from 1; binary data do not count as lines.
     pub line: usize,
     /// Byte of the file, from 0.
     pub byte: usize,
-    /// What is wrong and what to do.
+    /// The fault, with what to do about it.
     pub fault: UffFault,
 }
 
 /// What is wrong with a universal file.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum UffFault {
-    /// No dataset at all.
+    /// The file has no dataset.
     #[error("the file holds no dataset; a universal file begins with a line \"    -1\"")]
     Empty,
-    /// Something else than a dataset.
+    /// Something other than a dataset.
     #[error(
         "a line \"    -1\" should begin a dataset here; the file is corrupt or no universal file, \
          export it again"
@@ -39,7 +39,7 @@ pub enum UffFault {
         /// What is missing.
         wanted: &'static str,
     },
-    /// Fewer values than the header tells.
+    /// Fewer values than the header states.
     #[error(
         "the file is truncated: the header tells {wanted} values, {found} are there; copy or export \
          it again"
@@ -47,10 +47,10 @@ pub enum UffFault {
     TooFewValues {
         /// How many there should be.
         wanted: usize,
-        /// How many there are at most.
+        /// The largest number that the file can hold.
         found: usize,
     },
-    /// More values than the header tells.
+    /// More values than the header states.
     #[error("the header tells {wanted} values and there are more; export the file again")]
     TooManyValues {
         /// How many there should be.
@@ -59,19 +59,19 @@ pub enum UffFault {
     /// Text where a number should be.
     #[error("\"{text}\" is not a number; {field} should stand here, the file is corrupt")]
     NotANumber {
-        /// What should stand here.
+        /// What is expected here.
         field: &'static str,
-        /// What stands here.
+        /// The text found.
         text: String,
     },
-    /// A number that the format does not know.
+    /// An integer that is not a value of this field.
     #[error("{value} is no {field}; {known}")]
     Unknown {
-        /// What should stand here.
+        /// The field.
         field: &'static str,
-        /// What stands here.
+        /// The value found.
         value: i64,
-        /// What is possible.
+        /// The possible values.
         known: &'static str,
     },
     /// The binary data are not followed by the end of the dataset.
@@ -80,39 +80,39 @@ pub enum UffFault {
          transfer in text mode does this, copy the file in binary mode or export it as ASCII"
     )]
     BinaryLength {
-        /// Bytes that the header tells.
+        /// Number of bytes that the header states.
         bytes: usize,
     },
-    /// Not a frequency response.
+    /// The function is not a frequency response.
     #[error(
         "function type {found} ({}) is no frequency response; export functions of type 4",
         function_type_name(*found)
     )]
     FunctionType {
-        /// What it is.
+        /// Its function type.
         found: i64,
     },
-    /// A quantity that a frequency response of this kind cannot have.
+    /// A quantity that is invalid for this axis of a frequency response.
     #[error("the {axis} is {} (data type {found}); {wanted}", data_type_name(*found))]
     WrongQuantity {
         /// Abscissa, ordinate numerator or ordinate denominator.
         axis: &'static str,
         /// Its specific data type.
         found: i64,
-        /// What is possible.
+        /// The possible quantities.
         wanted: &'static str,
     },
-    /// A unit that is not known or not of the axis' quantity.
+    /// A unit that is unknown or is not a unit of the axis' quantity.
     #[error("\"{unit}\" is no unit of {quantity} that is known; {known}")]
     WrongUnit {
         /// The label in the file.
         unit: String,
-        /// What it should measure.
+        /// The quantity that the unit should measure.
         quantity: &'static str,
-        /// What is possible.
+        /// The known units.
         known: &'static str,
     },
-    /// Units of dataset 164 that cannot be.
+    /// Invalid unit factors in dataset 164.
     #[error("the unit factor {value} of dataset 164 cannot be; it must be positive")]
     UnitFactor {
         /// The factor.
@@ -121,7 +121,7 @@ pub enum UffFault {
 }
 
 impl UffFault {
-    /// The stable word of this fault in JSON.
+    /// The stable identifier of this fault in JSON.
     pub fn code(&self) -> &'static str {
         match self {
             Self::Truncated { .. } | Self::TooFewValues { .. } => "uff_truncated",

@@ -45,12 +45,12 @@ pub(super) const TYPE_NAMES: [&str; 28] = [
     "order function",
 ];
 
-/// Header lines of a dataset 58.
+/// Number of header lines of a dataset 58.
 const HEADER_LINES: i64 = 11;
-/// The most header lines that a binary dataset may tell.
+/// Largest number of header lines that a binary dataset may state.
 const MOST_HEADER_LINES: i64 = 100;
 
-/// Reads a dataset 58 from behind its first line `kind` to its end.
+/// Reads a dataset 58 from after its first line `kind` to its end.
 pub(super) fn read_function(
     kind: &[u8],
     lines: &mut Lines<'_>,
@@ -95,7 +95,7 @@ pub(super) fn read_function(
     })
 }
 
-/// What the first line says of binary data, with the header lines beyond the usual; `None` when the
+/// The binary format that the first line states, with the number of additional header lines; `None` when the
 /// data are text.
 fn binary_header(kind: &[u8], lines: &Lines<'_>) -> Result<Option<(Binary, i64)>, UffError> {
     let text = String::from_utf8_lossy(kind);
@@ -140,7 +140,7 @@ fn dof_record(lines: &mut Lines<'_>) -> Result<(i64, NodeDirection, NodeDirectio
     let words: Vec<&str> = text.split_whitespace().collect();
     let fixed = [(41, 10), (51, 4), (66, 10), (76, 4)]
         .map(|(from, width)| column(&text, from, width).and_then(integer));
-    // A name longer than its field moves what follows it: then the words are counted.
+    // A name longer than its field shifts the columns after it; the fields are then found by counting words.
     let counted = [5, 6, 8, 9].map(|k: usize| words.get(k).copied().and_then(integer));
     let numbers = all(fixed)
         .or_else(|| all(counted))
@@ -150,7 +150,7 @@ fn dof_record(lines: &mut Lines<'_>) -> Result<(i64, NodeDirection, NodeDirectio
     Ok((function_type, NodeDirection { node, direction }, reference))
 }
 
-/// Record 7: form of the data, `3I10,3E13.5`.
+/// Record 7: format of the data, `3I10,3E13.5`.
 fn shape_record(lines: &mut Lines<'_>) -> Result<Shape, UffError> {
     let text = lines.text("record 7, the form of the data,")?;
     let form = field(lines, &text, 0, 10, "the ordinate data type")?;
@@ -188,7 +188,7 @@ fn shape_record(lines: &mut Lines<'_>) -> Result<Shape, UffError> {
     Ok(Shape { complex, double, points, even })
 }
 
-/// Records 8 to 11: what an axis is, `I10,3I5,2(1X,20A1)`.
+/// Records 8 to 11: quantity and unit of an axis, `I10,3I5,2(1X,20A1)`.
 fn axis_record(lines: &mut Lines<'_>) -> Result<AxisProperties, UffError> {
     let text = lines.text("records 8 to 11, the axes,")?;
     let data_type = field(lines, &text, 0, 10, "the specific data type")?;
@@ -197,7 +197,7 @@ fn axis_record(lines: &mut Lines<'_>) -> Result<AxisProperties, UffError> {
     Ok(AxisProperties { data_type, unit: unit.to_owned() })
 }
 
-/// Abscissa and ordinate from the values as they stand in the file.
+/// Splits the values of the file into abscissa and ordinate.
 fn split(values: &[f64], shape: &Shape) -> (Vec<f64>, Vec<Complex<f64>>) {
     let mut abscissa = Vec::with_capacity(shape.points);
     let mut ordinate = Vec::with_capacity(shape.points);

@@ -2,10 +2,10 @@
 
 use super::error::{UffError, UffFault};
 
-/// Ends and begins a dataset.
+/// The line that begins and ends a dataset.
 const DELIMITER: &[u8] = b"    -1";
 
-/// True for the line that ends and begins a dataset.
+/// True for the line that begins and ends a dataset.
 pub(super) fn is_delimiter(line: &[u8]) -> bool {
     line.trim_ascii_end() == DELIMITER
 }
@@ -13,12 +13,12 @@ pub(super) fn is_delimiter(line: &[u8]) -> bool {
 /// A cursor over the bytes of a file.
 pub(super) struct Lines<'a> {
     bytes: &'a [u8],
-    /// Byte after the line read last.
+    /// Offset of the byte after the line read last.
     at: usize,
     /// Place of the line read last.
     line: usize,
     line_start: usize,
-    /// Dataset in hand.
+    /// Number of the current dataset.
     dataset: usize,
     dataset_line: usize,
     dataset_byte: usize,
@@ -38,24 +38,24 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// The dataset in hand, from 1; 0 before the first.
+    /// Number of the current dataset, from 1; 0 before the first.
     pub(super) fn dataset(&self) -> usize {
         self.dataset
     }
 
-    /// Line and byte at which the dataset in hand begins.
+    /// Line and byte at which the current dataset begins.
     pub(super) fn dataset_place(&self) -> (usize, usize) {
         (self.dataset_line, self.dataset_byte)
     }
 
-    /// The next line begins a dataset.
+    /// Notes that the next line begins a dataset.
     pub(super) fn open_dataset(&mut self) {
         self.dataset += 1;
         self.dataset_line = self.line + 1;
         self.dataset_byte = self.at;
     }
 
-    /// The next line without its end, `None` at the end of the file.
+    /// The next line without its line end; `None` at the end of the file.
     pub(super) fn peek(&self) -> Option<&'a [u8]> {
         let rest = self.rest();
         if rest.is_empty() {
@@ -85,12 +85,12 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// The bytes not read yet.
+    /// The unread bytes.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.at..).unwrap_or_default()
     }
 
-    /// Takes binary data.
+    /// Takes `length` bytes of binary data.
     pub(super) fn take(&mut self, length: usize) -> Option<&'a [u8]> {
         let taken = self.rest().get(..length)?;
         self.line_start = self.at;
@@ -98,8 +98,7 @@ impl<'a> Lines<'a> {
         Some(taken)
     }
 
-    /// True when the dataset ends after `length` more bytes, with or without an end of line before
-    /// the delimiter.
+    /// True when the dataset ends after `length` more bytes, with or without a line end before the delimiter.
     pub(super) fn ends_after(&self, length: usize) -> bool {
         let Some(rest) = self.rest().get(length..) else { return false };
         let rest = rest.strip_prefix(b"\r").unwrap_or(rest);
@@ -108,7 +107,7 @@ impl<'a> Lines<'a> {
         rest.get(..end).is_some_and(is_delimiter)
     }
 
-    /// Reads on to the end of the dataset.
+    /// Skips to the end of the dataset.
     pub(super) fn skip_to_delimiter(&mut self) -> Result<(), UffError> {
         while let Some(line) = self.next() {
             if is_delimiter(line) {

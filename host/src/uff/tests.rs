@@ -2,7 +2,7 @@ use nalgebra::Complex;
 
 use super::*;
 
-/// Written by pyuff; what each function holds stands in `generate.py` beside it.
+/// Written by pyuff; `generate.py` beside it documents what each function holds.
 const VARIANTS: &[u8] = include_bytes!("../../../tests/data/uff/variants.uff");
 
 fn variant(k: usize) -> Function {
@@ -18,7 +18,7 @@ fn check(function: &Function, tolerance: f64) {
     let frf = function.accelerance(None).unwrap();
     assert_eq!(frf.frequency_hz.len(), 12);
     for (k, (&f, &h)) in frf.frequency_hz.iter().zip(&frf.accelerance).enumerate() {
-        // Exact: the header's six digits express 10 Hz.
+        // Exact, because the header's six digits can express 10 Hz.
         assert_eq!(f, 10.0 * (k + 1) as f64);
         let error = (h - expected(k)).norm() / expected(k).norm();
         assert!(error < tolerance, "line {k}: {error:e}");
@@ -27,7 +27,7 @@ fn check(function: &Function, tolerance: f64) {
 
 #[test]
 fn pyuff_s_forms_are_read() {
-    // ASCII doubles have 12 digits, singles 6; binary is exact but for the conversion.
+    // ASCII doubles have 12 digits, singles 6; binary is exact except for the conversion.
     let [double, single] = [1e-11, 5e-6];
     for (k, tolerance) in [
         (0, double),
@@ -63,7 +63,7 @@ fn node_and_direction_are_read_even_where_a_long_name_moves_the_columns() {
     let function = variant(0);
     assert_eq!(function.response, NodeDirection { node: 1, direction: 1 });
     assert_eq!(function.reference, NodeDirection { node: 2, direction: 3 });
-    // Names longer than their fields move the columns.
+    // Names longer than their fields shift the columns.
     assert_eq!(variant(17).reference, NodeDirection { node: 2, direction: 3 });
 }
 
@@ -74,7 +74,7 @@ fn what_is_no_frf_is_named() {
     assert!(error(14).to_string().contains("stress (data type 2)"), "{}", error(14));
     assert!(error(15).to_string().contains("\"furlong\" is no unit of acceleration"));
     assert!(error(16).to_string().contains("denominator is displacement"));
-    // Four datasets of nodes and units stand before the functions.
+    // Four datasets of nodes and units precede the functions.
     assert_eq!(error(13).dataset, 18);
     assert!(error(13).to_string().starts_with("dataset 18, line "));
 }
@@ -82,7 +82,7 @@ fn what_is_no_frf_is_named() {
 #[test]
 fn the_user_may_say_what_the_response_is() {
     let frf = variant(14).accelerance(Some(Quantity::Acceleration)).unwrap();
-    // 12 digits.
+    // The file has 12 digits.
     assert!((frf.accelerance[3] - expected(3)).norm() < 1e-10);
     let mobility = variant(0).accelerance(Some(Quantity::Velocity)).unwrap();
     let s = Complex::new(0.0, std::f64::consts::TAU * 10.0);
@@ -121,13 +121,13 @@ fn factors_that_do_not_belong_to_the_code_are_noted() {
 #[test]
 fn every_truncation_is_an_error_or_ends_between_datasets() {
     let whole = UffFile::parse(VARIANTS).unwrap();
-    // Every length of the first functions, and a sample of the rest.
+    // Truncates the file at every length within the first functions, and at a sample of the rest.
     for length in (0..6000).chain((6000..VARIANTS.len()).step_by(17)) {
         match UffFile::parse(&VARIANTS[..length]) {
             Err(error) => {
                 assert!(error.byte <= length && error.dataset <= whole.functions.len() + 4);
             }
-            // Complete datasets, perhaps without the last end of line.
+            // Complete datasets, perhaps without the last line end.
             Ok(part) => {
                 assert!(VARIANTS[..length].trim_ascii_end().ends_with(b"-1"), "{length}");
                 assert!(part.functions.len() <= whole.functions.len());
@@ -189,7 +189,7 @@ fn touching_columns_are_read() {
     let text = String::from_utf8_lossy(VARIANTS).into_owned();
     let first = text.find("    -1\n    58 ").unwrap();
     let end = text[first + 8..].find("\n    -1\n").unwrap() + first + 16;
-    // E20.12 with a sign and three digits of exponent fills its column.
+    // E20.12 with a sign and a three-digit exponent fills its column.
     let dense = text[first..end].replacen(
         "   2.00000000000e+00  -5.00000000000e-01",
         "2.0000000000000E+000-5.00000000000E-001",
@@ -220,7 +220,7 @@ fn big_endian_singles_and_mixed_widths_are_read() {
     let read = UffFile::parse(&file).unwrap().functions[0].clone();
     assert_eq!(read.ordinate, [expected(0), expected(1)]);
     assert_eq!(read.abscissa, [10.0, 20.0]);
-    // The format's own form of an uneven abscissa: single, beside doubles.
+    // The format's own form of an uneven abscissa: single precision, beside doubles.
     let mut data = Vec::new();
     for (x, y) in [(10.0_f32, expected(0)), (25.0, expected(1))] {
         data.extend(x.to_le_bytes());
@@ -253,7 +253,7 @@ fn what_is_written_reads_back() {
         let read: Vec<Frf> = file.functions.iter().map(|f| f.accelerance(None).unwrap()).collect();
         assert_eq!(read[..2], [even.clone(), uneven.clone()], "{encoding:?}");
         for (got, wanted) in read[2].frequency_hz.iter().zip(&fine.frequency_hz) {
-            // Six digits in ASCII.
+            // ASCII has six digits.
             assert!((got - wanted).abs() < 5e-6 * wanted);
         }
     }

@@ -7,7 +7,7 @@ use super::error::{UffError, UffFault};
 use super::lines::Lines;
 use super::values::real;
 
-/// What the response of a frequency response function is.
+/// The response quantity of a frequency response function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Accelerance, acceleration over force.
@@ -18,7 +18,7 @@ pub enum Quantity {
     Displacement,
 }
 
-/// Units of a dataset 164: what 1 m and 1 N are in the file.
+/// The units of a dataset 164: the values of 1 m and 1 N in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct UnitSystem {
     length: f64,
@@ -31,14 +31,14 @@ impl Default for UnitSystem {
     }
 }
 
-/// Factors that bring a function to SI.
+/// Factors that convert a function to SI.
 pub(super) struct Conversion {
     pub(super) quantity: Quantity,
     pub(super) ordinate: f64,
     pub(super) hertz: f64,
 }
 
-/// The unit codes of dataset 164 from 1, with their length and force for 1 m and 1 N.
+/// The systems of dataset 164's unit codes from 1: the values of 1 m and 1 N.
 const SYSTEMS: [[f64; 2]; 8] = [
     [1.0, 1.0],
     [1.0 / FOOT, 1.0 / POUND_FORCE],
@@ -56,10 +56,10 @@ const KILOGRAM_FORCE: f64 = STANDARD_GRAVITY;
 const POUND_FORCE: f64 = 0.453_592_37 * STANDARD_GRAVITY;
 const POUNDAL: f64 = 0.453_592_37 * FOOT;
 
-/// Reads dataset 164 from behind its first line to its end.
+/// Reads dataset 164 from after its first line to its end.
 ///
-/// Codes 1 to 8 name their units; the factors count for the others (9 is user defined). Writers
-/// differ in what they write as factors of a code, so the code goes first.
+/// Codes 1 to 8 define their units; for the others (9 is user defined) the factors are used. Writers disagree
+/// about the factors that belong to a code, so the code takes precedence.
 pub(super) fn read_units(
     lines: &mut Lines<'_>,
     notes: &mut Vec<String>,
@@ -102,7 +102,7 @@ pub(super) fn read_units(
     Ok(system)
 }
 
-/// What brings the ordinate of a record over time to SI by dataset 164.
+/// The factor that converts the ordinate of a record over time to SI, by dataset 164.
 pub(super) fn time_factor(function: &Function) -> f64 {
     match function.numerator_axis.data_type {
         9 | 13 => 1.0 / function.units.force,
@@ -111,7 +111,7 @@ pub(super) fn time_factor(function: &Function) -> f64 {
     }
 }
 
-/// What brings `function` to SI: by `quantity` and dataset 164, or by what its records say.
+/// The conversion of `function` to SI: by `quantity` and dataset 164, or by its own records.
 pub(super) fn conversion(
     function: &Function,
     quantity: Option<Quantity>,
@@ -163,7 +163,7 @@ pub(super) fn conversion(
     Ok(Conversion { quantity, ordinate: motion / over, hertz })
 }
 
-/// Hz per unit of the abscissa.
+/// The unit of the abscissa, Hz.
 fn hertz(function: &Function) -> Result<f64, UffFault> {
     let axis = &function.abscissa_axis;
     if !matches!(axis.data_type, 0 | 1 | 18) {
@@ -182,7 +182,7 @@ fn hertz(function: &Function) -> Result<f64, UffFault> {
     }
 }
 
-/// A label without blanks, brackets and ways of writing a power.
+/// A label without blanks and brackets and with a uniform notation of powers.
 fn plain(label: &str) -> String {
     let text: String = label
         .chars()
@@ -196,7 +196,7 @@ fn plain(label: &str) -> String {
     text.replace("**", "").replace('^', "")
 }
 
-/// `m/s^2/N` is an acceleration over a force: the two parts, the second empty when there is none.
+/// Splits `m/s^2/N` into the units of acceleration and force; the second part is empty when there is none.
 fn split_ratio(label: &str) -> (&str, &str) {
     match label.rsplit_once('/') {
         Some((motion, force)) if force_unit(force).is_some() => (motion, force),
@@ -204,7 +204,7 @@ fn split_ratio(label: &str) -> (&str, &str) {
     }
 }
 
-/// m, m/s or m/s² per unit.
+/// The size of a motion unit in m, m/s or m/s².
 fn motion_unit(label: &str, quantity: Quantity) -> Option<f64> {
     let label = plain(label).to_ascii_lowercase().replace("sec", "s").replace("s/s", "s2");
     let length = |unit: &str| match unit {
@@ -226,7 +226,7 @@ fn motion_unit(label: &str, quantity: Quantity) -> Option<f64> {
     }
 }
 
-/// N per unit.
+/// The size of a force unit, N.
 fn force_unit(label: &str) -> Option<f64> {
     match plain(label).as_str() {
         "N" | "n" | "newton" | "Newton" => Some(1.0),

@@ -3,22 +3,22 @@
 use super::error::{UffError, UffFault};
 use super::lines::{Lines, is_delimiter};
 
-/// The form of the data: record 7.
+/// The format of the data: record 7.
 pub(super) struct Shape {
     pub(super) complex: bool,
     pub(super) double: bool,
     pub(super) points: usize,
-    /// Minimum and increment of an even abscissa; `None` when each point brings its own.
+    /// Minimum and increment of an even abscissa; `None` when each point has its own abscissa.
     pub(super) even: Option<[f64; 2]>,
 }
 
 impl Shape {
-    /// Values of one point.
+    /// Number of values per point.
     pub(super) fn per_point(&self) -> usize {
         1 + usize::from(self.complex) + usize::from(self.even.is_none())
     }
 
-    /// Values of the dataset.
+    /// Number of values in the dataset.
     fn values(&self) -> usize {
         self.points.saturating_mul(self.per_point())
     }
@@ -30,16 +30,16 @@ pub(super) struct Binary {
     pub(super) big_endian: bool,
 }
 
-/// A number as Fortran writes it.
+/// Parses a number in Fortran notation.
 pub(super) fn real(text: &str) -> Option<f64> {
     let text = text.trim();
     text.parse().ok().or_else(|| text.replace(['D', 'd'], "E").parse().ok())
 }
 
-/// Reads the values of an ASCII dataset; the delimiter is left.
+/// Reads the values of an ASCII dataset up to the delimiter.
 pub(super) fn read_ascii(lines: &mut Lines<'_>, shape: &Shape) -> Result<Vec<f64>, UffError> {
     let wanted = shape.values();
-    // A value takes two bytes at least, so a header that lies does not cost memory.
+    // A value takes at least two bytes, so a false header cannot make this allocate too much.
     let possible = lines.rest().len() / 2;
     if wanted > possible {
         return Err(lines.error(UffFault::TooFewValues { wanted, found: possible }));
@@ -66,7 +66,7 @@ pub(super) fn read_ascii(lines: &mut Lines<'_>, shape: &Shape) -> Result<Vec<f64
     Ok(values)
 }
 
-/// Takes the numbers of a line that are separated by blanks; false when one is none.
+/// Parses the blank-separated numbers of a line; false when one is malformed.
 fn push_words(line: &str, values: &mut Vec<f64>) -> bool {
     let before = values.len();
     for word in line.split_ascii_whitespace() {
@@ -81,7 +81,7 @@ fn push_words(line: &str, values: &mut Vec<f64>) -> bool {
     true
 }
 
-/// Takes the numbers of a line by the columns of the format, where they may touch.
+/// Parses the numbers of a line by the columns of the format, where they may touch.
 fn push_columns(line: &str, shape: &Shape, values: &mut Vec<f64>) -> bool {
     const ABSCISSA: usize = 13;
     let ordinate = if shape.double { 20 } else { 13 };
@@ -101,10 +101,10 @@ fn push_columns(line: &str, shape: &Shape, values: &mut Vec<f64>) -> bool {
     true
 }
 
-/// Reads the values of a binary dataset; the delimiter is left.
+/// Reads the values of a binary dataset up to the delimiter.
 ///
-/// The byte count of the header is not used: common writers state half of it. The length follows
-/// from record 7, and the delimiter behind the data proves it.
+/// The byte count of the header is not used, because common writers state half of it. The length is computed
+/// from record 7, and the delimiter after the data confirms it.
 pub(super) fn read_binary(
     lines: &mut Lines<'_>,
     shape: &Shape,
@@ -115,8 +115,8 @@ pub(super) fn read_binary(
         let abscissa = if shape.even.is_none() { abscissa } else { 0 };
         (abscissa, ordinate, shape.points.saturating_mul(abscissa + ordinate * ordinates))
     };
-    // As the format says; with the abscissa in the format's single precision; as writers do that
-    // store doubles whatever record 7 says.
+    // The layout of the format; the layout with the abscissa in the format's single precision; the layout of
+    // writers that store doubles whatever record 7 states.
     let stated = if shape.double { 8 } else { 4 };
     let candidates = [point(stated, stated), point(4, stated), point(8, 8)];
     let Some(&(abscissa, ordinate, length)) =
@@ -132,7 +132,7 @@ pub(super) fn read_binary(
         return Err(lines.error(fault));
     };
     let data = lines.take(length).unwrap_or_default();
-    // The data may be followed by an end of line.
+    // A line end may follow the data.
     if lines.peek().is_some_and(<[u8]>::is_empty) {
         lines.next();
     }
@@ -147,7 +147,7 @@ pub(super) fn read_binary(
     Ok(values)
 }
 
-/// A single or double of 4 or 8 bytes.
+/// A single or double from 4 or 8 bytes.
 fn number(bytes: &[u8], binary: Binary) -> f64 {
     if let Ok(bytes) = <[u8; 8]>::try_from(bytes) {
         return if binary.big_endian {
@@ -159,7 +159,7 @@ fn number(bytes: &[u8], binary: Binary) -> f64 {
     match <[u8; 4]>::try_from(bytes) {
         Ok(bytes) if binary.big_endian => f64::from(f32::from_be_bytes(bytes)),
         Ok(bytes) => f64::from(f32::from_le_bytes(bytes)),
-        // Only pieces of 4 and 8 bytes are cut.
+        // Not reached: all slices have 4 or 8 bytes.
         Err(_) => f64::NAN,
     }
 }

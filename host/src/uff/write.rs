@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::{Frf, NodeDirection};
 
-/// How the data are stored.
+/// The encoding of the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// Text, 12 digits.
@@ -13,10 +13,10 @@ pub enum Encoding {
     Binary,
 }
 
-/// A universal file with these accelerances, complex and double, SI.
+/// A universal file with these accelerances, complex and double precision, SI.
 ///
-/// Equidistant lines that the header's six digits can express are stored as such; others bring
-/// their own abscissa (six digits in ASCII).
+/// Equidistant frequencies that the header's six digits can express are stored as minimum and increment;
+/// others are stored point by point (six digits in ASCII).
 pub fn write(frfs: &[Frf], encoding: Encoding) -> Vec<u8> {
     let mut bytes = Vec::new();
     for frf in frfs {
@@ -81,7 +81,7 @@ fn write_one(frf: &Frf, encoding: Encoding, bytes: &mut Vec<u8>) {
     bytes.extend(b"    -1\n");
 }
 
-/// `E13.5` and the like: Rust writes exponents without sign and padding.
+/// Formats as Fortran's `E13.5` and the like; Rust writes exponents without sign and padding.
 fn scientific(value: f64, width: usize, digits: usize) -> String {
     let text = format!("{value:.digits$e}");
     let text = match text.split_once('e') {
@@ -95,14 +95,14 @@ fn scientific(value: f64, width: usize, digits: usize) -> String {
     format!("{text:>width$}")
 }
 
-/// Minimum and increment of lines that the header's six digits express.
+/// Minimum and increment of frequencies that the header's six digits can express.
 fn even(frequency: &[f64]) -> Option<[f64; 2]> {
     let (&first, &last) = (frequency.first()?, frequency.last()?);
     let increment =
         if frequency.len() > 1 { (last - first) / (frequency.len() - 1) as f64 } else { 0.0 };
     let rounded = |v: f64| scientific(v, 13, 5).trim().parse::<f64>().ok();
     let (minimum, step) = (rounded(first)?, rounded(increment)?);
-    // A line may be off by what a double of its size is off by after a few operations.
+    // The tolerance covers the rounding error of a double after a few operations.
     let same = |(k, &f): (usize, &f64)| (minimum + step * k as f64 - f).abs() <= 1e-12 * f.abs();
     frequency.iter().enumerate().all(same).then_some([minimum, step])
 }

@@ -1,4 +1,4 @@
-//! `massline calibrate block` and `massline calibrate verify`: the hanging block.
+//! `massline calibrate block` and `massline calibrate verify`: tests with a hanging block.
 
 use std::num::NonZeroU8;
 use std::path::PathBuf;
@@ -22,10 +22,10 @@ use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::spectra::SpectraCollection;
 
-/// The layout of the block when none is given.
+/// The default layout of the block.
 pub const LAYOUT: &str = include_str!("../../../examples/block.toml");
 
-/// The block and how it is hit.
+/// The block of a test.
 #[derive(Clone, Debug, clap::Args)]
 pub struct BlockArgs {
     #[command(flatten)]
@@ -33,14 +33,14 @@ pub struct BlockArgs {
     /// Mass of the block with everything glued to it, kg.
     #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     mass: f64,
-    /// Its standard deviation, kg.
+    /// Standard deviation of the block's mass, kg.
     #[arg(long, value_name = "KG", default_value_t = 0.001)]
     mass_sigma: f64,
     /// Layout with the block's centre of mass as origin; default: a plate of 160 x 160 x 10 mm with
     /// three sensors around the middle of its top, hit from both sides along each axis.
     #[arg(long, value_name = "FILE")]
     layout: Option<PathBuf>,
-    /// Forget a campaign that is under way or interrupted.
+    /// Discard a campaign that is running or interrupted.
     #[arg(long)]
     restart: bool,
 }
@@ -64,10 +64,10 @@ pub struct Args {
     block: BlockArgs,
     #[command(flatten)]
     origin: OriginArgs,
-    /// Hits per direction; default: as the layout says.
+    /// Hits per direction; default: the number in the layout.
     #[arg(long, value_name = "N")]
     hits: Option<NonZeroU8>,
-    /// Compute and print, but leave the calibration on the rig as it is.
+    /// Compute and print, but do not change the calibration on the rig.
     #[arg(long)]
     dry_run: bool,
 }
@@ -87,7 +87,7 @@ pub struct VerifyArgs {
     /// Hits per direction.
     #[arg(long, value_name = "N", default_value = "4")]
     hits: NonZeroU8,
-    /// Drift that matters, relative.
+    /// Drift from which on a channel counts as drifted, relative.
     #[arg(long, value_name = "RATIO", default_value_t = 0.02)]
     tolerance: f64,
 }
@@ -95,7 +95,7 @@ pub struct VerifyArgs {
 /// Runs `calibrate block`.
 ///
 /// # Errors
-/// When the rig cannot be reached or refuses, or the hits determine no calibration.
+/// When the rig cannot be reached or refuses, or the hits do not determine a calibration.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let origin = args.origin.origin()?;
     let test = args.block.test(args.hits)?;
@@ -196,21 +196,21 @@ impl BlockArgs {
 /// A block test on any rig.
 #[derive(Clone, Debug)]
 pub struct BlockTest {
-    /// The layout, as the bench takes it.
+    /// The layout in the capacity of the bench.
     pub file: LayoutFile,
-    /// The layout, as the rig takes it.
+    /// The layout in the capacity of the rig.
     pub layout: RigLayout,
     /// The block.
     pub mass: BlockMass<f64>,
-    /// Forget a campaign that is under way.
+    /// Discard a running campaign.
     pub restart: bool,
 }
 
 impl BlockTest {
-    /// Runs the campaign and computes; `record` is the calibration in force.
+    /// Runs the campaign and computes its result; `record` is the calibration in force.
     ///
     /// # Errors
-    /// When the rig refuses or is stuck, the person interrupts, or the hits determine no calibration.
+    /// When the rig refuses or is stuck, the user interrupts, or the hits do not determine a calibration.
     pub fn run(
         &self,
         rig: &mut OnBlock,
@@ -220,7 +220,7 @@ impl BlockTest {
         fits(&self.layout, &rig.identity)?;
         make_room(&mut rig.client, &self.layout, self.restart)?;
         rig.client.put_layout(&self.layout)?;
-        // A hit that waits to be accepted leaves the time to read the spectra of the DOF before it.
+        // A hit that waits for a verdict leaves time to read the spectra of the DOF before it.
         let how = Begin {
             block_mass: Some(self.mass.mass as f32),
             confirm: true,
@@ -249,7 +249,7 @@ impl BlockTest {
     }
 }
 
-/// The campaign that was joined may have been one on an object.
+/// Returns an error when the campaign that was joined is one on an object.
 fn require_block(result: &MeasurementResult) -> Result<()> {
     let is_block = |d: &Diagnostic| d.code == Code::BlockTest;
     if result.diagnostics.iter().any(is_block) {

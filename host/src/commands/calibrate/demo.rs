@@ -30,7 +30,7 @@ Examples:
   massline calibrate demo
   massline calibrate demo --seed 7 --json")]
 pub struct Args {
-    /// Seed of everything random on the bench.
+    /// Seed of all random numbers on the bench.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
@@ -77,10 +77,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     })
 }
 
-/// Both tests on the bundled block, through virtual rigs.
+/// Runs both tests on the bundled block, with virtual rigs.
 ///
 /// # Errors
-/// When a rig does not start, refuses or gets stuck, or a test determines no calibration.
+/// When a rig does not start, refuses or gets stuck, or a test does not determine a calibration.
 pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
     let bench = Bench::named("block")?;
     let file = LayoutFile::parse(LAYOUT, "block.toml")?;
@@ -103,28 +103,28 @@ pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
     let mass = BlockMass { mass: bench.truth().mass, sigma: 0.001 };
     let layout = narrow(&file.layout)?;
     let test = BlockTest { file, layout, mass, restart: false };
-    // What the rig has kept over its restart.
+    // The calibration that the rig has stored across its restart.
     let kept = rig.client.calibration()?;
     test.run(&mut rig, &kept, output)?.write(&mut record);
     store(&mut rig.client, &record)?;
     Ok(record)
 }
 
-/// How far a calibration is from the truth of a bench, %.
+/// Largest errors of a calibration, compared with the truth of a bench, %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensitivityErrors {
-    /// Largest of the sensitivities of the axes.
+    /// Largest error of the sensitivities of the axes.
     pub gain: f64,
-    /// Largest of the cross-axis sensitivities, of the sensitivity of their channel.
+    /// Largest error of the cross-axis sensitivities, relative to the sensitivity of their channel.
     pub cross_axis: f64,
-    /// Of the hammer.
+    /// Error of the hammer's sensitivity.
     pub hammer: f64,
 }
 
-/// How far `record` is from the sensors and the hammer that the bench has under this seed.
+/// The errors of `record` for the sensors and the hammer that the bench has with this seed.
 ///
 /// # Errors
-/// When the bench has no such sensors.
+/// When the bench does not have as many sensors.
 pub fn sensitivity_errors(
     bench: &Bench,
     seed: u64,
@@ -153,7 +153,7 @@ pub fn sensitivity_errors(
     Ok(errors)
 }
 
-/// Root mean square over the inertial parameters of what a test on the bench has wrong, % of scale.
+/// Root mean square over the inertial parameters of the errors of a test on the bench, % of scale.
 ///
 /// # Errors
 /// When the rig gets stuck or there is no answer.

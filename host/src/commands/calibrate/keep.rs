@@ -1,4 +1,4 @@
-//! `massline calibrate show`, `pull` and `push`: the calibration that a rig keeps.
+//! `massline calibrate show`, `pull` and `push`: the calibration stored on a rig.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -63,7 +63,7 @@ pub fn pull(args: &PullArgs, output: &mut Output) -> Result<()> {
     let record = match pulled {
         Ok(record) => record,
         Err(error) => {
-            // An empty file would stand in the way of the next attempt.
+            // An empty file would block the next attempt.
             let _ = std::fs::remove_file(&args.file);
             return Err(error);
         }

@@ -1,4 +1,4 @@
-//! `massline calibrate`: from sensors and a hammer out of the box to a calibration on the rig.
+//! `massline calibrate`: calibrates new sensors and a new hammer, and stores the calibration on the rig.
 
 pub mod block;
 pub mod demo;
@@ -37,11 +37,11 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Six positions at rest: zero, sensitivity and cross-axis matrix of every sensor.
+    /// Read six static positions: zero, sensitivity and cross-axis matrix of every sensor.
     Tumble(tumble::Args),
-    /// A hanging block of known mass: the hammer against the sensors, RC cutoffs.
+    /// Hit a hanging block of known mass: the hammer against the sensors, RC cutoffs.
     Block(block::Args),
-    /// A quick block test against the calibration on the rig. Exit 3 when it has drifted.
+    /// Check the calibration on the rig with a quick block test; exit 3 when it has drifted.
     Verify(block::VerifyArgs),
     /// Print the calibration on the rig.
     Show(keep::ShowArgs),
@@ -49,15 +49,15 @@ enum Command {
     Pull(keep::PullArgs),
     /// Store the calibration of a file on the rig.
     Push(keep::PushArgs),
-    /// Calibrate on the simulated bench, and measure before and after.
+    /// Calibrate on the simulated bench, and measure before and after it.
     Demo(demo::Args),
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// When a file is bad, the rig cannot be reached or refuses, the data determine no calibration, the
-/// calibration has drifted, or the person interrupts.
+/// When a file is bad, the rig cannot be reached or refuses, the data do not determine a calibration, the
+/// calibration has drifted, or the user interrupts the command.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     match &args.command {
         Command::Tumble(args) => tumble::run(args, output),
@@ -70,10 +70,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
 }
 
-/// What is noted with a calibration.
+/// Information that is stored with a calibration.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct OriginArgs {
-    /// Day of the calibration, yyyy-mm-dd; default: today.
+    /// Date of the calibration, yyyy-mm-dd; default: today.
     #[arg(long, value_name = "DAY")]
     date: Option<Day>,
     /// Temperature, °C.

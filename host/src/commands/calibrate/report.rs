@@ -15,7 +15,7 @@ use crate::output;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A calibration.
+/// A calibration as JSON.
 pub(super) fn record_json(record: &CalibrationRecord) -> Value {
     let calibration = &record.calibration;
     let [hammer, axes @ ..] = &calibration.channels;
@@ -92,12 +92,12 @@ pub(super) fn record_text(record: &CalibrationRecord) -> String {
     )
 }
 
-/// A cutoff frequency; none that is not known.
+/// The text of a cutoff frequency; a placeholder when it is not known.
 fn rc(cutoff: Hertz<f32>) -> String {
     if cutoff.0 > 0.0 { format!("{:.1}", cutoff.0) } else { "-".into() }
 }
 
-/// What a tumble test has found.
+/// The result of a tumble test.
 pub(super) fn tumble_json(found: &Tumble<f64>) -> Value {
     let sensors: Vec<_> = found
         .sensors
@@ -124,7 +124,7 @@ pub(super) fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord) -> St
     )
 }
 
-/// What a block test has found, relative to the calibration before it.
+/// The result of a block test, relative to the calibration before it.
 pub(super) fn block_json(found: &Block) -> Value {
     let sensors: Vec<_> = found
         .sensors
@@ -207,7 +207,7 @@ pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
     format!("{}\n{said}\n\n{cutoffs}", record_text(record))
 }
 
-/// How every channel stands.
+/// The verdict on every channel.
 pub(super) fn drifts_json(all: &[Drift], record: &CalibrationRecord) -> Value {
     let channels: Vec<_> = all
         .iter()

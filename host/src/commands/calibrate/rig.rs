@@ -1,4 +1,4 @@
-//! The rig that is calibrated: one at a port, or a virtual one with a bench.
+//! The rig that is calibrated: a real one at a port, or a virtual one with a bench.
 
 use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
@@ -23,18 +23,18 @@ use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::spectra::{Collecting, SpectraCollection};
 
-/// A virtual rig that has not gone on for so long is stuck.
+/// A virtual rig without progress for this long is stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Which rig.
+/// Options that choose the rig.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct RigArgs {
     #[command(flatten)]
     port: PortArgs,
-    /// Use a simulated rig in place of one at a port.
+    /// Use a simulated rig instead of one at a port.
     #[arg(long, value_enum, value_name = "RIG", conflicts_with = "port")]
     rig: Option<Simulated>,
-    /// Seed of everything random on the simulated bench: the same sensors under the same seed.
+    /// Seed of all random numbers on the simulated bench: equal seeds give equal sensors.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "rig")]
     seed: u64,
     #[arg(
@@ -45,7 +45,7 @@ pub struct RigArgs {
         help = bench_help()
     )]
     bench: String,
-    /// Keep the flash of the simulated rig in this file; default: forgotten at the end.
+    /// Store the flash of the simulated rig in this file; default: discarded at the end.
     #[arg(long, value_name = "FILE", requires = "rig")]
     flash: Option<PathBuf>,
 }
@@ -57,11 +57,11 @@ enum Simulated {
     Virtual,
 }
 
-/// Sensors that a virtual rig has.
+/// Number of sensors of a virtual rig.
 const SENSORS: usize = massline_shared::layout::RIG_SENSORS;
 
 impl RigArgs {
-    /// The rig with its sensors in somebody's hand.
+    /// Connects to the rig for a tumble test, in which its sensors are turned by hand.
     ///
     /// # Errors
     /// When there is no rig, or the bench is bad.
@@ -73,7 +73,7 @@ impl RigArgs {
         InHand::on_bench(&Bench::open(&self.bench)?, SENSORS, self.seed, self.flash.as_deref())
     }
 
-    /// The rig with its sensors on the block.
+    /// Connects to the rig for a block test, in which its sensors are on the block.
     ///
     /// # Errors
     /// When there is no rig, the bench is bad, or the layout does not fit it.
@@ -106,24 +106,24 @@ fn start(
 pub struct InHand {
     /// The rig.
     pub client: Client,
-    /// Who it is.
+    /// Identity of the rig.
     pub identity: Identity,
     turner: Turner,
-    /// Runs as long as this lives.
+    /// Keeps the virtual rig running.
     _rig: Option<VirtualRig>,
 }
 
 /// Who turns the sensors.
 #[derive(Debug)]
 enum Turner {
-    /// A person, who presses Enter when it is done.
+    /// A person, who presses Enter after turning them.
     Person,
     /// The bench.
     Bench(TumbleHandle),
 }
 
 impl InHand {
-    /// The first `sensors` sensors of a bench, on a virtual rig; `flash` as a file or in memory.
+    /// A virtual rig with the first `sensors` sensors of a bench; `flash` is a file, or `None` for memory.
     ///
     /// # Errors
     /// When the bench has too many sensors or the rig does not start.
@@ -139,10 +139,10 @@ impl InHand {
         Ok(Self { client, identity, turner, _rig: Some(rig) })
     }
 
-    /// Returns when the sensors lie in this position.
+    /// Turns the sensors to this position, and returns when they lie there.
     ///
     /// # Errors
-    /// When there is nobody to turn them.
+    /// When there is nobody to turn the sensors.
     pub fn turn_to(&mut self, position: Position, prompt: &str, output: &mut Output) -> Result<()> {
         match &self.turner {
             Turner::Bench(handle) => {
@@ -164,7 +164,7 @@ impl InHand {
         }
     }
 
-    /// True when a person can put right what was wrong with a reading.
+    /// True when a person can correct a bad reading.
     pub fn can_repeat(&self) -> bool {
         matches!(self.turner, Turner::Person)
     }
@@ -175,14 +175,14 @@ impl InHand {
 pub struct OnBlock {
     /// The rig.
     pub client: Client,
-    /// Who it is.
+    /// Identity of the rig.
     pub identity: Identity,
-    /// The one that the bench taps for by itself.
+    /// The virtual rig, whose bench taps by itself; `None` for a real rig.
     rig: Option<VirtualRig>,
 }
 
 impl OnBlock {
-    /// The block of a bench, on a virtual rig; `flash` as a file or in memory.
+    /// A virtual rig with the block of a bench; `flash` is a file, or `None` for memory.
     ///
     /// # Errors
     /// When the layout does not fit the bench or the rig does not start.
@@ -197,7 +197,7 @@ impl OnBlock {
         Ok(Self { client, identity, rig: Some(rig) })
     }
 
-    /// Follows the campaign that runs, accepts its good hits and collects their spectra.
+    /// Follows the running campaign, accepts its good hits and collects their spectra.
     ///
     /// # Errors
     /// When the rig cannot be reached or is stuck.

@@ -1,4 +1,4 @@
-//! `massline calibrate tumble`: the six positions.
+//! `massline calibrate tumble`: static readings in six positions.
 
 use std::path::PathBuf;
 
@@ -29,16 +29,16 @@ pub struct Args {
     /// Local acceleration of gravity, m/s²; it differs by 0.3 % between equator and pole.
     #[arg(long, value_name = "M_PER_S2", default_value_t = massline_shared::STANDARD_GRAVITY)]
     gravity: f64,
-    /// A position that is tilted by more than this is refused, rad.
+    /// Largest tilt of a position, rad; more is rejected.
     #[arg(long, value_name = "RAD", default_value_t = 0.02)]
     tilt: f64,
-    /// Keep the readings in this file until they are six.
+    /// Store the readings in this file until all six are complete.
     #[arg(long, value_name = "FILE", default_value = "massline-tumble.toml")]
     readings: PathBuf,
-    /// Forget the readings of an interrupted test.
+    /// Discard the readings of an interrupted test.
     #[arg(long)]
     restart: bool,
-    /// Compute and print, but leave the rig as it is.
+    /// Compute and print, but do not change the calibration on the rig.
     #[arg(long)]
     dry_run: bool,
 }
@@ -46,7 +46,7 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// When the rig cannot be reached or refuses, or the readings determine no calibration.
+/// When the rig cannot be reached or refuses, or the readings do not determine a calibration.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let limits = args.limits()?;
     let origin = args.origin.origin()?;
@@ -87,10 +87,10 @@ impl Args {
     }
 }
 
-/// Reads every position that is wanted still.
+/// Reads every position that is still missing.
 ///
 /// # Errors
-/// When the rig refuses, or a simulated one does not lie still.
+/// When the rig refuses, or the sensors of a simulated rig move.
 pub fn take(
     rig: &mut InHand,
     readings: &mut TumbleFile,
@@ -122,10 +122,10 @@ fn prompt(position: Position) -> String {
     format!("turn the sensors so that {} points {way}, let go, and press Enter", &name[1..])
 }
 
-/// Refuses positions that were not level.
+/// Rejects positions that were not level.
 ///
 /// # Errors
-/// Exit 3 with the sensor and axis that are off most.
+/// Exit 3 with the sensor and axis of the largest deviation.
 pub fn judge_level(found: &Tumble<f64>, limits: &TumbleLimits<f64>) -> Result<()> {
     if found.is_level(limits) {
         return Ok(());

@@ -1,4 +1,4 @@
-//! `massline device stats`: what the rig has counted since power-on, and what that means.
+//! `massline device stats`: the rig's counters since power-on, and what they mean.
 
 use std::fmt::Write;
 
@@ -6,21 +6,21 @@ use massline_protocol::BootReason;
 use massline_protocol::message::{Identity, STEP_LIMIT_MS, Stats};
 use serde_json::{Map, Value, json};
 
-/// What a rig says of itself.
+/// Identity and counters of a rig.
 #[derive(Debug)]
 pub(super) struct Report<'a> {
     pub identity: &'a Identity,
     pub stats: Stats,
 }
 
-/// A counter as it is shown.
+/// A counter for display.
 struct StatLine {
     /// Its name on the wire, in `--json` and, with spaces, on the screen.
     name: &'static str,
-    /// None when the rig does not count it.
+    /// `None` when the rig does not have this counter.
     value: Option<u64>,
     unit: &'static str,
-    /// What it means that it is not zero, and what to do; empty when it means nothing.
+    /// What a value other than zero means, and what to do; empty when it needs no attention.
     meaning: &'static str,
 }
 
@@ -78,7 +78,7 @@ impl Report<'_> {
         text
     }
 
-    /// What is to be said of the counters that are not zero, by counter.
+    /// The counters that need attention, and their meanings.
     fn findings(&self) -> Vec<(&'static str, &'static str)> {
         let lines = self.groups().into_iter().flat_map(|(_, lines)| lines);
         let mut findings: Vec<_> = lines
@@ -202,7 +202,7 @@ impl StatLine {
     }
 }
 
-/// As a person reads it.
+/// A duration as text for people.
 fn duration(milliseconds: u64) -> String {
     let seconds = milliseconds / 1000;
     let (hours, minutes) = (seconds / 3600, seconds / 60 % 60);

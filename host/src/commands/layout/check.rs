@@ -1,4 +1,4 @@
-//! `massline layout check`: what a layout promises before anything is glued.
+//! `massline layout check`: the predicted uncertainty of a layout before anything is glued.
 
 use std::path::PathBuf;
 
@@ -32,10 +32,10 @@ pub struct Args {
     noise: NoiseArgs,
 }
 
-/// The noise to predict with.
+/// The noise of a prediction.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct NoiseArgs {
-    /// Standard deviation of one accelerance of one hit by noise, over 1/mass.
+    /// Standard deviation of the noise of one accelerance of one hit, relative to 1/mass.
     #[arg(long, value_name = "PART", default_value_t = DEFAULT_NOISE, allow_negative_numbers = true, value_parser = positive)]
     pub noise: f64,
 }
@@ -61,7 +61,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     value["layout_hash"] = json!(file.hash());
     value["noise"] = json!(args.noise.noise);
     if !output.json() {
-        // The errors are told together at the end.
+        // The errors are reported together at the end.
         let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
         show::list(&lesser, message_of, output);
         output.note(&design_report.whose);

@@ -41,25 +41,25 @@ pub struct Args {
     /// Hit DOFs wanted; default: as many as the file has, 5 when it has none.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=HOST_HITS as i64))]
     hits: Option<u8>,
-    /// Accepted hits at each DOF; default: those of [test].
+    /// Accepted hits at each DOF; default: the number in [test].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=50))]
     hits_per_dof: Option<u8>,
-    /// The sensors are glued already: only hits are chosen.
+    /// Keep the sensors of the file, for example if they are glued already: choose only hits.
     #[arg(long, conflicts_with = "sensors")]
     keep_sensors: bool,
-    /// The hits are given: only sensors are chosen.
+    /// Keep the hits of the file: choose only sensors.
     #[arg(long, conflicts_with_all = ["hits", "keep_sensors"])]
     keep_hits: bool,
     #[command(flatten)]
     noise: NoiseArgs,
-    /// Random starts of the search.
+    /// Number of random starts of the search.
     #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     starts: u32,
     /// Seed of the random starts.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     seed: u64,
-    /// Write the file with the suggested sensors and hits to a new file; everything else, comments
-    /// too, stays.
+    /// Write the file with the suggested sensors and hits to a new file; everything else, comments included,
+    /// stays.
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
 }
@@ -67,8 +67,8 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// When the file is bad or has too few candidates, none determine the ten, the new file cannot be
-/// written, or on Ctrl-C.
+/// When the file is bad or has too few candidates, no choice determines the ten properties, the new file
+/// cannot be written, or on Ctrl-C.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read_candidates(&args.layout)?;
     there_is_something_to_keep(args, &file).map_err(|e| e.within(args.layout.display()))?;
@@ -138,7 +138,7 @@ fn options(args: &Args, file: &LayoutFile) -> Options {
     }
 }
 
-/// Copies a layout file with other sensors and hits; an existing file is not touched.
+/// Copies a layout file with other sensors and hits; an existing file is not overwritten.
 fn write(from: &Path, to: &Path, layout: &HostLayout) -> Result<()> {
     let cannot = |path: &Path, e: &dyn std::fmt::Display| {
         Error::input("cannot_write", format!("{} cannot be written: {e}", path.display()))
@@ -149,8 +149,8 @@ fn write(from: &Path, to: &Path, layout: &HostLayout) -> Result<()> {
     file.write_all(text.as_bytes()).map_err(|e| cannot(to, &e))
 }
 
-/// The text of a layout file with these sensors, hits and hits per DOF. Entries that stay keep what
-/// they say.
+/// The text of a layout file with these sensors, hits and hits per DOF. Entries that stay keep their
+/// settings.
 fn edited(text: &str, layout: &HostLayout) -> std::result::Result<String, toml_edit::TomlError> {
     let mut document: DocumentMut = text.parse()?;
     let nodes = layout.sensors.iter().map(|s| Value::from(i64::from(s.node)));
@@ -173,8 +173,8 @@ fn edited(text: &str, layout: &HostLayout) -> std::result::Result<String, toml_e
     Ok(document.to_string())
 }
 
-/// Replaces the list under `list`; an old entry, or its member `name`, that says the same as a new one
-/// is kept.
+/// Replaces the list under `list`. An old entry that equals a new one, itself or by its member `name`, stays
+/// as it is.
 fn replace(document: &mut DocumentMut, list: &str, name: &str, new: Vec<Value>) {
     let same = |a: &Value, b: &Value| match (a.as_str(), b.as_str()) {
         (Some(a), Some(b)) => a.trim() == b,

@@ -1,8 +1,7 @@
-//! `massline record`: a tape of a rig's live scans.
+//! `massline record`: records a rig's live scans on a tape.
 //!
-//! Where the link carries them all, the stream of scans is written and the hits in it are found
-//! here; else a campaign runs in which every hit waits for its verdict until its record has been
-//! read.
+//! If the link is fast enough, the stream of all scans is written, and this program finds the hits in it.
+//! Otherwise a campaign runs in which every hit waits for its verdict until its record has been read.
 
 mod stream;
 mod triggered;
@@ -40,23 +39,23 @@ Examples:
 pub struct Args {
     /// The layout file.
     layout: PathBuf,
-    /// The tape.
+    /// The tape to write.
     #[arg(short, long, value_name = "OUT.npy")]
     output: PathBuf,
     #[command(flatten)]
     port: PortArgs,
-    /// Read the record of each hit in place of the stream.
+    /// Read the record of each hit instead of the stream.
     #[arg(long)]
     triggered: bool,
-    /// Forget a campaign that is under way or interrupted.
+    /// Discard a campaign that is running or interrupted.
     #[arg(long)]
     restart: bool,
-    /// Zeros and sensitivities; default: what the rig keeps.
+    /// Calibration file; default: the calibration stored on the rig.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
 }
 
-/// What a recording needs to know.
+/// The inputs of a recording.
 struct Recording<'a> {
     layout: &'a RigLayout,
     calibration: &'a Calibration,
@@ -66,8 +65,8 @@ struct Recording<'a> {
 /// Runs the command.
 ///
 /// # Errors
-/// When a file is bad or cannot be written, the rig cannot be reached, scans are missing, or the
-/// person interrupts.
+/// When a file is bad or cannot be written, the rig cannot be reached, scans are missing, or the user
+/// interrupts the command.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read(&args.layout)?;
     let layout = files::for_rig(&file, &args.layout)?;
@@ -94,14 +93,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     } else {
         stream::record(&mut client, &recording, &mut writer, output)
     };
-    // What came before an error is kept.
+    // The scans before an error are saved too.
     let scans = writer.finish()?;
     let segments = recorded.map_err(|e| e.within(kept(&args.output, scans)))?;
     let value = json!({ "tape": args.output, "scans": scans, "segments": segments });
     output.answer(&value, |_| format!("{}: {scans} scans, {segments} hits", args.output.display()))
 }
 
-/// Nothing may be under way on the rig: with `restart` it is aborted.
+/// Ensures that no campaign is running or interrupted on the rig; with `restart` it is aborted.
 fn clear(client: &mut Client, restart: bool) -> Result<()> {
     let phase = Phase::try_from(client.status()?.phase).ok();
     if matches!(phase, Some(Phase::Idle | Phase::Done)) {
@@ -138,7 +137,7 @@ impl Recording<'_> {
     }
 }
 
-/// Scans of little-endian codes; what is left of the last is dropped.
+/// Decodes scans from little-endian codes; an incomplete scan at the end is dropped.
 fn scans_of(bytes: &[u8]) -> Vec<Scan> {
     let scan = |bytes: &[u8]| {
         let mut scan = Scan::default();

@@ -1,4 +1,4 @@
-//! A recording of all scans; the hits in it are found and graded here, as the rig would.
+//! Records all scans; this program finds and grades the hits in them, as the rig would.
 
 use std::time::{Duration, Instant};
 
@@ -20,12 +20,12 @@ use crate::tape::{Segment, TapeWriter};
 
 /// A rig that streams sends a block at least this often.
 const SILENCE: Duration = Duration::from_secs(5);
-/// Without a hit for this long nobody taps, s.
+/// Without a hit for this long, s, the recording is abandoned because nobody taps.
 const NOBODY_TAPS_S: f32 = 300.0;
-/// How often keyboard and Ctrl-C are looked at.
+/// Polling interval for keyboard and Ctrl-C.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// Writes the stream until every DOF has its hits; gives the number of hits.
+/// Writes the stream until every DOF has its hits; returns the number of hits.
 pub(super) fn record(
     client: &mut Client,
     recording: &Recording<'_>,
@@ -60,14 +60,14 @@ pub(super) fn record(
     for segment in &tape.segments {
         writer.segment(*segment);
     }
-    // An error of the recording is worth more than one of its end.
+    // An error of the recording takes precedence over one of stopping the stream.
     let stopped = client.set_stream(false);
     recorded?;
     stopped?;
     Ok(tape.segments.len() as u32)
 }
 
-/// How far the recording is.
+/// The state of the recording.
 struct Stream<'r> {
     recording: &'r Recording<'r>,
     finder: HitFinder<'r>,
@@ -76,10 +76,10 @@ struct Stream<'r> {
     heard: Instant,
     segments: Vec<Segment>,
     dof: usize,
-    /// Segments before those of the DOF in hand.
+    /// Number of segments before those of the current DOF.
     before: usize,
     prompted: Option<(usize, usize)>,
-    /// Index of the scan after which nobody has hit.
+    /// Index of the scan at which the last hit was complete.
     last_hit: u64,
 }
 
@@ -117,7 +117,7 @@ impl<'r> Stream<'r> {
         }
     }
 
-    /// True when the person wants to leave.
+    /// Applies an action of the operator; true to end the recording.
     fn steer(&mut self, steer: Steer) -> bool {
         match steer {
             Steer::Leave | Steer::Command(CampaignCommand::Abort) => return true,
@@ -195,7 +195,7 @@ impl<'r> Stream<'r> {
         if !report.good() {
             let reasons: Vec<_> = report.findings.iter().map(report::message).collect();
             output.note(format!("{}  {force:.1} N  rejected: {}", hit.dof, reasons.join("; ")));
-            // The person is told again.
+            // Prompts the operator again.
             self.prompted = None;
             return;
         }
@@ -208,7 +208,7 @@ impl<'r> Stream<'r> {
     }
 }
 
-/// Finds hits in scans that follow each other.
+/// Finds hits in consecutive scans.
 struct HitFinder<'r> {
     recording: &'r Recording<'r>,
     capture: Capture,
@@ -225,8 +225,8 @@ impl<'r> HitFinder<'r> {
         Self { recording, capture, record, last_record: None }
     }
 
-    /// Takes the next scan; where a hit's segment starts and how the hit is graded when its record
-    /// is whole with it.
+    /// Processes the next scan. When it completes the record of a hit, returns the start of the hit's segment
+    /// and the grading.
     fn feed(&mut self, scan: &Scan, index: u64) -> Option<(u64, HitReport)> {
         let state = self.capture.feed(&mut self.record, scan, ScanIndex(index));
         let CaptureState::Complete { trigger_scan } = state else { return None };
@@ -235,7 +235,7 @@ impl<'r> HitFinder<'r> {
         let report = grade(&self.record, adc, calibration, test, self.last_record);
         self.last_record = Some(report.fingerprint);
         self.capture.arm(&mut self.record);
-        // Twice the pre-trigger scans: the trigger of a replay settles before the hit.
+        // Twice the pre-trigger scans, so that the trigger of a replay settles before the hit.
         Some((trigger_scan.0.saturating_sub(2 * PRE_TRIGGER_SCANS as u64), report))
     }
 }

@@ -1,4 +1,4 @@
-//! A recording hit by hit: each record is read before its hit is accepted.
+//! Records hit by hit: each record is read before its hit is accepted.
 
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Status};
@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::tape::{Segment, TapeWriter};
 
-/// Runs a campaign and writes the record of every good hit; gives the number of hits.
+/// Runs a campaign and writes the record of every good hit; returns the number of hits.
 pub(super) fn record(
     client: &mut Client,
     recording: &Recording<'_>,
@@ -66,15 +66,15 @@ impl Recorder<'_, '_> {
     }
 }
 
-/// What is played before a record: its quiet beginning once more, so that a trigger that fires a
-/// scan earlier than it did still has its pre-trigger scans. The record itself is what it was.
+/// The scans to play before a record: its quiet beginning once more, so that a trigger that fires a scan
+/// earlier still has its pre-trigger scans. The record itself is unchanged.
 fn lead_in(record: &[Scan]) -> Vec<Scan> {
     record.iter().take(PRE_TRIGGER_SCANS / 2).copied().collect()
 }
 
 impl Observer for Recorder<'_, '_> {
     fn status(&mut self, status: &Status) {
-        // The verdict is given here, not by the person.
+        // The program gives the verdict, so the operator is not prompted for one.
         if Phase::try_from(status.phase).ok() != Some(Phase::Confirming) {
             self.progress.status(status);
         }

@@ -1,4 +1,5 @@
-//! Against a model of the boot loader in ROM, after AN3156: its states, its commands, NOR flash.
+//! The DFU client against a model of the boot loader in ROM, after AN3156: its states, its commands, NOR
+//! flash.
 
 use std::cell::RefCell;
 
@@ -24,10 +25,10 @@ struct RomState {
     pointer: u32,
     state: State,
     status: Status,
-    /// What the next reading of the status begins.
+    /// The operation that the next status request starts.
     wanted: Option<(u16, Vec<u8>)>,
     erased: Vec<u32>,
-    /// A byte that does not take what is written.
+    /// Address of a byte that ignores writes.
     worn: Option<u32>,
     protected: bool,
     started: Option<u32>,
@@ -53,7 +54,7 @@ impl Rom {
         let protocol = DfuProtocol::new(interface, (1, 0x1a)).unwrap();
         let DfuProtocol::Dfuse { memory_layout, .. } = &protocol else { panic!() };
         let sectors: Vec<u32> = memory_layout.to_vec();
-        // As the ROM of an STM32F411 describes itself.
+        // The functional descriptor of the ROM of an STM32F411.
         let bytes = [9, 0x21, 0x0b, 0xff, 0, 0, 8, 0x1a, 1];
         Self {
             descriptor: FunctionalDescriptor::from_bytes(&bytes).unwrap().unwrap(),
@@ -211,7 +212,7 @@ impl Watch for Log {
     }
 }
 
-/// Vectors in sector 0, code from sector 4 on into sector 5.
+/// An image with vectors in sector 0 and code from sector 4 into sector 5.
 fn plan() -> Plan {
     let vectors = Segment { address: ORIGIN, bytes: vec![0x11; 408] };
     let code = (0..70_000u32).map(|i| (i * 7) as u8).collect();
@@ -278,7 +279,7 @@ fn the_flash_of_another_chip_is_not_written() {
     assert!(rom.state.borrow().flash.iter().all(|&byte| byte == 0xA5));
 }
 
-/// Ctrl-C while the first sector is erased.
+/// The watch stops the flashing while the first sector is erased.
 #[test]
 fn an_interruption_ends_the_flashing() {
     struct Stop;

@@ -1,7 +1,7 @@
 use super::*;
 use crate::layout_file::TEMPLATE;
 
-/// A layout of a text with these sensors, hits and hits per DOF.
+/// The layout of a text with other sensors, hits and hits per DOF.
 fn other(text: &str, sensors: &[u16], hits: &[&str], hits_per_dof: u8) -> HostLayout {
     let file = LayoutFile::parse(text, "l").unwrap();
     let mut layout = file.layout.clone();
@@ -57,6 +57,6 @@ fn entries_that_stay_are_unchanged() {
     assert_eq!(calibrations, [None, Some("A17")]);
     let positions: Vec<_> = file.layout.hits.iter().map(|h| h.uncertainty.position).collect();
     assert_eq!(positions, [0.003, 0.001]);
-    // There was no [test] before.
+    // The original has no [test] table.
     assert_eq!(file.layout.test.hits_per_dof, 3);
 }
