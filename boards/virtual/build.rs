@@ -1,6 +1,5 @@
 //! Passes the commit that the crate is built from to the compiler: `GIT_HASH` ("unknown" outside a
-//! checkout)
-//! and `GIT_DIRTY`.
+//! checkout) and `GIT_DIRTY`.
 
 use std::path::Path;
 use std::process::Command;

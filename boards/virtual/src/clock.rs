@@ -6,9 +6,9 @@
 //! ```text
 //! now = wall clock since the process first asked + what this thread has skipped
 //! ```
-//! In real time nothing is skipped. In simulated time the sampler skips to the end of each block that
-//! it hands out ([`advance_to`]), so a simulated campaign takes only as long as its computation. While
-//! no scans are handed out, time follows the wall clock, so that a timeout of the link does not expire
+//! In real time nothing is skipped. In simulated time the sampler skips to the end of each block that it
+//! hands out ([`advance_to`]), so a simulated campaign takes only as long as its computation. While no
+//! scans are handed out, time follows the wall clock, so that a timeout of the link does not expire
 //! before a host in another thread can answer.
 //!
 //! Guarantees:
@@ -115,8 +115,8 @@ impl Executor {
         self.signal.wake_by_ref();
     }
 
-    /// Runs `future` on the calling thread; `None` when it was stopped. An executor serves one
-    /// thread: run it once, and not inside another executor.
+    /// Runs `future` on the calling thread; `None` when it was stopped. An executor serves one thread:
+    /// run it once, and not inside another executor.
     pub fn run<T>(&self, future: impl Future<Output = T>) -> Option<T> {
         let _timers = TimersOfThread::open();
         let _ = self.signal.thread.set(thread::current());

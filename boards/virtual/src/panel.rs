@@ -1,5 +1,5 @@
-//! The panel of the virtual rig: the host sees its screen, receives its cues and presses its buttons.
-//! The source is notified of every arming, as a person who looks at the panel would be.
+//! The panel of the virtual rig: the host sees its screen, receives its cues and presses its buttons. The
+//! source is notified of every arming, as a person who looks at the panel would be.
 
 use std::collections::VecDeque;
 use std::future::poll_fn;
@@ -150,8 +150,8 @@ impl PanelView {
         self.lock().cues.drain(..).collect()
     }
 
-    /// Waits until the panel shows a model for which `wanted` is true; `None` when that does not
-    /// happen within `timeout` or the rig ends first. A model that is replaced at once may be missed.
+    /// Waits until the panel shows a model for which `wanted` is true; `None` when that does not happen
+    /// within `timeout` or the rig ends first. A model that is replaced at once may be missed.
     pub fn wait_for(
         &self,
         timeout: Duration,
@@ -185,8 +185,8 @@ impl PanelView {
         }
     }
 
-    /// Presses a button and returns the screen once the rig has acted on the button; `None` when it
-    /// does not within `timeout` or ends first.
+    /// Presses a button and returns the screen once the rig has acted on the button; `None` when it does
+    /// not within `timeout` or ends first.
     pub fn press_and_look(&self, timeout: Duration, button: Button) -> Option<Framebuffer> {
         self.press(button);
         let mine = self.lock().pressed;

@@ -16,14 +16,14 @@ use nix::unistd::ttyname;
 
 use crate::pipe::HostEnd;
 
-/// How soon the end of the server or of a client is noticed. The kernel reports a client that closes,
-/// but not one that opens, so the server has to poll for that.
+/// How soon the end of the server or of a client is noticed. The kernel reports a client that closes, but
+/// not one that opens, so the server has to poll for that.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// A pseudo-terminal that carries the link of a rig until it is dropped.
 ///
-/// While no program has it open, the rig's link is unplugged: the next program does not receive what
-/// the rig sends in the meantime, and the rig continues as without a host.
+/// While no program has it open, the rig's link is unplugged: the next program does not receive what the
+/// rig sends in the meantime, and the rig continues as without a host.
 #[derive(Debug)]
 pub struct PtyServer {
     path: PathBuf,
@@ -100,8 +100,8 @@ fn carry_to_rig(mut master: File, mut link: HostEnd, ended: &AtomicBool) {
         } else if events.contains(PollFlags::POLLHUP) {
             if link.is_plugged() {
                 link.unplug();
-                // Output that the last client has not read must not reach the next one. Input stays:
-                // the next client may have opened and written already.
+                // Output that the last client has not read must not reach the next one. Input stays: the
+                // next client may have opened and written already.
                 let _ = tcflush(&master, FlushArg::TCOFLUSH);
             }
             thread::sleep(LOOK_EVERY);
@@ -194,8 +194,7 @@ mod tests {
         let (rx, tx) = link.split();
         let rig = thread::spawn(move || Executor::default().run(echo(rx, tx)));
         let server = PtyServer::serve(host).unwrap();
-        // Every byte value but the end mark, more than the pty holds: nothing may be translated or
-        // lost.
+        // Every byte value but the end mark, more than the pty holds: nothing may be translated or lost.
         let bytes: Vec<u8> =
             (0..20_000_u32).map(|i| (i * 5 / 2) as u8).filter(|&b| b != END).collect();
         for _ in 0..3 {
@@ -205,8 +204,7 @@ mod tests {
         for _ in 0..30 {
             assert_eq!(said_back(&mut *open(server.path()), b"at once"), b"at once");
         }
-        // Stays open until the rig has read the mark: bytes in transit are lost when the client
-        // leaves.
+        // Stays open until the rig has read the mark: bytes in transit are lost when the client leaves.
         let mut port = open(server.path());
         port.write_all(&[END]).unwrap();
         rig.join().unwrap();

@@ -162,8 +162,8 @@ impl VirtualRig {
         self.panel.model()
     }
 
-    /// Waits until the panel shows a model for which `wanted` is true; `None` when that does not
-    /// happen within `timeout` of wall clock or the rig ends first.
+    /// Waits until the panel shows a model for which `wanted` is true; `None` when that does not happen
+    /// within `timeout` of wall clock or the rig ends first.
     pub fn wait_for(
         &self,
         timeout: Duration,
@@ -182,8 +182,8 @@ impl VirtualRig {
         self.panel.press(button);
     }
 
-    /// Makes the rig ask the source for scans again after it had none, for example because the person
-    /// has tapped.
+    /// Makes the rig ask the source for scans again after it had none, for example because the person has
+    /// tapped.
     pub fn poke(&self) {
         self.source.poke();
     }
@@ -300,8 +300,8 @@ mod tests {
         VirtualRigOptions::new(Box::new(Quiet))
     }
 
-    /// Samples for ever, echoes what the host writes, shows `Done` when a button is pressed, and
-    /// panics at "!".
+    /// Samples for ever, echoes what the host writes, shows `Done` when a button is pressed, and panics
+    /// at "!".
     async fn echo(board: VirtualBoard) -> Infallible {
         let VirtualBoard { mut sampler, link, mut panel, .. } = board;
         let (mut rx, mut tx) = link.split();

@@ -18,9 +18,9 @@ use crate::source::ScanSource;
 pub enum Timing {
     /// A block is returned when the wall clock reaches its end.
     RealTime,
-    /// A block is returned as soon as it is computed, and the rig's time skips to its end. The
-    /// sampler waits for a host that is slow to read, so that it loses nothing of a stream, but only
-    /// for a limited time.
+    /// A block is returned as soon as it is computed, and the rig's time skips to its end. The sampler
+    /// waits for a host that is slow to read, so that it loses nothing of a stream, but only for a
+    /// limited time.
     #[default]
     Simulated,
 }
@@ -69,8 +69,7 @@ impl SharedSource {
         inner.poke();
     }
 
-    /// The lock survives a panic of the source: that panic ends the rig, which asks for no more
-    /// scans.
+    /// The lock survives a panic of the source: that panic ends the rig, which asks for no more scans.
     fn lock(&self) -> MutexGuard<'_, Inner> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -100,7 +99,7 @@ pub struct SourceSampler {
     epoch: Instant,
     paced_from: u64,
     backlog: Option<Backlog>,
-    /// The host did not read within [`PATIENCE`] and has not caught up since.
+    /// The host did not read within `PATIENCE` and has not caught up since.
     host_is_away: bool,
 }
 
@@ -301,8 +300,7 @@ mod tests {
             for _ in 0..100 {
                 sampler.read(&mut [[0; 10]; 64]).await.unwrap();
             }
-            // 6400 scans at 2 kHz; the rig's ticks are 1 µs, and rounding may lose one tick per
-            // block.
+            // 6400 scans at 2 kHz; the rig's ticks are 1 µs, and rounding may lose one tick per block.
             let rig = begin.elapsed().as_micros() as f64;
             assert!(rig >= 3.2e6 - 100.0, "{rig}");
             assert!(rig <= 3.2e6 + wall.elapsed().as_micros() as f64, "{rig}");
@@ -354,8 +352,7 @@ mod tests {
             let begin = Instant::now();
             sampler.read(&mut block).await.unwrap();
             assert!(begin.elapsed() >= PATIENCE);
-            // Once the sampler has given up on the host, it does not wait for it again until it has
-            // read.
+            // Once the sampler has given up, it does not wait again until the host has read.
             assert!(sampler.host_is_away);
             sampler.read(&mut block).await.unwrap();
             host.read_exact(&mut [0; 1]).unwrap();

@@ -11,8 +11,8 @@ pub trait ScanSource: Send {
     /// Sampling starts; the rig does not wait for a hit until [`ScanSource::armed`] is called.
     fn started(&mut self) {}
 
-    /// The rig waits for a hit at DOF `dof` of the layout, as the person reads on the panel; `arming`
-    /// is different each time.
+    /// The rig waits for a hit at DOF `dof` of the layout, as the person reads on the panel; `arming` is
+    /// different each time.
     fn armed(&mut self, arming: u32, dof: usize);
 
     /// The next scan, or `None` when there are none until the next arming.

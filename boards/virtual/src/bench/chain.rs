@@ -19,8 +19,8 @@ pub struct Chain {
     range: Channels,
     volts_per_unit: Channels,
     zero: Channels,
-    /// Step of the low-pass over one interval of the grid: factors of the output, of the input before
-    /// and of the input after.
+    /// Step of the low-pass over one interval of the grid: factors of the output, of the input before and
+    /// of the input after.
     whole: [Channels; 3],
     /// The same, up to the instant at which the channel is sampled.
     partial: [Channels; 3],
@@ -230,8 +230,8 @@ mod tests {
         let moment = |lag: usize| {
             values.iter().zip(&values[lag..]).map(|(a, b)| a * b).sum::<f64>() / values.len() as f64
         };
-        // 300 µg/√Hz over an equivalent noise bandwidth of 781 Hz: 8.4 mg. 2e4 nearly independent
-        // values determine a variance to 1 % and a correlation to 0.7 %; four times that is allowed.
+        // 300 µg/√Hz over an equivalent noise bandwidth of 781 Hz: 8.4 mg. 2e4 nearly independent values
+        // determine a variance to 1 % and a correlation to 0.7 %; four times that is allowed.
         let expected = (300e-6 * STANDARD_GRAVITY).powi(2) * FRAC_PI_2 * 497.359197;
         assert!((moment(0) / expected - 1.0).abs() < 0.05);
         let memory = (-TAU * 497.359197_f64 / 4000.0).exp();

@@ -205,8 +205,7 @@ mod tests {
         let velocity: nalgebra::Vector6<f64> =
             o.motion(&zero).zip(&rigid).map(|([_, v, _], mode)| mode.shape * v).sum();
         let momentum = bench.body.mass_matrix() * velocity;
-        // In 0.1 µs the damping of the 3 Hz suspension takes the share 2ζω h of the momentum, below
-        // 1e-7.
+        // In 0.1 µs the damping of the 3 Hz suspension takes the share 2ζω h of the momentum, below 1e-7.
         assert!((momentum - f0).norm() < 1e-6, "{momentum}");
     }
 

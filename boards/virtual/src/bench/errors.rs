@@ -15,8 +15,8 @@ pub struct SensorErrors {
     pub position: Vector3<f64>,
     /// Rotation vector from the nominal to the true sensor axes, in sensor axes, rad.
     pub rotation: Vector3<f64>,
-    /// Maps the ideal reading to the true one: gain errors on the diagonal, cross-axis sensitivity
-    /// off it.
+    /// Maps the ideal reading to the true one: gain errors on the diagonal, cross-axis sensitivity off
+    /// it.
     pub sensitivity: Matrix3<f64>,
 }
 

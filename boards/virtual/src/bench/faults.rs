@@ -218,8 +218,8 @@ pub(super) fn mounting(bench: &Bench, sensor: usize) -> Mounting {
     mounting
 }
 
-/// The point that the hammer aims at for a hit DOF: node, position and direction, with the faults of
-/// the bench.
+/// The point that the hammer aims at for a hit DOF: node, position and direction, with the faults of the
+/// bench.
 pub(super) fn mark(
     bench: &Bench,
     layout: &HostLayout,

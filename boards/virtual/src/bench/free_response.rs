@@ -1,8 +1,8 @@
 //! Computes motion without a force one whole scan at a time.
 //!
-//! Between taps nothing clips and no force acts, so the outputs at the next scan are a linear function
-//! of the present state of the oscillators and low-passes. The factors are found by stepping through
-//! one scan from every unit state; the results equal those of the steps up to rounding.
+//! Between taps nothing clips and no force acts, so the outputs at the next scan are a linear function of
+//! the present state of the oscillators and low-passes. The factors are found by stepping through one
+//! scan from every unit state; the results equal those of the steps up to rounding.
 
 use massline_shared::signal::CHANNELS;
 
@@ -34,9 +34,9 @@ struct Outputs {
 }
 
 impl FreeResponse {
-    /// Determines the factors from scans that never clip: `rest` starts without motion and with
-    /// low-pass outputs of zero; `bare` starts with any motion of the modes and any outputs of the
-    /// low-passes, with sensors that read zero at rest.
+    /// Determines the factors from scans that never clip: `rest` starts without motion and with low-pass
+    /// outputs of zero; `bare` starts with any motion of the modes and any outputs of the low-passes,
+    /// with sensors that read zero at rest.
     pub(super) fn of(
         modes: usize,
         rest: &Scanned,

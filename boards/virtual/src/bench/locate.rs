@@ -78,8 +78,7 @@ impl<'a> Located<'a> {
         })
     }
 
-    /// An error about the key at this path, or about the nearest table above it when the key is
-    /// absent.
+    /// An error about the key at this path, or about the nearest table above it when the key is absent.
     pub(super) fn error(&self, path: &str, message: impl Into<String>) -> BenchFileError {
         let mut places = Vec::new();
         walk_table(self.root.get_ref(), "", &mut places);

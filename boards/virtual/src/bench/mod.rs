@@ -1,9 +1,9 @@
 //! The object on its cords, the hammer, the sensors, the ADC.
 //!
-//! A *bench* is everything on the analogue side of the rig: an object on soft cords, three
-//! accelerometers glued slightly off their nominal positions, a hammer in the hand of a person who hits
-//! slightly beside the mark, filters, noise and a multiplexed converter. A bench file describes it; a
-//! seed determines its errors.
+//! A *bench* is everything on the analogue side of the rig: an object on soft cords, three accelerometers
+//! glued slightly off their nominal positions, a hammer in the hand of a person who hits slightly beside
+//! the mark, filters, noise and a multiplexed converter. A bench file describes it; a seed determines its
+//! errors.
 //!
 //! ```text
 //! tap ─▶ modes of the hanging object ─▶ specific force at each sensor ─▶ gain, cross-axis ─▶ clip ─▶ RC ─▶ noise ─▶ ADC
@@ -83,8 +83,8 @@ pub struct Bench {
     pub tap: TapSettings,
     /// Frequency of bad taps, and timing.
     pub operator: OperatorSettings,
-    /// Number of the mounting of the sensors: with another number the same sensors have other errors
-    /// of position and rotation.
+    /// Number of the mounting of the sensors: with another number the same sensors have other errors of
+    /// position and rotation.
     pub mounting: u16,
     /// Mistakes made in setting up the test.
     pub faults: Vec<Fault>,

@@ -26,8 +26,8 @@ const MOST_TAPS: u32 = 10;
 
 /// Makes scans of a layout on a bench, with an operator who follows the prompts of the rig.
 ///
-/// The scans after an arming depend only on bench, layout, seed, arming, DOF and, in manual mode, on
-/// when the key was pressed. The object is brought to rest when the rig arms.
+/// The scans after an arming depend only on bench, layout, seed, arming, DOF and, in manual mode, on when
+/// the key was pressed. The object is brought to rest when the rig arms.
 #[derive(Debug)]
 pub struct BenchSource {
     bench: Bench,
@@ -81,8 +81,7 @@ impl BenchSource {
     ///
     /// # Errors
     /// When the layout has more sensors than the rig has channels or uses a node at which the elastic
-    /// modes of the bench are not defined, or a fault refers to something that the layout does not
-    /// have.
+    /// modes of the bench are not defined, or a fault refers to something that the layout does not have.
     pub fn new(bench: &Bench, layout: &HostLayout, seed: u64) -> Result<Self, BenchError> {
         faults::check(bench, layout)?;
         let errors = errors_of(bench, layout.sensors.len(), seed);
@@ -159,8 +158,7 @@ impl BenchSource {
         self.last_tap = Some(tap.clone());
         let now = self.simulation.time();
         self.drives.retain(|d| d.tap.end() >= now);
-        // Cannot fail: `new` has refused layouts with a node at which the elastic modes are not
-        // defined.
+        // Cannot fail: `new` has refused layouts with a node at which the elastic modes are not defined.
         if let Ok(drive) = self.simulation.drive(&self.bench, node, tap) {
             self.drives.push(drive);
         }

@@ -96,8 +96,8 @@ impl SensorSettings {
 pub struct HammerSettings {
     /// Sensitivity, V/N.
     pub sensitivity_v_per_n: f64,
-    /// Relative gain error, 1 σ, drawn once per test. Zero by default: a calibration with a known
-    /// mass leaves one error per response, that of its ratio to the hammer.
+    /// Relative gain error, 1 σ, drawn once per test. Zero by default: a calibration with a known mass
+    /// leaves one error per response, that of its ratio to the hammer.
     pub gain_sigma: f64,
     /// Output at rest, V.
     pub zero_v: f64,
@@ -225,8 +225,8 @@ impl TapSettings {
 pub struct OperatorSettings {
     /// Rig time between *armed* and the tap, s.
     pub delay_s: f64,
-    /// Rig time between a tap that does not trigger and the next one, s; after ten such taps the
-    /// operator waits for the next arming.
+    /// Rig time between a tap that does not trigger and the next one, s; after ten such taps the operator
+    /// waits for the next arming.
     pub patience_s: f64,
     /// Share of the taps that are too weak.
     pub too_weak_rate: f64,
@@ -273,8 +273,7 @@ impl Default for OperatorSettings {
 }
 
 impl OperatorSettings {
-    /// Shares of the bad taps: too weak, too hard, double, grazing, sustained contact, soft,
-    /// misplaced.
+    /// Shares of the bad taps: too weak, too hard, double, grazing, sustained contact, soft, misplaced.
     pub(super) fn rates(&self) -> [f64; 7] {
         [
             self.too_weak_rate,

@@ -22,8 +22,7 @@ pub(super) struct Simulation {
     chain: Chain,
     /// Reading of every channel per unit of each mode's acceleration.
     per_acceleration: Vec<Channels>,
-    /// Reading of every channel per unit of each mode's displacement: from rotation in the gravity
-    /// field.
+    /// Reading of every channel per unit of each mode's displacement: from rotation in the gravity field.
     per_displacement: Vec<Channels>,
     at_rest: Channels,
     hammer_gain: f64,
@@ -178,8 +177,7 @@ impl Simulation {
         })
     }
 
-    /// One scan without a force, computed step by step from a state and the outputs of the
-    /// low-passes.
+    /// One scan without a force, computed step by step from a state and the outputs of the low-passes.
     fn free_scan(mut self, states: &[[f64; 2]], output: Channels) -> Scanned {
         self.oscillators.states_mut().copy_from_slice(states);
         self.forces.fill(0.0);

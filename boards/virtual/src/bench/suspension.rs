@@ -1,11 +1,11 @@
 //! The six modes of the rigid object on its cords.
 //!
-//! A cord is a spring along its length; its tension also restores the object sideways, as in a
-//! pendulum. When the object turns, the attachment points of the cords and the centre of mass move on
-//! arcs, which adds a geometric stiffness: a force `F` at `p` contributes `(F·p) I − (F pᵀ + p Fᵀ)/2`
-//! to the stiffness of the small rotation. A mount given as a spring along the three body axes is taken
-//! as measured on the hanging object, which includes all of this: with at least one such mount, nothing
-//! is added for tension and weight.
+//! A cord is a spring along its length; its tension also restores the object sideways, as in a pendulum.
+//! When the object turns, the attachment points of the cords and the centre of mass move on arcs, which
+//! adds a geometric stiffness: a force `F` at `p` contributes `(F·p) I − (F pᵀ + p Fᵀ)/2` to the
+//! stiffness of the small rotation. A mount given as a spring along the three body axes is taken as
+//! measured on the hanging object, which includes all of this: with at least one such mount, nothing is
+//! added for tension and weight.
 
 use massline_shared::body::RigidBody;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
@@ -256,8 +256,8 @@ mod tests {
 
     #[test]
     fn a_body_hung_above_its_centre_of_mass_rocks_as_a_compound_pendulum() {
-        // Two short stiff cords on the y axis, 0.1 m above the centre: the springs do not resist
-        // rotation about y, and only weight times lever restores it.
+        // Two short stiff cords on the y axis, 0.1 m above the centre: the springs do not resist rotation
+        // about y, and only weight times lever restores it.
         let body = block(2.0, Vector3::new(0.0, 0.0, -0.1), [0.1, 0.1, 0.1], &Matrix3::identity());
         let cords = vec![vertical(0.0, 0.1, 0.0, 1e7, 1e-4), vertical(0.0, -0.1, 0.0, 1e7, 1e-4)];
         let modes = rigid_modes(&body, &Suspension::Cords { cords, damping_ratio: 0.01 }, &GRAVITY)

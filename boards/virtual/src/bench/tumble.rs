@@ -14,11 +14,11 @@ use super::operator::{TEST, adc_of, stream};
 use super::{Bench, BenchError};
 use crate::source::ScanSource;
 
-/// Makes scans of the sensors of a bench while they lie still, all side by side on one square block
-/// that is turned from position to position.
+/// Makes scans of the sensors of a bench while they lie still, all side by side on one square block that
+/// is turned from position to position.
 ///
-/// The sensors are those of [`super::BenchSource`] with the same seed. Each position is tilted
-/// slightly, always in the same way for one seed.
+/// The sensors are those of [`super::BenchSource`] with the same seed. Each position is tilted slightly,
+/// always in the same way for one seed.
 #[derive(Debug)]
 pub struct TumbleSource {
     bench: Bench,

@@ -28,8 +28,8 @@ pub trait Chip: Send + 'static {
     const WORD: usize;
     /// Whether every word has its own error-correcting code.
     ///
-    /// * Without one, a word may be written again as long as bits are only cleared. A cut write
-    ///   clears any of the bits that it was to clear, and a cut erase leaves random bits.
+    /// * Without one, a word may be written again as long as bits are only cleared. A cut write clears
+    ///   any of the bits that it was to clear, and a cut erase leaves random bits.
     /// * With one, a word is written once between two erases. A cut write or a cut erase leaves words
     ///   that cannot be read until their page is erased.
     const ECC: bool;
@@ -81,9 +81,9 @@ impl Chip for W25q {
 
 /// Bytes of the virtual board's flash.
 pub const FLASH_BYTES: usize = 256 * 1024;
-/// Bytes of its pages.
+/// Bytes per page of that flash.
 pub const PAGE_BYTES: usize = 4096;
-/// Bytes of its words.
+/// Bytes per word of that flash.
 pub const WORD_BYTES: usize = 4;
 
 /// Where the bits of a [`Flash`] live.
@@ -155,8 +155,8 @@ impl NorFlashError for FlashError {
     }
 }
 
-/// The flash of a chip. With a file behind it, a write or an erase reaches the file before it returns,
-/// so the content survives the end of the process.
+/// The flash of a chip. With a file behind it, a write or an erase reaches the file before it returns, so
+/// the content survives the end of the process.
 #[derive(Debug)]
 pub struct ChipFlash<C> {
     memory: FlashMemory,

@@ -22,8 +22,8 @@ pub struct FaultRates {
     pub lose_write: f64,
     /// A whole write arrives twice.
     pub double_write: f64,
-    /// A write is split after a byte: the reader gets the rest with another read. This is not a fault
-    /// and not counted: any link does it.
+    /// A write is split after a byte: the reader gets the rest with another read. This is not a fault and
+    /// not counted: any link does it.
     pub cut: f64,
 }
 
@@ -38,8 +38,8 @@ impl FaultRates {
         cut: 0.0,
     };
 
-    /// About one fault in `bytes` bytes and in `writes` writes, each kind equally frequent; every
-    /// tenth byte ends a piece.
+    /// About one fault in `bytes` bytes and in `writes` writes, each kind equally frequent; every tenth
+    /// byte ends a piece.
     pub fn one_in(bytes: f64, writes: f64) -> Self {
         Self {
             lose_byte: 1.0 / (3.0 * bytes),

@@ -62,8 +62,8 @@ impl HostEnd {
         self.shared.lock().lane(direction).filter = filter;
     }
 
-    /// Waits until the rig has read everything that was written to it; false when it has not within
-    /// the timeout of this clone.
+    /// Waits until the rig has read everything that was written to it; false when it has not within the
+    /// timeout of this clone.
     pub fn drained(&self) -> bool {
         let state = self.shared.lock();
         let full = |state: &mut State| !state.to_rig.bytes.is_empty();

@@ -6,8 +6,7 @@
 //! ```
 //! Each direction holds a bounded number of bytes; a writer waits for room. The host can pull the plug:
 //! bytes in transit are lost, the rig gets one error, then nothing until the plug is back. A [`Filter`]
-//! in each direction may drop, double, change and cut bytes ([`faults`] has one that does so at
-//! random).
+//! in each direction may drop, double, change and cut bytes ([`faults`] has one that does so at random).
 //! so at random).
 
 pub mod faults;
@@ -82,8 +81,7 @@ struct State {
 }
 
 impl Shared {
-    /// A panic elsewhere leaves the state consistent: every change is complete before anything can
-    /// fail.
+    /// A panic elsewhere leaves the state consistent: every change is complete before anything can fail.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

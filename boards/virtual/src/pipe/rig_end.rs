@@ -104,8 +104,8 @@ pub struct RigRx(Half);
 
 /// The sending half: bytes to the host.
 ///
-/// A write fails while the host is unplugged. A write that is waiting when the plug is pulled fails
-/// even if the plug is back at once.
+/// A write fails while the host is unplugged. A write that is waiting when the plug is pulled fails even
+/// if the plug is back at once.
 pub struct RigTx(Half);
 
 struct Half(Arc<Shared>);

@@ -34,8 +34,8 @@ fn reading(scan: &Scan, k: usize) -> i32 {
 fn wires_and_mounting_change_readings_as_they_must() {
     let good = tapped(&exact(&[]), &test_one(), 0);
     assert!(good.iter().any(|s| reading(s, 5).abs() > 50), "the hit shows in sensor 2 y");
-    // A channel with the sign and the channel that it shows instead. After a turn about z the new x
-    // is the old y.
+    // A channel with the sign and the channel that it shows instead. After a turn about z the new x is
+    // the old y.
     type Shown = (usize, i32, usize);
     let cases: [(&str, &[Shown]); 5] = [
         ("flip:2y", &[(4, 1, 4), (5, -1, 5), (6, 1, 6)]),
@@ -48,8 +48,7 @@ fn wires_and_mounting_change_readings_as_they_must() {
         let bad = tapped(&exact(&[fault]), &test_one(), 0);
         for (bad, good) in bad.iter().zip(&good) {
             for &(k, sign, of) in channels {
-                // Each reading is rounded; with opposite signs a half is rounded in opposite
-                // directions.
+                // Each reading is rounded; with opposite signs a half is rounded in opposite directions.
                 assert!((reading(bad, k) - sign * reading(good, of)).abs() <= 1, "{fault} {k}");
             }
         }

@@ -35,8 +35,7 @@ fn ten_numbers_describe_the_same_body_as_its_parts() {
     let direct = Bench::parse(&text, "ten numbers").unwrap();
     assert_eq!(direct.body.mass, body.mass);
     assert_eq!(direct.body.center_of_mass, c);
-    // Conversion to decimal text and back is exact; only the symmetry of the composed tensor is
-    // rounded.
+    // Conversion to decimal text and back is exact; only the symmetry of the composed tensor is rounded.
     assert!((direct.body.inertia - j).norm() < 1e-17);
     assert!(direct.elastic.is_empty());
 }

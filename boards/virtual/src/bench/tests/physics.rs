@@ -65,8 +65,8 @@ fn lines() -> impl Iterator<Item = Complex<f64>> {
     (5..=60).map(|k| Complex::new(10.0, std::f64::consts::TAU * 2.0 * f64::from(k)))
 }
 
-/// Constant terms of a sum of these powers of `s` fitted to the accelerance of every channel, weighted
-/// by the force and corrected for the delay of the channels.
+/// Constant terms of a sum of these powers of `s` fitted to the accelerance of every channel, weighted by
+/// the force and corrected for the delay of the channels.
 fn mass_lines(bench: &Bench, record: &[Channels], powers: &[i32]) -> Vec<f64> {
     let (rate, delay) = (bench.adc.rate_hz, bench.adc.channel_delay_s);
     let mut rows = Vec::new();
@@ -130,11 +130,11 @@ fn mass_lines_of_the_simulated_chain_are_those_of_the_rigid_body() {
     let bench = Bench::named("ideal").unwrap();
     let series = [0, -1, -2, -3, -4, 1, 2, 4];
     let [whole, of_the_rig] = worst_mass_lines(&bench, [&series, &[0, -2, 2]]);
-    // Suspension and elastic modes as series in 1/s and s²: the omitted terms are (2.5 Hz/10 Hz)⁶ for
-    // the suspension and (120 Hz/314 Hz)⁶ for the elastic modes.
+    // Suspension and elastic modes as series in 1/s and s²: the omitted terms are (2.5 Hz/10 Hz)⁶ for the
+    // suspension and (120 Hz/314 Hz)⁶ for the elastic modes.
     assert!(whole < 5e-4, "{whole}");
-    // A + B/s² + C s² (theory, section 5) omits the damping of the cords and the fourth power of 120
-    // Hz/314 Hz, which is 2 % at the upper end of the band.
+    // A + B/s² + C s² (theory, section 5) omits the damping of the cords and the fourth power of
+    // 120 Hz/314 Hz, which is 2 % at the upper end of the band.
     assert!(of_the_rig < 4e-3, "{of_the_rig}");
 }
 
@@ -149,8 +149,8 @@ fn without_elastic_modes_the_mass_lines_are_exact() {
 
 #[test]
 fn a_sensor_in_gravity_seems_to_sit_elsewhere() {
-    // Theory, section 2: the sensor's apparent position is p + g/s², which is p − g/ω² on the
-    // frequency axis.
+    // Theory, section 2: the sensor's apparent position is p + g/s², which is p − g/ω² on the frequency
+    // axis.
     let mut bench = Bench::named("ideal").unwrap();
     bench.adc.channel_delay_s = 0.0;
     bench.elastic.clear();
