@@ -1,4 +1,4 @@
-//! The emulated rig from end to end: the real command line program, a pty, the Cortex-M4F firmware.
+//! The emulated rig from end to end: the real command-line program, a pty and the Cortex-M4F firmware.
 //!
 //! Needs QEMU and the target `thumbv7em-none-eabihf`, so it is behind a feature:
 //! `cargo test -p massline --features emulated-rig --test emulated_rig`.
@@ -19,7 +19,7 @@ use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::source::ScanSource;
 use serde_json::Value;
 
-/// Never reached unless something hangs.
+/// A limit that is reached only when something hangs.
 const LATE: Duration = Duration::from_secs(60);
 
 /// Built once for all tests.
@@ -31,7 +31,7 @@ fn massline(arguments: &[&str]) -> Command {
     command
 }
 
-/// What the program prints with `--json`.
+/// The output of the program with `--json`.
 fn json(arguments: &[&str]) -> Value {
     let output = massline(arguments).arg("--json").output().unwrap();
     let words = String::from_utf8_lossy(&output.stderr);
@@ -52,7 +52,7 @@ fn the_demo_is_the_same_on_the_emulated_and_on_the_virtual_rig() {
     let emulated = json(&["demo", "--rig", "qemu", "--firmware", firmware(), "--seed", "3"]);
     let on_host = json(&["demo", "--rig", "virtual", "--seed", "3"]);
     assert_eq!(emulated["tests"].as_array().unwrap().len(), 4);
-    // The same functions in the same precision on the same scans: the same bits.
+    // The same functions in the same precision on the same scans give the same bits.
     assert_eq!(emulated["tests"], on_host["tests"]);
 }
 
@@ -93,7 +93,7 @@ fn results_and_layout_survive_a_restart_of_the_rig() {
     let mut client = connect(&rig);
     assert_eq!(client.layout().unwrap(), layout);
     assert_eq!(client.result(number).unwrap(), before);
-    // Counted since power-on.
+    // The count begins at power-on.
     assert_eq!(client.stats().unwrap().triggers, 0);
     rig.check().unwrap();
 }
@@ -104,7 +104,7 @@ fn connect(rig: &EmulatedRig) -> Client {
     client
 }
 
-/// Tells the person at the bench what the rig waits for.
+/// Passes to the simulated person at the bench what the rig waits for.
 struct Operator(Feeder);
 
 impl Observer for Operator {

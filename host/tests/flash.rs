@@ -1,4 +1,4 @@
-//! `massline flash` up to the board: what it makes of images, and of boards that are not there.
+//! `massline flash` without hardware: its checks of images, and its errors when no board is connected.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ impl Images {
         Self(tempfile::tempdir().unwrap())
     }
 
-    /// An ELF program for ARM of these segments.
+    /// An ELF program for ARM with these segments.
     fn elf(&self, segments: &[(u32, Vec<u8>)]) -> PathBuf {
         self.write(&elf(segments))
     }
@@ -66,7 +66,7 @@ fn good() -> Vec<(u32, Vec<u8>)> {
     vec![vectors(STACK, CODE + 1), code(CODE, "blackpill-f411")]
 }
 
-/// The answer and the exit code.
+/// JSON output and exit code.
 fn flash(board: &str, image: &Path, more: &[&str]) -> (Value, i32) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_massline"));
     command.args(["--json", "flash", "--board", board, "--image"]).arg(image).args(more);
@@ -131,7 +131,7 @@ fn an_image_that_could_not_start_is_refused() {
     let images = Images::new();
     let image = images.elf(&[vectors(0x2000_0000, CODE + 1), code(CODE, "blackpill-f411")]);
     refused("blackpill-f411", &image, "image_for_another_board", "no RAM");
-    // Even: not Thumb.
+    // The address of the reset handler is even, so it is not Thumb code.
     let image = images.elf(&[vectors(STACK, CODE), code(CODE, "blackpill-f411")]);
     refused("blackpill-f411", &image, "image_malformed", "no code");
 }
@@ -171,11 +171,11 @@ fn a_way_that_a_board_does_not_have_is_refused() {
     assert!(answer["error"]["message"].as_str().unwrap().contains("dfu or probe"));
 }
 
-/// An image that holds the board's name, its vectors, and code right behind them or behind the store.
+/// An image with the board's name, its vectors, and code after the first sector or after the store.
 fn minimal(images: &Images, board: &Board) -> PathBuf {
     let (flash, store) = (board.flash.range(), &board.store);
     let vectors = flash.start..flash.start + 392;
-    // A sector is more than the vectors take.
+    // The vectors take less than a sector.
     let first = board.flash.each_sector().next().unwrap().end;
     let at = if first == store.start { store.end } else { first };
     let words = [board.ram.end, at + 1].into_iter().chain([at + 1; 96]);

@@ -1,4 +1,4 @@
-//! The commands that the guides print are commands that there are, and their links lead somewhere.
+//! Every command in the guides exists, and every link leads to a file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use clap::error::ErrorKind;
 use massline::commands::Cli;
 use massline::flash::board::BOARDS;
 
-/// A sentence may speak of a command without its arguments.
+/// A sentence may mention a command without its arguments.
 const INCOMPLETE: [ErrorKind; 2] =
     [ErrorKind::MissingRequiredArgument, ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand];
 
@@ -21,11 +21,11 @@ fn guides() -> Vec<PathBuf> {
     all.map(|folder| folder.join("README.md")).filter(|path| path.is_file()).collect()
 }
 
-/// Commands in a guide: between backquotes, or on lines of their own, up to a remark.
+/// Commands in a guide: between backquotes or on lines of their own, up to a comment.
 fn commands(guide: &str) -> Vec<&str> {
     let quoted = guide.split('`').skip(1).step_by(2);
     let lines = guide.lines().map(str::trim);
-    // A drawing may begin with the word, too.
+    // A line of a drawing may also begin with this word.
     let typed = |text: &&str| text.starts_with("massline ") && !text.contains(['\n', '─']);
     let all = quoted.chain(lines).filter(typed);
     all.map(|text| text.split(" #").next().unwrap_or(text).trim()).collect()
@@ -36,7 +36,7 @@ fn every_command_of_the_guides_can_be_typed() {
     let mut seen = 0;
     for path in guides() {
         let guide = fs::read_to_string(&path).unwrap();
-        // A fence of three is no pair of quotes.
+        // A fence of three backquotes is not a pair of quotes.
         for command in commands(&guide.replace("```", "")) {
             let words = command.split(" > ").next().unwrap_or(command).split_whitespace();
             if let Err(error) = Cli::try_parse_from(words)
@@ -47,7 +47,7 @@ fn every_command_of_the_guides_can_be_typed() {
             seen += 1;
         }
     }
-    // Those of the README alone are more.
+    // The README alone has more than this.
     assert!(seen > 20, "{seen} commands found");
 }
 
@@ -69,7 +69,7 @@ fn every_link_of_the_guides_leads_to_a_file() {
 
 #[test]
 fn the_guide_of_every_board_says_how_it_is_flashed() {
-    // The three boards with a chip that there were first.
+    // The three boards with a chip that the project began with.
     assert!(BOARDS.len() >= 3, "{} boards", BOARDS.len());
     let boards = Path::new(env!("CARGO_MANIFEST_DIR")).join("../boards");
     for board in BOARDS.iter() {

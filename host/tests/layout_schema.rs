@@ -1,10 +1,10 @@
-//! The JSON schema of layout files says of a file what the reader says of it.
+//! The JSON schema of layout files accepts and refuses the same files as the reader.
 
 use jsonschema::Validator;
 use massline::layout_file::{LayoutFile, TEMPLATE, schema};
 use serde_json::Value;
 
-/// Every table and every form of an entry.
+/// A layout with every table and every form of an entry.
 const FULL: &str = r#"
 title = "everything"
 gravity = [0.0, 0.0, -9.80665]
@@ -41,7 +41,7 @@ fn validator() -> Validator {
     jsonschema::validator_for(&schema().to_value()).unwrap()
 }
 
-/// A layout as an editor sees it.
+/// A layout parsed as an editor does.
 fn document(text: &str) -> Value {
     toml::from_str(text).unwrap()
 }
@@ -126,7 +126,7 @@ fn every_key_is_described_and_none_is_null() {
         assert!(of["description"].as_str().is_some_and(|text| text.len() > 5), "{key}");
         keys += 1;
     }
-    // All keys of the thirteen tables: that of the file 11, node 5, sensor 6 + 4, hit 3 + 4, test 8, policy 11,
+    // All keys of the thirteen tables: file 11, node 5, sensor 6 + 4, hit 3 + 4, test 8, policy 11,
     // uncertainty 9, prior 10, attached 3, known value 2, reference 3.
     assert_eq!(keys, 79);
 }

@@ -1,13 +1,13 @@
-//! The whole way with a rig, from who it is to its result, by the program alone: one script for a rig on a desk
-//! and for the virtual one.
+//! The complete workflow with a rig, from its identity to its result, using only the program: one script
+//! for real hardware and for the virtual rig.
 //!
 //! ```text
-//! ./tests/run --port /dev/ttyACM0 frame.toml      a rig: you tap, as you are told
+//! ./tests/run --port /dev/ttyACM0 frame.toml      a real rig: you tap as prompted
 //! cargo test -p massline --test port              the virtual rig on a pty, which taps by itself
 //! ```
-//! `MASSLINE_PORT` is the port, `MASSLINE_LAYOUT` the layout of what hangs there, `MASSLINE_MASS_KG` its mass
-//! where you have weighed it. Calibration and results are left as they were; the layout is in use afterwards, and a
-//! campaign that was interrupted is forgotten.
+//! `MASSLINE_PORT` is the port, `MASSLINE_LAYOUT` the layout of the object on it, `MASSLINE_MASS_KG` its
+//! mass if you have weighed it. Calibration and results are left as they were; the layout becomes the one
+//! in use, and an interrupted campaign is discarded.
 #![cfg(unix)]
 
 #[path = "cli/virtual_process.rs"]
@@ -21,7 +21,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 use virtual_process::VirtualProcess;
 
-/// Never reached unless something hangs. A person who taps may take as long as they like.
+/// A limit that is reached only when something hangs. A person who taps may take any time.
 const LATE: Duration = Duration::from_secs(120);
 
 #[test]
@@ -41,7 +41,7 @@ fn a_rig_does_all_that_its_user_needs() {
     rig.print("done: all as it should be");
 }
 
-/// The calibration goes to a file and back, and is the same.
+/// The calibration is written to a file and back, and is unchanged.
 fn settings_come_back(rig: &Rig) {
     let shown = rig.ask("its calibration", &["calibrate", "show"]);
     let file = rig.folder.path().join("calibration.toml");
@@ -64,7 +64,7 @@ fn measure(rig: &Rig) -> Value {
     rig.print(&format!("mass {value:.4} kg, standard deviation {sd:.4} kg"));
     assert!(value.is_finite() && sd > 0.0, "{mass}");
     if let Some(truth) = rig.mass_kg {
-        // Four standard deviations: one right measurement in 16 000 is further off.
+        // Four standard deviations: one correct measurement in 16 000 deviates more.
         assert!((value - truth).abs() < 4.0 * sd, "weighed: {truth} kg");
     }
     measured
@@ -91,16 +91,16 @@ fn nothing_went_wrong(rig: &Rig, stats: [&Value; 2], measured: &Value) {
         assert_eq!(after(name), before(name), "{name}");
     }
     if rig.simulated.is_none() {
-        // A process of a busy computer is kept waiting now and then.
+        // On a busy computer the process occasionally has to wait.
         assert_eq!(after("deadlines_missed"), before("deadlines_missed"), "deadlines_missed");
         assert!(after("stack_high_water") < after("stack_size"), "{}", stats[1]);
     }
-    // Every hit that counted has triggered; three DOFs are the least that any layout has.
+    // Every hit that counted has triggered; a layout has at least three DOFs.
     assert!(after("triggers") >= before("triggers") + 3, "{measured}");
     assert!(after("uptime_ms") >= before("uptime_ms"), "the rig has started anew");
 }
 
-/// A rig behind a port.
+/// A rig on a port.
 struct Rig {
     port: String,
     layout: PathBuf,
@@ -110,7 +110,7 @@ struct Rig {
 }
 
 impl Rig {
-    /// That of `MASSLINE_PORT`, else a virtual one.
+    /// The rig at `MASSLINE_PORT`, or else a virtual one.
     fn of_environment() -> Self {
         let set = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
         let folder = tempfile::tempdir().unwrap();
@@ -139,7 +139,7 @@ impl Rig {
         eprintln!("{}: {text}", self.port);
     }
 
-    /// A command that must do what it is asked.
+    /// The output of a command that must succeed.
     #[track_caller]
     fn ask(&self, what: &str, arguments: &[&str]) -> Value {
         self.print(what);
@@ -148,7 +148,7 @@ impl Rig {
         answer
     }
 
-    /// Exit code and answer of a command.
+    /// Exit code and output of a command.
     #[track_caller]
     fn run(&self, arguments: &[&str]) -> (i32, Value) {
         let mut command = assert_cmd::Command::from_std(program(arguments));
@@ -156,7 +156,7 @@ impl Rig {
         answer(&command.output().unwrap())
     }
 
-    /// As [`Rig::run`], with a person who reads what to do, and takes their time.
+    /// Like [`Rig::run`], but for a person who reads the prompts and may take any time.
     fn measure(&self, arguments: &[&str]) -> (i32, Value) {
         if self.simulated.is_some() {
             return self.run(arguments);

@@ -1,9 +1,9 @@
 //! Turns the JSON of `tests/golden` into Rust constants (`cases.rs` in the output folder).
 //!
-//! Every array of numbers becomes one flat slice with its shape under a dotted path. A list of
-//! objects becomes one array per key: `inputs.sensors` of three `{p, R}` gives `inputs.sensors.p`
-//! (3 × 3) and `inputs.sensors.R` (3 × 3 × 3). Arrays of whole numbers below 65536 are kept as `u16`,
-//! which is what makes the ADC counts fit into a microcontroller's flash.
+//! Every array of numbers becomes one flat slice, stored with its shape under a dotted path. A list of
+//! objects becomes one array per key: `inputs.sensors` of three `{p, R}` gives `inputs.sensors.p` (3 × 3)
+//! and `inputs.sensors.R` (3 × 3 × 3). Arrays of whole numbers below 65536 are stored as `u16`, so that
+//! the ADC counts fit into a microcontroller's flash.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -140,7 +140,7 @@ fn first_object(value: &Value) -> &Map<String, Value> {
     }
 }
 
-/// The same nesting of lists with every object replaced by one of its members.
+/// The same nested lists with every object replaced by one of its members.
 fn pick(value: &Value, key: &str) -> Value {
     match value {
         Value::Array(items) => Value::Array(items.iter().map(|item| pick(item, key)).collect()),
@@ -161,7 +161,7 @@ fn collect(value: &Value, numbers: &mut Vec<f64>) {
     match value {
         Value::Array(items) => items.iter().for_each(|item| collect(item, numbers)),
         Value::Bool(flag) => numbers.push(f64::from(u8::from(*flag))),
-        // "Not finite / not available".
+        // `null` stands for "not finite / not available".
         Value::Null => numbers.push(f64::NAN),
         other => numbers.push(other.as_f64().unwrap()),
     }

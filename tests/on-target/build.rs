@@ -1,4 +1,4 @@
-//! Linker scripts for the bare machine.
+//! Passes the linker scripts of the emulated machine to the linker.
 
 use std::{env, fs, path::PathBuf};
 

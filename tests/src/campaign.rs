@@ -1,6 +1,6 @@
-//! A virtual rig with a client at its link, and campaigns on it.
+//! A virtual rig with a client on its link, and campaigns on it.
 //!
-//! The functions panic where a test cannot go on: when the rig does not start, does not answer, or ends
+//! The functions panic when a test cannot continue: when the rig does not start, does not answer, or ends
 //! a campaign without a result.
 
 use std::time::{Duration, Instant};
@@ -17,7 +17,7 @@ use massline_virtual::bench::Bench;
 use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
-/// A limit by the wall clock that is never reached unless something hangs.
+/// A wall-clock limit that is reached only when something hangs.
 pub const LATE: Duration = Duration::from_secs(120);
 
 /// The shipped layouts of the three-bar frame: the paper's four tests.
@@ -34,7 +34,7 @@ pub fn layout_file(text: &str) -> LayoutFile {
     LayoutFile::parse(text, "test.toml").expect("the layout is well-formed")
 }
 
-/// The first of [`THREE_BAR_TESTS`], with `hits` at each DOF in place of its five.
+/// The first of [`THREE_BAR_TESTS`] with `hits` at each DOF instead of five.
 pub fn three_bar_with_hits(hits: u8) -> LayoutFile {
     let mut file = layout_file(THREE_BAR_TESTS[0]);
     file.layout.test.hits_per_dof = hits;
@@ -50,15 +50,15 @@ pub fn steady_hand(name: &str) -> Bench {
     bench
 }
 
-/// Starts a rig; the client at its link has asked nothing yet.
+/// Starts a rig and connects a client, which has not sent a request yet.
 pub fn start(options: VirtualRigOptions) -> (VirtualRig, Client) {
     let rig = VirtualRig::start(options).expect("the rig starts");
     let client = Client::new(PipeTransport::new(rig.link()));
     (rig, client)
 }
 
-/// Runs a whole campaign with `layout` on a rig of its own that sees the scans of `source`; gives what the
-/// rig stores of it.
+/// Runs a whole campaign with `layout` on a rig of its own that takes the scans of `source`; returns the
+/// result that the rig stores.
 pub fn measure(
     source: Box<dyn ScanSource>,
     layout: &RigLayout,
@@ -76,12 +76,12 @@ pub fn measure(
     result
 }
 
-/// The phase of the campaign; none for a number that this version does not know.
+/// The phase of the campaign; `None` for a number that this version does not know.
 pub fn phase(status: &Status) -> Option<Phase> {
     Phase::try_from(status.phase).ok()
 }
 
-/// Asks for the status until `wanted` is true for it.
+/// Polls the status until `wanted` is true for it.
 #[track_caller]
 pub fn wait_for(client: &mut Client, wanted: impl Fn(&Status) -> bool) -> Status {
     let start = Instant::now();

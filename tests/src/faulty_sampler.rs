@@ -1,4 +1,5 @@
-//! A virtual rig whose converter fails when a test says so, and what a test may go by.
+//! A virtual rig whose converter fails when a test asks for it, and a count of the hammer's strikes for
+//! such tests.
 
 use massline_firmware::Memory;
 use massline_firmware::board::{Board, SampleError, Sampler};
@@ -6,7 +7,7 @@ use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::ScanIndex;
 use massline_virtual::rig::{StartError, VirtualRig, VirtualRigOptions};
 
-/// Starts a rig whose converter loses those blocks that `fault` names an error for, having seen them.
+/// Starts a rig whose converter loses every block for which `fault` returns an error.
 ///
 /// # Errors
 /// When the rig does not start.
@@ -23,7 +24,7 @@ pub fn rig_that_loses(
     })
 }
 
-/// The strikes of the hammer, as the converter sees them.
+/// Counts the strikes of the hammer in the converter's scans.
 pub struct Strikes {
     threshold: u16,
     count: u32,
@@ -31,17 +32,17 @@ pub struct Strikes {
 }
 
 impl Strikes {
-    /// Blocks in a record: what the hammer does within is one strike.
+    /// Blocks of a record: whatever the hammer does within a record is one strike.
     const RECORD_BLOCKS: u32 = 103;
 
-    /// The hammer, whose code rests at some hundred of 4096 and strikes with thousands, strikes where it
-    /// changes by more than `threshold` within a block.
+    /// The hammer's code is some hundred of 4096 at rest and thousands in a strike. A strike is a change
+    /// by more than `threshold` within a block.
     pub fn above(threshold: u16) -> Self {
         Self { threshold, count: 0, since: None }
     }
 
-    /// Takes in the next block; gives the number of the strike whose record it is in, from 1, and the blocks
-    /// since that strike.
+    /// Processes the next block; returns the number, from 1, of the strike whose record it belongs to,
+    /// and the number of blocks since that strike.
     pub fn see(&mut self, block: &[Scan]) -> Option<(u32, u32)> {
         let struck = block.iter().any(|scan| scan[0].abs_diff(block[0][0]) > self.threshold);
         self.since = match self.since {
@@ -53,7 +54,7 @@ impl Strikes {
         self.since.map(|blocks| (self.count, blocks))
     }
 
-    /// Takes the record of the last strike for ended.
+    /// Assumes that the record of the last strike has ended.
     pub fn forget(&mut self) {
         self.since = None;
     }

@@ -1,4 +1,4 @@
-//! Tests of what crosses the packages of massline. They live in `tests/`; here is what they share.
+//! Code shared by the tests of massline that span several packages; the tests themselves are in `tests/`.
 
 pub mod campaign;
 pub mod faulty_sampler;

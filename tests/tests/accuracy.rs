@@ -1,5 +1,5 @@
-//! Whole campaigns on the virtual rig: the true firmware, the true client, the simulated bench, in
-//! the paper's four tests, compared with the truth over fixed seeds.
+//! Whole campaigns on the virtual rig: the real firmware, the real client and the simulated bench in the
+//! paper's four tests, compared with the true properties over fixed seeds.
 
 use massline_protocol::object::StoredEstimate;
 use massline_shared::body::{INERTIAL_PARAMETERS, scale};
@@ -7,26 +7,26 @@ use massline_shared::identify::Method;
 use massline_tests::campaign::{self, THREE_BAR_TESTS};
 use massline_virtual::bench::{Bench, BenchSource};
 
-/// Scale of the errors: m, L, L, L, m L² six times, with the frame's L.
+/// Characteristic length of the frame: errors are relative to m, L three times, and m L² six times.
 const LENGTH: f64 = 0.14;
 
 fn is_long() -> bool {
     std::env::var_os("MASSLINE_LONG").is_some()
 }
 
-/// Campaigns of each test: seeds 1 to this, more with `MASSLINE_LONG`.
+/// Campaigns of each test: seeds 1 to this number, more with `MASSLINE_LONG`.
 fn seeds() -> u64 {
     if is_long() { 200 } else { 20 }
 }
 
-/// What the worst number may be when that of 20 seeds may be `of_20`. Of ten times as many numbers it lies
-/// farther out: a normal number is beyond 3.2 deviations once in 800 times, and the largest of 8000 is beyond
-/// 5 once in 200 runs.
+/// Limit of the worst number when that of 20 seeds may be `of_20`. The worst of ten times as many numbers
+/// lies farther out: a normal number exceeds 3.2 deviations once in 800 times, and the largest of 8000
+/// exceeds 5 once in 200 runs.
 fn allowed(of_20: f64) -> f64 {
     if is_long() { of_20 * 5.0 / 3.2 } else { of_20 }
 }
 
-/// The ten properties that the rig finds by maximum likelihood in one campaign.
+/// The ten inertial parameters from maximum likelihood on the rig in one campaign.
 fn measure(bench: &Bench, test: &str, seed: u64) -> [f64; 10] {
     let file = campaign::layout_file(test);
     let source = BenchSource::new(bench, &file.layout, seed).expect("the bench takes it");
@@ -36,7 +36,7 @@ fn measure(bench: &Bench, test: &str, seed: u64) -> [f64; 10] {
     result.estimates.iter().find(likelihood).expect("an estimate").properties.map(f64::from)
 }
 
-/// Worst error and largest rms of a test, both of scale, in percent; printed test by test.
+/// Worst error and largest rms of the tests, in percent of scale; also printed for each test.
 fn errors(bench: &Bench) -> (f64, f64) {
     let truth = bench.truth().theta();
     let scale = scale(truth[0], LENGTH);
@@ -64,17 +64,18 @@ fn errors(bench: &Bench) -> (f64, f64) {
 }
 
 /// Noise, quantisation, RC tolerance and the fit's own floor are 0.1 to 0.2 % rms in all (theory, section
-/// 9); the worst of 800 numbers lies near four times that.
+/// 9); the worst of 800 numbers is near four times that.
 #[test]
 fn without_placement_and_gain_errors_noise_alone_is_left() {
     let (worst, rms) = errors(&Bench::named("ideal").expect("bundled"));
     assert!(worst <= allowed(0.8) && rms <= 0.3, "worst {worst:.3} %, rms {rms:.3} %");
 }
 
-/// The Cramér-Rao bound of these errors with five hits a DOF is 0.48 % and 0.56 % rms in tests 1 and 2, 0.83 % and
-/// 0.82 % in 3 and 4 (theory, section 8), and the fit reaches it within a tenth. An rms over 200 numbers, those of
-/// a campaign correlated, varies by a fifth: 1.1 %. The bound of a single property is up to twice the rms of the
-/// ten, and the worst of 800 numbers lies at three of its deviations: 5 %.
+/// The Cramér-Rao bound of these errors with five hits a DOF is 0.48 % and 0.56 % rms in tests 1 and 2,
+/// 0.83 % and 0.82 % in 3 and 4 (theory, section 8), and the fit comes within a tenth of it. An rms over
+/// 200 numbers that are correlated within a campaign varies by a fifth: 1.1 %. The bound of a single
+/// property is up to twice the rms of the ten, and the worst of 800 numbers is at three of its
+/// deviations: 5 %.
 #[test]
 fn with_the_errors_of_a_person_the_bound_is_reached() {
     let (worst, rms) = errors(&Bench::named("default").expect("bundled"));

@@ -1,5 +1,5 @@
-//! Calibration on the virtual rig: a tumble test and a block of 2 kg through the true firmware and
-//! client, then the frame with the data sheets and with what was found.
+//! Calibration on the virtual rig: a tumble test and a block of 2 kg with the real firmware and client,
+//! then the frame, measured with data-sheet values and with the calibration.
 
 use std::f64::consts::TAU;
 use std::io;
@@ -32,11 +32,11 @@ fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Sensors with gains of 5 % (1 σ) and a hammer of 2 % out of the box. Gains and hammer come out
-/// within 0.3 %, the goal: the tumble test leaves 0.05 % of the gains; thirty hits that miss the centre
-/// of mass by 2 mm leave 0.12 % of the hammer; cross-axis within four of their standard deviations, tilts
-/// of 3 mrad over √2. Then the frame: gains of 5 % alone cost 1.8 % of scale rms, calibrated what the
-/// hits, the gluing and the noise cost, 0.5 to 1 %.
+/// As delivered, the sensors have gain errors of 5 % (1 σ) and the hammer 2 %. Calibration must find
+/// gains and hammer within 0.3 %: the tumble test leaves 0.05 % in the gains; thirty hits that are 2 mm
+/// off the centre of mass leave 0.12 % in the hammer. Cross-axis errors must be within four of their
+/// standard deviations, which come from tilts of 3 mrad over √2. Then the frame: gain errors of 5 % alone
+/// cost 1.8 % of scale rms; after calibration the hits, the mounting and the noise remain, 0.5 to 1 %.
 #[test]
 fn a_calibration_recovers_the_sensitivities_and_the_errors_of_the_frame_shrink() {
     let bench = Bench::named("uncalibrated").unwrap();
@@ -52,7 +52,7 @@ fn a_calibration_recovers_the_sensitivities_and_the_errors_of_the_frame_shrink()
         );
         assert!(errors.gain < 0.3 && errors.hammer < 0.3, "{errors:?}");
         assert!(errors.cross_axis < 4.0 * 0.3 / 2.0_f64.sqrt(), "{errors:?}");
-        // The stated deviations are those of the errors: the largest of nine gains, and one hammer.
+        // The stated deviations must match the errors: the largest of nine gains, and one hammer.
         assert!(errors.gain < 4.0 * 100.0 * f64::from(found.sigma.gain), "{found:?}");
         assert!(errors.hammer < 4.0 * 100.0 * f64::from(found.sigma.hammer_gain), "{found:?}");
         for test in LAYOUTS {
@@ -80,8 +80,8 @@ fn block_test(hits: u8) -> BlockTest {
     BlockTest { file, layout, mass: BlockMass { mass: 2.0, sigma: 0.001 }, restart: false }
 }
 
-/// A block test alone gives the ratio of each sensor to the hammer. With sensors 20 mm from the centre
-/// of mass, hits that miss it by 2 mm cost up to 0.5 % of an axis, known by the sigma that is stated.
+/// A block test alone gives the ratio of each sensor to the hammer. With sensors 20 mm from the centre of
+/// mass, hits that are 2 mm off cause errors of up to 0.5 % on an axis, which the stated sigma covers.
 #[test]
 fn a_block_alone_gives_the_sensors_against_the_hammer_within_its_stated_uncertainty() {
     let bench = Bench::named("block").unwrap();
@@ -102,7 +102,7 @@ fn a_block_alone_gives_the_sensors_against_the_hammer_within_its_stated_uncertai
         for axis in 0..3 {
             let found = record.calibration.sensor_sensitivity(k)[(axis, axis)];
             let error = found * (1.0 + truth.hammer_gain) / true_one[(axis, axis)] - 1.0;
-            // Largest of nine that share thirty hits: four standard deviations.
+            // The largest of nine errors that share thirty hits: four standard deviations.
             assert!(error.abs() < 4.0 * f64::from(record.sigma.gain), "{k} {axis}: {error}");
         }
     }
@@ -121,9 +121,9 @@ fn a_drifted_sensor_is_found_by_a_quick_block_test() {
         drifts(&found.sensors, 0.03)
     };
     let all = verify(&record);
-    // Three hits that miss by 2 mm: 0.8 % on a channel; 3 % is well beyond that.
+    // Three hits that are 2 mm off: 0.8 % on a channel; 3 % is well beyond that.
     assert!(all.iter().all(|d| d.verdict != Verdict::Drifted), "{all:?}");
-    // Sensor 2 y has become 10 % more sensitive than the rig believes.
+    // Sensor 2 y is now 10 % more sensitive than the rig's calibration says.
     record.calibration.channels[5].sensitivity /= 1.1;
     let all = verify(&record);
     for d in all {
@@ -143,8 +143,8 @@ fn time_sigma(cutoff_hz: f64, sigma_hz: f64) -> f64 {
     time_constant(cutoff_hz) * sigma_hz / cutoff_hz
 }
 
-/// What the time constant of an axis should be found to be, s: as much more than the hammer's in force
-/// as it truly is more than the hammer's.
+/// Expected result for the time constant of an axis, s: the stored one of the hammer plus the true
+/// difference between axis and hammer.
 fn expected_time(bench: &Bench, seed: u64, sensor: usize, axis: usize) -> f64 {
     let truth = TumbleSource::new(bench, 3, seed).unwrap();
     let rc = truth.errors().rc;
@@ -154,12 +154,12 @@ fn expected_time(bench: &Bench, seed: u64, sensor: usize, axis: usize) -> f64 {
     axis - true_time(0, hammer) + time_constant(hammer)
 }
 
-/// Low-passes of 2 % tolerance each: the time constants of sensors and hammer are 9 µs apart (1 σ).
-/// Five hits from either side find the difference to 0.8 µs, by the σ that is stated, which is known
-/// to some 20 % itself: the largest of 27 axes stays within four of it, all together within 1.5. A
-/// wrong sign would double the 9 µs, no correction leave them; a sixth is allowed. After they are
-/// stored a second test with other hits must find nothing more where they were changed: both errors,
-/// so √2 as much.
+/// Low-passes of 2 % tolerance: the time constants of sensors and hammer differ by 9 µs (1 σ). Five hits
+/// from either side determine the difference to 0.8 µs by the stated σ, which itself is known to some
+/// 20 %: the largest of 27 axes must be within four σ, the rms of all within 1.5. A wrong sign would
+/// double the 9 µs, no correction would leave them; a sixth is allowed. Once the results are stored, a
+/// second test with other hits must find no further change on the changed axes: both tests have errors,
+/// so √2 times as much is allowed.
 #[test]
 fn rc_corners_are_found_against_the_hammers_and_the_loop_closes() {
     let bench = Bench::named("block").unwrap();
@@ -210,13 +210,13 @@ fn rc_corners_are_found_against_the_hammers_and_the_loop_closes() {
     assert!(spread > 6e-6, "{spread:e}");
     assert!(scaled.iter().all(|z| z.abs() < 4.0) && scaled_error < 1.5, "{scaled:?}");
     assert!(error < spread / 6.0, "{error:e} {spread:e}");
-    // Three σ of 0.8 µs are more than chance: with a spread of 9 µs that is four axes of five.
+    // An axis changes at three σ of 0.8 µs: with a spread of 9 µs that is four axes of five.
     assert!(left.len() > 27 / 2, "{}", left.len());
     assert!(left_rms < 2.0_f64.sqrt() * spread / 6.0, "{left_rms:e}");
     assert!(left_scaled < 1.5, "{left_scaled}");
 }
 
-/// Runs a campaign on a block without looking at its spectra until so many hits are accepted.
+/// Runs a campaign on a block without reading its spectra until this many hits are accepted.
 fn accept(rig: &mut OnBlock, test: &BlockTest, hits: u32) {
     rig.client.put_layout(&test.layout).unwrap();
     rig.client.start_block(test.mass.mass as f32, true).unwrap();
@@ -233,8 +233,8 @@ fn accept(rig: &mut OnBlock, test: &BlockTest, hits: u32) {
     }
 }
 
-/// Two hits each along +x and −x and one along +y are accepted before the command begins: the spectra
-/// of x are gone, those of y and z are read.
+/// Two hits each along +x and −x and one along +y are accepted before the command begins: the spectra of
+/// x are no longer available, those of y and z are read.
 #[test]
 fn the_corners_of_axes_whose_spectra_are_gone_are_not_guessed() {
     let bench = Bench::named("block").unwrap();
@@ -258,8 +258,8 @@ fn the_corners_of_axes_whose_spectra_are_gone_are_not_guessed() {
     }
 }
 
-/// Of a cutoff that was found: within five of its standard deviations. These come of the scatter of the
-/// lines, so they are themselves known to 20 % or so: the largest of 360 axes was at 4.5.
+/// Checks a cutoff that was found: within five of its standard deviations. These are computed from the
+/// scatter of the bins, so they are known only to some 20 %: the largest of 360 axes was at 4.5.
 fn assert_is_true(cutoff: &RcCutoff, bench: &Bench, seed: u64) {
     let found = cutoff.found.unwrap();
     let expected = expected_time(bench, seed, cutoff.sensor, cutoff.axis);
@@ -268,8 +268,8 @@ fn assert_is_true(cutoff: &RcCutoff, bench: &Bench, seed: u64) {
     assert!(error.abs() < 5.0 * sigma, "{cutoff:?}: {error:e} {sigma:e}");
 }
 
-/// As one that is begun at the panel: the rig waits for nobody, so some spectra are gone before they
-/// are read, but never those of the DOF that is the last.
+/// Like a test begun at the panel: the rig waits for nobody, so some spectra are gone before they are
+/// read, but never those of the last DOF.
 #[test]
 fn a_block_test_that_was_begun_without_confirmation_is_joined() {
     let bench = Bench::named("block").unwrap();
@@ -302,7 +302,7 @@ fn without_a_corner_of_the_hammer_there_are_none_against_it() {
     assert!(found.cutoffs.iter().all(|cutoff| cutoff.found == Err(NoCutoff::HammerUnknown)));
 }
 
-/// Sensors without a cutoff in force, as after an old calibration file: they are found whole.
+/// Sensors without a cutoff in use, as after an old calibration file: the full time constant is found.
 #[test]
 fn a_corner_that_was_not_known_is_found() {
     let bench = Bench::named("block").unwrap();
@@ -322,7 +322,7 @@ fn a_corner_that_was_not_known_is_found() {
     }
 }
 
-/// Ctrl-C in the middle: what has been read is in the file, and the same command goes on.
+/// Ctrl-C in the middle: the file has the readings so far, and the same command continues from them.
 #[test]
 fn an_interrupted_tumble_test_goes_on_where_it_was() {
     let bench = Bench::named("block").unwrap();
@@ -333,7 +333,7 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
     let mut readings = TumbleFile::new(&path);
     take(&mut rig, &mut readings, &limits, &mut output()).unwrap();
     let whole = readings.solve(&limits).unwrap();
-    // As if it had been broken off after three.
+    // The file as it would be after an interruption after three positions.
     let text = std::fs::read_to_string(&path).unwrap();
     let fourth = text.match_indices("[[reading]]").nth(3).unwrap().0;
     std::fs::write(&path, &text[..fourth]).unwrap();
@@ -343,7 +343,7 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
     assert!(again.wanted().is_empty());
     let found = again.solve(&limits).unwrap();
     for (a, b) in found.sensors.iter().zip(&whole.sensors) {
-        // The same positions read again: noise of 0.02 codes of 78 per g.
+        // The same positions measured again: noise of 0.02 codes, of 78 per g.
         assert!(((a.sensitivity - b.sensitivity) / b.sensitivity[(0, 0)]).amax() < 1.5e-3);
     }
 }

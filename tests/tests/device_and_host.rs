@@ -1,5 +1,5 @@
-//! What the rig computes in single precision is what the host computes in double precision from the
-//! same mass lines.
+//! From the same mass lines the rig, in single precision, computes the same results as the host in double
+//! precision.
 
 use massline::identification::{Selection, identify, lines_of};
 use massline::report::estimates_of;
@@ -7,7 +7,7 @@ use massline_shared::identify::{IdentifySettings, Observations};
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure};
 use massline_virtual::bench::{Bench, BenchSource};
 
-/// The first test with other sensors, hits and knowledge.
+/// The first test with other sensors, hits and further tables.
 fn first_with(sensors: &str, hits: &str, tables: &str) -> String {
     let text = THREE_BAR_TESTS[0].replace("sensors = [1, 2, 3]", &format!("sensors = {sensors}"));
     let text = text.replace("hits = [\"1:+Y\", \"2:+Z\", \"4:+X\"]", &format!("hits = {hits}"));
@@ -45,13 +45,13 @@ fn device_and_host_agree_with_a_known_mass_and_one_that_hangs_on_the_object() {
     agree(&first_with("[1, 2, 3]", FIVE, KNOWN), &bench(), 1, 2);
 }
 
-/// Where inertia restraint has no answer and maximum likelihood begins with a crude start.
+/// Inertia restraint has no answer, so maximum likelihood begins with a crude start.
 #[test]
 fn device_and_host_agree_with_two_sensors() {
     agree(&first_with("[1, 4]", FIVE, ""), &bench(), 1, 1);
 }
 
-/// Causes that explain a large residual leave a small χ² as the difference of large numbers.
+/// Error sources that explain a large residual leave a small χ² as the difference of large numbers.
 #[test]
 fn device_and_host_agree_when_a_hit_lands_on_another_node() {
     let mut bench = bench();
@@ -83,10 +83,10 @@ fn agree(text: &str, bench: &Bench, seed: u64, methods: usize) {
         for k in 0..10 {
             let (host, device) = (host.theta()[k], device.theta()[k]);
             let (sigma, of_device) = (sigmas.0[k], sigmas.1[k]);
-            // What single precision may cost, by the project's own bound; the linear method and
-            // the fit stay a hundred times below the standard deviation.
+            // The project's limit for the error of single precision: a hundredth of the standard
+            // deviation, for the linear method and for the fit.
             assert!((host - device).abs() <= 0.01 * sigma, "{k}: {device}, {host} ± {sigma}");
-            // A standard deviation is itself known to no better than a few per cent.
+            // A standard deviation itself is known only to a few per cent.
             assert!((of_device / sigma - 1.0).abs() <= 0.01, "{k}: {of_device}, {sigma}");
         }
     }

@@ -1,4 +1,4 @@
-//! The measurement that is driven directly is the measurement of the rig, byte for byte.
+//! A measurement driven without the firmware equals that of the rig byte for byte.
 
 use massline::commands::bench_test::nominal_calibration;
 use massline_protocol::object::{DofResult, MeasurementResult, StoredEstimate};
@@ -11,7 +11,8 @@ use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure};
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::source::ScanSource;
 
-/// What the same scans give without firmware, executor, flash and link; the head is that of the rig.
+/// The result from the same scans without firmware, executor, flash and link; the head is taken from the
+/// rig's.
 fn directly(
     layout: &RigLayout,
     bench: &Bench,
@@ -57,7 +58,7 @@ fn the_rig_and_a_direct_drive_give_the_same_bytes() {
     let mut bench = Bench::named("default").unwrap();
     for (k, test) in THREE_BAR_TESTS.into_iter().enumerate() {
         let mut layout = layout_file(test).rig_layout().unwrap();
-        // In the last two hits that do not agree with the others are withdrawn.
+        // In the last two tests, inconsistent hits occur and are withdrawn.
         if k > 1 {
             bench.operator.misplaced_rate = 0.2;
             layout.test.policy = layout.test.policy.with(Code::HitInconsistent, Verdict::Reject);

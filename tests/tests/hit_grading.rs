@@ -36,7 +36,7 @@ fn graded(source: &mut BenchSource, layout: &RigLayout, arming: u32, dof: usize)
     grade(&record, &adc, &calibration, &layout.test, None)
 }
 
-/// Findings per code over the hits of a bench, and how many hits.
+/// The findings over the hits of a bench, and the number of hits.
 fn findings(bench: &Bench, seeds: u64) -> (Vec<(Code, f32)>, usize) {
     let (mut all, mut hits) = (Vec::new(), 0);
     for test in THREE_BAR_TESTS {
@@ -64,7 +64,7 @@ fn good_taps_have_no_findings() {
     assert!(found.is_empty(), "{found:?}");
 }
 
-/// What a campaign says of its hits.
+/// The hit events and the result of a campaign.
 #[derive(Default)]
 struct Heard(Vec<HitEvent>);
 
@@ -90,7 +90,7 @@ fn benched(change: impl Fn(&mut Bench)) -> (Vec<HitEvent>, MeasurementResult) {
     campaign(Box::new(BenchSource::new(&bench, &host, 3).unwrap()), &rig)
 }
 
-/// Makes the operator of a bench worse.
+/// Changes the operator of a bench for the worse.
 type Change = fn(&mut Bench);
 
 fn has(diagnostics: &[Diagnostic], code: Code) -> bool {
@@ -121,7 +121,7 @@ fn taps_that_are_doubtful_are_averaged_with_a_warning() {
     let faults: [(Code, Change); 3] = [
         (Code::PreTriggerNotQuiet, |bench| bench.operator.grazing_rate = 0.4),
         (Code::ForceSpectrumLow, |bench| bench.operator.soft_rate = 0.4),
-        // Sensors on the frame reach the end of their range at about 36 N.
+        // Sensors on the frame reach the end of their range at a force of about 36 N.
         (Code::TooHard, |bench| bench.tap.force_n = [33.0, 33.5]),
     ];
     for (code, change) in faults {
@@ -156,8 +156,8 @@ fn a_misplaced_tap_differs_from_its_repeat_hits() {
     assert!(matches!(found.subject, Subject::Hit(..3)) && found.value > 0.15, "{found:?}");
 }
 
-/// Taps that go 80 mm astray, where the policy wants only hits that agree: every one that is far from
-/// its repeat hits is taken out and hit again, and what is left scatters as a careful person's hits do.
+/// Some taps land 80 mm off, and the policy rejects outliers: every hit that is inconsistent with its
+/// repeat hits is withdrawn and repeated, and the remaining ones scatter like those of a careful person.
 #[test]
 fn a_misplaced_tap_is_hit_again_where_the_policy_wants_it() {
     let (host, mut rig) = layout(THREE_BAR_TESTS[0]);
@@ -178,21 +178,23 @@ fn a_misplaced_tap_is_hit_again_where_the_policy_wants_it() {
         assert!(!has(&result.diagnostics, Code::HitInconsistent), "{:?}", result.diagnostics);
         assert!(result.dofs.iter().all(|dof| dof.hits == 5));
         for hit in hits.iter().filter(|hit| !hit.good) {
-            // The hit was told as good before it was compared.
+            // The hit was reported as good before it was compared with its repeat hits.
             assert_eq!(hits.iter().filter(|other| other.number == hit.number).count(), 2);
             let why = codes.iter().position(|&code| has(&hit.findings, code));
             withdrawn[why.expect("a reason")] += 1;
         }
         for (dof, careful) in result.dofs.iter().zip(&careful.dofs) {
-            // Other taps than those of the careful person, 2 mm and 30 mrad off as those are: five of
-            // them change an accelerance by up to 0.05 of the largest; one astray by 0.2 of it.
+            // The taps differ from those of the careful person, but are also 2 mm and 30 mrad off: with
+            // five of them an accelerance changes by up to 0.05 of the largest; a misplaced one would
+            // change it by 0.2.
             let largest = careful.accelerance.iter().fold(0.0_f32, |most, a| most.max(a.abs()));
             for (a, b) in dof.accelerance.iter().zip(&careful.accelerance) {
                 assert!((a - b).abs() < 0.08 * largest, "{} {a} {b} {largest}", dof.dof);
             }
         }
     }
-    // A fifth of 60 taps; both as the last of several and as one of the first two.
+    // A fifth of 60 taps is misplaced: some as the last of several repeat hits, some as one of the first
+    // two.
     assert!(withdrawn.iter().all(|&count| count > 0), "{withdrawn:?}");
 }
 
@@ -208,7 +210,7 @@ fn a_reversed_axis_is_no_rigid_motion() {
     );
 }
 
-/// Plays the scans of the first arming again at every second one, as a stuck buffer would.
+/// Replays the scans of the previous arming at every second arming, as a stuck buffer would.
 #[derive(Debug)]
 struct Stuck {
     source: BenchSource,
@@ -242,7 +244,7 @@ impl ScanSource for Stuck {
             return Some(scan);
         }
         self.at += 1;
-        // Past its end the last scan is repeated.
+        // After the end of the recording the last scan is repeated.
         self.kept.get(self.at - 1).or(self.kept.last()).copied()
     }
 }

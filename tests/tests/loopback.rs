@@ -1,5 +1,5 @@
-//! The real client against the real application of the rig, over a pipe in memory that does what a
-//! bad cable does. No fault may stop the rig, and none may let a wrong value through.
+//! The real client against the real application of the rig, over a pipe in memory that has the faults of
+//! a bad cable. No fault may stop the rig, and none may let a wrong value through.
 
 use std::cell::RefCell;
 use std::io::{self, Write};
@@ -24,10 +24,10 @@ use proptest::prelude::*;
 
 /// Link faults in the long test.
 const FAULTS: u64 = 10_000;
-/// Rigs that share them: a fault is mostly waiting.
+/// Number of rigs that share these faults and run in parallel, because a fault mostly costs waiting.
 const RIGS: u64 = 4;
 
-/// Asks again soon and as often as need be: a rig in this process answers at once or not at all.
+/// Retries soon and as often as needed: a rig in this process answers at once or not at all.
 const IMPATIENT: Timing = Timing {
     answer: Duration::from_millis(6),
     attempts: 5000,
@@ -36,7 +36,7 @@ const IMPATIENT: Timing = Timing {
 };
 
 fn layout_file() -> LayoutFile {
-    // As few hits as have a covariance.
+    // The smallest number of hits that gives a covariance.
     three_bar_with_hits(3)
 }
 
@@ -57,7 +57,7 @@ fn connect(rig: &VirtualRig) -> Client {
     Client::with_timing(PipeTransport::new(rig.link()), IMPATIENT)
 }
 
-/// Everything that a rig can be asked for after its campaign.
+/// Everything that a host can request from a rig after its campaign.
 #[derive(Debug, PartialEq)]
 struct Content {
     identity: Identity,
@@ -70,7 +70,7 @@ struct Content {
 }
 
 impl Content {
-    /// Asks for all of it. What is not in flash is there until the rig starts again.
+    /// Requests all of it. What is not stored in flash is available until the rig is restarted.
     fn ask(client: &mut Client, since_start: bool) -> Self {
         let results = client.results().unwrap();
         let status = client.status().unwrap();
@@ -92,7 +92,7 @@ impl Content {
     }
 }
 
-/// Runs a campaign to its result; every event that arrives on the way must be true.
+/// Runs a campaign to its result; checks every event that arrives on the way.
 fn run_campaign(client: &mut Client) {
     let layout = rig_layout();
     let answer = client.put_layout(&layout).unwrap();
@@ -113,7 +113,7 @@ fn run_campaign(client: &mut Client) {
     }
 }
 
-/// Cuts every write in two at `at`.
+/// Splits every write in two at `at`.
 fn cut_at(at: usize) -> Filter {
     Box::new(move |bytes| {
         let (head, tail) = bytes.split_at(at.min(bytes.len()));
@@ -121,7 +121,7 @@ fn cut_at(at: usize) -> Filter {
     })
 }
 
-/// Does `harm` to byte `at` of the first write that has one, and nothing afterwards.
+/// Applies `harm` to byte `at` of the first write that is long enough, and to nothing afterwards.
 fn harm_once(at: usize, harm: fn(u8) -> Vec<u8>) -> Filter {
     let mut done = false;
     Box::new(move |bytes| {
@@ -183,7 +183,7 @@ fn what_changes_the_rig_is_done_once_however_often_it_arrives() {
     let twice = FaultRates { double_write: 1.0, ..FaultRates::NONE };
     rig.link().set_filter(Direction::ToRig, Some(FaultyPipe::default().filter(0, twice)));
     client.start(true, false).unwrap();
-    // Done twice, the second would be refused: a campaign is under way.
+    // If start were executed twice, the second would be refused, because a campaign is already running.
     client.command(CampaignCommand::Abort).unwrap();
     let stats = client.stats().unwrap();
     assert_eq!((stats.requests_repeated, stats.requests_refused), (2, 0));
@@ -218,7 +218,8 @@ fn ten_thousand_faults_let_every_download_complete_and_no_wrong_value_through() 
     assert!(downloads >= RIGS as u32);
 }
 
-/// Asks for everything again and again, until this rig has had its share of faults; gives how often.
+/// Requests everything repeatedly until this rig has had its share of faults; returns the number of
+/// rounds.
 fn endure(rig: VirtualRig, seed: u64, expected: &Content) -> u32 {
     let mut client = connect(&rig);
     let faulty = FaultyPipe::on(&rig.link(), seed, FaultRates::one_in(600.0, 5.0));
@@ -249,7 +250,7 @@ fn a_campaign_over_a_bad_link_ends_with_the_result_of_a_good_one() {
     assert_eq!(contents[0], contents[1]);
 }
 
-/// The port is there again when it is opened again.
+/// A port that is available again when it is reopened.
 struct Replugged(PipeTransport, HostEnd);
 
 impl Transport for Replugged {
@@ -343,7 +344,8 @@ fn well_framed_nonsense_harms_nothing() {
         for (kind, sequence, body) in requests {
             link.write_all(&framed(kind, sequence, &body)).unwrap();
         }
-        // By chance a refusal of nonsense has the number of the first question, but not of the next.
+        // The refusal of a random request may happen to have the sequence number of the first question,
+        // but not that of the next.
         let mut client = client.borrow_mut();
         let answer = client.identify().or_else(|_| client.identify());
         prop_assert_eq!(&answer.unwrap(), &identity);
@@ -351,14 +353,14 @@ fn well_framed_nonsense_harms_nothing() {
     rig.stop().unwrap();
 }
 
-/// Failures are not kept in a file: the rig's state is part of a case.
+/// Failing cases are not stored in a file: they also depend on the rig's state.
 fn cases(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
 }
 
-/// A frame with these very bytes as its body.
+/// A frame with exactly these bytes as its body.
 fn framed(kind: u16, sequence: u16, body: &[u8]) -> Vec<u8> {
-    /// Encodes as its bytes, without a length.
+    /// Serialises as its bytes without a length.
     struct Raw<'a>(&'a [u8]);
     impl serde::Serialize for Raw<'_> {
         fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

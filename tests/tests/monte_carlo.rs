@@ -1,4 +1,5 @@
-//! Many tests on the bench by the pure pipeline, against the rig, the truth and the bound.
+//! Many simulated tests computed by the pipeline without a rig, compared with the rig, the truth and the
+//! bound.
 
 use massline::commands::bench_test::nominal_calibration;
 use massline::interrupt::Interrupt;
@@ -16,7 +17,7 @@ fn layout(test: &str) -> TestLayout {
     campaign::layout_file(test).layout.cast().expect("fits the rig")
 }
 
-/// What the pure pipeline measures and the rig's result; their mass lines are the same.
+/// Measurement by the pipeline and by the rig; their mass lines must be equal.
 fn measured_twice(
     bench: &Bench,
     layout: &TestLayout,
@@ -32,15 +33,15 @@ fn measured_twice(
     for ((index, lines), rig) in pure.dofs.iter().zip(&result.dofs) {
         assert_eq!((*index, lines.hits), (usize::from(rig.index), u16::from(rig.hits)));
         for (pure, rig) in lines.accelerance.iter().zip(rig.accelerance) {
-            // Single precision of the transforms: 3e-6 of accelerances up to 3 (m/s²)/N; noise
-            // alone is a hundred times as much.
+            // The transforms' single precision: 3e-6 of accelerances up to 3 (m/s²)/N; noise alone is a
+            // hundred times as much.
             assert!((pure - f64::from(rig)).abs() < 3e-5, "{pure} {rig}");
         }
     }
     (pure, result)
 }
 
-/// Hits that do not agree with their repeat hits are taken out by both, the same ones.
+/// Pipeline and rig withdraw the same hits as inconsistent with their repeat hits.
 #[test]
 fn a_run_withdraws_the_hits_that_the_rig_withdraws() {
     let mut bench = Bench::named("default").expect("bundled");
@@ -57,7 +58,8 @@ fn a_run_withdraws_the_hits_that_the_rig_withdraws() {
         let kept = measure(&mut source, &layout, &calibration).expect("mass lines");
         withdrawn += i32::from(pure.rejected) - i32::from(kept.rejected);
     }
-    // A fifth of 60 taps, some of which miss along their own line of action.
+    // A fifth of 60 taps is misplaced; some of them move along their own line of action and are not
+    // noticed.
     assert!(withdrawn >= 4, "{withdrawn}");
 }
 
@@ -74,14 +76,14 @@ fn a_run_is_what_the_rig_does() {
             let sigma = pure.sigma().expect("five hits a DOF");
             for k in 0..10 {
                 let (pure, rig, sigma) = (pure.theta()[k], f64::from(rig.theta()[k]), sigma[k]);
-                // The device and the host agree to 1 % of each standard deviation.
+                // Rig and host must agree to 1 % of each standard deviation.
                 assert!((pure - rig).abs() < 0.01 * sigma, "{pure} {rig} ± {sigma}");
             }
         }
     }
 }
 
-/// Runs of each test, many with `MASSLINE_LONG`.
+/// Runs of each test; more with `MASSLINE_LONG`.
 fn runs() -> u64 {
     if long() { 1000 } else { 40 }
 }
@@ -90,20 +92,20 @@ fn long() -> bool {
     std::env::var_os("MASSLINE_LONG").is_some()
 }
 
-/// What an allowance of so many standard deviations is for a root mean square of [`runs`] normal
-/// errors, relative: its own is `1/√(2 N)`. That of the geometric mean over the ten is not larger,
-/// however they hang together. None with `MASSLINE_LONG`: there the limits stand as they are.
+/// Relative allowance of this many standard deviations for the root mean square of [`runs`] normal
+/// errors, whose own relative deviation is `1/√(2 N)`. That of the geometric mean over the ten is not
+/// larger, however they are correlated. Zero with `MASSLINE_LONG`: there the limits apply as they are.
 fn of_rms(deviations: f64) -> f64 {
     if long() { 0.0 } else { deviations / (2.0 * runs() as f64).sqrt() }
 }
 
-/// The same for a share of 95 %, absolute: at most that of one interval a run, as the inertial parameters of a run
-/// may all hold or all miss.
+/// The same for a share of 95 %, absolute: at most that of one interval per run, because the intervals of
+/// a run may all contain the truth or all miss it.
 fn of_coverage(deviations: f64) -> f64 {
     if long() { 0.0 } else { deviations * (0.95 * 0.05 / runs() as f64).sqrt() }
 }
 
-/// Fixed before the first run; the README's table has the same.
+/// Chosen before the first run; the table in the README uses the same.
 const SEED: u64 = 20_261_121;
 
 /// One of the paper's tests on the default bench.
@@ -124,9 +126,9 @@ fn of(method: Method, study: &Study) -> &MethodStatistics {
     found
 }
 
-/// The limits are those that the method has to keep over 1000 runs: 10 % from the Cramér-Rao bound in
-/// the geometric mean, 20 % at worst, 92 to 97 % of the intervals; an independent implementation
-/// reached 1.01 to 1.08 and 93 to 95 %.
+/// The limits that the method must keep over 1000 runs: within 10 % of the Cramér-Rao bound in the
+/// geometric mean, 20 % for the worst parameter, and 92 to 97 % of the intervals containing the truth. An
+/// independent implementation reached 1.01 to 1.08 and 93 to 95 %.
 #[test]
 fn maximum_likelihood_reaches_the_bound_and_knows_how_good_it_is() {
     for (number, test) in (1..).zip(THREE_BAR_TESTS) {
@@ -135,9 +137,10 @@ fn maximum_likelihood_reaches_the_bound_and_knows_how_good_it_is() {
         let ml = of(Method::MaximumLikelihood, &study);
         let (mean, worst) = (ml.geometric_mean_ratio().unwrap(), ml.worst_ratio().unwrap());
         assert!(mean <= 1.10 * (1.0 + of_rms(2.3)), "test {number}: {mean}");
-        // The largest of ten lies further out: one in ten times a hundred.
+        // The worst of ten deviates more: 3.1 deviations are exceeded once in a thousand times, 2.3 once
+        // in a hundred.
         assert!(worst <= 1.20 * (1.0 + of_rms(3.1)), "test {number}: {worst}");
-        // Nobody is better than the bound; 5 % for its being linear.
+        // No estimator is better than the bound; 5 % is allowed because the bound is linearised.
         assert!(mean >= 0.95 * (1.0 - of_rms(2.3)), "test {number}: {mean}");
         let coverage = ml.pooled_coverage95().unwrap();
         let allowed = 0.92 - of_coverage(2.3)..=0.97 + of_coverage(2.3);
@@ -197,7 +200,7 @@ fn an_interrupted_study_tells_what_is_done() {
             }
         })
         .expect("the bench takes the layout");
-    // What had been begun by then is finished; how much that is depends on the machine.
+    // Runs that were in progress are finished; how many depends on the machine.
     assert!((3..study.wanted).contains(&study.runs), "{}", study.runs);
     assert_eq!(study.wanted, 1_000_000);
     assert_eq!(study.methods[0].answers as u64, study.runs);

@@ -1,4 +1,4 @@
-//! A person at the rig who has nothing but its buttons, its screen and a hammer.
+//! A person operates the rig with only its buttons, its screen and a hammer.
 
 mod pictures;
 
@@ -25,14 +25,14 @@ use massline_virtual::panel::PanelView;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 
-/// The clock in the title, and the level bars: they depend on how fast this machine is.
+/// The clock in the title and the level bars, which depend on the speed of this machine.
 const LIVE: [pictures::Mask; 2] = [(90..128, 0..11), (0..128, 52..64)];
 
 fn file() -> LayoutFile {
     layout_file(THREE_BAR_TESTS[0])
 }
 
-/// Flash in which the layout of the frame was kept before the power was cut.
+/// Flash with the layout of the frame stored before a power cut.
 fn provisioned() -> FlashBacking {
     provisioned_with(&file())
 }
@@ -53,15 +53,15 @@ fn power_on(flash: &FlashBacking, source: Box<dyn ScanSource>) -> (VirtualRig, P
     (rig, person)
 }
 
-/// Time stands still a while after each arming, before the hit, until the test has looked: so that it
-/// misses no screen, and every run is the same.
+/// Holds the scans after each arming and before the hit until the test has looked, so that it misses no
+/// screen and every run is the same.
 struct Hold {
     bench: BenchSource,
     scans: usize,
     looked: Arc<AtomicBool>,
 }
 
-/// Scans until then: enough for the level bars, 0.1 s.
+/// Number of scans before the hold: 0.1 s, enough for the level bars.
 const HOLD_AT: usize = 500;
 
 impl Hold {
@@ -95,7 +95,7 @@ impl ScanSource for Hold {
     }
 }
 
-/// Looks, presses and hears.
+/// Looks at the screen, presses buttons and hears cues.
 struct Person(PanelView);
 
 impl Person {
@@ -144,7 +144,7 @@ fn a_whole_measurement_by_buttons_alone() {
     };
     pictures::check("run-4-done", &framebuffer, &[]);
     let cues = person.0.cues();
-    // Three places with five hits each, and an end.
+    // Three hit DOFs with five hits each, and the end.
     assert_eq!(cues.iter().filter(|&&cue| cue == Cue::Accepted).count(), 15, "{cues:?}");
     assert_eq!(
         cues.iter().filter(|&&cue| cue == Cue::Armed).count(),
@@ -152,7 +152,8 @@ fn a_whole_measurement_by_buttons_alone() {
     );
     assert_eq!(cues.last(), Some(&Cue::Done));
     let mass = done.mass.unwrap();
-    // The frame's mass is 1.23 kg; the interval of this seed holds it, as the README's table shows.
+    // The frame's mass is 1.23 kg; for this seed the interval contains it, as the table in the README
+    // shows.
     assert!((mass.value - 1.23).abs() < 2.0 * mass.sigma.unwrap(), "{mass:?}");
     pictures::check("run-5-mass", &person.press(Yes), &[]);
     pictures::check("run-6-inertia", &person.press(Next), &[]);
@@ -165,7 +166,7 @@ fn a_whole_measurement_by_buttons_alone() {
 
 #[test]
 fn a_bad_hit_is_heard_and_explained_and_the_campaign_can_be_ended() {
-    // A heavy hand: every hit overloads a sensor.
+    // Every hit is so hard that it overloads a sensor.
     let mut bench = Bench::named("ideal").unwrap();
     bench.operator.too_hard_rate = 1.0;
     let source = BenchSource::new(&bench, &file().layout, 1).unwrap();
@@ -178,7 +179,7 @@ fn a_bad_hit_is_heard_and_explained_and_the_campaign_can_be_ended() {
     assert!(person.0.cues().contains(&Cue::Rejected));
     person.press(Next);
     let (model, _) = person.sees(|model| model.phase == Phase::Paused);
-    // Go on, again, skip and, when there is one, what is wrong; then the last line: end.
+    // The menu: continue, repeat, skip, the findings when there are any, and last: end.
     assert_eq!(model.accepted, 0);
     (0..3 + usize::from(model.findings > 0)).for_each(|_| drop(person.press(Next)));
     pictures::check("run-end", &person.press(Yes), &[]);
@@ -187,13 +188,14 @@ fn a_bad_hit_is_heard_and_explained_and_the_campaign_can_be_ended() {
     rig.stop().unwrap();
 }
 
-/// Calibrates the sensors of a bench by gravity; gives the screen that proposes it and what is kept.
+/// Calibrates the sensors of a bench by gravity; returns the screen that proposes the result, and the
+/// stored calibration.
 fn tumble(flash: &FlashBacking, bench: &Bench, seed: u64) -> (Framebuffer, CalibrationRecord) {
     let source = TumbleSource::new(bench, 3, seed).unwrap();
     let hand: TumbleHandle = source.handle();
     let (rig, person) = power_on(flash, Box::new(source));
     person.sees(|model| model.layouts == 1);
-    // Home: measure, results, layouts, calibrate; the first of its lines.
+    // The home menu: measure, results, layouts, calibrate. Choose the first line of calibrate.
     person.presses(&[Next, Next, Next, Yes]);
     let mut framebuffer = person.press(Yes);
     for (place, position) in Position::ALL.into_iter().enumerate() {
@@ -218,7 +220,7 @@ fn tumble(flash: &FlashBacking, bench: &Bench, seed: u64) -> (Framebuffer, Calib
     (framebuffer, kept(flash).unwrap())
 }
 
-/// The calibration in the flash of a rig that is off.
+/// The calibration in the flash of a rig that is switched off.
 fn kept(flash: &FlashBacking) -> Option<CalibrationRecord> {
     let mut store = Store::new(Flash::open(flash).unwrap());
     block_on(store.open());
@@ -231,7 +233,7 @@ fn sensors_are_calibrated_by_gravity_with_buttons_alone() {
     let (proposal, kept) = tumble(&provisioned(), &bench, 5);
     pictures::check("run-tumble-proposal", &proposal, &[]);
     assert_eq!(kept.method, CalibrationMethod::Tumble);
-    // Largest of nine: four standard deviations.
+    // The largest of nine errors: four standard deviations.
     let errors = sensitivity_errors(&bench, 5, &kept).unwrap();
     assert!(errors.gain < 400.0 * f64::from(kept.sigma.gain), "{errors:?}");
 }
@@ -241,10 +243,10 @@ fn block() -> (Bench, LayoutFile) {
     (Bench::named("block").unwrap(), layout_file(BLOCK))
 }
 
-/// Types 2000.0 g into the wizard, which begins with 1000.0 g, and starts.
+/// Enters 2000.0 g into the wizard, which begins with 1000.0 g, and starts the test.
 fn type_mass_and_start(person: &Person) {
     person.sees(|model| model.layouts == 1);
-    // Home: measure, results, layouts, calibrate; the second of its lines.
+    // The home menu: measure, results, layouts, calibrate. Choose the second line of calibrate.
     person.presses(&[Next, Next, Next, Yes, Next, Yes]);
     person.presses(&[Yes, Next]);
     (1..DIGITS).for_each(|_| drop(person.press(Yes)));
@@ -262,7 +264,7 @@ fn the_hammer_is_calibrated_against_a_block_with_buttons_alone() {
     let (done, _) = person.sees(|model| model.phase == Phase::Done);
     assert!(done.block && done.mass.is_none(), "{done:?}");
     let cues = person.0.cues();
-    // Six places with five hits each.
+    // Six hit DOFs with five hits each.
     assert_eq!(cues.iter().filter(|&&cue| cue == Cue::Accepted).count(), 30, "{cues:?}");
     person.press(Yes);
     let (model, framebuffer) =
@@ -282,7 +284,8 @@ fn the_hammer_is_calibrated_against_a_block_with_buttons_alone() {
         let sensor = |record: &CalibrationRecord| record.calibration.sensor_sensitivity(k);
         assert_eq!(sensor(&kept), sensor(&tumbled), "the block does not touch the sensors");
     }
-    // One number: four standard deviations. And it was worth it: out of the box it is 2 % (1 sigma) off.
+    // A single number: four standard deviations. It must also be an improvement: the hammer as delivered
+    // is 2 % (1 σ) off.
     let [before, after] =
         [&tumbled, &kept].map(|record| sensitivity_errors(&bench, SEED, record).unwrap().hammer);
     assert!(after < 400.0 * f64::from(kept.sigma.hammer_gain), "{after} % of {:?}", kept.sigma);

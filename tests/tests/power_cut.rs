@@ -1,5 +1,5 @@
 //! The power is cut at every word of every write of whole campaigns, three times in a row, under the
-//! rules of both chips: nothing accepted is lost and nothing torn is shown.
+//! rules of both chips: no accepted write is lost and no torn one is visible.
 
 use embassy_futures::block_on;
 use massline_firmware::store::{LAYOUTS, MAX_DOF, MAX_PROGRESS, MAX_RESULT, Store, StoreError};
@@ -12,12 +12,12 @@ use massline_virtual::flash::{Chip, ChipFlash, Cut, F411, FlashMemory, G474, W25
 /// DOFs of every campaign here.
 const DOFS: usize = 4;
 
-/// Something that is kept or forgotten.
+/// A write or a deletion in the store.
 #[derive(Clone, Copy, Debug)]
 enum Write {
     /// The layout of this number.
     Layout(u32),
-    /// Another use of a layout that is kept.
+    /// Takes a stored layout into use again.
     Use(u32),
     Calibration(u32),
     /// A finished DOF of a campaign.
@@ -38,7 +38,7 @@ enum Write {
     Abort,
 }
 
-/// Bytes that are this thing's own.
+/// Bytes that depend on the seed, so that every stored item has different ones.
 fn bytes_of(seed: u32, length: usize) -> Vec<u8> {
     (0..length as u32).map(|i| crc32(&(seed ^ (i << 8)).to_le_bytes()) as u8).collect()
 }
@@ -79,7 +79,7 @@ fn progress_bytes(campaign: u32, dofs: u8) -> Vec<u8> {
     bytes_of(campaign * 100 + u32::from(dofs), 60 + usize::from(dofs) * (MAX_PROGRESS - 60) / 16)
 }
 
-/// Results of many lengths; with [`DOFS`] DOFs they are not the longest that there are.
+/// Results of various lengths; with [`DOFS`] DOFs they are not the longest possible ones.
 fn result_bytes(campaign: u32) -> Vec<u8> {
     let longest = MAX_RESULT as u32 - (12 - DOFS as u32) * MAX_DOF as u32;
     bytes_of(campaign, (longest - campaign * 97 % 700) as usize)
@@ -98,10 +98,10 @@ struct StoredResult {
     bytes: Vec<u8>,
 }
 
-/// What a store ought to show.
+/// The expected contents of a store.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Model {
-    /// By their numbers; the one in use is `in_use`.
+    /// Numbers of the layouts; the one in use is `in_use`.
     layouts: Vec<u32>,
     in_use: Option<u32>,
     calibration: Option<u32>,
@@ -112,7 +112,7 @@ struct Model {
 }
 
 impl Model {
-    /// All that a store shows; every byte is read.
+    /// The actual contents of a store; every byte is read.
     fn of<C: Chip>(store: &mut Store<ChipFlash<C>>) -> Self {
         let (known, in_use) = {
             let number = |title: &str| title["layout ".len()..].parse::<u32>().unwrap();
@@ -148,7 +148,7 @@ impl Model {
         model
     }
 
-    /// The same with a write done.
+    /// The contents after a write.
     fn with(&self, write: Write) -> Self {
         let mut model = self.clone();
         match write {
@@ -183,7 +183,7 @@ impl Model {
         self.dofs.clear();
     }
 
-    /// The order of layouts shows in which one gives way, not in the list.
+    /// The order of the layouts decides which one is dropped next, but is not visible in the list.
     fn shown(&self) -> Self {
         let mut shown = self.clone();
         shown.layouts.sort_unstable();
@@ -222,7 +222,7 @@ fn do_it<C: Chip>(store: &mut Store<ChipFlash<C>>, write: Write) -> Result<(), S
     })
 }
 
-/// What is written in a campaign; every fifth is aborted.
+/// The writes of a campaign; every fifth is aborted.
 fn campaign(number: u32, model: &Model, full: bool) -> Vec<Write> {
     let mut writes = Vec::new();
     let oldest = model.results.first().map(|kept| kept.number);
@@ -241,12 +241,12 @@ fn campaign(number: u32, model: &Model, full: bool) -> Vec<Write> {
     writes
 }
 
-/// A store in use, and what it ought to show.
+/// A store in use, and its expected contents.
 struct Life {
     memory: FlashMemory,
     model: Model,
     campaigns: u32,
-    /// Results that had to make room.
+    /// Results deleted to make room.
     deleted: u32,
 }
 
@@ -261,7 +261,7 @@ impl Life {
         }
     }
 
-    /// Goes through a campaign; `before` is told of every write before it is done.
+    /// Executes a campaign; calls `before` with every write before it is executed.
     fn campaign<C: Chip>(&mut self, mut before: impl FnMut(&FlashMemory, &Model, Write)) {
         let mut store = open::<C>(&self.memory);
         let full = block_on(store.is_full(DOFS));
@@ -276,14 +276,14 @@ impl Life {
     }
 }
 
-/// Counts what was tried.
+/// Counts of the cuts and of their outcomes.
 #[derive(Debug, Default)]
 struct Count {
     words: u64,
     cuts: u64,
-    /// Cuts after which the new state was there.
+    /// Cuts after which the store had the new state.
     done: u64,
-    /// Trials with three cuts before the write was done.
+    /// Writes that were still not complete after three cuts.
     triples: u64,
 }
 
@@ -299,13 +299,13 @@ fn cut_everywhere<C: Chip>(memory: &FlashMemory, model: &Model, write: Write, co
         let mut there = false;
         for cut in 0..3 {
             let seed = (step << 2 | cut) ^ count.cuts << 32;
-            // The second and third cut anywhere, more often early than late.
+            // The second and third cut come at a random step, more often an early one.
             let any = u64::from(crc32(&seed.to_le_bytes()));
             let at = if cut == 0 { step } else { any % (1 + (steps >> (any >> 32 & 3))) };
             let mut store = open::<C>(&memory);
             memory.cut_power(Cut { after: at, seed });
             let done = do_it(&mut store, write);
-            // A repetition may need fewer steps.
+            // A repeated write may need fewer steps.
             assert_eq!(done.is_ok(), memory.has_power(), "{write:?}, step {step}, cut {cut}");
             count.cuts += u64::from(done.is_err());
             drop(store);
@@ -342,8 +342,8 @@ fn cut_everywhere<C: Chip>(memory: &FlashMemory, model: &Model, write: Write, co
     }
 }
 
-/// Cuts everywhere in whole campaigns: the first ones over erased flash, and others late in the life of
-/// the store, when it is full.
+/// Cuts the power at every step of whole campaigns: the first ones on erased flash, and later ones when
+/// the store is full.
 fn cut_campaigns<C: Chip>(chip: &str, cut_ones: &[u32]) -> Count {
     let (mut life, mut count) = (Life::new::<C>(), Count::default());
     let mut opened = 0;

@@ -1,4 +1,4 @@
-//! The signal chain on a hammer record of a third party, against NumPy on the same samples.
+//! The signal chain on hammer data recorded by a third party, against NumPy on the same samples.
 
 use massline_shared::layout::TestSettings;
 use massline_shared::signal::{CHANNELS, EdgeTrigger, HitAnalysis, Spectra};
@@ -8,7 +8,7 @@ const SEGMENTS: usize = 5;
 const SAMPLES: usize = 4608;
 const GOOD: [usize; 3] = [1, 3, 4];
 const RATE: f64 = 51_200.0;
-/// The record of a hit and its samples before the trigger: a segment has 49 before the hit.
+/// Length of the record of a hit, samples; a segment has 49 samples before the hit.
 const POINTS: usize = 2048;
 const PRE_TRIGGER: usize = 40;
 const LEVEL: f64 = 3.0;
@@ -36,7 +36,7 @@ fn segments() -> Vec<Segment> {
         .collect()
 }
 
-/// Samples at which the hits begin, then `[re H1, im H1, coherence]` line by line.
+/// Samples at which the hits begin, then `[re H1, im H1, coherence]` for each bin.
 fn expected() -> (Vec<usize>, Vec<[f64; 3]>) {
     let mut rows = include_str!("../data/pyfrf-impact/expected.txt").lines();
     let triggers =
@@ -90,7 +90,7 @@ fn spectra(decay: f64) -> Spectra<f64, 1, BINS> {
     spectra
 }
 
-/// Largest deviation of H1, relative to its largest value, and of the coherence.
+/// Largest deviation of H1, relative to its largest value, and largest deviation of the coherence.
 fn deviation(got: &Spectra<f64, 1, BINS>, expected: &[[f64; 3]]) -> (f64, f64) {
     let largest = expected.iter().map(|[re, im, _]| re.hypot(*im)).fold(0.0, f64::max);
     let mut worst = (0.0_f64, 0.0_f64);
@@ -105,7 +105,7 @@ fn deviation(got: &Spectra<f64, 1, BINS>, expected: &[[f64; 3]]) -> (f64, f64) {
 fn each_good_hit_triggers_once_at_its_edge() {
     let (expected, _) = expected();
     for (segment, &at) in segments().iter().zip(&expected) {
-        // Also the double hit: its second pulse falls into the record of the first.
+        // This includes the double hit, whose second pulse falls into the record of the first.
         assert_eq!(triggers(&segment.force), [at]);
     }
     assert_eq!(expected.len(), SEGMENTS);
@@ -118,13 +118,13 @@ fn h1_and_coherence_over_the_good_hits_equal_numpy() {
     let spectra = spectra(120.0);
     assert_eq!(usize::from(spectra.hits()), GOOD.len());
     let (h1, coherence) = deviation(&spectra, &expected);
-    // Required: 1e-6. Both are in double precision; the file has thirteen digits.
+    // The required limit is 1e-6. Both results are in double precision; the file has thirteen digits.
     assert!(h1 < 1e-6 && coherence < 1e-6, "{h1:e} {coherence:e}");
 }
 
 #[test]
 fn another_window_does_not_equal_numpy() {
-    // The comparison is able to fail: a decay off by 1 % shows.
+    // Proves that the comparison can fail: a decay that is 1 % off exceeds the limit.
     let (h1, _) = deviation(&spectra(121.2), &expected().1);
     assert!(h1 > 1e-5, "{h1:e}");
 }

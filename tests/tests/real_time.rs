@@ -1,5 +1,5 @@
-//! Scans that the converter loses: a hit that they fell into is aborted by name, asked for again, and the
-//! campaign ends as if nothing had happened.
+//! The converter loses scans: a hit whose record they belong to is aborted with a named reason and
+//! requested again, and the campaign ends like an undisturbed one.
 
 use massline::client::{Client, Event, PipeTransport};
 use massline::layout_file::LayoutFile;
@@ -15,21 +15,22 @@ use massline_tests::faulty_sampler::{Strikes, rig_that_loses};
 use massline_virtual::bench::BenchSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
-/// Scans that are lost at once.
+/// Number of scans lost at a time.
 const LOST: u32 = 3;
 
 fn file() -> LayoutFile {
     layout_file(THREE_BAR_TESTS[0])
 }
 
-/// A rig on the ideal bench with a steady hand; its converter loses scans in the blocks that `loses` says.
+/// A rig on the ideal bench with a steady hand; its converter loses scans in the blocks for which `loses`
+/// is true.
 fn rig_whose_converter(mut loses: impl FnMut(&[Scan]) -> bool + Send + 'static) -> VirtualRig {
     let source = BenchSource::new(&steady_hand("ideal"), &file().layout, 1).unwrap();
     let fault = move |block: &[Scan]| loses(block).then_some(SampleError::Overrun { lost: LOST });
     rig_that_loses(VirtualRigOptions::new(Box::new(source)), fault).unwrap()
 }
 
-/// Loses scans once, so many blocks after the hammer has struck for the `strike`th time.
+/// Loses scans once, `blocks` blocks after the hammer's strike number `strike`.
 fn after(strike: u32, blocks: u32) -> impl FnMut(&[Scan]) -> bool + Send {
     let mut strikes = Strikes::above(500);
     move |block| strikes.see(block) == Some((strike, blocks))
@@ -39,7 +40,7 @@ struct Outcome {
     hits: Vec<HitEvent>,
     status: Status,
     stats: Stats,
-    /// That have an answer.
+    /// Number of methods with an answer.
     methods: usize,
 }
 
@@ -123,7 +124,7 @@ fn a_converter_that_only_loses_scans_interrupts_the_campaign_by_name() {
     let [why] = &status.diagnostics[..] else { panic!("for one reason: {status:?}") };
     assert_eq!(why.code, Code::SamplerStopped);
     assert_eq!(client.stats().unwrap().overruns, u32::from(FAULTS_TO_STOP));
-    // A reading at rest does not come about either, and says so.
+    // A measurement of the rest values also fails, with the same reason.
     client.command(CampaignCommand::Abort).unwrap();
     let refused = client.rest_statistics().unwrap_err();
     assert_eq!(refused.refusal(), Some(Reason::SamplerStopped), "{refused}");

@@ -1,4 +1,4 @@
-//! A campaign goes on after a cut of the power: the whole rig over a bench, its flash in a file or cut at
+//! A campaign continues after a power cut: the whole rig on a bench, with its flash in a file or cut at
 //! any word.
 
 use massline::campaign::{Begin, Begun, Ending, Observer, Steer, begin, follow};
@@ -17,7 +17,7 @@ use massline_virtual::flash::{Cut, FlashBacking, FlashMemory};
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
 fn layout_file() -> LayoutFile {
-    // Two hits are enough to scatter.
+    // Two hits are enough for a scatter.
     three_bar_with_hits(2)
 }
 
@@ -25,7 +25,7 @@ fn layout() -> RigLayout {
     layout_file().rig_layout().unwrap()
 }
 
-/// A rig on a bench with noise; the same bits every time.
+/// A rig on a bench with noise; its results are the same bits every time.
 fn power_on(flash: &FlashBacking) -> (VirtualRig, Client) {
     let bench = Bench::named("default").unwrap();
     let source = BenchSource::new(&bench, &layout_file().layout, 1).unwrap();
@@ -34,18 +34,18 @@ fn power_on(flash: &FlashBacking) -> (VirtualRig, Client) {
     start(options)
 }
 
-/// Waits until the rig is in a phase at a DOF or behind it.
+/// Waits until the rig is in a phase at this DOF or a later one.
 fn wait_at(client: &mut Client, wanted: Phase, dof: u8) -> Status {
     wait_for(client, |status| phase(status) == Some(wanted) && status.dof >= dof)
 }
 
-/// Accepts the hit that waits at a DOF or behind it.
+/// Accepts the hit that waits for confirmation at this DOF or a later one.
 fn accept(client: &mut Client, dof: u8) {
     wait_at(client, Phase::Confirming, dof);
     client.command(CampaignCommand::Accept).unwrap();
 }
 
-/// Accepts every hit. The rig waits for that: nothing depends on how fast anybody is.
+/// Accepts every hit. The rig waits for the confirmation, so the outcome does not depend on timing.
 struct Accepting;
 
 impl Observer for Accepting {
@@ -55,7 +55,7 @@ impl Observer for Accepting {
     }
 }
 
-/// Goes on with a campaign, or begins one, to its result.
+/// Resumes a campaign, or begins one, and runs it to its result.
 fn finish(client: &mut Client) -> (Begun, MeasurementResult) {
     let begun = begin(client, Begin { confirm: true, ..Begin::default() }).unwrap();
     let ending = follow(client, &Interrupt::new(), Some(LATE), &mut Accepting).unwrap();
@@ -68,7 +68,7 @@ fn read_result(client: &mut Client, number: u32) -> MeasurementResult {
     postcard::from_bytes(&client.download(object, |_, _| ()).unwrap()).unwrap()
 }
 
-/// What a campaign without a cut ends with.
+/// The result of a campaign without a power cut.
 fn undisturbed(flash: &FlashBacking) -> MeasurementResult {
     let (rig, mut client) = power_on(flash);
     client.put_layout(&layout()).unwrap();
@@ -95,12 +95,12 @@ fn a_rig_that_is_switched_off_goes_on_at_the_next_dof() {
     }
     wait_at(&mut client, Phase::Confirming, 1);
     rig.stop().unwrap();
-    // Switched on and off again without a word.
+    // Switched on and off again without any request.
     power_on(&flash).0.stop().unwrap();
     let (rig, mut client) = power_on(&flash);
     let status = client.status().unwrap();
     assert_eq!((phase(&status), status.layout_hash), (Some(Phase::Paused), layout().hash()));
-    // One of two hits of the second DOF had been accepted: it begins anew.
+    // One of two hits of the second DOF had been accepted: this DOF begins again.
     assert_eq!((status.dof, &status.accepted[..], status.hits_per_dof), (1, &[2, 0, 0][..], 2));
     let (begun, result) = finish(&mut client);
     assert_eq!(begun, Begun::Resumed);
@@ -108,7 +108,7 @@ fn a_rig_that_is_switched_off_goes_on_at_the_next_dof() {
     assert!(same_bits(&result.dofs[0], &whole.dofs[0]));
     assert_eq!(result.estimates.len(), whole.estimates.len());
     rig.stop().unwrap();
-    // It has ended: nothing is left to go on with.
+    // The campaign has ended, so there is nothing to resume.
     let (rig, mut client) = power_on(&flash);
     assert_eq!(phase(&client.status().unwrap()), Some(Phase::Idle));
     assert_eq!(read_result(&mut client, 1), result);
@@ -134,7 +134,7 @@ fn a_campaign_that_was_ended_or_begun_anew_does_not_come_back() {
         } else {
             client.start(true, false).unwrap();
         }
-        // The answer comes before the rig writes; what it writes it writes whole.
+        // The rig answers before it writes; stopping it does not tear the write.
         let asked = std::time::Instant::now();
         while memory.steps() == steps {
             client.status().unwrap();
@@ -175,7 +175,7 @@ fn a_dof_that_was_skipped_stays_skipped_and_hits_still_wait_for_a_confirmation()
     rig.stop().unwrap();
 }
 
-/// Cuts of the power in the test of the whole rig.
+/// Number of power cuts in the test of the whole rig.
 const CUTS: u64 = 36;
 
 #[test]
@@ -194,7 +194,7 @@ fn wherever_the_power_is_cut_the_campaign_ends_with_the_dofs_that_were_finished(
         let (rig, mut client) = power_on(&flash);
         memory.cut_power(Cut { after: steps * i / CUTS, seed: i });
         client.start(true, false).unwrap();
-        // Where a hit waits while there is power all before it is kept.
+        // When a hit waits for confirmation while there is power, all earlier DOFs are stored.
         let mut safe = 0;
         loop {
             let status = client.status().unwrap();
@@ -213,7 +213,7 @@ fn wherever_the_power_is_cut_the_campaign_ends_with_the_dofs_that_were_finished(
         let status = client.status().unwrap();
         assert_eq!(client.stats().unwrap().store_failures, 0, "cut {i}");
         if let Some(kept) = client.results().unwrap().first() {
-            // The last word was whole after all.
+            // There is a result only when its last word was written completely despite the cut.
             assert_eq!(read_result(&mut client, kept.number), whole, "cut {i}");
             stored += 1;
             continue;

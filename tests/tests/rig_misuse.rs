@@ -1,4 +1,4 @@
-//! What a host or a person can do wrong to a rig, and that the rig survives it.
+//! Wrong use of a rig by a host or a person, which the rig must survive.
 
 use std::time::Duration;
 
@@ -53,7 +53,7 @@ fn settings_that_no_rig_can_work_with_are_refused_even_by_force() {
         assert_eq!(refusal, Some(Reason::LayoutRefused));
         assert_eq!(phase(&client.status().unwrap()), Some(Phase::Idle));
     }
-    // And the rig measures afterwards.
+    // The rig still measures afterwards.
     client.put_layout(&good).unwrap();
     client.start(false, false).unwrap();
     assert_eq!(wait_in(&mut client, Phase::Done).result, 1);
@@ -181,7 +181,7 @@ fn redo_measures_the_dof_again_and_a_pause_keeps_the_others() {
     rig.stop().unwrap();
 }
 
-/// A rig whose converter fails once after so many blocks.
+/// A rig whose converter fails once, after this many blocks.
 fn rig_that_fails(
     source: Box<dyn ScanSource>,
     mut left: u32,
@@ -200,7 +200,7 @@ fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
     let file = layout_file(THREE_BAR_TESTS[0]);
     let bench = Bench::named("ideal").unwrap();
     let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
-    // A hit takes about 160 blocks of 20 scans: this is in the sixth.
+    // A hit takes about 160 blocks of 20 scans, so this is in the sixth hit.
     let left = 900;
     let fault = SampleError::Stopped;
     let (mut client, rig) = rig_that_fails(Box::new(source), left, fault);
@@ -225,7 +225,7 @@ fn a_reading_outlives_lost_scans_and_says_when_the_converter_has_stopped() {
     let faults = [SampleError::Overrun { lost: 3 }, SampleError::Stopped];
     let [whole, broken] = faults.map(|fault| {
         let source = Box::new(TumbleSource::new(&Bench::named("ideal").unwrap(), 3, 1).unwrap());
-        // In the middle of a reading, which takes 103 blocks.
+        // In the middle of a measurement of 103 blocks.
         let (mut client, rig) = rig_that_fails(source, 50, fault);
         let reading = client.rest_statistics();
         let lost = client.stats().unwrap().scans_lost;

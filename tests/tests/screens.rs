@@ -23,7 +23,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_virtual::framebuffer::Framebuffer;
 
-/// A rig of which every screen is drawn.
+/// The state of a rig that is drawn on a screen.
 struct Rig {
     model: PanelModel,
     layout: Option<RigLayout>,
@@ -87,7 +87,7 @@ impl Rig {
         rig
     }
 
-    /// Draws a screen after some presses of `Next` and compares it with its picture.
+    /// Draws a screen after pressing `Next` this many times and compares it with its picture.
     fn show(mut self, name: &str, screen: Screen, next: usize) {
         self.model.findings = self.findings.len() as u8;
         self.model.layouts = self.layouts.len() as u8;
@@ -125,7 +125,7 @@ fn said(code: Code, severity: Severity, subject: Subject, value: f32) -> Diagnos
     Diagnostic::about(code, severity, subject, value)
 }
 
-/// The result of the first test of the three-bar frame, as the README has it.
+/// The result of the first test of the three-bar frame, as shown in the README.
 fn summary() -> Summary {
     let sigmas =
         [0.0293, 0.000_91, 0.001_27, 0.001_08, 3.1e-4, 1.9e-4, 3.6e-4, 1.4e-4, 0.7e-4, 1.1e-4];
@@ -245,7 +245,7 @@ fn the_pages_of_findings_look_as_their_pictures() {
     }
 }
 
-/// Every text of a code on the screen, not only counted in characters.
+/// Checks the drawn text of every code, not only its number of characters.
 #[test]
 fn every_code_leaves_the_edges_of_the_glass_free() {
     for &code in Code::ALL {
@@ -268,7 +268,7 @@ fn every_code_leaves_the_edges_of_the_glass_free() {
             stats: &rig.stats,
         };
         draw(&view, &mut framebuffer);
-        // 21 characters of six pixels: two columns stay dark, but for what is cut.
+        // 21 characters of six pixels: two columns stay dark unless text overflows.
         let edge = (13..64).any(|y| framebuffer.is_bright(126, y) || framebuffer.is_bright(127, y));
         assert!(!edge, "{code:?}");
         assert!((23..64).any(|y| (0..128).any(|x| framebuffer.is_bright(x, y))), "{code:?}");

@@ -1,4 +1,4 @@
-//! Plain mistakes, made on the bench, run through the whole chain, and named.
+//! Gross mistakes are made on the bench; the whole chain must identify them.
 
 use massline::commands::bench_test::nominal_calibration;
 use massline::layout_file::LayoutFile;
@@ -21,7 +21,7 @@ node = [
 "#;
 const KNOWN_MASS: &str = "[prior]\nmass_kg = { value = 1.23, sigma = 0.001 }\n";
 
-/// What is found after a campaign on a bench with these faults.
+/// The examination after a campaign on a bench with these faults.
 fn examined(text: &str, faults: &[&str], seed: u64) -> (LayoutFile, Examination) {
     let file = LayoutFile::parse(text, "five.toml").expect("a good layout");
     let mut bench = Bench::named("default").expect("bundled");
@@ -34,7 +34,7 @@ fn examined(text: &str, faults: &[&str], seed: u64) -> (LayoutFile, Examination)
     (file, examination)
 }
 
-/// The messages of all suspects, the best first.
+/// The messages of all suspects, the most likely first.
 fn suspected(text: &str, fault: &str, seed: u64) -> Vec<String> {
     let (file, examination) = examined(text, &[fault], seed);
     let json = examination.to_json(&file.layout);
@@ -42,8 +42,8 @@ fn suspected(text: &str, fault: &str, seed: u64) -> Vec<String> {
     suspects.iter().map(|s| s["message"].as_str().expect("text").to_owned()).collect()
 }
 
-/// Every kind of mistake, at every sensor and hit. Where two places are the same line of action, both
-/// are named, in either order.
+/// Every kind of mistake at every sensor and hit. When two places have the same line of action, both are
+/// named, in either order.
 #[test]
 fn every_mistake_is_named() {
     let cases: [(&str, &[&str]); 20] = [
@@ -86,7 +86,7 @@ fn a_common_scale_is_named_when_a_mass_is_known() {
     let json = found.to_json(&file.layout);
     let [only] = &json["suspects"].as_array().expect("a list")[..] else { panic!("{json}") };
     assert_eq!(only["code"], "common_scale");
-    // The gains of nine channels, 0.5 % each on the bench, and noise: 0.3 %; four times that.
+    // The gains of nine channels, 0.5 % each on the bench, and noise: 0.3 %; four times that is allowed.
     let scale = only["scale"]["value"].as_f64().expect("a number");
     assert!((scale - 1.1).abs() < 0.012, "{json}");
     let said = found.diagnostics_json(&file.layout);
@@ -95,7 +95,7 @@ fn a_common_scale_is_named_when_a_mass_is_known() {
         (&"common_scale".into(), &"warning".into())
     );
 
-    // Nothing else knows how heavy the object is.
+    // No other information determines the mass of the object.
     let (_, found) = examined(FIVE_HITS, &["scale:1.1"], 21);
     assert_eq!(found.verdict, Verdict::NothingSuspicious);
 }

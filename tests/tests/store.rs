@@ -1,4 +1,4 @@
-//! The store over the flash of the virtual board, which has true NOR rules.
+//! The store on the flash of the virtual board, which follows the rules of NOR flash.
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
@@ -39,7 +39,7 @@ fn layout(title: &str) -> RigLayout {
     }
 }
 
-/// A result's bytes that are its own and of its own length.
+/// The bytes of a result; length and content depend on its number.
 fn bytes_of(number: u32) -> Vec<u8> {
     let length = 300 + 531 * (number as usize % 8);
     (0..length).map(|i| (i as u32 * 7 + number * 13) as u8).collect()
@@ -143,17 +143,17 @@ fn flash_that_holds_something_else_becomes_an_empty_store() {
     assert_eq!(read_whole(&mut open(&flash), 1, 1024), bytes_of(1));
 }
 
-/// Flash on a bus that fails once in a while.
+/// Flash on a bus on which operations fail.
 struct Failing {
     flash: Flash,
-    /// Operations until the one that fails, counted down.
+    /// Number of operations before the one that fails.
     reads: Option<usize>,
     writes: Option<usize>,
-    /// Of a write that fails, this many bytes have reached the flash.
+    /// Bytes of a failing write that reach the flash.
     torn: usize,
-    /// After a write that failed so many others fail.
+    /// Number of writes that fail after a failed one.
     worn: usize,
-    /// No read ever succeeds.
+    /// Every read fails.
     dead: bool,
 }
 
@@ -170,7 +170,7 @@ impl Failing {
     }
 }
 
-/// True when it is this operation that fails.
+/// Counts down; true when this operation is the one that fails.
 fn due(left: &mut Option<usize>) -> bool {
     let now = *left == Some(0);
     *left = left.and_then(|left| left.checked_sub(1));
@@ -263,7 +263,7 @@ fn a_write_that_fails_is_done_again_and_shows_no_half_of_a_result() {
             }
         }
     }
-    // The data and its change take a write for every 64 bytes.
+    // The data and its update take one write per 64 bytes.
     assert!(disturbed >= 60, "{disturbed}");
 }
 
@@ -286,7 +286,7 @@ fn flash_that_takes_no_more_writes_leaves_the_list_of_results_as_it_was() {
     }
 }
 
-/// The first record of page 0 as a store of this format writes it.
+/// The first record of page 0 as written by a store of this format.
 fn first_record(format: u32) -> Vec<u8> {
     let pages = (Flash::open(&FlashBacking::default()).unwrap().capacity() / PAGE_BYTES) as u32;
     let payload = [format, PAGE_BYTES as u32, pages].map(u32::to_le_bytes).concat();
@@ -302,7 +302,7 @@ fn a_store_of_another_format_is_passed_over() {
     for (format, kept) in [(FORMAT, 1), (FORMAT - 1, 0), (FORMAT + 1, 0)] {
         let flash = FlashBacking::default();
         block_on(open(&flash).put_result(&bytes_of(1)[..], 0, None)).unwrap();
-        // The same page under another format.
+        // The same page with the number of another format.
         let mut raw = Flash::open(&flash).unwrap();
         let mut page = vec![0; PAGE_BYTES];
         block_on(raw.read(0, &mut page)).unwrap();
@@ -333,7 +333,7 @@ fn of_the_layouts_the_one_used_longest_ago_gives_way() {
     assert_eq!(kept_layout(&mut store), Some(layout("a")));
     block_on(store.put_layout(&encoded(&layout("e")))).unwrap();
     assert_eq!(block_on(store.use_layout(hash("b"))), Err(StoreError::NotFound), "it gave way");
-    // One that is kept already is only taken into use.
+    // A layout that is already stored is only taken into use.
     block_on(store.put_layout(&encoded(&layout("c")))).unwrap();
     for mut store in [store, open(&flash)] {
         let mut kept: Vec<_> = store.layouts().to_vec();
@@ -367,7 +367,7 @@ fn the_progress_of_a_campaign_is_kept_until_its_result() {
     block_on(store.put_result(&bytes_of(1)[..], 0, None)).unwrap();
     block_on(store.put_dof(1, &[9; 10][..])).unwrap();
     let mut store = open(&flash);
-    // A DOF of the next campaign, whose progress is not known yet.
+    // There is a DOF of the next campaign, whose progress is not stored yet.
     assert_eq!(block_on(store.progress(&mut room)), None);
     assert_eq!(block_on(store.dof(0, &mut room)), Some(&[9; 10][..]));
     assert_eq!(block_on(store.dof(1, &mut room)), None);
@@ -375,7 +375,7 @@ fn the_progress_of_a_campaign_is_kept_until_its_result() {
     assert!(!store.has_progress() && !open(&flash).has_progress());
 }
 
-/// A layout with as many sensors and hits as the rig takes.
+/// A layout with the largest number of sensors and hits that the rig supports.
 fn full_layout(title: &str) -> RigLayout {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let hit = layout(title).hits[0];
@@ -386,8 +386,8 @@ fn full_layout(title: &str) -> RigLayout {
     }
 }
 
-/// Campaigns with the longest DOFs and results until the store says that it is full; gives how many
-/// results it holds then.
+/// Stores campaigns with the longest DOFs and results until the store reports that it is full; returns
+/// the number of results in it.
 fn fill<C: Chip>(dofs: usize) -> usize {
     let memory = FlashMemory::of::<C>();
     let mut store = open_over(ChipFlash::<C>::over(&memory));
@@ -403,7 +403,7 @@ fn fill<C: Chip>(dofs: usize) -> usize {
         block_on(store.put_result(&vec![7; longest][..], 0, None)).unwrap();
     }
     let results = store.results().len();
-    // A full store lets go, and takes the layout that is asked for.
+    // A full store can still switch the layout in use and delete a result.
     for round in 0..20 {
         block_on(store.use_layout(full_layout(["a", "b"][round % 2]).hash())).unwrap();
     }
@@ -416,8 +416,8 @@ fn fill<C: Chip>(dofs: usize) -> usize {
 
 #[test]
 fn a_campaign_that_may_begin_has_room_for_its_result() {
-    // In both chips 48 KiB, a page of them kept free: 32 KiB and 46 KiB, less what a page's rest wastes;
-    // of short ones the second has room for more than are listed.
+    // Both chips have 48 KiB, of which one page is free: 32 KiB and 46 KiB remain, minus the waste at the
+    // end of each page. On the second there is room for more short results than the list has.
     for (dofs, f411, g474) in [(1, 19, RESULTS), (5, 8, 12), (RIG_HITS, 3, 5)] {
         let results = (fill::<F411>(dofs), fill::<G474>(dofs));
         assert!(results.0 >= f411 && results.1 >= g474, "{dofs} DOFs: {results:?}");
@@ -453,7 +453,7 @@ fn a_campaign_whose_end_the_flash_refused_does_not_mix_with_the_next() {
             continue;
         }
         assert!(!store.has_progress(), "the rig has ended it");
-        // Nothing of another campaign is kept: it is found again.
+        // The end of the campaign was not stored: after a restart its progress is found again.
         assert!(open(&flash).has_progress());
         let kept = block_on(store.put_dof(3, &[8; 10][..])).is_ok()
             && block_on(store.put_progress(&[8; 10][..])).is_ok();

@@ -1,20 +1,21 @@
 //! Every citation of the theory names a section that `shared/THEORY.md` has.
 //!
-//! A citation is the word, a comma, and one or more numbers of sections, in any text file of the repository; it may
-//! be broken over lines of a comment. Cross-references inside of the theory are checked as well.
+//! A citation is the word "theory", a comma, "section" and one or more section numbers, in any text file
+//! of the repository; it may span several lines of a comment. Cross-references inside the theory are
+//! checked as well.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Where a citation of another file begins.
+/// Begins a citation in other files.
 const CITATION: &str = "theory, section";
-/// Where the theory refers to itself.
+/// Begins a cross-reference inside the theory.
 const CROSS_REFERENCE: &str = "section";
-/// There were 62 when this test was written. Far fewer are found only if the search is broken.
+/// There were 62 citations when this test was written. Far fewer mean that the search is broken.
 const FEWEST: usize = 40;
 
-/// The sources that are tracked.
+/// The tracked source and documentation files.
 fn sources(root: &Path) -> Vec<PathBuf> {
     let listed = Command::new("git")
         .args(["ls-files", "-z", "--", "*.rs", "*.md", "*.toml", "*.py"])
@@ -26,10 +27,10 @@ fn sources(root: &Path) -> Vec<PathBuf> {
     names.split_terminator('\0').map(|name| root.join(name)).collect()
 }
 
-/// A text without line breaks and without the marks that begin the lines of comments.
+/// A text without line breaks and comment markers.
 struct Flat {
     text: String,
-    /// Where each line begins.
+    /// Offset of each line.
     lines: Vec<usize>,
 }
 
@@ -47,7 +48,7 @@ impl Flat {
         flat
     }
 
-    /// The numbers that follow each `phrase`, with their lines. A phrase without a number is not a citation.
+    /// The numbers after each `phrase`, with their lines. A phrase without a number is not a citation.
     fn cited(&self, phrase: &str) -> Vec<(usize, String)> {
         let mut found = Vec::new();
         for (at, _) in self.text.match_indices(phrase) {
@@ -61,7 +62,7 @@ impl Flat {
     }
 }
 
-/// The numbers of ` 4`, ` 6 and 7`, ` 2, 4.1 and 9`.
+/// Parses ` 4`, ` 6 and 7` or ` 2, 4.1 and 9` into section numbers.
 fn numbers(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for word in text.split(' ').skip(1) {
@@ -71,7 +72,7 @@ fn numbers(text: &str) -> Vec<String> {
             "and" | "to" if !found.is_empty() => {}
             _ if is_number => {
                 found.push(number.to_owned());
-                // After a comma another number may follow; any other mark ends the citation.
+                // After a comma another number may follow; any other punctuation ends the citation.
                 if !matches!(&word[number.len()..], "" | ",") {
                     break;
                 }
@@ -82,7 +83,7 @@ fn numbers(text: &str) -> Vec<String> {
     found
 }
 
-/// The numbers of the headings: `## 4 Title`, `### 6.1 Title`.
+/// The section numbers of the headings: `## 4 Title`, `### 6.1 Title`.
 fn headings(theory: &str) -> BTreeSet<String> {
     let numbers = theory.lines().filter_map(|line| line.strip_prefix("##"));
     numbers
@@ -108,7 +109,7 @@ fn every_citation_of_the_theory_resolves() {
         }
     };
     for file in sources(root) {
-        // A file that is deleted but still tracked is no source.
+        // A deleted file that is still tracked is skipped.
         let Ok(text) = std::fs::read_to_string(&file) else { continue };
         let cited = Flat::new(&text).cited(CITATION);
         citations += cited.len();

@@ -1,6 +1,6 @@
-//! What a USB host does to a rig besides asking: nobody reads, the plug is pulled in mid-frame, the host
-//! sleeps, noise comes in. Measuring goes on and completes with the result of an undisturbed rig, the
-//! session recovers by itself, and the counters tell what has happened.
+//! Disturbances by a USB host: nobody reads, the plug is pulled in mid-frame, the host sleeps, noise
+//! arrives. The measurement continues and completes with the result of an undisturbed rig, the session
+//! recovers by itself, and the counters report what happened.
 
 use std::io::{Read, Write};
 use std::sync::LazyLock;
@@ -25,14 +25,14 @@ use massline_virtual::{VirtualRig, VirtualRigOptions};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Asks again soon: a rig in this process answers at once or not at all.
+/// Retries soon: a rig in this process answers at once or not at all.
 const IMPATIENT: Timing = Timing {
     answer: Duration::from_millis(50),
     attempts: 1000,
     reconnect: Duration::from_secs(10),
     pause: Duration::from_millis(1),
 };
-/// Hits of a campaign: three DOFs with five each, and none is bad on a bench with a steady hand.
+/// Hits of a campaign: three DOFs with five each; with a steady hand none is rejected.
 const HITS: usize = 15;
 
 fn file() -> LayoutFile {
@@ -47,7 +47,7 @@ fn bench() -> BenchSource {
     BenchSource::new(&steady_hand("ideal"), &file().layout, 1).unwrap()
 }
 
-/// A rig whose link holds so many bytes in each direction; bench and seed are always the same.
+/// A rig whose link has this capacity in each direction; bench and seed are always the same.
 fn start(link_capacity: usize) -> VirtualRig {
     let options = VirtualRigOptions { link_capacity, ..VirtualRigOptions::new(Box::new(bench())) };
     VirtualRig::start(options).unwrap()
@@ -63,7 +63,7 @@ fn begin(client: &mut Client) {
     client.start(false, false).unwrap();
 }
 
-/// What the rig has of its campaign.
+/// The state of a rig after its campaign.
 #[derive(Debug, PartialEq)]
 struct Outcome {
     results: Vec<ResultEntry>,
@@ -79,7 +79,7 @@ fn outcome(client: &mut Client) -> Outcome {
     Outcome { results, result, accepted: status.accepted.to_vec(), rejected: status.rejected }
 }
 
-/// What an undisturbed rig has.
+/// The outcome on an undisturbed rig.
 static UNDISTURBED: LazyLock<Outcome> = LazyLock::new(|| {
     let rig = start(1 << 16);
     let mut client = connect(&rig);
@@ -94,25 +94,25 @@ static UNDISTURBED: LazyLock<Outcome> = LazyLock::new(|| {
     outcome
 });
 
-/// Waits for the end of the campaign by the panel alone.
+/// Waits for the end of the campaign by looking only at the panel.
 fn finish(rig: &VirtualRig) {
     assert!(rig.wait_for(LATE, |model| model.phase == Phase::Done).is_some(), "{rig:?}");
 }
 
 #[test]
 fn nobody_reads_for_a_whole_campaign() {
-    // The link holds less than one status: the first event already finds no room.
+    // The link holds less than one status, so that there is no room even for the first event.
     let rig = start(32);
     let mut client = connect(&rig);
     begin(&mut client);
     drop(client);
     finish(&rig);
-    // Whoever asks now is told the truth, after what is left of a torn frame.
+    // After the rest of a torn frame, a new client gets the true outcome.
     let mut client = connect(&rig);
     assert_eq!(outcome(&mut client), *UNDISTURBED);
     let stats = client.stats().unwrap();
     assert!(stats.frames_unsent >= 1, "{stats:?}");
-    // The rig keeps the last four hits for whoever comes; another may be in the frame that was torn.
+    // The rig queues the last four hits for the next client; one more may be in the torn frame.
     assert!((HITS - 5..=HITS - 4).contains(&(stats.events_dropped as usize)), "{stats:?}");
     rig.stop().unwrap();
 }
@@ -126,7 +126,7 @@ fn a_program_that_asks_and_never_reads_holds_nothing_up() {
     link.set_timeout(LATE);
     let mut asked = 0;
     while rig.panel().phase != Phase::Done {
-        // Waits when the rig has not taken the last question: it is busy not getting rid of an answer.
+        // Waits while the rig has not read the last request because it is blocked in writing an answer.
         link.write_all(&question(asked)).unwrap();
         asked += 1;
     }
@@ -147,7 +147,7 @@ fn the_plug_is_pulled_in_the_middle_of_a_question_at_every_byte() {
     link.set_timeout(LATE);
     let whole = question(0xABCD);
     let mut torn = 0;
-    // All but the last byte, the zero, make a whole frame: the next zero ends it as well.
+    // Everything but the last byte, the zero, is a complete frame, which the next zero would also end.
     let pulled = whole.len() - 2;
     for cut in 1..=pulled {
         link.write_all(&whole[..cut]).unwrap();
@@ -155,7 +155,7 @@ fn the_plug_is_pulled_in_the_middle_of_a_question_at_every_byte() {
         link.unplug();
         link.plug();
         torn += cut;
-        // The next question begins with a zero, which ends the torn one.
+        // The next request begins with a zero, which ends the torn one.
         torn += 1;
         connect(&rig).identify().unwrap();
     }
@@ -171,7 +171,7 @@ fn the_plug_is_pulled_in_the_middle_of_a_question_at_every_byte() {
 
 #[test]
 fn the_plug_is_pulled_in_the_middle_of_an_answer_at_every_byte() {
-    // A link that holds a question but not an answer: the rig is writing when the plug is pulled.
+    // The link holds a request but not an answer: the rig is writing when the plug is pulled.
     let rig = start(32);
     let mut client = connect(&rig);
     let identity = client.identify().unwrap();
@@ -195,14 +195,14 @@ fn the_plug_is_pulled_in_the_middle_of_an_answer_at_every_byte() {
     let mut client = connect(&rig);
     let stats = client.stats().unwrap();
     assert_eq!(stats.reconnects as usize, pulled);
-    // Whatever was longer than what the link holds beside what had been read was cut.
+    // An answer was cut when it was longer than the bytes read plus the capacity of the link.
     assert!(stats.frames_unsent > 0, "{stats:?}");
     finish(&rig);
     assert_eq!(outcome(&mut client), *UNDISTURBED);
     rig.stop().unwrap();
 }
 
-/// Asks, and pulls the plug when so many bytes have come.
+/// Sends a request and pulls the plug when this many bytes have arrived.
 fn pull_after(link: &mut HostEnd, bytes: usize) {
     link.write_all(&question(0x1234)).unwrap();
     link.read_exact(&mut vec![0; bytes]).unwrap();
@@ -231,7 +231,7 @@ fn noise_torn_frames_and_giants_come_in_while_the_rig_measures() {
             broken += 1;
             bytes += noise.len();
         }
-        // Reads away what the rig says meanwhile, too.
+        // This also reads what the rig has sent in the meantime.
         client.identify().unwrap();
         while client.next_event(Duration::ZERO).unwrap().is_some() {}
         rounds += 1;
@@ -245,7 +245,7 @@ fn noise_torn_frames_and_giants_come_in_while_the_rig_measures() {
     rig.stop().unwrap();
 }
 
-/// Tells how many scans the rig has taken, by the second.
+/// Sends a message for every second of scans that the rig has taken.
 struct Counted {
     bench: BenchSource,
     scans: u32,
@@ -276,14 +276,14 @@ impl ScanSource for Counted {
         self.scans += 1;
         if self.scans as f32 >= self.bench.adc().rate.0 {
             self.scans = 0;
-            // Nobody listens once the test is over.
+            // The receiver is gone once the test is over.
             let _ = self.seconds.try_send(());
         }
         self.bench.next_scan()
     }
 }
 
-/// The next block of the stream, past anything else.
+/// The next block of the stream; other events are skipped.
 fn next_block(client: &mut Client) -> ScanBlock {
     loop {
         if let Event::Scans(block) = client.next_event(LATE).unwrap().expect("the stream goes on") {
@@ -303,13 +303,13 @@ fn a_host_that_sleeps_for_a_minute_of_a_stream_wakes_up_to_a_gap_and_a_working_r
     client.set_stream(true).unwrap();
     let mut next = next_block(&mut client).first + scans;
     while seconds.try_recv().is_ok() {}
-    // The host sleeps for a minute of the rig's time.
+    // The host does not read for a minute of the rig's time.
     (0..60).for_each(|_| seconds.recv_timeout(LATE).expect("the rig samples on"));
-    // And is back: its next request makes the rig talk again.
+    // The host is back: its next request makes the rig send again.
     let asleep = client.stats().unwrap();
     assert!(asleep.frames_unsent >= 1, "{asleep:?}");
     let (mut gap, mut gaps) = (0, 0);
-    // Until there has been a gap and the stream goes on behind it without one.
+    // Read until there has been a gap and the stream has continued without another one.
     let mut since = 0;
     while since < 20 {
         let block = next_block(&mut client);
@@ -321,12 +321,12 @@ fn a_host_that_sleeps_for_a_minute_of_a_stream_wakes_up_to_a_gap_and_a_working_r
     }
     client.set_stream(false).unwrap();
     let stats = client.stats().unwrap();
-    // A block that was given up half-way is missing as well.
+    // A block that was abandoned half-way is missing as well.
     let unsent = scans * u64::from(stats.frames_unsent);
     let dropped = u64::from(stats.stream_scans_dropped);
     assert!(gap > 100_000 && (dropped..=dropped + unsent).contains(&gap), "{gap}: {stats:?}");
     assert_eq!(stats.scans_lost, 0);
-    // The rig measures as if nothing had been.
+    // The rig measures normally.
     begin(&mut client);
     finish(&rig);
     let now = outcome(&mut client);
@@ -339,14 +339,14 @@ fn a_host_that_sleeps_through_a_campaign_finds_its_result_when_it_wakes_up() {
     let rig = start(400);
     let mut client = connect(&rig);
     begin(&mut client);
-    // It has seen the first hit when it falls asleep, with bytes of the rig on their way.
+    // The host has seen the first hit when it falls asleep, with bytes from the rig in transit.
     while !matches!(client.next_event(LATE).unwrap(), Some(Event::Hit(_))) {}
     finish(&rig);
-    // The same program goes on where it was.
+    // The same program continues where it was.
     assert_eq!(outcome(&mut client), *UNDISTURBED);
     let stats = client.stats().unwrap();
     assert!(stats.frames_unsent >= 1 && stats.events_dropped >= 1, "{stats:?}");
-    // No plug was pulled.
+    // The plug was never pulled.
     assert_eq!((stats.reconnects, stats.frames_broken), (0, 0));
     rig.stop().unwrap();
 }

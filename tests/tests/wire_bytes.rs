@@ -1,7 +1,7 @@
 //! The bytes of every message, as committed in `tests/golden/wire.txt`.
 //!
-//! They change on purpose only: `MASSLINE_BLESS=1 cargo test -p massline-tests --test wire_bytes`
-//! writes them anew.
+//! They change only on purpose: `MASSLINE_BLESS=1 cargo test -p massline-tests --test wire_bytes`
+//! rewrites them.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -301,7 +301,7 @@ fn the_largest_of_each_growing_message_fits_a_frame() {
     frame(SCANS, &ScanBlock { first: u64::MAX, codes });
 }
 
-/// As many as there is room for, each with the largest numbers that a rig can pass on.
+/// As many as fit, each with the largest numbers that a rig can pass on.
 fn longest_diagnostics() -> Diagnostics {
     let longest = Diagnostic {
         code: Code::Unknown(u16::MAX),
@@ -356,7 +356,7 @@ fn the_largest_result_of_every_number_of_dofs_fits_the_store() {
         largest.head.layout_hash = u32::MAX;
         largest.head.calibration = u32::MAX;
         largest.head.firmware = text(&"9".repeat(16));
-        // A rig knows what it says itself.
+        // The rig produces these diagnostics itself, so their codes are known ones.
         largest.diagnostics = diagnostics(16);
         largest.estimates[0].diagnostics = diagnostics(16);
         let answer = largest.estimates[0].clone();

@@ -1,5 +1,5 @@
-//! Layouts where only maximum likelihood has an answer: what the check of a layout promises before the
-//! test is what the fit delivers after it.
+//! Layouts for which only maximum likelihood has an answer: what the check of a layout predicts before
+//! the test agrees with what the fit returns after it.
 
 use massline::commands::bench_test::nominal_calibration;
 use massline::layout_file::LayoutFile;
@@ -20,7 +20,7 @@ const TESTS: [&str; 4] = [
 type RigLayoutIn<R> = Layout<R, RIG_SENSORS, RIG_HITS>;
 type Dofs<R> = Vec<DofMassLines<R, RIG_SENSORS>>;
 
-/// Two sensors, on every pair of nodes.
+/// Two sensors on every pair of nodes.
 const SENSORS: [&str; 6] = ["[1, 2]", "[1, 3]", "[1, 4]", "[2, 3]", "[2, 4]", "[3, 4]"];
 
 /// The test with other sensors.
@@ -30,7 +30,7 @@ fn with_sensors(test: &str, sensors: &str) -> LayoutFile {
     LayoutFile::parse(&text, "test.toml").expect("a good layout")
 }
 
-/// Without a start, as after an inertia restraint method that has no answer.
+/// Fits from a crude start, as when the inertia restraint method has no answer.
 fn fit<R: Real>(layout: &RigLayoutIn<R>, dofs: &Dofs<R>) -> Option<Estimate<R>> {
     let found = solve(layout, dofs, Start::Crude, &mut [R::zero(); RIG_WORKSPACE]);
     found.ok().map(|solution| solution.estimate)
@@ -67,9 +67,9 @@ fn what_a_layout_promises_without_inertia_restraint_is_delivered() {
             let sigma = wide.sigma().expect("a covariance");
             for k in 0..10 {
                 let error = (wide.theta()[k] - truth[k]).abs() / sigma[k];
-                // 240 numbers, and standard deviations that are too wide rather than too narrow.
+                // 240 numbers, with standard deviations that are too wide rather than too narrow.
                 assert!(error < 4.0, "{} {sensors} {k}: {error}", file.layout.title);
-                // The project's bound for single precision.
+                // The project's limit for single precision.
                 let difference = (f64::from(narrow.theta()[k]) - wide.theta()[k]).abs() / sigma[k];
                 assert!(difference < 0.01, "{} {sensors} {k}: {difference}", file.layout.title);
             }

@@ -6,18 +6,18 @@
 //! ```text
 //! now = wall clock since the process first asked + what this thread has skipped
 //! ```
-//! In real time nothing is skipped. In simulated time the sampler skips to the end of each block
-//! that it hands out ([`advance_to`]), so a simulated campaign takes as long as its computing.
-//! While no scans are handed out, time goes on with the wall clock, so that a timeout of the link
-//! does not fire before a host in another thread can answer.
+//! In real time nothing is skipped. In simulated time the sampler skips to the end of each block that it
+//! hands out ([`advance_to`]), so a simulated campaign takes only as long as its computation. While no
+//! scans are handed out, time follows the wall clock, so that a timeout of the link does not expire
+//! before a host in another thread can answer.
 //!
 //! Guarantees:
 //! - Time on one thread never goes backwards and is never slower than the wall clock.
-//! - Skips of one rig are not seen by another. Times of different threads do not compare.
+//! - Skips of one rig do not affect another. Times of different threads cannot be compared.
 //! - A timer under [`Executor::run`] wakes its task at its time or as soon as the thread runs after
 //!   it, never before; a skip over it wakes it too.
-//! - On any other thread a timer wakes its task at once, and the task polls until its time has come:
-//!   right, but busy.
+//! - On any other thread a timer wakes its task at once, and the task polls until the time has come:
+//!   correct, but busy waiting.
 
 use std::cell::{Cell, RefCell};
 use std::pin::Pin;
@@ -31,7 +31,7 @@ use embassy_time::{Instant, TICK_HZ};
 use embassy_time_driver::Driver;
 use embassy_time_queue_utils::queue_generic::ConstGenericQueue;
 
-/// Timers that one rig can wait for; one more only wakes a task early.
+/// Number of timers that one rig can wait for; a further one only wakes a task early.
 const TIMERS: usize = 64;
 
 struct HostDriver;
@@ -75,14 +75,14 @@ fn wall_ticks() -> u64 {
     (elapsed.as_nanos() * u128::from(TICK_HZ) / 1_000_000_000) as u64
 }
 
-/// Carries the time of this thread forward to `at`, at once. Does nothing when it is later already.
+/// Advances the time of this thread to `at` at once. Does nothing when `at` has already passed.
 pub fn advance_to(at: Instant) {
     let behind = at.as_ticks().saturating_sub(Instant::now().as_ticks());
     SKIPPED.with(|skipped| skipped.set(skipped.get() + behind));
 }
 
-/// Runs one future on one thread: sleeps while nothing is to be done, fires the timers, and can be
-/// told from any thread to end.
+/// Runs one future on one thread: sleeps while there is nothing to do, fires the timers, and can be
+/// stopped from any thread.
 #[derive(Clone, Default)]
 pub struct Executor {
     signal: Arc<Signal>,
@@ -109,14 +109,14 @@ impl Wake for Signal {
 }
 
 impl Executor {
-    /// Ends [`run`](Self::run), now or when it starts: the future is not polled again.
+    /// Stops [`run`](Self::run), now or as soon as it starts: the future is not polled again.
     pub fn stop(&self) {
         self.signal.stopped.store(true, Ordering::Release);
         self.signal.wake_by_ref();
     }
 
-    /// Runs `future` on the calling thread; `None` when it was stopped. An executor serves one
-    /// thread: run it once, and not inside another one.
+    /// Runs `future` on the calling thread; `None` when it was stopped. An executor serves one thread:
+    /// run it once, and not inside another executor.
     pub fn run<T>(&self, future: impl Future<Output = T>) -> Option<T> {
         let _timers = TimersOfThread::open();
         let _ = self.signal.thread.set(thread::current());
@@ -133,7 +133,7 @@ impl Executor {
         None
     }
 
-    /// Until the task is woken, by a timer or by anybody else.
+    /// Sleeps until the task is woken, by a timer or by anything else.
     fn sleep(&self) {
         loop {
             let now = Instant::now().as_ticks();
@@ -146,7 +146,7 @@ impl Executor {
             if next == u64::MAX {
                 thread::park();
             } else {
-                // Rounded up, so that it does not wake just before the time.
+                // Rounded up, so that the thread does not wake just before the time.
                 let micros = ((next - now) as u128 * 1_000_000).div_ceil(u128::from(TICK_HZ));
                 thread::park_timeout(Duration::from_micros(micros as u64));
             }
@@ -154,7 +154,7 @@ impl Executor {
     }
 }
 
-/// The timers exist while this does.
+/// The thread's timers exist as long as this value.
 struct TimersOfThread;
 
 impl TimersOfThread {

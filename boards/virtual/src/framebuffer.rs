@@ -6,9 +6,9 @@ use embedded_graphics::Pixel;
 use embedded_graphics::pixelcolor::BinaryColor;
 use embedded_graphics::prelude::{DrawTarget, OriginDimensions, Size};
 
-/// Pixels of a row.
+/// Pixels per row.
 pub const WIDTH: usize = 128;
-/// Rows.
+/// Number of rows.
 pub const HEIGHT: usize = 64;
 
 /// The pixels, row by row.
@@ -16,14 +16,14 @@ pub const HEIGHT: usize = 64;
 pub struct Framebuffer(Box<[bool; WIDTH * HEIGHT]>);
 
 impl Default for Framebuffer {
-    /// Dark.
+    /// All pixels dark.
     fn default() -> Self {
         Self(Box::new([false; WIDTH * HEIGHT]))
     }
 }
 
 impl Framebuffer {
-    /// Whether a pixel is bright, counted from the upper left corner; what lies beside it is dark.
+    /// Whether a pixel is bright, counted from the upper left corner; pixels outside are dark.
     pub fn is_bright(&self, x: usize, y: usize) -> bool {
         x < WIDTH && y < HEIGHT && self.0[y * WIDTH + x]
     }

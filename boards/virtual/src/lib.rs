@@ -3,16 +3,16 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`mod@bench`] | the object on its cords, the hammer, the sensors, the ADC |
-//! | [`source`] | the seam between whoever makes scans and whoever consumes them |
+//! | [`source`] | the interface between what makes scans and what consumes them |
 //! | [`sampler`] | hands the scans out, in real or simulated time |
 //! | [`clock`] | the time of the rig, its timers and its executor |
 //! | [`pipe`] | the link as a pipe in memory, with faults on demand |
 //! | [`flash`] | flash in memory or in a file |
 //! | [`panel`] | what the rig shows and its buttons |
 //! | [`framebuffer`] | the pixels of the panel |
-//! | [`rig`] | a rig that runs |
+//! | [`rig`] | a running rig |
 //! | [`pty`] | a rig served on a pseudo-terminal |
-//! | [`renamed_keys`] | keys of TOML files that have another name now |
+//! | [`renamed_keys`] | TOML keys that have been renamed |
 #![deny(unsafe_code)]
 
 pub mod bench;

@@ -1,5 +1,5 @@
-//! The panel of the virtual rig: the host sees its screen, hears its cues and presses its buttons, and
-//! the source is told of every arming, as a person is who looks at it.
+//! The panel of the virtual rig: the host sees its screen, receives its cues and presses its buttons. The
+//! source is notified of every arming, as a person who looks at the panel would be.
 
 use std::collections::VecDeque;
 use std::future::poll_fn;
@@ -14,7 +14,7 @@ use massline_shared::measurement::campaign::Phase;
 use crate::framebuffer::Framebuffer;
 use crate::sampler::SharedSource;
 
-/// Cues that are remembered.
+/// Number of cues that are stored; older ones are dropped.
 const CUES: usize = 1024;
 
 /// The rig's end of the panel.
@@ -25,7 +25,7 @@ pub struct OperatorPanel {
     framebuffer: Framebuffer,
 }
 
-/// The host's end of the panel. Clones are the same.
+/// The host's end of the panel. Clones refer to the same panel.
 #[derive(Clone)]
 pub struct PanelView(Arc<Shared>);
 
@@ -36,12 +36,13 @@ struct Shared {
 
 struct State {
     model: PanelModel,
-    /// What the framebuffer shows, and the model that it was drawn from.
+    /// The framebuffer on the screen, and the model that it was drawn from.
     shown: (PanelModel, Framebuffer),
     cues: VecDeque<Cue>,
     ended: bool,
     waiting: VecDeque<Button>,
-    /// Counts the presses, those that the rig has taken, and those before the picture on the screen.
+    /// Number of presses: all, those that the rig has taken, and those before the picture now on the
+    /// screen.
     pressed: u64,
     taken: u64,
     answered: u64,
@@ -49,7 +50,7 @@ struct State {
 }
 
 impl OperatorPanel {
-    /// A panel that tells `source` of armings.
+    /// A panel that notifies `source` of armings.
     pub fn new(source: SharedSource) -> Self {
         let state = State {
             model: PanelModel::START,
@@ -134,23 +135,23 @@ impl Drop for OperatorPanel {
 }
 
 impl PanelView {
-    /// What the panel shows or is about to draw.
+    /// What the panel shows or is about to show.
     pub fn model(&self) -> PanelModel {
         self.lock().model
     }
 
-    /// What is on the screen.
+    /// The pixels on the screen.
     pub fn framebuffer(&self) -> Framebuffer {
         self.lock().shown.1.clone()
     }
 
-    /// The cues since the last call, in their order.
+    /// The cues since the last call, in order.
     pub fn cues(&self) -> Vec<Cue> {
         self.lock().cues.drain(..).collect()
     }
 
-    /// Waits until the panel shows something that `wanted` is true for; `None` when it does not
-    /// within `timeout` or the rig ends before. A model that is replaced at once may be missed.
+    /// Waits until the panel shows a model for which `wanted` is true; `None` when that does not happen
+    /// within `timeout` or the rig ends first. A model that is replaced at once may be missed.
     pub fn wait_for(
         &self,
         timeout: Duration,
@@ -162,7 +163,7 @@ impl PanelView {
         wanted(&model).then_some(model)
     }
 
-    /// As [`Self::wait_for`], until it is on the screen.
+    /// Like [`Self::wait_for`], but waits until the picture of the model is on the screen.
     pub fn wait_for_picture(
         &self,
         timeout: Duration,
@@ -184,8 +185,8 @@ impl PanelView {
         }
     }
 
-    /// Presses a button and looks at what the rig shows once it has done what the button means; `None`
-    /// when it does not within `timeout` or ends before.
+    /// Presses a button and returns the screen once the rig has acted on the button; `None` when it does
+    /// not within `timeout` or ends first.
     pub fn press_and_look(&self, timeout: Duration, button: Button) -> Option<Framebuffer> {
         self.press(button);
         let mine = self.lock().pressed;

@@ -16,14 +16,14 @@ use nix::unistd::ttyname;
 
 use crate::pipe::HostEnd;
 
-/// How soon an end of serving or of a client is noticed. The kernel tells of a client that has
-/// closed, but not of one that opens: that has to be looked for.
+/// How soon the end of the server or of a client is noticed. The kernel reports a client that closes, but
+/// not one that opens, so the server has to poll for that.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// A pseudo-terminal that carries the link of a rig until it is dropped.
 ///
-/// While no program has it open, the rig's link is unplugged: what the rig says then is not heard by
-/// the next program, and the rig goes on as without a host.
+/// While no program has it open, the rig's link is unplugged: the next program does not receive what the
+/// rig sends in the meantime, and the rig continues as without a host.
 #[derive(Debug)]
 pub struct PtyServer {
     path: PathBuf,
@@ -42,7 +42,7 @@ impl PtyServer {
         let mut settings = tcgetattr(&pair.slave)?;
         cfmakeraw(&mut settings);
         tcsetattr(&pair.slave, SetArg::TCSANOW, &settings)?;
-        // Closed here, so that the kernel tells when the last program has closed it too.
+        // Closed here, so that the kernel reports when the last program has closed it too.
         drop(pair.slave);
         link.unplug();
         let master = File::from(pair.master);
@@ -55,7 +55,7 @@ impl PtyServer {
         Ok(server)
     }
 
-    /// What a serial program opens.
+    /// The path that a serial program opens.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -70,13 +70,13 @@ impl Drop for PtyServer {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Release);
         for pump in self.pumps.drain(..) {
-            // A pump that has panicked has already said so.
+            // A panic of the pump has already been printed.
             let _ = pump.join();
         }
     }
 }
 
-/// Waits for one of `events`, at most [`LOOK_EVERY`].
+/// Waits for one of `events`, for at most [`LOOK_EVERY`].
 fn wait(master: BorrowedFd<'_>, events: PollFlags) -> PollFlags {
     let mut fds = [PollFd::new(master, events)];
     let timeout = PollTimeout::try_from(LOOK_EVERY).unwrap_or(PollTimeout::ZERO);
@@ -86,7 +86,7 @@ fn wait(master: BorrowedFd<'_>, events: PollFlags) -> PollFlags {
     }
 }
 
-/// Carries what the client writes, and pulls the plug while there is no client.
+/// Carries the client's bytes to the rig, and unplugs the link while there is no client.
 fn carry_to_rig(mut master: File, mut link: HostEnd, ended: &AtomicBool) {
     link.set_timeout(LOOK_EVERY);
     let mut buffer = [0; 4096];
@@ -100,8 +100,8 @@ fn carry_to_rig(mut master: File, mut link: HostEnd, ended: &AtomicBool) {
         } else if events.contains(PollFlags::POLLHUP) {
             if link.is_plugged() {
                 link.unplug();
-                // What the last client has not read is not for the next one, who may have opened and
-                // written already: that stays.
+                // Output that the last client has not read must not reach the next one. Input stays: the
+                // next client may have opened and written already.
                 let _ = tcflush(&master, FlushArg::TCOFLUSH);
             }
             thread::sleep(LOOK_EVERY);
@@ -111,7 +111,7 @@ fn carry_to_rig(mut master: File, mut link: HostEnd, ended: &AtomicBool) {
     }
 }
 
-/// Writes as the rig reads: a rig that is slow makes the client wait.
+/// Writes at the speed at which the rig reads: a slow rig makes the client wait.
 fn write_all(link: &mut HostEnd, mut bytes: &[u8], ended: &AtomicBool) {
     while !bytes.is_empty() && !ended.load(Ordering::Acquire) {
         match link.write(bytes) {
@@ -122,7 +122,7 @@ fn write_all(link: &mut HostEnd, mut bytes: &[u8], ended: &AtomicBool) {
     }
 }
 
-/// Carries what the rig says, as fast as the client reads.
+/// Carries the rig's bytes to the client, as fast as the client reads.
 fn carry_to_client(mut master: File, mut link: HostEnd, ended: &AtomicBool) {
     link.set_timeout(LOOK_EVERY);
     let mut buffer = [0; 4096];
@@ -130,7 +130,7 @@ fn carry_to_client(mut master: File, mut link: HostEnd, ended: &AtomicBool) {
         match link.read(&mut buffer) {
             Ok(count) => write_to_client(&mut master, &buffer[..count], &link, ended),
             Err(error) if error.kind() == ErrorKind::TimedOut => {}
-            // Unplugged, or the rig has ended.
+            // The link is unplugged, or the rig has ended.
             Err(_) => thread::sleep(LOOK_EVERY),
         }
     }
@@ -156,11 +156,11 @@ mod tests {
     use massline_firmware::board::Link;
     use serialport::SerialPort;
 
-    /// Sends back whatever comes, over every change of client, until it reads an end mark.
+    /// Echoes everything, across changes of client, until it reads an end mark.
     async fn echo(mut rx: RigRx, mut tx: RigTx) {
         let mut buffer = [0; 300];
         loop {
-            // An error is a client that has left.
+            // An error means that a client has left.
             let Ok(count) = rx.read(&mut buffer).await else { continue };
             if buffer[..count].contains(&END) {
                 return;
@@ -194,7 +194,7 @@ mod tests {
         let (rx, tx) = link.split();
         let rig = thread::spawn(move || Executor::default().run(echo(rx, tx)));
         let server = PtyServer::serve(host).unwrap();
-        // Every byte value, more than the pty holds: nothing is translated, nothing lost.
+        // Every byte value but the end mark, more than the pty holds: nothing may be translated or lost.
         let bytes: Vec<u8> =
             (0..20_000_u32).map(|i| (i * 5 / 2) as u8).filter(|&b| b != END).collect();
         for _ in 0..3 {
@@ -204,7 +204,7 @@ mod tests {
         for _ in 0..30 {
             assert_eq!(said_back(&mut *open(server.path()), b"at once"), b"at once");
         }
-        // Open until the rig has read it: what is under way is lost when the client leaves.
+        // Stays open until the rig has read the mark: bytes in transit are lost when the client leaves.
         let mut port = open(server.path());
         port.write_all(&[END]).unwrap();
         rig.join().unwrap();

@@ -1,7 +1,7 @@
-//! Keys of TOML files that have another name now.
+//! TOML keys that have been renamed.
 //!
-//! Every reader of layout, calibration and bench files asks here when it cannot read a file, so that a file
-//! with an old key is refused with the new name of that key, not with a list of all keys.
+//! Every reader of layout, calibration and bench files looks here when it cannot read a file, so that a
+//! file with an old key is refused with the new name of that key, not with a list of all keys.
 
 use std::ops::Range;
 
@@ -16,10 +16,10 @@ const RENAMED: [(&str, &str); 4] = [
     ("astray_rate", "misplaced_rate"),
 ];
 
-/// A key that a text has under its old name.
+/// A key that a text uses under its old name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RenamedKey {
-    /// Where the old name stands in the text, bytes.
+    /// Byte range of the old name in the text.
     pub span: Range<usize>,
     /// The old name.
     pub old: &'static str,
@@ -28,8 +28,7 @@ pub struct RenamedKey {
 }
 
 impl RenamedKey {
-    /// The first key of a TOML text that has another name now; `None` when there is none or the text is
-    /// not TOML.
+    /// The first renamed key in a TOML text; `None` when there is none or the text is not TOML.
     pub fn first_in(text: &str) -> Option<Self> {
         let root = DeTable::parse(text).ok()?;
         let mut found = Vec::new();
@@ -37,7 +36,7 @@ impl RenamedKey {
         found.into_iter().min_by_key(|key| key.span.start)
     }
 
-    /// What to tell the owner of the file.
+    /// The message for the owner of the file.
     pub fn message(&self) -> String {
         format!("`{}` is called `{}` now", self.old, self.new)
     }

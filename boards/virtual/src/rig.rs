@@ -1,4 +1,4 @@
-//! A rig that runs: the application on a thread of its own, and what the host holds of it.
+//! A running rig: the application on its own thread, and the host's handle to it.
 
 use std::convert::Infallible;
 use std::fmt;
@@ -22,28 +22,27 @@ use crate::source::ScanSource;
 /// The board that the application runs on here.
 pub type VirtualBoard = Board<SourceSampler, PipeLink, Flash, OperatorPanel>;
 
-/// Stack of a rig's thread. Without optimisation the futures of the application are moved about on
-/// it.
+/// Stack of a rig's thread. Without optimisation the futures of the application are moved around on it.
 const STACK_BYTES: usize = 8 * 1024 * 1024;
 
-/// What a virtual rig is made of.
+/// The parts of a virtual rig.
 pub struct VirtualRigOptions {
-    /// Makes the scans: the bench or a tape.
+    /// Makes the scans: a bench or a tape.
     pub source: Box<dyn ScanSource>,
-    /// Where results and layout live.
+    /// Where results and layouts are stored.
     pub flash: FlashBacking,
-    /// How fast the scans come.
+    /// How the time of the scans relates to the wall clock.
     pub timing: Timing,
-    /// Bytes that the link holds in each direction before a writer must wait.
+    /// Capacity of the link in each direction, bytes; a writer waits for room.
     pub link_capacity: usize,
-    /// Why it starts.
+    /// Why the rig starts.
     pub boot_reason: BootReason,
-    /// The last words of a panic before this start.
+    /// Text of the panic before this start.
     pub last_panic: &'static str,
 }
 
 impl VirtualRigOptions {
-    /// Erased flash in memory, simulated time, just powered on.
+    /// Erased flash in memory, simulated time, and a power-on start.
     pub fn new(source: Box<dyn ScanSource>) -> Self {
         Self {
             source,
@@ -56,18 +55,18 @@ impl VirtualRigOptions {
     }
 }
 
-/// Why a virtual rig does not start.
+/// Why a virtual rig could not be started.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    /// Its flash cannot be opened.
+    /// Its flash could not be opened.
     #[error(transparent)]
     Flash(#[from] FlashOpenError),
-    /// There is no thread for it.
+    /// No thread could be started for it.
     #[error("cannot start a thread for the virtual rig: {0}")]
     Thread(#[from] io::Error),
 }
 
-/// The application has panicked: its last words.
+/// The application has panicked, with this message.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the virtual rig has panicked: {0}")]
 pub struct RigPanicked(pub String);
@@ -99,7 +98,7 @@ impl VirtualRig {
     /// Starts the rig: the application of the hardware over a virtual board.
     ///
     /// # Errors
-    /// When the flash cannot be opened or there is no thread.
+    /// When the flash cannot be opened or no thread can be started.
     pub fn start(options: VirtualRigOptions) -> Result<Self, StartError> {
         Self::start_application(options, async |board| {
             let mut memory = Box::new(Memory::new());
@@ -110,7 +109,7 @@ impl VirtualRig {
     /// Starts another `application` over a virtual board, on a thread of its own.
     ///
     /// # Errors
-    /// When the flash cannot be opened or there is no thread.
+    /// When the flash cannot be opened or no thread can be started.
     pub fn start_application<A>(
         options: VirtualRigOptions,
         application: A,
@@ -134,9 +133,9 @@ impl VirtualRig {
         let info = board_info(options.boot_reason, options.last_panic);
         let timing = options.timing;
         let body = move || {
-            // What the rig leaves half-done when it panics is dropped with it.
+            // Whatever a panic leaves half-done is dropped together with the rig.
             let run = AssertUnwindSafe(|| {
-                // Made here: its time is this thread's.
+                // Made on this thread, because its clock is this thread's.
                 let sampler = SourceSampler::new(source, timing).waiting_for(link.backlog());
                 let board = Board { info, sampler, link, flash, panel };
                 executor.run(application(board));
@@ -163,8 +162,8 @@ impl VirtualRig {
         self.panel.model()
     }
 
-    /// Waits until the panel shows something that `wanted` is true for; `None` when it does not
-    /// within `timeout` of wall clock or the rig ends before.
+    /// Waits until the panel shows a model for which `wanted` is true; `None` when that does not happen
+    /// within `timeout` of wall clock or the rig ends first.
     pub fn wait_for(
         &self,
         timeout: Duration,
@@ -173,7 +172,7 @@ impl VirtualRig {
         self.panel.wait_for(timeout, wanted)
     }
 
-    /// The host's end of the panel, for another thread or for more than the model.
+    /// The host's end of the panel, for use by another thread or for more than the model.
     pub fn panel_view(&self) -> PanelView {
         self.panel.clone()
     }
@@ -183,22 +182,23 @@ impl VirtualRig {
         self.panel.press(button);
     }
 
-    /// Makes the rig ask the source for scans again, after it had none: the person has tapped.
+    /// Makes the rig ask the source for scans again after it had none, for example because the person has
+    /// tapped.
     pub fn poke(&self) {
         self.source.poke();
     }
 
-    /// What [`poke`](Self::poke) does, for another thread.
+    /// A handle for [`poke`](Self::poke) from another thread.
     pub fn source(&self) -> SharedSource {
         self.source.clone()
     }
 
-    /// Why the application has ended, if it has panicked.
+    /// The panic that ended the application, if there was one.
     pub fn panicked(&self) -> Option<RigPanicked> {
         self.last_words.get()
     }
 
-    /// Ends the application where it waits, as a cut of the power does, and its thread.
+    /// Ends the application at the point where it waits, as a power cut does, and joins its thread.
     ///
     /// # Errors
     /// When the application has panicked before.
@@ -272,10 +272,10 @@ mod tests {
     use massline_shared::units::{Hertz, Seconds, Volts};
     use std::io::{ErrorKind, Read, Write};
 
-    /// Never reached unless something hangs.
+    /// A limit that is reached only when something hangs.
     const LATE: Duration = Duration::from_secs(60);
 
-    /// A quiet front end.
+    /// A source whose scans are all the same.
     struct Quiet;
 
     impl ScanSource for Quiet {
@@ -300,7 +300,7 @@ mod tests {
         VirtualRigOptions::new(Box::new(Quiet))
     }
 
-    /// Samples for ever, sends back what the host writes, shows `Done` at a button, and panics
+    /// Samples for ever, echoes what the host writes, shows `Done` when a button is pressed, and panics
     /// at "!".
     async fn echo(board: VirtualBoard) -> Infallible {
         let VirtualBoard { mut sampler, link, mut panel, .. } = board;
@@ -365,7 +365,7 @@ mod tests {
         assert_eq!(rig.stop(), Err(RigPanicked("somebody shouted".into())));
     }
 
-    /// Counts its starts in flash, by clearing a word each, and shows the number.
+    /// Counts its starts in flash, by clearing one word each time, and shows the number.
     async fn count_starts(board: VirtualBoard) -> Infallible {
         let VirtualBoard { mut flash, mut panel, .. } = board;
         let (mut word, mut starts) = ([0; 4], 0);

@@ -16,24 +16,26 @@ use crate::source::ScanSource;
 /// How the time of scans relates to the wall clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Timing {
-    /// A block comes when the wall clock has reached its end.
+    /// A block is returned when the wall clock reaches its end.
     RealTime,
-    /// A block comes as soon as it is computed, and the rig's time skips to its end. A host that is
-    /// behind with reading is waited for, so that it loses nothing of a stream, but not for long.
+    /// A block is returned as soon as it is computed, and the rig's time skips to its end. The sampler
+    /// waits for a host that is slow to read, so that it loses nothing of a stream, but only for a
+    /// limited time.
     #[default]
     Simulated,
 }
 
-/// A host that reads nothing for this long is not waited for until it has caught up.
+/// A host that reads nothing for this long is no longer waited for until it has caught up.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// The source of a rig, shared by its sampler, its panel and whoever pokes it. Clones are the same.
+/// The source of a rig, shared by its sampler, its panel and whoever pokes it. Clones refer to the same
+/// source.
 #[derive(Clone)]
 pub struct SharedSource(Arc<Mutex<Inner>>);
 
 struct Inner {
     source: Box<dyn ScanSource>,
-    /// The sampler waits for the source to have scans again.
+    /// The sampler's task while it waits for the source to have scans again.
     waiting: Option<Waker>,
 }
 
@@ -49,8 +51,8 @@ impl SharedSource {
         Self(Arc::new(Mutex::new(Inner { source, waiting: None })))
     }
 
-    /// Makes a sampler that waits ask the source again: something has happened that the source
-    /// answers with scans, as a tap by hand.
+    /// Makes a waiting sampler ask the source again, after an event to which the source responds with
+    /// scans, such as a manual tap.
     pub fn poke(&self) {
         self.lock().poke();
     }
@@ -60,14 +62,14 @@ impl SharedSource {
         self.lock().source.adc()
     }
 
-    /// The person at the rig reads that it waits for a hit.
+    /// Notifies the source that the rig waits for a hit, as the person reads it on the panel.
     pub fn armed(&self, arming: u32, dof: usize) {
         let mut inner = self.lock();
         inner.source.armed(arming, dof);
         inner.poke();
     }
 
-    /// A source that has panicked is asked no further: its panic ends the rig.
+    /// The lock survives a panic of the source: that panic ends the rig, which asks for no more scans.
     fn lock(&self) -> MutexGuard<'_, Inner> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -83,7 +85,7 @@ impl Inner {
 
 /// A [`Sampler`] over a source. It never overruns: the source makes a scan when it is asked for one.
 ///
-/// `read` gives way to the other parts of the rig once a block. While the source has nothing, `read`
+/// `read` yields to the other tasks of the rig once per block. While the source has no scans, `read`
 /// waits, and no time is skipped.
 #[derive(Debug)]
 pub struct SourceSampler {
@@ -93,16 +95,16 @@ pub struct SourceSampler {
     running: bool,
     /// Scans taken from the source since power-on.
     taken: u64,
-    /// When the scan `paced_from` is due; anew after every wait.
+    /// When scan number `paced_from` is due; reset after every wait.
     epoch: Instant,
     paced_from: u64,
     backlog: Option<Backlog>,
-    /// The host has been waited for in vain.
+    /// The host did not read within `PATIENCE` and has not caught up since.
     host_is_away: bool,
 }
 
 impl SourceSampler {
-    /// A sampler that does not run yet.
+    /// A sampler that has not been started.
     pub fn new(source: SharedSource, timing: Timing) -> Self {
         let adc = source.adc();
         let epoch = Instant::now();
@@ -119,7 +121,7 @@ impl SourceSampler {
         }
     }
 
-    /// The same, but in simulated time it waits for a host that is behind.
+    /// The same sampler, but in simulated time it waits for a host that is slow to read.
     pub fn waiting_for(self, backlog: Backlog) -> Self {
         Self { backlog: Some(backlog), ..self }
     }
@@ -129,7 +131,7 @@ impl SourceSampler {
         self.paced_from = self.taken;
     }
 
-    /// When the last scan that was taken is over.
+    /// The time at which the last scan taken ends.
     fn due(&self) -> Instant {
         let seconds = (self.taken - self.paced_from) as f64 / f64::from(self.adc.rate.0);
         self.epoch + Duration::from_ticks((seconds * TICK_HZ as f64) as u64)
@@ -161,7 +163,7 @@ impl SourceSampler {
             Timing::Simulated => {
                 self.wait_for_host().await;
                 clock::advance_to(self.due());
-                // Where computing took longer than the scans, the time is not made up for.
+                // Time lost because computing took longer than the scans is not made up.
                 self.pace_anew();
             }
         }
@@ -228,7 +230,7 @@ mod tests {
         channel_delay: Seconds(0.0),
     };
 
-    /// Counts; each arming lets `grant` more scans out.
+    /// Counts; each arming releases `grant` more scans.
     struct Counter {
         next: u16,
         allowed: u16,
@@ -298,7 +300,7 @@ mod tests {
             for _ in 0..100 {
                 sampler.read(&mut [[0; 10]; 64]).await.unwrap();
             }
-            // 6400 scans at 2 kHz; the rig's ticks are 1 µs, one of them lost a block.
+            // 6400 scans at 2 kHz; the rig's ticks are 1 µs, and rounding may lose one tick per block.
             let rig = begin.elapsed().as_micros() as f64;
             assert!(rig >= 3.2e6 - 100.0, "{rig}");
             assert!(rig <= 3.2e6 + wall.elapsed().as_micros() as f64, "{rig}");
@@ -350,7 +352,7 @@ mod tests {
             let begin = Instant::now();
             sampler.read(&mut block).await.unwrap();
             assert!(begin.elapsed() >= PATIENCE);
-            // Once given up, the host costs nothing until it has read.
+            // Once the sampler has given up, it does not wait again until the host has read.
             assert!(sampler.host_is_away);
             sampler.read(&mut block).await.unwrap();
             host.read_exact(&mut [0; 1]).unwrap();

@@ -1,4 +1,4 @@
-//! The calibration as other programs read it.
+//! The JSON output of calibration commands.
 
 use serde_json::Value;
 
@@ -29,12 +29,13 @@ fn the_json_of_a_block_test_has_the_rc_corners_that_the_rig_keeps() {
         let is_changed = (found - before).abs() > 3.0 * sigma;
         changed += usize::from(is_changed);
         assert_eq!(cutoff["verdict"], if is_changed { "changed" } else { "kept" });
-        // Kept on the rig in single precision.
+        // The rig stores it in single precision.
         let stored = kept["sensors"][sensor]["rc_cutoff_hz"][axis].as_f64().unwrap();
         let expected = if is_changed { found } else { before };
         assert!((stored / expected - 1.0).abs() < 1e-6, "{stored} {cutoff}");
     }
-    // Corners of 2 % (1 σ) found to 0.25 %: more than three of that away are most of nine.
+    // Cutoffs with a tolerance of 2 % (1 σ) are found to 0.25 %: most of nine are more than three of
+    // these sigmas off.
     assert!(changed > 4, "{cutoffs:?}");
     let hammer = kept["hammer"]["rc_cutoff_hz"].as_f64().unwrap();
     assert!((hammer - 497.359).abs() < 1e-3, "{hammer}");

@@ -1,4 +1,4 @@
-//! The demo as other programs read it.
+//! The JSON output of the demo.
 
 use crate::program::{run, success};
 
@@ -18,7 +18,7 @@ fn the_json_of_the_demo_has_four_tests_with_truth_and_results() {
         let linear = &test["results"][1];
         assert_eq!(linear["method"], "inertia-restraint");
         let measured = result["mass_kg"]["value"].as_f64().unwrap();
-        // The share of the mass that the test reports as error is that of its own numbers.
+        // The mass error that the test reports must match its own mass and truth.
         let error = test["error_percent_of_scale"][0].as_f64().unwrap();
         assert!((100.0 * (measured / truth[0] - 1.0) - error).abs() < 1e-9);
         assert_eq!(test["mass_lines"][0]["hits"], 3);
@@ -45,7 +45,7 @@ fn the_text_says_what_the_standard_deviations_cover() {
     for name in ["three-bar-test-1", "three-bar-test-4", "summary", "J_yz"] {
         assert!(text.contains(name), "{name}\n{text}");
     }
-    // Progress is plain lines on stderr where that is no terminal.
+    // When stderr is not a terminal, progress is plain lines.
     assert!(progress.lines().filter(|line| line.ends_with("good")).count() >= 36, "{progress}");
     assert!(!progress.contains('\x1b'));
 }

@@ -1,4 +1,4 @@
-//! `massline hits` on the recorded hammer data of a third party, and on whatever is no recording.
+//! `massline hits` on hammer data recorded by a third party, and on files that are not recordings.
 
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ fn verdicts(arguments: &[&str]) -> Vec<(u64, String, Vec<String>)> {
     value["hits"].as_array().unwrap().iter().map(of).collect()
 }
 
-/// What the record's own description says of its five hits.
+/// The five hits as the record's own description grades them.
 fn expected() -> Vec<(u64, String, Vec<String>)> {
     let hit = |segment, verdict: &str, codes: &[&str]| {
         (segment, verdict.to_owned(), codes.iter().map(|&code| code.to_owned()).collect())
@@ -46,7 +46,7 @@ fn expected() -> Vec<(u64, String, Vec<String>)> {
     ]
 }
 
-/// The segments of the real record: rows of force and response.
+/// The segments of the third-party record: rows of force and response.
 fn segments() -> Vec<Vec<[f64; 2]>> {
     const SAMPLES: usize = 4608;
     let file = std::fs::read(data("impact2_response0.npy")).unwrap();
@@ -83,7 +83,7 @@ fn the_real_record_is_graded_as_described_in_every_format() {
     assert_eq!(verdicts(&[&write("impact.uff", &uff)]), expected());
 }
 
-/// A dataset 58 with a record over time, ASCII, double precision, even abscissa.
+/// A dataset 58 with a time record: ASCII, double precision, even abscissa.
 fn time_record(segment: &[[f64; 2]], channel: usize, data_type: i32) -> String {
     let mut text = format!("    -1\n    58\n{}", "NONE\n".repeat(5));
     text += &format!(
@@ -108,7 +108,7 @@ fn time_record(segment: &[[f64; 2]], channel: usize, data_type: i32) -> String {
 #[test]
 fn a_continuous_text_file_is_cut_into_its_hits() {
     let folder = tempfile::tempdir().unwrap();
-    // The hits with 20 ms of rest before each, in German spelling and in English.
+    // The hits, each after 20 ms of rest, in German and in English format.
     let (mut german, mut english) = (String::from("Zeit [s];Kraft [N];a [m/s²]\n"), String::new());
     let mut n = 0;
     for segment in segments() {
@@ -137,12 +137,13 @@ fn a_policy_changes_the_verdict_and_keep_the_number_of_hits() {
     let (_, value, _) = run(&[&npy, "--rate-hz", "51200", "--keep", "2"]);
     let kept = value["hits"].as_array().unwrap().iter().filter(|hit| hit["kept"] == true).count();
     assert_eq!(kept, 2);
-    // The hammer's range is given: the good hits of 154 to 177 N come near 180 N.
+    // With the hammer's range given: the good hits of 154 to 177 N come close to 180 N.
     let found = verdicts(&[&npy, "--rate-hz", "51200", "--force-range-n", "180"]);
     assert!(found[1].2.contains(&"too_hard".to_owned()), "{found:?}");
 }
 
-/// A file of bad content must end with exit 2, this code and a message with these words.
+/// A file with invalid content, which must end with exit code 2, this error code and a message with these
+/// words.
 struct Bad<'a> {
     name: &'a str,
     content: Vec<u8>,
@@ -266,7 +267,7 @@ fn a_file_that_is_too_long_or_not_there_is_not_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("long.csv");
     let file = std::fs::File::create(&path).unwrap();
-    // Sparse: it takes no room.
+    // A sparse file, which takes no space on disk.
     file.set_len(massline::recording::MAX_BYTES + 1).unwrap();
     let (exit, value, _) = run(&[&path.display().to_string()]);
     assert_eq!((exit, &value["error"]["code"]), (2, &"recording_not_readable".into()));
@@ -288,8 +289,8 @@ fn another_rate_than_that_of_the_file_is_said() {
 
 #[test]
 fn more_than_sixty_four_hits_are_all_compared() {
-    // A good hit again and again, each a little louder so that none is a copy, and one whose response
-    // is turned around.
+    // One good hit several times, each slightly louder so that none is a copy, and one whose response is
+    // inverted.
     let folder = TempDir::new().unwrap();
     let good = segments().swap_remove(1);
     let times = 70;

@@ -1,4 +1,4 @@
-//! What a layout promises and what is suggested instead, through the program.
+//! The predicted uncertainty of a layout and the suggested alternatives, as the program prints them.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 use crate::program::{answer, changed_layout};
 
-/// The ten, as in every result.
+/// The ten inertial parameters, as in every result.
 const NAMES: [&str; 10] = ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
 
 fn example(number: usize) -> String {
@@ -42,13 +42,13 @@ fn a_good_layout_has_ten_sigmas_their_causes_and_advice() {
     assert!(NAMES.iter().all(|name| value["sigma"][name].as_f64().unwrap() > 0.0), "{value}");
     let error_sources = value["error_sources"].as_array().unwrap();
     let sum: f64 = error_sources.iter().map(|source| source["share"].as_f64().unwrap()).sum();
-    // The parts are slopes over steps of 1 %: the square of that.
+    // The shares are slopes over steps of 1 %; their error is of second order.
     assert!((sum - 1.0).abs() < 1e-3, "{sum}");
     let advice = &value["advice"];
     assert!(total(&advice["further_hit"]) < total(&value));
     assert!(total(&advice["further_sensor"]) < total(&value));
     assert_eq!(advice["without_hits"].as_array().unwrap().len(), 3);
-    // Of three hits none can be missed; of three sensors any (theory, section 4).
+    // With three hits none can be left out; with three sensors any one can (theory, section 4).
     assert!(advice["without_hits"][0]["total_percent_of_scale"].is_null());
     assert!(total(&advice["without_sensors"][0]) > total(&value));
 }
@@ -120,7 +120,7 @@ fn a_suggestion_is_better_than_what_the_file_has() {
         assert!(total(&value) < total(&value["before"]), "{value}");
         assert_eq!(value["sensors"].as_array().unwrap().len(), 3);
         assert_eq!(value["hits"].as_array().unwrap().len(), 3);
-        // More hits promise more (theory, section 8).
+        // More hits give a smaller predicted uncertainty (theory, section 8).
         let (_, five) = layout(&["suggest", &example(number), "--starts", "4", "--hits", "5"]);
         assert!(total(&five) < total(&value), "{five}");
     }
@@ -171,7 +171,8 @@ fn a_written_suggestion_has_the_uncertainty_that_was_printed() {
     assert_eq!(exit, 0);
     for name in NAMES {
         let (a, b) = (suggested["sigma"][name].as_f64(), checked["sigma"][name].as_f64());
-        // The positions are printed with all digits; rounding times the condition of the information.
+        // The positions are printed with all digits; the tolerance is rounding times the condition of the
+        // information.
         assert!((a.unwrap() / b.unwrap() - 1.0).abs() < 1e-9, "{name}");
     }
     let text = std::fs::read_to_string(path).unwrap();
@@ -191,7 +192,7 @@ fn nodes_alone_are_enough_to_begin_with() {
     assert_eq!(value["sensors"].as_array().unwrap().len(), 3);
     assert_eq!(value["hits"].as_array().unwrap().len(), 5);
     assert!(value["before"]["total_percent_of_scale"].is_null());
-    // An assumed body of the nodes' size, not of a metre.
+    // The assumed body has the size of the nodes' extent, not one metre.
     assert!(total(&value) < 3.0, "{value}");
 }
 

@@ -1,10 +1,10 @@
-//! Options with numbers that cannot be, and text that fits a terminal.
+//! Options with impossible numbers, and text that fits a terminal.
 
 use std::path::Path;
 
 use crate::program::{LAYOUT, Run, run};
 
-/// Exit code and what is said on stderr.
+/// Exit code and stderr.
 fn refusal(arguments: &[&str]) -> (i32, String) {
     let run = run(arguments);
     (run.exit, run.stderr)
@@ -15,7 +15,7 @@ fn recording() -> String {
     path.join("../tests/data/pyfrf-impact/impact2_response0.lvm").display().to_string()
 }
 
-/// Every option with a number, where it stands.
+/// Command lines with a numeric option each.
 fn numbers() -> Vec<(Vec<String>, &'static str)> {
     let recording = recording();
     let of = |before: &[&str], options: &[&'static str]| {
@@ -109,7 +109,7 @@ fn text_is_at_most_a_hundred_columns_wide() {
         let Run { stdout: out, stderr: err, .. } = run(arguments);
         assert!(!out.is_empty() || !err.is_empty());
         for line in out.lines().chain(err.lines()) {
-            // A path or another long word stays whole.
+            // A path or another long word is not broken.
             let whole = line.trim().contains(' ');
             assert!(line.chars().count() <= 100 || !whole, "{arguments:?}: {line}");
         }

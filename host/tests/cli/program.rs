@@ -1,4 +1,4 @@
-//! Runs of the program and the files that they read.
+//! Runs the program, and makes the files for it.
 
 use std::path::Path;
 use std::time::Duration;
@@ -6,19 +6,19 @@ use std::time::Duration;
 use assert_cmd::Command;
 use serde_json::Value;
 
-/// A limit by the wall clock that is never reached unless something hangs.
+/// A wall-clock limit that is reached only when something hangs.
 pub const LATE: Duration = Duration::from_secs(120);
 /// The layout of the paper's first test.
 pub const LAYOUT: &str = "examples/three-bar-test-1.toml";
 
-/// A run that has ended.
+/// The outcome of a run.
 pub struct Run {
     pub exit: i32,
     pub stdout: String,
     pub stderr: String,
 }
 
-/// Runs the program; no port is set for it.
+/// Runs the program without a port in its environment.
 #[track_caller]
 pub fn run(arguments: &[&str]) -> Run {
     let mut command = Command::new(env!("CARGO_BIN_EXE_massline"));
@@ -42,14 +42,14 @@ pub fn run_json(arguments: &[&str]) -> (Run, Value) {
     (run, value)
 }
 
-/// As [`run_json`]: the exit code and what was printed.
+/// Like [`run_json`], but returns exit code and output only.
 #[track_caller]
 pub fn answer(arguments: &[&str]) -> (i32, Value) {
     let (run, value) = run_json(arguments);
     (run.exit, value)
 }
 
-/// What the program prints with `--json` when it succeeds.
+/// The output with `--json` of a run that must succeed.
 #[track_caller]
 pub fn success(arguments: &[&str]) -> Value {
     let (run, value) = run_json(arguments);
@@ -63,7 +63,7 @@ pub fn changed_layout(folder: &Path, from: &str, to: &str) -> String {
     copy_of_layout(&folder.join("layout.toml"), from, to)
 }
 
-/// A copy of [`LAYOUT`] in `folder`, one for each number of hits at a DOF, which is five in the original.
+/// A copy of [`LAYOUT`] in `folder` with this number of hits at a DOF instead of the original five.
 pub fn layout_with_hits(folder: &Path, hits: u8) -> String {
     let path = folder.join(format!("layout-{hits}.toml"));
     copy_of_layout(&path, "hits_per_dof = 5", &format!("hits_per_dof = {hits}"))

@@ -1,4 +1,4 @@
-//! What a replay does with segments that the rig rejects, and when a DOF runs out of them.
+//! Replays with segments that the rig rejects, and with too few segments for a DOF.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ struct Recording {
 }
 
 impl Recording {
-    /// Three good hits at each DOF of the demo's first layout.
+    /// A recording of three good hits at each DOF of the demo's first layout.
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let layout = layout_with_hits(folder.path(), 3);
@@ -74,7 +74,7 @@ fn a_dof_with_fewer_hits_goes_on_with_a_warning() {
 fn a_segment_without_a_hit_counts_as_used_up() {
     let recording = Recording::new();
     let mut segments = recording.segments();
-    // The last segment plays the ringing after its tap, which touches the hammer no more.
+    // The last segment contains only the ring-down after its tap, without a contact of the hammer.
     segments[8].start = recording.tape.scans.len() as u64 - 500;
     let (exit, value, text) = recording.replay(segments);
     assert_eq!((exit, hits(&value)), (0, vec![3, 3, 2]), "{text}");

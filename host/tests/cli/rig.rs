@@ -1,4 +1,4 @@
-//! The program against a virtual rig on a pty, as against one on a desk.
+//! The program with a virtual rig on a pty, used like real hardware.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use crate::program::{answer, layout_with_hits, success};
 use crate::virtual_process::VirtualProcess;
 
-/// A virtual rig and a folder for the files of its host.
+/// A virtual rig and a folder for the host's files.
 struct Rig {
     process: VirtualProcess,
     folder: TempDir,
@@ -23,7 +23,7 @@ impl Rig {
         Self { process, folder: tempfile::tempdir().unwrap() }
     }
 
-    /// The first layout of the demo with this many hits at each DOF.
+    /// The first layout of the demo with this number of hits at each DOF.
     fn layout(&self, hits: u8) -> String {
         layout_with_hits(self.folder.path(), hits)
     }
@@ -41,7 +41,7 @@ fn a_measured_result_can_be_listed_fetched_and_deleted() {
     let layout = rig.layout(3);
     let (exit, measured) = rig.run(&["measure", &layout]);
     assert_eq!(exit, 0, "{measured}");
-    // The ideal bench has no errors of placement: 1.23 kg to the scatter of three hits.
+    // The ideal bench has no errors of placement: 1.23 kg within the scatter of three hits.
     let mass = measured["results"][0]["mass_kg"]["value"].as_f64().unwrap();
     assert!((mass / 1.23 - 1.0).abs() < 0.01, "{mass}");
 
@@ -51,8 +51,8 @@ fn a_measured_result_can_be_listed_fetched_and_deleted() {
     let (exit, fetched) = rig.run(&["results", "get", "1"]);
     assert_eq!(exit, 0, "{fetched}");
     for key in ["results", "number", "layout_hash", "calibration", "firmware", "mass_lines"] {
-        // What is solved again on the host is left out: the file has more digits and nodes than the
-        // rig keeps of it.
+        // The results solved on the host are not compared: the file has more digits and nodes than the
+        // rig stores of it.
         assert_eq!(fetched[key], measured[key], "{key}");
     }
 
@@ -75,7 +75,7 @@ fn the_rig_tells_who_it_is_and_what_it_has_counted() {
     assert_eq!(stats["boot_reason"], "power-on");
     let erases = stats["flash_erases"].as_u64().unwrap();
     assert_eq!(rig.run(&["measure", &rig.layout(3)]).0, 0);
-    // A layout and a result into flash that was empty: at least its first page was erased.
+    // A layout and a result went into empty flash: at least its first page was erased.
     assert!(rig.run(&["device", "stats"]).1["flash_erases"].as_u64().unwrap() > erases);
 }
 
@@ -91,7 +91,7 @@ fn a_port_in_use_is_busy() {
 
 #[test]
 fn after_ctrl_c_the_rig_keeps_what_is_accepted_and_goes_on_with_it() {
-    // In real time fifteen hits take many seconds: the interruption falls among them.
+    // In real time fifteen hits take many seconds, so the interruption comes during the campaign.
     let rig = Rig::start(&[]);
     let layout = rig.layout(5);
     let mut measure = Command::new(env!("CARGO_BIN_EXE_massline"))
@@ -113,13 +113,13 @@ fn after_ctrl_c_the_rig_keeps_what_is_accepted_and_goes_on_with_it() {
 
     let (exit, identity) = rig.run(&["device", "identify"]);
     assert_eq!((exit, &identity["phase"]), (0, &"paused".into()));
-    // Another layout does not push the interrupted campaign aside.
+    // Another layout does not replace the interrupted campaign.
     let (exit, other) = rig.run(&["measure", &rig.layout(2)]);
     assert_eq!((exit, &other["error"]["code"]), (4, &"another_campaign".into()));
     let (exit, result) = rig.run(&["measure", &layout]);
     assert_eq!(exit, 0, "{result}");
     assert!(result["mass_lines"].as_array().unwrap().iter().all(|line| line["hits"] == 5));
-    // All fifteen hits and no more were averaged; a few were rejected.
+    // Exactly fifteen hits were averaged; a few more were rejected.
     let (_, stats) = rig.run(&["device", "stats"]);
     let triggers = stats["triggers"].as_u64().unwrap();
     assert!((15..30).contains(&triggers), "{triggers}");
@@ -135,13 +135,13 @@ fn a_replay_of_recorded_hits_gives_what_the_rig_itself_had() {
     let (_, own) = rig.run(&["results", "get", "1"]);
     let replayed = success(&["replay", &tape, "--layout", &layout]);
     assert_eq!(replayed["results"], own["results"]);
-    // What is solved again here is another answer: in double precision, a little beside the rig's.
+    // The host's solution differs slightly from the rig's because it is in double precision.
     let method = |results: &Value| results[0]["method"].clone();
     assert_eq!(method(&own["host"]["results"]), method(&own["results"]));
     let mass = |results: &Value| results[0]["mass_kg"]["value"].as_f64().unwrap();
     let (rig, host) = (mass(&own["results"]), mass(&own["host"]["results"]));
     assert!(rig != host && (rig - host).abs() < 1e-4, "{rig} {host}");
-    // What stands beside the rig's answer and is not the rig's says so.
+    // Output beside the rig's answer that was found by the host is marked so.
     for (beside, of_host) in [("details", "details"), ("single_faults", "mistakes")] {
         let mut expected = own["host"][of_host].clone();
         if expected.is_object() {

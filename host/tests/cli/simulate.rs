@@ -1,4 +1,4 @@
-//! `massline simulate` as other programs read it.
+//! The JSON output of `massline simulate`.
 
 use serde_json::Value;
 
@@ -8,7 +8,7 @@ fn simulate(arguments: &[&str]) -> (i32, Value) {
     simulate_layout(LAYOUT, arguments)
 }
 
-/// The text of the layout with a change, as a file of its own.
+/// The text of the layout with a change, in a file of its own.
 fn changed(change: impl FnOnce(String) -> String) -> tempfile::NamedTempFile {
     let file = tempfile::NamedTempFile::new().unwrap();
     let text = change(std::fs::read_to_string(LAYOUT).unwrap());
@@ -38,7 +38,7 @@ fn many_runs_tell_of_every_method_and_property() {
         for p in properties {
             let of = |key: &str| p[key].as_f64().unwrap();
             assert!(of("rms") >= of("bias").abs() && of("bound") > 0.0, "{p}");
-            // Both are printed with all their digits.
+            // Both are printed with all digits.
             assert!((of("ratio") - of("rms") / of("bound")).abs() < 1e-9, "{p}");
             assert!((0.0..=1.0).contains(&of("coverage95")), "{p}");
         }
@@ -70,7 +70,7 @@ fn a_fault_that_cannot_be_is_bad_input() {
 fn text_of(layout: &str, arguments: &[&str]) -> String {
     let run = run(&[&["simulate", layout], arguments].concat());
     assert_eq!(run.exit, 0, "{}", run.stderr);
-    // As one line: what is too long is broken between words.
+    // As one line, because long lines are broken between words.
     run.stdout.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -113,7 +113,8 @@ fn a_prior_that_contradicts_the_data_is_named() {
 
 #[test]
 fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
-    // Sensors and hammer are good to 2 %: 25 % is a dozen standard deviations, and the fit goes on.
+    // Sensors and hammer are good to 2 %: 25 % is a dozen standard deviations, and the fit still
+    // converges.
     let prior = "\n[prior]\nmass_kg = { value = 1.54, sigma = 0.0001 }\n";
     let file = changed(|text| text + prior);
     let layout = file.path().to_str().unwrap();
@@ -126,7 +127,7 @@ fn a_prior_that_is_hardly_wrong_enough_is_named_in_place_of_a_sensor() {
     let said = value["diagnostics"].as_array().unwrap();
     let named = said.iter().find(|d| d["code"] == "prior_inconsistent_with_data").unwrap();
     assert!(named["message"].as_str().unwrap().contains("mass = 1.54 ± 0.0001 kg"), "{named}");
-    // A rig does not look for it: it is what is found when its mass lines are solved again.
+    // The rig does not check for this: the host finds it when it solves the rig's mass lines again.
     assert_eq!(named["found_by"], "host");
     let said = value["host"]["diagnostics"].as_array().unwrap();
     assert!(said.iter().any(|d| d["code"] == "prior_inconsistent_with_data"), "{said:?}");

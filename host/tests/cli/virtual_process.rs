@@ -1,17 +1,17 @@
-//! A virtual rig in a process of its own.
+//! A virtual rig in its own process.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-/// `massline virtual` on the ideal bench, ended with its owner.
+/// `massline virtual` on the ideal bench; the process ends when this value is dropped.
 pub struct VirtualProcess {
     process: Child,
-    /// The pty that it serves.
+    /// Path of the pty that it serves.
     pub port: String,
 }
 
 impl VirtualProcess {
-    /// Starts it with more arguments.
+    /// Starts it with additional arguments.
     pub fn start(arguments: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_massline"))
             .args(["virtual", "--bench", "ideal"])

@@ -1,4 +1,4 @@
-//! Whatever is wrong with arguments and files is named, with its exit code, on both streams.
+//! Errors in arguments and files are reported with their exit code, the same in JSON and in text.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use tempfile::TempDir;
 
 use crate::program::{run, run_json};
 
-/// A folder with a good layout and a few bad ones.
+/// A folder with a valid layout and a few invalid ones.
 struct Files(TempDir);
 
 const NODES: &str = "
@@ -45,7 +45,7 @@ impl Files {
         self.write("good.toml", text)
     }
 
-    /// A tape whose array has this header, with `bytes` bytes of scans and a good sidecar.
+    /// A tape whose array has this header, with `bytes` bytes of scans and a valid sidecar.
     fn tape(&self, descr: &str, shape: &str, bytes: usize) -> String {
         let dictionary =
             format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
@@ -73,7 +73,7 @@ impl Files {
 
 const HITS: &str = r#"["1:+Y", "2:+Z", "4:+X"]"#;
 
-/// Runs with `--json`; the exit code, the error object and the text must say the same.
+/// Runs with and without `--json`; exit code, error object and text must agree.
 #[track_caller]
 fn fails(arguments: &[&str], exit: i32, code: &str) {
     let (run, value) = run_json(arguments);
@@ -155,7 +155,7 @@ fn layouts_that_cannot_determine_the_ten_properties_end_with_exit_code_3() {
     ] {
         let layout = files.layout(sensors, hits);
         fails(&["layout", "check", &layout], 3, code);
-        // A rig refuses it as well, before anything is hit.
+        // A rig refuses it as well, before the first hit.
         fails(&["simulate", &layout, "--bench", &bench], 3, code);
     }
 }
@@ -271,7 +271,7 @@ fn record_and_simulate_name_the_file_that_they_cannot_use() {
     fails(&["record", "no-such.toml", "--output", "x.npy"], 2, "layout_not_readable");
     fails(&["simulate", "no-such.toml"], 2, "layout_not_readable");
     fails(&["simulate", &good, "--bench", "no-such-bench"], 2, "unknown_bench");
-    // The bundled bench knows its elastic modes at its own nodes only.
+    // The bundled bench defines its elastic modes only at its own nodes.
     fails(&["simulate", &files.layout("[1, 2, 5]", HITS)], 2, "bench_does_not_fit");
     let bench = files.rigid_bench();
     for tape in ["/no/such/folder/t.npy", path_text(&files.path("named.toml"))] {
@@ -336,7 +336,7 @@ fn without_json_an_error_leaves_stdout_empty_and_has_no_colour_in_a_pipe() {
     assert!(!text.contains('\x1b'));
 }
 
-/// Layout, calibration, sidecar and bench.
+/// Checked in layout, calibration, sidecar and bench files.
 #[test]
 fn a_key_that_has_another_name_now_is_refused_with_its_line_and_new_name() {
     let files = Files::new();

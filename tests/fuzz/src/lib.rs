@@ -1,4 +1,5 @@
-//! Fuzz targets: each takes any bytes, must not panic, and checks what must hold for all input.
+//! Fuzz targets: each accepts arbitrary bytes, must not panic, and checks invariants that hold for all
+//! input.
 //!
 //! `cargo test -p massline-fuzz` replays the corpus and a bounded number of seeded mutations of it.
 //! With cargo-fuzz: `RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir tests/fuzz --features libfuzzer
@@ -17,10 +18,10 @@ use massline_protocol::message::{
 use massline_protocol::object::{Chunk, ChunkRequest, MeasurementResult, ObjectInfo};
 use massline_shared::layout::LayoutReport;
 
-/// A target: its name, which is that of its corpus, and the function.
+/// A target: its name, which is also the name of its corpus, and the function.
 pub type Target = (&'static str, fn(&[u8]));
 
-/// Every target.
+/// All targets.
 pub const TARGETS: [Target; 5] = [
     ("deframer", fuzz_deframer),
     ("uff", fuzz_uff),
@@ -29,17 +30,17 @@ pub const TARGETS: [Target; 5] = [
     ("recording", fuzz_recording),
 ];
 
-/// The deframer, and every message that a body could be.
+/// The deframer, and the decoding of a frame's body as every type of message.
 ///
 /// # Panics
-/// When the frames found depend on how the bytes arrive.
+/// When the frames found depend on how the bytes are divided into reads.
 pub fn fuzz_deframer(bytes: &[u8]) {
     let whole = frames(bytes, bytes.len().max(1));
     for size in [1, 3, 64] {
         assert!(frames(bytes, size) == whole, "frames depend on pieces of {size} bytes");
     }
     for (_, _, body) in whole.into_iter().flatten() {
-        // Each may refuse the body; none may panic.
+        // Decoding may fail but must not panic.
         let _ = postcard::from_bytes::<Identity>(&body).is_ok();
         let _ = postcard::from_bytes::<Status>(&body).is_ok();
         let _ = postcard::from_bytes::<Stats>(&body).is_ok();
@@ -62,10 +63,10 @@ pub fn fuzz_deframer(bytes: &[u8]) {
     }
 }
 
-/// Kind, sequence and body of a frame, or what was wrong with it.
+/// Kind, sequence and body of a frame, or the error found in it.
 type Found = Result<(u16, u16, Vec<u8>), FrameError>;
 
-/// What a deframer finds when the bytes arrive in pieces of `size`.
+/// The results of a deframer when the bytes arrive in pieces of `size`.
 fn frames(bytes: &[u8], size: usize) -> Vec<Found> {
     let mut deframer = Deframer::new();
     let mut found = Vec::new();
@@ -85,12 +86,12 @@ fn frames(bytes: &[u8], size: usize) -> Vec<Found> {
 /// The UFF reader, its conversions and its writer.
 ///
 /// # Panics
-/// When abscissa and ordinate differ in length, or what is written does not read back.
+/// When abscissa and ordinate differ in length, or the written file does not read back the same.
 pub fn fuzz_uff(bytes: &[u8]) {
     let Ok(file) = UffFile::parse(bytes) else { return };
     for function in &file.functions {
         assert_eq!(function.abscissa.len(), function.ordinate.len());
-        // At most a value for every two bytes of the file.
+        // At most one value for every two bytes of the file.
         assert!(function.ordinate.len() <= bytes.len());
         let _ = function.accelerance(None).is_ok();
         let Ok(frf) = function.accelerance(Some(Quantity::Displacement)) else { continue };
@@ -125,10 +126,10 @@ fn read_back(frf: &Frf) {
     }
 }
 
-/// The layout reader, and the diagnosis of what it takes.
+/// The layout reader, and the diagnosis of the layouts that it accepts.
 ///
 /// # Panics
-/// When axes that were taken are not orthonormal, or an error does not name the file.
+/// When accepted axes are not orthonormal, or an error does not name the file.
 pub fn fuzz_layout(bytes: &[u8]) {
     let file = match LayoutFile::parse_bytes(bytes, "fuzz.toml") {
         Ok(file) => file,
@@ -142,7 +143,7 @@ pub fn fuzz_layout(bytes: &[u8]) {
             for (j, b) in sensor.axes.iter().enumerate() {
                 let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
                 let wanted = if i == j { 1.0 } else { 0.0 };
-                // Rounding of a normalisation.
+                // Rounding of the normalisation.
                 assert!((dot - wanted).abs() < 1e-12, "axes {i} and {j}: {dot}");
             }
         }
@@ -158,7 +159,7 @@ pub fn fuzz_layout(bytes: &[u8]) {
 /// The readers of a tape and its sidecar.
 ///
 /// # Panics
-/// When more scans are read than the bytes hold, or a sidecar does not read back.
+/// When more scans are read than the bytes contain, or a written sidecar does not read back the same.
 pub fn fuzz_tape(bytes: &[u8]) {
     if let Ok(scans) = scans_of_npy(bytes) {
         assert!(scans.len() * 20 <= bytes.len());
@@ -171,10 +172,10 @@ pub fn fuzz_tape(bytes: &[u8]) {
     }
 }
 
-/// The readers of recordings, and the grading of what they take.
+/// The readers of recordings, and the grading of the recordings that they accept.
 ///
 /// # Panics
-/// When more samples are read than the bytes hold, or a hit comes without a verdict.
+/// When more samples are read than the bytes contain, or a hit is graded without a verdict.
 pub fn fuzz_recording(bytes: &[u8]) {
     let Ok(recording) = Recording::parse(bytes) else { return };
     let samples: usize = recording.segments.iter().flat_map(|s| &s.0).map(Vec::len).sum();

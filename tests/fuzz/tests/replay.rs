@@ -7,13 +7,13 @@ use massline_fuzz::TARGETS;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Mutations of each target: a few seconds, minutes with `MASSLINE_LONG`.
+/// Mutations of each target: a few seconds' worth, or minutes' worth with `MASSLINE_LONG`.
 fn mutations() -> u32 {
     if std::env::var_os("MASSLINE_LONG").is_some() { 1_000_000 } else { 20_000 }
 }
-/// Mutated inputs are cut to this, so that the run stays short.
+/// Mutated inputs are truncated to this length, so that the run stays short.
 const LONGEST: usize = 16 << 10;
-/// What the formats give a meaning to.
+/// Byte sequences with a meaning in the formats.
 const TOKENS: [&[u8]; 14] = [
     b"    -1\n",
     b"    58\n",

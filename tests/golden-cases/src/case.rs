@@ -1,4 +1,4 @@
-//! The cases as data, and the comparison by their tolerance rules.
+//! The cases as data, and the comparison under their tolerance rules.
 
 use core::marker::PhantomData;
 
@@ -6,7 +6,7 @@ use massline_shared::{Real, ResponseRows};
 
 include!(concat!(env!("OUT_DIR"), "/cases.rs"));
 
-/// Called with case, path, pass, and the largest error as a part of the tolerance.
+/// Called with case, path, whether it passes, and the largest error as a fraction of the tolerance.
 pub type Report<'a> = dyn FnMut(&str, &str, bool, f64) + 'a;
 
 /// One golden case.
@@ -14,11 +14,11 @@ pub type Report<'a> = dyn FnMut(&str, &str, bool, f64) + 'a;
 pub struct Case {
     /// The file's name without `.json`.
     pub id: &'static str,
-    /// What is computed, see the schema.
+    /// The method that is computed, see the schema.
     pub method: &'static str,
     /// Inputs and expected outputs under `inputs.` and `expected.`.
     pub arrays: &'static [Array],
-    /// How exactly they must be met.
+    /// The tolerances that apply.
     pub rules: &'static [Rule],
 }
 
@@ -27,25 +27,25 @@ pub struct Case {
 pub struct Array {
     /// For example `inputs.sensors.R`.
     pub path: &'static str,
-    /// Empty for a single number; row-major.
+    /// Shape, row-major; empty for a single number.
     pub shape: &'static [usize],
     /// The values.
     pub values: Values,
 }
 
-/// What an array holds.
+/// The values of an array.
 #[derive(Clone, Copy, Debug)]
 pub enum Values {
     /// Any numbers; NaN where the file says `null`.
     Real(&'static [f64]),
-    /// Whole numbers.
+    /// Whole numbers below 65536.
     Whole(&'static [u16]),
     /// Names.
     Text(&'static [&'static str]),
 }
 
 impl Values {
-    /// How many.
+    /// Number of values.
     pub fn len(&self) -> usize {
         match self {
             Self::Real(values) => values.len(),
@@ -59,7 +59,7 @@ impl Values {
         self.len() == 0
     }
 
-    /// A number by its index, row-major.
+    /// The number at an index, row-major.
     pub fn get(&self, index: usize) -> Option<f64> {
         match self {
             Self::Real(values) => values.get(index).copied(),
@@ -79,13 +79,13 @@ impl Values {
 pub struct Rule {
     /// Path below `expected`; `*.` stands for every member.
     pub path: &'static str,
-    /// One number for all or one for each.
+    /// Absolute tolerance: one number for all values or one for each.
     pub abs: Option<&'static [f64]>,
-    /// Relative to the largest.
+    /// Tolerance relative to the largest expected value.
     pub rel: Option<f64>,
-    /// Takes the place of `abs` in single precision.
+    /// Replaces `abs` in single precision.
     pub abs_f32: Option<&'static [f64]>,
-    /// Takes the place of `rel` in single precision.
+    /// Replaces `rel` in single precision.
     pub rel_f32: Option<f64>,
     /// The number must be at least this.
     pub min: Option<f64>,
@@ -124,18 +124,18 @@ impl Case {
     }
 }
 
-/// Compares what is computed with what one case expects.
+/// Compares computed values with the expected values of one case.
 pub struct Check<'a, 'b, R> {
     /// The case.
     pub case: &'static Case,
     report: &'a mut Report<'b>,
-    /// A bit for every rule that something answered to.
+    /// A bit for every rule that a value was compared under.
     answered: u64,
     precision: PhantomData<R>,
 }
 
 impl<'a, 'b, R: Real> Check<'a, 'b, R> {
-    /// Of a case.
+    /// A check of this case.
     pub fn new(case: &'static Case, report: &'a mut Report<'b>) -> Self {
         Self { case, report, answered: 0, precision: PhantomData }
     }
@@ -151,14 +151,14 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
         self.input(name)?.next()
     }
 
-    /// As many numbers of an input as the array holds; `None` when there are not as many.
+    /// The numbers of an input whose array has exactly `N` of them; otherwise `None`.
     pub fn input_array<const N: usize>(&self, name: &str) -> Option<[R; N]> {
         let values = self.find(&["inputs.", name])?;
         (values.len() == N)
             .then(|| core::array::from_fn(|i| R::of(values.get(i).unwrap_or(f64::NAN))))
     }
 
-    /// Compares numbers, row-major, with `expected.{path}`; nothing without a rule.
+    /// Compares numbers, row-major, with `expected.{path}`; does nothing without a rule for it.
     pub fn numbers(&mut self, path: &str, got: &[R]) {
         let Some((index, rule)) = self.case.rule(path) else {
             return;
@@ -174,7 +174,7 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
         (self.report)(self.case.id, path, worst <= 1.0, worst);
     }
 
-    /// Compares the numbers of a matrix given column by column, as nalgebra stores it.
+    /// Compares a matrix that is stored column by column, as in nalgebra.
     pub fn matrix<const M: usize, const N: usize>(
         &mut self,
         path: &str,
@@ -184,7 +184,7 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
         self.numbers(path, transposed.as_slice());
     }
 
-    /// Compares the numbers of a matrix with a row for each response of so many sensors.
+    /// Compares a matrix with one row for each response of `S` sensors.
     pub fn response_rows<const S: usize, const N: usize>(
         &mut self,
         path: &str,
@@ -216,7 +216,7 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
         (self.report)(self.case.id, path, pass, if pass { 0.0 } else { f64::INFINITY });
     }
 
-    /// Asks for no answers: the case is not for this precision or machine.
+    /// Requires no values: the case is not for this precision or machine.
     pub fn leave_out(&mut self) {
         self.answered = u64::MAX;
     }
@@ -226,7 +226,7 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
         (self.report)(self.case.id, path, false, f64::INFINITY);
     }
 
-    /// Reports every rule that nothing answered to, and the case itself when it could not be run.
+    /// Reports every rule under which nothing was compared, and the case itself when it could not be run.
     pub fn finish(mut self, complete: bool) {
         if !complete {
             self.fail("(the case could not be run)");
@@ -249,7 +249,7 @@ fn below_expected(array: &str, path: &str) -> bool {
     array.strip_prefix("expected.").is_some_and(|rest| rest == path)
 }
 
-/// The largest error as a part of the tolerance; infinite for a number that is not finite.
+/// The largest error as a fraction of the tolerance; infinite for a number that is not finite.
 fn compare<R: Real>(expected: &Array, rule: &Rule, got: &[R]) -> f64 {
     if let Some(min) = rule.min {
         return if got.iter().all(|g| g.to_f64() >= min) { 0.0 } else { f64::INFINITY };
@@ -262,7 +262,7 @@ fn compare<R: Real>(expected: &Array, rule: &Rule, got: &[R]) -> f64 {
         let abs = abs.and_then(|list| if list.len() == 1 { list.first() } else { list.get(i) });
         abs.copied().unwrap_or(0.0) + rel.unwrap_or(0.0) * largest
     };
-    // Each column is compared by itself when its sign is free.
+    // When the sign of a column is free, each column is compared on its own.
     let columns = if rule.columns_up_to_sign { expected.shape.last().copied() } else { None };
     let columns = columns.unwrap_or(1).max(1);
     let worst_of = |column: usize, sign: f64| {

@@ -1,4 +1,4 @@
-//! `s_chain_`: from ADC counts to mass lines and the ten properties.
+//! `s_chain_`: from ADC counts to mass lines and the ten inertial parameters.
 
 use massline_shared::Real;
 use massline_shared::identify::MassLines;
@@ -17,13 +17,13 @@ use crate::{Array, Check, Values};
 
 /// Points of the transform: the next power of two above the 540 scans of a record.
 const POINTS: usize = 1024;
-/// Lines kept: 63 reach 120 Hz.
+/// Bins in use: number 63 reaches 120 Hz.
 const BINS: usize = 64;
 const HITS: usize = 3;
 
 pub(crate) fn run<R: RealFft + Default>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let layout = check.layout()?;
-    // The hammer and the sensors: the low-passes cancel when they are alike.
+    // Cutoffs of the hammer and of the sensors: equal low-passes cancel.
     let cutoff = Hertz(input(check, "rc_hz")?);
     let alike = input(check, "hammer_has_same_rc")? != 0.0;
     let cutoffs = [if alike { cutoff } else { Hertz(0.0) }, cutoff];
@@ -32,7 +32,7 @@ pub(crate) fn run<R: RealFft + Default>(check: &mut Check<'_, '_, R>) -> Option<
     for (mut column, fits) in accelerance.column_iter_mut().zip(&measured) {
         column.copy_from_slice(fits.accelerance.as_slice());
     }
-    // Hits of a good bench have plateaus.
+    // On a good bench every response has a mass-line plateau.
     if measured.iter().any(|fits| fits.unsteady().next().is_some()) {
         return None;
     }
@@ -95,7 +95,7 @@ fn measure<R: RealFft + Default>(
     Some(measured)
 }
 
-/// Analyses one hit into the spectra.
+/// Adds the analysis of one hit to the spectra.
 fn add<R: RealFft>(
     analysis: &HitAnalysis<R>,
     record: &Record,
@@ -135,7 +135,7 @@ fn fit<R: RealFft + Default>(
     ResponseFits::new(lines, &fitting, RESPONSES, h, &mut workspace).ok()
 }
 
-/// An electrical constant of the inputs.
+/// An electrical constant from the inputs.
 fn input<R: Real>(check: &Check<'_, '_, R>, name: &str) -> Option<f32> {
     Some(check.input_number(name)?.to_f32())
 }
@@ -143,7 +143,7 @@ fn input<R: Real>(check: &Check<'_, '_, R>, name: &str) -> Option<f32> {
 /// The counts of one hit.
 struct Record {
     hammer: &'static [u16],
-    /// Response after response.
+    /// Counts of all responses, one response after another.
     accel: &'static [u16],
 }
 
@@ -156,7 +156,7 @@ impl Record {
     }
 }
 
-/// The counts of one force and hit out of an array whose first two indices are these.
+/// The counts of one force and hit in an array whose first two indices are force and hit.
 fn part(array: &Array, force: usize, hit: usize) -> Option<&'static [u16]> {
     let (Values::Whole(counts), [forces, hits, ..]) = (array.values, array.shape) else {
         return None;
@@ -187,7 +187,7 @@ mod tests {
     use super::*;
     use crate::Case;
 
-    /// Root mean square distance of the mass lines from the oracle's.
+    /// Root mean square difference between the mass lines and those of the reference implementation.
     fn distance(delay: f32, cutoffs: [f32; 2]) -> f64 {
         let case = Case::find("s_chain_01_bar_test1").unwrap();
         let mut report = |_: &str, _: &str, _: bool, _: f64| {};
@@ -205,7 +205,8 @@ mod tests {
     #[test]
     fn the_other_sign_of_the_delay_leads_away_from_the_oracle() {
         let right = distance(1e-5, [497.4; 2]);
-        // The oracle has other rest values and no force window: 9e-4 (m/s²)/N, measured, of 3.2.
+        // The reference has other rest values and no force window: a measured difference of 9e-4
+        // (m/s²)/N, of 3.2.
         assert!(right < 1.5e-3, "{right}");
         let (none, other) = (distance(0.0, [497.4; 2]), distance(-1e-5, [497.4; 2]));
         assert!(none > 2.0 * right && other > 1.5 * none, "{right} {none} {other}");
@@ -213,7 +214,7 @@ mod tests {
 
     #[test]
     fn the_low_pass_of_the_hammer_must_be_taken_out_with_those_of_the_sensors() {
-        // Alike they cancel; in single precision constants that is 1e-7 of 3.2 (m/s²)/N.
+        // Equal low-passes cancel; with constants in single precision up to 1e-7 of 3.2 (m/s²)/N.
         let [right, none] = [[497.4; 2], [0.0; 2]].map(|cutoffs| distance(1e-5, cutoffs));
         assert!((right - none).abs() < 2e-4, "{right} {none}");
         let half = distance(1e-5, [0.0, 497.4]);

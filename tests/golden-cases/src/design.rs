@@ -1,4 +1,4 @@
-//! `g_doptimal_`: an exchange search has to reach a score.
+//! `g_doptimal_`: an exchange search must reach the expected score.
 
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
@@ -8,9 +8,9 @@ use nalgebra::SVector;
 use crate::Check;
 use crate::layout::GoldenLayout;
 
-/// A choice of what a [`GoldenLayout`] has room for.
+/// A choice of sensors and hits that fits a [`GoldenLayout`].
 type GoldenChoice = Choice<3, 4>;
-/// One reaches the score from each of the seeds 1 to 20, measured.
+/// A single start reaches the score from each of the seeds 1 to 20 (measured).
 const STARTS: u32 = 2;
 
 pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {

@@ -1,6 +1,7 @@
 //! `f_global_`: body and suspension from all frequency responses of a test.
 //!
-//! In double precision only: 31 unknowns, of which the hits hardly excite some, are beyond single precision.
+//! Double precision only: single precision is not enough for 31 unknowns, some of which the hits hardly
+//! excite.
 
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
@@ -11,7 +12,7 @@ use nalgebra::{Complex, SVector};
 use crate::Check;
 use crate::layout::RESPONSES;
 
-/// Lines of the cases.
+/// Bins of the cases.
 const BINS: usize = 40;
 const HITS: usize = 3;
 

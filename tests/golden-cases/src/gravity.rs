@@ -1,4 +1,4 @@
-//! `f_gravity_`: sensors that feel gravity, at single frequencies.
+//! `f_gravity_`: sensors that measure gravity, at single frequencies.
 
 use core::fmt::Write as _;
 
@@ -43,7 +43,7 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
 
 type SensorColumns<R> = heapless::Vec<GoldenResponses<R>, 4>;
 
-/// `5` of `expected.5.sensor_shift`, once for each frequency.
+/// Extracts `5` from `expected.5.sensor_shift`, once for each frequency.
 fn frequency_of(path: &'static str) -> Option<&'static str> {
     path.strip_prefix("expected.")?.strip_suffix(".sensor_shift")
 }

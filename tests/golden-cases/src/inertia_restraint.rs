@@ -41,7 +41,7 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     check.numbers("cond", &[solution.condition]);
     check.numbers("rms", &[solution.rms]);
     check.numbers("principal_moments", solution.body.principal()?.moments.as_slice());
-    // The whole takes the same steps.
+    // The complete method takes the same steps.
     check.numbers("theta", estimate.theta().as_slice());
     check.numbers("cond", &[estimate.condition]);
     Some(())

@@ -1,5 +1,5 @@
-//! `g_layout_`: diagnosis, ranks, conditions and the bound of a layout. And the layout that the other
-//! cases read from their inputs.
+//! `g_layout_`: diagnosis, ranks, conditions and the bound of a layout. This module also reads the
+//! layouts of the other cases from their inputs.
 
 use heapless::Vec;
 use massline_shared::body::RigidBody;
@@ -13,19 +13,19 @@ use nalgebra::SVector;
 
 use crate::Check;
 
-/// Sensors of a [`GoldenLayout`].
+/// Number of sensors of a [`GoldenLayout`].
 pub(crate) const SENSORS: usize = 3;
-/// Responses of a [`GoldenLayout`].
+/// Number of responses of a [`GoldenLayout`].
 pub(crate) const RESPONSES: usize = 3 * SENSORS;
 /// The layout of a golden case: three triaxial sensors and up to four hits.
 pub type GoldenLayout<R> = Layout<R, SENSORS, 4>;
-/// Readings of a [`GoldenLayout`].
+/// Responses of a [`GoldenLayout`].
 pub(crate) type GoldenResponses<R> = Responses<R, SENSORS>;
 /// Mass lines of the hit DOFs of a [`GoldenLayout`].
 pub(crate) type GoldenDofs<R> = Vec<DofMassLines<R, SENSORS>, 4>;
 
 impl<R: Real> Check<'_, '_, R> {
-    /// Sensors, hits and gravity of the inputs.
+    /// The layout from the sensors, hits and gravity of the inputs.
     pub fn layout(&self) -> Option<GoldenLayout<R>> {
         Some(GoldenLayout {
             gravity: self.input_array::<3>("gravity"),
@@ -35,7 +35,7 @@ impl<R: Real> Check<'_, '_, R> {
         })
     }
 
-    /// Sensors by the inputs that hold their positions and axes; `None` when there are more than `N`.
+    /// Sensors from the inputs that hold their positions and axes; `None` when there are more than `N`.
     pub(crate) fn sensors<const N: usize>(
         &self,
         positions: &str,
@@ -53,7 +53,7 @@ impl<R: Real> Check<'_, '_, R> {
         Some(sensors)
     }
 
-    /// Hits by the inputs that hold their points and directions; `None` when there are more than `N`.
+    /// Hits from the inputs that hold their points and directions; `None` when there are more than `N`.
     pub(crate) fn hits<const N: usize>(
         &self,
         points: &str,
@@ -68,8 +68,8 @@ impl<R: Real> Check<'_, '_, R> {
         Some(hits)
     }
 
-    /// The bound with the noise and the hit errors of the inputs, averaged over `hits` hits at each DOF,
-    /// and nothing else wrong.
+    /// The bound with the noise and the hit errors of the inputs and no other errors, averaged over
+    /// `hits` hits at each DOF.
     pub(crate) fn bound(
         &self,
         layout: &GoldenLayout<R>,

@@ -30,8 +30,8 @@ use massline_shared::signal::RealFft;
 
 /// Runs every case whose method this crate knows, in the precision `R`.
 ///
-/// `report` is called once for every number or array that a rule speaks about: case, path, whether it
-/// passes, and the largest error as a part of the tolerance. A rule that nothing answers to, and a case
+/// `report` is called once for every number or array that has a rule: case, path, whether it passes, and
+/// the largest error as a fraction of the tolerance. A rule under which nothing was compared, and a case
 /// of an unknown method, are reported as failed.
 pub fn run_all<R: RealFft + Default>(report: &mut Report<'_>) {
     for case in CASES {

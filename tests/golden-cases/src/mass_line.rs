@@ -6,7 +6,7 @@ use nalgebra::Complex;
 
 use crate::Check;
 
-/// Lines in the longest case.
+/// Bins of the longest case.
 const BINS: usize = 75;
 
 pub(crate) fn run<R: Real + Default>(check: &mut Check<'_, '_, R>) -> Option<()> {

@@ -1,5 +1,5 @@
-//! `b_ml_` and `b_mlfull_`: maximum likelihood with noise, with errors of the hits, and with the
-//! complete budget.
+//! `b_ml_` and `b_mlfull_`: maximum likelihood with noise, with errors of the hits, and with the complete
+//! error budget.
 
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
@@ -17,7 +17,7 @@ use crate::layout::{GoldenDofs, GoldenLayout, GoldenResponses, RESPONSES};
 
 const WORKSPACE: usize = workspace(3);
 
-/// Standard deviations of all readings and of the hits.
+/// Maximum likelihood with the standard deviations of all responses and of the hits.
 pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let mut layout = exact_layout(check)?;
     let hits = hit_errors(check, "hit_error", &mut layout).unwrap_or(1);
@@ -38,7 +38,7 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     Some(())
 }
 
-/// The complete budget.
+/// Maximum likelihood with the complete error budget.
 pub(crate) fn run_full<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     let mut layout = exact_layout(check)?;
     let hits = hit_errors(check, "budget", &mut layout)?;
@@ -99,7 +99,7 @@ fn answer<R: Real>(
     Some(())
 }
 
-/// The layout without any error.
+/// The layout without any errors.
 fn exact_layout<R: Real>(check: &Check<'_, '_, R>) -> Option<GoldenLayout<R>> {
     let mut layout = check.layout()?;
     layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
@@ -108,7 +108,7 @@ fn exact_layout<R: Real>(check: &Check<'_, '_, R>) -> Option<GoldenLayout<R>> {
     Some(layout)
 }
 
-/// The errors of the hits under a name of the inputs; gives how many hits are averaged.
+/// Sets the errors of the hits from this name of the inputs; returns how many hits are averaged.
 fn hit_errors<R: Real>(
     check: &Check<'_, '_, R>,
     name: &str,
@@ -136,7 +136,7 @@ fn add_priors<R: Real>(check: &Check<'_, '_, R>, layout: &mut GoldenLayout<R>) {
         check.input_number(&path)
     });
     if let [Some(index), Some(value), Some(sigma)] = fields {
-        // One in the case that has any.
+        // A case has at most one prior.
         let _ = layout.priors.push(Prior { property: index.to_f64() as u8, value, sigma });
     }
 }

@@ -1,4 +1,4 @@
-//! `p_`: transforms of the ten parameters.
+//! `p_`: transformations of the ten inertial parameters.
 
 use massline_shared::Real;
 use massline_shared::body::{LogCholesky, RigidBody};

@@ -1,12 +1,12 @@
-//! What the programs of this package need of the emulated machine.
+//! Access to the emulated machine for the programs of this package.
 //!
 //! ```text
 //! cargo run -p massline-on-target --bin golden --target thumbv7em-none-eabihf --profile firmware
 //! cargo run -p massline-on-target --bin counts --target thumbv7em-none-eabihf --profile firmware
 //! ```
-//! The runner in `.cargo/config.toml` starts QEMU with semihosting, through which they print and end
-//! with an exit code, and with one instruction every 64 ns of the machine's time, so that a counter of
-//! time counts instructions, the same number in every run.
+//! The runner in `.cargo/config.toml` starts QEMU with semihosting, through which the programs print and
+//! exit. One instruction takes 64 ns of the machine's time, so a time counter counts instructions, and
+//! the number is the same in every run.
 #![no_std]
 
 #[cfg(target_os = "none")]

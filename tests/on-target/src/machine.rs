@@ -12,7 +12,7 @@ use cortex_m_semihosting::hio;
 /// Prints a line.
 pub fn print(line: fmt::Arguments<'_>) {
     if let Ok(mut out) = hio::hstdout() {
-        // Without a console there is nobody to tell.
+        // Without a console the output is discarded.
         let _ = writeln!(out, "{line}");
     }
 }
@@ -35,16 +35,17 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     panic!("hard fault at {:#010x}", frame.pc());
 }
 
-/// What a piece of work took.
+/// Cost of a piece of work.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cost {
     /// Instructions executed.
     pub instructions: u32,
-    /// Most stack used, bytes.
+    /// Peak stack use, bytes.
     pub stack: u32,
 }
 
-/// Runs `work` and measures it. The instructions of the measuring itself, less than 50, are in.
+/// Runs `work` and measures it. The result includes the overhead of the measurement, below 50
+/// instructions.
 ///
 /// # Panics
 /// When the counter does not count instructions: QEMU runs without `-icount shift=6,sleep=off`.
@@ -65,39 +66,39 @@ pub fn measure(work: impl FnOnce()) -> Cost {
 #[inline(never)]
 fn instructions(work: impl FnOnce()) -> u32 {
     const COUNTER: *const u32 = 0x4002_8018 as *const u32;
-    // SAFETY: a register of the machine that can be read at any time.
+    // SAFETY: this register of the machine can be read at any time.
     let now = || unsafe { read_volatile(COUNTER) };
     let start = now();
     work();
     let ticks = now().wrapping_sub(start);
-    // 40 ns a tick over 64 ns an instruction.
+    // 40 ns per tick, 64 ns per instruction.
     (u64::from(ticks) * 40 / 64) as u32
 }
 
-/// Two instructions a turn.
+/// Spins with two instructions per turn.
 fn spin(turns: u32) {
-    // SAFETY: counts a register down.
+    // SAFETY: only counts a register down.
     unsafe {
         asm!("2: subs {n}, {n}, #1", "bne 2b", n = inout(reg) turns => _, options(nomem, nostack));
     }
 }
 
 unsafe extern "C" {
-    // Of the linker script: the lowest word of the stack.
+    // Defined by the linker script: the lowest word of the stack.
     static _stack_end: u32;
 }
 
-/// More than any of this uses.
+/// More than any of the measured work uses.
 const PAINTED: usize = 256 << 10;
 
 /// Paints the stack below the caller's.
 #[inline(never)]
 fn paint_stack(top: usize) {
-    // What this function itself uses stays as it is.
+    // The stack that this function itself uses is not overwritten.
     let end = stack_pointer() - 64;
     for word in (bottom(top)..end).step_by(4) {
-        // SAFETY: RAM below the stack pointer, above `_stack_end`, that nobody uses; interrupts,
-        // which would, are off.
+        // SAFETY: RAM below the stack pointer and above `_stack_end`, which nothing uses; interrupts,
+        // which would use it, are off.
         unsafe { write_volatile(word as *mut u32, STACK_PAINT_VALUE) };
     }
 }
@@ -120,7 +121,7 @@ fn bottom(top: usize) -> usize {
 
 fn stack_pointer() -> usize {
     let pointer: usize;
-    // SAFETY: reads a register.
+    // SAFETY: only reads a register.
     unsafe { asm!("mov {}, sp", out(reg) pointer, options(nomem, nostack, preserves_flags)) };
     pointer
 }

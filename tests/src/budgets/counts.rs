@@ -1,4 +1,4 @@
-//! What the program `counts` of `tests/on-target` measures in QEMU.
+//! The values that the program `counts` of `tests/on-target` measures in QEMU.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, ensure};
 use massline::qemu::TARGET;
 
-/// Runs the program; gives its values by name.
+/// Runs the program; returns its values by name.
 pub fn measure(checkout: &Path) -> anyhow::Result<BTreeMap<String, u64>> {
     let output = Command::new("cargo")
         .current_dir(checkout)
@@ -21,7 +21,7 @@ pub fn measure(checkout: &Path) -> anyhow::Result<BTreeMap<String, u64>> {
     Ok(values(&text))
 }
 
-/// Lines of a name and a number.
+/// Parses lines with a name and a number.
 fn values(text: &str) -> BTreeMap<String, u64> {
     text.lines()
         .filter_map(|line| line.split_once(' '))

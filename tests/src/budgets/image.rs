@@ -10,17 +10,17 @@ use object::Endianness;
 use object::elf::{FileHeader32, PT_LOAD, SHF_ALLOC, SHF_WRITE};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
 
-/// Bytes of an image.
+/// Sizes of an image, bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Image {
-    /// Everything that is loaded: vectors, code, constants, first values of statics.
+    /// Everything that is loaded: vectors, code, constants, initial values of statics.
     pub flash: u64,
-    /// Statics: `.data`, `.bss` and what is not initialised.
+    /// Statics: `.data`, `.bss` and uninitialised memory.
     pub static_ram: u64,
 }
 
-/// Builds the firmware of a board; gives its ELF file, which lies where that of the emulated board, `emulated`,
-/// lies among those of its target.
+/// Builds the firmware of a board and returns its ELF file. It lies in its target's folder at the same
+/// place as `emulated`, that of the emulated board.
 pub fn build(checkout: &Path, board: &Board, emulated: &Path) -> anyhow::Result<PathBuf> {
     let (package, target) = (board.package(), &board.target);
     let status = Command::new("cargo")

@@ -1,6 +1,6 @@
-//! Measures what the firmware costs on each board, prints it beside the budgets, and fails when one is exceeded.
-//! Flash and RAM have their budgets in `boards/<name>/board.toml`; stack and instructions, which are those of the
-//! emulated board, in `tests/budgets.toml`.
+//! Measures the firmware's use of resources on each board, prints it beside the budgets, and fails when
+//! one is exceeded. The budgets of flash and RAM are in `boards/<name>/board.toml`; those of stack and
+//! instructions, which are measured on the emulated board, in `tests/budgets.toml`.
 //!
 //! ```text
 //! cargo run -p massline-tests --bin massline-budgets
@@ -59,7 +59,7 @@ fn image_lines(board: &Board, image: Image, high_water: u64) -> Vec<BudgetLine> 
     ]
 }
 
-/// Statics, the stack of the emulated board and a quarter more, 2 KiB for the interrupts of a chip.
+/// Statics, the stack of the emulated board plus a quarter, and 2 KiB for the interrupts of a chip.
 fn all_ram(image: Image, high_water: u64) -> u64 {
     image.static_ram + high_water + high_water.div_ceil(4) + 2048
 }
@@ -145,7 +145,7 @@ mod tests {
         Budgets::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("budgets.toml")).unwrap()
     }
 
-    /// What the firmware does between two looks at scans, link and panel.
+    /// Checks each computation that the firmware does between two polls of scans, link and panel.
     #[test]
     fn no_step_of_the_rig_takes_longer_than_its_deadline() {
         const STEPS: [&str; 8] = [
@@ -158,7 +158,7 @@ mod tests {
             "record_checksum",
             "rest_statistics",
         ];
-        // A slow board: 84 MHz, and two cycles for an instruction, flash wait states included.
+        // A slow board: 84 MHz and two cycles per instruction, including flash wait states.
         let milliseconds = |instructions: u64| 2 * instructions / 84_000;
         let budgets = committed().instructions;
         for step in STEPS {

@@ -12,11 +12,11 @@ use massline::qemu::{EmulatedRig, Feeder};
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::source::ScanSource;
 
-/// Never reached unless something hangs.
+/// A limit that is reached only when something hangs.
 const LATE: Duration = Duration::from_secs(60);
 
-/// Measures the first test of the three-bar frame and asks for everything there is to be asked for;
-/// gives the high-water mark in bytes.
+/// Measures the first test of the three-bar frame and requests every object and message; returns the
+/// high-water mark in bytes.
 pub fn measure(elf: &Path, checkout: &Path) -> anyhow::Result<u64> {
     let file = LayoutFile::read(&checkout.join("host/examples/three-bar-test-1.toml"))?;
     let layout = file.rig_layout().context("the layout does not fit the rig")?;

@@ -1,4 +1,4 @@
-//! What the code of one module says: the names that it defines and imports, and the paths that it
+//! Extracts the contents of one module: the names that it defines and imports, and the paths that it
 //! mentions.
 
 use std::collections::BTreeSet;
@@ -11,25 +11,25 @@ use syn::{
     Attribute, Ident, ImplItemFn, Item, ItemMod, ItemUse, Macro, Meta, Path, Token, UseTree,
 };
 
-/// The code of one module, without that of its child modules and without code for tests.
+/// The code of one module, without its child modules and without test code.
 #[derive(Debug, Default)]
 pub struct Code {
     /// Names of its items, other than modules and imports.
     pub definitions: BTreeSet<String>,
-    /// Names that a `use` brings in one by one.
+    /// Names that a `use` imports one by one.
     pub imports: Vec<Import>,
-    /// Paths whose names a `use` brings in all together.
+    /// Paths of glob imports.
     pub globs: Vec<Vec<String>>,
-    /// Every path, those of `use` included.
+    /// Every path, including those of `use`.
     pub mentions: Vec<Mention>,
 }
 
-/// A name that a `use` brings in.
+/// A name that a `use` imports.
 #[derive(Debug)]
 pub struct Import {
     /// The name in this module.
     pub name: String,
-    /// What it stands for, seen from this module.
+    /// The path that it stands for, seen from this module.
     pub path: Vec<String>,
 }
 
@@ -40,7 +40,7 @@ pub struct Mention {
     pub path: Vec<String>,
     /// True in a `use`, where a path may end at a module.
     pub imported: bool,
-    /// Counted from 1.
+    /// Line, counted from 1.
     pub line: usize,
 }
 
@@ -59,7 +59,7 @@ impl Code {
         }
     }
 
-    /// The leaves of a `use` whose tree begins behind `prefix`.
+    /// The leaves of a `use` whose tree begins after `prefix`.
     fn import(&mut self, prefix: &mut Vec<Ident>, tree: &UseTree) {
         match tree {
             UseTree::Path(path) => {
@@ -81,7 +81,7 @@ impl Code {
 
     fn import_as(&mut self, prefix: &[Ident], leaf: &Ident, rename: Option<&Ident>) {
         let mut path = prefix.to_vec();
-        // `use parent::{self}` brings in the parent.
+        // `use parent::{self}` imports the parent.
         if leaf != "self" || path.is_empty() {
             path.push(leaf.clone());
         }
@@ -90,7 +90,7 @@ impl Code {
         self.imports.push(Import { name, path: texts(&path) });
     }
 
-    /// The paths among tokens that are not parsed: the arguments of a macro or an attribute.
+    /// Collects the paths among unparsed tokens: the arguments of a macro or an attribute.
     fn scan(&mut self, tokens: TokenStream) {
         let mut path: Vec<Ident> = Vec::new();
         let (mut colons, mut behind_dot) = (0, false);
@@ -100,7 +100,7 @@ impl Code {
                     if colons != 2 {
                         self.end_path(&mut path);
                     }
-                    // A field or method, or what follows generic arguments, is no path of its own.
+                    // A field, a method, or what follows generic arguments does not begin a path.
                     if !behind_dot && (colons != 2 || !path.is_empty()) {
                         path.push(ident);
                     }
@@ -143,11 +143,11 @@ impl<'ast> Visit<'ast> for Code {
         }
     }
 
-    /// A child module has code of its own.
+    /// A child module has its own [`Code`].
     fn visit_item_mod(&mut self, _: &'ast ItemMod) {}
 
     fn visit_item_use(&mut self, item: &'ast ItemUse) {
-        // With a colon in front it is a path of another package.
+        // A leading `::` makes it a path of another package.
         if item.leading_colon.is_none() {
             self.import(&mut Vec::new(), &item.tree);
         }
@@ -174,7 +174,7 @@ impl<'ast> Visit<'ast> for Code {
     }
 }
 
-/// True for what is compiled for tests only.
+/// True for items that are compiled for tests only.
 pub fn is_for_tests(attributes: &[Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("test")

@@ -6,38 +6,38 @@ use std::path::PathBuf;
 use crate::resolve::modules_of;
 use crate::tree::Tree;
 
-/// What the check of one tree found.
+/// Result of the check of one tree.
 #[derive(Debug)]
 pub struct Checked {
-    /// How many modules there are.
+    /// Number of modules.
     pub modules: usize,
-    /// How many references lead from a module to another one that is neither inside nor around it.
+    /// Number of references from a module to another one that neither contains it nor is contained in it.
     pub references: usize,
     /// Siblings that refer to each other.
     pub cycles: Vec<Cycle>,
 }
 
-/// Siblings each of which refers, over some others, to every other.
+/// Siblings each of which refers, directly or by way of others, to every other.
 #[derive(Debug)]
 pub struct Cycle {
     /// The file of their parent.
     pub parent: PathBuf,
     /// Their names.
     pub children: Vec<String>,
-    /// What makes the cycle.
+    /// The references that form the cycle.
     pub references: Vec<Reference>,
 }
 
-/// A place in the code of a module, or inside it, that refers to a sibling, or inside it.
+/// A place in a module or its descendants that refers to a sibling or its descendants.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Reference {
     /// The name of the sibling that refers.
     pub from: String,
     /// The name of the sibling that is referred to.
     pub to: String,
-    /// Where.
+    /// The file of the reference.
     pub file: PathBuf,
-    /// Counted from 1.
+    /// Its line, counted from 1.
     pub line: usize,
 }
 
@@ -57,7 +57,7 @@ impl Checked {
 }
 
 /// The references among the children of each parent. Where a module has a `use` for something, the paths
-/// that need this `use` are not counted again.
+/// that rely on this `use` are not counted again.
 fn references(tree: &Tree) -> BTreeMap<usize, BTreeSet<Reference>> {
     let mut all: BTreeMap<usize, BTreeSet<Reference>> = BTreeMap::new();
     for (id, module) in tree.modules.iter().enumerate() {
@@ -82,8 +82,8 @@ fn references(tree: &Tree) -> BTreeMap<usize, BTreeSet<Reference>> {
     all
 }
 
-/// The siblings that two modules are or are inside of, behind their common parent. `None` when one of
-/// the modules is inside the other.
+/// The common parent of two modules, and the siblings below it that are or contain them. `None` when one
+/// of the modules contains the other.
 fn siblings(tree: &Tree, from: usize, to: usize) -> Option<(usize, usize, usize)> {
     let (from, to) = (tree.lineage(from), tree.lineage(to));
     let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();

@@ -4,11 +4,11 @@
 //! cargo run -p massline-tests --bin massline-modules
 //! ```
 //! Module A refers to its sibling B when a path anywhere inside A leads to something inside B. A
-//! re-export is followed to the module that defines what it names. A module and its own children may
-//! refer to each other. Code for tests does not count.
+//! re-export is followed to the module that defines the item. A module and its own children may refer to
+//! each other. Test code is not checked.
 //!
-//! Not seen, because it needs the types: the method in `value.method()`, and an associated function
-//! whose `impl` block is in another module than its type.
+//! Two references are not detected because they need types: the method in `value.method()`, and an
+//! associated function whose `impl` block is in another module than its type.
 
 mod code;
 mod cycles;
@@ -60,7 +60,7 @@ fn print(cycle: &Cycle, root: &Path) {
     }
 }
 
-/// What `cargo metadata` tells about the workspace.
+/// The output of `cargo metadata` about the workspace.
 #[derive(Debug, Deserialize)]
 struct Workspace {
     packages: Vec<Package>,

@@ -1,15 +1,15 @@
-//! From a path in the code to the modules that it leads to.
+//! Resolves a path in the code to the modules that it leads to.
 
 use std::collections::BTreeSet;
 
 use crate::code::Mention;
 use crate::tree::Tree;
 
-/// What a name stands for.
+/// Meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Meaning {
     Module(usize),
-    /// Something that this module defines.
+    /// An item that this module defines.
     ItemOf(usize),
 }
 
@@ -20,14 +20,14 @@ impl Meaning {
     }
 }
 
-/// The modules that a path names on its way, and the one that defines what it leads to. None for a path
-/// into another package.
+/// The modules along a path, and the one that defines the item it leads to. Empty for a path into another
+/// package.
 pub fn modules_of(tree: &Tree, from: usize, mention: &Mention) -> BTreeSet<usize> {
     let mut names = Names { tree, in_progress: Vec::new() };
     let mut named = BTreeSet::new();
     let found = names.follow(from, &mention.path, &mut named);
     if mention.path.len() == 1 && !mention.imported {
-        // A bare name in an expression may be a variable, but no module.
+        // A bare name in an expression may be a variable, but not a module.
         let items = found.iter().filter(|meaning| matches!(meaning, Meaning::ItemOf(_)));
         return items.map(|meaning| meaning.module()).collect();
     }
@@ -36,12 +36,12 @@ pub fn modules_of(tree: &Tree, from: usize, mention: &Mention) -> BTreeSet<usize
 
 struct Names<'a> {
     tree: &'a Tree,
-    /// Modules and names that are being looked up: imports may lead in a circle.
+    /// Modules and names that are being looked up, because imports may form a cycle.
     in_progress: Vec<(usize, String)>,
 }
 
 impl Names<'_> {
-    /// What a path means, seen from a module; `named` takes the modules on its way.
+    /// Resolves a path seen from a module; `named` collects the modules along it.
     fn follow(
         &mut self,
         from: usize,
@@ -61,7 +61,7 @@ impl Names<'_> {
                 .map(|meaning| meaning.module())
                 .collect();
             if modules.is_empty() {
-                // A variant or an associated item is where its type is.
+                // A variant or an associated item belongs to the module of its type.
                 return found;
             }
             found = modules.iter().flat_map(|&module| self.member(module, name)).collect();
@@ -76,7 +76,7 @@ impl Names<'_> {
         }
         let circular = self.is_in_progress(module, name);
         let found = self.look_up(module, name);
-        // A name that nothing declares is made there by a macro.
+        // A name without a declaration is defined there by a macro.
         if found.is_empty() && !circular { vec![Meaning::ItemOf(module)] } else { found }
     }
 
@@ -93,7 +93,7 @@ impl Names<'_> {
         self.in_progress.iter().any(|(of, entry)| *of == module && entry == name)
     }
 
-    /// What a name means in a module: its own items, child modules and imports, else what globs bring.
+    /// Resolves a name in a module: its own items, child modules and imports, then glob imports.
     fn look_up(&mut self, module: usize, name: &str) -> Vec<Meaning> {
         if self.is_in_progress(module, name) {
             return Vec::new();

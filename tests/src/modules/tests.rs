@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::*;
 
-/// Checks sources that are given as paths and texts; the first is the root.
+/// Checks sources given as paths and texts; the first is the root.
 fn check(files: &[(&str, &str)]) -> Checked {
     let texts: HashMap<&Path, &str> =
         files.iter().map(|(path, text)| (Path::new(*path), *text)).collect();
@@ -20,7 +20,7 @@ fn cycles(files: &[(&str, &str)]) -> Vec<Vec<String>> {
     check(files).cycles.into_iter().map(|cycle| cycle.children).collect()
 }
 
-/// The children of every cycle between modules `a` and `b` of these texts below this root.
+/// The children of every cycle between modules `a` and `b` with these texts below this root.
 fn cycles_of(root: &str, a: &str, b: &str) -> Vec<Vec<String>> {
     cycles(&[("lib.rs", root), ("a.rs", a), ("b.rs", b)])
 }

@@ -15,7 +15,7 @@ pub type Read<'a> = &'a dyn Fn(&Path) -> io::Result<String>;
 /// All modules; the first is the root.
 #[derive(Debug, Default)]
 pub struct Tree {
-    /// A parent stands before its children.
+    /// All modules, each parent before its children.
     pub modules: Vec<Module>,
 }
 
@@ -26,23 +26,23 @@ pub struct Module {
     pub name: String,
     /// Index of the module that declares it; `None` for the root.
     pub parent: Option<usize>,
-    /// Where its code is.
+    /// The file that contains its code.
     pub file: PathBuf,
-    /// What its code says.
+    /// The contents of its code.
     pub code: Code,
 }
 
-/// Where a module and the files of its children are.
+/// The location of a module and of its children's files.
 struct Place {
     file: PathBuf,
-    /// Holds the files of the child modules.
+    /// Folder of the child modules' files.
     folder: PathBuf,
-    /// What the path attribute of a child module is relative to.
+    /// Folder that the path attribute of a child module is relative to.
     base: PathBuf,
 }
 
 impl Tree {
-    /// The modules that are reached from the file `root`.
+    /// Loads the modules reachable from the file `root`.
     ///
     /// # Errors
     /// When a file is missing or is not Rust.
@@ -61,7 +61,7 @@ impl Tree {
         (0..self.modules.len()).filter(is_child)
     }
 
-    /// The module and all that it is inside of, from the root on.
+    /// The module and all modules that contain it, beginning with the root.
     pub fn lineage(&self, module: usize) -> Vec<usize> {
         let mut lineage: Vec<_> =
             std::iter::successors(Some(module), |&id| self.modules[id].parent).collect();
@@ -114,13 +114,14 @@ impl Tree {
 }
 
 impl Place {
-    /// A file beside which its child modules are: a root, a `mod.rs`, one that an attribute names.
+    /// A file in whose folder its child modules lie: a root, a `mod.rs`, or one named by a path
+    /// attribute.
     fn with_own_folder(file: PathBuf) -> Self {
         let folder = file.parent().map(Path::to_owned).unwrap_or_default();
         Self { file, base: folder.clone(), folder }
     }
 
-    /// A child module within the file.
+    /// A child module inside the same file.
     fn inline(&self, name: &str) -> Self {
         let folder = self.folder.join(name);
         Self { file: self.file.clone(), base: folder.clone(), folder }

@@ -3,8 +3,8 @@
 //! ```text
 //! cargo run -p massline-tests --bin massline-schematics
 //! ```
-//! writes `boards/<name>/schematic.svg`. The tests hold the pictures against their sources, and the sources
-//! against the firmware and the guides.
+//! writes `boards/<name>/schematic.svg`. The tests compare the pictures with their sources, and the
+//! sources with the firmware and the guides.
 
 mod pen;
 mod sheet;
@@ -46,7 +46,7 @@ mod tests {
 
     fn boards() -> Vec<Drawn> {
         let boards = source::boards(&root()).unwrap();
-        // The three boards of the guides.
+        // The three boards that have a guide.
         assert!(boards.len() >= 3, "{boards:?}");
         boards
     }
@@ -81,7 +81,7 @@ mod tests {
             match &wiring.adc {
                 None => assert_eq!(order("channels: (", ')'), wiring.channels, "{board}"),
                 Some(adc) => {
-                    // What the firmware calls the converter's pins.
+                    // The firmware's names of the converter's pins.
                     let names = [
                         ("SDO", "data_out: "),
                         ("SDI", "data_in: "),
@@ -110,7 +110,7 @@ mod tests {
         }
     }
 
-    /// The pins that firmware takes from the chip: `p.PA0`, or `p.PIN_16`, which the board calls GP16.
+    /// The chip's pins that the firmware uses: `p.PA0`, or `p.PIN_16`, which the board labels GP16.
     fn pins(code: &str) -> impl Iterator<Item = String> {
         let words = code.split(|c: char| !c.is_ascii_alphanumeric() && c != '.' && c != '_');
         let number = |text: &str| !text.is_empty() && text.chars().all(|c| c.is_ascii_digit());

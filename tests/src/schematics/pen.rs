@@ -1,8 +1,8 @@
-//! Symbols of a circuit as SVG. A symbol is given the point where it meets its wire.
+//! Draws circuit symbols as SVG. The position of a symbol is the point where it meets its wire.
 
 use std::fmt::Write;
 
-/// Where words stand beside their point.
+/// Alignment of a text relative to its point.
 #[derive(Clone, Copy)]
 pub enum Align {
     Left,
@@ -10,7 +10,7 @@ pub enum Align {
     Right,
 }
 
-/// A drawing under way. Lengths are in pixels, y goes down.
+/// A drawing in progress. Lengths are in pixels; y increases downward.
 pub struct Pen {
     svg: String,
 }
@@ -37,7 +37,7 @@ impl Pen {
         let _ = writeln!(self.svg, "{element}");
     }
 
-    /// From here on everything is drawn farther right by `x`, until [`Pen::unshift`].
+    /// Shifts everything drawn from now on to the right by `x`, until [`Pen::unshift`].
     pub fn shift(&mut self, x: i32) {
         self.add(format_args!("<g transform=\"translate({x},0)\">"));
     }
@@ -52,7 +52,7 @@ impl Pen {
         self.add(format_args!("<polyline points=\"{}\"/>", points.join(" ")));
     }
 
-    /// Wires meet here.
+    /// A dot where wires are connected.
     pub fn joint(&mut self, (x, y): (i32, i32)) {
         self.add(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"3\" fill=\"#1a1a1a\"/>"));
     }
@@ -84,20 +84,20 @@ impl Pen {
         ));
     }
 
-    /// The rest of a wire that ends at ground.
+    /// A ground symbol at the end of a wire.
     pub fn ground(&mut self, (x, y): (i32, i32)) {
         for (down, half) in [(0, 9), (4, 6), (8, 3)] {
             self.wire(&[(x - half, y + down), (x + half, y + down)]);
         }
     }
 
-    /// The rest of a wire that ends at the supply.
+    /// A supply symbol at the end of a wire.
     pub fn supply(&mut self, (x, y): (i32, i32), name: &str) {
         self.wire(&[(x - 9, y), (x + 9, y)]);
         self.text((x, y - 4), 11, Align::Middle, name);
     }
 
-    /// Down from a wire to ground.
+    /// A capacitor from a wire down to ground.
     pub fn capacitor(&mut self, (x, y): (i32, i32), lines: &[&str]) {
         self.joint((x, y));
         self.wire(&[(x, y), (x, y + 12)]);
@@ -108,7 +108,7 @@ impl Pen {
         self.label((x + 13, y + 13), lines);
     }
 
-    /// In a wire that goes right: 50 long.
+    /// A resistor in a wire that goes right; its length is 50.
     pub fn resistor(&mut self, (x, y): (i32, i32), name: &str, value: &str) {
         self.wire(&[(x, y), (x + 8, y)]);
         self.part((x + 8, y - 6), (34, 12));
@@ -117,7 +117,7 @@ impl Pen {
         self.text((x + 25, y + 18), 11, Align::Middle, value);
     }
 
-    /// Up from a wire to the supply (-1) or down to ground (1): 56 long.
+    /// A resistor from a wire up to the supply (-1) or down to ground (1); its length is 56.
     pub fn resistor_to_rail(&mut self, (x, y): (i32, i32), way: i32, rail: &str, lines: &[&str]) {
         self.joint((x, y));
         self.wire(&[(x, y), (x, y + 12 * way)]);
@@ -131,11 +131,12 @@ impl Pen {
         self.label((x + 12, y + 29 * way), lines);
     }
 
-    /// Two diodes that keep a wire between ground and the supply.
+    /// Two diodes that clamp a wire between ground and the supply.
     pub fn clamp(&mut self, (x, y): (i32, i32), rail: &str, lines: &[&str]) {
         self.joint((x, y));
         for top in [y - 38, y + 22] {
-            // The cathode is on top: current flows from ground to the wire, and from the wire to the supply.
+            // The cathodes are on top: current flows from ground to the wire, and from the wire to the
+            // supply.
             self.wire(&[(x - 9, top), (x + 9, top)]);
             self.wire(&[(x, top), (x - 9, top + 15), (x + 9, top + 15), (x, top)]);
         }
@@ -147,8 +148,8 @@ impl Pen {
         self.label((x + 14, y - 36), lines);
     }
 
-    /// An operational amplifier that follows its input at `(x, y)`; gives the point of its output.
-    /// `pins` are its numbers: plus, minus, output.
+    /// An operational amplifier as a voltage follower of the input at `(x, y)`; returns the point of its
+    /// output. `pins` are the pin numbers of plus, minus and output.
     pub fn follower(&mut self, (x, y): (i32, i32), name: &str, pins: [u8; 3]) -> (i32, i32) {
         let (left, tip, out) = (x + 26, x + 88, y + 13);
         self.wire(&[(x, y), (left, y)]);

@@ -1,5 +1,5 @@
-//! Arranges a rig on a sheet: sensors and hammer on the left, the board in the middle, panel and plugs on the
-//! right, the supplies below.
+//! Arranges the schematic of a rig: sensors and hammer on the left, the board in the middle, panel and
+//! plugs on the right, the supplies below.
 
 use massline_boards::Wiring;
 use massline_boards::wiring::{Adc, Plug};
@@ -8,20 +8,20 @@ use crate::pen::{Align, Pen};
 use crate::source::{Drawn, Parts};
 
 const SIZE: (i32, i32) = (1300, 1090);
-/// Room for a converter between buffers and board.
+/// Width of a converter between buffers and board.
 const ADC: i32 = 270;
 /// Height of a channel.
 const ROW: i32 = 66;
-/// The hammer's wire, and that of the first sensor.
+/// Height of the hammer's wire, and of the first sensor's.
 const HAMMER: i32 = 150;
 const SENSORS: i32 = 290;
-/// Where the buffers begin.
+/// Left edge of the buffers.
 const BUFFERS: i32 = 430;
-/// The board's left and right side.
+/// Left and right edge of the board.
 const LEFT: i32 = 690;
 const RIGHT: i32 = 890;
 
-/// Plus, minus, output of the four amplifiers in a package.
+/// Pin numbers of plus, minus and output of the four amplifiers in a package.
 const AMPLIFIERS: [(&str, [u8; 3]); 4] =
     [("A", [3, 2, 1]), ("B", [5, 6, 7]), ("C", [10, 9, 8]), ("D", [12, 13, 14])];
 
@@ -75,14 +75,14 @@ impl Sheet<'_> {
         }
     }
 
-    /// The box that all channels end at.
+    /// The box in which all channels end.
     fn block(&mut self, width: i32, name: &str, note: &str) {
         self.pen.part((LEFT, 90), (width, SENSORS + 9 * ROW - 80));
         self.pen.text((LEFT + width / 2, 114), 15, Align::Middle, name);
         self.pen.text((LEFT + width / 2, 132), 12, Align::Middle, note);
     }
 
-    /// Names of the channels' pins.
+    /// The names of the channels' pins.
     fn inputs(&mut self) {
         let wires = [HAMMER].into_iter().chain((0..).map(|row| SENSORS + row * ROW));
         for (y, pin) in wires.zip(&self.wiring.channels) {
@@ -116,7 +116,7 @@ impl Sheet<'_> {
         self.reference(adc);
     }
 
-    /// What makes the supply of the sensors.
+    /// The voltage reference that supplies the sensors.
     fn reference(&mut self, adc: &Adc) {
         let (x, y) = (LEFT, 44);
         self.pen.part((x, y - 18), (110, 36));
@@ -129,7 +129,7 @@ impl Sheet<'_> {
         self.pen.ground((x + 55, y + 26));
     }
 
-    /// The name of a pin, and where it comes out.
+    /// The name of a pin, with the connector position where it is accessible.
     fn pin(&self, pin: &str) -> String {
         match self.wiring.connector.get(pin) {
             Some(connector) => format!("{pin} · {connector}"),
@@ -137,7 +137,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// From the buffer behind the filter to the pin of a channel.
+    /// The buffer after a channel's filter, with its wire to the channel's pin.
     fn channel(&mut self, number: usize, y: i32, amplifier: (usize, usize), name: &str) {
         let (package, pins) = AMPLIFIERS[amplifier.1];
         let unit = format!("U{}{package}", amplifier.0 + 1);
@@ -196,7 +196,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// A pin on the right side.
+    /// A pin on the right side of the board.
     fn right(&mut self, y: i32, name: &str, to: i32) {
         let name = self.pin(name);
         self.pen.text((RIGHT - 8, y + 4), 12, Align::Right, &name);
@@ -254,7 +254,7 @@ impl Sheet<'_> {
         self.pen.text((1085, y + 29), 11, Align::Middle, &what.note);
     }
 
-    /// The capacitors at the supplies, and the supplies of the buffers.
+    /// The capacitors at the supplies, and the supply pins of the buffers.
     fn supplies(&mut self) {
         let y = SENSORS + 9 * ROW + 70;
         let capacitors = capacitors(self.parts, self.wiring);
@@ -300,7 +300,7 @@ fn adc_wires(adc: &Adc) -> impl Iterator<Item = (i32, &[String; 2])> {
     (0..).map(|row| 430 + 40 * row).zip(&adc.wires)
 }
 
-/// Rail, value and place of each capacitor at a supply.
+/// Rail, value and location of each capacitor at a supply.
 fn capacitors<'a>(parts: &'a Parts, wiring: &'a Wiring) -> Vec<(&'a str, &'a str, String)> {
     let (supply, sensors) = (wiring.supply.as_str(), wiring.sensor_rail());
     let (bulk, each) = (&parts.decoupling.bulk, parts.decoupling.each.as_str());

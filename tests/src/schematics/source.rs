@@ -1,4 +1,4 @@
-//! What a schematic is drawn from.
+//! The files from which a schematic is drawn.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use anyhow::Context;
 use massline_boards::{Board, Wiring};
 use serde::Deserialize;
 
-/// `boards/parts.toml`.
+/// Contents of `boards/parts.toml`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parts {

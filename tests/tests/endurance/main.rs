@@ -1,20 +1,21 @@
-//! A day at the rig: campaign after campaign while the link does what links do, in simulated time as fast
-//! as it can.
+//! A day of continuous use: campaign after campaign over a faulty link, in simulated time as fast as
+//! possible.
 //!
 //! ```text
 //! MASSLINE_LONG=1 cargo test --release -p massline-tests --test endurance -- --nocapture
 //! ```
-//! runs 24 simulated hours; without `MASSLINE_LONG` it is 20 minutes.
+//! runs 24 simulated hours; without `MASSLINE_LONG` 20 minutes.
 //!
-//! Two rigs do the same campaigns on the same bench: the link of the first has every fault that
-//! [`trouble`] knows, the second is left alone. Both lose scans in the middle of records. What must hold:
+//! Two rigs run the same campaigns on the same bench: the link of the first has every fault in
+//! [`trouble`], that of the second has none. Both lose scans in the middle of records. The requirements:
 //!
-//! * **No stall.** Every campaign comes to its end within [`LIMIT_S`] of the rig's own time.
-//! * **No lost result.** A result that was announced can be read back, byte for byte, until it is deleted,
-//!   and there is no other. It has the bytes that the undisturbed rig has. A full store refuses a
-//!   campaign by name and gives nothing away; then the older half is checked and deleted.
-//! * **No leak.** What both rigs and their links have allocated, and the memory of the process, do not
-//!   grow after the first tenth.
+//! * **No stall.** Every campaign ends within [`LIMIT_S`] of the rig's own time.
+//! * **No lost result.** A result that was announced can be read back, byte for byte, until it is
+//!   deleted, and there are no others. It has the same bytes as on the undisturbed rig. A full store
+//!   refuses a campaign with a named reason and deletes nothing; then the test checks and deletes the
+//!   older half.
+//! * **No leak.** The allocations of both rigs and their links, and the memory of the process, do not
+//!   grow after the first tenth of the run.
 
 mod memory;
 mod trouble;
@@ -40,22 +41,22 @@ use rand_chacha::ChaCha8Rng;
 use memory::Memory;
 use trouble::Trouble;
 
-/// The longest that a campaign may take by the rig's clock, s. Its fifteen hits take 0.8 s each; one in ten
-/// is asked for again, a tap that is not heard is repeated after 3 s, and while a host that reads nothing
-/// is waited for the rig's clock goes with the wall's.
+/// Longest duration of a campaign by the rig's clock, s. Each of its fifteen hits takes 0.8 s; one in ten
+/// is requested again, a tap that does not trigger is repeated after 3 s, and while the rig waits for a
+/// host that does not read, its clock follows the wall clock.
 const LIMIT_S: f64 = 60.0;
-/// Bytes that the link of the disturbed rig holds: a few frames.
+/// Capacity of the disturbed rig's link, bytes: a few frames.
 const SHORT_LINK: usize = 2048;
-/// All events of a campaign, so that the undisturbed rig never waits for its host.
+/// Room for all events of a campaign, so that the undisturbed rig never waits for its host.
 const LONG_LINK: usize = 1 << 20;
-/// Scans are lost in one of so many records.
+/// One in this many records loses scans.
 const RECORDS_PER_LOSS: u32 = 20;
-/// Layouts that take turns: more than a rig keeps.
+/// Number of layouts that alternate: more than a rig stores.
 const LAYOUTS: usize = 6;
-/// What allocated memory may grow by, bytes: queues and tables of the test itself are as full at one time
-/// as at another, but for the results of a store that is filled and emptied.
+/// Allowed growth of allocated memory, bytes: the queues and tables of the test itself are always equally
+/// full, except for the results of a store that is filled and emptied.
 const GROWTH: usize = 512 * 1024;
-/// What the memory of the process may grow by, bytes: the allocator's own holes come and go.
+/// Allowed growth of the process's memory, bytes, for fragmentation in the allocator.
 const PROCESS_GROWTH: usize = 16 * 1024 * 1024;
 
 /// Simulated time of the run, s.
@@ -68,7 +69,7 @@ fn file() -> LayoutFile {
     layout_file(THREE_BAR_TESTS[0])
 }
 
-/// The same test under another title, which makes it another layout.
+/// The same test with another title, which makes it another layout.
 fn layout(campaign: usize) -> RigLayout {
     let mut layout = file().rig_layout().unwrap();
     let title = format!("frame {}", campaign % LAYOUTS);
@@ -76,7 +77,7 @@ fn layout(campaign: usize) -> RigLayout {
     layout
 }
 
-/// Loses scans in the middle of some records: the same ones on every rig.
+/// Loses scans in the middle of some records, the same ones on every rig.
 fn losses() -> impl FnMut(&[Scan]) -> Option<SampleError> + Send {
     let mut strikes = Strikes::above(300);
     move |block| {
@@ -89,10 +90,10 @@ fn losses() -> impl FnMut(&[Scan]) -> Option<SampleError> + Send {
     }
 }
 
-/// A rig and what it has announced.
+/// A rig and the results that it has announced.
 struct Rig {
     rig: VirtualRig,
-    /// Every result that was announced and not deleted, as it was read at once.
+    /// Every result that was announced and not deleted, with the bytes read when it was announced.
     results: BTreeMap<u32, Vec<u8>>,
     next: u32,
     checked: u64,
@@ -100,7 +101,7 @@ struct Rig {
 }
 
 impl Rig {
-    /// A rig whose link holds so many bytes.
+    /// A rig whose link has this capacity in bytes.
     fn start(link_capacity: usize) -> Self {
         let bench = Bench::named("default").unwrap();
         let source = BenchSource::new(&bench, &file().layout, 1).unwrap();
@@ -120,7 +121,7 @@ impl Rig {
         Client::with_timing(PipeTransport::new(self.rig.link()), timing)
     }
 
-    /// Starts a campaign; makes room before when the rig says that its store is full.
+    /// Starts a campaign, after making room when the rig reports that its store is full.
     fn begin(&mut self, campaign: usize) {
         let mut client = self.client();
         client.put_layout(&layout(campaign)).unwrap();
@@ -136,7 +137,7 @@ impl Rig {
         }
     }
 
-    /// True when the campaign in hand has ended with its result.
+    /// True when the current campaign has ended with a result.
     fn is_done(&self) -> bool {
         let panel = self.rig.panel();
         panel.phase == Phase::Done && panel.result == self.next
@@ -150,7 +151,7 @@ impl Rig {
         assert!(self.rig.wait_for(LATE, done).is_some(), "stalled: {:?}", self.rig);
     }
 
-    /// Reads what was announced, and the list.
+    /// Reads the announced result and the list of results.
     fn take_result(&mut self) -> &[u8] {
         let number = self.next;
         let status = self.client().status().unwrap();
@@ -169,7 +170,7 @@ impl Rig {
         self.client().download(object, |_, _| ()).unwrap()
     }
 
-    /// Reads a result once more that was announced some time ago.
+    /// Reads again a result that was announced earlier.
     fn check(&mut self, number: u32) {
         assert!(self.read(number) == self.results[&number], "result {number} has changed");
         self.checked += 1;
@@ -180,7 +181,7 @@ impl Rig {
         numbers.into_iter().for_each(|number| self.check(number));
     }
 
-    /// Checks everything that is kept and deletes the older half.
+    /// Checks all stored results and deletes the older half.
     fn make_room(&mut self) {
         self.check_all();
         let half = self.results.len() / 2;

@@ -1,4 +1,4 @@
-//! How much memory the process has, by its allocator and by the operating system.
+//! The memory of the process, as counted by its allocator and by the operating system.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::fmt;
@@ -6,28 +6,28 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 static ALLOCATED: AtomicUsize = AtomicUsize::new(0);
 
-/// The system's allocator, counted.
+/// The system's allocator with a count of the allocated bytes.
 struct Counted;
 
 #[global_allocator]
 static ALLOCATOR: Counted = Counted;
 
-// SAFETY: everything is passed on to the system's allocator as it came.
+// SAFETY: every call is passed on to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counted {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATED.fetch_add(layout.size(), Ordering::Relaxed);
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller fulfils the requirements.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         ALLOCATED.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller fulfils the requirements.
         unsafe { System.dealloc(pointer, layout) }
     }
 }
 
-/// Memory at its largest, early in the run and after that.
+/// Peak memory early in the run and after that.
 #[derive(Debug, Default)]
 pub struct Memory {
     early: Peak,
@@ -37,22 +37,22 @@ pub struct Memory {
 #[derive(Clone, Copy, Debug, Default)]
 struct Peak {
     allocated: usize,
-    /// 0 where the operating system is not asked.
+    /// 0 where the operating system is not queried.
     process: usize,
 }
 
-/// Share of the run that is early.
+/// Share of the run that counts as early.
 const EARLY: f64 = 0.1;
 
 impl Memory {
-    /// Looks, when this share of the run is over.
+    /// Samples the memory when this share of the run is over.
     pub fn look(&mut self, share: f64) {
         let peak = if share < EARLY { &mut self.early } else { &mut self.later };
         peak.allocated = peak.allocated.max(ALLOCATED.load(Ordering::Relaxed));
         peak.process = peak.process.max(process());
     }
 
-    /// Fails when memory has grown by more than this after the early part.
+    /// Fails when memory has grown by more than these bytes after the early part.
     pub fn check(&self, allocated: usize, process: usize) {
         assert!(self.early.allocated > 0, "the run was too short to look");
         assert!(self.later.allocated < self.early.allocated + allocated, "{self}");

@@ -1,4 +1,4 @@
-//! What happens to the link during a campaign.
+//! Disturbances of the link during a campaign.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -15,25 +15,25 @@ use rand_chacha::ChaCha8Rng;
 
 use super::LATE;
 
-/// The trouble of one campaign.
+/// The disturbance of one campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// Bytes and writes are lost, doubled and changed; somebody asks all the time.
+    /// Bytes and writes are lost, doubled and changed while the host keeps sending requests.
     BadLine,
-    /// The plug is pulled in the middle of questions and answers.
+    /// The plug is pulled in the middle of requests and answers.
     Pulled,
-    /// The plug is out from one hit to a later one.
+    /// The plug stays out for several hits.
     Out,
-    /// Bytes that are no frames come in.
+    /// Bytes that are not frames arrive.
     Garbage,
-    /// Nobody reads and nobody asks.
+    /// The host neither reads nor sends.
     Silence,
-    /// Somebody asks and never reads.
+    /// The host sends requests and never reads.
     Flood,
 }
 
-/// How often each kind is chosen, of all together. A host that reads nothing is waited for by the wall clock:
-/// that is rarer.
+/// Weight of each kind. A silent host makes the rig wait by the wall clock, so that kind is less
+/// frequent.
 const KINDS: [(Kind, u32); 6] = [
     (Kind::BadLine, 8),
     (Kind::Pulled, 8),
@@ -43,7 +43,7 @@ const KINDS: [(Kind, u32); 6] = [
     (Kind::Flood, 1),
 ];
 
-/// Makes trouble and counts it.
+/// Disturbs the link and counts the disturbances.
 #[derive(Debug)]
 pub struct Trouble {
     kind: Kind,
@@ -72,10 +72,11 @@ impl Trouble {
         }
     }
 
-    /// Chooses the trouble of the next campaign; a bad line is bad from before its start.
+    /// Chooses the disturbance of the next campaign; a bad line is bad even before the campaign starts.
     pub fn choose(&mut self, rig: &VirtualRig, random: &mut ChaCha8Rng) -> Option<FaultyPipe> {
         let all: u32 = KINDS.iter().map(|(_, weight)| weight).sum();
-        // Mixed, and each as often as it is wanted: 13 has no divisor in common with their number.
+        // A mixed order with every kind as often as its weight: 13 and the sum of the weights are
+        // coprime.
         let mut draw = 13 * self.campaigns % all;
         self.campaigns += 1;
         for (kind, weight) in KINDS {
@@ -91,7 +92,7 @@ impl Trouble {
             .then(|| FaultyPipe::on(&rig.link(), seed, FaultRates::one_in(600.0, 8.0)))
     }
 
-    /// Does one thing, while the campaign runs.
+    /// Makes one disturbance while the campaign runs.
     pub fn make(&mut self, rig: &VirtualRig, random: &mut ChaCha8Rng) {
         let mut link = rig.link();
         link.set_timeout(Duration::from_millis(10));
@@ -105,13 +106,13 @@ impl Trouble {
             }
             Kind::Flood => {
                 self.sequence = self.sequence.wrapping_add(1);
-                // No room when the rig is stuck with an answer: it gives that up.
+                // There is no room while the rig is stuck writing an answer, which it then abandons.
                 self.unread += u64::from(link.write_all(&question(self.sequence)).is_ok());
             }
         }
     }
 
-    /// The link is good again.
+    /// Removes the disturbance from the link.
     pub fn end(&mut self, rig: &VirtualRig, faulty: Option<FaultyPipe>) {
         if let Some(faulty) = faulty {
             FaultyPipe::repair(&rig.link());
@@ -124,18 +125,18 @@ impl Trouble {
         [line_faults, pulled, out, garbage, silent, unread].iter().all(|&count| count > 0)
     }
 
-    /// Asks, and reads everything that comes at once, whatever it is.
+    /// Sends a request and discards everything that has arrived.
     fn ask(&mut self, link: &HostEnd) {
         self.sequence = self.sequence.wrapping_add(1);
         let mut link = link.clone();
-        // What a bad line lets through of it is the rig's affair.
+        // A bad line may change or lose the request.
         let _ = link.write_all(&question(self.sequence));
         while link.read(&mut [0; 2048]).is_ok() {
             link.set_timeout(Duration::ZERO);
         }
     }
 
-    /// Asks part of a question or reads part of an answer, and pulls the plug.
+    /// Sends part of a request or reads part of an answer, and pulls the plug.
     fn pull(&mut self, link: &mut HostEnd, random: &mut ChaCha8Rng) {
         let whole = question(self.sequence);
         let cut = random.random_range(1..=whole.len());
@@ -150,7 +151,7 @@ impl Trouble {
         self.ask(link);
     }
 
-    /// Pulls the plug until the rig has gone on.
+    /// Pulls the plug until the rig has made progress.
     fn leave(&mut self, rig: &VirtualRig, link: &HostEnd) {
         let before = rig.panel();
         link.unplug();

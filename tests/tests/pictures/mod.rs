@@ -1,7 +1,7 @@
 //! Pictures of the panel's screen, as committed in `boards/virtual/screens`.
 //!
-//! They change on purpose only: `MASSLINE_BLESS=1` before `cargo test` writes them anew; then look at
-//! them.
+//! They change only on purpose: `MASSLINE_BLESS=1` before `cargo test` rewrites them; look at the new
+//! pictures before committing them.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
@@ -9,17 +9,17 @@ use std::path::{Path, PathBuf};
 
 use massline_virtual::framebuffer::{Framebuffer, HEIGHT, WIDTH};
 
-/// Pixels of the picture for one pixel of the framebuffer.
+/// Size of a framebuffer pixel in the picture, pixels.
 const SCALE: usize = 4;
 /// Dark pixels around the framebuffer.
 const FRAME: usize = 8;
-/// Dark and bright, as an OLED has them.
+/// Dark and bright as on an OLED.
 const PALETTE: [u8; 6] = [9, 14, 24, 170, 225, 255];
 
-/// Columns and rows of the framebuffer that differ from run to run: a clock, levels of noise.
+/// Columns and rows of the framebuffer that differ from run to run: a clock, noise levels.
 pub type Mask = (std::ops::Range<usize>, std::ops::Range<usize>);
 
-/// Compares the framebuffer with the committed picture of this name, but for what is masked.
+/// Compares the framebuffer, except for the masked areas, with the committed picture of this name.
 pub fn check(name: &str, framebuffer: &Framebuffer, masks: &[Mask]) {
     let path = path_of(name);
     if std::env::var_os("MASSLINE_BLESS").is_some() {
@@ -65,7 +65,7 @@ fn write(path: &Path, framebuffer: &Framebuffer) {
     encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
 }
 
-/// Whether a pixel of the framebuffer is bright in a picture.
+/// Reads a picture and returns whether a pixel of the framebuffer is bright in it.
 fn read(path: &Path) -> impl Fn(usize, usize) -> bool {
     let file = File::open(path).unwrap_or_else(|e| {
         panic!("{}: {e}; write it with MASSLINE_BLESS=1 and look at it", path.display())
@@ -82,7 +82,7 @@ fn read(path: &Path) -> impl Fn(usize, usize) -> bool {
     }
 }
 
-/// The framebuffer with two rows to a line of text.
+/// The framebuffer as text, with two rows of pixels per line.
 fn as_text(framebuffer: &Framebuffer) -> String {
     let mut text = String::new();
     for y in (0..HEIGHT).step_by(2) {

@@ -1,4 +1,4 @@
-//! `[body]` of a bench file: an object composed of simple parts, or its ten numbers.
+//! `[body]` of a bench file: an object composed of simple parts, or its ten inertial parameters.
 
 use std::ops::RangeInclusive;
 
@@ -8,12 +8,12 @@ use serde::Deserialize;
 
 use super::locate::{BenchFileError, Located};
 
-/// Size of a part, m.
+/// Allowed size of a part, m.
 const LENGTH: RangeInclusive<f64> = 1e-6..=1e3;
-/// Of a part or an object, kg.
+/// Allowed mass of a part or an object, kg.
 const MASS: RangeInclusive<f64> = 1e-9..=1e6;
 
-/// `[body]`: parts, or the ten numbers.
+/// `[body]`: parts, or the ten inertial parameters.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table [body]")]
 pub(super) struct BodyTable {
@@ -29,7 +29,7 @@ pub(super) struct BodyTable {
 }
 
 impl BodyTable {
-    /// The object, when the table describes one.
+    /// The object that the table describes, with errors located in the file.
     pub(super) fn body(&self, at: &Located) -> Result<RigidBody<f64>, BenchFileError> {
         let mut parts = Vec::new();
         for (i, part) in self.boxes.iter().enumerate() {
@@ -139,7 +139,7 @@ fn mass_of(
     Ok(mass)
 }
 
-/// Local x and y as in a layout file; the columns of the result are x, y and z.
+/// The given local x and y axes as in a layout file; the columns of the result are x, y and z.
 fn axes_of(
     axes: Option<[[f64; 3]; 2]>,
     key: &str,
@@ -195,9 +195,9 @@ pub fn cylinder(
     RigidBody { mass, center_of_mass: center, inertia: axes * local * axes.transpose() }
 }
 
-/// True when a real object can have these values: positive mass, and principal moments that
-/// satisfy the triangle inequality (theory, section 2), a flat plate being the limit: without thickness
-/// in two directions a body cannot be accelerated about its own axis.
+/// True when a real object can have these values: positive mass, and principal moments that satisfy the
+/// triangle inequality (theory, section 2). A flat plate is the limit; a body without thickness in two
+/// directions is refused, because it has no inertia about its own axis.
 pub fn is_physical(body: &RigidBody<f64>) -> bool {
     let finite = body.inertia.iter().chain(&body.center_of_mass).all(|v| v.is_finite());
     if !(finite && body.mass.is_finite() && body.mass > 0.0) {
@@ -205,7 +205,7 @@ pub fn is_physical(body: &RigidBody<f64>) -> bool {
     }
     let second_moments = Matrix3::identity() * (0.5 * body.inertia.trace()) - body.inertia;
     let eigenvalues = second_moments.symmetric_eigenvalues();
-    // The mass matrix must be invertible: two of the three second moments are above zero.
+    // The mass matrix is invertible only when two of the three second moments are above zero.
     let scale = eigenvalues.max();
     let extended = eigenvalues.iter().filter(|&&e| e > 1e-9 * scale).count();
     scale > 0.0 && eigenvalues.min() > -1e-9 * scale && extended >= 2

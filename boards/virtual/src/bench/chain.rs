@@ -1,4 +1,4 @@
-//! The electrical chain of every channel: clipping, low-pass, noise, converter.
+//! The electrical chain of every channel: clipping, low-pass, noise and converter.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -19,11 +19,12 @@ pub struct Chain {
     range: Channels,
     volts_per_unit: Channels,
     zero: Channels,
-    /// Step of the low-pass over one interval of the grid: factors of output, input before, input after.
+    /// Step of the low-pass over one interval of the grid: factors of the output, of the input before and
+    /// of the input after.
     whole: [Channels; 3],
-    /// The same up to the instant when the channel is sampled.
+    /// The same, up to the instant at which the channel is sampled.
     partial: [Channels; 3],
-    /// Interval of the grid, counted within a scan, in which the channel is sampled.
+    /// Interval of the grid within a scan in which the channel is sampled.
     sampled_in: [usize; CHANNELS],
     noise: FilteredNoise,
     volts_per_code: f64,
@@ -33,7 +34,7 @@ pub struct Chain {
     output: Channels,
 }
 
-/// What the chain holds at one instant.
+/// State of the chain at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ChainState {
     /// Input at the last point of the grid.
@@ -84,7 +85,7 @@ impl Chain {
         chain
     }
 
-    /// Settles at a constant input.
+    /// Sets the chain to its steady state for a constant input.
     pub(super) fn settle(&mut self, input: &Channels, rng: &mut ChaCha8Rng) {
         self.input = self.clip(input);
         self.output = self.input;
@@ -109,17 +110,17 @@ impl Chain {
         self.input = input;
     }
 
-    /// What the chain holds at this point of the grid.
+    /// The state at this point of the grid.
     pub(super) fn held(&self) -> ChainState {
         ChainState { input: self.input, output: self.output }
     }
 
-    /// Puts the chain where [`Chain::held`] was.
+    /// Restores a state from [`Chain::held`].
     pub(super) fn hold(&mut self, held: &ChainState) {
         (self.input, self.output) = (held.input, held.output);
     }
 
-    /// The largest inputs.
+    /// The largest inputs that are not clipped.
     pub(super) fn range(&self) -> &Channels {
         &self.range
     }
@@ -129,12 +130,12 @@ impl Chain {
         Self { range: [f64::INFINITY; CHANNELS], ..self.clone() }
     }
 
-    /// The outputs while nothing moves.
+    /// The present outputs of the low-passes; those at rest while nothing moves.
     pub(super) fn at_rest(&self) -> Channels {
         self.output
     }
 
-    /// Codes of what the low-pass puts out, with a fresh sample of noise.
+    /// Converts the outputs of the low-passes to codes, with a fresh sample of noise.
     pub(super) fn convert(&mut self, sampled: &Channels, rng: &mut ChaCha8Rng) -> Scan {
         let noise = self.noise.next(rng);
         std::array::from_fn(|k| {
@@ -157,8 +158,8 @@ fn low_pass_step(tau: f64, h: f64, part: f64) -> [f64; 3] {
     [1.0 - gained, gained - slope, slope]
 }
 
-/// White noise behind a first-order low-pass, exact at the scans: a first-order autoregression whose
-/// variance is `density² · π/2 · cutoff`.
+/// White noise behind a first-order low-pass, exact at the scans: a first-order autoregressive process
+/// with variance `density² · π/2 · cutoff`.
 #[derive(Clone, Debug)]
 struct FilteredNoise {
     deviation: Channels,
@@ -229,8 +230,8 @@ mod tests {
         let moment = |lag: usize| {
             values.iter().zip(&values[lag..]).map(|(a, b)| a * b).sum::<f64>() / values.len() as f64
         };
-        // 300 µg/√Hz over an equivalent width of 781 Hz: 8.4 mg. 2e4 nearly independent values fix a
-        // variance to 1 % and a correlation to 0.7 %; four times that is allowed.
+        // 300 µg/√Hz over an equivalent noise bandwidth of 781 Hz: 8.4 mg. 2e4 nearly independent values
+        // determine a variance to 1 % and a correlation to 0.7 %; four times that is allowed.
         let expected = (300e-6 * STANDARD_GRAVITY).powi(2) * FRAC_PI_2 * 497.359197;
         assert!((moment(0) / expected - 1.0).abs() < 0.05);
         let memory = (-TAU * 497.359197_f64 / 4000.0).exp();
@@ -248,7 +249,7 @@ mod tests {
         chain.settle(&input, &mut rng);
         let volts = |code: u16| f64::from(code) * 3.0 / 4096.0;
         let scan = chain.convert(&chain.at_rest(), &mut rng);
-        // 16 g is 0.912 V from the zero; noise of 8 mg is 0.5 mV, a code is 0.7 mV.
+        // 16 g is 0.912 V from the zero; the noise of 8 mg is 0.5 mV, and one code is 0.7 mV.
         assert!((volts(scan[3]) - 2.412).abs() < 0.004);
         assert!((volts(scan[5]) - 0.588).abs() < 0.004);
         assert!((volts(scan[4]) - 1.5).abs() < 0.004);

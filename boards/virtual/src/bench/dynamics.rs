@@ -1,7 +1,7 @@
 //! Motion of the hanging object: modal superposition on a fine grid of time.
 //!
-//! Every mode, rigid on the suspension or elastic, is an oscillator `q̈ + 2ζω q̇ + ω² q = f(t)`. Between
-//! two points of the grid the modal force is taken as linear, and the step is then exact.
+//! Every mode, rigid on the suspension or elastic, is an oscillator `q̈ + 2ζω q̇ + ω² q = f(t)`. The
+//! modal force is assumed linear between two points of the grid; the step is then exact.
 
 use nalgebra::{Matrix4, Vector3};
 
@@ -18,13 +18,13 @@ pub struct PointShape {
     pub rotation: Vector3<f64>,
 }
 
-/// How far a layout's node may lie from the bench's node of the same number, m.
+/// Largest allowed distance of a layout's node from the bench's node of the same number, m.
 const NODE_TOLERANCE: f64 = 0.02;
 
-/// Checks that the bench knows its elastic modes where the layout has this node.
+/// Checks that the bench defines its elastic modes at this node of the layout.
 ///
 /// # Errors
-/// When it does not, or has the node elsewhere.
+/// When it does not, or has the node at another position.
 pub fn check_node(bench: &Bench, node: u16, position: [f64; 3]) -> Result<(), BenchError> {
     if bench.elastic.is_empty() {
         return Ok(());
@@ -39,7 +39,7 @@ pub fn check_node(bench: &Bench, node: u16, position: [f64; 3]) -> Result<(), Be
 /// Motion of the material point near `node` in every mode, rigid ones first.
 ///
 /// # Errors
-/// When the bench has elastic modes and does not know their motion there.
+/// When the bench has elastic modes but does not define their motion there.
 pub fn point_shapes(
     bench: &Bench,
     rigid: &[RigidMode],
@@ -79,7 +79,7 @@ fn elastic_shape(
     })
 }
 
-/// All oscillators at one instant.
+/// The state of all oscillators at one instant.
 #[derive(Clone, Debug)]
 pub struct Oscillators {
     steps: Vec<Step>,
@@ -92,7 +92,8 @@ pub struct Oscillators {
 struct Step {
     omega_squared: f64,
     decay: f64,
-    /// New displacement and velocity from displacement, velocity, force before, force after.
+    /// Factors of displacement, velocity, force before and force after in the new displacement and
+    /// velocity.
     rows: [[f64; 4]; 2],
 }
 
@@ -120,7 +121,7 @@ impl Oscillators {
         &self.states
     }
 
-    /// Advances by one interval; modal forces at its beginning and end.
+    /// Advances by one interval with the modal forces at its beginning and end.
     pub fn advance(&mut self, before: &[f64], after: &[f64]) {
         let forces = before.iter().zip(after);
         for ((state, step), (f0, f1)) in self.states.iter_mut().zip(&self.steps).zip(forces) {
@@ -142,7 +143,8 @@ impl Oscillators {
 impl Step {
     fn new(omega: f64, zeta: f64, h: f64) -> Self {
         let (omega_squared, decay) = (omega * omega, 2.0 * zeta * omega);
-        // State, force and rate of force as one autonomous system: its exponential is the exact step.
+        // State, force and rate of force form one autonomous system, whose matrix exponential is the
+        // exact step.
         #[rustfmt::skip]
         let system = Matrix4::new(
             0.0, h, 0.0, 0.0,
@@ -174,7 +176,7 @@ mod tests {
                 * (1.0
                     - envelope * ((damped * t).cos() + zeta * omega / damped * (damped * t).sin()));
             let [q, _, _] = o.motion(&[3.0]).next().unwrap();
-            // The recurrence is exact; 500 roundings are left.
+            // The recurrence is exact; the tolerance is 500 rounding errors.
             assert!((q - expected).abs() < 1e-15 * 500.0, "{q} {expected}");
         }
     }
@@ -203,7 +205,7 @@ mod tests {
         let velocity: nalgebra::Vector6<f64> =
             o.motion(&zero).zip(&rigid).map(|([_, v, _], mode)| mode.shape * v).sum();
         let momentum = bench.body.mass_matrix() * velocity;
-        // In 0.1 µs the suspension of 3 Hz takes 2ζω h, below 1e-7, of the momentum.
+        // In 0.1 µs the damping of the 3 Hz suspension takes the share 2ζω h of the momentum, below 1e-7.
         assert!((momentum - f0).norm() < 1e-6, "{momentum}");
     }
 
@@ -220,7 +222,7 @@ mod tests {
         for _ in 0..100_000 {
             o.advance(&[0.0], &[0.0]);
         }
-        // Rounding only: 1e5 steps of 1e-16 each, in the same direction at worst.
+        // Rounding only: 1e5 steps with 1e-16 each, all in the same direction at worst.
         assert!((energy(&o) / start - 1.0).abs() < 1e-10);
     }
 }

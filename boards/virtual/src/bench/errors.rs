@@ -1,4 +1,4 @@
-//! What one test has wrong for good: drawn once from the seed.
+//! Errors that stay constant over one test, drawn once from the seed.
 
 use massline_shared::signal::CHANNELS;
 use nalgebra::{Matrix3, Vector3};
@@ -11,18 +11,19 @@ use super::Bench;
 /// Errors of one triaxial sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorErrors {
-    /// True minus marked position, body frame, m.
+    /// True minus nominal position, body frame, m.
     pub position: Vector3<f64>,
-    /// Rotation vector of the true against the nominal sensor axes, in sensor axes, rad.
+    /// Rotation vector from the nominal to the true sensor axes, in sensor axes, rad.
     pub rotation: Vector3<f64>,
-    /// True reading from ideal reading: gain errors on the diagonal, cross-axis beside it.
+    /// Maps the ideal reading to the true one: gain errors on the diagonal, cross-axis sensitivity off
+    /// it.
     pub sensitivity: Matrix3<f64>,
 }
 
-/// Errors that stay the same over a test.
+/// Errors that stay constant over one test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestErrors {
-    /// Sensor by sensor.
+    /// Errors of each sensor.
     pub sensors: Vec<SensorErrors>,
     /// Relative error of the hammer's gain.
     pub hammer_gain: f64,
@@ -35,8 +36,8 @@ pub struct TestErrors {
 impl TestErrors {
     /// Draws the errors of a test with `sensors` sensors.
     ///
-    /// The same numbers are drawn whatever the standard deviations, so that two benches that differ in
-    /// one of them differ in nothing else.
+    /// The same random numbers are drawn whatever the standard deviations, so that two benches that
+    /// differ in one of them differ in nothing else.
     pub(super) fn draw(bench: &Bench, sensors: usize, rng: &mut ChaCha8Rng) -> Self {
         let (sensor, hammer) = (&bench.sensor, &bench.hammer);
         let mut zero_v = [0.0; CHANNELS];
@@ -64,7 +65,7 @@ impl TestErrors {
 }
 
 impl TestErrors {
-    /// The same sensors glued anew.
+    /// Draws the position and rotation errors again, as when the same sensors are glued on again.
     pub(super) fn mount_again(&mut self, bench: &Bench, rng: &mut ChaCha8Rng) {
         for sensor in &mut self.sensors {
             sensor.position = normal_vector(rng) * bench.sensor.position_sigma_m;
@@ -73,7 +74,7 @@ impl TestErrors {
     }
 }
 
-/// A standard normal number.
+/// A standard normal random number.
 pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     rng.sample(StandardNormal)
 }
@@ -82,7 +83,7 @@ pub(super) fn normal_vector(rng: &mut ChaCha8Rng) -> Vector3<f64> {
     Vector3::from_fn(|_, _| normal(rng))
 }
 
-/// Parts are sorted: nothing beyond three standard deviations is built in.
+/// Parts are sorted: none beyond three standard deviations is used.
 fn tolerance(rng: &mut ChaCha8Rng, sigma: f64) -> f64 {
     normal(rng).clamp(-3.0, 3.0) * sigma
 }

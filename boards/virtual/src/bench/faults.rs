@@ -1,7 +1,7 @@
-//! Mistakes that a person makes before a test, as text: `flip:2y`, `swap:1,2`, `hit:2:4`.
+//! Mistakes that a person makes in setting up a test, as text: `flip:2y`, `swap:1,2`, `hit:2:4`.
 //!
-//! An error is small and everywhere (see [`super::errors`]); a *fault* is one plain mistake. Sensors
-//! and hits are counted from 1, in the order of the layout.
+//! An error is small and affects everything (see [`super::errors`]); a *fault* is one gross mistake.
+//! Sensors and hits are counted from 1, in the order of the layout.
 //!
 //! | text | what is wrong |
 //! | --- | --- |
@@ -22,10 +22,10 @@ use serde::Deserialize;
 
 use super::{Bench, BenchError};
 
-/// Beyond this factor nothing is measured any more.
+/// Allowed factors of `scale`; with others a rig measures nothing useful.
 const SCALE: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 
-/// One mistake; sensors and hits are counted from 0 here.
+/// One mistake; here sensors and hits are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "String")]
 pub enum Fault {
@@ -49,28 +49,28 @@ pub enum Fault {
     Rotate {
         /// The sensor.
         sensor: usize,
-        /// About which of its axes.
+        /// The axis that it is turned about.
         axis: Axis,
-        /// By how many quarters of a turn.
+        /// The angle in quarter turns.
         quarters: i8,
     },
     /// The hits at a DOF land on another node.
     HitNode {
         /// The DOF.
         hit: usize,
-        /// Where it lands.
+        /// The node where they land.
         node: u16,
     },
-    /// The hits at a DOF push the other way.
+    /// The hits at a DOF push in the opposite direction.
     HitReversed {
         /// The DOF.
         hit: usize,
     },
-    /// All sensors read this many times what they should.
+    /// All sensor readings are multiplied by this factor.
     Scale(f64),
 }
 
-/// The text names no fault.
+/// The text does not describe a fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{0:?} is no fault: write flip:2y, swap:1,2, swap:2x,2z, rotate:3:z90, hit:2:4, reverse:2 or \
@@ -132,7 +132,7 @@ fn read(text: &str) -> Option<Fault> {
     }
 }
 
-/// `2y`: sensor 1, counted from 0, and its axis.
+/// Parses `2y` into the sensor, counted from 0, and its axis.
 fn axis_of_sensor(text: &str) -> Option<(usize, Axis)> {
     let text = text.trim();
     let at = text.len().checked_sub(1)?;
@@ -149,7 +149,7 @@ fn axis(text: &str) -> Option<Axis> {
     }
 }
 
-/// A count from 1 as an index from 0.
+/// Converts a number counted from 1 to an index from 0.
 fn number(text: &str) -> Option<usize> {
     text.trim().parse::<usize>().ok()?.checked_sub(1)
 }
@@ -178,18 +178,18 @@ impl fmt::Display for Fault {
     }
 }
 
-/// What faults make of one sensor.
+/// How one sensor is mounted and wired, with the faults of the bench.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mounting {
-    /// Turns the nominal axes: how it is glued.
+    /// Rotation of the nominal axes by the way it is glued.
     pub(super) turn: Matrix3<f64>,
-    /// What its wires make of its reading.
+    /// Effect of its wiring on its reading.
     pub(super) wires: Matrix3<f64>,
     /// The sensor whose channels it is plugged into.
     pub(super) plug: usize,
 }
 
-/// What the faults of a bench make of a sensor.
+/// The mounting of a sensor with the faults of the bench.
 pub(super) fn mounting(bench: &Bench, sensor: usize) -> Mounting {
     let mut mounting =
         Mounting { turn: Matrix3::identity(), wires: Matrix3::identity(), plug: sensor };
@@ -202,7 +202,7 @@ pub(super) fn mounting(bench: &Bench, sensor: usize) -> Mounting {
                 mounting.wires.swap_rows(a.index(), b.index());
             }
             Fault::Rotate { sensor: s, axis, quarters } if s == sensor => {
-                // The new axes are the nominal ones turned, so a reading is turned back.
+                // The axes are turned with the sensor, so the reading is turned the opposite way.
                 let mut about = Vector3::zeros();
                 about[axis.index()] = 1.0;
                 let angle = -std::f64::consts::FRAC_PI_2 * f64::from(quarters);
@@ -218,7 +218,8 @@ pub(super) fn mounting(bench: &Bench, sensor: usize) -> Mounting {
     mounting
 }
 
-/// Where the hammer goes for a hit DOF: node, point and direction, with the faults of the bench.
+/// The point that the hammer aims at for a hit DOF: node, position and direction, with the faults of the
+/// bench.
 pub(super) fn mark(
     bench: &Bench,
     layout: &HostLayout,
@@ -238,7 +239,7 @@ pub(super) fn mark(
     Some(mark)
 }
 
-/// Where a node lies, as the layout has it, else the bench.
+/// Position of a node: that of the layout, or else that of the bench.
 fn place(bench: &Bench, layout: &HostLayout, node: u16) -> Option<Vector3<f64>> {
     let hit = layout.hits.iter().find(|h| h.dof.node == node).map(|h| h.position);
     let sensor = || layout.sensors.iter().find(|s| s.node == node).map(|s| s.position);
@@ -246,7 +247,7 @@ fn place(bench: &Bench, layout: &HostLayout, node: u16) -> Option<Vector3<f64>> 
     hit.or_else(sensor).or_else(home).map(Vector3::from)
 }
 
-/// Refuses a fault about a sensor, hit or node that is not there.
+/// Refuses a fault about a sensor, hit or node that does not exist.
 pub(super) fn check(bench: &Bench, layout: &HostLayout) -> Result<(), BenchError> {
     for fault in &bench.faults {
         let sensors = match *fault {

@@ -1,4 +1,4 @@
-//! The bench file: TOML in, a checked [`Bench`] out.
+//! The bench file: reads TOML into a checked [`Bench`].
 //!
 //! An empty file is the default bench. A file that describes another `[body]` starts without elastic
 //! modes and on a suspension given by frequencies, because those of the default belong to the default
@@ -15,21 +15,21 @@ use super::locate::{BenchFileError, Located};
 use super::settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
 use super::suspension::{Cord, Suspension, rigid_modes};
 
-/// The default bench, which is also where a file's missing tables come from.
+/// The default bench, from which tables missing in a file are taken.
 pub const DEFAULT: &str = include_str!("../../benches/default.toml");
 
-/// A bench that needs no file.
+/// A bench that is built into the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Bundled {
     /// Its name.
     pub name: &'static str,
-    /// What is special about it, in a few words.
+    /// A few words on what distinguishes it.
     pub about: &'static str,
     /// The text of its file.
     pub(super) text: &'static str,
 }
 
-/// All of them.
+/// All bundled benches.
 pub(super) const BUNDLED: [Bundled; 4] = [
     Bundled { name: "default", about: "the three-bar frame of the paper", text: DEFAULT },
     Bundled {
@@ -49,22 +49,22 @@ pub(super) const BUNDLED: [Bundled; 4] = [
     },
 ];
 
-/// Fraction of critical damping: modes have to swing.
+/// Allowed fraction of critical damping: modes have to oscillate.
 const DAMPING: RangeInclusive<f64> = 0.0..=0.4;
-/// Of a cord, N/m.
+/// Allowed stiffness of a cord, N/m.
 const STIFFNESS: RangeInclusive<f64> = 1e-3..=1e9;
-/// Of a mode, Hz.
+/// Allowed frequency of a mode, Hz.
 const FREQUENCY: RangeInclusive<f64> = 1e-3..=1e5;
-/// Largest acceleration of gravity along an axis, m/s².
+/// Largest allowed acceleration of gravity along an axis, m/s².
 const MOST_GRAVITY: f64 = 100.0;
 
-/// A point where the elastic modes are known.
+/// A point at which the motion in the elastic modes is defined.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table [[node]]")]
 pub struct Node {
-    /// The number that layouts use.
+    /// Its number in layouts.
     pub id: u16,
-    /// Body frame, m.
+    /// Position in the body frame, m.
     pub position_m: [f64; 3],
 }
 
@@ -72,7 +72,7 @@ pub struct Node {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table [[elastic_mode]]")]
 pub struct ElasticMode {
-    /// Undamped, Hz.
+    /// Undamped frequency, Hz.
     pub frequency_hz: f64,
     /// Fraction of critical damping.
     #[serde(default = "half_percent")]

@@ -1,41 +1,42 @@
-//! Motion without a force, a whole scan at a time.
+//! Computes motion without a force one whole scan at a time.
 //!
-//! Between taps nothing clips and no force acts, so what comes out at the next scan is a linear
-//! function of what the oscillators and low-passes hold now. The factors are found by stepping through
-//! one scan from every unit state; the numbers are those of the steps up to rounding.
+//! Between taps nothing clips and no force acts, so the outputs at the next scan are a linear function of
+//! the present state of the oscillators and low-passes. The factors are found by stepping through one
+//! scan from every unit state; the results equal those of the steps up to rounding.
 
 use massline_shared::signal::CHANNELS;
 
 use super::chain::{ChainState, Channels};
 
-/// Readings beyond this part of the range of a sensor are left to the steps, which clip.
+/// Readings beyond this fraction of a sensor's range are computed by steps, which clip.
 const CERTAINLY_WITHIN: f64 = 0.5;
 
 /// The factors of one scan.
 #[derive(Clone, Debug)]
 pub(super) struct FreeResponse {
-    /// Displacement and velocity of a mode from both, mode by mode.
+    /// New displacement and velocity of each mode as a function of the present ones.
     modes: Vec<[[f64; 2]; 2]>,
-    /// What is sampled, what the low-passes hold at the end, and what goes into them there.
+    /// The samples, and the outputs and inputs of the low-passes at the end of the scan.
     sampled: Outputs,
     held: Outputs,
     input: Outputs,
 }
 
-/// One value a channel as a function of the state.
+/// One value per channel as a linear function of the state.
 #[derive(Clone, Debug)]
 struct Outputs {
-    /// Of displacement and velocity of each mode.
+    /// Factors of displacement and velocity of each mode.
     by_state: Vec<[Channels; 2]>,
-    /// Of what the channel's low-pass holds.
+    /// Factors of the output of the channel's low-pass.
     by_held: Channels,
-    /// At rest.
+    /// The value at rest.
     constant: Channels,
 }
 
 impl FreeResponse {
-    /// Found by scans, none of which clips: `rest` from no motion and empty low-passes; `bare` from any
-    /// motion of the modes and any outputs of the low-passes, with sensors that read nothing at rest.
+    /// Determines the factors from scans that never clip: `rest` starts without motion and with low-pass
+    /// outputs of zero; `bare` starts with any motion of the modes and any outputs of the low-passes,
+    /// with sensors that read zero at rest.
     pub(super) fn of(
         modes: usize,
         rest: &Scanned,
@@ -76,7 +77,7 @@ impl FreeResponse {
         held.input.iter().zip(range).all(|(x, range)| x.abs() < CERTAINLY_WITHIN * range)
     }
 
-    /// Moves states and chain on by one scan; what is sampled in it.
+    /// Advances states and chain by one scan and returns the samples taken in it.
     pub(super) fn scan(&self, states: &mut [[f64; 2]], held: &mut ChainState) -> Channels {
         let sampled = self.sampled.of(states, &held.output);
         *held = ChainState {
@@ -105,7 +106,7 @@ impl Outputs {
     }
 }
 
-/// What one scan of free motion leaves.
+/// The outcome of one scan of free motion.
 #[derive(Clone, Debug)]
 pub(super) struct Scanned {
     pub(super) sampled: Channels,

@@ -1,4 +1,4 @@
-//! Where in a TOML text a key stands, so that an error can say file, line and key.
+//! Finds the place of a key in a TOML text, so that an error can name file, line and key.
 
 use std::ops::RangeInclusive;
 
@@ -23,7 +23,7 @@ pub struct BenchFileError {
     pub message: String,
 }
 
-/// A TOML text with the places of its keys.
+/// A TOML text with the positions of its keys.
 pub(super) struct Located<'a> {
     text: &'a str,
     file: &'a str,
@@ -54,7 +54,7 @@ impl<'a> Located<'a> {
         Ok(located)
     }
 
-    /// The text as `T`.
+    /// Deserialises the text as `T`.
     pub(super) fn deserialize<T: DeserializeOwned>(&self) -> Result<T, BenchFileError> {
         toml::from_str(self.text).map_err(|e: toml::de::Error| {
             let renamed = RenamedKey::first_in(self.text);
@@ -62,7 +62,7 @@ impl<'a> Located<'a> {
             let offset = span.map_or(0, |s| s.start);
             let mut places = Vec::new();
             walk_table(self.root.get_ref(), "", &mut places);
-            // The innermost place is the longest path among those that contain the offset.
+            // The innermost key is the one with the longest path among those that contain the offset.
             let key = places
                 .into_iter()
                 .filter(|p| p.key.contains(&offset) || p.value.contains(&offset))
@@ -78,7 +78,7 @@ impl<'a> Located<'a> {
         })
     }
 
-    /// An error about the key of this path, or about the nearest table above it when it is absent.
+    /// An error about the key at this path, or about the nearest table above it when the key is absent.
     pub(super) fn error(&self, path: &str, message: impl Into<String>) -> BenchFileError {
         let mut places = Vec::new();
         walk_table(self.root.get_ref(), "", &mut places);
@@ -95,7 +95,7 @@ impl<'a> Located<'a> {
         }
     }
 
-    /// An error about the key of this path unless `holds`.
+    /// An error about the key at this path unless `holds`.
     pub(super) fn require(
         &self,
         holds: bool,
@@ -107,7 +107,7 @@ impl<'a> Located<'a> {
 }
 
 impl Located<'_> {
-    /// An error about the key of this path unless its value lies in the range.
+    /// An error about the key at this path unless its value lies in the range.
     pub(super) fn within(
         &self,
         value: f64,
@@ -118,7 +118,7 @@ impl Located<'_> {
     }
 }
 
-/// A key with its value.
+/// A key and its value.
 struct Place {
     path: String,
     key: std::ops::Range<usize>,

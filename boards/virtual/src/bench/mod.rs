@@ -1,9 +1,9 @@
 //! The object on its cords, the hammer, the sensors, the ADC.
 //!
-//! A *bench* is everything on the analogue side of the rig: an object that hangs on soft cords, three
-//! accelerometers glued to it not quite where the layout says, a hammer in the hand of a person who
-//! does not hit quite where the mark is, filters, noise and a multiplexed converter. A bench file
-//! describes it; a seed draws its errors.
+//! A *bench* is everything on the analogue side of the rig: an object on soft cords, three accelerometers
+//! glued slightly off their nominal positions, a hammer in the hand of a person who hits slightly beside
+//! the mark, filters, noise and a multiplexed converter. A bench file describes it; a seed determines its
+//! errors.
 //!
 //! ```text
 //! tap ─▶ modes of the hanging object ─▶ specific force at each sensor ─▶ gain, cross-axis ─▶ clip ─▶ RC ─▶ noise ─▶ ADC
@@ -14,14 +14,14 @@
 //! | --- | --- |
 //! | [`file`](mod@file) | the bench file |
 //! | [`settings`] | its tables about sensors, hammer, converter, taps and operator |
-//! | [`body`] | composes the object of boxes, cylinders and points |
+//! | [`body`] | composes the object from boxes, cylinders and points |
 //! | [`suspension`] | how the object hangs, and its rigid modes |
 //! | [`dynamics`] | modal superposition |
 //! | [`chain`] | clipping, low-pass, noise, converter |
-//! | [`errors`] | what a test has wrong for good |
-//! | [`faults`] | plain mistakes: a reversed axis, swapped cables, a hit at the wrong node |
+//! | [`errors`] | errors that stay constant over a test |
+//! | [`faults`] | gross mistakes: a reversed axis, swapped cables, a hit at the wrong node |
 //! | [`taps`] | good and bad taps |
-//! | [`tumble`] | the sensors in the hand, at rest |
+//! | [`tumble`] | the sensors held still in the six positions of a tumble test |
 //! | [`operator`] | the person, and the bench as a source of scans |
 
 use std::path::Path;
@@ -63,13 +63,13 @@ use suspension::{Suspension, SuspensionError};
 pub struct Bench {
     /// Free text.
     pub title: String,
-    /// Body frame as suspended, m/s².
+    /// Acceleration of gravity in the body frame as suspended, m/s².
     pub gravity: Vector3<f64>,
     /// The object.
     pub body: RigidBody<f64>,
-    /// How it hangs.
+    /// How the object hangs.
     pub suspension: Suspension,
-    /// Where the elastic modes are known.
+    /// Nodes at which the motion in the elastic modes is defined.
     pub nodes: Vec<Node>,
     /// Elastic modes of the free object.
     pub elastic: Vec<ElasticMode>,
@@ -79,14 +79,14 @@ pub struct Bench {
     pub hammer: HammerSettings,
     /// The converter.
     pub adc: AdcSettings,
-    /// Good taps.
+    /// Properties of good taps.
     pub tap: TapSettings,
-    /// Bad taps and timing.
+    /// Frequency of bad taps, and timing.
     pub operator: OperatorSettings,
-    /// Which gluing of the sensors: another number, other errors of position and rotation of the same
-    /// sensors.
+    /// Number of the mounting of the sensors: with another number the same sensors have other errors of
+    /// position and rotation.
     pub mounting: u16,
-    /// What the person has done wrong.
+    /// Mistakes made in setting up the test.
     pub faults: Vec<Fault>,
 }
 
@@ -94,7 +94,7 @@ fn bundled_names() -> String {
     Bench::BUNDLED.iter().map(|bundled| bundled.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Why there is no bench, or why a layout cannot be measured on it.
+/// Why a bench cannot be made, or why a layout cannot be measured on it.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
     /// The file cannot be read.
@@ -102,47 +102,47 @@ pub enum BenchError {
     Unreadable {
         /// The file.
         file: String,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The file is wrong.
+    /// The file has invalid content.
     #[error(transparent)]
     File(#[from] BenchFileError),
     /// No bundled bench has this name.
     #[error("there is no bench named {0:?}; the bundled ones are {names}", names = bundled_names())]
     UnknownName(String),
-    /// The object does not hang.
+    /// The object cannot hang as described.
     #[error(transparent)]
     Suspension(#[from] SuspensionError),
     /// The layout has more sensors than the rig has channels.
     #[error("the layout has {0} triaxial sensors, the rig takes {max}", max = RESPONSES / 3)]
     TooManySensors(usize),
-    /// The layout uses a node at which the elastic modes are not known.
+    /// The layout uses a node at which the motion in the elastic modes is not defined.
     #[error(
         "the bench does not know how node {0} moves in its elastic modes: give it a [[node]] and a \
          shape in every [[elastic_mode]], or write elastic_mode = []"
     )]
     NodeWithoutShape(u16),
-    /// A fault about something that the layout does not have.
+    /// A fault refers to something that the layout does not have.
     #[error(
         "{fault}: there is no such {missing}; sensors and hits are counted from 1 in the order of the layout"
     )]
     FaultWithoutSubject {
         /// The fault.
         fault: Fault,
-        /// What is not there.
+        /// What does not exist.
         missing: &'static str,
     },
-    /// The layout has a node elsewhere than the bench.
+    /// The layout has a node at another position than the bench.
     #[error(
         "node {node} lies at {layout:?} m in the layout and at {bench:?} m on the bench, whose elastic modes are known there only"
     )]
     NodeElsewhere {
         /// The node.
         node: u16,
-        /// Where the layout has it, m.
+        /// Its position in the layout, m.
         layout: [f64; 3],
-        /// Where the bench has it, m.
+        /// Its position on the bench, m.
         bench: [f64; 3],
     },
 }
@@ -163,7 +163,7 @@ impl Bench {
     /// A bundled bench.
     ///
     /// # Errors
-    /// When there is none of this name.
+    /// When no bundled bench has this name.
     pub fn named(name: &str) -> Result<Self, BenchError> {
         let found = Self::BUNDLED.iter().find(|bundled| bundled.name == name);
         let text = found.ok_or_else(|| BenchError::UnknownName(name.to_string()))?.text;
@@ -181,7 +181,7 @@ impl Bench {
     /// A bench from a file.
     ///
     /// # Errors
-    /// When the file cannot be read or is wrong.
+    /// When the file cannot be read or has invalid content.
     pub fn read(path: &Path) -> Result<Self, BenchError> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
@@ -189,10 +189,10 @@ impl Bench {
         Self::parse(&text, &file)
     }
 
-    /// A bundled bench of this name, else the file of this path.
+    /// The bundled bench of this name, or else the bench in the file at this path.
     ///
     /// # Errors
-    /// As [`Bench::named`] when no file has this path, else as [`Bench::read`].
+    /// Those of [`Bench::named`] when no file has this path, otherwise those of [`Bench::read`].
     pub fn open(name_or_path: &str) -> Result<Self, BenchError> {
         let path = Path::new(name_or_path);
         let bundled = Self::BUNDLED.iter().any(|bundled| bundled.name == name_or_path);

@@ -1,4 +1,4 @@
-//! The simulated person at the bench, and the bench as a source of scans.
+//! The simulated person at the bench, who makes it a source of scans.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -17,17 +17,17 @@ use super::taps::Tap;
 use super::{Bench, BenchError};
 use crate::source::ScanSource;
 
-/// Time that a person who presses a key lets pass until the tap, s: longer than the scans before the
-/// trigger.
+/// Time between a key press and its tap, s: longer than the scans before the trigger.
 const HAND_S: f64 = 0.03;
 
-/// Taps after one arming: whoever is not heard so often puts the hammer down until the rig arms again.
+/// Largest number of taps after one arming: a person whose taps do not trigger stops after these until
+/// the rig arms again.
 const MOST_TAPS: u32 = 10;
 
 /// Makes scans of a layout on a bench, with an operator who follows the prompts of the rig.
 ///
-/// The scans after an arming depend on bench, layout, seed, arming, DOF and, in manual mode, on when
-/// the key was pressed; on nothing else. The object is steadied when the rig arms.
+/// The scans after an arming depend only on bench, layout, seed, arming, DOF and, in manual mode, on when
+/// the key was pressed. The object is brought to rest when the rig arms.
 #[derive(Debug)]
 pub struct BenchSource {
     bench: Bench,
@@ -44,12 +44,12 @@ pub struct BenchSource {
     taps: u32,
 }
 
-/// Tells the operator of a manual bench to tap now, from any thread.
+/// Makes the operator of a manual bench tap at once, from any thread.
 #[derive(Clone, Debug, Default)]
 pub struct TapHandle(Arc<AtomicU32>);
 
 impl TapHandle {
-    /// One tap at the DOF that the rig waits for; without effect while it waits for none.
+    /// Taps once at the DOF that the rig waits for; has no effect while it waits for none.
     pub fn tap(&self) {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
@@ -62,26 +62,26 @@ impl TapHandle {
 /// What makes the operator tap.
 #[derive(Debug)]
 enum Prompt {
-    /// The rig's own: the next tap comes at this time after arming, s.
+    /// The rig's prompt: the next tap comes at this time after arming, s.
     Rig { next: f64 },
-    /// A key: the count of presses that have been answered.
+    /// A key: the number of presses that have been handled.
     Key { handle: TapHandle, answered: u32 },
 }
 
-/// Purposes of the random streams of one arming.
+/// Numbers of the random streams of one arming.
 const NOISE: u64 = 0;
 const TAPS: u64 = 1;
-/// Stream of the errors of the test: no arming has this number.
+/// Stream of the errors of the test; no arming has this number.
 pub(super) const TEST: u64 = u64::MAX;
-/// Streams of the mountings, 1 to 65535.
+/// Streams of the mountings, numbered 1 to 65535.
 const MOUNTINGS: u64 = TEST - 0x10_0000;
 
 impl BenchSource {
-    /// A bench whose operator taps on their own (*auto*).
+    /// A bench whose operator taps without being asked (*auto*).
     ///
     /// # Errors
     /// When the layout has more sensors than the rig has channels or uses a node at which the elastic
-    /// modes of the bench are not known, or a fault is about something that the layout does not have.
+    /// modes of the bench are not defined, or a fault refers to something that the layout does not have.
     pub fn new(bench: &Bench, layout: &HostLayout, seed: u64) -> Result<Self, BenchError> {
         faults::check(bench, layout)?;
         let errors = errors_of(bench, layout.sensors.len(), seed);
@@ -108,19 +108,19 @@ impl BenchSource {
         })
     }
 
-    /// From now on the operator taps only when told to by the handle (*manual*).
+    /// Switches to *manual*: from now on the operator taps only when the handle asks for it.
     pub fn manual(&mut self) -> TapHandle {
         let handle = TapHandle::default();
         self.prompt = Prompt::Key { handle: handle.clone(), answered: 0 };
         handle
     }
 
-    /// The errors that this test has for good.
+    /// The errors that stay constant over this test.
     pub fn errors(&self) -> &TestErrors {
         &self.errors
     }
 
-    /// The last tap as it truly happened, or is about to.
+    /// The last tap with its true values; it may still be about to happen.
     pub fn last_tap(&self) -> Option<&Tap> {
         self.last_tap.as_ref()
     }
@@ -129,7 +129,7 @@ impl BenchSource {
     fn decide(&mut self) {
         let now = self.simulation.time();
         let start = match &mut self.prompt {
-            // One scan ahead, so that no touch lies in the past.
+            // Decided one scan ahead, so that no contact begins in the past.
             Prompt::Rig { next }
                 if self.taps < MOST_TAPS && now + self.bench.adc.rate_hz.recip() >= *next =>
             {
@@ -158,7 +158,7 @@ impl BenchSource {
         self.last_tap = Some(tap.clone());
         let now = self.simulation.time();
         self.drives.retain(|d| d.tap.end() >= now);
-        // Cannot fail: `new` has refused layouts with a node that the bench does not know.
+        // Cannot fail: `new` has refused layouts with a node at which the elastic modes are not defined.
         if let Ok(drive) = self.simulation.drive(&self.bench, node, tap) {
             self.drives.push(drive);
         }
@@ -192,7 +192,7 @@ impl ScanSource for BenchSource {
     }
 }
 
-/// What a test with the first `sensors` sensors has wrong for good.
+/// The constant errors of a test with the first `sensors` sensors.
 fn errors_of(bench: &Bench, sensors: usize, seed: u64) -> TestErrors {
     let mut errors = TestErrors::draw(bench, sensors, &mut stream(seed, TEST));
     if bench.mounting > 0 {

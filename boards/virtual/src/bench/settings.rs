@@ -6,26 +6,27 @@ use std::ops::RangeInclusive;
 use massline_shared::signal::Calibration;
 use serde::Deserialize;
 
-/// A key and what is wrong with its value.
+/// A key and what is wrong with its value, if anything.
 pub(super) type SettingProblem = Option<(&'static str, String)>;
 
-/// A standard deviation in m, rad or relative; a test with more is none.
+/// Allowed standard deviations in m, rad or relative.
 const SIGMA: RangeInclusive<f64> = 0.0..=1.0;
-/// A standard deviation or an output at rest, V.
+/// Allowed standard deviations and outputs at rest, V.
 const VOLTS: RangeInclusive<f64> = 0.0..=100.0;
-/// Cutoff of a filter, Hz.
+/// Allowed cutoff of a filter, Hz.
 const CUTOFF: RangeInclusive<f64> = 0.1..=1e6;
-/// Tolerance of a cutoff, relative: parts are sorted at three times this.
+/// Allowed tolerance of a cutoff, relative: parts are sorted at three times this.
 const TOLERANCE: RangeInclusive<f64> = 0.0..=0.2;
-/// Peak of a force, N.
+/// Allowed peak of a force, N.
 const FORCE: RangeInclusive<f64> = 1e-3..=1e6;
-/// Share of the taps.
+/// Allowed share of the taps.
 const SHARE: RangeInclusive<f64> = 0.0..=1.0;
 
-/// Cutoff of the output filter of the ADXL326, 32 kΩ with 10 nF, Hz.
+/// Cutoff of the output filter of the ADXL326, from 32 kΩ and 10 nF, Hz.
 const RC_CUTOFF_HZ: f64 = 497.359_197;
 
-/// `[sensor]`: the triaxial accelerometers, all alike; a `sigma` is drawn once per test.
+/// `[sensor]`: the triaxial accelerometers, all of one type; errors with a `sigma` are drawn once per
+/// test.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table [sensor]")]
 pub struct SensorSettings {
@@ -33,17 +34,17 @@ pub struct SensorSettings {
     pub position_sigma_m: f64,
     /// Rotation about each axis, 1 σ, rad.
     pub rotation_sigma_rad: f64,
-    /// Relative gain error that a calibration has left, 1 σ.
+    /// Relative gain error that remains after calibration, 1 σ.
     pub gain_sigma: f64,
-    /// Sensitivity to each of the two other axes over that to the own one, 1 σ.
+    /// Sensitivity to each of the two other axes relative to that of the axis itself, 1 σ.
     pub cross_axis_sigma: f64,
     /// Output at rest without gravity, V.
     pub zero_v: f64,
-    /// Tolerance of it, 1 σ, V.
+    /// Tolerance of `zero_v`, 1 σ, V.
     pub zero_sigma_v: f64,
-    /// V per standard gravity.
+    /// Sensitivity, V per standard gravity.
     pub sensitivity_v_per_g: f64,
-    /// The output clips at plus and minus this, g.
+    /// Range: the output clips at plus and minus this, g.
     pub range_g: f64,
     /// One-sided density of the white noise before the filter, g/√Hz.
     pub noise_g_per_sqrt_hz: f64,
@@ -89,18 +90,18 @@ impl SensorSettings {
     }
 }
 
-/// `[hammer]`: the force transducer with its conditioner.
+/// `[hammer]`: the force transducer and its conditioner.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table [hammer]")]
 pub struct HammerSettings {
-    /// V/N.
+    /// Sensitivity, V/N.
     pub sensitivity_v_per_n: f64,
-    /// Relative gain error, 1 σ, drawn once per test. None by default: a calibration with a known
-    /// mass leaves one error per response, that of its ratio to the hammer.
+    /// Relative gain error, 1 σ, drawn once per test. Zero by default: a calibration with a known mass
+    /// leaves one error per response, that of its ratio to the hammer.
     pub gain_sigma: f64,
     /// Output at rest, V.
     pub zero_v: f64,
-    /// Tolerance of it, 1 σ, V.
+    /// Tolerance of `zero_v`, 1 σ, V.
     pub zero_sigma_v: f64,
     /// One-sided density of the white noise before the filter, N/√Hz.
     pub noise_n_per_sqrt_hz: f64,
@@ -144,7 +145,7 @@ impl HammerSettings {
 pub struct AdcSettings {
     /// Scans per second.
     pub rate_hz: f64,
-    /// Resolution.
+    /// Resolution in bits.
     pub bits: u8,
     /// Voltage of code `2^bits`.
     pub reference_v: f64,
@@ -182,7 +183,7 @@ impl AdcSettings {
     }
 }
 
-/// `[tap]`: what a good tap is like; drawn for each tap.
+/// `[tap]`: the distribution from which each good tap is drawn.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table [tap]")]
 pub struct TapSettings {
@@ -190,9 +191,9 @@ pub struct TapSettings {
     pub force_n: [f64; 2],
     /// Contact time, from and to, s.
     pub duration_s: [f64; 2],
-    /// Error of the point of impact along each axis across the direction, 1 σ, m.
+    /// Error of the point of impact along each axis normal to the direction, 1 σ, m.
     pub point_sigma_m: f64,
-    /// Tilt of the hammer about each axis across the direction, 1 σ, rad.
+    /// Tilt of the hammer about each axis normal to the direction, 1 σ, rad.
     pub direction_sigma_rad: f64,
 }
 
@@ -224,8 +225,8 @@ impl TapSettings {
 pub struct OperatorSettings {
     /// Rig time between *armed* and the tap, s.
     pub delay_s: f64,
-    /// Rig time after a tap that leads to nothing until the next one, s; after ten such taps the
-    /// operator waits for the next arming.
+    /// Rig time between a tap that does not trigger and the next one, s; after ten such taps the operator
+    /// waits for the next arming.
     pub patience_s: f64,
     /// Share of the taps that are too weak.
     pub too_weak_rate: f64,
@@ -233,7 +234,7 @@ pub struct OperatorSettings {
     pub too_weak_n: [f64; 2],
     /// Share of the taps that are too hard.
     pub too_hard_rate: f64,
-    /// Peak force of these, from and to, N; more than the hammer channel can show.
+    /// Peak force of these, from and to, N; more than the hammer channel can measure.
     pub too_hard_n: [f64; 2],
     /// Share of the taps that bounce: a second, weaker one follows.
     pub double_rate: f64,
@@ -243,7 +244,7 @@ pub struct OperatorSettings {
     pub grazing_rate: f64,
     /// Share of the taps after which the hammer stays on the object.
     pub sustained_contact_rate: f64,
-    /// Share of the taps as with a soft tip: five times as long.
+    /// Share of the taps made with a soft tip: the contact is five times as long.
     pub soft_rate: f64,
     /// Share of the taps that land 80 mm beside the mark.
     pub misplaced_rate: f64,
@@ -272,7 +273,7 @@ impl Default for OperatorSettings {
 }
 
 impl OperatorSettings {
-    /// Shares of the taps that go wrong: too weak, too hard, double, grazing, leaning, soft, astray.
+    /// Shares of the bad taps: too weak, too hard, double, grazing, sustained contact, soft, misplaced.
     pub(super) fn rates(&self) -> [f64; 7] {
         [
             self.too_weak_rate,
@@ -312,7 +313,7 @@ fn out_of_range(values: &[(f64, &'static str, RangeInclusive<f64>)]) -> SettingP
     Some((key, refusal(*value, range)))
 }
 
-/// What is said of a value outside its range.
+/// The message for a value outside its range.
 pub(super) fn refusal(value: f64, range: &RangeInclusive<f64>) -> String {
     let (from, to) = (range.start(), range.end());
     format!("{value:?} is out of range; give a number from {from} to {to}")

@@ -1,4 +1,4 @@
-//! From a tap to the codes of one scan after another, for one layout with one test's errors.
+//! Computes the codes of each scan of a tap, for one layout with one test's errors.
 
 use massline_shared::layout::{HostLayout, Sensor};
 use massline_shared::signal::{CHANNELS, RESPONSES, Scan};
@@ -14,7 +14,7 @@ use super::suspension::{RigidMode, rigid_modes};
 use super::taps::Tap;
 use super::{Bench, BenchError};
 
-/// The object with its sensors, its chains and the state of all of them.
+/// The object with its sensors and their chains, and the state of all of them.
 #[derive(Clone, Debug)]
 pub(super) struct Simulation {
     rigid: [RigidMode; 6],
@@ -22,24 +22,24 @@ pub(super) struct Simulation {
     chain: Chain,
     /// Reading of every channel per unit of each mode's acceleration.
     per_acceleration: Vec<Channels>,
-    /// Reading of every channel per unit of each mode's displacement: rotation in the field of gravity.
+    /// Reading of every channel per unit of each mode's displacement: from rotation in the gravity field.
     per_displacement: Vec<Channels>,
     at_rest: Channels,
     hammer_gain: f64,
     /// Interval of the grid, s.
     h: f64,
     steps_per_scan: usize,
-    /// True from the first touch on.
+    /// True from the first contact on.
     moving: bool,
     /// Scans since the last reset.
     scans: u64,
     forces: Vec<f64>,
     next_forces: Vec<f64>,
-    /// A scan of free motion in one go.
+    /// The factors that compute a whole scan of free motion at once.
     free_response: Option<FreeResponse>,
 }
 
-/// A tap and how much it drives every mode.
+/// A tap and its excitation of every mode.
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
     pub(super) tap: Tap,
@@ -84,9 +84,9 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// Puts a sensor on the object and plugs it in.
+    /// Puts a sensor on the object and connects it.
     ///
-    /// The reading is `Rᵀ (a − [g]× θ)` beside the constant `−Rᵀ g` (theory, section 2).
+    /// The reading is `Rᵀ (a − [g]× θ)` in addition to the constant `−Rᵀ g` (theory, section 2).
     fn attach(
         &mut self,
         bench: &Bench,
@@ -113,7 +113,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// A tap, ready to act on the object at a node.
+    /// Prepares a tap that acts on the object at a node.
     pub(super) fn drive(&self, bench: &Bench, node: u16, tap: Tap) -> Result<Drive, BenchError> {
         let along = |s: &PointShape| s.translation.dot(&tap.direction);
         let shapes = point_shapes(bench, &self.rigid, node, &tap.point)?;
@@ -121,7 +121,7 @@ impl Simulation {
         Ok(Drive { tap, participation })
     }
 
-    /// Steadies the object; time begins again at zero.
+    /// Brings the object to rest and sets the time to zero.
     pub(super) fn reset(&mut self, rng: &mut ChaCha8Rng) {
         self.oscillators.stop();
         self.forces.fill(0.0);
@@ -135,14 +135,14 @@ impl Simulation {
         self.grid_time(0)
     }
 
-    /// The codes of the next scan. `drives` are the taps that are not over; before the first, nothing
-    /// moves.
+    /// The codes of the next scan. `drives` are the taps that are not over; nothing moves before the
+    /// first.
     pub(super) fn scan(&mut self, drives: &[Drive], rng: &mut ChaCha8Rng) -> Scan {
         let sampled = self.scan_inputs(drives);
         self.chain.convert(&sampled, rng)
     }
 
-    /// What the low-passes put out at the next scan, N and m/s², without noise and converter.
+    /// The outputs of the low-passes at the next scan, N and m/s², without noise and conversion.
     pub(super) fn scan_inputs(&mut self, drives: &[Drive]) -> Channels {
         let end = self.grid_time(self.steps_per_scan);
         self.moving |= drives.iter().any(|d| d.tap.start() < end);
@@ -169,7 +169,7 @@ impl Simulation {
     fn free_motion(&self) -> FreeResponse {
         let unlimited = Self { chain: self.chain.without_limits(), ..self.clone() };
         let still = vec![[0.0; 2]; self.oscillators.states().len()];
-        // At rest the input is what the sensors read of gravity.
+        // At rest the input is the sensors' reading of gravity.
         let rest = unlimited.clone().free_scan(&still, [0.0; CHANNELS]);
         let bare = Self { at_rest: [0.0; CHANNELS], ..unlimited };
         FreeResponse::of(still.len(), &rest, |states, output| {
@@ -177,7 +177,7 @@ impl Simulation {
         })
     }
 
-    /// One scan without a force, step by step, from a state and what the low-passes hold.
+    /// One scan without a force, computed step by step from a state and the outputs of the low-passes.
     fn free_scan(mut self, states: &[[f64; 2]], output: Channels) -> Scanned {
         self.oscillators.states_mut().copy_from_slice(states);
         self.forces.fill(0.0);
@@ -195,7 +195,7 @@ impl Simulation {
         (self.scans as f64 * self.steps_per_scan as f64 + step as f64) * self.h
     }
 
-    /// Advances the object to `time`; the readings there.
+    /// Advances the object to `time` and returns the readings there.
     fn step(&mut self, drives: &[Drive], time: f64) -> Channels {
         let mut total = 0.0;
         self.next_forces.fill(0.0);
@@ -213,7 +213,7 @@ impl Simulation {
         self.reading(total)
     }
 
-    /// What hammer and sensors read of a force, N, and of the present motion.
+    /// The readings of hammer and sensors for a force, N, and the present motion.
     fn reading(&self, force: f64) -> Channels {
         let mut reading = self.at_rest;
         reading[0] = force * self.hammer_gain;

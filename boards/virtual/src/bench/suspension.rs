@@ -1,11 +1,11 @@
 //! The six modes of the rigid object on its cords.
 //!
-//! A cord is a spring along its length; its tension also holds the object back sideways, as a
-//! pendulum. When the object turns, the attachment points of the cords and the centre of mass move on
-//! arcs, which adds a geometric stiffness: a force `F` at `p` contributes
-//! `(F·p) I − (F pᵀ + p Fᵀ)/2` to the stiffness of the small rotation. A mount given as a spring along
-//! the three body axes is meant as measured on the hanging object, with all of this in it: as soon as
-//! one such mount is there, nothing is added for tension and weight.
+//! A cord is a spring along its length; its tension also restores the object sideways, as in a pendulum.
+//! When the object turns, the attachment points of the cords and the centre of mass move on arcs, which
+//! adds a geometric stiffness: a force `F` at `p` contributes `(F·p) I − (F pᵀ + p Fᵀ)/2` to the
+//! stiffness of the small rotation. A mount given as a spring along the three body axes is taken as
+//! measured on the hanging object, which includes all of this: with at least one such mount, nothing is
+//! added for tension and weight.
 
 use massline_shared::body::RigidBody;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
@@ -21,7 +21,7 @@ pub enum Suspension {
         /// Fraction of critical damping of each of the six modes.
         damping_ratio: f64,
     },
-    /// In some way that gives these frequencies.
+    /// On a suspension that is given only by its frequencies.
     Frequencies {
         /// Translations of the centre of mass along x, y, z, then rotations about the principal axes in
         /// ascending order of moment, Hz.
@@ -35,18 +35,18 @@ pub enum Suspension {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table [[suspension.cord]]")]
 pub struct Cord {
-    /// Where it is tied to the object, body frame, m.
+    /// Its attachment point on the object, body frame, m.
     pub point_m: [f64; 3],
-    /// From the object to the ceiling, body frame, of any length.
+    /// Direction from the object to the ceiling, body frame, of any length.
     #[serde(default = "up")]
     pub direction: [f64; 3],
     /// Stiffness along the cord, N/m.
     #[serde(default)]
     pub axial_n_per_m: f64,
-    /// Length between object and ceiling when loaded, m; the tension over it is the stiffness across.
+    /// Length between object and ceiling under load, m; tension over length is the lateral stiffness.
     #[serde(default = "quarter_meter")]
     pub length_m: f64,
-    /// Instead of the three above: stiffness along the body axes, N/m.
+    /// In place of the three keys above: stiffness along the body axes, N/m.
     pub spring_n_per_m: Option<[f64; 3]>,
 }
 
@@ -64,12 +64,12 @@ pub struct RigidMode {
 /// Why an object does not hang as described.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SuspensionError {
-    /// No set of tensions balances the weight in the attitude that the file describes.
+    /// No set of tensions balances the weight in the orientation that the file describes.
     #[error(
         "the cords cannot hold the object in this attitude: {0:.1} % of its weight is left over"
     )]
     NotInBalance(f64),
-    /// The balance needs a cord that pushes.
+    /// The equilibrium needs a cord that pushes.
     #[error("cord {0} (counted from 1) would have to push with {1:.2} N to hold the object")]
     PushingCord(usize, f64),
     /// The object can move away without a restoring force.
@@ -80,7 +80,7 @@ pub enum SuspensionError {
 /// Frequencies and shapes of the object on its suspension, in ascending order of frequency.
 ///
 /// # Errors
-/// When the object does not hang in balance or is not held in all six ways of moving.
+/// When the object is not in equilibrium or a mode has no restoring force.
 pub fn rigid_modes(
     body: &RigidBody<f64>,
     suspension: &Suspension,
@@ -128,7 +128,7 @@ fn cord_stiffness(
     Ok(k)
 }
 
-/// Tension of every cord, of least norm where the balance leaves a choice.
+/// Tension of every cord; the solution of least norm when the equilibrium does not determine it.
 fn tensions(
     body: &RigidBody<f64>,
     cords: &[Cord],
@@ -164,7 +164,7 @@ fn geometric(force: &Vector3<f64>, point: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() * force.dot(point) - (outer + outer.transpose()) * 0.5
 }
 
-/// `K φ = ω² M φ` by the Cholesky factor of `M`.
+/// Solves `K φ = ω² M φ` by the Cholesky factor of `M`.
 fn solve(
     mass: &Matrix6<f64>,
     stiffness: &Matrix6<f64>,
@@ -190,7 +190,7 @@ fn solve(
 }
 
 /// Three translations of the centre of mass along the body axes, then a rotation about each principal
-/// axis, with the frequencies asked for.
+/// axis, with the given frequencies.
 fn modes_of(body: &RigidBody<f64>, hz: &[f64; 6], damping_ratio: f64) -> [RigidMode; 6] {
     let principal = body.inertia.symmetric_eigen();
     std::array::from_fn(|i| {
@@ -240,8 +240,8 @@ mod tests {
             .to_vec();
         let modes = rigid_modes(&body, &Suspension::Cords { cords, damping_ratio: 0.01 }, &GRAVITY)
             .unwrap();
-        // Attached in the plane of the centre of mass: closed forms of the pendulum, of the torsional
-        // pendulum, and of the springs with T/l across.
+        // Attached in the plane of the centre of mass, where closed forms hold: the pendulum, the
+        // torsional pendulum, and the springs with T/l laterally.
         let (swing, bounce) = (9.80665 / 0.25, 400.0 / 2.0);
         let yaw = 9.80665 / 0.25 * 2.0 * (0.1_f64.powi(2) + 0.15_f64.powi(2)) / body.inertia.m33;
         let roll = 400.0 * 0.15_f64.powi(2) / body.inertia.m11;
@@ -249,22 +249,22 @@ mod tests {
         let mut expected = [swing, swing, bounce, yaw, roll, pitch].map(f64::sqrt);
         expected.sort_by(f64::total_cmp);
         for (mode, omega) in modes.iter().zip(expected) {
-            // Rounding of a well-conditioned 6 × 6 eigenproblem.
+            // Tolerance: rounding of a well-conditioned 6 × 6 eigenproblem.
             assert!((mode.omega / omega - 1.0).abs() < 1e-9, "{} {omega}", mode.omega);
         }
     }
 
     #[test]
     fn a_body_hung_above_its_centre_of_mass_rocks_as_a_compound_pendulum() {
-        // Two short stiff cords on the y axis, 0.1 m above the centre: rotation about y is free of the
-        // springs, and only weight times lever restores it.
+        // Two short stiff cords on the y axis, 0.1 m above the centre: the springs do not resist rotation
+        // about y, and only weight times lever restores it.
         let body = block(2.0, Vector3::new(0.0, 0.0, -0.1), [0.1, 0.1, 0.1], &Matrix3::identity());
         let cords = vec![vertical(0.0, 0.1, 0.0, 1e7, 1e-4), vertical(0.0, -0.1, 0.0, 1e7, 1e-4)];
         let modes = rigid_modes(&body, &Suspension::Cords { cords, damping_ratio: 0.01 }, &GRAVITY)
             .unwrap();
         let about_pivot = body.inertia.m22 + 2.0 * 0.01;
         let expected = (2.0 * 9.80665 * 0.1 / about_pivot).sqrt();
-        // The cords have 0.1 mm of length left to swing on, 1/1000 of the lever.
+        // The cords are 0.1 mm long, 1/1000 of the lever, which bounds the deviation.
         assert!((modes[0].omega / expected - 1.0).abs() < 2e-3, "{}", modes[0].omega);
     }
 

@@ -1,4 +1,4 @@
-//! Taps: what the hammer does, well and badly.
+//! Taps: what the hammer does when it is used well and when it is used badly.
 
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
@@ -7,14 +7,14 @@ use rand_chacha::ChaCha8Rng;
 use super::Bench;
 use super::errors::normal_vector;
 
-/// How a tap was meant.
+/// Kind of a tap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TapKind {
-    /// As it should be.
+    /// A correct tap.
     Good,
     /// Too little force.
     TooWeak,
-    /// More force than the channels can show.
+    /// More force than the channels can measure.
     TooHard,
     /// The hammer bounces: a second tap follows.
     Double,
@@ -22,14 +22,15 @@ pub enum TapKind {
     Grazing,
     /// The hammer stays on the object.
     SustainedContact,
-    /// As with a soft tip.
+    /// As long as with a soft tip.
     Soft,
-    /// Beside the mark.
+    /// Lands beside the mark.
     Misplaced,
 }
 
 impl TapKind {
-    /// What goes wrong, in the order of [`OperatorSettings::rates`](super::settings::OperatorSettings).
+    /// The kinds of bad taps, in the order of
+    /// [`OperatorSettings::rates`](super::settings::OperatorSettings).
     const WRONG: [Self; 7] = [
         Self::TooWeak,
         Self::TooHard,
@@ -41,16 +42,16 @@ impl TapKind {
     ];
 }
 
-/// Force with which a hammer brushes the object, N: it does not trigger.
+/// Force with which a hammer brushes the object, N; it does not trigger.
 const GRAZE_N: f64 = 2.0;
-/// Time from that to the strike, s: within the scans before the trigger.
+/// Time from that contact to the strike, s: within the scans before the trigger.
 const GRAZE_S: f64 = 0.012;
-/// Share of the peak with which a hammer leans on the object, and how long, s.
+/// Force of a hammer that stays on the object, as a share of the peak, and its duration, s.
 const LEAN: f64 = 0.3;
 const LEAN_S: f64 = 2.0;
-/// How much longer a soft tip touches.
+/// Factor by which a soft tip lengthens the contact.
 const SOFT: f64 = 5.0;
-/// How far a tap goes astray, m.
+/// Distance of a misplaced tap from its mark, m.
 const MISPLACED_M: f64 = 0.08;
 
 /// One contact of the hammer.
@@ -76,22 +77,22 @@ impl Contact {
         self.peak * sine * sine.sqrt()
     }
 
-    /// When it is over.
+    /// When the contact ends, s after arming.
     pub fn end(&self) -> f64 {
         self.start + self.duration
     }
 }
 
-/// A tap as it truly happened.
+/// A tap with its true values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tap {
-    /// Hit of the layout, 0-based.
+    /// Index of the hit in the layout, from 0.
     pub dof: usize,
-    /// How it was meant.
+    /// What kind of tap it is.
     pub kind: TapKind,
     /// Where it landed, body frame, m.
     pub point: Vector3<f64>,
-    /// Where the force pointed: a unit vector of the body frame.
+    /// Direction of the force: a unit vector in the body frame.
     pub direction: Vector3<f64>,
     /// One contact, or two when the hammer bounced.
     pub contacts: Vec<Contact>,
@@ -100,7 +101,7 @@ pub struct Tap {
 impl Tap {
     /// Draws a tap at the marked point, beginning at `start` seconds after arming.
     ///
-    /// As many numbers are drawn for every kind of tap, so that a rate changes nothing else.
+    /// Every kind of tap draws the same number of random values, so that a rate changes nothing else.
     pub(super) fn draw(
         bench: &Bench,
         dof: usize,
@@ -119,7 +120,7 @@ impl Tap {
             _ => tap.force_n,
         };
         let contact = Contact {
-            // Not in step with the scans.
+            // A random time within a scan.
             start: start + rng.random::<f64>() / bench.adc.rate_hz,
             duration: within(tap.duration_s, rng.random()),
             peak: within(range, rng.random()),
@@ -151,7 +152,7 @@ impl Tap {
         self.contacts.iter().map(|c| c.start).fold(f64::INFINITY, f64::min)
     }
 
-    /// When the hammer has left for good, s after arming.
+    /// When the last contact ends, s after arming.
     pub fn end(&self) -> f64 {
         self.contacts.iter().map(Contact::end).fold(0.0, f64::max)
     }
@@ -196,7 +197,7 @@ mod tests {
         let rms = |value: &dyn Fn(&Tap) -> f64| {
             (taps.iter().map(|t| value(t).powi(2)).sum::<f64>() / 4000.0).sqrt()
         };
-        // 4000 draws: the standard deviation is known to 1.1 %; four times that is allowed.
+        // 4000 draws determine the standard deviation to 1.1 %; four times that is allowed.
         assert!((rms(&|t| t.point.x) / 0.002 - 1.0).abs() < 0.045);
         assert!((rms(&|t| t.direction.y) / 0.030 - 1.0).abs() < 0.045);
         assert!(taps.iter().all(|t| t.point.z == 0.0 && (t.direction.norm() - 1.0).abs() < 1e-12));

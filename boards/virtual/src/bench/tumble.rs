@@ -1,4 +1,4 @@
-//! The sensors of a bench at rest in one's hand: the six positions of a tumble test.
+//! The sensors of a bench held still in the six positions of a tumble test.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,11 +14,11 @@ use super::operator::{TEST, adc_of, stream};
 use super::{Bench, BenchError};
 use crate::source::ScanSource;
 
-/// Makes scans of the sensors of a bench while they lie still, all side by side on one square block
-/// that is turned from position to position.
+/// Makes scans of the sensors of a bench while they lie still, all side by side on one square block that
+/// is turned from position to position.
 ///
-/// The sensors are those of [`super::BenchSource`] under the same seed. Each position is tilted a
-/// little, always in the same way under one seed.
+/// The sensors are those of [`super::BenchSource`] with the same seed. Each position is tilted slightly,
+/// always in the same way for one seed.
 #[derive(Debug)]
 pub struct TumbleSource {
     bench: Bench,
@@ -28,7 +28,7 @@ pub struct TumbleSource {
     chain: Chain,
     noise: ChaCha8Rng,
     handle: TumbleHandle,
-    /// Index of the position that the chain has settled in.
+    /// Index of the position for which the chain is in steady state.
     settled: Option<usize>,
 }
 
@@ -37,21 +37,21 @@ pub struct TumbleSource {
 pub struct TumbleHandle(Arc<AtomicUsize>);
 
 impl TumbleHandle {
-    /// The block lies in this position from the next scan on.
+    /// From the next scan on the block lies in this position.
     pub fn turn_to(&self, position: Position) {
         let index = Position::ALL.iter().position(|&p| p == position).unwrap_or(0);
         self.0.store(index, Ordering::Relaxed);
     }
 }
 
-/// Streams of the tilts: no arming has these numbers.
+/// Streams of the tilts; no arming has these numbers.
 const TILTS: u64 = TEST - 0x1000;
 
 impl TumbleSource {
     /// The first `sensors` sensors of a bench, in the first of [`Position::ALL`].
     ///
     /// # Errors
-    /// When a rig does not have as many channels.
+    /// When a rig does not have enough channels for them.
     pub fn new(bench: &Bench, sensors: usize, seed: u64) -> Result<Self, BenchError> {
         if sensors * 3 > RESPONSES {
             return Err(BenchError::TooManySensors(sensors));
@@ -69,17 +69,17 @@ impl TumbleSource {
         })
     }
 
-    /// Turns the block.
+    /// A handle that turns the block.
     pub fn handle(&self) -> TumbleHandle {
         self.handle.clone()
     }
 
-    /// What the sensors have for good.
+    /// The constant errors of the sensors.
     pub fn errors(&self) -> &TestErrors {
         &self.errors
     }
 
-    /// What the channels are exposed to in a position, m/s².
+    /// The inputs of the channels in a position, m/s².
     fn input(&self, index: usize) -> Channels {
         let position = Position::ALL[index];
         let mut rng = stream(self.seed, TILTS + index as u64);

@@ -1,4 +1,4 @@
-//! The cells of flash in memory, and what a cut of the power does to them.
+//! The cells of a flash in memory, and what a power cut does to them.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,16 +7,16 @@ use super::{Chip, FlashError, VirtualChip};
 
 const ERASED: u8 = 0xFF;
 
-/// When the power is cut. A *step* is the writing of one word or the erasing of one page.
+/// When the power is cut. A *step* writes one word or erases one page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cut {
-    /// Steps that are still done whole; the next one is torn.
+    /// Number of steps that still complete; the next one is torn.
     pub after: u64,
-    /// Decides what the torn step leaves.
+    /// Seed that decides what the torn step leaves.
     pub seed: u64,
 }
 
-/// The content of a flash in memory; clones are the same flash.
+/// The content of a flash in memory; clones share it.
 #[derive(Clone)]
 pub struct FlashMemory(Arc<Mutex<Cells>>);
 
@@ -39,7 +39,7 @@ impl FlashMemory {
         Self::of_cells(Cells::new::<C>(vec![ERASED; C::BYTES]))
     }
 
-    /// Flash of the virtual board that holds these bytes.
+    /// Flash of the virtual board with this content.
     pub(super) fn holding(bytes: Vec<u8>) -> Self {
         Self::of_cells(Cells::new::<VirtualChip>(bytes))
     }
@@ -48,17 +48,17 @@ impl FlashMemory {
         Self(Arc::new(Mutex::new(cells)))
     }
 
-    /// Another flash with the same content.
+    /// An independent copy with the same content.
     pub fn copied(&self) -> Self {
         Self::of_cells(self.with(|cells| cells.clone()))
     }
 
-    /// Cuts the power later on. It comes back when the flash is opened again.
+    /// Schedules a power cut. Power returns when the flash is opened again.
     pub fn cut_power(&self, cut: Cut) {
         self.with(|cells| cells.cut = Some(cut));
     }
 
-    /// False from a cut on until the flash is opened again.
+    /// False from the power cut until the flash is opened again.
     pub fn has_power(&self) -> bool {
         self.with(|cells| !cells.dark)
     }
@@ -68,7 +68,7 @@ impl FlashMemory {
         self.with(|cells| cells.steps)
     }
 
-    /// How often each page was erased.
+    /// Number of erases of each page.
     pub fn erases(&self) -> Vec<u32> {
         self.with(|cells| cells.erases.clone())
     }
@@ -78,7 +78,7 @@ impl FlashMemory {
     }
 }
 
-/// How a word with an error correcting code stands.
+/// State of a word with an error-correcting code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Word {
     Erased,
@@ -91,7 +91,7 @@ pub(super) struct Cells {
     bytes: Vec<u8>,
     page: usize,
     word: usize,
-    /// Empty for a chip without error correcting codes.
+    /// Empty for a chip without error-correcting codes.
     words: Vec<Word>,
     steps: u64,
     erases: Vec<u32>,
@@ -183,7 +183,7 @@ impl Cells {
         Ok(())
     }
 
-    /// Begins a step; gives the dice when the power is cut in it.
+    /// Begins a step; returns the random number generator when the power is cut during it.
     fn step(&mut self) -> Result<Option<Chance>, FlashError> {
         self.powered()?;
         self.steps += 1;
@@ -200,7 +200,8 @@ impl Cells {
         if self.dark { Err(FlashError::PowerCut) } else { Ok(()) }
     }
 
-    /// An erase that was cut: some words as before, some erased, some in between; more or less far.
+    /// Leaves a page as an interrupted erase does: how far it came is random, and each word may be
+    /// unchanged, erased or in between.
     fn tear_page(&mut self, page: usize, chance: &mut Chance) {
         let progress = chance.below(5);
         for at in (page..page + self.page).step_by(self.word) {
@@ -223,7 +224,7 @@ impl Cells {
     }
 }
 
-/// What is left of a step that was cut.
+/// How much of an interrupted step was done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Left {
     Nothing,
@@ -231,7 +232,7 @@ enum Left {
     Whole,
 }
 
-/// Clears some of the bits that were to be cleared: none, some or all of them.
+/// Clears none, some or all of the bits that were to be cleared.
 fn tear(place: &mut [u8], new: &[u8], chance: &mut Chance) -> Left {
     match chance.below(8) {
         0 => Left::Nothing,
@@ -245,7 +246,7 @@ fn tear(place: &mut [u8], new: &[u8], chance: &mut Chance) -> Left {
     }
 }
 
-/// Deterministic dice: SplitMix64.
+/// Deterministic random number generator: SplitMix64.
 struct Chance(u64);
 
 impl Chance {

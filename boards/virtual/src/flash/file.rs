@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::{FLASH_BYTES, FlashMemory, FlashOpenError};
 
-/// Opens the file for this rig alone.
+/// Opens the file and locks it against other rigs.
 pub(super) fn open_locked(path: &Path) -> Result<File, FlashOpenError> {
     let failed = |source| FlashOpenError::Io { path: path.to_owned(), source };
     let file = OpenOptions::new()
@@ -23,7 +23,7 @@ pub(super) fn open_locked(path: &Path) -> Result<File, FlashOpenError> {
     }
 }
 
-/// What the file holds; an empty one becomes erased flash.
+/// The content of the file; an empty file becomes erased flash.
 pub(super) fn load(file: &mut File, path: &Path) -> Result<FlashMemory, FlashOpenError> {
     let failed = |source| FlashOpenError::Io { path: path.to_owned(), source };
     let mut bytes = vec![0xFF; FLASH_BYTES];

@@ -1,8 +1,8 @@
-//! Flash of a chip, in memory or in a file, with the rules of that chip's NOR flash, wear counters, and a
+//! Flash of a chip, in memory or in a file, with the rules of that chip's NOR flash, wear counters, and
 //! power that can be cut at any word.
 //!
-//! An erase sets whole pages to ones, a write only clears bits. What a cut leaves of the word or the
-//! page in hand differs from chip to chip: see [`Chip`].
+//! An erase sets whole pages to ones, a write only clears bits. What a power cut leaves of the word or
+//! page being changed differs from chip to chip: see [`Chip`].
 
 mod cells;
 mod file;
@@ -22,20 +22,20 @@ pub use cells::{Cut, FlashMemory};
 pub trait Chip: Send + 'static {
     /// Bytes of the region.
     const BYTES: usize;
-    /// Bytes that are erased together.
+    /// Bytes of a page, which is erased as a whole.
     const PAGE: usize;
-    /// Bytes that are written together.
+    /// Bytes of a word, which is written as a whole.
     const WORD: usize;
-    /// Whether every word has an error correcting code of its own.
+    /// Whether every word has its own error-correcting code.
     ///
-    /// * Without one a word may be written again as long as bits are only cleared. A cut clears any of
-    ///   the bits that it was to clear, and an erase that is cut leaves any bits.
-    /// * With one a word is written once between two erases. A cut leaves a word that cannot be read
-    ///   until its page is erased, and so does an erase that is cut.
+    /// * Without one, a word may be written again as long as bits are only cleared. A cut write clears
+    ///   any of the bits that it was to clear, and a cut erase leaves random bits.
+    /// * With one, a word is written once between two erases. A cut write or a cut erase leaves words
+    ///   that cannot be read until their page is erased.
     const ECC: bool;
 }
 
-/// The virtual board's own.
+/// The virtual board's own flash.
 #[derive(Clone, Copy, Debug)]
 pub enum VirtualChip {}
 
@@ -57,7 +57,7 @@ impl Chip for F411 {
     const ECC: bool = false;
 }
 
-/// The end of an STM32G474's second bank: double words with an error correcting code.
+/// The end of an STM32G474's second bank: double words with an error-correcting code.
 #[derive(Clone, Copy, Debug)]
 pub enum G474 {}
 
@@ -68,7 +68,7 @@ impl Chip for G474 {
     const ECC: bool = true;
 }
 
-/// The end of the flash beside an RP2350 (W25Q32): bytes.
+/// The end of the flash beside an RP2350 (W25Q32), written by single bytes.
 #[derive(Clone, Copy, Debug)]
 pub enum W25q {}
 
@@ -81,17 +81,17 @@ impl Chip for W25q {
 
 /// Bytes of the virtual board's flash.
 pub const FLASH_BYTES: usize = 256 * 1024;
-/// Bytes of it that are erased together.
+/// Bytes per page of that flash.
 pub const PAGE_BYTES: usize = 4096;
-/// Bytes of it that are written together.
+/// Bytes per word of that flash.
 pub const WORD_BYTES: usize = 4;
 
 /// Where the bits of a [`Flash`] live.
 #[derive(Clone, Debug)]
 pub enum FlashBacking {
-    /// In this process. A rig started again over a clone finds what the first has written.
+    /// In this process. A rig restarted on a clone finds what the first one has written.
     Memory(FlashMemory),
-    /// In this file, made when it is not there. One rig at a time.
+    /// In this file, which is created when it does not exist. Only one rig may use it at a time.
     File(PathBuf),
 }
 
@@ -101,15 +101,15 @@ impl Default for FlashBacking {
     }
 }
 
-/// Why flash cannot be opened.
+/// Why flash could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum FlashOpenError {
-    /// The file cannot be read or made.
+    /// The file cannot be read or created.
     #[error("cannot open the flash file {path}: {source}")]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// Another rig has it open.
@@ -123,23 +123,23 @@ pub enum FlashOpenError {
     WrongLength {
         /// The file.
         path: PathBuf,
-        /// Its bytes.
+        /// Its length in bytes.
         found: u64,
     },
 }
 
-/// Why flash refused.
+/// Why an operation on flash failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashError {
-    /// The place or the length is no multiple of what the flash can do.
+    /// The offset or the length is not a multiple of the unit that the operation needs.
     NotAligned,
-    /// Beyond the end.
+    /// The range goes beyond the end.
     OutOfBounds,
-    /// A write would have to set a bit that is cleared, or a word was written that had been.
+    /// A write would have to set a cleared bit, or would write a word a second time.
     NotErased,
-    /// A word was torn by a cut of the power: its error correcting code does not fit.
+    /// The word was torn by a power cut: its error-correcting code does not match.
     Torn,
-    /// There is no power.
+    /// The power is off.
     PowerCut,
     /// The file could not be written.
     File,
@@ -155,8 +155,8 @@ impl NorFlashError for FlashError {
     }
 }
 
-/// The flash of a chip. A file is written before a write or an erase returns, so its content survives the
-/// end of the process.
+/// The flash of a chip. With a file behind it, a write or an erase reaches the file before it returns, so
+/// the content survives the end of the process.
 #[derive(Debug)]
 pub struct ChipFlash<C> {
     memory: FlashMemory,
@@ -171,7 +171,7 @@ impl Flash {
     /// Opens the virtual board's flash; new flash is erased.
     ///
     /// # Errors
-    /// When the file cannot be opened, is in use, or is no flash file.
+    /// When the file cannot be opened, is in use, or is not a flash file.
     pub fn open(backing: &FlashBacking) -> Result<Self, FlashOpenError> {
         match backing {
             FlashBacking::Memory(memory) => Ok(Self::over(memory)),
@@ -185,7 +185,7 @@ impl Flash {
 }
 
 impl<C: Chip> ChipFlash<C> {
-    /// Over memory made by [`FlashMemory::of`] this chip; its power comes back.
+    /// Opens memory made for this chip by [`FlashMemory::of`]; restores its power.
     pub fn over(memory: &FlashMemory) -> Self {
         memory.with(cells::Cells::power_up);
         Self { memory: memory.clone(), file: None, chip: PhantomData }

@@ -1,4 +1,4 @@
-//! What a bad cable does to a stream of bytes, at random but seeded.
+//! The faults of a bad cable on a stream of bytes, random but seeded.
 
 use std::fmt;
 use std::sync::Arc;
@@ -9,26 +9,26 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Direction, Filter, HostEnd};
 
-/// Chance of each fault, 0 to 1.
+/// Probability of each fault, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultRates {
     /// A byte is lost.
     pub lose_byte: f64,
-    /// A byte comes twice.
+    /// A byte arrives twice.
     pub double_byte: f64,
     /// A bit of a byte is flipped.
     pub flip_bit: f64,
-    /// What is written together arrives not at all.
+    /// A whole write is lost.
     pub lose_write: f64,
-    /// What is written together arrives twice.
+    /// A whole write arrives twice.
     pub double_write: f64,
-    /// What is written together is cut after a byte: the reader gets the rest with another read. No
-    /// fault, and not counted: any link does so.
+    /// A write is split after a byte: the reader gets the rest with another read. This is not a fault and
+    /// not counted: any link does it.
     pub cut: f64,
 }
 
 impl FaultRates {
-    /// Nothing happens.
+    /// No faults.
     pub const NONE: Self = Self {
         lose_byte: 0.0,
         double_byte: 0.0,
@@ -38,8 +38,8 @@ impl FaultRates {
         cut: 0.0,
     };
 
-    /// About one fault in `bytes` bytes and in `writes` writes, each kind as often as the others;
-    /// every tenth byte ends a piece.
+    /// About one fault in `bytes` bytes and in `writes` writes, each kind equally frequent; every tenth
+    /// byte ends a piece.
     pub fn one_in(bytes: f64, writes: f64) -> Self {
         Self {
             lose_byte: 1.0 / (3.0 * bytes),
@@ -52,7 +52,7 @@ impl FaultRates {
     }
 }
 
-/// A pipe made faulty: counts what went wrong on it. Clones are the same.
+/// Makes a pipe faulty and counts the faults on it. Clones share the count.
 #[derive(Clone, Default)]
 pub struct FaultyPipe {
     faults: Arc<AtomicU64>,
@@ -65,7 +65,7 @@ impl fmt::Debug for FaultyPipe {
 }
 
 impl FaultyPipe {
-    /// Both directions of the pipe behind `host` have faults from now on.
+    /// From now on both directions of the pipe behind `host` have faults.
     pub fn on(host: &HostEnd, seed: u64, rates: FaultRates) -> Self {
         let pipe = Self::default();
         host.set_filter(Direction::ToRig, Some(pipe.filter(seed, rates)));
@@ -73,18 +73,18 @@ impl FaultyPipe {
         pipe
     }
 
-    /// The pipe behind `host` is good again.
+    /// Removes the faults from the pipe behind `host`.
     pub fn repair(host: &HostEnd) {
         host.set_filter(Direction::ToRig, None);
         host.set_filter(Direction::ToHost, None);
     }
 
-    /// Faults so far, both directions.
+    /// Faults so far in both directions.
     pub fn faults(&self) -> u64 {
         self.faults.load(Ordering::Relaxed)
     }
 
-    /// A filter for one direction, counted here.
+    /// A filter for one direction whose faults are counted here.
     pub fn filter(&self, seed: u64, rates: FaultRates) -> Filter {
         let faults = self.faults.clone();
         let mut dice = Dice { rng: ChaCha8Rng::seed_from_u64(seed), faults };

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use super::{Direction, Filter, Shared, State};
 
-/// The host's end: reads and writes like a serial port, clones are the same end.
+/// The host's end: reads and writes like a serial port. Clones are the same end.
 ///
-/// Errors of `read` and `write`: `TimedOut` when nothing could be done in time, `NotConnected` while
-/// unplugged, `BrokenPipe` when the rig has ended and everything that it sent has been read.
+/// Errors of `read` and `write`: `TimedOut` when nothing could be transferred in time, `NotConnected`
+/// while unplugged, `BrokenPipe` when the rig has ended and everything that it sent has been read.
 #[derive(Clone)]
 pub struct HostEnd {
     shared: Arc<Shared>,
@@ -28,12 +28,12 @@ impl HostEnd {
         Self { shared, timeout: Duration::from_secs(1) }
     }
 
-    /// How long `read` and `write` of this clone wait, at first 1 s.
+    /// Sets how long `read` and `write` of this clone wait; initially 1 s.
     pub fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }
 
-    /// Pulls the plug: what is under way in both directions is lost.
+    /// Pulls the plug: bytes in transit in both directions are lost.
     pub fn unplug(&self) {
         let mut state = self.shared.lock();
         if state.plugged {
@@ -57,12 +57,12 @@ impl HostEnd {
         self.shared.lock().plugged
     }
 
-    /// Whatever is written in this direction from now on goes through `filter`.
+    /// Passes whatever is written in this direction from now on through `filter`.
     pub fn set_filter(&self, direction: Direction, filter: Option<Filter>) {
         self.shared.lock().lane(direction).filter = filter;
     }
 
-    /// Waits until the rig has taken everything that was written to it; false when it has not within the
+    /// Waits until the rig has read everything that was written to it; false when it has not within the
     /// timeout of this clone.
     pub fn drained(&self) -> bool {
         let state = self.shared.lock();
@@ -71,7 +71,7 @@ impl HostEnd {
         !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
-    /// Repeats `attempt` until it does at least one byte or the time is up.
+    /// Repeats `attempt` until it transfers at least one byte or the timeout expires.
     fn until_done(&self, mut attempt: impl FnMut(&mut State) -> usize) -> io::Result<usize> {
         let deadline = Instant::now() + self.timeout;
         let mut state = self.shared.lock();

@@ -4,9 +4,9 @@
 //! ```text
 //! rig ── RigTx ─▶ filter ─▶ bytes ─▶ HostEnd::read      HostEnd::write ─▶ filter ─▶ bytes ─▶ RigRx ── rig
 //! ```
-//! Each direction holds a bounded number of bytes; a writer waits for room. The host can pull the
-//! plug: what is under way is lost, the rig sees one error, then nothing until the plug is back. A
-//! [`Filter`] in each direction may drop, double, change and cut bytes ([`faults`] has one that does
+//! Each direction holds a bounded number of bytes; a writer waits for room. The host can pull the plug:
+//! bytes in transit are lost, the rig gets one error, then nothing until the plug is back. A [`Filter`]
+//! in each direction may drop, double, change and cut bytes ([`faults`] has one that does so at random).
 //! so at random).
 
 pub mod faults;
@@ -20,11 +20,11 @@ use std::task::{Context, Poll, Waker};
 pub use host_end::HostEnd;
 pub use rig_end::{Backlog, PipeLink, RigRx, RigTx, Unplugged};
 
-/// Bytes that a direction of the pipe holds unless told otherwise: as much as a serial driver does.
+/// Default capacity of each direction of the pipe, bytes: that of a serial driver.
 pub const DEFAULT_CAPACITY: usize = 64 * 1024;
 
-/// What happens to the bytes of one write: gives the pieces that arrive. A read never crosses the
-/// border of two pieces.
+/// What happens to the bytes of one write: returns the pieces that arrive. A read never crosses the
+/// boundary between two pieces.
 pub type Filter = Box<dyn FnMut(&[u8]) -> Vec<Vec<u8>> + Send>;
 
 /// A direction of the pipe.
@@ -36,7 +36,7 @@ pub enum Direction {
     ToHost,
 }
 
-/// A pipe whose directions hold `capacity` bytes each: the rig's end and the host's. It is plugged in.
+/// A pipe whose directions hold `capacity` bytes each: the rig's end and the host's end, plugged in.
 pub fn pipe(capacity: usize) -> (PipeLink, HostEnd) {
     let shared = Arc::new(Shared {
         state: Mutex::new(State {
@@ -58,7 +58,7 @@ pub fn pipe(capacity: usize) -> (PipeLink, HostEnd) {
 
 struct Shared {
     state: Mutex<State>,
-    /// Told of every change that a waiting host may be waiting for.
+    /// Notified of every change that a host may be waiting for.
     changed: Condvar,
 }
 
@@ -66,9 +66,9 @@ struct State {
     to_rig: Lane,
     to_host: Lane,
     plugged: bool,
-    /// The plug was pulled and the rig's reader has not been told.
+    /// The plug was pulled and the rig's reader has not yet got the error.
     pulled: bool,
-    /// The rig is in the middle of a write, or has given one up.
+    /// The rig is in the middle of a write, or has abandoned one.
     writing: bool,
     /// The plug was pulled in the middle of that write.
     cut_off: bool,
@@ -76,12 +76,12 @@ struct State {
     rig_ended: bool,
     rig_reader: Option<Waker>,
     rig_writer: Option<Waker>,
-    /// Waits for the host to read.
+    /// The rig's task that waits for the host to read.
     rig_pacer: Option<Waker>,
 }
 
 impl Shared {
-    /// A panic elsewhere leaves the state whole: every change is complete before anything can fail.
+    /// A panic elsewhere leaves the state consistent: every change is complete before anything can fail.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -103,19 +103,19 @@ impl State {
     }
 }
 
-/// Waits: keeps who is to be woken.
+/// Stores the waker and returns pending.
 fn wait<T>(waker: &mut Option<Waker>, cx: &Context<'_>) -> Poll<T> {
     *waker = Some(cx.waker().clone());
     Poll::Pending
 }
 
-/// The bytes under way in one direction.
+/// The bytes in transit in one direction.
 struct Lane {
     capacity: usize,
     bytes: VecDeque<u8>,
-    /// Where pieces end, in bytes ever queued.
+    /// Ends of the pieces, as counts of bytes queued since the start.
     ends: VecDeque<u64>,
-    /// Bytes ever taken.
+    /// Bytes taken since the start.
     taken: u64,
     filter: Option<Filter>,
 }
@@ -131,7 +131,7 @@ impl Lane {
         }
     }
 
-    /// Takes as many of `bytes` as there is room for, and says how many.
+    /// Queues as many of `bytes` as there is room for and returns how many.
     fn put(&mut self, bytes: &[u8]) -> usize {
         let room = self.capacity.saturating_sub(self.bytes.len());
         let accepted = &bytes[..bytes.len().min(room)];
@@ -148,7 +148,7 @@ impl Lane {
         accepted.len()
     }
 
-    /// Moves bytes into `out`, up to the end of a piece, and says how many.
+    /// Moves bytes into `out`, up to the end of a piece, and returns how many.
     fn take(&mut self, out: &mut [u8]) -> usize {
         while self.ends.front().is_some_and(|&end| end <= self.taken) {
             self.ends.pop_front();

@@ -10,7 +10,7 @@ use massline_firmware::board::Link;
 
 use super::{Shared, State, wait};
 
-/// The rig's end: its [`Link`]. The host sees the rig as gone when either half is dropped.
+/// The rig's end: its [`Link`]. The host sees the rig as ended when either half is dropped.
 pub struct PipeLink {
     rx: RigRx,
     tx: RigTx,
@@ -23,17 +23,17 @@ impl PipeLink {
 }
 
 impl PipeLink {
-    /// How far the host is behind with reading.
+    /// A handle to the bytes that the host has not read yet.
     pub fn backlog(&self) -> Backlog {
         Backlog(self.tx.0.0.clone())
     }
 }
 
-/// What the host has not read yet.
+/// The bytes that the host has not read yet.
 pub struct Backlog(Arc<Shared>);
 
 impl Backlog {
-    /// True when the host has read all but half of what the pipe holds, or is not there.
+    /// True when at most half of the pipe's capacity is unread, or the host is unplugged.
     pub fn is_small(&self) -> bool {
         self.0.lock().has_small_backlog()
     }
@@ -97,15 +97,15 @@ impl Error for Unplugged {
     }
 }
 
-/// From the host.
+/// The receiving half: bytes from the host.
 ///
 /// A read after the plug was pulled fails once; the next one waits until the host is back.
 pub struct RigRx(Half);
 
-/// To the host.
+/// The sending half: bytes to the host.
 ///
-/// A write fails while the host is unplugged, and one that waits when the plug is pulled fails even if the
-/// plug is back at once.
+/// A write fails while the host is unplugged. A write that is waiting when the plug is pulled fails even
+/// if the plug is back at once.
 pub struct RigTx(Half);
 
 struct Half(Arc<Shared>);
@@ -151,7 +151,7 @@ impl Read for RigRx {
 impl Write for RigTx {
     async fn write(&mut self, buf: &[u8]) -> Result<usize, Unplugged> {
         let shared = &self.0.0;
-        // What happened to an earlier write that was given up is none of this one's.
+        // An earlier write that was abandoned does not affect this one.
         shared.lock().begin_write();
         poll_fn(|cx| {
             let mut state = shared.lock();

@@ -1,4 +1,5 @@
-//! Runs the golden cases on the Cortex-M4F, in single and in double precision; a line for each case.
+//! Runs the golden cases on the Cortex-M4F, in single and in double precision; prints a line for each
+//! case.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
@@ -21,7 +22,7 @@ mod on_target {
         end(single && double)
     }
 
-    /// Runs all cases that a rig has a use for; true when there are some and all pass.
+    /// Runs all cases that apply to a rig; true when there are some and all pass.
     fn run_all<R: RealFft + Default>(precision: &str) -> bool {
         let cases = || CASES.iter().filter(|case| has_a_use(case));
         let (count, bad) =
@@ -30,7 +31,7 @@ mod on_target {
         count > 0 && bad == 0
     }
 
-    /// Layouts are designed on the host, and body and suspension are fitted together there: both would
+    /// Layouts are designed on the host, and body and suspension are fitted together there; both would
     /// take minutes in emulated double precision.
     fn has_a_use(case: &Case) -> bool {
         !["d_optimal", "global_fit"].contains(&case.method)

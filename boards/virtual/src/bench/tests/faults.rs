@@ -1,4 +1,4 @@
-//! What plain mistakes make of the scans.
+//! The effect of setup mistakes on the scans.
 
 use super::{layout, scans, test_one};
 use crate::bench::{Bench, BenchError, BenchSource, Fault};
@@ -6,7 +6,7 @@ use crate::source::ScanSource;
 use massline_shared::layout::HostLayout;
 use massline_shared::signal::Scan;
 
-/// A bench on which all channels are alike and nothing is random but the taps.
+/// A bench on which all channels are identical and only the taps are random.
 fn exact(faults: &[&str]) -> Bench {
     let mut bench = Bench::named("ideal").unwrap();
     bench.sensor.zero_sigma_v = 0.0;
@@ -25,7 +25,7 @@ fn tapped(bench: &Bench, layout: &HostLayout, dof: usize) -> Vec<Scan> {
     scans(&mut source, 1400)
 }
 
-/// Volts from 1.5 V, in codes, of channel `k`.
+/// Deviation of channel `k` from 1.5 V, in codes.
 fn reading(scan: &Scan, k: usize) -> i32 {
     i32::from(scan[k]) - 2048
 }
@@ -34,7 +34,8 @@ fn reading(scan: &Scan, k: usize) -> i32 {
 fn wires_and_mounting_change_readings_as_they_must() {
     let good = tapped(&exact(&[]), &test_one(), 0);
     assert!(good.iter().any(|s| reading(s, 5).abs() > 50), "the hit shows in sensor 2 y");
-    // Channel and the sign and channel that it shows instead. New x of a turn about z is old y.
+    // A channel with the sign and the channel that it shows instead. After a turn about z the new x is
+    // the old y.
     type Shown = (usize, i32, usize);
     let cases: [(&str, &[Shown]); 5] = [
         ("flip:2y", &[(4, 1, 4), (5, -1, 5), (6, 1, 6)]),
@@ -47,7 +48,7 @@ fn wires_and_mounting_change_readings_as_they_must() {
         let bad = tapped(&exact(&[fault]), &test_one(), 0);
         for (bad, good) in bad.iter().zip(&good) {
             for &(k, sign, of) in channels {
-                // Each is rounded on its own; a half is rounded up on one side and down on the other.
+                // Each reading is rounded; with opposite signs a half is rounded in opposite directions.
                 assert!((reading(bad, k) - sign * reading(good, of)).abs() <= 1, "{fault} {k}");
             }
         }
@@ -62,7 +63,7 @@ fn a_common_scale_shows_in_all_sensors_and_not_in_the_hammer() {
         assert_eq!(bad[0], good[0]);
         for k in 1..10 {
             let expected = 1.1 * f64::from(reading(good, k));
-            // Rounded twice.
+            // Both readings are rounded.
             assert!((f64::from(reading(bad, k)) - expected).abs() <= 1.1, "{k}");
         }
     }
@@ -86,7 +87,7 @@ fn a_reversed_hit_moves_everything_the_other_way() {
         assert_eq!(bad[0], good[0], "a hammer pushes");
         for k in 1..10 {
             let moved = |s: &Scan| i32::from(s[k]) - i32::from(rest[k]);
-            // Both are rounded, and so is the rest.
+            // Both readings and the rest value are rounded.
             assert!((moved(bad) + moved(good)).abs() <= 2, "{k}");
         }
     }

@@ -1,4 +1,4 @@
-//! Bench files, good and bad.
+//! Valid and invalid bench files.
 
 use nalgebra::Vector3;
 
@@ -16,8 +16,7 @@ fn an_empty_file_is_the_default_bench() {
 fn the_default_object_is_the_frame_of_the_paper() {
     let body = Bench::named("default").unwrap().truth();
     let theta = body.theta();
-    // Theory, section 11: the frame's values from the same three bars, printed to six digits after
-    // the point.
+    // Theory, section 11: the frame's values from the same three bars, given to six decimals.
     let expected =
         [1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706];
     for (value, expected) in theta.iter().zip(expected) {
@@ -36,7 +35,7 @@ fn ten_numbers_describe_the_same_body_as_its_parts() {
     let direct = Bench::parse(&text, "ten numbers").unwrap();
     assert_eq!(direct.body.mass, body.mass);
     assert_eq!(direct.body.center_of_mass, c);
-    // Decimal text and back is exact; only the symmetry of the composed tensor is rounded.
+    // Conversion to decimal text and back is exact; only the symmetry of the composed tensor is rounded.
     assert!((direct.body.inertia - j).norm() < 1e-17);
     assert!(direct.elastic.is_empty());
 }
@@ -49,7 +48,7 @@ fn a_cylinder_and_a_turned_box_are_composed() {
                 axes = [[0, 1, 0], [-1, 0, 0]]";
     let body = Bench::parse(text, "text").unwrap().body;
     let tube = std::f64::consts::PI * (0.01 - 0.0025) * 0.2 * 1000.0;
-    // The tube lies along x, the block's long edge along y; both about the same centre.
+    // The tube lies along x, the block's long edge along y; both have the same centre.
     let along = tube * (0.01 + 0.0025) / 2.0 + 2.0 * (0.09 + 0.01) / 12.0;
     assert!((body.mass - tube - 2.0).abs() < 1e-12);
     assert!((body.inertia.m11 - along).abs() < 1e-12);

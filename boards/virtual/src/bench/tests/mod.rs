@@ -1,4 +1,4 @@
-//! The bench as a whole: what its scans say of the object.
+//! The bench as a whole: what its scans show of the object.
 
 mod calibration;
 mod faults;
@@ -209,7 +209,7 @@ fn an_operator_who_is_not_heard_gives_up_until_the_next_arming() {
         source.armed(arming, 0);
         scans(&mut source, 4000 * 10 * 3 / 10 + 400);
         let tenth = last_tap(&source);
-        // The simulation takes the time of a scan in steps: within one scan of the tenth patience.
+        // A tap starts at a random time within a scan: within one scan of ten times the patience.
         assert!(tenth.is_some_and(|start| (start - 3.0).abs() < 1.0 / 4000.0), "{tenth:?}");
         scans(&mut source, 4000);
         assert_eq!(last_tap(&source), tenth);
@@ -237,7 +237,7 @@ fn an_operator_taps_for_an_arming_and_not_while_the_rig_only_streams() {
     source.armed(1, 0);
     assert!(touched(&mut source));
     source.started();
-    // The ring-down of the last tap; the hammer is at rest.
+    // The last tap still rings down, but the hammer is at rest.
     assert!(!touched(&mut source));
     source.armed(2, 1);
     assert!(touched(&mut source));

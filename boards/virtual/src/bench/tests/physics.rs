@@ -23,8 +23,8 @@ fn no_errors(bench: &Bench) -> TestErrors {
     TestErrors::draw(&ideal, 3, &mut ChaCha8Rng::seed_from_u64(1))
 }
 
-/// The analogue outputs, free of noise, after a tap of 20 N at a hit of the layout, less what the
-/// sensors show at rest.
+/// The analogue outputs without noise after a tap of 20 N at a hit of the layout, minus the sensor
+/// outputs at rest.
 fn tapped(bench: &Bench, layout: &HostLayout, dof: usize, scans: usize) -> Vec<Channels> {
     let mut simulation = Simulation::new(bench, layout, &no_errors(bench)).unwrap();
     simulation.reset(&mut ChaCha8Rng::seed_from_u64(2));
@@ -47,7 +47,7 @@ fn tapped(bench: &Bench, layout: &HostLayout, dof: usize, scans: usize) -> Vec<C
         .collect()
 }
 
-/// Laplace transform of every channel of the sampled record.
+/// Laplace transform of the sampled record of every channel.
 fn laplace(record: &[Channels], s: Complex<f64>, rate: f64) -> [Complex<f64>; CHANNELS] {
     let mut sums = [Complex::new(0.0, 0.0); CHANNELS];
     let turn = (s * -rate.recip()).exp();
@@ -65,8 +65,8 @@ fn lines() -> impl Iterator<Item = Complex<f64>> {
     (5..=60).map(|k| Complex::new(10.0, std::f64::consts::TAU * 2.0 * f64::from(k)))
 }
 
-/// Constant terms of a sum of these powers of `s` fitted to the accelerance of every channel, weighted
-/// by the force; the delay of the channels is taken off.
+/// Constant terms of a sum of these powers of `s` fitted to the accelerance of every channel, weighted by
+/// the force and corrected for the delay of the channels.
 fn mass_lines(bench: &Bench, record: &[Channels], powers: &[i32]) -> Vec<f64> {
     let (rate, delay) = (bench.adc.rate_hz, bench.adc.channel_delay_s);
     let mut rows = Vec::new();
@@ -130,10 +130,10 @@ fn mass_lines_of_the_simulated_chain_are_those_of_the_rigid_body() {
     let bench = Bench::named("ideal").unwrap();
     let series = [0, -1, -2, -3, -4, 1, 2, 4];
     let [whole, of_the_rig] = worst_mass_lines(&bench, [&series, &[0, -2, 2]]);
-    // Suspension and elastic modes as series in 1/s and s²: what the series leave out is
-    // (2.5 Hz/10 Hz)⁶ of the one and (120 Hz/314 Hz)⁶ of the other.
+    // Suspension and elastic modes as series in 1/s and s²: the omitted terms are (2.5 Hz/10 Hz)⁶ for the
+    // suspension and (120 Hz/314 Hz)⁶ for the elastic modes.
     assert!(whole < 5e-4, "{whole}");
-    // A + B/s² + C s² (theory, section 5) leaves out the damping of the cords and the fourth power of
+    // A + B/s² + C s² (theory, section 5) omits the damping of the cords and the fourth power of
     // 120 Hz/314 Hz, which is 2 % at the upper end of the band.
     assert!(of_the_rig < 4e-3, "{of_the_rig}");
 }
@@ -143,13 +143,14 @@ fn without_elastic_modes_the_mass_lines_are_exact() {
     let mut bench = Bench::named("ideal").unwrap();
     bench.elastic.clear();
     let [worst] = worst_mass_lines(&bench, [&[0, -1, -2, -3, -4]]);
-    // (2.5 Hz/10 Hz)⁵ of the suspension's damping, a few hundredths of its force.
+    // (2.5 Hz/10 Hz)⁵ from the suspension's damping, which is a few hundredths of its force.
     assert!(worst < 1e-4, "{worst}");
 }
 
 #[test]
 fn a_sensor_in_gravity_seems_to_sit_elsewhere() {
-    // Theory, section 2: it appears at p + g/s², which is p − g/ω² on the axis of frequencies.
+    // Theory, section 2: the sensor's apparent position is p + g/s², which is p − g/ω² on the frequency
+    // axis.
     let mut bench = Bench::named("ideal").unwrap();
     bench.adc.channel_delay_s = 0.0;
     bench.elastic.clear();
@@ -165,7 +166,7 @@ fn a_sensor_in_gravity_seems_to_sit_elsewhere() {
         for axis in 0..3 {
             let [felt, here, there] = [1, 4, 7].map(|k| spectra[k + axis]);
             let expected = here + (there - here) * 100.0 / (s * s);
-            // What the samples alias: the pulse's spectrum above 3.9 kHz, about 1e-5 of its mean.
+            // Aliasing of the samples: the pulse's spectrum above 3.9 kHz, about 1e-5 of its mean.
             let scale = spectra[0].norm();
             assert!((felt - expected).norm() < 1e-5 * scale, "{s} {axis}: {felt} {expected}");
         }
@@ -184,7 +185,7 @@ fn a_later_channel_reads_what_comes_later() {
         let b = laplace(&together, s, bench.adc.rate_hz);
         for k in 0..CHANNELS {
             let lead = (s * (k as f64 * delay)).exp();
-            // Aliased parts of the elastic modes move with another phase.
+            // Aliased parts of the elastic modes have another phase.
             assert!((a[k] - b[k] * lead).norm() < 1e-4 * b[2].norm(), "{k} {s}");
         }
     }
@@ -198,7 +199,8 @@ fn a_finer_grid_changes_nothing() {
     let fine = tapped(&bench, &test_one(), 2, 600);
     for (a, b) in coarse.iter().zip(&fine) {
         for (a, b) in a.iter().zip(b) {
-            // 1e-4 of up to 100 m/s²: the curvature within 1/64 ms, most of it of the third elastic mode.
+            // 1e-4 of up to 100 m/s²: the curvature within 1/64 ms, mostly that of the third elastic
+            // mode.
             assert!((a - b).abs() < 1e-2, "{a} {b}");
         }
     }

@@ -1,5 +1,5 @@
-//! Counts what the rig's computations cost on the Cortex-M4F, in single precision and with the
-//! functions that the firmware calls; prints lines of a name and a number.
+//! Counts the instructions and the stack of the rig's computations on the Cortex-M4F, in single precision
+//! and with the functions that the firmware calls. Prints lines with a name and a number.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

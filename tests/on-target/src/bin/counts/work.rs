@@ -34,7 +34,7 @@ type Dofs = [DofMassLines<f32, RIG_SENSORS>];
 
 #[entry]
 fn main() -> ! {
-    // What the firmware keeps in statics; it is not part of the stack that is measured.
+    // The firmware stores this in statics; it is not part of the measured stack.
     let mut memory = Memory::<f32>::new();
     measure_a_dof(&mut memory);
     let mut workspace = [0.0; maximum_likelihood::RIG_WORKSPACE];
@@ -49,11 +49,11 @@ fn main() -> ! {
         report(format_args!("ml_solve_{hits}"), fitted.whole);
         report(format_args!("ml_step_{hits}"), fitted.longest);
     }
-    // Where the inertia restraint method has no answer.
+    // The start when the inertia restraint method has no answer.
     let fitted = fit_crudely(&mut workspace, &displaced(5));
     judge_fit(&fitted.estimate, &body());
     report("ml_crude_5", fitted.whole);
-    // A hit at the wrong place, ten times what a hand misses by: data that contradict the budget.
+    // A hit 40 mm from its mark, ten times the error of a hand: data that contradict the error budget.
     let mut outlier = displaced(5);
     outlier.hits[2].position[1] += 0.04;
     let fitted = fit(&mut workspace, 5, &outlier);
@@ -63,7 +63,7 @@ fn main() -> ! {
     end(true)
 }
 
-/// One DOF with one hit, by the measurement that the firmware drives.
+/// One DOF with one hit, measured with the steps that the firmware drives.
 fn measure_a_dof(memory: &mut Memory<f32>) {
     let mut rig = Measurement::new(ADC, memory);
     let check = || assert!(rig.check(&layout(RIG_HITS)).is_empty());
@@ -83,7 +83,7 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     report("record_checksum", measure(|| assert_ne!(checksum(rig.record()), 0)));
     let reading = measure(|| assert_eq!(RestStatistics::of(rig.record()).scans, 2048));
     report("rest_statistics", reading);
-    // Between two steps the rig looks after everything else.
+    // Between two steps the rig handles everything else.
     let mut analysis = Costs::default();
     while matches!(rig.campaign().map(|c| c.step()), Some(Step::Analyse { .. })) {
         analysis.add(measure(|| rig.work()));
@@ -93,16 +93,16 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     report("dof_closing", measure(|| rig.work()));
     let result = rig.result();
     let [(0, lines)] = result.mass_lines else { panic!("the DOF has no mass lines") };
-    // 12 bits of 16 g over a peak of a few m/s².
+    // 12 bits over ±16 g, for a peak of a few m/s².
     let error = (lines.accelerance - truth).amax();
     assert!(error <= 0.02 * truth.amax(), "{} instead of {truth}", lines.accelerance);
 }
 
-/// What a piece of work in steps cost.
+/// The cost of work that is done in steps.
 #[derive(Default)]
 struct Costs {
     instructions: u32,
-    /// The longest step, and the largest stack of any.
+    /// The longest step, with the largest stack of any step.
     longest: Cost,
 }
 
@@ -113,7 +113,7 @@ impl Costs {
         self.longest.stack = self.longest.stack.max(part.stack);
     }
 
-    /// All instructions, largest stack.
+    /// Sum of all instructions, with the largest stack of any step.
     fn whole(&self) -> Cost {
         Cost { instructions: self.instructions, ..self.longest }
     }
@@ -122,13 +122,13 @@ impl Costs {
 /// A fit and what it cost.
 struct Fitted {
     estimate: Estimate<f32>,
-    /// All instructions, largest stack.
+    /// All instructions, with the largest stack.
     whole: Cost,
     /// The longest step.
     longest: Cost,
 }
 
-/// The layout with sensors and hits that are not where it says, so that a fit has something to do.
+/// The layout with displaced sensors and hits, so that a fit has something to correct.
 fn displaced(hits: usize) -> RigLayout {
     let mut layout = layout(hits);
     for (i, sensor) in layout.sensors.iter_mut().enumerate() {
@@ -140,15 +140,15 @@ fn displaced(hits: usize) -> RigLayout {
     layout
 }
 
-/// Maximum likelihood with so many hit DOFs on what is measured with the layout `is`, from the answer of the
-/// inertia restraint method, as on the rig.
+/// Maximum likelihood with `hits` hit DOFs on the mass lines of the layout `is`, started from the answer
+/// of the inertia restraint method, as on the rig.
 fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout) -> Fitted {
     let (layout, dofs) = (layout(hits), mass_lines_of(is, hits));
     let start = identify(workspace, &layout, &dofs, Method::InertiaRestraint, None).estimate;
     identify(workspace, &layout, &dofs, Method::MaximumLikelihood, Some(&start))
 }
 
-/// A method through the door, from the answer of another one where there is one.
+/// Runs a method through the common interface, started from another method's answer when there is one.
 fn identify(
     workspace: &mut [f32],
     layout: &RigLayout,
@@ -191,7 +191,7 @@ fn fit_crudely(workspace: &mut [f32], is: &RigLayout) -> Fitted {
     Fitted { estimate, whole: costs.whole(), longest: costs.longest }
 }
 
-/// What is measured with the layout `is` on its first hit DOFs.
+/// The mass lines of the layout `is` at its first hit DOFs.
 fn mass_lines_of(
     is: &RigLayout,
     hits: usize,
@@ -200,14 +200,14 @@ fn mass_lines_of(
     (0..hits).map(|dof| (dof, mass_lines(&accelerance(is, &body, dof)))).collect()
 }
 
-/// The displacements are within the budget, so the answer lies within three of its deviations.
+/// The displacements are within the budget, so the errors must be within three standard deviations.
 fn judge_fit(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
     let within = estimate.sigma().map(|sigma| sigma * 3.0);
     let error = (estimate.theta() - body.theta()).abs();
     assert!(within.is_some_and(|within| error <= within), "the fit is {error} off");
 }
 
-/// What the rig tells a host that asks for the record.
+/// The checksum that the rig reports to a host that asks for the record.
 fn checksum(record: &Record) -> u32 {
     let (mut crc, mut piece, mut at) = (crc32_of_chunks(), [0; 4 * Record::SCAN_BYTES], 0);
     loop {
@@ -220,10 +220,10 @@ fn checksum(record: &Record) -> u32 {
     }
 }
 
-/// Scans with a tap of 5 ms and 20 N on a body that nothing holds; every channel is read after the one before.
+/// Scans with a tap of 5 ms and 20 N on a free body; every channel is sampled after the one before it.
 fn hit(accelerance: &Responses<f32, RIG_SENSORS>) -> impl Iterator<Item = Scan> {
     const TAP: f32 = 20.0;
-    /// Long enough for the trigger to know what rest is.
+    /// Long enough for the trigger to measure the rest level.
     const QUIET: usize = 200;
     let calibration = Calibration::default();
     (0..QUIET + RECORD_SCANS).map(move |n| {
@@ -240,7 +240,7 @@ fn hit(accelerance: &Responses<f32, RIG_SENSORS>) -> impl Iterator<Item = Scan> 
     })
 }
 
-/// Three hits with a scatter of about a percent, so that there is a covariance to compute.
+/// Three hits with a scatter of about one percent, so that there is a covariance to compute.
 fn mass_lines(truth: &Responses<f32, RIG_SENSORS>) -> MassLines<f32, RIG_SENSORS> {
     let mut hits = ScatterAccumulator::new();
     for hit in 0..3 {
@@ -268,7 +268,7 @@ fn body() -> RigidBody<f32> {
     ]))
 }
 
-/// The frame with the first of its hit DOFs: those of its first test, then others.
+/// The frame with the first `hits` hit DOFs: those of its first test, then others.
 fn layout(hits: usize) -> RigLayout {
     const NODES: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [0.20785, -0.19902, 0.0], [0.20785, 0.0, 0.0]];
     const FREE_END: [f32; 3] = [0.20785, -0.19902, 0.14913];
@@ -302,7 +302,7 @@ fn layout(hits: usize) -> RigLayout {
 }
 
 fn judge(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
-    // Single precision over a condition of about 20.
+    // Tolerance: single precision with a condition number of about 20.
     close("properties", &estimate.theta(), &body.theta(), 1e-4);
     assert!(estimate.covariance.is_some(), "the scatter of three hits gives a covariance");
 }
