@@ -301,7 +301,7 @@ impl Follower<'_> {
         Error::device(
             "rig_stuck",
             format!(
-                "the rig has not gone on for {patience:?}: phase {}, DOF number {}, {} hits accepted and {} rejected; `massline device stats` may tell why",
+                "the rig has made no progress for {patience:?}: phase {}, DOF number {}, {} hits accepted and {} rejected; `massline device stats` may show why",
                 phase_name(status.phase),
                 u32::from(status.dof) + 1,
                 status.accepted.iter().map(|&n| u32::from(n)).sum::<u32>(),

@@ -305,7 +305,7 @@ fn not_settled(selection: Selection, found: &[Diagnostic]) -> Option<Error> {
     let code = Code::NotConverged;
     let ran_away = found.iter().any(|d| d.code == code);
     (selection == Selection::Only(Method::GlobalFit) && ran_away).then(|| {
-        let text = "the global fit did not settle: the stiffness of its suspension ran away, because \
+        let text = "the global fit did not converge: the stiffness of its suspension diverged, because \
                     these responses hardly show a suspension or are wrong by more than noise \
                     (placement, gains), which this method does not know; leave out --method, then \
                     maximum likelihood answers, or let test.band_hz begin nearer to the suspension modes";

@@ -161,7 +161,7 @@ fn expected_time(bench: &Bench, seed: u64, sensor: usize, axis: usize) -> f64 {
 /// second test with other hits must find no further change on the changed axes: both tests have errors,
 /// so √2 times as much is allowed.
 #[test]
-fn rc_corners_are_found_against_the_hammers_and_the_loop_closes() {
+fn rc_cutoffs_are_found_against_the_hammers_and_a_second_test_confirms_them() {
     let bench = Bench::named("block").unwrap();
     let test = block_test(5);
     let (mut spread, mut errors, mut scaled) = (Vec::new(), Vec::new(), Vec::new());
@@ -236,7 +236,7 @@ fn accept(rig: &mut OnBlock, test: &BlockTest, hits: u32) {
 /// Two hits each along +x and −x and one along +y are accepted before the command begins: the spectra of
 /// x are no longer available, those of y and z are read.
 #[test]
-fn the_corners_of_axes_whose_spectra_are_gone_are_not_guessed() {
+fn cutoffs_of_axes_without_spectra_are_reported_as_unknown() {
     let bench = Bench::named("block").unwrap();
     let (seed, test) = (6, block_test(2));
     let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();
@@ -291,7 +291,7 @@ fn a_block_test_that_was_begun_without_confirmation_is_joined() {
 }
 
 #[test]
-fn without_a_corner_of_the_hammer_there_are_none_against_it() {
+fn without_a_cutoff_of_the_hammer_none_is_determined_against_it() {
     let bench = Bench::named("block").unwrap();
     let test = block_test(2);
     let mut rig = OnBlock::on_bench(&bench, &test.file.layout, 8, None).unwrap();
@@ -304,7 +304,7 @@ fn without_a_corner_of_the_hammer_there_are_none_against_it() {
 
 /// Sensors without a cutoff in use, as after an old calibration file: the full time constant is found.
 #[test]
-fn a_corner_that_was_not_known_is_found() {
+fn an_unknown_cutoff_is_found() {
     let bench = Bench::named("block").unwrap();
     let (seed, test) = (9, block_test(5));
     let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();

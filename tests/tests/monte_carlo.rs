@@ -130,7 +130,7 @@ fn of(method: Method, study: &Study) -> &MethodStatistics {
 /// geometric mean, 20 % for the worst parameter, and 92 to 97 % of the intervals containing the truth. An
 /// independent implementation reached 1.01 to 1.08 and 93 to 95 %.
 #[test]
-fn maximum_likelihood_reaches_the_bound_and_knows_how_good_it_is() {
+fn maximum_likelihood_reaches_the_bound_and_its_intervals_hold_the_truth_as_often_as_stated() {
     for (number, test) in (1..).zip(THREE_BAR_TESTS) {
         let study = study(test, apply_bench_budget);
         println!("test {number}\n{}", report::to_text(&study));

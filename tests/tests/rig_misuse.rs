@@ -177,7 +177,7 @@ fn redo_measures_the_dof_again_and_a_pause_keeps_the_others() {
     client.command(CampaignCommand::Pause).unwrap();
     assert_eq!(phase(&client.status().unwrap()), Some(Phase::Paused));
     let refusal = client.start(true, false).map(|status| status.accepted[0]);
-    assert_eq!(refusal.unwrap(), 0, "a start over a pause begins anew");
+    assert_eq!(refusal.unwrap(), 0, "a start over a pause starts anew");
     rig.stop().unwrap();
 }
 

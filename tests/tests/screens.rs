@@ -247,7 +247,7 @@ fn the_pages_of_findings_look_as_their_pictures() {
 
 /// Checks the drawn text of every code, not only its number of characters.
 #[test]
-fn every_code_leaves_the_edges_of_the_glass_free() {
+fn every_code_leaves_the_edges_of_the_screen_dark() {
     for &code in Code::ALL {
         let mut rig = Rig::at(Phase::Paused);
         rig.findings = vec![said(code, Severity::Error, code.subject_kind().at(1), 0.5)];

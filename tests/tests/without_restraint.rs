@@ -41,7 +41,7 @@ fn single(dofs: &Dofs<f64>) -> Dofs<f32> {
 }
 
 #[test]
-fn what_a_layout_promises_without_inertia_restraint_is_delivered() {
+fn the_fit_agrees_with_the_check_of_a_layout_without_inertia_restraint() {
     let bench = Bench::named("default").expect("bundled");
     let truth = bench.truth().theta();
     let mut promised = 0;

@@ -31,7 +31,7 @@ const FLOOR_S: f64 = 0.2e-6;
 const SIGNIFICANT: f64 = 3.0;
 /// Largest difference from the expected time constant, times ω at the last bin; beyond it the channel is not
 /// the one that is assumed.
-const LARGEST_TURN: f64 = 0.5;
+const MAX_PHASE_ERROR: f64 = 0.5;
 /// How often the fit is repeated with its own result. Each repetition leaves of the error only the relative
 /// error of the model, a few hundredths at most.
 const REPEATS: usize = 2;
@@ -199,7 +199,7 @@ impl Test<'_> {
         for _ in 0..REPEATS {
             found = with((before - found.value).max(0.0))?;
         }
-        judge(found, before, LARGEST_TURN / (TAU * top_hz), expected)
+        judge(found, before, MAX_PHASE_ERROR / (TAU * top_hz), expected)
     }
 
     /// True when the hit direction of a DOF excites an axis.

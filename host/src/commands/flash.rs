@@ -273,7 +273,7 @@ impl Facts<'_> {
             }
             Some(Done::Unverified) => {
                 "the ST-LINK has taken the file without a complaint. Next: massline device identify, which \
-                 tells whether the rig runs"
+                 shows whether the rig runs"
             }
         }
     }

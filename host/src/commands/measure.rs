@@ -91,7 +91,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     };
     match begin(&mut client, how)? {
         Begun::Started => {}
-        Begun::Resumed => output.note("goes on with the interrupted campaign"),
+        Begun::Resumed => output.note("resuming the interrupted campaign"),
         Begun::Joined => output.note("joins the campaign that is under way"),
     }
     let ending = watch(&mut client, &layout, None, output)?;
@@ -206,7 +206,7 @@ fn finish(
 pub(super) fn paused(status: &Status) -> Error {
     let accepted: u32 = status.accepted.iter().map(|&n| u32::from(n)).sum();
     Error::interrupted(format!(
-        "the campaign is interrupted; the rig keeps the {accepted} accepted hits: the same command goes on, --restart begins anew"
+        "the campaign is interrupted; the rig keeps the {accepted} accepted hits: the same command resumes it, --restart starts over"
     ))
 }
 

@@ -49,7 +49,9 @@ impl Budget {
 /// Parses a number of runs.
 fn runs(text: &str) -> std::result::Result<NonZeroU64, String> {
     let number = text.parse::<u64>().ok().and_then(NonZeroU64::new);
-    number.ok_or_else(|| "give a whole number of runs, at least 1; 100 or more say a lot".into())
+    number.ok_or_else(|| {
+        "give a whole number of runs, at least 1; use 100 or more for reliable statistics".into()
+    })
 }
 
 /// Runs the study.

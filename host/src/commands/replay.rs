@@ -137,7 +137,7 @@ fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<Steer> {
     }
     let wanted = status.hits_per_dof;
     shown.line(&format!(
-        "warning: {name} goes on with {accepted} of {wanted} hits, the tape has no more"
+        "warning: {name} is finished with {accepted} of {wanted} hits, because the tape has no more"
     ));
     Ok(Steer::Command(CampaignCommand::Finish))
 }

@@ -99,7 +99,7 @@ pub fn stopped(status: &Status) -> Error {
     Error::device(
         code.map_or("campaign_stopped", |code| code.name()),
         format!(
-            "the rig has interrupted the campaign: {}; what is accepted is kept",
+            "the rig has interrupted the campaign: {}; accepted hits stay stored",
             reasons.join("; ")
         ),
     )

@@ -11,7 +11,7 @@ use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
 
 /// Error sources with a smaller share than this are not listed.
-const WORTH_SAYING: f64 = 0.005;
+const MIN_SHARE: f64 = 0.005;
 
 /// The prediction for a layout as JSON, without its diagnostics.
 pub fn design_report_json(design_report: &DesignReport, file: &LayoutFile) -> Value {
@@ -142,7 +142,7 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
 
 /// The error sources with the largest shares.
 fn most(parts: &[Part<f64>], share: impl Fn(&Part<f64>) -> f64, count: usize) -> String {
-    let mut parts: Vec<_> = parts.iter().filter(|part| share(part) > WORTH_SAYING).collect();
+    let mut parts: Vec<_> = parts.iter().filter(|part| share(part) > MIN_SHARE).collect();
     parts.sort_by(|a, b| share(b).total_cmp(&share(a)));
     let words = parts.iter().take(count).map(|part| {
         format!("{} {:.0} %", part.source.name().replace('_', " "), 100.0 * share(part))

@@ -84,7 +84,7 @@ pub(super) fn rate(recording: &Recording, options: &Options) -> Result<f64> {
     rate.ok_or_else(|| {
         Error::input(
             "no_rate",
-            "the recording does not say how fast it was sampled; say so with --rate-hz",
+            "the recording does not state its sampling rate; give it with --rate-hz",
         )
     })
 }
@@ -94,7 +94,7 @@ pub(super) fn other_rate(recording: &Recording, used: f64) -> Option<String> {
     let said = recording.rate_hz?;
     // A rate in a text file has at least six digits.
     let same = (said - used).abs() <= 1e-5 * used;
-    (!same).then(|| format!("the file says {said} Hz, using {used} Hz as told with --rate-hz"))
+    (!same).then(|| format!("the file states {said} Hz, using {used} Hz from --rate-hz"))
 }
 
 /// One hit per segment, or the hits that the trigger finds in a single segment.

@@ -24,7 +24,7 @@ const QEMU: &str = "qemu-system-arm";
 /// QEMU prints the path of its pty within this time after its start.
 const START: Duration = Duration::from_secs(20);
 /// Number of output lines of QEMU and the firmware that are stored.
-const KEPT_LINES: usize = 12;
+const OUTPUT_LINES: usize = 12;
 
 /// The firmware in QEMU. QEMU ends when this is dropped.
 #[derive(Debug)]
@@ -217,7 +217,7 @@ impl Words {
 
     fn add(&self, line: String) {
         let mut lines = self.lines();
-        if lines.len() < KEPT_LINES && !line.trim().is_empty() && !is_register_dump(&line) {
+        if lines.len() < OUTPUT_LINES && !line.trim().is_empty() && !is_register_dump(&line) {
             lines.push_back(line);
         }
     }
@@ -225,7 +225,7 @@ impl Words {
     fn died(&self, code: &'static str, what: &str, status: Option<ExitStatus>) -> Error {
         let lines: Vec<String> = self.lines().iter().cloned().collect();
         let status = status.map_or(String::new(), |status| format!(" ({status})"));
-        let words = if lines.is_empty() { "without a word".to_owned() } else { lines.join("\n  ") };
+        let words = if lines.is_empty() { "no output".to_owned() } else { lines.join("\n  ") };
         Error::device(code, format!("{what}{status}; it said:\n  {words}"))
     }
 }

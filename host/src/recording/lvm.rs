@@ -130,7 +130,8 @@ fn segment_header(lines: &mut Lines<'_>, format: &Format) -> Result<SegmentHeade
         match key {
             END_OF_HEADER => {
                 if header.channels == 0 {
-                    let fault = "the segment's header tells no Channels; export it again".into();
+                    let fault =
+                        "the segment's header has no Channels entry; export it again".into();
                     return Err(RecordingError::Header { line, fault });
                 }
                 return Ok(header);
@@ -165,7 +166,7 @@ fn names(
     let fields: Vec<&str> = text.split(format.separator).map(str::trim).collect();
     if header.channels > fields.len() {
         let fault = format!(
-            "the header in line {line} tells {} channels, {} columns have names",
+            "the header in line {line} states {} channels, {} columns have names",
             header.channels,
             fields.len().saturating_sub(1)
         );

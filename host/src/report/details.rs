@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::output;
 
 /// An influence of more than this many standard deviations on a property is reported.
-const WORTH_A_WORD: f64 = 1.0;
+const MIN_INFLUENCE: f64 = 1.0;
 
 /// All details of a fit, with units in the names.
 pub fn details_json(
@@ -81,7 +81,7 @@ pub fn details_text(
         100.0 * hammer.value,
         100.0 * hammer.sigma
     );
-    for influence in influences.iter().filter(|i| i.largest_shift() > WORTH_A_WORD) {
+    for influence in influences.iter().filter(|i| i.largest_shift() > MIN_INFLUENCE) {
         text += &influence_line(influence, layout);
     }
     text

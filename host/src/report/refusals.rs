@@ -54,7 +54,7 @@ fn is_failure(code: Code) -> bool {
 
 fn joined(reasons: &[Diagnostic], message_of: impl Fn(&Diagnostic) -> String) -> String {
     if reasons.is_empty() {
-        return "it says nothing of the reason".into();
+        return "no reason is reported".into();
     }
     reasons.iter().map(message_of).collect::<Vec<_>>().join("; ")
 }
@@ -86,6 +86,6 @@ mod tests {
         assert_eq!(json[0]["method"], "maximum-likelihood");
         assert_eq!(json[0]["code"], "not_converged");
         assert_eq!(json[0]["codes"], json!(["not_converged"]));
-        assert!(json[0]["message"].as_str().unwrap().contains("did not settle"), "{json}");
+        assert!(json[0]["message"].as_str().unwrap().contains("did not converge"), "{json}");
     }
 }

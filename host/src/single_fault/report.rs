@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::{Examination, Suspect, Verdict, words};
 
 /// Largest number of mistakes of a kind that a text names; the JSON names all.
-const MOST_TOLD: usize = 6;
+const MAX_LISTED: usize = 6;
 
 impl Examination {
     /// One object: the suspected mistakes with their χ², the runner-up, and the mistakes that the data would
@@ -108,8 +108,8 @@ impl Examination {
             chi_squared_text(&best.consistency),
             self.plain_text()
         );
-        for other in tied.iter().take(MOST_TOLD) {
-            text += &format!("; not told apart from it: {}", with_chi_squared(other, layout));
+        for other in tied.iter().take(MAX_LISTED) {
+            text += &format!("; indistinguishable from it: {}", with_chi_squared(other, layout));
         }
         text += &more_than_listed(tied.len());
         if let Some(next) = &self.runner_up {
@@ -134,14 +134,14 @@ fn with_chi_squared(suspect: &Suspect, layout: &HostLayout) -> String {
 
 fn hidden_text(hidden: &[SingleFault<f64>], layout: &HostLayout) -> String {
     let named: Vec<String> =
-        hidden.iter().take(MOST_TOLD).map(|fault| words::clause(fault, layout)).collect();
+        hidden.iter().take(MAX_LISTED).map(|fault| words::clause(fault, layout)).collect();
     let more = more_than_listed(hidden.len());
     format!("these data would not show it if {}{more}", named.join("; if "))
 }
 
 /// The number of mistakes that are not named.
 fn more_than_listed(count: usize) -> String {
-    match count.saturating_sub(MOST_TOLD) {
+    match count.saturating_sub(MAX_LISTED) {
         0 => String::new(),
         more => format!("; and {more} more"),
     }

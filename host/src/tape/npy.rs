@@ -32,7 +32,7 @@ pub(super) enum NpyError {
     #[error("the array is in Fortran order; save numpy.ascontiguousarray(array)")]
     Order,
     #[error(
-        "the tape is truncated: its header tells {wanted} bytes of scans, {found} are there; copy \
+        "the tape is truncated: its header states {wanted} bytes of scans, {found} are there; copy \
          it again"
     )]
     Truncated { wanted: u64, found: u64 },

@@ -41,7 +41,7 @@ pub enum UffFault {
     },
     /// Fewer values than the header states.
     #[error(
-        "the file is truncated: the header tells {wanted} values, {found} are there; copy or export \
+        "the file is truncated: the header states {wanted} values, {found} are there; copy or export \
          it again"
     )]
     TooFewValues {
@@ -51,7 +51,7 @@ pub enum UffFault {
         found: usize,
     },
     /// More values than the header states.
-    #[error("the header tells {wanted} values and there are more; export the file again")]
+    #[error("the header states {wanted} values and there are more; export the file again")]
     TooManyValues {
         /// How many there should be.
         wanted: usize,
@@ -76,7 +76,7 @@ pub enum UffFault {
     },
     /// The binary data are not followed by the end of the dataset.
     #[error(
-        "the data are corrupt: \"    -1\" should follow the {bytes} bytes that the header tells; a \
+        "the data are corrupt: \"    -1\" should follow the {bytes} bytes that the header states; a \
          transfer in text mode does this, copy the file in binary mode or export it as ASCII"
     )]
     BinaryLength {

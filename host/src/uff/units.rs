@@ -130,7 +130,7 @@ pub(super) fn conversion(
         12 => Quantity::Acceleration,
         found => {
             let wanted = "acceleration (12), velocity (11) or displacement (8) is needed; when it \
-                          is one of these, say so with --quantity";
+                          is one of these, state it with --quantity";
             return Err(UffFault::WrongQuantity { axis: "ordinate numerator", found, wanted });
         }
     };

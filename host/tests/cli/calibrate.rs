@@ -11,7 +11,7 @@ fn calibrate(arguments: &[&str], flash: &str) -> Value {
 }
 
 #[test]
-fn the_json_of_a_block_test_has_the_rc_corners_that_the_rig_keeps() {
+fn the_json_of_a_block_test_has_the_rc_cutoffs_that_the_rig_stores() {
     let folder = tempfile::tempdir().unwrap();
     let flash = folder.path().join("flash.bin").display().to_string();
     let value = calibrate(&["block", "--mass", "2.0"], &flash);

@@ -280,7 +280,7 @@ fn another_rate_than_that_of_the_file_is_said() {
     let file = data("impact2_response0.lvm").display().to_string();
     let (exit, value, stderr) = run(&[&file, "--rate-hz", "25600"]);
     assert_eq!(exit, 0);
-    let said = "the file says 51200 Hz, using 25600 Hz as told with --rate-hz";
+    let said = "the file states 51200 Hz, using 25600 Hz from --rate-hz";
     assert!(stderr.contains(&format!("warning: {said}")), "{stderr}");
     assert_eq!(value["notes"][0], said);
     let (_, value, stderr) = run(&[&file, "--rate-hz", "51200"]);

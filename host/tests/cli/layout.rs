@@ -54,7 +54,7 @@ fn a_good_layout_has_ten_sigmas_their_causes_and_advice() {
 }
 
 #[test]
-fn less_uncertainty_promises_less_uncertainty() {
+fn a_smaller_budget_gives_a_smaller_predicted_uncertainty() {
     let folder = tempfile::tempdir().unwrap();
     let calibrated = changed_layout(
         folder.path(),

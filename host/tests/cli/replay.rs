@@ -65,7 +65,7 @@ fn a_dof_with_fewer_hits_goes_on_with_a_warning() {
     segments.remove(4);
     let (exit, value, text) = recording.replay(segments);
     assert_eq!((exit, hits(&value)), (0, vec![3, 2, 3]), "{text}");
-    assert!(text.contains("warning: 2:+Z goes on with 2 of 3 hits"), "{text}");
+    assert!(text.contains("warning: 2:+Z is finished with 2 of 3 hits"), "{text}");
     let codes: Vec<_> = value["diagnostics"].as_array().unwrap().iter().collect();
     assert!(codes.iter().any(|d| d["code"] == "dof_finished_early"), "{value}");
 }

@@ -161,10 +161,10 @@ codes! {
         "Best fit was no body:\nnearest body shown,\n+- is rough.";
         "the best fit was no physical body; the best physical one is given, at the edge of what a body can \
          be: its standard deviations are rough";
-    /// The fit did not settle. Value: within how many steps; zero when it left what can be computed.
+    /// The fit did not converge. Value: within how many steps; zero when it left what can be computed.
     NotConverged = 48, "not_converged", Whole, Count;
         "No fit: check nodes,\naxes and signs of all\nsensors and hits.";
-        "the fit did not settle, so there is no number: the data contradict the layout, its uncertainties \
+        "the fit did not converge, so there is no number: the data contradict the layout, its uncertainties \
          or its [prior]; check nodes, axes and signs of sensors and hits";
     /// The object would have no mass without what hangs on it. Value: what is left, kg.
     AttachedTooHeavy = 49, "attached_too_heavy", Whole, SignedKilograms;
@@ -266,7 +266,7 @@ codes! {
     /// relative distance of their responses per force.
     HitsDisagree = 76, "hits_disagree", Hit, Share(0);
         "First two hits differ\nboth dropped: hit the\nsame point.";
-        "at {subject} the first two hits differ by {value} and nothing tells which is wrong: both are \
+        "at {subject} the first two hits differ by {value} and nothing shows which is wrong: both are \
          dropped; hit the same point in the same direction every time";
 
     // Single mistakes that would explain the data.

@@ -73,7 +73,7 @@ pub enum SuspensionError {
     #[error("cord {0} (counted from 1) would have to push with {1:.2} N to hold the object")]
     PushingCord(usize, f64),
     /// The object can move away without a restoring force.
-    #[error("the object is not held: a mode has no restoring force")]
+    #[error("the suspension does not restrain the object: a mode has no restoring force")]
     Underconstrained,
 }
 

@@ -119,7 +119,7 @@ pub enum FlashOpenError {
         path: PathBuf,
     },
     /// It is not a flash file.
-    #[error("{path} is no flash file: it has {found} bytes, not {FLASH_BYTES}")]
+    #[error("{path} is not a flash file: it has {found} bytes instead of {FLASH_BYTES}")]
     WrongLength {
         /// The file.
         path: PathBuf,

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pulled_plug_loses_what_is_under_way_and_is_told_once() {
+    fn a_pulled_plug_loses_the_bytes_on_the_way_and_is_reported_once() {
         let (mut rx, mut tx, mut host) = open(64);
         host.write_all(b"lost").unwrap();
         block_on(tx.write_all(b"lost")).unwrap();

@@ -229,7 +229,7 @@ impl BlockTest {
         };
         match begin(&mut rig.client, how)? {
             Begun::Started => {}
-            Begun::Resumed => output.note("goes on with the interrupted block test"),
+            Begun::Resumed => output.note("resuming the interrupted block test"),
             Begun::Joined => output.note("joins the block test that is under way"),
         }
         let mut collection = SpectraCollection::default();

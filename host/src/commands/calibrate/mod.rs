@@ -107,6 +107,6 @@ fn store(client: &mut crate::client::Client, record: &CalibrationRecord) -> Resu
     }
     Err(crate::Error::device(
         "calibration_not_kept",
-        "the rig gives back another calibration than it was sent; `massline device stats` may tell why",
+        "the calibration read back from the rig differs from the one sent; `massline device stats` may show why",
     ))
 }

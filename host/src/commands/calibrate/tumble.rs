@@ -56,7 +56,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let mut rig = args.rig.in_hand()?;
     if !readings.is_empty() {
-        output.note(format!("goes on with the readings of {}", args.readings.display()));
+        output.note(format!("resuming with the readings of {}", args.readings.display()));
     }
     take(&mut rig, &mut readings, &limits, output)?;
     let found = readings.solve(&limits)?;

@@ -26,7 +26,7 @@ struct StatLine {
 
 const LITTLE_STACK: &str = "less than an eighth of the stack has never been used: nothing is wrong yet; \
                             please report it with these counters";
-const RESTARTED: &str = "it has restarted by itself and what was not kept is lost: please report it with \
+const RESTARTED: &str = "it has restarted by itself and data that were not stored are lost: please report it with \
                          the last panic, if one is shown";
 
 impl Report<'_> {
@@ -112,7 +112,7 @@ impl Report<'_> {
             line("triggers", triggers, ""),
             line("scans_lost", scans_lost, "").means(
                 "the rig did not fetch them in time. A hit that this fell into was aborted and asked \
-                 for again; the results are right. When it goes on, please report it",
+                 for again; the results are right. If it continues, please report it",
             ),
             line("overruns", self.stats.overruns, "times"),
             line("hits_aborted", self.stats.hits_aborted, "").means(

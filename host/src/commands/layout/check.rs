@@ -78,7 +78,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     output.explain(value);
     Err(show::first_error(found, message_of).unwrap_or_else(|| {
-        let text = "the information about the ten is singular; spread sensors and hits";
+        let text = "the layout does not determine the ten properties; spread sensors and hits";
         Error::undetermined("ten_parameters_not_identifiable", text)
     }))
 }

@@ -142,7 +142,7 @@ impl<'r> Stream<'r> {
             _ if self.heard.elapsed() > SILENCE => Err(Error::device(
                 "stream_silent",
                 format!(
-                    "the rig has sent no scans for {SILENCE:?}; `massline device stats` may tell why"
+                    "the rig has sent no scans for {SILENCE:?}; `massline device stats` may show why"
                 ),
             )),
             _ => Ok(()),

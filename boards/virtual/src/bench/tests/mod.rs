@@ -127,7 +127,7 @@ fn ideal_is_the_default_without_placement_and_gain_errors() {
 }
 
 #[test]
-fn a_manual_operator_taps_when_told_to() {
+fn a_manual_operator_taps_on_request() {
     let bench = Bench::named("default").unwrap();
     let mut source = BenchSource::new(&bench, &test_one(), 8).unwrap();
     let handle = source.manual();

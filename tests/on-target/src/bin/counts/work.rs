@@ -184,7 +184,7 @@ fn fit_crudely(workspace: &mut [f32], is: &RigLayout) -> Fitted {
     while progress == Ok(Progress::Going) {
         costs.add(measure(|| progress = fit.step(&layout, &dofs, workspace)));
     }
-    assert!(progress.is_ok(), "the fit did not settle: {progress:?}");
+    assert!(progress.is_ok(), "the fit did not converge: {progress:?}");
     let (mut estimate, mut fit) = (None, Some(fit));
     costs.add(measure(|| estimate = fit.take().map(|mut fit| fit.answer(&layout, workspace))));
     let Some(Ok(estimate)) = estimate else { panic!("the fit has no answer") };
