@@ -76,8 +76,7 @@ impl<R: Real> Criterion<R> {
     }
 }
 
-/// Root of the sum of the squares of the ten relative standard deviations, where `cost` is that sum of
-/// squares.
+/// Root mean square of the ten relative standard deviations; `cost` is the sum of their squares.
 pub fn total<R: Real>(cost: R) -> R {
     (cost / R::of(10.0)).sqrt()
 }

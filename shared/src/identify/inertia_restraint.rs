@@ -147,7 +147,7 @@ fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
             let force = hit.unit_force(&reference);
             let factor = weight_factor(&settings.weighting, hit, &reference, length, lines.hits);
             regression.add_weighted(&motion, &force, factor.as_ref());
-            // A hit that is given twice and finds no room gets equal weights.
+            // A hit that is given twice and finds no room is unweighted in the covariance.
             let _ = factors.push(factor);
         }
     }

@@ -57,7 +57,7 @@ impl<R: Real> Influence<R> {
 /// let mut sensors = 0;
 /// influences(&layout, &dofs, &whole, &mut memory, |found| {
 ///     assert!(matches!(found.subject, Subject::Sensor(_)));
-/// // The data are exact, and every subject contributes.
+///     // The data are exact, and every subject contributes.
 ///     assert!(found.largest_shift() < 0.01 && found.worth > 1.0);
 ///     sensors += 1;
 /// });
