@@ -177,7 +177,7 @@ pub struct MassLine<R> {
     /// A in (m/s²)/N, B in (m/s⁴)/N, C in m/N.
     pub coefficients: [R; MAX_TERMS],
     /// Formal standard deviations from the scatter of the lines about the model, in the same units.
-    /// With an exponential window they are too small by [`window_correlation`].
+    /// With an exponential window they are too small by the factor [`window_correlation`].
     pub sigma: [R; MAX_TERMS],
 }
 

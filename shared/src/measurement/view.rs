@@ -115,7 +115,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.recorded
     }
 
-    /// The record. [`Self::recorded`] tells whether it is complete.
+    /// The record. [`Self::recorded`] shows whether it is complete.
     pub fn record(&self) -> &Record {
         &self.memory.record
     }
