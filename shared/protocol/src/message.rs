@@ -77,7 +77,7 @@ endpoints! {
     DeleteResult = 12, changes: u32 => ();
     /// Starts or stops the stream of scans.
     SetStream = 13, changes: bool => ();
-    /// Records the channels at rest, without a hit; the record starts again when scans are lost.
+    /// Records the channels without a hit; the record starts again when scans are lost.
     TakeReading = 14, changes: () => ();
     /// Asks for the statistics of that record. Refused with [`Reason::Busy`] while the record is being taken,
     /// with [`Reason::SamplerStopped`] when sampling failed, and with [`Reason::NotFound`] when there is no

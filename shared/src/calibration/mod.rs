@@ -6,7 +6,7 @@
 //! | [`block`] | a hanging block of known mass, hit through its centre of mass | ratio of every sensor to the hammer; after a tumble test, the gain of the hammer alone |
 //! | [`time_constant`] | the same hits | time constant of a sensor's low-pass against the hammer's |
 //!
-//! A sensor puts out `V = zero + S a`, S in V/(m/s²): the sensitivities are on its diagonal, the cross-axis
+//! The output of a sensor is `V = zero + S a`, S in V/(m/s²): the sensitivities are on its diagonal, the cross-axis
 //! sensitivities off it. Theory, section 9.
 
 pub mod block;

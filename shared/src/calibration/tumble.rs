@@ -246,7 +246,7 @@ pub const OFF_DIAGONAL: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 0), (1, 2), (
 /// ```
 /// # use massline_shared::calibration::tumble::*;
 /// # use massline_shared::nalgebra::Vector3;
-/// // 1.5 V at rest, 57 mV for each g, with 1 % of y in x.
+/// // 1.5 V at zero acceleration, 57 mV per g, 1 % cross-axis sensitivity of x to y.
 /// let reading = |position: Position| {
 ///     let up: Vector3<f64> = position.up();
 ///     let read = Vector3::new(up.x + 0.01 * up.y, up.y, up.z) * 0.057;

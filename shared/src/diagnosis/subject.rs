@@ -48,7 +48,7 @@ impl Subject {
     }
 }
 
-/// No layout and no record has more than 256 of anything; a larger index is reported as the last.
+/// No layout and no record has more than 256 of anything; a larger index is reported as 255.
 fn narrow(index: usize) -> u8 {
     u8::try_from(index).unwrap_or(u8::MAX)
 }

@@ -182,7 +182,7 @@ fn corrected_for_the_window_the_deviation_is_that_of_many_records() {
     let mut samples = [0.0; RECORD];
     let mut spectrum = [Complex::new(0.0, 0.0); 128];
     for _ in 0..runs {
-        // A body at rest that is read with white noise, under a unit impulse.
+        // A body without motion under a unit impulse, read with white noise.
         samples.fill_with(&mut noise);
         window::exponential(&mut samples, 0.0, 1.0, 10.0 / 4000.0);
         f64::real_fft(&mut samples, &mut spectrum).unwrap();
