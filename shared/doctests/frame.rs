@@ -6,7 +6,7 @@ use massline_shared::layout::{Hit, Layout, Sensor};
 use massline_shared::nalgebra::SVector;
 use massline_shared::responses::Responses;
 
-/// What is to be found.
+/// The properties that an identification has to find.
 pub fn body() -> RigidBody<f64> {
     RigidBody::from_theta(&SVector::from([
         1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
@@ -30,7 +30,7 @@ pub fn layout() -> Layout<f64, 3, 4> {
     layout
 }
 
-/// The mass lines of that body under a layout, exact, as of five hits a DOF with 0.2 % of noise.
+/// Exact mass lines of that body under a layout, as from five hits per DOF with 0.2 % noise.
 pub fn mass_lines(layout: &Layout<f64, 3, 4>) -> Vec<DofMassLines<f64, 3>> {
     let of_hit = |hit: usize| {
         let accelerance = layout.accelerance(&body(), hit).unwrap();

@@ -1,7 +1,8 @@
-//! Frequency responses in, the ten inertial parameters out: `cargo run -p massline-shared --example solve_frfs`.
+//! Identifies the ten inertial parameters from frequency responses:
+//! `cargo run -p massline-shared --example solve_frfs`.
 //!
-//! The responses are those of a known body on soft springs, so that the answer can be compared with the truth. In
-//! their place stand your own: accelerances in (m/s²)/N, one for each spectral line, response and hit.
+//! The responses are simulated from a known body on soft springs, so the answer can be compared with the
+//! truth. Replace them with your own: accelerances in (m/s²)/N, one for each spectral line, response and hit.
 
 use std::error::Error;
 
@@ -33,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let truth = RigidBody::from_theta(&SVector::from([
         1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
     ]));
-    // From 0 Hz on for the mass lines, which choose their band; from 6 Hz on for the global fit.
+    // The mass lines choose their own band, so the lines start at 0 Hz; the global fit starts at 6 Hz.
     let frequencies: Vec<f64> = (0..LINES).map(|line| line as f64 / RECORD).collect();
     let measured = simulate(&layout, &truth, &frequencies)?;
     let first = frequencies.partition_point(|&f| f < 6.0);
@@ -82,7 +83,7 @@ fn layout() -> Result<ExampleLayout, Box<dyn Error>> {
     Ok(layout)
 }
 
-/// `H(s) = G(s) (M₀ + K₀/s²)⁻¹ f₀` of every line, channel and hit, in this order.
+/// `H(s) = G(s) (M₀ + K₀/s²)⁻¹ f₀` for every line, channel and hit, in this order.
 fn simulate(
     layout: &ExampleLayout,
     body: &RigidBody<f64>,
@@ -128,7 +129,7 @@ fn mass_lines(
     Ok(all)
 }
 
-/// One table for each method, in the units that tables use.
+/// Prints a table for one method, in the units that tables use.
 fn print(estimate: &Estimate<f64>, truth: &RigidBody<f64>) {
     println!("{}", estimate.method.name());
     let (found, true_values) = (estimate.theta(), truth.theta());

@@ -1,12 +1,12 @@
-//! A number and how well it is known.
+//! A number with its standard deviation.
 
-/// An estimated number with its standard deviation, both in the unit that its place states.
+/// An estimated number with its standard deviation, both in the unit stated where it is used.
 ///
-/// `S` is `Option<R>` where a deviation may be missing, such as that of a mass from single hits.
+/// `S` is `Option<R>` where a standard deviation may be missing, such as that of a mass from single hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Estimated<R, S = R> {
-    /// The number.
+    /// The estimated value.
     pub value: R,
     /// Its standard deviation.
     pub sigma: S,

@@ -2,8 +2,8 @@
 //!
 //! ## Modules
 //!
-//! Everything here is a pure function: samples, bytes and time come in as arguments, and the crate knows no chip,
-//! port, file or clock. What it needs on a microcontroller is known at build time.
+//! Everything here is a pure function: samples, bytes and time come in as arguments, and the crate has no
+//! access to a chip, port, file or clock. All sizes are known at build time, so it runs on a microcontroller.
 //!
 //! | module | subject |
 //! | --- | --- |
@@ -14,12 +14,12 @@
 //! | `signal` | from ADC codes to spectra: trigger, grading, windows, FFT, H1, coherence |
 //! | [`mass_line`] | the constant part of an accelerance, `A + B/s² + C s²` |
 //! | [`identify`] | from mass lines to the ten properties with their covariance |
-//! | `calibration` | sensors and hammer from what they read of a known input |
-//! | `measurement` | from scans to a result: a state machine without inputs and outputs of its own |
-//! | [`diagnosis`] | the codes by which every problem is named |
+//! | `calibration` | sensitivities of sensors and hammer from their outputs under a known input |
+//! | `measurement` | from scans to a result: a state machine that does no input or output itself |
+//! | [`diagnosis`] | the codes that name every problem |
 //! | [`theory`] | the equations behind all of it, and the measured reasons for its default values |
 //!
-//! Examples that begin with `frame::` measure test 1 of the three-bar frame ([`theory`], section 11).
+//! Examples that begin with `frame::` use test 1 of the three-bar frame ([`theory`], section 11).
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -45,7 +45,7 @@ pub mod signal;
 pub mod theory;
 pub mod units;
 
-/// The linear algebra whose types stand in this interface, in the version that fits.
+/// The linear algebra crate whose types appear in this interface, re-exported in the matching version.
 pub use nalgebra;
 
 pub use estimated::Estimated;

@@ -1,4 +1,4 @@
-//! The small linear algebra that the solvers share.
+//! Small linear algebra that the solvers share.
 #![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
 mod least_squares;
@@ -9,11 +9,11 @@ use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, Vector3};
 
 use crate::Real;
 
-/// Sweeps after which an iterative decomposition gives up; they need two to three per value.
+/// Largest number of sweeps of an iterative decomposition; two to three per value are normal.
 const ITERATIONS: usize = 200;
 
-/// Singular values below this part of the largest count as zero: 1e-6, in single precision 1.2e-5,
-/// which is ten times the rounding error that a chain of about a hundred rotations leaves.
+/// Singular values below this fraction of the largest count as zero: 1e-6, in single precision 1.2e-5. The
+/// latter is ten times the rounding error of a chain of about a hundred rotations.
 pub(crate) fn rank_cut<R: Real>() -> R {
     (R::of(100.0) * R::default_epsilon()).max(R::of(1e-6))
 }
@@ -29,8 +29,8 @@ pub(crate) fn all_finite<R: Real, const M: usize, const N: usize>(m: &SMatrix<R,
     m.iter().all(|v| v.finite())
 }
 
-/// Eigenvalues in ascending order with their unit eigenvectors as columns; `None` when an element
-/// is not finite or the iteration does not end.
+/// Eigenvalues in ascending order, with unit eigenvectors as columns; `None` when an element is not finite or
+/// the iteration does not converge.
 pub(crate) fn symmetric_eigen3<R: Real>(m: &Matrix3<R>) -> Option<(Vector3<R>, Matrix3<R>)> {
     if !all_finite(m) {
         return None;
@@ -45,23 +45,23 @@ pub(crate) fn symmetric_eigen3<R: Real>(m: &Matrix3<R>) -> Option<(Vector3<R>, M
     (values.iter().all(|v| v.finite()) && all_finite(&vectors)).then_some((values, vectors))
 }
 
-/// What the singular values of a matrix tell.
+/// Rank and condition of a matrix from its singular values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Spectrum<R> {
-    /// Singular values above the cut.
+    /// Number of singular values above the cut.
     pub rank: usize,
     /// Largest over smallest; infinite when the smallest is zero.
     pub condition: R,
 }
 
-/// Rank and condition of a square matrix; `None` when an element is not finite. A matrix of zeros has
-/// the rank zero and an infinite condition.
+/// Rank and condition of a square matrix; `None` when an element is not finite. A zero matrix has rank zero
+/// and an infinite condition.
 ///
-/// Householder reflections make the matrix bidiagonal; Sturm counts on the Golub-Kahan form then bound
-/// the largest and the smallest singular value and count those above the cut (Golub & Van Loan,
-/// Matrix Computations, sections 5.4.8 and 8.4). It always ends, and costs a quarter of all singular
-/// values by QR steps.
-// Never inlined: 0.5 KB less of the firmware's deepest stack, and 2 KB less of flash.
+/// Householder reflections make the matrix bidiagonal; Sturm counts on the Golub-Kahan form then bound the
+/// largest and the smallest singular value and count those above the cut (Golub & Van Loan, Matrix
+/// Computations, sections 5.4.8 and 8.4). The method always terminates, and costs a quarter of computing all
+/// singular values by QR steps.
+// Not inlined, which saves 0.5 KB of the firmware's deepest stack and 2 KB of flash.
 #[inline(never)]
 pub(crate) fn spectrum<R: Real, const N: usize>(matrix: &[[R; N]; N]) -> Option<Spectrum<R>> {
     let zero = R::zero();
@@ -82,11 +82,11 @@ pub(crate) fn spectrum<R: Real, const N: usize>(matrix: &[[R; N]; N]) -> Option<
     Some(Spectrum { rank, condition: largest / smallest })
 }
 
-/// Squares of the diagonal and the superdiagonal of a bidiagonal matrix, those of a scaled matrix with
-/// the largest element one.
+/// Squares of the diagonal and the superdiagonal of a bidiagonal matrix, which is scaled to a largest element
+/// of one.
 struct Bidiagonal<R, const N: usize> {
     diagonal: [R; N],
-    /// The last is zero.
+    /// Squares of the superdiagonal; the last is zero.
     above: [R; N],
 }
 
@@ -103,16 +103,17 @@ impl<R: Real, const N: usize> Bidiagonal<R, N> {
         squares
     }
 
-    /// No singular value is larger: Frobenius norm, with room for rounding.
+    /// Upper bound of the singular values: the Frobenius norm with a margin for rounding.
     fn bound(&self) -> R {
         let sum = self.diagonal.iter().chain(&self.above).fold(R::zero(), |sum, v| sum + *v);
         sum.sqrt() * R::of(1.001)
     }
 
-    /// Singular values that are not below `x > 0`. The eigenvalues of the symmetric tridiagonal matrix
-    /// with a zero diagonal and d₁, e₁, d₂, e₂, … beside it are the singular values with both signs.
+    /// Number of singular values that are not below `x > 0`. The eigenvalues of the symmetric tridiagonal
+    /// matrix with a zero diagonal and the off-diagonal d₁, e₁, d₂, e₂, … are the singular values with both
+    /// signs.
     fn count_from(&self, x: R) -> usize {
-        // What takes the place of a pivot that vanishes.
+        // Replaces a pivot that vanishes.
         let tiny = x * R::default_epsilon();
         let mut below = 1;
         let mut pivot = -x;
@@ -129,12 +130,12 @@ impl<R: Real, const N: usize> Bidiagonal<R, N> {
         2 * N - below
     }
 
-    /// The `x` from which on `above(count_from(x))` holds, between zero and `high`; zero when it is
-    /// nothing beside `high`.
+    /// The smallest `x` between zero and `high` for which `above(count_from(x))` holds; zero when it is
+    /// negligible compared with `high`.
     fn bisect(&self, above: impl Fn(usize) -> bool, mut high: R) -> R {
         let half = R::of(0.5);
         let negligible = high * R::default_epsilon() * R::default_epsilon();
-        // ε^⅔ is 2e-5 in single and 4e-11 in double precision: ranks and conditions need no more.
+        // ε^⅔ is 2e-5 in single and 4e-11 in double precision, which is enough for ranks and conditions.
         let close = R::default_epsilon().cbrt().powi(2);
         let mut low = R::zero();
         while high - low > high * close {
@@ -152,8 +153,8 @@ impl<R: Real, const N: usize> Bidiagonal<R, N> {
     }
 }
 
-/// Reflects the rows from `k` on so that column `k` becomes zero below the diagonal; the square of
-/// what is then on the diagonal.
+/// Reflects the rows from `k` on so that column `k` becomes zero below the diagonal; returns the square of
+/// the new diagonal element.
 fn clear_below<R: Real, const N: usize>(a: &mut [[R; N]; N], k: usize) -> R {
     let mut v = [R::zero(); N];
     for i in k..N {
@@ -175,8 +176,8 @@ fn clear_below<R: Real, const N: usize>(a: &mut [[R; N]; N], k: usize) -> R {
     square
 }
 
-/// Reflects the columns after `k` so that row `k` becomes zero after its superdiagonal; the square of
-/// what is then there.
+/// Reflects the columns after `k` so that row `k` becomes zero after its superdiagonal; returns the square of
+/// the new superdiagonal element.
 fn clear_right<R: Real, const N: usize>(a: &mut [[R; N]; N], k: usize) -> R {
     let mut v = a[k];
     let (square, beta) = reflect(&mut v, k + 1);
@@ -193,16 +194,16 @@ fn clear_right<R: Real, const N: usize>(a: &mut [[R; N]; N], k: usize) -> R {
     square
 }
 
-/// Turns `x = v[from..]` into the vector of the reflection `I − β v vᵀ` that takes it to the first
-/// axis; gives `|x|²` and β, zero when there is nothing to reflect: beside a largest element of one,
-/// `ε²` is nothing, and its square would not be far from what the format can hold.
+/// Turns `x = v[from..]` into the vector of the reflection `I − β v vᵀ` that maps it to the first axis;
+/// returns `|x|²` and β. Both are zero when there is nothing to reflect: compared with a largest element of
+/// one, `ε²` is negligible, and its square would be close to the smallest number of the format.
 fn reflect<R: Real, const N: usize>(v: &mut [R; N], from: usize) -> (R, R) {
     let mut square = R::zero();
     for i in from..N {
         square += v[i] * v[i];
     }
     let first = v[from];
-    // Away from the first component, so that nothing cancels.
+    // The sign is opposite to that of the first component, so that nothing cancels.
     let target = if first > R::zero() { -square.sqrt() } else { square.sqrt() };
     let half_norm = square - first * target;
     let nothing = R::default_epsilon() * R::default_epsilon();
@@ -213,9 +214,9 @@ fn reflect<R: Real, const N: usize>(v: &mut [R; N], from: usize) -> (R, R) {
     (square, R::one() / half_norm)
 }
 
-/// `A S Aᵀ` in the place of a symmetric `S`, for an `A` of mostly zeros.
+/// Replaces a symmetric `S` by `A S Aᵀ`, for an `A` of mostly zeros.
 pub(crate) fn congruence<R: Real, const N: usize>(a: &SMatrix<R, N, N>, s: &mut SMatrix<R, N, N>) {
-    // By A from the left, then from the right by symmetry.
+    // Applied on the left, then on the right by symmetry.
     for _side in 0..2 {
         let mut transposed = [[R::zero(); N]; N];
         for (k, column) in a.column_iter().enumerate() {
@@ -293,14 +294,14 @@ mod tests {
             shrink in 1e-4..1.0_f64,
             rank in 1..=5_usize,
         ) {
-            // Rows beyond the rank are sums of the first ones; the scale of one row spreads the values.
+            // Rows beyond the rank are sums of the first ones; scaling one row spreads the singular values.
             let mut rows = rows;
             rows[0] = rows[0].map(|v| v * shrink);
             for i in rank..5 {
                 rows[i] = core::array::from_fn(|j| (0..rank).map(|k| rows[k][j]).sum::<f64>() * i as f64);
             }
             let matrix = Matrix5::from_fn(|i, j| rows[i][j]);
-            // The oracle: nalgebra's decomposition.
+            // nalgebra's decomposition is the reference.
             let values = matrix.singular_values();
             let (largest, smallest) = (values.max(), values.min());
             let kept = values.iter().filter(|&&v| v > 1e-6 * largest).count();
@@ -309,14 +310,14 @@ mod tests {
             let found = spectrum(&rows).unwrap();
             prop_assert_eq!(found.rank, kept);
             if kept == 5 {
-                // Rounding times the condition, of both.
+                // The tolerance covers rounding times the condition, in both decompositions.
                 let condition = largest / smallest;
                 prop_assert!((found.condition / condition - 1.0).abs() < 1e-14 * condition + 2e-10);
             } else {
                 prop_assert!(found.condition > 1e12);
             }
             let single = spectrum(&rows.map(|row| row.map(|v| v as f32))).unwrap();
-            // Its cut is at 1.2e-5, its rounding below 1e-6.
+            // The cut in single precision is at 1.2e-5, the rounding below 1e-6.
             if !values.iter().any(|&v| v > 1e-7 * largest && v < 1e-4 * largest) {
                 prop_assert_eq!(single.rank, kept);
             }
@@ -327,7 +328,7 @@ mod tests {
     fn diagonal_and_empty_matrices_have_an_obvious_spectrum() {
         let found = spectrum(&[[3.0, 0.0, 0.0], [0.0, -0.5, 0.0], [0.0, 0.0, 6.0]]).unwrap();
         assert_eq!(found.rank, 3);
-        // The bisection ends at ε^⅔.
+        // The bisection stops at ε^⅔.
         assert!((found.condition - 12.0_f64).abs() < 12.0 * 2e-10);
         let flat = spectrum(&[[3.0_f32, 0.0], [0.0, 0.0]]).unwrap();
         assert_eq!((flat.rank, flat.condition), (1, f32::INFINITY));

@@ -3,11 +3,11 @@
 //! ```text
 //! H(s) = A + B / s² + C s²        s = σ + iω
 //! ```
-//! A is the accelerance of the free rigid body, B the suspension and gravity, C the residual of the
-//! elastic modes. The coefficients are real; σ belongs to an exponential window. Theory, section 5.
+//! A is the accelerance of the free rigid body, B comes from suspension and gravity, C is the residual of the
+//! elastic modes. The coefficients are real; σ is that of the exponential window. Theory, section 5.
 //!
-//! The design is the same for all channels of a hit, so [`MassLineBasis`] factors it once and
-//! [`MassLineBasis::fit`] costs about twenty multiplications a line and channel.
+//! The design matrix is the same for all channels of a hit, so [`MassLineBasis`] factors it once, and
+//! [`MassLineBasis::fit`] costs about twenty multiplications per line and channel.
 #![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
 mod band;
@@ -20,10 +20,10 @@ use nalgebra::Complex;
 
 use crate::Real;
 
-/// Most terms of the model.
+/// Largest number of terms.
 pub const MAX_TERMS: usize = 3;
 
-/// Which terms are fitted.
+/// The terms that are fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -50,7 +50,7 @@ impl Terms {
         }
     }
 
-    /// How many: 1, 2 or 3.
+    /// Number of terms: 1, 2 or 3.
     pub fn count(self) -> usize {
         match self {
             Self::A => 1,
@@ -63,24 +63,24 @@ impl Terms {
 /// One spectral line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bin<R> {
-    /// Hz.
+    /// Frequency, Hz.
     pub frequency: R,
-    /// Weight of its residual, proportional to the inverse variance: the auto spectrum of the force
-    /// `G_FF` for white sensor noise. Only the ratio of the weights counts.
+    /// Weight of the residual, proportional to the inverse variance: for white sensor noise the auto spectrum
+    /// of the force, `G_FF`. Only ratios of weights matter.
     pub weight: R,
 }
 
 /// Why there is no mass line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MassLineError {
-    /// The band does not hold more equations than unknowns: code `band_too_narrow`.
+    /// The band does not contain more equations than unknowns: code `band_too_narrow`.
     BandTooNarrow,
     /// A frequency, weight or accelerance is NaN or infinite, a weight is negative or all are zero:
     /// code `data_not_finite`.
     NotFinite,
-    /// The frequencies do not ascend.
+    /// The frequencies are not in ascending order.
     NotAscending,
-    /// The workspace holds fewer lines than the band.
+    /// The workspace has fewer rows than the band has lines.
     WorkspaceTooSmall,
     /// The accelerances end before the band does.
     LinesMissing,
@@ -100,13 +100,13 @@ impl core::fmt::Display for MassLineError {
 
 impl core::error::Error for MassLineError {}
 
-/// What one line keeps of the factored design; the workspace of [`MassLineBasis`] is a slice of it.
+/// One line of the factored design; the workspace of [`MassLineBasis`] is a slice of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BasisRow<R> {
-    /// Orthonormal over the real and imaginary rows of all lines. The first is the root of the
-    /// line's weight over a constant.
+    /// Real parts, orthonormal over the real and imaginary rows of all lines. The first is the square root of
+    /// the line's weight over a constant.
     re: [R; MAX_TERMS],
-    /// Of the second and third term: the constant is real.
+    /// Imaginary parts of the second and third term; the constant is real.
     im: [R; MAX_TERMS - 1],
 }
 
@@ -127,7 +127,7 @@ impl BasisRow<f64> {
     pub const EMPTY: Self = Self { re: [0.0; MAX_TERMS], im: [0.0; MAX_TERMS - 1] };
 }
 
-/// The design of the fit, factored: `W^½ [1, ω_r²/s², s²/ω_r²] = Q R` with orthonormal Q.
+/// The factored design matrix of the fit: `W^½ [1, ω_r²/s², s²/ω_r²] = Q R` with orthonormal Q.
 ///
 /// ```
 /// # use massline_shared::mass_line::{BasisRow, Bin, MassLineBasis, Terms};
@@ -153,21 +153,21 @@ pub struct MassLineBasis<'a, R> {
     design: MassLineDesign<R>,
 }
 
-/// A [`MassLineBasis`] without its rows, which stay in the workspace: what is kept between two steps.
+/// A [`MassLineBasis`] without its rows, which stay in the workspace: the part stored between two steps.
 #[derive(Clone, Copy, Debug)]
 pub struct MassLineDesign<R> {
-    /// Lines of the band.
+    /// Number of lines within the band.
     lines: usize,
-    /// Lines before the band.
+    /// Number of lines before the band.
     skipped: usize,
     terms: usize,
-    /// The imaginary parts are fitted too.
+    /// True when the imaginary parts are fitted as well.
     complex: bool,
-    /// Over the first column of Q: the roots of the weights.
+    /// Norm of the square roots of the weights, by which the first column of Q was divided.
     root_weight: R,
     /// `R⁻¹`, upper triangular.
     inverse: [[R; MAX_TERMS]; MAX_TERMS],
-    /// What turns the scaled coefficients into A, B and C.
+    /// Factors from the scaled coefficients to A, B and C.
     scale: [R; MAX_TERMS],
 }
 
@@ -177,7 +177,7 @@ pub struct MassLine<R> {
     /// A in (m/s²)/N, B in (m/s⁴)/N, C in m/N.
     pub coefficients: [R; MAX_TERMS],
     /// Formal standard deviations from the scatter of the lines about the model, in the same units.
-    /// With an exponential window they are too small by [`window_correlation`].
+    /// With an exponential window they are too small by the factor [`window_correlation`].
     pub sigma: [R; MAX_TERMS],
 }
 
@@ -187,7 +187,7 @@ impl<R: Real> MassLine<R> {
         self.coefficients[0]
     }
 
-    /// The model at `s`, rad/s.
+    /// Value of the model at `s`, rad/s.
     pub fn at(&self, s: Complex<R>) -> Complex<R> {
         let square = s * s;
         let inverse = Complex::new(R::one(), R::zero()) / square;
@@ -197,11 +197,11 @@ impl<R: Real> MassLine<R> {
 }
 
 impl<'a, R: Real> MassLineBasis<'a, R> {
-    /// Factors the design of all `lines` within `band` (Hz, both ends included).
+    /// Factors the design matrix of all `lines` within `band` (Hz, both ends included).
     ///
-    /// `decay` is σ in 1/s: with zero, or with A alone, only the real parts are fitted, else real and
-    /// imaginary parts.
-    /// The lines must ascend in frequency. `workspace` needs a row for every line of the band.
+    /// `decay` is σ in 1/s. When it is zero or only A is fitted, only the real parts are used, otherwise real
+    /// and imaginary parts. The lines must be in ascending order. `workspace` needs a row for every line of
+    /// the band.
     ///
     /// # Errors
     /// See [`MassLineError`].
@@ -215,7 +215,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         if ![band[0], band[1], decay].iter().all(|v| v.finite()) {
             return Err(MassLineError::NotFinite);
         }
-        // The constant alone leaves no unknown in the imaginary parts.
+        // With the constant alone, the imaginary parts contain no unknown.
         let complex = decay != R::zero() && terms != Terms::A;
         let (skipped, count, reference) = fill(lines, band, decay, workspace)?;
         let terms = terms.count();
@@ -232,7 +232,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         Ok(Self { rows, design })
     }
 
-    /// Lines within the band.
+    /// Number of lines within the band.
     pub fn lines(&self) -> usize {
         self.rows.len()
     }
@@ -242,8 +242,8 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         self.design
     }
 
-    /// Fits one channel. `h` is its accelerance at all lines that [`MassLineBasis::new`] was given,
-    /// in the same order; it is walked twice.
+    /// Fits one channel. `h` is its accelerance at all lines passed to [`MassLineBasis::new`], in the same
+    /// order; it is iterated over twice.
     ///
     /// # Errors
     /// [`MassLineError::NotFinite`] and [`MassLineError::LinesMissing`].
@@ -283,8 +283,8 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         if finite { Ok(line) } else { Err(MassLineError::NotFinite) }
     }
 
-    /// Plain mean of the real parts over the band, (m/s²)/N: the mass line as it was read before
-    /// fits. `None` when the accelerances end before the band does.
+    /// Plain mean of the real parts over the band, (m/s²)/N: the traditional way to read a mass line. `None`
+    /// when the accelerances end before the band does.
     pub fn mean_real(&self, h: impl IntoIterator<Item = Complex<R>>) -> Option<R> {
         let mut sum = R::zero();
         let mut count = 0;
@@ -295,7 +295,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         (count == self.rows.len()).then(|| sum / R::of(count as f64))
     }
 
-    /// An accelerance times the root of its line's weight.
+    /// An accelerance times the square root of its line's weight.
     fn weighted(&self, row: &BasisRow<R>, h: Complex<R>) -> (R, R) {
         let root = row.re[0] * self.design.root_weight;
         (root * h.re, root * h.im)
@@ -321,15 +321,15 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
 }
 
 impl<R: Real> MassLineDesign<R> {
-    /// The basis again, over the workspace that it was made in; `None` when that is too small.
+    /// Restores the basis over the workspace in which it was computed; `None` when that is too small.
     pub fn over<'a>(&self, workspace: &'a [BasisRow<R>]) -> Option<MassLineBasis<'a, R>> {
         Some(MassLineBasis { rows: workspace.get(..self.lines)?, design: *self })
     }
 }
 
-/// By how much the formal standard deviation of a mass line is too small because an exponential
-/// window `e^(−σt)` over a record correlates neighbouring lines: `√(B_n T)` with
-/// `B_n = ∫w⁴ / (∫w²)²`. `decay` is σ in 1/s, `record` T in s; one without a window.
+/// Factor by which the formal standard deviation of a mass line is too small, because an exponential window
+/// `e^(−σt)` over a record correlates neighbouring lines: `√(B_n T)` with `B_n = ∫w⁴ / (∫w²)²`. `decay` is σ
+/// in 1/s, `record` T in s; one without a window.
 ///
 /// Theory, section 5.
 ///
@@ -345,13 +345,13 @@ pub fn window_correlation<R: Real>(decay: R, record: R) -> R {
     if x <= R::zero() {
         return R::one();
     }
-    // ∫w⁴ = (1 − e^−4x) / 4σ and ∫w² = (1 − e^−2x) / 2σ; the first factors into the second.
+    // ∫w⁴ = (1 − e^−4x) / 4σ contains ∫w² = (1 − e^−2x) / 2σ as a factor.
     let e = (x * R::of(-2.0)).exp();
     (x * (R::one() + e) / (R::one() - e)).sqrt()
 }
 
-/// Writes the scaled and weighted design of the lines within the band; gives the number of lines
-/// before the band, within it, and `ω_r²`, the product of the first and last `ω`.
+/// Writes the scaled and weighted design of the lines within the band; returns the number of lines before the
+/// band, the number within it, and `ω_r²`, the product of the first and the last `|s|`.
 fn fill<R: Real>(
     lines: impl IntoIterator<Item = Bin<R>>,
     band: [R; 2],
@@ -379,7 +379,7 @@ fn fill<R: Real>(
                 first = omega;
             }
             row.re[0] = line.weight.sqrt();
-            // The plain s² until the scale is known.
+            // Unscaled s², until the scale is known.
             row.re[1] = decay * decay - omega * omega;
             row.im[0] = decay * omega * R::of(2.0);
             sum += line.weight;
@@ -395,7 +395,7 @@ fn fill<R: Real>(
     if sum <= R::zero() || !sum.finite() {
         return Err(MassLineError::NotFinite);
     }
-    // A band that begins at 0 Hz is scaled by its last line alone.
+    // A band that starts at s = 0 is scaled by its last line alone.
     let last = (last.re[1] * last.re[1] + last.im[0] * last.im[0]).sqrt();
     let from = (decay * decay + first * first).sqrt();
     let reference = if from > R::zero() { from * last.sqrt() } else { last };
@@ -406,7 +406,7 @@ fn fill<R: Real>(
     for row in rows {
         let w = row.re[0] * to_mean_one;
         let (re, im) = (row.re[1] / reference, row.im[0] / reference);
-        // At s = 0 the suspension's term has no value: such a line says nothing.
+        // At s = 0 the suspension term is undefined and gets no weight.
         let norm = re * re + im * im;
         let over = if norm > R::zero() { w / norm } else { R::zero() };
         row.re = [w, re * over, re * w];
@@ -415,9 +415,9 @@ fn fill<R: Real>(
     Ok((skipped, count, reference))
 }
 
-/// Turns the design into its orthonormal factor, in place, and gives the inverse of the triangular
-/// one: modified Gram-Schmidt with a second pass, which is as good as Householder. Terms that are
-/// not fitted become zero. `None` when the columns are not independent.
+/// Replaces the design by its orthonormal factor and returns the inverse of the triangular one, by modified
+/// Gram-Schmidt with a second pass, which is as good as Householder. Terms that are not fitted become zero.
+/// `None` when the columns are not independent.
 fn orthonormalise<R: Real>(
     rows: &mut [BasisRow<R>],
     terms: usize,
@@ -448,7 +448,7 @@ fn orthonormalise<R: Real>(
             }
         }
         let norm = dot(rows, k, k).sqrt();
-        // What is left of a dependent column is rounding.
+        // The remainder of a dependent column is rounding.
         if norm <= before * R::default_epsilon() * R::of(10.0) || !norm.finite() {
             return None;
         }

@@ -1,8 +1,8 @@
-//! The scalar of every solver.
+//! The scalar type of every solver.
 
 use nalgebra::RealField;
 
-/// `f32` on the rig, `f64` on the host and as the oracle of the rig.
+/// `f32` on the rig; `f64` on the host and as the reference for the rig.
 pub trait Real: RealField + Copy {
     /// The nearest value of this type to `value`.
     fn of(value: f64) -> Self;
@@ -13,7 +13,7 @@ pub trait Real: RealField + Copy {
 
     /// True when the value is neither infinite nor NaN.
     ///
-    /// Decompositions loop or return nonsense on NaN, so every solver asks this first.
+    /// Decompositions loop or return nonsense on NaN, so every solver checks this first.
     fn finite(self) -> bool {
         self.to_f64().is_finite()
     }

@@ -1,8 +1,8 @@
 //! Vectors and matrices over the responses of all sensors.
 //!
-//! A *response* is what one axis of one triaxial sensor reads. Responses are counted sensor by sensor, x, y, z,
-//! so that response `k` is axis `k % 3` of sensor `k / 3`. Capacities are in sensors: a layout with room for
-//! `S` of them has `3 S` responses.
+//! A *response* is the reading of one axis of one triaxial sensor. Responses are numbered sensor by sensor,
+//! x, y, z, so response `k` is axis `k % 3` of sensor `k / 3`. Capacities are in sensors: a layout with room
+//! for `S` of them has `3 S` responses.
 
 use core::ops::{Index, IndexMut};
 
@@ -17,8 +17,8 @@ pub type Responses<R, const S: usize> = SMatrix<R, 3, S>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResponseRows<R, const S: usize, const N: usize>(pub [Responses<R, S>; N]);
 
-/// A square matrix over the responses: `[j][b][i][a]` is the element of axis `a` of sensor `i` with axis `b` of
-/// sensor `j`.
+/// A square matrix over the responses: `[j][b][i][a]` is the element of axis `a` of sensor `i` with axis `b`
+/// of sensor `j`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResponseSquare<R, const S: usize>([[[[R; 3]; S]; 3]; S]);
 
@@ -46,7 +46,7 @@ impl<R: Real, const S: usize, const N: usize> ResponseRows<R, S, N> {
         product
     }
 
-    /// Writes three rows, those of sensor `i`.
+    /// Sets the three rows of sensor `i`.
     pub fn set_sensor(&mut self, i: usize, rows: &SMatrix<R, 3, N>) {
         for (column, of_sensor) in self.0.iter_mut().zip(rows.column_iter()) {
             column.set_column(i, &of_sensor);
@@ -67,12 +67,12 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         Self([[[[R::zero(); 3]; S]; 3]; S])
     }
 
-    /// Diagonal.
+    /// A diagonal matrix.
     pub fn from_diagonal(diagonal: &Responses<R, S>) -> Self {
         Self::from_fn(|i, j| if i == j { diagonal[i] } else { R::zero() })
     }
 
-    /// From its elements.
+    /// A matrix from a function of row and column.
     pub fn from_fn(mut element: impl FnMut(usize, usize) -> R) -> Self {
         let mut matrix = Self::zeros();
         for (j, column) in matrix.columns_mut().enumerate() {
@@ -99,7 +99,7 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         }
     }
 
-    /// The block of the responses of sensor `i` with those of sensor `j`.
+    /// The 3 × 3 block of the responses of sensor `i` with those of sensor `j`.
     pub fn block(&self, i: usize, j: usize) -> Matrix3<R> {
         Matrix3::from(core::array::from_fn::<_, 3, _>(|b| self.0[j][b][i]))
     }
@@ -114,7 +114,7 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         self.0.as_flattened().as_flattened().as_flattened()
     }
 
-    /// All elements, column by column, to be changed.
+    /// All elements, column by column, mutable.
     pub fn as_mut_slice(&mut self) -> &mut [R] {
         self.0.as_flattened_mut().as_flattened_mut().as_flattened_mut()
     }
@@ -123,7 +123,7 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         self.as_mut_slice().chunks_exact_mut(3 * S)
     }
 
-    /// Every element changed.
+    /// The matrix with `change` applied to every element.
     pub fn map<Q: Real>(&self, change: impl Fn(R) -> Q) -> ResponseSquare<Q, S> {
         ResponseSquare(self.0.map(|a| a.map(|b| b.map(|c| c.map(&change)))))
     }
@@ -133,7 +133,7 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         self.as_slice().iter().all(|v| v.finite())
     }
 
-    /// The lower triangle gets `vector vectorᵀ` on top.
+    /// Adds `vector vectorᵀ` to the lower triangle.
     pub fn add_square(&mut self, vector: &Responses<R, S>) {
         let vector = vector.as_slice();
         for (j, column) in self.columns_mut().enumerate() {
@@ -141,14 +141,14 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         }
     }
 
-    /// The inverse of its first `count` rows and columns in their place, zero beyond, by the Cholesky factor;
-    /// only the lower triangle is read. `None` when they are not positive definite; nothing useful is left
-    /// then.
+    /// Replaces the first `count` rows and columns by their inverse and the rest by zeros, with the Cholesky
+    /// factor; only the lower triangle is read. `None` when they are not positive definite; the content is
+    /// then undefined.
     pub fn invert(&mut self, count: usize) -> Option<()> {
         let count = count.min(3 * S);
         self.factor(count)?;
         self.invert_factor(count);
-        // C⁻ᵀ C⁻¹; above the diagonal C⁻¹ has nothing. What is overwritten is not needed any more.
+        // C⁻ᵀ C⁻¹; C⁻¹ is zero above the diagonal. Overwritten elements are no longer needed.
         for j in 0..count {
             let (column, later) = self.column_and_later(j, count);
             for i in j..count {
@@ -167,7 +167,7 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         Some(())
     }
 
-    /// C with C Cᵀ the matrix, in the lower triangle.
+    /// Replaces the lower triangle by C, where C Cᵀ is the matrix.
     fn factor(&mut self, count: usize) -> Option<()> {
         for k in 0..count {
             let (column, later) = self.column_and_later(k, count);
@@ -184,14 +184,14 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         Some(())
     }
 
-    /// C⁻¹ in the place of C.
+    /// Replaces C by C⁻¹.
     fn invert_factor(&mut self, count: usize) {
         for j in (0..count).rev() {
             let (column, later) = self.column_and_later(j, count);
             column[j] = column[j].recip();
             let scale = -column[j];
             column[j + 1..].iter_mut().for_each(|v| *v *= scale);
-            // The columns behind are done: the product with them, from the last row on.
+            // The later columns are finished: multiplies with them, starting from the last row.
             for (k, other) in (j + 1..count).zip(later.chunks_exact(3 * S)).rev() {
                 let factor = column[k];
                 column[k] = factor * other[k];
@@ -200,7 +200,7 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         }
     }
 
-    /// The first `count` numbers of column `j`, and all columns behind it.
+    /// The first `count` elements of column `j`, and all later columns.
     fn column_and_later(&mut self, j: usize, count: usize) -> (&mut [R], &mut [R]) {
         let (to_here, later) = self.as_mut_slice().split_at_mut(3 * S * (j + 1));
         (&mut to_here[3 * S * j..][..count], later)
@@ -240,7 +240,7 @@ mod tests {
         let plain = SMatrix::<f64, 6, 6>::from_fn(element);
         let vector = Responses::<f64, 2>::from_fn(|axis, i| (3 * i + axis) as f64);
         let as_plain = SVector::<f64, 6>::from_column_slice(vector.as_slice());
-        // Small integers: exact.
+        // Small integers are exact.
         assert_eq!(square.times(&vector).as_slice(), (plain * as_plain).as_slice());
         assert_eq!(square[(4, 1)], plain[(4, 1)]);
         assert_eq!(square.block(1, 0), plain.fixed_view::<3, 3>(3, 0).into_owned());
@@ -272,7 +272,7 @@ mod tests {
             for j in 0..6 {
                 let product: f64 = (0..5).map(|k| square[(i, k)] * inverse[(k, j)]).sum();
                 let expected = if i < 5 { f64::from(u8::from(i == j)) } else { product };
-                // Rounding times the condition, about a thousand.
+                // The tolerance covers rounding times the condition, about a thousand.
                 assert!((product - expected).abs() < 1e-11, "{i} {j}: {product}");
             }
         }

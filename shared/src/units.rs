@@ -1,7 +1,7 @@
 //! Newtypes of the physical quantities that cross an interface, all SI.
 //!
-//! Inside a solver plain scalars in SI are used; a quantity wears its unit where it is handed from
-//! one part of the program to another.
+//! Solvers use plain scalars in SI internally; a quantity has its unit as a type where one part of the
+//! program passes it to another.
 
 macro_rules! unit {
     ($(#[$doc:meta])* $name:ident) => {
@@ -14,31 +14,31 @@ macro_rules! unit {
 }
 
 unit!(
-    /// Hz.
+    /// Frequency, Hz.
     Hertz
 );
 unit!(
-    /// s.
+    /// Time, s.
     Seconds
 );
 unit!(
-    /// V.
+    /// Voltage, V.
     Volts
 );
 unit!(
-    /// N.
+    /// Force, N.
     Newtons
 );
 unit!(
-    /// m/s².
+    /// Acceleration, m/s².
     MetersPerSecondSquared
 );
 unit!(
-    /// 1/s: decay rate of an exponential window, the real part of `s = σ + iω`.
+    /// Decay rate of an exponential window, the real part of `s = σ + iω`, 1/s.
     PerSecond
 );
 
-/// One scan's place in the sampler's count since it was powered, in scans.
+/// Index of a scan, counted by the sampler since power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(transparent))]

@@ -2,19 +2,19 @@
 
 use num_enum::{FromPrimitive, IntoPrimitive};
 
-/// Why a rig has started. On the wire it is its number, so that a newer rig may state a reason that an older
-/// host does not know: the host reads it as [`Unknown`](Self::Unknown).
+/// Why a rig has started. It travels as its number: when a newer rig sends a reason that an older host does
+/// not know, the host reads it as [`Unknown`](Self::Unknown).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, FromPrimitive, IntoPrimitive)]
 #[repr(u8)]
 pub enum BootReason {
-    /// The chip does not say, or says what this program does not know.
+    /// The chip gives no reason, or one that this program does not know.
     #[default]
     Unknown = 0,
-    /// The supply came up.
+    /// The supply was switched on.
     PowerOn = 1,
-    /// Someone pressed reset, or a probe did.
+    /// A person or a debug probe pressed reset.
     ResetPin = 2,
-    /// The firmware hung and the watchdog ran out.
+    /// The firmware hung, and the watchdog reset the chip.
     Watchdog = 3,
     /// The firmware panicked.
     Panic = 4,

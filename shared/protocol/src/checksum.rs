@@ -1,14 +1,14 @@
-//! CRC-32 (ISO-HDLC): what guards a frame, an object, a layout.
+//! CRC-32 (ISO-HDLC), the checksum of frames, objects and layouts.
 
 static CRC: crc::Crc<u32, crc::Table<1>> =
     crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
 
-/// CRC-32 of bytes that lie in one piece.
+/// CRC-32 of one contiguous slice.
 pub fn crc32(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
 
-/// CRC-32 over bytes that come in pieces: `update` with each, then `finalize`.
+/// CRC-32 of bytes that arrive in pieces: call `update` with each, then `finalize`.
 pub fn crc32_of_chunks() -> crc::Digest<'static, u32, crc::Table<1>> {
     CRC.digest()
 }
@@ -19,7 +19,7 @@ mod tests {
 
     #[test]
     fn the_check_value_of_the_catalogue_comes_out_whole_and_in_pieces() {
-        // The check value of CRC-32/ISO-HDLC: the sum over these nine digits.
+        // The check value of CRC-32/ISO-HDLC: the checksum of these nine digits.
         assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
         let mut crc = crc32_of_chunks();
         crc.update(b"1234");

@@ -1,8 +1,8 @@
-//! Diagnostics on the wire and in stored objects: numbers, of which an older program understands what it
-//! can.
+//! Diagnostics on the wire and in stored objects. They are stored as numbers, so that an older program can
+//! read those of a newer one.
 //!
-//! A code that is not known stays its number, a severity that is not known is the gravest, and a subject
-//! that is not known is the whole. Use it as `#[serde(with = "massline_protocol::diagnostic")]`.
+//! A code that this program does not know keeps its number, an unknown severity reads as the most severe, and
+//! an unknown subject as the whole. Use it as `#[serde(with = "massline_protocol::diagnostic")]`.
 
 use core::fmt;
 
@@ -11,19 +11,19 @@ use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subjec
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A [`Diagnostic`] as it travels.
+/// A [`Diagnostic`] as it is encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WireDiagnostic {
     /// [`Code::number`].
     pub code: u16,
     /// Raw [`Severity`].
     pub severity: u8,
-    /// What the subject is: 0 the whole, 1 a sensor, 2 a hit DOF, 3 a channel, 4 an inertial parameter, 5 a
+    /// Kind of the subject: 0 the whole, 1 a sensor, 2 a hit DOF, 3 a channel, 4 an inertial parameter, 5 a
     /// setting, 6 the response due to a hit DOF.
     pub subject: u8,
-    /// Its index from 0, or the raw [`Setting`]; of a response the index of the hit DOF.
+    /// Index of the subject from 0, or the raw [`Setting`]; for a response, the index of the hit DOF.
     pub first: u16,
-    /// Of a response its index, else 0.
+    /// For a response its index, otherwise 0.
     pub second: u16,
     /// [`Diagnostic::value`].
     pub value: f32,
@@ -82,7 +82,7 @@ pub fn serialize<S: Serializer>(list: &Diagnostics, serializer: S) -> Result<S::
 /// Reads a list of diagnostics.
 ///
 /// # Errors
-/// Those of the deserializer, and more diagnostics than there is room for.
+/// Those of the deserializer, and an error when there are more diagnostics than fit the list.
 pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Diagnostics, D::Error> {
     deserializer.deserialize_seq(ListVisitor)
 }
@@ -107,7 +107,7 @@ impl<'de> Visitor<'de> for ListVisitor {
     }
 }
 
-/// A list that is encoded by itself.
+/// A list of diagnostics that is encoded by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct DiagnosticList(#[serde(with = "self")] pub Diagnostics);
@@ -156,7 +156,7 @@ mod tests {
         assert_eq!((found.code, found.severity), (Code::Unknown(999), Severity::Error));
         assert_eq!((found.subject, found.value), (Subject::Whole, 0.0));
         assert_eq!(WireDiagnostic::from(&found).code, 999, "passed on");
-        // An index that no subject has, and a setting that is not known.
+        // An index that no subject can have, and an unknown setting.
         for (subject, first) in [(1, 300), (5, 7)] {
             let found = Diagnostic::from(WireDiagnostic { subject, first, ..newer });
             assert_eq!(found.subject, Subject::Whole);

@@ -1,4 +1,4 @@
-//! What the rig says on its own. Events may be lost; what counts can be asked for again.
+//! Messages that the rig sends unasked. Events may be lost; everything that matters can also be requested.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -7,24 +7,24 @@ use massline_shared::diagnosis::Diagnostics;
 use massline_shared::measurement::GradedHit;
 use massline_shared::signal::Record;
 
-/// Kind of a [`crate::message::Status`] that is sent because it has changed.
+/// Kind of a [`crate::message::Status`] that is sent because the status has changed.
 pub const STATUS_CHANGED: u16 = 0x4001;
 /// Kind of a [`HitEvent`].
 pub const HIT: u16 = 0x4002;
 /// Kind of a [`ScanBlock`].
 pub const SCANS: u16 = 0x4003;
 
-/// A hit was graded. A later event of the same number takes its place: the hit was good by itself and
-/// was withdrawn after it had been compared with its repeat hits.
+/// A hit was graded. A later event with the same number replaces it: the hit passed its own grading and was
+/// withdrawn after the comparison with its repeat hits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HitEvent {
-    /// Counts the hits since power-on, from 1.
+    /// Number of the hit, counted from 1 since power-on.
     pub number: u32,
     /// Index of the DOF that was hit.
     pub dof: u8,
-    /// True when the grading found nothing that rejects it.
+    /// True when no finding rejects the hit.
     pub good: bool,
-    /// Scan of the trigger.
+    /// Index of the scan at the trigger.
     pub scan: u64,
     /// Peak force, N.
     pub peak_force: f32,
@@ -47,10 +47,10 @@ pub const SCAN_BLOCK_BYTES: usize = 1000;
 
 const _: () = assert!(SCAN_BLOCK_BYTES.is_multiple_of(Record::SCAN_BYTES), "whole scans");
 
-/// Scans of the stream.
+/// A block of scans from the stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScanBlock {
-    /// Index of the first scan; a jump against the block before means that scans are missing.
+    /// Index of the first scan; when it does not follow the previous block, scans are missing.
     pub first: u64,
     /// Whole scans, little-endian u16 codes.
     pub codes: Vec<u8, SCAN_BLOCK_BYTES>,

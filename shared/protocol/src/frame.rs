@@ -1,40 +1,40 @@
-//! Frames: where a message starts and ends, and whether it arrived whole.
+//! Frames mark where a message starts and ends, and show whether it arrived intact.
 
 use core::fmt;
 
 use crate::checksum::crc32;
 
-/// The most bytes of a message's body.
+/// Largest body of a message, bytes.
 pub const MAX_BODY: usize = 1200;
 const HEADER: usize = 4;
 const CHECKSUM: usize = 4;
 const MAX_PLAIN: usize = HEADER + MAX_BODY + CHECKSUM;
-/// The most bytes of an encoded frame, its closing zero included.
+/// Largest encoded frame, bytes, including its closing zero.
 pub const MAX_FRAME: usize = cobs::max_encoding_length(MAX_PLAIN) + 1;
 
-/// A message that arrived whole.
+/// A message that arrived intact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// Which message.
+    /// Kind of the message.
     pub kind: u16,
-    /// Pairs an answer with its request.
+    /// Sequence number; an answer has that of its request.
     pub sequence: u16,
     /// The postcard bytes of the message.
     pub body: &'a [u8],
 }
 
-/// Why bytes between two zeros are no frame, or a message fits in none.
+/// Why the bytes between two zeros are not a frame, or why a message does not fit into one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
     /// Longer than [`MAX_FRAME`].
     TooLong,
     /// Too short for header and checksum.
     TooShort,
-    /// Not COBS.
+    /// Not valid COBS.
     BadStuffing,
     /// The checksum differs.
     BadChecksum,
-    /// The body did not encode.
+    /// The body could not be encoded.
     BadBody,
 }
 
@@ -52,15 +52,15 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// A frame before it is stuffed: 1.1 kB of stack that no longer borrow the message, which may stand
-/// in the very buffer that the frame goes into.
+/// A frame before COBS encoding: 1.1 kB of stack. It does not borrow the message, so the message may lie in
+/// the very buffer that receives the frame.
 pub struct PlainFrame {
     bytes: [u8; MAX_PLAIN],
     length: usize,
 }
 
 impl PlainFrame {
-    /// Header, postcard bytes of `message`, checksum.
+    /// Builds a frame from header, postcard bytes of `message` and checksum.
     ///
     /// # Errors
     /// [`FrameError::BadBody`] when the message takes more than [`MAX_BODY`] bytes.
@@ -93,7 +93,7 @@ impl PlainFrame {
         Ok(())
     }
 
-    /// Writes the frame into `out`, its closing zero included; gives its length.
+    /// Writes the encoded frame and its closing zero into `out`; returns the length.
     pub fn stuff(&self, out: &mut [u8; MAX_FRAME]) -> usize {
         let length = cobs::encode(&self.bytes[..self.length], &mut out[..MAX_FRAME - 1]);
         out[length] = 0;
@@ -101,7 +101,7 @@ impl PlainFrame {
     }
 }
 
-/// Writes a frame with the postcard bytes of `message` into `out`, gives its length.
+/// Encodes `message` with postcard and writes it as a frame into `out`; returns the length.
 ///
 /// # Errors
 /// [`FrameError::BadBody`] when the message takes more than [`MAX_BODY`] bytes.
@@ -111,16 +111,16 @@ pub fn encode_frame<T: serde::Serialize + ?Sized>(
     message: &T,
     out: &mut [u8; MAX_FRAME],
 ) -> Result<usize, FrameError> {
-    // In place: a frame that is handed over would be on the stack twice.
+    // Built in place: a frame passed by value would be on the stack twice.
     let mut plain = PlainFrame { bytes: [0; MAX_PLAIN], length: 0 };
     plain.fill(kind, sequence, message)?;
     Ok(plain.stuff(out))
 }
 
-/// Unstuffs `bytes` (what stood between two zeros) in place and checks it.
+/// Decodes `bytes` (everything between two zeros) in place and checks the frame.
 ///
 /// # Errors
-/// When the bytes are no whole frame.
+/// [`FrameError`] when the bytes are not an intact frame.
 pub fn decode_frame(bytes: &mut [u8]) -> Result<Frame<'_>, FrameError> {
     let length = cobs::decode_in_place(bytes).map_err(|_| FrameError::BadStuffing)?;
     let plain = bytes.get(..length).ok_or(FrameError::BadStuffing)?;
@@ -137,10 +137,10 @@ pub fn decode_frame(bytes: &mut [u8]) -> Result<Frame<'_>, FrameError> {
     })
 }
 
-/// Finds frames in a stream of bytes, whatever lies between them.
+/// Finds frames in a stream of bytes.
 ///
-/// A zero byte ends a frame, always; so after garbage, a cut or a restart of either side the next
-/// zero brings the two together again.
+/// A zero byte always ends a frame, so after garbage, a broken link or a restart of either side the next zero
+/// restores synchronization.
 #[derive(Debug)]
 pub struct Deframer {
     buffer: [u8; MAX_FRAME],
@@ -161,8 +161,8 @@ impl Deframer {
         Self { buffer: [0; MAX_FRAME], length: 0, overlong: false, complete: false }
     }
 
-    /// Takes bytes up to the end of the next frame: how many it took, and the frame or what was
-    /// wrong with it when one ended. Call again with the rest. Never takes 0 of a non-empty slice.
+    /// Takes bytes up to the end of the next frame. Returns how many it took and, when a frame ended, the
+    /// frame or its error. Call it again with the rest. It never takes 0 bytes of a non-empty slice.
     pub fn push(&mut self, bytes: &[u8]) -> (usize, Option<Result<Frame<'_>, FrameError>>) {
         if self.complete {
             self.clear();
@@ -178,7 +178,7 @@ impl Deframer {
             return (taken, Some(Err(FrameError::TooLong)));
         }
         if self.length == 0 {
-            // Zeros between frames are padding.
+            // Padding between frames.
             return (taken, None);
         }
         let length = self.length;
@@ -238,7 +238,7 @@ mod tests {
         let whole = frame(7, 1, &[0, 1, 2, 0, 0, 255]);
         for cut in 0..whole.len() {
             let mut bytes = whole[..cut].to_vec();
-            // The zero that starts every transmission after a break.
+            // The zero that starts every transmission after a pause.
             bytes.push(0);
             bytes.extend(frame(8, 2, &[3]));
             let (good, _) = frames_in(&bytes, 3);

@@ -1,13 +1,13 @@
-//! How a layout is named on the wire, in the store and in files.
+//! The hash that identifies a layout on the wire, in the store and in files.
 
 use massline_shared::layout::RigLayout;
 
 use crate::checksum::crc32;
 
-/// The most bytes that an encoded layout takes.
+/// Largest encoded layout, bytes.
 pub const MAX_LAYOUT: usize = 1152;
 
-/// A layout's name.
+/// Hash of a layout.
 pub trait LayoutHash {
     /// CRC-32 over the encoded bytes of the layout.
     fn hash(&self) -> u32;

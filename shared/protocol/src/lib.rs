@@ -1,14 +1,14 @@
-//! The wire of massline: the same bytes over USB CDC-ACM, a UART, a pty or a pipe.
+//! The wire protocol of massline: the same bytes over USB CDC-ACM, a UART, a pty or a pipe.
 //!
 //! ```text
 //! frame = COBS( kind u16 LE ‖ sequence u16 LE ‖ postcard body ‖ CRC-32 u32 LE ) ‖ 0x00
 //! ```
-//! The host asks, the rig answers with the same sequence number; the rig also sends [`event`]s on
-//! its own. Anything malformed is counted and dropped. A shipped message is never edited: new fields
-//! mean a new message. Growable enums travel as numbers, of which an older
-//! program passes on those that it does not know.
+//! The host sends requests, and the rig answers each with the same sequence number; the rig also sends
+//! [`event`]s unasked. Anything malformed is counted and dropped. A shipped message is never edited: new
+//! fields need a new message. Enums that may grow travel as numbers, so an older program can pass on values
+//! that it does not know.
 //!
-//! The domain is in `massline-shared`, which knows nothing of this crate.
+//! The domain types are in `massline-shared`, which does not depend on this crate.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -33,7 +33,7 @@ pub use frame::{
 pub use layout::{LayoutHash, MAX_LAYOUT};
 pub use message::{Endpoint, Refusal};
 
-/// A rig and a host understand each other when this is equal.
+/// Major version of the protocol. A rig and a host can work together only when theirs are equal.
 pub const PROTOCOL_MAJOR: u8 = 1;
-/// Raised when messages are added.
+/// Minor version of the protocol, raised when messages are added.
 pub const PROTOCOL_MINOR: u8 = 0;

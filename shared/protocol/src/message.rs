@@ -12,23 +12,23 @@ use massline_shared::measurement::StartError;
 use massline_shared::measurement::campaign::{Command as Steering, CommandError};
 use massline_shared::signal::{AdcProperties, RestStatistics};
 
-/// Binds a request, its kind and its answer. The answer's kind is the request's with
+/// Connects a request with its kind and its answer. The kind of the answer is that of the request with
 /// [`ANSWER`] set.
 pub trait Endpoint {
     /// Kind of the request.
     const KIND: u16;
-    /// True when the request changes the rig: it is then executed at most once however often it
+    /// True when the request changes the rig. Such a request is executed at most once, however often it
     /// arrives.
     const CHANGES: bool = false;
-    /// What the host sends.
+    /// Type of the request.
     type Request: Serialize + DeserializeOwned;
-    /// What the rig answers.
+    /// Type of the answer.
     type Response: Serialize + DeserializeOwned;
 }
 
 /// Set in the kind of every answer.
 pub const ANSWER: u16 = 0x8000;
-/// Kind of the answer to a request that is refused; its body is a [`Refusal`].
+/// Kind of the answer to a refused request; its body is a [`Refusal`].
 pub const REFUSED: u16 = 0xFFFF;
 
 macro_rules! endpoints {
@@ -51,41 +51,41 @@ macro_rules! endpoints {
 }
 
 endpoints! {
-    /// Who is there? Frozen for ever.
+    /// Asks who the rig is. Frozen for ever.
     GetIdentity = 1: () => Identity;
-    /// What is the rig doing?
+    /// Asks what the rig is doing.
     GetStatus = 2: () => Status;
-    /// What has been counted since power-on?
+    /// Asks for the counters since power-on.
     GetStats = 3: () => Stats;
-    /// Take this layout and keep it.
+    /// Stores a layout.
     PutLayout = 4, changes: RigLayout => LayoutAnswer;
-    /// Which layout is kept?
+    /// Asks for the stored layout.
     GetLayout = 5: () => RigLayout;
-    /// Take this calibration and keep it.
+    /// Stores a calibration.
     PutCalibration = 6, changes: CalibrationRecord => ();
-    /// Which calibration is kept?
+    /// Asks for the stored calibration.
     GetCalibration = 7: () => CalibrationRecord;
-    /// Steer the campaign.
+    /// Controls the campaign.
     Command = 8, changes: CommandRequest => Status;
-    /// How long is an object, and what is its checksum?
+    /// Asks for length and checksum of an object.
     GetObjectInfo = 9: crate::object::ObjectId => crate::object::ObjectInfo;
-    /// A piece of an object.
+    /// Asks for a piece of an object.
     ReadObject = 10: crate::object::ChunkRequest => crate::object::Chunk;
-    /// Which results are kept?
+    /// Asks for the list of stored results.
     ListResults = 11: ListRequest => ResultPage;
-    /// Delete a result.
+    /// Deletes a result.
     DeleteResult = 12, changes: u32 => ();
-    /// Start or stop the stream of scans.
+    /// Starts or stops the stream of scans.
     SetStream = 13, changes: bool => ();
-    /// Take a record of what the channels read now, without a hit; begun anew when scans are lost.
+    /// Records the channels without a hit; the record starts again when scans are lost.
     TakeReading = 14, changes: () => ();
-    /// What did they read? Refused with [`Reason::Busy`] while the record is taken, with
-    /// [`Reason::SamplerStopped`] when it could not be, and with [`Reason::NotFound`] when there is
-    /// none or something else has been recorded since.
+    /// Asks for the statistics of that record. Refused with [`Reason::Busy`] while the record is being taken,
+    /// with [`Reason::SamplerStopped`] when sampling failed, and with [`Reason::NotFound`] when there is no
+    /// record or something else has been recorded since.
     GetRestStatistics = 15: () => RestStatistics;
 }
 
-/// The most bytes of the framed answer to a request that changes the rig.
+/// Largest framed answer to a request that changes the rig, bytes.
 pub const MAX_CHANGE_ANSWER: usize = 272;
 
 /// True when a request of this kind changes the rig.
@@ -93,7 +93,7 @@ pub fn changes(kind: u16) -> bool {
     ENDPOINTS.iter().any(|&(of, _, changes)| of == kind && changes)
 }
 
-/// Who the rig is. Frozen: never edited, in no version.
+/// Identity of the rig. Frozen: never edited in any version.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// [`super::PROTOCOL_MAJOR`] of the rig.
@@ -104,36 +104,36 @@ pub struct Identity {
     pub firmware: String<16>,
     /// Commit that the firmware was built from.
     pub git_hash: String<16>,
-    /// True when that commit had been changed before the build.
+    /// True when the working tree differed from that commit.
     pub git_dirty: bool,
     /// Name of the board, the folder under `boards/`.
     pub board: String<24>,
-    /// Sampling.
+    /// Properties of the converter.
     pub adc: AdcProperties,
-    /// Scans of a record.
+    /// Scans in a record.
     pub record_scans: u16,
-    /// Scans of a record before the trigger.
+    /// Scans in a record before the trigger.
     pub pre_trigger_scans: u16,
-    /// Triaxial sensors that the rig has inputs for.
+    /// Number of triaxial sensors that the rig has inputs for.
     pub max_sensors: u8,
-    /// Hit DOFs that the rig has memory for.
+    /// Number of hit DOFs that the rig has memory for.
     pub max_hits: u8,
     /// True when the link carries the stream of all scans.
     pub streams: bool,
-    /// Why it started: raw [`BootReason`](crate::BootReason).
+    /// Why the rig started: raw [`BootReason`](crate::BootReason).
     pub boot_reason: u8,
-    /// The last words of a panic before this start, empty when there was none.
+    /// Message of the panic that caused the last restart; empty when there was none.
     pub last_panic: String<96>,
 }
 
-/// What the rig is doing.
+/// State of the rig.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// Raw [`Phase`](massline_shared::measurement::campaign::Phase).
     pub phase: u8,
-    /// Index of the DOF in hand.
+    /// Index of the current DOF.
     pub dof: u8,
-    /// Counts every arming since power-on: a new number means the next hit is wanted.
+    /// Number of times the trigger was armed since power-on: a new number means that the next hit is wanted.
     pub armings: u32,
     /// Accepted hits of each DOF of the layout.
     pub accepted: Vec<u8, RIG_HITS>,
@@ -143,111 +143,111 @@ pub struct Status {
     pub rejected: u16,
     /// Number of the last hit, as in [`crate::event::HitEvent::number`].
     pub last_hit: u32,
-    /// Hash of the layout that is kept, 0 when there is none.
+    /// Hash of the stored layout, 0 when there is none.
     pub layout_hash: u32,
-    /// Number of the result of the campaign that ended last, 0 when there is none.
+    /// Number of the last campaign's result, 0 when there is none.
     pub result: u32,
-    /// What is to be said about the campaign.
+    /// Diagnostics of the campaign.
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 
-/// What the rig has counted since power-on.
+/// Counters of the rig since power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stats {
     /// Time since power-on, ms.
     pub uptime_ms: u64,
     /// Scans taken.
     pub scans: u64,
-    /// Scans lost: the sampler overran.
+    /// Scans lost because the sampler overran.
     pub scans_lost: u64,
-    /// Times that the rig computed for longer than its deadline allows before it looked after
-    /// scans, link and panel again.
+    /// Number of times the rig computed for longer than [`STEP_LIMIT_MS`] without serving scans, link and
+    /// panel.
     pub deadlines_missed: u32,
     /// Triggers.
     pub triggers: u32,
-    /// Frames received whole.
+    /// Frames received intact.
     pub frames_in: u32,
-    /// Frames received and dropped: broken.
+    /// Broken frames received and dropped.
     pub frames_broken: u32,
     /// Requests refused.
     pub requests_refused: u32,
-    /// Requests that had been executed already and were only answered again.
+    /// Repeated requests: they had been executed before and were only answered again.
     pub requests_repeated: u32,
     /// Frames sent.
     pub frames_out: u32,
-    /// Frames given up because nobody read.
+    /// Frames given up because the host did not read.
     pub frames_unsent: u32,
     /// Events dropped because the link was behind.
     pub events_dropped: u32,
     /// Flash writes that failed verification.
     pub store_failures: u32,
-    /// Most stack ever used, bytes, 0 when the board does not measure it.
+    /// Largest stack use so far, bytes; 0 when the board does not measure it.
     pub stack_high_water: u32,
-    /// Times that the sampler overran; how many scans each cost is in [`Self::scans_lost`].
+    /// Number of times the sampler overran; [`Self::scans_lost`] counts the scans.
     pub overruns: u32,
     /// Hits aborted because scans of their record were lost.
     pub hits_aborted: u32,
-    /// The longest that the rig computed before it looked after scans, link and panel again, µs: at
-    /// most [`STEP_LIMIT_MS`], or it counts among [`Self::deadlines_missed`].
+    /// Longest time that the rig computed without serving scans, link and panel, µs. A time above
+    /// [`STEP_LIMIT_MS`] counts in [`Self::deadlines_missed`].
     pub longest_step_us: u32,
-    /// Scans of a stream that were not sent because the link was behind.
+    /// Scans of the stream that were dropped because the link was behind.
     pub stream_scans_dropped: u32,
-    /// Bytes received and dropped: noise and broken frames.
+    /// Bytes received and dropped as noise or broken frames.
     pub bytes_dropped: u32,
-    /// Times that the link was lost and came back.
+    /// Number of times the link was lost and restored.
     pub reconnects: u32,
     /// Pages of flash erased.
     pub flash_erases: u32,
     /// Bytes of flash written.
     pub flash_bytes_written: u32,
-    /// Records written to the flash that did not read back as they were written.
+    /// Records written to flash that read back differently.
     pub read_back_failures: u32,
-    /// Stack that there is, bytes, 0 when the board does not say.
+    /// Size of the stack, bytes; 0 when the board does not report it.
     pub stack_size: u32,
 }
 
-/// The longest that a rig may compute before it looks after scans, link and panel again, ms: every
-/// board buffers as many scans.
+/// Longest time that a rig may compute without serving scans, link and panel, ms: every board buffers the
+/// scans of this time.
 pub const STEP_LIMIT_MS: u64 = 40;
 
-/// The answer to a layout.
+/// Answer to [`PutLayout`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LayoutAnswer {
-    /// Hash of the layout as kept.
+    /// Hash of the layout as stored.
     pub hash: u32,
-    /// What is to be said about it. With an error among them the layout is kept but a campaign
-    /// needs [`CommandRequest::force`].
+    /// Findings about the layout. When one is an error, the layout is stored, but a campaign needs
+    /// [`CommandRequest::force`].
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 
-/// What the host wants of the campaign, raw in [`CommandRequest::command`].
+/// A command to the campaign, raw in [`CommandRequest::command`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
 #[repr(u8)]
 pub enum CampaignCommand {
-    /// Start from the first DOF, forgetting a paused campaign.
+    /// Start at the first DOF and discard a paused campaign.
     Start = 1,
-    /// Accept the hit that waits for confirmation.
+    /// Accept the hit that is waiting for confirmation.
     Accept = 2,
-    /// Reject the hit that waits for confirmation.
+    /// Reject the hit that is waiting for confirmation.
     Reject = 3,
-    /// Forget all hits of the DOF in hand and measure it again.
+    /// Discard all hits of the current DOF and measure it again.
     Redo = 4,
-    /// Leave the DOF in hand out.
+    /// Leave out the current DOF.
     Skip = 5,
-    /// Go on with the hits that this DOF has.
+    /// Continue with the next DOF, using the hits accepted so far.
     Finish = 6,
-    /// Interrupt: stop sampling, keep everything accepted.
+    /// Interrupt the campaign: stop sampling, but keep all accepted hits.
     Pause = 7,
-    /// Go on after an interruption.
+    /// Continue after an interruption.
     Resume = 8,
     /// End the campaign without a result.
     Abort = 9,
 }
 
 impl CampaignCommand {
-    /// What it asks of a campaign that is there already; `None` of a start.
+    /// The corresponding action on a campaign in progress; `None` for `Start`.
     pub fn steering(self) -> Option<Steering> {
         Some(match self {
             Self::Start => return None,
@@ -263,50 +263,50 @@ impl CampaignCommand {
     }
 }
 
-/// Steers the campaign.
+/// Request that controls the campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommandRequest {
     /// Raw [`CampaignCommand`].
     pub command: u8,
-    /// With `Start`: every hit waits for `Accept` or `Reject`, with its record readable.
+    /// With `Start`: every hit waits for `Accept` or `Reject`, and its record can be read meanwhile.
     pub confirm: bool,
-    /// With `Start`: begin although the layout has an error.
+    /// With `Start`: start even if the layout has an error.
     pub force: bool,
-    /// With `Start`: the object is a block of this mass, kg. The layout need not determine ten
-    /// properties, none are looked for, and the result is marked by
+    /// With `Start`: the object is a block of this mass, kg. The layout need not determine the ten
+    /// properties, they are not identified, and the result is marked with
     /// [`Code::BlockTest`](massline_shared::diagnosis::Code::BlockTest).
     pub block_mass: Option<f32>,
 }
 
-/// Results after a number.
+/// Asks for the results after a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ListRequest {
-    /// Only results with a larger number.
+    /// Only results with a larger number are listed.
     pub after: u32,
 }
 
-/// A mass in kg; without a standard deviation when it comes from single hits.
+/// A mass in kg; it has no standard deviation when it comes from single hits.
 pub type EstimatedMass = Estimated<f32, Option<f32>>;
 
-/// One line of the list of results.
+/// One entry of the list of results.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResultEntry {
     /// Number of the result.
     pub number: u32,
     /// Hash of the layout that it was measured with.
     pub layout_hash: u32,
-    /// Mass by the best of its answers, kg; `None` when the result has none.
+    /// Mass from the best estimate, kg; `None` when the result has no estimate.
     pub mass: Option<EstimatedMass>,
-    /// Bytes of the result.
+    /// Length of the result, bytes.
     pub length: u32,
 }
 
 /// Part of the list of results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResultPage {
-    /// In order of their numbers.
+    /// Results in order of their numbers.
     pub entries: Vec<ResultEntry, 16>,
-    /// True when there are more.
+    /// True when more results follow.
     pub more: bool,
 }
 
@@ -314,27 +314,27 @@ pub struct ResultPage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
 #[repr(u16)]
 pub enum Reason {
-    /// The rig does not know this message.
+    /// The rig does not know this kind of message.
     UnknownMessage = 1,
-    /// The body is not what this message needs.
+    /// The body cannot be decoded as this message.
     Malformed = 2,
     /// There is no such object or result.
     NotFound = 3,
-    /// Not in this phase of the campaign.
+    /// The request is not possible in this phase of the campaign.
     WrongPhase = 4,
-    /// No layout is kept.
+    /// No layout is stored.
     NoLayout = 5,
     /// The layout cannot determine the ten properties.
     LayoutRefused = 6,
     /// The store is full.
     StoreFull = 7,
-    /// The flash did not keep what was written.
+    /// The flash did not read back what was written.
     StoreFailed = 8,
-    /// The part that is asked for lies outside the object.
+    /// The requested part lies outside the object.
     OutOfRange = 9,
     /// The object is being written; ask again.
     Busy = 10,
-    /// The converter does not answer.
+    /// The converter does not respond.
     SamplerStopped = 11,
 }
 
@@ -359,7 +359,7 @@ impl From<CommandError> for Reason {
     }
 }
 
-/// The answer to a request that was not executed.
+/// Answer to a request that was not executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
     /// Raw [`Reason`].

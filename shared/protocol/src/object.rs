@@ -1,4 +1,4 @@
-//! Long things, read in chunks so that a cut download goes on where it stopped.
+//! Large objects, read in chunks so that an interrupted download can resume.
 
 use heapless::Vec;
 use num_enum::{IntoPrimitive, TryFromPrimitive};
@@ -16,7 +16,7 @@ use massline_shared::responses::{ResponseSquare, Responses};
 use massline_shared::signal::RESPONSES;
 use nalgebra::SVector;
 
-/// The most bytes of one chunk.
+/// Largest chunk, bytes.
 pub const MAX_CHUNK: usize = 1024;
 
 /// Kinds of objects, raw in [`ObjectId::kind`].
@@ -27,78 +27,78 @@ pub enum ObjectKind {
     Result = 1,
     /// The record of the last hit: scans of ten little-endian u16 codes; `number` is the hit's.
     Record = 2,
-    /// Averaged spectra of the DOF in hand or last finished; `number` is the DOF's index. Its
-    /// words of four bytes, little endian: DOF, hits, responses (u8 each) and a zero; lines (u16)
-    /// and a zero; distance of the lines in Hz (f32); σ of the exponential window in 1/s (f32); then
-    /// f32: G_FF by line, for each response G_XF by line (re, im), for each response G_XX by line;
-    /// there are places for [`RESPONSES`], of which the first so many as the header says are in use.
+    /// Averaged spectra of the current DOF or of the last one finished; `number` is the DOF's index. It
+    /// consists of little-endian words of four bytes: DOF, hits, responses (u8 each) and a zero; number of
+    /// lines (u16) and a zero; line spacing in Hz (f32); σ of the exponential window in 1/s (f32); then as
+    /// f32: G_FF by line, G_XF of each response by line (re, im), G_XX of each response by line. There is
+    /// space for [`RESPONSES`] responses; the header gives the number in use.
     Spectra = 3,
 }
 
-/// Names an object.
+/// Identifies an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ObjectId {
     /// Raw [`ObjectKind`].
     pub kind: u8,
-    /// Which of them.
+    /// Number of the object within its kind.
     pub number: u32,
 }
 
 /// Length and checksum of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ObjectInfo {
-    /// Bytes.
+    /// Length, bytes.
     pub length: u32,
-    /// CRC-32 (ISO-HDLC) over all of them.
+    /// CRC-32 (ISO-HDLC) of all bytes.
     pub crc: u32,
 }
 
 /// Asks for a piece of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ChunkRequest {
-    /// Of which object.
+    /// The object.
     pub object: ObjectId,
-    /// From this byte on.
+    /// Offset of the first byte.
     pub offset: u32,
-    /// At most this many bytes, itself at most [`MAX_CHUNK`].
+    /// Number of bytes wanted, at most [`MAX_CHUNK`].
     pub length: u16,
 }
 
 /// A piece of an object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chunk {
-    /// Of which object.
+    /// The object.
     pub object: ObjectId,
-    /// Where it stands in the object.
+    /// Offset of the first byte in the object.
     pub offset: u32,
     /// The bytes.
     pub bytes: Vec<u8, MAX_CHUNK>,
 }
 
-/// A [`Chunk`] to be sent, with the same bytes on the wire.
+/// A [`Chunk`] to be sent without copying its bytes; the encoding is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ChunkRef<'a> {
-    /// Of which object.
+    /// The object.
     pub object: ObjectId,
-    /// Where it stands in the object.
+    /// Offset of the first byte in the object.
     pub offset: u32,
     /// The bytes, at most [`MAX_CHUNK`].
     pub bytes: &'a [u8],
 }
 
-/// Elements of the lower triangle of a symmetric matrix over the responses.
+/// Elements of the lower triangle of a symmetric matrix of the responses.
 pub const SCATTER: usize = RESPONSES * (RESPONSES + 1) / 2;
 /// Elements of the lower triangle of a 10 × 10 matrix.
 pub const COVARIANCE: usize = 55;
 
-/// Mass lines of one DOF as measured.
+/// Measured mass lines of one DOF.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DofResult {
     /// The DOF.
     pub dof: Dof,
     /// Its index in the layout.
     pub index: u8,
-    /// Hits averaged.
+    /// Number of hits averaged.
     pub hits: u8,
     /// Lower and upper end of the band of its mass lines, Hz.
     pub band_hz: [f32; 2],
@@ -108,14 +108,15 @@ pub struct DofResult {
     /// corrected for the window, (m/s²)/N.
     pub noise: [f32; RESPONSES],
     /// Sample covariance of the single hits' mass lines, lower triangle row by row, ((m/s²)/N)²; empty when
-    /// it is not known.
+    /// it is unknown.
     pub scatter: Vec<f32, SCATTER>,
-    /// Mean coherence over the band, response by response; none of a single hit, where it says nothing.
+    /// Mean coherence over the band for each response; `None` for a single hit, whose coherence carries no
+    /// information.
     pub coherence: Option<[f32; RESPONSES]>,
 }
 
 impl DofResult {
-    /// Of a measured DOF.
+    /// Converts a measured DOF for storage.
     pub fn of(details: &MeasuredDof<f32>, (index, lines): &DofMassLines<f32, RIG_SENSORS>) -> Self {
         let array =
             |responses: &Responses<f32, RIG_SENSORS>| core::array::from_fn(|k| responses[k]);
@@ -135,14 +136,14 @@ impl DofResult {
         }
     }
 
-    /// The measured DOF; `None` when its numbers do not fit together.
+    /// Converts back to the measured DOF; `None` when the numbers are inconsistent.
     pub fn measured(&self) -> Option<(MeasuredDof<f32>, DofMassLines<f32, RIG_SENSORS>)> {
         let Self { dof, band_hz, coherence, .. } = *self;
         Some((MeasuredDof { dof, band_hz, coherence }, self.mass_lines()?))
     }
 
-    /// Its mass lines in the domain, with the index of the hit in the layout; `None` when its numbers do not
-    /// fit together.
+    /// Mass lines of the DOF with the index of the hit in the layout; `None` when the numbers are
+    /// inconsistent.
     pub fn mass_lines(&self) -> Option<DofMassLines<f32, RIG_SENSORS>> {
         let hits = u16::from(self.hits);
         let lines = MassLines::from_parts(&self.accelerance, &self.noise, &self.scatter, hits)?;
@@ -150,7 +151,7 @@ impl DofResult {
     }
 }
 
-/// One method's answer.
+/// Stored estimate of one method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StoredEstimate {
     /// [`Method::number`].
@@ -158,13 +159,13 @@ pub struct StoredEstimate {
     /// [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz]; kg, m, kg m²; inertia about the centre of
     /// mass, body axes, tensor elements.
     pub properties: [f32; 10],
-    /// Covariance of the properties, lower triangle row by row; empty when it cannot be told.
+    /// Covariance of the properties, lower triangle row by row; empty when it cannot be determined.
     pub covariance: Vec<f32, COVARIANCE>,
     /// Condition of the balanced regression matrix.
     pub condition: f32,
-    /// Whether the data agree with their error budget, for a method that knows one.
+    /// Whether the data agree with their error budget; only for methods that use one.
     pub consistency: Option<Consistency<f32>>,
-    /// What is to be said about the estimate.
+    /// Diagnostics of the estimate.
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
@@ -184,7 +185,7 @@ impl From<&Estimate<f32>> for StoredEstimate {
 }
 
 impl StoredEstimate {
-    /// The estimate in the domain; `None` when this program does not know its method.
+    /// Converts to an [`Estimate`]; `None` when this program does not know the method.
     pub fn estimate(&self) -> Option<Estimate<f32>> {
         Some(Estimate {
             method: Method::from_number(self.method)?,
@@ -197,18 +198,18 @@ impl StoredEstimate {
     }
 }
 
-/// What a stored result begins with: where it comes from and how it was measured.
+/// Head of a stored result: its origin and how it was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResultHead {
     /// Number of the result on this rig.
     pub number: u32,
     /// Hash of the layout.
     pub layout_hash: u32,
-    /// Checksum of the calibration in force.
+    /// Checksum of the calibration in use.
     pub calibration: u32,
-    /// Firmware that computed it, `major.minor.patch`.
+    /// Version of the firmware that computed the result, `major.minor.patch`.
     pub firmware: heapless::String<16>,
-    /// How the averaged spectra became frequency responses.
+    /// Estimator of the frequency responses.
     pub frf_estimator: FrfEstimator,
     /// Terms of the mass lines.
     pub terms: Terms,
@@ -216,24 +217,24 @@ pub struct ResultHead {
     pub band_automatic: bool,
 }
 
-/// A stored result: what one campaign measured and identified. A rig writes and reads it piece by piece: the
-/// head, the number of DOFs (postcard's `u32`) and each DOF, the number of estimates and each estimate, the
+/// A stored result: what one campaign measured and identified. A rig writes and reads it in pieces: the head,
+/// the number of DOFs (postcard's `u32`) and each DOF, the number of estimates and each estimate, the
 /// diagnostics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasurementResult {
-    /// Where it comes from and how it was measured.
+    /// Origin of the result and how it was measured.
     pub head: ResultHead,
-    /// Mass lines, DOF by DOF.
+    /// Mass lines of each DOF.
     pub dofs: Vec<DofResult, RIG_HITS>,
-    /// The answers, one a method, the best first; empty when there is none.
+    /// Estimates, one per method, best first; empty when there are none.
     pub estimates: Vec<StoredEstimate, METHODS>,
-    /// What is to be said about the campaign.
+    /// Diagnostics of the campaign.
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
 }
 
 impl MeasurementResult {
-    /// The answers in the domain, the best first, and the numbers of methods that this program does not know.
+    /// The estimates, best first, and the numbers of the methods that this program does not know.
     pub fn estimates(&self) -> (Vec<Estimate<f32>, METHODS>, Vec<u8, METHODS>) {
         let known = self.estimates.iter().filter_map(StoredEstimate::estimate).collect();
         let unknown = self.estimates.iter().map(|stored| stored.method);

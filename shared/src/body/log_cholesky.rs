@@ -1,5 +1,5 @@
-//! Log-Cholesky parameters: ten free numbers, every choice of which is a physical body
-//! (Rucker & Wensing 2022).
+//! Log-Cholesky parameters: ten unconstrained numbers, every choice of which gives a physically consistent
+//! body (Rucker & Wensing 2022).
 
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3};
 
@@ -27,15 +27,15 @@ use crate::Real;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LogCholesky<R>(pub SVector<R, 10>);
 
-/// Row and column in `U` of every parameter after the first.
+/// Row and column in `U` of each parameter after the first.
 const PLACES: [(usize, usize); 9] =
     [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)];
 
 impl<R: Real> LogCholesky<R> {
-    /// Of a body; `None` unless it is physically consistent.
+    /// Parameters of a body; `None` unless it is physically consistent.
     ///
-    /// The last column says `m = e^2a` and `t = c`, so what is left to factor are the second moments
-    /// about the centre of mass over the mass.
+    /// The last column gives `m = e^2a` and `t = c`, which leaves the second moments about the centre of mass
+    /// over the mass to be factored.
     pub fn from_body(body: &RigidBody<R>) -> Option<Self> {
         let positive = |v: R| (v > R::zero() && v.finite()).then(|| v.sqrt());
         let root_mass = positive(body.mass)?;
@@ -51,7 +51,7 @@ impl<R: Real> LogCholesky<R> {
         Some(Self(SVector::from(values)))
     }
 
-    /// The body of these parameters, consistent by construction.
+    /// The body with these parameters, physically consistent by construction.
     pub fn body(&self) -> RigidBody<R> {
         let u = self.factor();
         let mass = u[(3, 3)] * u[(3, 3)];
@@ -64,8 +64,8 @@ impl<R: Real> LogCholesky<R> {
         }
     }
 
-    /// `∂phi/∂(log-Cholesky)`, 10 × 10: `dP = dU Uᵀ + U dUᵀ`, where each parameter but the first
-    /// moves one element of `U`.
+    /// `∂phi/∂(log-Cholesky)`, 10 × 10: `dP = dU Uᵀ + U dUᵀ`. Each parameter but the first changes one
+    /// element of `U`.
     pub fn dphi(&self) -> SMatrix<R, 10, 10> {
         let u = self.factor();
         let scale = u[(3, 3)];
@@ -96,7 +96,7 @@ impl<R: Real> LogCholesky<R> {
     }
 }
 
-/// phi of a pseudo-inertia: `J_O = tr(S) I − S` of its upper left block.
+/// phi from a pseudo-inertia: `J_O = tr(S) I − S` with `S` its upper left block.
 fn phi_of<R: Real>(p: &Matrix4<R>) -> SVector<R, 10> {
     let trace = p[(0, 0)] + p[(1, 1)] + p[(2, 2)];
     let mut phi = SVector::<R, 10>::zeros();
@@ -120,7 +120,7 @@ mod tests {
         #[test]
         fn a_body_reads_back(body in bodies()) {
             let back = LogCholesky::from_body(&body).unwrap().body();
-            // Rounding of the square roots and exponentials.
+            // The tolerance covers the rounding of square roots and exponentials.
             prop_assert!((back.theta() - body.theta()).norm() < 1e-12);
         }
 
@@ -138,7 +138,7 @@ mod tests {
                 step[k] = 1e-5;
                 let slope = (LogCholesky(at.0 + step).body().phi()
                     - LogCholesky(at.0 - step).body().phi()) / 2e-5;
-                // Third derivative times step², and rounding over the step.
+                // The error is the third derivative times step², plus rounding over the step.
                 prop_assert!((slope - jacobian.column(k)).norm() < 1e-8);
             }
         }

@@ -2,10 +2,10 @@
 //!
 //! Two vectors hold the same ten numbers:
 //!
-//! * `theta` = [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz] is what is reported: the inertia is
-//!   about the **centre of mass**;
-//! * `phi` = [m, m cx, m cy, m cz, and the inertia about the **origin** in the same order] is what
-//!   the equations of motion are linear in.
+//! * `theta` = [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz] is reported to the user: the inertia is about
+//!   the **centre of mass**;
+//! * `phi` = [m, m cx, m cy, m cz, and the inertia about the **origin** in the same order]: the equations of
+//!   motion are linear in it.
 //!
 //! Products of inertia are tensor elements: `Jxy = −∫ x y dm`. Theory, section 1.
 
@@ -46,16 +46,16 @@ pub const INERTIA_ELEMENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidBody<R> {
-    /// kg.
+    /// Mass, kg.
     pub mass: R,
-    /// From the origin, m.
+    /// Position of the centre of mass in the body frame, m.
     pub center_of_mass: Vector3<R>,
-    /// About the centre of mass, tensor elements, kg m².
+    /// Inertia tensor about the centre of mass, kg m².
     pub inertia: Matrix3<R>,
 }
 
 impl<R: Real> RigidBody<R> {
-    /// From [m, c, J about the centre of mass].
+    /// Body from [m, c, J about the centre of mass].
     pub fn from_theta(theta: &SVector<R, 10>) -> Self {
         Self {
             mass: theta[0],
@@ -64,12 +64,12 @@ impl<R: Real> RigidBody<R> {
         }
     }
 
-    /// As [m, c, J about the centre of mass].
+    /// The ten properties as [m, c, J about the centre of mass].
     pub fn theta(&self) -> SVector<R, 10> {
         ten(self.mass, &self.center_of_mass, &self.inertia)
     }
 
-    /// From [m, m c, J about the origin]; `None` without mass or when a number is not finite.
+    /// Body from [m, m c, J about the origin]; `None` when the mass is zero or a number is not finite.
     pub fn from_phi(phi: &SVector<R, 10>) -> Option<Self> {
         let mass = phi[0];
         let center_of_mass = Vector3::new(phi[1], phi[2], phi[3]) / mass;
@@ -79,7 +79,7 @@ impl<R: Real> RigidBody<R> {
         body.is_finite().then_some(body)
     }
 
-    /// As [m, m c, J about the origin].
+    /// The ten properties as [m, m c, J about the origin].
     pub fn phi(&self) -> SVector<R, 10> {
         let first_moment = self.center_of_mass * self.mass;
         ten(self.mass, &first_moment, &self.inertia_about(&Vector3::zeros()))
@@ -90,12 +90,12 @@ impl<R: Real> RigidBody<R> {
         self.theta().iter().all(|v| v.finite())
     }
 
-    /// Inertia about a point, parallel axes (Huygens-Steiner), kg m².
+    /// Inertia about a point by the parallel axis theorem (Huygens-Steiner), kg m².
     pub fn inertia_about(&self, point: &Vector3<R>) -> Matrix3<R> {
         self.inertia + point_inertia(self.mass, &(self.center_of_mass - point))
     }
 
-    /// The same body seen from another origin, given in the present frame.
+    /// The same body relative to another origin, which is given in the present frame.
     pub fn shifted_to(&self, origin: &Vector3<R>) -> Self {
         Self { center_of_mass: self.center_of_mass - origin, ..*self }
     }
@@ -112,16 +112,16 @@ impl<R: Real> RigidBody<R> {
         m
     }
 
-    /// `[a_O; α]` under the force and torque `[F; T]` about the origin: `M₀⁻¹ f₀` through the
-    /// centre of mass, so only the 3×3 inertia is inverted. `None` without mass or when the inertia
-    /// is singular.
+    /// Motion `[a_O; α] = M₀⁻¹ f₀` under the force and torque `[F; T]` about the origin. It is computed
+    /// through the centre of mass, so only the 3×3 inertia is inverted. `None` when the mass is zero or the
+    /// inertia is singular.
     pub fn acceleration(&self, force: &Vector6<R>) -> Option<Vector6<R>> {
         let inverse = self.inertia.try_inverse()?;
         let acceleration = accelerate(self, &inverse, force);
         acceleration.iter().all(|v| v.finite()).then_some(acceleration)
     }
 
-    /// `M₀⁻¹`; `None` without mass or when the inertia is singular.
+    /// `M₀⁻¹`; `None` when the mass is zero or the inertia is singular.
     pub fn inverse_mass_matrix(&self) -> Option<Matrix6<R>> {
         let inverse = self.inertia.try_inverse()?;
         let mut m = Matrix6::zeros();
@@ -146,8 +146,8 @@ impl<R: Real> RigidBody<R> {
         change_of_ten(c, c, self.mass, self.mass)
     }
 
-    /// `[[½ tr(J_O) I − J_O, h], [hᵀ, m]]`: positive definite exactly when a body of positive density
-    /// can have these properties (Rucker & Wensing 2022).
+    /// `[[½ tr(J_O) I − J_O, h], [hᵀ, m]]`, positive definite exactly when a body of positive density with
+    /// these properties exists (Rucker & Wensing 2022).
     pub fn pseudo_inertia(&self) -> Matrix4<R> {
         let second_moments = second_moments(&self.inertia_about(&Vector3::zeros()));
         let first_moment = self.center_of_mass * self.mass;
@@ -193,7 +193,7 @@ pub fn elements<R: Real>(tensor: &Matrix3<R>) -> Vector6<R> {
     Vector6::from_fn(|k, _| tensor[INERTIA_ELEMENTS[k]])
 }
 
-/// The symmetric tensor of the six elements xx, yy, zz, xy, xz, yz.
+/// The symmetric tensor with the six elements xx, yy, zz, xy, xz, yz.
 pub fn tensor<R: Real>(elements: &Vector6<R>) -> Matrix3<R> {
     let [xx, yy, zz, xy, xz, yz] = (*elements).into();
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
@@ -209,8 +209,9 @@ fn point_inertia<R: Real>(mass: R, c: &Vector3<R>) -> Matrix3<R> {
     (Matrix3::from_diagonal_element(c.dot(c)) - c * c.transpose()) * mass
 }
 
-/// What phi and theta are to each other: the centre of mass and the first moment change with the mass by
-/// `by_mass` and with each other by `own`, the inertia with them by `Σₖ (2 cₖ I − eₖ cᵀ − c eₖᵀ)` times `factor`.
+/// Derivative between phi and theta, in either direction. The centre of mass and the first moment change with
+/// the mass by `by_mass` and with each other by `own`; the inertia changes with them by
+/// `Σₖ (2 cₖ I − eₖ cᵀ − c eₖᵀ)` times `factor`.
 fn change_of_ten<R: Real>(
     c: &Vector3<R>,
     by_mass: &Vector3<R>,
@@ -260,8 +261,8 @@ pub(crate) mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Bodies of six to nine point masses within a cube of 0.4 m about a point up to 0.3 m away:
-    /// consistent by construction.
+    /// Bodies of six to nine point masses within a cube of 0.4 m about a point up to 0.3 m away; they are
+    /// physically consistent by construction.
     pub(crate) fn bodies() -> impl Strategy<Value = RigidBody<f64>> {
         let cutoff = prop::array::uniform3(-0.3..0.3_f64);
         let points = prop::collection::vec((0.1..1.0_f64, prop::array::uniform3(-0.2..0.2)), 6..10);
@@ -296,10 +297,10 @@ pub(crate) mod tests {
                 let ahead = RigidBody::from_phi(&(phi + step)).unwrap().theta();
                 let behind = RigidBody::from_phi(&(phi - step)).unwrap().theta();
                 let slope = (ahead - behind) / 2e-5;
-                // Third derivatives of c c^T m times step², and rounding over the step.
+                // The error is the third derivative of c c^T m times step², plus rounding over the step.
                 prop_assert!((slope - jacobian.column(k)).norm() < 1e-8);
             }
-            // Rounding.
+            // The tolerance covers rounding.
             let product = jacobian * body.dphi_dtheta();
             prop_assert!((product - SMatrix::identity()).norm() < 1e-12);
         }
@@ -308,7 +309,7 @@ pub(crate) mod tests {
         fn the_acceleration_solves_newton_and_euler(body in bodies(), force in prop::array::uniform6(-5.0..5.0_f64)) {
             let force = Vector6::from(force);
             let x = body.acceleration(&force).unwrap();
-            // Rounding times the condition of a body that is nearly flat.
+            // Rounding times the condition of a nearly flat body.
             prop_assert!((body.mass_matrix() * x - force).norm() < 1e-10);
             prop_assert!((body.inverse_mass_matrix().unwrap() * force - x).norm() < 1e-10);
             let rows = regressor(&x);

@@ -1,4 +1,4 @@
-//! The ten inertial parameters of a rigid body: names, units, and what their errors are compared with.
+//! The ten inertial parameters of a rigid body: names, units, and the scales for their errors.
 
 use nalgebra::SVector;
 
@@ -13,13 +13,13 @@ pub struct InertialParameter {
     pub symbol: &'static str,
     /// SI unit.
     pub unit: &'static str,
-    /// Unit that tables show it in.
+    /// Unit used in tables.
     pub table_unit: &'static str,
     /// Factor from the SI unit to that of tables.
     pub table_factor: f64,
 }
 
-/// The ten, in the order of [`RigidBody::theta`](super::RigidBody::theta).
+/// The ten inertial parameters, in the order of [`RigidBody::theta`](super::RigidBody::theta).
 pub const INERTIAL_PARAMETERS: [InertialParameter; 10] = [
     InertialParameter {
         name: "mass",
@@ -47,8 +47,9 @@ const fn inertia(name: &'static str, symbol: &'static str) -> InertialParameter 
     InertialParameter { name, symbol, unit: "kg m²", table_unit: "g m²", table_factor: 1e3 }
 }
 
-/// [m, L, L, L, m L² × 6]: what errors of the inertial parameters are compared with for a body of mass m (kg) and size L
-/// (m). The values themselves will not do, since centre coordinates and products of inertia may be zero.
+/// [m, L, L, L, m L² × 6]: scales for the errors of the inertial parameters of a body of mass m (kg) and size
+/// L (m). The values themselves cannot serve as scales, since centre coordinates and products of inertia may
+/// be zero.
 ///
 /// ```
 /// # use massline_shared::body::{INERTIAL_PARAMETERS, scale};

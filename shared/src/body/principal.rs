@@ -6,7 +6,7 @@ use super::{RigidBody, second_moments};
 use crate::Real;
 use crate::linalg::{cholesky, symmetric_eigen3};
 
-/// Principal moments of inertia about the centre of mass with their axes.
+/// Principal moments of inertia about the centre of mass, and their axes.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -20,9 +20,9 @@ use crate::linalg::{cholesky, symmetric_eigen3};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Principal<R> {
-    /// Ascending, kg m².
+    /// Principal moments in ascending order, kg m².
     pub moments: Vector3<R>,
-    /// The axes as columns, unit vectors of the body frame, right-handed.
+    /// Principal axes as columns: unit vectors in the body frame, right-handed.
     pub axes: Matrix3<R>,
 }
 
@@ -35,17 +35,15 @@ impl<R: Real> RigidBody<R> {
         Some(Principal { moments, axes })
     }
 
-    /// The smallest eigenvalue of `½ tr(J) I − J`, J about the centre of mass: half of what the sum
-    /// of the two smaller principal moments exceeds the largest by, kg m². `None` when the inertia
-    /// is not finite.
+    /// Smallest eigenvalue of `½ tr(J) I − J`, J about the centre of mass, kg m²: half of the sum of the two
+    /// smaller principal moments minus the largest. `None` when the inertia is not finite.
     pub fn physical_margin(&self) -> Option<R> {
         let moments = self.principal()?.moments;
         Some((moments[0] + moments[1] - moments[2]) * R::of(0.5))
     }
 
-    /// The nearest body, in a sense, that is physically consistent: the eigenvalues of `½ tr(J) I − J`
-    /// are raised to `part` of the largest (theory, section 4). `None` without mass or when no
-    /// eigenvalue is positive.
+    /// A nearby physically consistent body: the eigenvalues of `½ tr(J) I − J` are raised to at least `part`
+    /// times the largest (theory, section 4). `None` when the mass or all eigenvalues are not positive.
     ///
     /// ```
     /// # use massline_shared::body::RigidBody;
@@ -70,18 +68,18 @@ impl<R: Real> RigidBody<R> {
         Some(Self { inertia, ..*self })
     }
 
-    /// True when the mass is positive and the principal moments keep the triangle inequalities:
+    /// True when the mass is positive and the principal moments satisfy the triangle inequalities, so that
     /// the pseudo-inertia is positive definite (Rucker & Wensing 2022).
     pub fn is_physically_consistent(&self) -> bool {
-        // Definite exactly where all its eigenvalues, the margin the smallest, are above zero.
+        // The matrix is positive definite exactly when its smallest eigenvalue, the margin, is above zero.
         self.mass > R::zero() && cholesky(&second_moments(&self.inertia)).is_some()
     }
 }
 
 impl<R: Real> Principal<R> {
-    /// Standard deviations of the moments from the covariance of `theta`, to first order: a moment
-    /// with the axis `n` moves by `nᵀ dJ n`. Two moments closer than their deviations are not told
-    /// apart by this, and the figures are then too small or too large by about that distance.
+    /// Standard deviations of the moments from the covariance of `theta`, to first order: a moment with the
+    /// axis `n` changes by `nᵀ dJ n`. For two moments closer than their standard deviations the figures are
+    /// too small or too large by about the distance of the two.
     pub fn moment_sigmas(&self, covariance: &SMatrix<R, 10, 10>) -> Vector3<R> {
         let inertia = covariance.fixed_view::<6, 6>(4, 4);
         Vector3::from_fn(|k, _| {
@@ -112,7 +110,7 @@ mod tests {
         fn axes_and_moments_make_the_inertia(body in bodies()) {
             let p = body.principal().unwrap();
             let back = p.axes * Matrix3::from_diagonal(&p.moments) * p.axes.transpose();
-            // Rounding of the eigenproblem in double precision.
+            // Rounding of the eigenvalue problem in double precision.
             prop_assert!((back - body.inertia).norm() < 1e-13 * body.inertia.norm());
             prop_assert!((p.axes.determinant() - 1.0).abs() < 1e-13);
             prop_assert!(p.moments[0] <= p.moments[1] && p.moments[1] <= p.moments[2]);
@@ -133,7 +131,7 @@ mod tests {
             let moved = RigidBody::from_theta(&(body.theta() + d * step)).principal().unwrap();
             let slope = (moved.moments - p.moments) / step;
             let sigma = p.moment_sigmas(&(d * d.transpose()));
-            // Second order: step over gap, times |dJ|² of at most 12.
+            // The second-order error is step over gap, times |dJ|² of at most 12.
             prop_assert!((slope.abs() - sigma).norm() < 1e-4);
         }
     }

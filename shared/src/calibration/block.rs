@@ -1,18 +1,19 @@
 //! The block test: a hanging block of known mass, hit through its centre of mass.
 //!
-//! A hit through the centre of mass moves every point of the block alike, `a = F/m`. So the mass line
-//! accelerance times the mass is the response of a sensor to a unit acceleration over that of the
-//! hammer to a unit force, as the calibration in force has them: the unit matrix when that calibration
-//! is right. A hit that misses the centre of mass by δ adds a rotation, which a sensor at the distance
-//! `r` from it feels as `δ r / k²` of `a`, `k` the radius of gyration; it changes from hit to hit, so
-//! it averages out and is seen in the scatter. Hence: sensors near the centre of mass.
+//! A hit through the centre of mass gives every point of the block the same acceleration, `a = F/m`. So the
+//! mass line accelerance times the mass is the response of a sensor to a unit acceleration over that of the
+//! hammer to a unit force, relative to the calibration in use: the unit matrix when that calibration is
+//! right. A hit whose line of action passes the centre of mass at a distance δ adds a rotation, which a
+//! sensor at the distance `r` from the centre reads as `δ r / k²` of `a`, with `k` the radius of gyration.
+//! This error changes from hit to hit, so it averages out and appears in the scatter. Mount the sensors near
+//! the centre of mass to keep it small.
 //!
-//! Two things follow, depending on what is known of the sensors:
+//! Depending on what is known of the sensors, the test gives:
 //!
-//! * [`sensor_ratios`]: the 3 × 3 matrix of a sensor against the hammer. The direction of the hits
-//!   enters its cross-axis elements, 30 mrad / √5 for five hits.
-//! * [`force_ratio`]: with sensors whose sensitivity is known, from a tumble test, the hammer alone.
-//!   Whatever way a hit goes, the length of the acceleration is `|F|/m`, so directions do not matter.
+//! * [`sensor_ratios`]: the 3 × 3 matrix of a sensor against the hammer. The direction error of the hits
+//!   enters its cross-axis elements: 30 mrad / √5 for five hits.
+//! * [`force_ratio`]: the hammer alone, when the sensitivity of the sensors is known from a tumble test. The
+//!   length of the acceleration is `|F|/m` in any direction, so the direction of the hits does not matter.
 
 use core::fmt;
 
@@ -22,36 +23,36 @@ use crate::Real;
 use crate::identify::MassLines;
 use crate::responses::Responses;
 
-/// The block.
+/// The block of known mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockMass<R> {
-    /// With everything that is glued to it, kg.
+    /// Mass with everything that is glued to the block, kg.
     pub mass: R,
-    /// Its standard deviation, kg.
+    /// Standard deviation of the mass, kg.
     pub sigma: R,
 }
 
-/// The hits along one direction and what the sensors read of them.
+/// The hits along one direction and the readings of the sensors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlockHit<R, const S: usize> {
-    /// Unit vector of the push in the frame of the block.
+    /// Unit vector of the force in the frame of the block.
     pub direction: Vector3<R>,
-    /// Mass lines with the calibration in force, (m/s²)/N.
+    /// Mass lines with the calibration in use, (m/s²)/N.
     pub lines: MassLines<R, S>,
 }
 
 /// Why a block test gives no calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BlockError {
-    /// Fewer than two hits along a direction: no scatter, so no standard deviation.
+    /// Fewer than two hits along a direction: without scatter there is no standard deviation.
     TooFewHits,
     /// The hits do not cover three independent directions.
     DirectionsMissing,
     /// A number is NaN or infinite, or the mass is not positive.
     NotFinite,
-    /// A sensor does not answer: its accelerance is zero.
+    /// A sensor does not respond: its accelerance is nearly zero.
     Dead {
-        /// Which sensor, 0-based.
+        /// The sensor, 0-based.
         sensor: usize,
     },
 }
@@ -74,40 +75,39 @@ impl fmt::Display for BlockError {
 
 impl core::error::Error for BlockError {}
 
-/// A sensor against the hammer, relative to the calibration in force.
+/// Sensitivity of a sensor against the hammer, relative to the calibration in use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorRatio<R> {
-    /// Row `k`: what channel `k` reads of a unit acceleration along each of the sensor's axes. The
-    /// unit matrix when the calibration in force is right.
+    /// Row `k` is the reading of channel `k` for a unit acceleration along each of the sensor's axes. The
+    /// unit matrix when the calibration in use is right.
     pub ratio: Matrix3<R>,
-    /// Standard deviation of each element: scatter of the hits and mass of the block.
+    /// Standard deviation of each element, from the scatter of the hits and the uncertainty of the mass.
     pub sigma: Matrix3<R>,
 }
 
-/// The hammer against sensors whose sensitivity is known, relative to the calibration in force.
+/// Sensitivity of the hammer against sensors of known sensitivity, relative to the calibration in use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceRatio<R> {
-    /// True force over the force that the calibration in force makes of the hammer's output: the
-    /// hammer's sensitivity is to be divided by it.
+    /// True force over the force computed with the calibration in use: divide the hammer's sensitivity by it.
     pub ratio: R,
-    /// Its standard deviation.
+    /// Standard deviation of the ratio.
     pub sigma: R,
-    /// The departure of the direction that is furthest from the mean for its standard deviation, and
-    /// that deviation.
+    /// Departure from the mean of the direction whose departure is the largest in units of its standard
+    /// deviation, and that standard deviation.
     pub departure: (R, R),
 }
 
 impl<R: Real> ForceRatio<R> {
-    /// False when one direction contradicts the others: a sensor of other sensitivity than told, or
-    /// hits that did not pass the centre of mass.
+    /// False when one direction contradicts the others: the sensitivity of a sensor is not the stated one, or
+    /// hits did not pass through the centre of mass.
     pub fn is_consistent(&self) -> bool {
-        // Four standard deviations, themselves estimated from a dozen numbers.
+        // Four standard deviations, which are themselves estimated from a dozen numbers.
         self.departure.0 <= self.departure.1 * R::of(4.0)
     }
 }
 
-/// The ratio matrix, 3 × 3, of sensor `sensor` (0-based) whose axes are the rows of `axes` in the block's
-/// frame: least squares over all hits. Theory, section 9.
+/// Ratio matrix, 3 × 3, of sensor `sensor` (0-based), whose axes are the rows of `axes` in the frame of the
+/// block: least squares over all hits. Theory, section 9.
 ///
 /// # Errors
 /// See [`BlockError`].
@@ -144,7 +144,7 @@ pub fn sensor_ratios<R: Real, const S: usize>(
     }
     check(hits.iter().map(|hit| &hit.lines), block)?;
     let axes = Matrix3::from_fn(|row, column| axes[row][column]);
-    // X U = m A in least squares over the hits, U the pushes in sensor axes: X = m A Uᵀ (U Uᵀ)⁻¹.
+    // X U = m A by least squares over the hits, U the forces in sensor axes: X = m A Uᵀ (U Uᵀ)⁻¹.
     let mut normal = Matrix3::zeros();
     for hit in hits {
         let push = axes * hit.direction;
@@ -175,17 +175,17 @@ pub fn sensor_ratios<R: Real, const S: usize>(
     Ok(SensorRatio { ratio, sigma })
 }
 
-/// A sensor that answers with less than this share of what it should is not connected.
+/// A sensor whose response is below this share of the expected one is not connected.
 const DEAD: f64 = 0.05;
 
-/// The hammer from the lengths of the accelerations that the first `sensors` sensors read.
+/// The force ratio from the lengths of the accelerations that the first `sensors` sensors read.
 ///
-/// Directions are weighted by their scatter: those whose misses do not turn the sensors' middle count
-/// most. The root mean square over the hits is taken of each length, `|Ā|² + tr(scatter) (n − 1)/n`, so
-/// that directions which scatter do not shorten it. Theory, section 9.
+/// Directions are weighted by the inverse of their scatter, so those whose position errors rotate the centre
+/// of the sensors least count most. Each length is the root mean square over the hits,
+/// `|Ā|² + tr(scatter) (n − 1)/n`, so the scatter of a direction does not shorten it. Theory, section 9.
 ///
 /// # Errors
-/// See [`BlockError`]; any direction will do, so the hits come without theirs.
+/// See [`BlockError`]. The directions may be any, so they are not passed in.
 ///
 /// ```
 /// # use massline_shared::calibration::block::{BlockMass, force_ratio};
@@ -232,11 +232,11 @@ pub fn force_ratio<'a, R: Real, const S: usize>(
     Ok(ForceRatio { ratio: mean, sigma, departure })
 }
 
-/// What does not average out over the hits, relative: places of the sensors, filters, suspension.
+/// Relative error that does not average out over the hits: sensor positions, filters, suspension.
 const FLOOR: f64 = 1e-3;
 
-/// Mass times the mean over the sensors of the length of the accelerance of one direction, and the
-/// variance of that.
+/// Mass times the length of the accelerance of one direction, averaged over the sensors, and the variance of
+/// that mean.
 fn mean_ratio<R: Real, const S: usize>(
     lines: &MassLines<R, S>,
     sensors: usize,
@@ -285,11 +285,11 @@ fn check<'a, R: Real, const S: usize>(
     Ok(())
 }
 
-/// The inverse of the normal matrix; `None` when its directions are nearly in one plane.
+/// The inverse of the normal matrix; `None` when the directions are nearly coplanar.
 fn invert<R: Real>(normal: &Matrix3<R>) -> Option<Matrix3<R>> {
     let size = normal.trace();
     let inverse = normal.try_inverse()?;
-    // Three orthogonal directions give 9; a direction within 6° of the plane of the others, 300.
+    // Three orthogonal directions give 9; a direction within 6° of the plane of the others gives 300.
     (inverse.trace() * size < R::of(300.0)).then_some(inverse)
 }
 

@@ -1,13 +1,13 @@
-//! How sensors and hammer are calibrated: from what they read where the answer is known.
+//! Calibration of sensors and hammer: compares their output with a known input.
 //!
 //! | module | test | gives |
 //! | --- | --- | --- |
-//! | [`tumble`] | each axis of the sensors up and down, at rest: ±1 g | zero and 3 × 3 sensitivity of every sensor |
-//! | [`block`] | a hanging block of known mass, hit through its centre of mass | ratio of every sensor to the hammer, and with a tumble test the hammer's own gain |
+//! | [`tumble`] | each sensor axis up and down, without motion: ±1 g | zero and 3 × 3 sensitivity of every sensor |
+//! | [`block`] | a hanging block of known mass, hit through its centre of mass | ratio of every sensor to the hammer; after a tumble test, the gain of the hammer alone |
 //! | [`time_constant`] | the same hits | time constant of a sensor's low-pass against the hammer's |
 //!
-//! A sensor puts out `V = zero + S a`, S in V/(m/s²): the sensitivities on its diagonal, the
-//! cross-axis sensitivities beside it. Theory, section 9.
+//! The output of a sensor is `V = zero + S a`, S in V/(m/s²): the sensitivities are on its diagonal, the cross-axis
+//! sensitivities off it. Theory, section 9.
 
 pub mod block;
 mod record;

@@ -1,4 +1,4 @@
-//! A calibration with where it comes from: what a rig keeps.
+//! A calibration with its origin, as a rig stores it.
 
 use heapless::String;
 use num_enum::{FromPrimitive, IntoPrimitive};
@@ -10,7 +10,7 @@ use crate::layout::{DEFAULT_HAMMER_GAIN, RIG_SENSORS};
 use crate::signal::{Calibration, HAMMER};
 use crate::units::Volts;
 
-/// How a calibration was made. The numbers are never changed.
+/// How a calibration was made. The numbers never change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromPrimitive, IntoPrimitive)]
 #[cfg_attr(
     feature = "serde",
@@ -21,13 +21,13 @@ use crate::units::Volts;
 pub enum CalibrationMethod {
     /// Nominal values of the data sheets.
     DataSheet = 0,
-    /// Sensors by a tumble test; hammer as before.
+    /// Sensors calibrated by a tumble test; hammer unchanged.
     Tumble = 1,
-    /// Sensors against the hammer by a block of known mass.
+    /// Sensors calibrated against the hammer by a block of known mass.
     Block = 2,
-    /// Sensors by a tumble test, then the hammer against them by a block of known mass.
+    /// Sensors calibrated by a tumble test, then the hammer against them by a block of known mass.
     TumbleAndBlock = 3,
-    /// By other means, from a file, or by a method that this program does not know.
+    /// Made by other means, read from a file, or made by a method that this program does not know.
     #[num_enum(default)]
     Other = 4,
 }
@@ -47,7 +47,7 @@ impl CalibrationMethod {
     pub const ALL: [Self; 5] =
         [Self::DataSheet, Self::Tumble, Self::Block, Self::TumbleAndBlock, Self::Other];
 
-    /// Its name in reports and files.
+    /// Name of the method in reports and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::DataSheet => "data-sheet",
@@ -58,28 +58,27 @@ impl CalibrationMethod {
         }
     }
 
-    /// True when the sensitivities of the sensors are known by themselves, not only against the
-    /// hammer.
+    /// True when the sensitivities of the sensors are known absolutely, not only against the hammer.
     pub fn knows_sensors(self) -> bool {
         matches!(self, Self::Tumble | Self::TumbleAndBlock)
     }
 }
 
-/// Standard deviations that a calibration has achieved, relative, 1 σ: the gains of an error budget.
+/// Relative standard deviations (1 σ) of a calibration: the gain terms of an error budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CalibrationSigma {
-    /// Sensitivity of each axis: against the hammer after a block test alone, else by itself.
+    /// Sensitivity of each axis: relative to the hammer after a block test alone, otherwise absolute.
     pub gain: f32,
     /// Each cross-axis sensitivity over the sensitivity of its channel.
     pub cross_axis: f32,
-    /// The hammer against the sensors: 0 after a block test alone, whose error is in `gain`.
+    /// Hammer against the sensors; 0 after a block test alone, whose error is contained in `gain`.
     pub hammer_gain: f32,
 }
 
 impl Default for CalibrationSigma {
-    /// Of the data sheets: ±10 % of gain of an ADXL326, 1 % cross-axis, and the hammer of the theory,
+    /// Values of the data sheets: ±10 % gain of an ADXL326, 1 % cross-axis, and the hammer from theory,
     /// section 9.
     fn default() -> Self {
         Self { gain: 0.05, cross_axis: 0.01, hammer_gain: DEFAULT_HAMMER_GAIN as f32 }
@@ -93,17 +92,17 @@ impl CalibrationSigma {
     }
 }
 
-/// A calibration and where it comes from.
+/// A calibration with its origin.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CalibrationRecord {
-    /// The numbers.
+    /// Zeros and sensitivities.
     pub calibration: Calibration,
     /// How it was made.
     pub method: CalibrationMethod,
-    /// What it has achieved.
+    /// Standard deviations of the calibration.
     pub sigma: CalibrationSigma,
-    /// Day, `yyyy-mm-dd`; empty when not known.
+    /// Date, `yyyy-mm-dd`; empty when unknown.
     pub date: String<10>,
     /// Name or serial number of the hammer, may be empty.
     pub hammer: String<12>,
@@ -114,13 +113,14 @@ pub struct CalibrationRecord {
 }
 
 impl CalibrationRecord {
-    /// True when a rig can work with it.
+    /// True when a rig can use this calibration.
     pub fn is_usable(&self) -> bool {
         self.calibration.is_usable() && self.sigma.is_usable()
     }
 
-    /// Takes what a tumble test has found of the first sensors, and what the hammer puts out at rest, V.
-    /// What is achieved is the worst of the sensors; the hammer has become unknown against them.
+    /// Applies the result of a tumble test of the first sensors and the hammer's output without force, V. The
+    /// standard deviations become those of the worst sensor; that of the hammer against the sensors returns
+    /// to its default.
     pub fn take_tumble<R: Real>(&mut self, sensors: &[SensorSensitivity<R>], hammer_zero: R) {
         let worst = |of: fn(&SensorSensitivity<R>) -> R| {
             sensors.iter().map(of).fold(R::zero(), |worst, sigma| worst.max(sigma)).to_f32()
@@ -142,8 +142,8 @@ impl CalibrationRecord {
         }
     }
 
-    /// Takes what a block of known mass has found of the hammer against sensors that are known by
-    /// themselves ([`CalibrationMethod::knows_sensors`]).
+    /// Applies the result of a block test: the hammer against sensors of known sensitivity
+    /// ([`CalibrationMethod::knows_sensors`]).
     pub fn take_block<R: Real>(&mut self, hammer: &ForceRatio<R>) {
         let sensitivity = &mut self.calibration.channels[HAMMER].sensitivity;
         *sensitivity = (R::of(f64::from(*sensitivity)) / hammer.ratio).to_f32();
@@ -153,7 +153,7 @@ impl CalibrationRecord {
 }
 
 impl From<Calibration> for CalibrationRecord {
-    /// Numbers whose origin nobody knows.
+    /// A calibration of unknown origin.
     fn from(calibration: Calibration) -> Self {
         Self { calibration, method: CalibrationMethod::Other, ..Self::default() }
     }

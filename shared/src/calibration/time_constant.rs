@@ -1,16 +1,16 @@
-//! The low-pass of a sensor against that of the hammer.
+//! Difference between the low-pass of a sensor and that of the hammer.
 //!
-//! Outputs behind first-order low-passes with the time constants τ of the sensor and τ_F of the hammer
-//! give `H (1 + s τ_F)/(1 + s τ)`, or, exact in τ and linear in the difference,
-//! `H (1 + s (τ_F − τ)/(1 + s τ))`. To the mass line model of a rigid block comes a term that turns the
-//! phase more the higher the line, and one for the damping of the suspension, which turns it less:
+//! First-order low-passes with the time constants τ of the sensor and τ_F of the hammer give
+//! `H (1 + s τ_F)/(1 + s τ)`, or, exact in τ and linear in the difference, `H (1 + s (τ_F − τ)/(1 + s τ))`.
+//! This adds two terms to the mass line model of a rigid block: one whose phase grows with the frequency, and
+//! one for the damping of the suspension, whose phase falls with it:
 //!
 //! ```text
 //! H(s) = A + B/s² + C s² + D s/(1 + s τ) + E/s        τ_F − τ = D/A
 //! ```
-//! Without E, modes of 1 to 3 Hz with 1 % of damping alone shift D/A by 0.5 to 1 µs. The same holds
-//! when low-passes have been taken out of the lines, with the errors that were made in it in place of
-//! τ_F and τ. Only the difference shows: what both have in common does not change `H`.
+//! Without E, suspension modes of 1 to 3 Hz with 1 % damping shift D/A by 0.5 to 1 µs. The same holds when
+//! low-passes have been compensated in the spectra; the errors of that compensation then take the place of
+//! τ_F and τ. Only the difference can be determined: an error common to both does not change `H`.
 
 use nalgebra::{Complex, SMatrix, SVector};
 
@@ -20,9 +20,9 @@ use crate::{Estimated, Real};
 /// How the spectra were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectraSettings<R> {
-    /// Lines outside of this band, Hz, are left out; both ends are included.
+    /// Band of the fit, Hz, both ends included; lines outside are left out.
     pub band: [R; 2],
-    /// τ of the model, s: about the time constant of either low-pass.
+    /// τ of the model, s: roughly the time constant of either low-pass.
     pub lag: R,
     /// σ of the exponential window, 1/s.
     pub decay: R,
@@ -32,11 +32,11 @@ pub struct SpectraSettings<R> {
 
 /// Terms of the model.
 const TERMS: usize = 5;
-/// Place of D among them.
+/// Index of D among them.
 const ODD: usize = 3;
 
-/// The difference from the accelerance of the driven axis of a block; `lines` are lines and
-/// accelerances in any order.
+/// Determines `τ_F − τ` from the accelerance along the driven axis of a block; `lines` are spectral lines
+/// with their accelerances, in any order.
 ///
 /// # Errors
 /// [`MassLineError::BandTooNarrow`] with fewer than three lines in the band or without an accelerance,
@@ -66,7 +66,7 @@ where
     I::IntoIter: Clone,
 {
     let SpectraSettings { band, decay, .. } = how;
-    // At the geometric mean of the band every scaled column has size one.
+    // With the geometric mean of the band as the reference, every scaled column is about one.
     let reference = (band[0] * band[1]).sqrt() * R::two_pi();
     let inside =
         lines.into_iter().filter(|(l, _)| band[0] <= l.frequency && l.frequency <= band[1]);
@@ -109,9 +109,9 @@ where
     }
 }
 
-/// The mean of several differences of the same two low-passes, by inverse variance. When they scatter
-/// more than their standard deviations allow, that of the mean is larger by as much. `None` of none,
-/// or when one has no standard deviation.
+/// Mean of several differences of the same two low-passes, weighted by inverse variance. When they scatter
+/// more than their standard deviations allow, that of the mean is increased by the same factor. `None` for an
+/// empty slice or when a standard deviation is zero.
 pub fn mean<R: Real>(parts: &[Estimated<R>]) -> Option<Estimated<R>> {
     let (mut weights, mut sum) = (R::zero(), R::zero());
     for part in parts {
@@ -127,7 +127,7 @@ pub fn mean<R: Real>(parts: &[Estimated<R>]) -> Option<Estimated<R>> {
     (value.finite() && sigma.finite()).then_some(Estimated { value, sigma })
 }
 
-/// The real and the imaginary equation of the line at `s`: factors of A, B/ω², C ω², D ω, E/ω at the
+/// Real and imaginary equation of the line at `s`: the coefficients of A, B/ω², C ω², D ω, E/ω at the
 /// reference.
 fn rows<R: Real>(s: Complex<R>, lag: R, reference: R) -> [SVector<R, TERMS>; 2] {
     let odd = s / (s.scale(lag) + R::one());
@@ -155,8 +155,8 @@ mod tests {
         SpectraSettings { band: band.map(R::of), lag, decay, record }
     }
 
-    /// A block of 2 kg on a suspension of 2 Hz, damped by 2 %, seen through low-passes of 497 Hz, the
-    /// sensor's 3 % lower; `noise` alternates on the lines.
+    /// A block of 2 kg on a suspension of 2 Hz with 2 % damping, measured through low-passes of 497 Hz, the
+    /// sensor's 3 % lower; `noise` alternates in sign from line to line.
     fn measured<R: Real>(noise: f64) -> Vec<(Bin<R>, Complex<R>)> {
         let [hammer, sensor] = CORNERS.map(|cutoff| (TAU * cutoff).recip());
         (0..128)
@@ -178,8 +178,8 @@ mod tests {
         Estimated { value: found.value.to_f64(), sigma: found.sigma.to_f64() }
     }
 
-    /// 1/(2π 497.36) − 1/(2π 482.44): −9.897 µs. Second order is left out: that times ω at the end of
-    /// the band, 0.75 %. Without the term of the damping it would be 26 % off.
+    /// 1/(2π 497.36) − 1/(2π 482.44): −9.897 µs. The neglected second order is that times ω at the end of the
+    /// band, 0.75 %. Without the damping term the result would be 26 % off.
     #[test]
     fn the_difference_of_two_low_passes_is_found() {
         let truth = (TAU * CORNERS[0]).recip() - (TAU * CORNERS[1]).recip();
@@ -190,8 +190,8 @@ mod tests {
 
     #[test]
     fn noise_shows_in_the_sigma() {
-        // 1 % of the accelerance on each of 56 lines: about 1 %/√112 of A at ω_ref = 218 rad/s, and
-        // the window widens it by √(10 · 0.512).
+        // 1 % of the accelerance on each of 56 lines gives about 1 %/√112 of A at ω_ref = 218 rad/s, and the
+        // window raises it by √(10 · 0.512).
         let sigma = found::<f64>(0.005).sigma;
         let expected = 0.01 / 112.0_f64.sqrt() / 218.0 * (5.12_f64).sqrt();
         assert!((0.3..3.0).contains(&(sigma / expected)), "{sigma:e} {expected:e}");
@@ -212,11 +212,12 @@ mod tests {
     #[test]
     fn the_mean_weighs_by_variance_and_sees_a_contradiction() {
         let part = |value: f64, sigma| Estimated { value, sigma };
-        // Weights 4 and 1, χ² = 0.05: the formal deviation 1/√5.
+        // Weights 4 and 1, χ² = 0.05: the formal standard deviation is 1/√5.
         let agreeing = mean(&[part(1.0, 0.5), part(1.25, 1.0)]).unwrap();
         assert!((agreeing.value - 1.05).abs() < 1e-12, "{agreeing:?}");
         assert!((agreeing.sigma - 0.2_f64.sqrt()).abs() < 1e-12, "{agreeing:?}");
-        // Two of one deviation that are ten of it apart: χ² = 50, so 1/√2 · √50 = 5, half the distance.
+        // Two values with unit standard deviation, ten apart: χ² = 50, so 1/√2 · √50 = 5, half their
+        // distance.
         let contradicting = mean(&[part(0.0, 1.0), part(10.0, 1.0)]).unwrap();
         assert!((contradicting.sigma - 5.0).abs() < 1e-12, "{contradicting:?}");
         assert_eq!(mean(&[part(3.0, 2.0)]), Some(part(3.0, 2.0)));

@@ -1,15 +1,15 @@
-//! The tumble test: six positions at rest, each axis of a triaxial sensor up and down.
+//! The tumble test: a triaxial sensor is held still in six positions, each axis up and down.
 //!
-//! An accelerometer at rest reads `g` along the axis that points up. With `V±a` the output with axis
-//! `a` up and down,
+//! An accelerometer that does not move reads `g` along the axis that points up. With `V±a` the output for
+//! axis `a` up and down,
 //!
 //! ```text
 //! S e_a = (V+a − V−a) / 2g        zero_k = (V+k + V−k)_k / 2
 //! ```
-//! A position that is tilted by a small angle across its axis changes what the two other axes read,
-//! and its own in second order only: so zero and sensitivity of an axis are taken from its own two
-//! positions, and the tilts show in the six midpoints `(V+a + V−a)_k / 2 − zero_k`, `k ≠ a`, which
-//! are zero for level positions: 18 numbers, 12 unknowns.
+//! A small tilt of a position changes the readings of the two other axes, but that of its own axis only in
+//! second order. So zero and sensitivity of an axis are computed from its own two positions, and the tilts
+//! appear in the six midpoints `(V+a + V−a)_k / 2 − zero_k`, `k ≠ a`, which are zero for level positions: 18
+//! numbers, 12 unknowns.
 
 mod readings;
 
@@ -25,17 +25,17 @@ use crate::layout::{Axis, Sign};
 
 pub use readings::{RestVoltages, SensorProblem, Tumble, TumbleTest};
 
-/// Which axis of the sensors points up or down.
+/// Position of the sensors: the axis that points up or down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Position {
-    /// Plus: up. Minus: down.
+    /// Plus when the axis points up, minus when it points down.
     pub sign: Sign,
     /// The axis.
     pub axis: Axis,
 }
 
 impl Position {
-    /// The six, in the order in which they are asked for.
+    /// The six positions in the order in which the user is asked for them.
     pub const ALL: [Self; 6] = [
         Self { sign: Sign::Plus, axis: Axis::X },
         Self { sign: Sign::Minus, axis: Axis::X },
@@ -90,10 +90,10 @@ impl FromStr for Position {
     }
 }
 
-/// What the three channels of a sensor read in one position, V.
+/// Output of the three channels of a sensor in one position, V.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorVoltages<R> {
-    /// The position as it was asked for.
+    /// The position that the user was asked for.
     pub position: Position,
     /// Mean over the scans.
     pub mean: Vector3<R>,
@@ -103,13 +103,13 @@ pub struct SensorVoltages<R> {
     pub sigma: Vector3<R>,
 }
 
-/// Cutoff of the low-pass before the converter, Hz: consecutive scans are not independent.
+/// Cutoff of the low-pass before the converter, Hz. It makes consecutive scans dependent.
 const CUTOFF_HZ: f64 = 497.36;
 
-/// Standard deviation of the mean of `scans` codes at `rate` in Hz that deviate by `deviation`.
+/// Standard deviation of the mean of `scans` codes with the standard deviation `deviation` at `rate` in Hz.
 ///
-/// The scans are correlated by the low-pass. Rounding to codes is blurred by the noise, and what it
-/// leaves is `e^(−2π²σ²)/π` of a code (Widrow and Kollár, Quantization Noise, 2008).
+/// The low-pass correlates the scans. The noise dithers the rounding to codes, whose remaining error is
+/// `e^(−2π²σ²)/π` of a code (Widrow and Kollár, Quantization Noise, 2008).
 ///
 /// ```
 /// # use massline_shared::calibration::tumble::sigma_of_mean;
@@ -127,24 +127,24 @@ pub fn sigma_of_mean<R: Real>(deviation: R, scans: u32, rate: R) -> R {
     (noise * noise + rounding * rounding).sqrt()
 }
 
-/// What the readings are judged by.
+/// Limits for the check of the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TumbleLimits<R> {
     /// Local acceleration of gravity, m/s².
     pub gravity: R,
-    /// What the data sheet says of the sensitivity, V/(m/s²).
+    /// Nominal sensitivity from the data sheet, V/(m/s²).
     pub sensitivity: R,
-    /// A reading whose scans deviate by more is not at rest, m/s².
+    /// Largest standard deviation of the scans of a sensor that does not move, m/s².
     pub unrest: R,
-    /// A midpoint that is off by more shows a tilted position, rad.
+    /// Largest midpoint error of level positions, rad.
     pub tilt: R,
-    /// How far the length of a reading may be from 1 g, relative.
+    /// Largest relative deviation of a reading's length from 1 g.
     pub length: R,
 }
 
 impl<R: Real> Default for TumbleLimits<R> {
-    /// For an ADXL326 under standard gravity: noise is 0.08 m/s²; a level table and a square block
-    /// hold 5 mrad; sensitivities are within 10 %.
+    /// Values for an ADXL326 under standard gravity: its noise is 0.08 m/s², a level table and a square block
+    /// are level to 5 mrad, and sensitivities are within 10 %.
     fn default() -> Self {
         let g = crate::STANDARD_GRAVITY;
         Self {
@@ -157,40 +157,41 @@ impl<R: Real> Default for TumbleLimits<R> {
     }
 }
 
-/// Why a set of readings is no tumble test.
+/// Why a set of readings is not a valid tumble test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TumbleProblem<R> {
-    /// The position was not read.
+    /// A position is missing.
     Missing(Position),
-    /// The position was read twice.
+    /// A position was read twice.
     Repeated(Position),
-    /// A reading is no number.
+    /// A reading is not finite.
     NotFinite(Position),
-    /// The sensors moved.
+    /// The sensor moved.
     NotAtRest {
-        /// In which position.
+        /// The position.
         position: Position,
         /// Largest standard deviation of the three channels, m/s².
         deviation: R,
     },
-    /// The reading belongs to another position: the sensor was not turned, turned elsewhere, or two
-    /// of its cables are swapped.
+    /// The reading fits another position: the sensor was not turned, was turned the wrong way, or two of its
+    /// cables are swapped.
     ReadsAs {
-        /// As it was asked for.
+        /// The position that the user was asked for.
         position: Position,
-        /// As it reads.
+        /// The position that the reading fits.
         like: Position,
     },
-    /// The reading is far from 1 g: a channel is not connected, or this is another sensor.
+    /// The length of the reading is far from 1 g: a channel is not connected, or the sensor is of another
+    /// type.
     WrongLength {
-        /// In which position.
+        /// The position.
         position: Position,
         /// Length of the reading, in units of g.
         length: R,
     },
 }
 
-/// As many problems as six readings can have.
+/// Room for every problem that six readings can have.
 pub type TumbleProblems<R> = Vec<TumbleProblem<R>, 12>;
 
 /// Zero and sensitivity of a triaxial sensor.
@@ -198,15 +199,15 @@ pub type TumbleProblems<R> = Vec<TumbleProblem<R>, 12>;
 pub struct SensorSensitivity<R> {
     /// Output at zero acceleration, V.
     pub zero: Vector3<R>,
-    /// Its standard deviation, V.
+    /// Standard deviation of the zero, V.
     pub zero_sigma: Vector3<R>,
-    /// S in V/(m/s²): row `k` is what channel `k` puts out for each axis.
+    /// S in V/(m/s²): row `k` is the output of channel `k` for a unit acceleration along each axis.
     pub sensitivity: Matrix3<R>,
     /// Standard deviation of each element, V/(m/s²).
     pub sensitivity_sigma: Matrix3<R>,
     /// Root mean square tilt of the positions about each of two axes, from the six midpoints, rad.
     pub tilt: R,
-    /// The axis whose two positions disagree most with the rest, and by how much, rad.
+    /// The axis whose two positions are tilted most, and the angle, rad.
     pub worst: (Axis, R),
 }
 
@@ -216,7 +217,7 @@ impl<R: Real> SensorSensitivity<R> {
         self.worst.1 <= limits.tilt
     }
 
-    /// Largest standard deviation of a sensitivity over that sensitivity.
+    /// Largest relative standard deviation of a sensitivity.
     pub fn relative_gain_sigma(&self) -> R {
         let relative = |k: usize| (self.sensitivity_sigma[(k, k)] / self.sensitivity[(k, k)]).abs();
         relative(0).max(relative(1)).max(relative(2))
@@ -240,13 +241,12 @@ pub const OFF_DIAGONAL: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 0), (1, 2), (
 /// order, by the formulas at the top of the module. Theory, section 9.
 ///
 /// # Errors
-/// Everything that is wrong with the readings. Tilted positions are no error: see
-/// [`SensorSensitivity::is_level`].
+/// All problems of the readings. Tilted positions are not an error: see [`SensorSensitivity::is_level`].
 ///
 /// ```
 /// # use massline_shared::calibration::tumble::*;
 /// # use massline_shared::nalgebra::Vector3;
-/// // 1.5 V at rest, 57 mV for each g, with 1 % of y in x.
+/// // 1.5 V at zero acceleration, 57 mV per g, 1 % cross-axis sensitivity of x to y.
 /// let reading = |position: Position| {
 ///     let up: Vector3<f64> = position.up();
 ///     let read = Vector3::new(up.x + 0.01 * up.y, up.y, up.z) * 0.057;
@@ -285,8 +285,8 @@ pub fn solve<R: Real>(
     if problems.is_empty() { Ok(fit(&six, limits.gravity)) } else { Err(problems) }
 }
 
-/// What is wrong with one reading after the other, as soon as it has been taken: whether it is a
-/// number and at rest.
+/// Checks one reading as soon as it has been taken: its numbers must be finite and the sensor must not have
+/// moved.
 ///
 /// # Errors
 /// [`TumbleProblem::NotFinite`] and [`TumbleProblem::NotAtRest`].
@@ -307,12 +307,12 @@ pub fn check_reading<R: Real>(
 }
 
 fn note<R: Real>(problems: &mut TumbleProblems<R>, problem: TumbleProblem<R>) {
-    // Two for each of six positions fit.
+    // There is room for two problems in each of the six positions.
     let _ = problems.push(problem);
 }
 
-/// Judges each reading by its distance from the mean of all, which is the zero when they are right
-/// and a third of g beside it when one is wrong.
+/// Checks each reading by its distance from the mean of all six. The mean is the zero when all readings are
+/// right, and a third of g from it when one is wrong.
 fn check<R: Real>(
     six: &[&SensorVoltages<R>; 6],
     limits: &TumbleLimits<R>,
@@ -354,7 +354,7 @@ fn fit<R: Real>(six: &[&SensorVoltages<R>; 6], gravity: R) -> SensorSensitivity<
         noise.set_column(axis, &both);
         zero[axis] = midpoints[(axis, axis)];
     }
-    // Angle by which the two positions of an axis (column) are tilted in common towards another (row).
+    // Common tilt of the two positions of an axis (column) towards another axis (row).
     let mut angles = Matrix3::zeros();
     for (row, column) in OFF_DIAGONAL {
         let volts = midpoints[(row, column)] - zero[row];
@@ -374,7 +374,7 @@ fn fit<R: Real>(six: &[&SensorVoltages<R>; 6], gravity: R) -> SensorSensitivity<
     for k in 0..3 {
         let own = sensitivity[(k, k)].abs();
         let cross = (sensitivity.row(k).norm_squared() - own * own).max(R::zero()).sqrt();
-        // A tilt shortens the own axis in second order, and brings in gravity through the cross-axis
+        // A tilt reduces the reading of its own axis in second order and adds gravity through the cross-axis
         // sensitivity.
         let through = cross * tilt * R::of(FRAC_1_SQRT_2);
         add_in_square(&mut sensitivity_sigma[(k, k)], own * tilt * tilt);

@@ -1,4 +1,4 @@
-//! What one sensor or hit more would bring, and what one less would cost.
+//! The benefit of one more sensor or hit, and the cost of leaving one out.
 
 use heapless::Vec;
 
@@ -7,8 +7,8 @@ use crate::Real;
 use crate::layout::{Hit, Layout, Sensor};
 
 impl<R: Real> Criterion<R> {
-    /// The candidate that lowers the cost most when a sensor is put there as well, and the cost then;
-    /// `None` when there is no room or no layout with one more determines the ten.
+    /// The candidate for one more sensor that lowers the cost most, and the resulting cost. `None` when there
+    /// is no room, or when no layout with one more sensor determines the ten properties.
     pub fn best_further_sensor<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
@@ -23,7 +23,7 @@ impl<R: Real> Criterion<R> {
         least(costs)
     }
 
-    /// As [`Self::best_further_sensor`], of a hit.
+    /// As [`Self::best_further_sensor`], for one more hit.
     pub fn best_further_hit<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
@@ -38,7 +38,8 @@ impl<R: Real> Criterion<R> {
         least(costs)
     }
 
-    /// The cost without each of the sensors; `None` where the ten cannot be told without it.
+    /// The cost without each of the sensors in turn; `None` where the ten properties cannot be determined
+    /// without it.
     pub fn costs_without_sensors<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
@@ -52,7 +53,7 @@ impl<R: Real> Criterion<R> {
         less.collect()
     }
 
-    /// As [`Self::costs_without_sensors`], of the hits.
+    /// As [`Self::costs_without_sensors`], for the hits.
     pub fn costs_without_hits<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
@@ -80,7 +81,7 @@ mod tests {
 
     const WORKSPACE: usize = workspace(4);
 
-    /// Test 1 of the three-bar frame with room for one sensor more.
+    /// Test 1 of the three-bar frame with room for one more sensor.
     fn bar() -> (Criterion<f64>, Layout<f64, 4, 4>) {
         let layout: Layout<f64, 4, 4> = bar_layout().cast().unwrap();
         (Criterion::new(bar_body(), layout.characteristic_length(), DEFAULT_NOISE), layout)
@@ -111,7 +112,7 @@ mod tests {
         let hits = criterion.costs_without_hits(&layout, memory);
         assert_eq!(hits[..], [None; 3]);
         let sensors = criterion.costs_without_sensors(&layout, memory);
-        // Two triaxial sensors still give all ten (theory, section 4).
+        // Two triaxial sensors still determine all ten properties (theory, section 4).
         assert!(sensors.iter().all(|cost| cost.unwrap() > present), "{sensors:?}");
     }
 }

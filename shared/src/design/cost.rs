@@ -1,18 +1,18 @@
-//! What makes a choice of sensors and hits a good one.
+//! Costs by which a choice of sensors and hits can be judged.
 //!
-//! `ln det` of the information under white noise is the usual score of experimental design. It is not
-//! a good one here: with the whole error budget such a design is three times worse than one that is
-//! chosen by the sum of the relative variances (theory, section 8).
+//! The usual score in experimental design is `ln det` of the information under white noise. It works poorly
+//! here: under the whole error budget, such a design is three times worse than one chosen by the sum of the
+//! relative variances (theory, section 8).
 
 use nalgebra::SVector;
 
 use crate::Real;
 use crate::identify::maximum_likelihood::Bound;
 
-/// `−ln det` of the information about `phi / [1, L, L, L, L² × 6]`, for a length L in m that is the
-/// same for all layouts that are compared; the bound itself has the one of its own sensors.
+/// `−ln det` of the information about `phi / [1, L, L, L, L² × 6]`, for a length L in m that is the same for
+/// all layouts compared. The bound itself is scaled by the characteristic length of its own sensors.
 pub fn minus_log_det<R: Real>(bound: &Bound<R>, own_length: R, length: R) -> R {
-    // Each of the ten scales appears twice in the determinant: 2 (3 + 6 · 2) lengths.
+    // Each of the ten scales enters the determinant twice: 2 (3 + 6 · 2) powers of the length.
     -(bound.log_det_information + R::of(30.0) * (length / own_length).ln())
 }
 
@@ -52,7 +52,7 @@ mod tests {
         assert!((of_sigma - 10.0).abs() < 1e-13);
         let scale = scale(1.23, own);
         let sum = relative_variance(&bound, &scale);
-        // Tenfold scales, a hundredth of the sum.
+        // Tenfold scales divide the sum by a hundred.
         assert!((relative_variance(&bound, &(scale * 10.0)) * 100.0 - sum).abs() < 1e-15);
     }
 }

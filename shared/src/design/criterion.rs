@@ -1,4 +1,4 @@
-//! What layouts are compared by: the uncertainty that they promise for a body.
+//! The criterion for comparing layouts: the uncertainty predicted for a body.
 
 use nalgebra::SVector;
 
@@ -9,16 +9,17 @@ use crate::identify::maximum_likelihood::{Bound, bound};
 use crate::layout::Layout;
 use crate::responses::Responses;
 
-/// Noise of one accelerance of one hit over the accelerance of the mass itself, 1/m: 0.5 %. The
-/// sensors and hammer of this rig leave 0.4 % to 0.6 % on 1.23 kg with hits of 18 to 30 N, measured on
-/// the bench; a heavier object takes harder hits.
+/// Noise of the accelerance of a single hit, relative to the accelerance 1/m of the mass: 0.5 %. On the
+/// bench, the sensors and hammer of this rig reached 0.4 % to 0.6 % on 1.23 kg with hits of 18 to 30 N; a
+/// heavier object takes harder hits.
 pub const DEFAULT_NOISE: f64 = 0.005;
 
-/// A standard deviation of this many times the scale is rounding in a singular information: the inertial parameters are
-/// not told.
+/// A standard deviation of this many times the scale comes from rounding in a singular information matrix:
+/// the layout does not determine the inertial parameters.
 const UNTOLD: f64 = 100.0;
 
-/// A body and the noise to predict with, and scales to compare the inertial parameters by. Theory, section 8.
+/// A body with the noise to predict its uncertainty with, and scales to compare the inertial parameters by.
+/// Theory, section 8.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -36,23 +37,23 @@ const UNTOLD: f64 = 100.0;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Criterion<R> {
-    /// What the object is thought to be.
+    /// The assumed body of the object.
     pub body: RigidBody<R>,
-    /// Standard deviation of one accelerance of one hit, (m/s²)/N.
+    /// Standard deviation of the accelerance of a single hit, (m/s²)/N.
     pub noise: R,
-    /// What each of the ten is compared with.
+    /// Scale of each inertial parameter.
     pub scale: SVector<R, 10>,
 }
 
 impl<R: Real> Criterion<R> {
-    /// For a body of a size `length` in m; `noise` is relative to 1/m, as [`DEFAULT_NOISE`].
+    /// Criterion for a body of the size `length` in m; `noise` is relative to 1/m, like [`DEFAULT_NOISE`].
     pub fn new(body: RigidBody<R>, length: R, noise: R) -> Self {
         Self { body, noise: noise / body.mass, scale: scale(body.mass, length) }
     }
 
-    /// The smallest uncertainty that any method can reach under a layout with its budget, its priors
-    /// and its hits per DOF. `None` when the layout does not determine the ten. For `workspace` see
-    /// [`maximum_likelihood::workspace`](crate::identify::maximum_likelihood::workspace).
+    /// The smallest uncertainty that any unbiased method can reach under a layout with its error budget,
+    /// priors and hits per DOF. `None` when the layout does not determine the ten properties. For `workspace`
+    /// see [`maximum_likelihood::workspace`](crate::identify::maximum_likelihood::workspace).
     pub fn bound<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
@@ -63,7 +64,7 @@ impl<R: Real> Criterion<R> {
         bound(layout, &self.body, |_| Responses::<R, S>::repeat(averaged), hits, workspace)
     }
 
-    /// Sum of the ten relative variances that a layout promises; `None` as for [`Self::bound`].
+    /// Sum of the ten relative variances predicted for a layout; `None` as for [`Self::bound`].
     pub fn cost<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
@@ -75,7 +76,7 @@ impl<R: Real> Criterion<R> {
     }
 }
 
-/// Root mean square of the ten relative standard deviations of which `cost` is the sum of squares.
+/// Root mean square of the ten relative standard deviations; `cost` is the sum of their squares.
 pub fn total<R: Real>(cost: R) -> R {
     (cost / R::of(10.0)).sqrt()
 }
@@ -96,7 +97,7 @@ mod tests {
         criterion().cost(layout, &mut vec![0.0; workspace(3)])
     }
 
-    /// Nothing is wrong but what scatters from hit to hit.
+    /// A layout whose only errors are those that scatter from hit to hit.
     fn only_scatter() -> Layout<f64, 3, 4> {
         let mut layout = Layout { hammer_gain: 0.0, ..bar_layout() };
         layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());

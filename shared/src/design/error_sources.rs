@@ -1,9 +1,9 @@
 //! What limits a layout: how much of the variance comes from each source of error.
 //!
 //! The bound is `V = (Jᵀ S⁻¹ J)⁻¹` with `S` the sum of the covariances of all error sources (theory, section
-//! 4). Raising the variance of one source by a small part ε raises `V` by `ε K S_k Kᵀ`, K being what
-//! the estimator does to the readings: exactly the part of `V` that this source brings. The parts add
-//! up to `V`, the priors counted as a source.
+//! 4). Raising the variance of one source by a small fraction ε raises `V` by `ε K S_k Kᵀ`, where K maps the
+//! readings to the estimate: exactly the part of `V` that this source contributes. The parts add up to `V`
+//! when the priors are counted as a source.
 
 use nalgebra::SVector;
 
@@ -11,34 +11,34 @@ use super::Criterion;
 use crate::Real;
 use crate::layout::Layout;
 
-/// Part by which variances are changed to see what becomes of the bound: rounding over it and its
+/// Fraction by which variances are raised to see the effect on the bound: rounding divided by it and its own
 /// square are both far below a thousandth.
 const STEP: f64 = 1e-2;
 
 /// A source of error in the budget of a layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ErrorSource {
-    /// Of sensors and hammer.
+    /// Noise of sensors and hammer.
     Noise,
-    /// The hammer lands beside the mark.
+    /// Position error of the hits: the hammer lands beside the mark.
     HitPosition,
-    /// The hammer leans.
+    /// Direction error of the hits: the hammer is tilted.
     HitDirection,
-    /// The marks are beside their nodes, or their axes turned.
+    /// Marks that are off their nodes, or whose axes are rotated.
     Marks,
     /// Sensitivity of the sensors.
     Gain,
     /// Sensors feel the other axes.
     CrossAxis,
-    /// Sensors are glued on turned.
+    /// Sensors that are glued on rotated.
     SensorRotation,
-    /// Sensors are beside their nodes.
+    /// Sensors that are off their nodes.
     SensorPosition,
-    /// Sensitivity of the hammer against the sensors.
+    /// Ratio of the hammer's sensitivity to that of the sensors.
     HammerGain,
-    /// The mass of what hangs on the object.
+    /// Mass of the attached bodies.
     Attached,
-    /// What is known before the test is not known exactly.
+    /// Uncertainty of the priors.
     Priors,
 }
 
@@ -75,7 +75,7 @@ impl ErrorSource {
         }
     }
 
-    /// Multiplies the standard deviations of this source; the one of the noise is `noise`.
+    /// Multiplies the standard deviations of this source; `noise` is that of the noise.
     fn scale<R: Real, const S: usize, const H: usize>(
         self,
         layout: &mut Layout<R, S, H>,
@@ -114,19 +114,19 @@ impl ErrorSource {
     }
 }
 
-/// What one source brings.
+/// Contribution of one source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part<R> {
     /// The source.
     pub source: ErrorSource,
-    /// Its part of the sum of the ten relative variances; all parts add up to one.
+    /// Share of the sum of the ten relative variances; the shares of all sources add up to one.
     pub share: R,
-    /// Its part of the variance of each of the ten.
+    /// Share of the variance of each of the ten properties.
     pub shares: SVector<R, 10>,
 }
 
-/// The part of every source, `None` when the layout does not determine the ten. Workspace as for
-/// [`Criterion::bound`].
+/// The contribution of every source; `None` when the layout does not determine the ten properties.
+/// `workspace` as for [`Criterion::bound`].
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -138,7 +138,7 @@ pub struct Part<R> {
 /// let found = parts(&criterion, &layout, &mut memory).unwrap();
 /// let sum: f64 = found.iter().map(|part| part.share).sum();
 /// assert!((sum - 1.0).abs() < 1e-3);
-/// // Without a calibration, the hammer's gain is most of what is unknown of the mass.
+/// // Without a calibration, the hammer's gain causes most of the uncertainty of the mass.
 /// let of_mass = found.iter().max_by(|a, b| a.shares[0].total_cmp(&b.shares[0])).unwrap();
 /// assert_eq!(of_mass.source.name(), "hammer_gain");
 /// ```
@@ -189,7 +189,7 @@ mod tests {
         layout.attached.push(Attached::point(0.05, 0.1, [0.1, 0.0, 0.0])).unwrap();
         let parts = bar_parts(&layout);
         let shares: f64 = parts.iter().map(|part| part.share).sum();
-        // The square of the step.
+        // The error is the square of the step.
         assert!((shares - 1.0).abs() < 1e-4, "{shares}");
         for k in 0..10 {
             let shares: f64 = parts.iter().map(|part| part.shares[k]).sum();
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn the_hammer_s_gain_is_all_in_the_mass_and_the_moments() {
-        // It scales all accelerances alike, so the body seems heavier at the same centre of mass.
+        // The gain scales all accelerances alike, so the body seems heavier with the same centre of mass.
         let hammer = bar_parts(&bar_layout())
             .into_iter()
             .find(|part| part.source == ErrorSource::HammerGain)

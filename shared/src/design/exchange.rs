@@ -1,6 +1,6 @@
-//! Exchange search: from a set of candidates, one member is replaced after the other by whatever
-//! lowers the cost most, until nothing does (Fedorov 1972; Cook & Nachtsheim 1980, the modified
-//! algorithm). The end depends on the start, so several are tried.
+//! Exchange search over a set of candidates: members of the choice are replaced one at a time by the
+//! candidate that lowers the cost most, until no exchange does (Fedorov 1972; Cook & Nachtsheim 1980, the
+//! modified algorithm). The result depends on the start, so several starts are tried.
 
 use core::fmt;
 
@@ -8,7 +8,7 @@ use heapless::Vec;
 
 use crate::Real;
 
-/// Numbers of sensors and hits.
+/// Number of sensors and number of hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counts {
     /// Triaxial sensors.
@@ -17,12 +17,12 @@ pub struct Counts {
     pub hits: usize,
 }
 
-/// Sensors and hits as indices into the lists of candidates, each at most once.
+/// Sensors and hits as indices into the lists of candidates, without repetition.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Choice<const S: usize, const H: usize> {
-    /// Candidates that carry a sensor.
+    /// Indices of the candidates that carry a sensor.
     pub sensors: Vec<usize, S>,
-    /// Candidates that are hit.
+    /// Indices of the candidates that are hit.
     pub hits: Vec<usize, H>,
 }
 
@@ -31,11 +31,11 @@ pub struct Choice<const S: usize, const H: usize> {
 pub struct Found<R, const S: usize, const H: usize> {
     /// The sensors and hits.
     pub choice: Choice<S, H>,
-    /// Their cost.
+    /// Cost of the choice.
     pub cost: R,
 }
 
-/// What is searched for, and how long. Theory, section 8.
+/// What is searched for, and for how long. Theory, section 8.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -68,24 +68,24 @@ pub struct Found<R, const S: usize, const H: usize> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Search {
-    /// How many candidates there are.
+    /// Number of candidates.
     pub candidates: Counts,
-    /// How many of them are wanted.
+    /// Number of them to choose.
     pub wanted: Counts,
-    /// Random starts.
+    /// Number of random starts.
     pub starts: u32,
-    /// Equal seeds give equal starts.
+    /// Seed of the random starts; equal seeds give equal starts.
     pub seed: u64,
 }
 
-/// Why there is no choice.
+/// Why the search found no choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchError {
-    /// More sensors are wanted than there are candidates, or than fit a choice.
+    /// More sensors are wanted than there are candidates, or than fit into a choice.
     TooManySensors,
-    /// More hits are wanted than there are candidates, or than fit a choice.
+    /// More hits are wanted than there are candidates, or than fit into a choice.
     TooManyHits,
-    /// No choice that was tried has a cost.
+    /// None of the choices tried has a cost.
     NothingFound,
 }
 
@@ -102,12 +102,12 @@ impl fmt::Display for SearchError {
 impl core::error::Error for SearchError {}
 
 impl Search {
-    /// The best choice of all starts, and of `first` when there is one. `cost` is `None` for a choice
-    /// that will not do. An exchange ends when a pass over all members lowers the cost by less than
-    /// a ten-thousandth of itself, so with a cost that is bounded below it always ends.
+    /// The best choice of all starts, and of `first` when it is given. `cost` returns `None` for a choice
+    /// that is not acceptable. An exchange ends when a pass over all members lowers the cost by less than a
+    /// ten-thousandth of itself, so it always ends when the cost is bounded below.
     ///
     /// # Errors
-    /// When candidates or capacity do not suffice, or no choice has a cost.
+    /// When there are too few candidates or too little room, or when no choice has a cost.
     pub fn run<R: Real, const S: usize, const H: usize>(
         &self,
         first: Option<&Choice<S, H>>,
@@ -121,10 +121,10 @@ impl Search {
         best.ok_or(SearchError::NothingFound)
     }
 
-    /// The random start of this index.
+    /// The random start with this index.
     ///
     /// # Errors
-    /// When candidates or capacity do not suffice.
+    /// When there are too few candidates or too little room.
     pub fn start<const S: usize, const H: usize>(
         &self,
         index: u32,
@@ -138,8 +138,8 @@ impl Search {
         })
     }
 
-    /// Exchanges members of a choice for candidates until nothing lowers the cost any more. `None`
-    /// when neither the choice nor any that differs from it by one member has a cost.
+    /// Exchanges members of a choice for candidates until nothing lowers the cost any more. `None` when
+    /// neither the choice nor any choice that differs from it by one member has a cost.
     pub fn improve<R: Real, const S: usize, const H: usize>(
         &self,
         mut choice: Choice<S, H>,
@@ -164,7 +164,7 @@ impl Search {
         }
     }
 
-    /// Replaces one member by the candidate that lowers the cost most; the cost afterwards.
+    /// Replaces one member by the candidate that lowers the cost most, and returns the new cost.
     fn exchange<R: Real, const S: usize, const H: usize>(
         &self,
         choice: &mut Choice<S, H>,
@@ -208,7 +208,7 @@ impl<const S: usize, const H: usize> Choice<S, H> {
         }
     }
 
-    /// Puts a candidate in the place of a member, which is given back.
+    /// Puts a candidate in the place of a member and returns the previous one.
     fn set(&mut self, member: Member, candidate: usize) -> usize {
         let place = match member {
             Member::Sensor(i) => self.sensors.get_mut(i),
@@ -235,13 +235,13 @@ fn better<R: Real, const S: usize, const H: usize>(
     }
 }
 
-/// By more than a ten-thousandth: what is less is no better layout, and rounding in single precision
-/// must not keep the exchange running.
+/// True when the cost falls by more than a ten-thousandth. A smaller gain is no better layout, and rounding
+/// in single precision must not keep the exchange running.
 fn falls<R: Real>(before: R, after: R) -> bool {
     before - after > before.abs() * R::of(1e-4)
 }
 
-/// `count` different numbers below `candidates`; `None` when there are not as many, or no room.
+/// `count` different numbers below `candidates`; `None` when there are fewer, or no room for them.
 fn draw<const N: usize>(
     count: usize,
     candidates: usize,
@@ -251,7 +251,7 @@ fn draw<const N: usize>(
     if count > candidates {
         return None;
     }
-    // Floyd's algorithm (Bentley & Floyd 1987): each number once, without a list of all.
+    // Floyd's algorithm (Bentley & Floyd 1987) draws each number at most once, without a list of all.
     for last in candidates - count..candidates {
         let number = random.below(last + 1);
         let number = if drawn.contains(&number) { last } else { number };
@@ -260,8 +260,8 @@ fn draw<const N: usize>(
     Some(drawn)
 }
 
-/// The generator SplitMix64 (Steele, Lea & Flood 2014): small, the same on every machine, and good
-/// enough to scatter starts.
+/// The generator SplitMix64 (Steele, Lea & Flood 2014): small, identical on every machine, and good enough
+/// for random starts.
 struct SplitMix(u64);
 
 impl SplitMix {

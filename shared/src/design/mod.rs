@@ -1,12 +1,11 @@
 //! Which nodes to put the sensors on and where to hit, chosen among candidates.
 //!
-//! A *candidate* is a place where a sensor could be glued or a DOF that could be hit; a [`Choice`] is
-//! a set of both, and its *cost* is any number that is to become small. [`Search`] finds a choice by
-//! exchange; what makes a choice good is the caller's: [`cost`] holds the two that theory, section 8,
-//! compares.
+//! A *candidate* is a place where a sensor could be glued or a DOF that could be hit; a [`Choice`] is a set
+//! of both, and its *cost* is any number to be minimised. [`Search`] finds a choice by exchange. The caller
+//! provides the cost: [`cost`] contains the two that theory, section 8, compares.
 //!
-//! A [`Criterion`] predicts the uncertainty of a layout with its whole error budget; [`parts`] tells
-//! what limits it.
+//! A [`Criterion`] predicts the uncertainty of a layout with its whole error budget; [`parts`] shows which
+//! error sources limit it.
 
 pub mod cost;
 

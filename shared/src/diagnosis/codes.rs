@@ -1,11 +1,11 @@
-//! What is made of the rows of the table of codes.
+//! The macro that turns the rows of the table of codes into [`Code`](super::Code).
 //!
-//! Each column is a function of its own, so that a program links only the texts that it shows.
+//! Each column becomes a function of its own, so a program links only the texts that it shows.
 
-/// The words of a panel for [`Code::Unknown`](super::Code::Unknown).
+/// Panel text for [`Code::Unknown`](super::Code::Unknown).
 pub(super) const UNKNOWN_WORDS: &str = "Update this rig: it\ndoes not know this\ncode.";
 
-/// The sentence for [`Code::Unknown`](super::Code::Unknown).
+/// Sentence for [`Code::Unknown`](super::Code::Unknown).
 pub(super) const UNKNOWN_SENTENCE: &str = "the rig reports code {code} ({severity}, {value}), which this program does not know; update it";
 
 macro_rules! codes {
@@ -22,7 +22,7 @@ macro_rules! codes {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Code {
             $($(#[$doc])* $variant,)*
-            /// The number of a code that a newer rig has sent and this program does not know.
+            /// A code from a newer rig that this program does not know, with its number.
             Unknown(u16),
         }
 
@@ -38,7 +38,7 @@ macro_rules! codes {
                 }
             }
 
-            /// The code of a number.
+            /// The code with this number.
             pub fn from_number(number: u16) -> Self {
                 match number {
                     $($number => Self::$variant,)*
@@ -46,7 +46,7 @@ macro_rules! codes {
                 }
             }
 
-            /// The stable name in reports and JSON; that of [`Code::Unknown`] says no number, which
+            /// The stable name in reports and JSON. For [`Code::Unknown`] it does not contain the number;
             /// [`Display`](core::fmt::Display) does.
             pub fn name(self) -> &'static str {
                 match self {
@@ -55,7 +55,7 @@ macro_rules! codes {
                 }
             }
 
-            /// What it is about.
+            /// What subjects of this code refer to.
             pub fn subject_kind(self) -> SubjectKind {
                 match self {
                     $(Self::$variant => SubjectKind::$kind,)*
@@ -63,7 +63,7 @@ macro_rules! codes {
                 }
             }
 
-            /// The unit of its value.
+            /// Unit of the value.
             pub fn value_unit(self) -> ValueUnit {
                 match self {
                     $(Self::$variant => ValueUnit::$unit $(($decimals))?,)*
@@ -71,7 +71,8 @@ macro_rules! codes {
                 }
             }
 
-            /// What a panel says: at most three lines of 21 ASCII characters, parted by `\n`.
+            /// Text on the panel: at most three lines of 21 ASCII characters, separated by `
+            /// `.
             pub fn words(self) -> &'static str {
                 match self {
                     $(Self::$variant => $words,)*
@@ -79,8 +80,8 @@ macro_rules! codes {
                 }
             }
 
-            /// What a report says, and what to do. Placeholders: `{subject}`, `{value}` with its unit; of
-            /// a response `{hit}` and `{response}`; of [`Code::Unknown`] `{code}` and `{severity}`.
+            /// Sentence for reports, with the remedy. Placeholders: `{subject}`, `{value}` with its unit; for
+            /// a response `{hit}` and `{response}`; for [`Code::Unknown`] `{code}` and `{severity}`.
             pub fn sentence(self) -> &'static str {
                 match self {
                     $(Self::$variant => $sentence,)*

@@ -1,7 +1,7 @@
-//! The codes by which every problem is named, on the screen and in a report.
+//! The codes that name every problem, on the screen and in a report.
 //!
-//! A [`Diagnostic`] says which fact (its [`Code`]), how grave it is, what it is about (its [`Subject`]) and
-//! the number that decided. All that is known of a code stands in one row of one table.
+//! A [`Diagnostic`] names a fact (its [`Code`]), its severity, what it is about (its [`Subject`]) and the
+//! number that decided. Everything known about a code is in one row of one table.
 
 #[macro_use]
 mod codes;
@@ -21,7 +21,7 @@ pub use subject::{Subject, SubjectKind};
 pub use table::Code;
 pub use value::ValueUnit;
 
-/// What a diagnostic means for the answer. The numbers are never changed.
+/// What a diagnostic means for the answer. The numbers never change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, IntoPrimitive, TryFromPrimitive)]
 #[repr(u8)]
 pub enum Severity {
@@ -45,13 +45,13 @@ impl Severity {
 }
 
 impl Code {
-    /// True when the rig interrupts a campaign because of this, until it is told to go on.
+    /// True when a diagnostic of this severity makes the rig interrupt a campaign until it is resumed.
     pub fn interrupts(self) -> bool {
         matches!(self, Self::ResultNotStored | Self::SamplerStopped)
     }
 }
 
-/// The stable name; `code_n` of a code that this program does not know.
+/// Writes the stable name, or `code_n` for a code that this program does not know.
 impl fmt::Display for Code {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -64,17 +64,17 @@ impl fmt::Display for Code {
 /// One named fact with the number that decided it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diagnostic {
-    /// Which fact.
+    /// The fact.
     pub code: Code,
     /// What it means for the answer.
     pub severity: Severity,
-    /// What it is about; of the kind that the code says, or [`Subject::Whole`].
+    /// The subject: of the kind that belongs to the code, or [`Subject::Whole`].
     pub subject: Subject,
-    /// The number that decided, in the unit of the code; 0 when none or not finite.
+    /// The number that decided, in the unit of the code; 0 when there is none or it is not finite.
     pub value: f32,
 }
 
-// Rigs keep many of them.
+// A rig stores many of them.
 const _: () = assert!(size_of::<Diagnostic>() <= 12);
 
 impl Diagnostic {
@@ -83,29 +83,29 @@ impl Diagnostic {
         Self::about(code, severity, Subject::Whole, value)
     }
 
-    /// A diagnostic about one subject, which is of the kind that the code says.
+    /// A diagnostic about one subject, which has to be of the kind that belongs to the code.
     pub fn about(code: Code, severity: Severity, subject: Subject, value: f32) -> Self {
         debug_assert!(code.subject_kind().admits(subject), "{code} is not about {subject:?}");
-        // NaN is not equal to itself: a status that carries it would differ from itself for ever.
+        // NaN is not equal to itself, so a status that contains it would always seem to have changed.
         let value = if value.is_finite() { value } else { 0.0 };
         Self { code, severity, subject, value }
     }
 
-    /// True when there is no answer because of this.
+    /// True when this diagnostic means that there is no answer.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
 
-    /// True when the rig has interrupted the campaign because of this.
+    /// True when the rig has interrupted the campaign because of this diagnostic.
     pub fn interrupts(&self) -> bool {
         self.code.interrupts()
     }
 }
 
-/// As many diagnostics as one answer carries.
+/// The diagnostics of one answer.
 pub type Diagnostics = heapless::Vec<Diagnostic, 16>;
 
-/// The one error about the whole that takes the answer away.
+/// A single error about the whole: there is no answer.
 pub(crate) fn fatal<R: Real>(code: Code, value: R) -> Diagnostics {
     Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, value.to_f32())])
 }

@@ -2,7 +2,7 @@
 
 use num_enum::{IntoPrimitive, TryFromPrimitive};
 
-/// Names a setting as the subject of a diagnostic. The numbers are never changed.
+/// Names a setting as the subject of a diagnostic. The numbers never change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoPrimitive, TryFromPrimitive)]
 #[repr(u8)]
 pub enum Setting {
@@ -10,7 +10,7 @@ pub enum Setting {
     HitsPerDof = 0,
     /// Lower end of the band, Hz: above zero and below the upper end.
     BandLower = 1,
-    /// Upper end of the band, Hz: at most the rate over 2.5 and the last line that is kept.
+    /// Upper end of the band, Hz: at most the rate over 2.5, and at most the last stored line.
     BandUpper = 2,
     /// σ of the exponential window, 1/s: zero or more.
     ExponentialDecay = 3,
@@ -34,7 +34,7 @@ impl Setting {
         Self::MinPeakForce,
     ];
 
-    /// Its name in the program.
+    /// Name of the setting in the program.
     pub fn name(self) -> &'static str {
         match self {
             Self::HitsPerDof => "hits_per_dof",

@@ -27,37 +27,37 @@ pub enum Subject {
 }
 
 impl Subject {
-    /// The sensor of an index.
+    /// The sensor with this index.
     pub fn sensor(index: usize) -> Self {
         Self::Sensor(narrow(index))
     }
 
-    /// The hit DOF of an index.
+    /// The hit DOF with this index.
     pub fn hit(index: usize) -> Self {
         Self::Hit(narrow(index))
     }
 
-    /// The channel of an index.
+    /// The channel with this index.
     pub fn channel(index: usize) -> Self {
         Self::Channel(narrow(index))
     }
 
-    /// A response due to a hit DOF, both by their index.
+    /// The response with this index due to the hit DOF with this index.
     pub fn response(hit: usize, response: usize) -> Self {
         Self::Response { hit: narrow(hit), response: narrow(response) }
     }
 }
 
-/// No layout and no record has more; what is counted further is named last.
+/// No layout and no record has more than 256 of anything; a larger index is reported as 255.
 fn narrow(index: usize) -> u8 {
     u8::try_from(index).unwrap_or(u8::MAX)
 }
 
-/// What the subjects of a code count. [`Subject::Whole`] is possible with every kind: then it concerns any
-/// of them, or all.
+/// The kinds of subject that a code refers to. [`Subject::Whole`] is possible with every kind and then means
+/// any or all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SubjectKind {
-    /// Nothing: the code is about the whole.
+    /// No subject: the code is about the whole.
     Whole,
     /// Sensors.
     Sensor,
@@ -89,8 +89,8 @@ impl SubjectKind {
         }
     }
 
-    /// A subject of this kind: that of an index, or the response of this index due to the first hit. For
-    /// lists of what can be said.
+    /// The subject of this kind with this index; for a response, the one due to the first hit. Used to list
+    /// all possible texts.
     pub fn at(self, index: u8) -> Subject {
         match self {
             Self::Whole => Subject::Whole,

@@ -1,12 +1,12 @@
-//! Every code: the one table from which names, documentation, the words of the panel and the sentences of
-//! reports come.
+//! The table of all codes, from which names, documentation, panel texts and the sentences of reports are
+//! generated.
 //!
-//! A row is number, stable name, kind of the subject and unit of the value; then the words of the panel, at
+//! A row contains number, stable name, kind of the subject and unit of the value; then the panel text, at
 //! most three lines of 21 characters; then the sentence with its placeholders: `{subject}`, `{value}` with
 //! its unit, and for a response `{hit}` and `{response}`.
 
 codes! {
-    // The layout.
+    // Codes of the layout.
 
     /// Fewer than three triaxial sensors. Value: how many.
     FewerThanThreeSensors = 1, "fewer_than_three_sensors", Whole, Count;
@@ -14,8 +14,7 @@ codes! {
         "fewer than three triaxial sensors cannot tell the six motions of the body, which the inertia \
          restraint method needs; put three on nodes that are not on one line, or rely on maximum \
          likelihood with its wider intervals";
-    /// The second singular value of the centred sensor positions is below 2 % of the first. Value: their
-    /// ratio.
+    /// The second singular value of the centred sensor positions is below 2 % of the first. Value: the ratio.
     SensorsCollinear = 2, "sensors_collinear", Whole, Share(1);
         "Sensors on one line:\nmove one away. IRM\ncannot, ML can.";
         "the sensors stand on one line (within 2 %), so the rotation about that line is not seen, which \
@@ -31,27 +30,28 @@ codes! {
         "Under 3 hit places:\nadd hits elsewhere,\nother directions.";
         "fewer than three hit DOFs leave some of the ten properties undetermined; add hits at other points \
          in other directions";
-    /// The second singular value of the stacked directions is below 2 % of the first. Value: their ratio.
+    /// The second singular value of the stacked directions is below 2 % of the first. Value: the ratio.
     HitsAllParallel = 5, "hits_all_parallel", Whole, Share(1);
         "All hits parallel:\nadd one in another\ndirection.";
         "all hits are parallel, so some of the ten properties do not show; add a hit in another direction";
-    /// All lines of action pass one point within 2 % of L. Value: the largest distance over L.
+    /// All lines of action pass through one point within 2 % of L. Value: the largest distance over L.
     HitsConcurrent = 6, "hits_concurrent", Whole, Share(1);
         "All hits meet in one\npoint: move one past\nit.";
         "the lines of all hits meet in one point (within {value} of L), so one combination of the inertias \
          does not show; move one hit so that its line passes by that point";
-    /// All lines of action pass the centre of mass within 2 % of L. Value: the largest distance over L.
+    /// All lines of action pass through the centre of mass within 2 % of L. Value: the largest distance over
+    /// L.
     HitsThroughCentreOfMass = 7, "hits_through_centre_of_mass", Whole, Share(1);
         "All hits go through\nthe centre of mass:\nhit further out.";
         "the lines of all hits pass the centre of mass (within {value} of L), so they hardly turn the body \
          and the inertia does not show; hit further out";
-    /// The balanced regression matrix, or that of the readings' slopes by the ten, has a rank below ten
-    /// (relative cut 1e-6). Value: the rank.
+    /// The balanced regression matrix, or the derivative of the readings with respect to the ten properties,
+    /// has a rank below ten (relative cut 1e-6). Value: the rank.
     TenParametersNotIdentifiable = 8, "ten_parameters_not_identifiable", Whole, Count;
         "Cannot find all ten:\nmore hit places or\nsensors needed.";
         "these hits and sensors do not determine all ten properties; two sensors at least are needed, and \
          hits at other points in other directions";
-    /// Two sensors stand on the same node. Subject: the second. Value: the number of the node.
+    /// Two sensors are on the same node. Subject: the second. Value: the number of the node.
     TwoSensorsOnOneNode = 9, "two_sensors_on_one_node", Sensor, Node;
         "Two sensors on one\nnode: give each its\nown.";
         "{subject} shares its place with another; give it a node of its own";
@@ -59,8 +59,8 @@ codes! {
     UnknownNode = 10, "unknown_node", SensorOrHit, None;
         "The layout lacks this\nnode: correct the\nlayout.";
         "{subject} names a node that the layout does not have; add the node or name another";
-    /// Local axes are not of unit length or not orthogonal. Subject: the sensor, or the hit of a direction
-    /// that is not of unit length. Value: by how much.
+    /// Local axes are not of unit length or not orthogonal. Subject: the sensor, or the hit whose direction
+    /// is not of unit length. Value: the deviation.
     AxesNotOrthonormal = 11, "axes_not_orthonormal", SensorOrHit, Share(2);
         "Axes not at right\nangles: correct the\nlayout.";
         "local axes are off unit length or right angles by {value}; give orthogonal unit vectors";
@@ -68,18 +68,18 @@ codes! {
     LayoutNotFinite = 12, "layout_not_finite", Whole, None;
         "A number of the\nlayout is not usable:\ncorrect the layout.";
         "a number of the layout is NaN or infinite; write decimal numbers in SI units";
-    /// A setting of the `[test]` table lies outside what the rig can do. Subject: the setting. Value: the
-    /// setting's own.
+    /// A setting of the `[test]` table lies outside the range of the rig. Subject: the setting. Value: that
+    /// of the setting.
     SettingOutOfRange = 13, "setting_out_of_range", Setting, OfSetting;
         "A setting is out of\nthe rig's range:\nchange [test].";
         "test.{subject} = {value} is out of the rig's range; change it in [test]";
-    /// There are data of a hit that the layout does not have. Subject: the hit.
+    /// There are data for a hit that the layout does not have. Subject: the hit.
     HitNotInLayout = 14, "hit_not_in_layout", Hit, None;
         "The layout lacks this\nhit: correct the\nlayout.";
         "there are data of {subject}, which the layout does not have; add it to the hits of the layout, or \
          leave its data out";
 
-    // The data and the answer.
+    // Codes of the data and the answer.
 
     /// A frequency response or mass line is NaN or infinite. Subject: the hit DOF.
     DataNotFinite = 32, "data_not_finite", Hit, None;
@@ -89,12 +89,12 @@ codes! {
     FrfMissing = 33, "frf_missing", Hit, None;
         "This hit place was\nnot measured.";
         "{subject} has no frequency response; measure it or take it out of the layout";
-    /// The band holds too few lines for the fit. Subject: the DOF. Value: how many lines.
+    /// The band contains too few lines for the fit. Subject: the DOF. Value: the number of lines.
     BandTooNarrow = 34, "band_too_narrow", Hit, Count;
         "Band too narrow:\nwiden test.band_hz.";
         "the band holds {value} spectral lines, too few for the mass line; widen test.band_hz or take more \
          lines";
-    /// Fewer than three accepted hits: no scatter, so no standard deviation.
+    /// Fewer than three accepted hits, so there is neither scatter nor a standard deviation.
     TooFewHitsForSigma = 35, "too_few_hits_for_sigma", Whole, None;
         "Under 3 hits: no +-\nis known. Hit more\noften.";
         "the scatter of at least three hits is not known for every DOF, so no standard deviation is given; \
@@ -104,8 +104,8 @@ codes! {
         "+- covers the scatter\nof hits only, not\nplaces and gains.";
         "the standard deviations cover the scatter between hits only, not errors that stay the same during \
          a test (placement, rotation, gain)";
-    /// The estimate belongs to no physical body: mass or a triangle inequality is violated. Value: the
-    /// margin, kg m².
+    /// The estimate is not a physical body: the mass is not positive or a triangle inequality is violated.
+    /// Value: the margin, kg m².
     NotPhysicallyConsistent = 37, "not_physically_consistent", Whole, KilogramSquareMeters;
         "No body is like this:\ncheck places, signs;\nhit more.";
         "no body has these ten properties: the mass or a principal moment is negative, or one moment \
@@ -115,7 +115,7 @@ codes! {
         "Nearly unsolvable:\nspread sensors and\nhits.";
         "the equations are nearly singular (condition {value}): small errors become large; spread sensors \
          and hits";
-    /// A degree of freedom was left out by the operator. Subject: the DOF. Value: its accepted hits.
+    /// The operator skipped a degree of freedom. Subject: the DOF. Value: its accepted hits.
     DofSkipped = 39, "dof_skipped", Hit, Count;
         "This hit place was\nleft out.";
         "{subject} was left out";
@@ -123,50 +123,51 @@ codes! {
     DofFinishedEarly = 40, "dof_finished_early", Hit, Count;
         "This hit place has\nfewer hits than\nwanted.";
         "{subject} has {value} accepted hits, fewer than wanted";
-    /// No gravity vector is given: its effect on the sensors is left to the B/s² term.
+    /// No gravity vector is given, so its effect on the sensors is left to the B/s² term.
     GravityNotGiven = 41, "gravity_not_given", Whole, None;
         "Layout gives no\ngravity: less exact\nbelow 20 Hz.";
         "the layout gives no gravity vector; its effect on the sensors is left to the B/s² term of the \
          mass line";
-    /// The flash did not keep the result: make room or try again, then resume.
+    /// The flash did not store the result. Make room or try again, then resume.
     ResultNotStored = 42, "result_not_stored", Whole, None;
         "Flash kept no result:\ndelete an old one,\nthen go on.";
         "the flash of the rig did not keep the result; delete old results (massline results delete) and \
          resume";
-    /// The converter of the rig does not answer.
+    /// The converter of the rig does not respond.
     SamplerStopped = 43, "sampler_stopped", Whole, None;
         "The converter is\nsilent: switch off\nand on again.";
         "the converter of the rig does not answer; switch the rig off and on again";
-    /// The residuals are larger than the stated uncertainties allow, by chance in one test of a thousand.
-    /// Value: χ² over its degrees of freedom.
+    /// The residuals are larger than the stated uncertainties allow; chance alone does this in one test of a
+    /// thousand. Value: χ² over its degrees of freedom.
     DataInconsistentWithBudget = 44, "data_inconsistent_with_budget", Whole, Times;
         "Data contradict the\nerrors stated: look\nfor a wrong axis.";
         "the data contradict the stated uncertainties (χ² is {value} times what it should be): something \
          is wrong by more than [uncertainty] says; look for a wrong node, axis or sign";
-    /// The sensor that would have to be wrong by most of its stated uncertainties. Subject: the sensor.
-    /// Value: by how many of them, root mean square.
+    /// The sensor with the largest pull: the errors that would explain the data exceed its stated
+    /// uncertainties most. Subject: the sensor. Value: their root mean square in units of the uncertainties.
     LargeSensorPull = 45, "large_sensor_pull", Sensor, Times;
         "Suspect: check its\nnode, axes and cable.";
         "{subject} would have to be off by {value} times its stated uncertainties; check its node, axes \
          and cable";
-    /// The hit that would have to be wrong by most of its stated uncertainties. Subject: the hit DOF.
-    /// Value: by how many of them, root mean square.
+    /// The hit with the largest pull: the errors that would explain the data exceed its stated uncertainties
+    /// most. Subject: the hit DOF. Value: their root mean square in units of the uncertainties.
     LargeHitPull = 46, "large_hit_pull", Hit, Times;
         "Suspect: check node,\ndirection and sign.";
         "{subject} would have to be off by {value} times its stated uncertainties; check its node, \
          direction and sign";
-    /// The best fit was no physical body; the best physical one is given. Value: the margin of the best
-    /// fit, kg m².
+    /// The best fit was not a physical body, so the best physically consistent one is given. Value: the
+    /// margin of the best fit, kg m².
     HeldToConsistency = 47, "held_to_consistency", Whole, KilogramSquareMeters;
         "Best fit was no body:\nnearest body shown,\n+- is rough.";
         "the best fit was no physical body; the best physical one is given, at the edge of what a body can \
          be: its standard deviations are rough";
-    /// The fit did not converge. Value: within how many steps; zero when it left what can be computed.
+    /// The fit did not converge. Value: the number of steps; zero when the computation left the range of
+    /// numbers.
     NotConverged = 48, "not_converged", Whole, Count;
         "No fit: check nodes,\naxes and signs of all\nsensors and hits.";
         "the fit did not converge, so there is no number: the data contradict the layout, its uncertainties \
          or its [prior]; check nodes, axes and signs of sensors and hits";
-    /// The object would have no mass without what hangs on it. Value: what is left, kg.
+    /// The object would have no mass without the attached bodies. Value: the remaining mass, kg.
     AttachedTooHeavy = 49, "attached_too_heavy", Whole, SignedKilograms;
         "Attached masses weigh\nmore than was found:\ncheck them.";
         "what hangs on the object weighs more than was measured ({value} would be left); check the \
@@ -176,35 +177,35 @@ codes! {
         "Mass not positive:\ncheck signs and axes.";
         "the identified mass is {value}, so the data belong to no body; check signs and axes of sensors \
          and hits, and what the responses are";
-    /// The object was a block of known mass: the result calibrates, and has no ten properties.
+    /// The object was a block of known mass: the result serves calibration and has no ten properties.
     BlockTest = 52, "block_test", Whole, None;
         "A block of known mass\nwas hit: it only\ncalibrates.";
         "a block of known mass was hit: this calibrates, and has no ten properties; see `massline \
          calibrate`";
-    /// The mass line of a response moves with the ends of the band. Subject: the response due to a hit DOF.
-    /// Value: by which part of the motion of the DOF.
+    /// The mass line of a response changes with the ends of the band. Subject: the response due to a hit DOF.
+    /// Value: the change as a part of the motion of the DOF.
     NoPlateau = 53, "no_plateau", Response, Share(1);
         "Its mass line is not\nflat: narrow the band\nor hang softer.";
         "the mass line of {response} due to {hit} changes by {value} of the motion when the ends of the \
          band are left out: it is no plateau; keep test.band_hz farther from suspension and elastic modes, \
          or set it to \"auto\"";
-    /// The data show no band between suspension and elastic modes, so the usual one is used. Subject: the
+    /// The data show no band between suspension and elastic modes, so the default band is used. Subject: the
     /// DOF.
     BandNotFound = 54, "band_not_found", Hit, None;
         "No clear band: 10 to\n120 Hz used. Hang the\nobject softer.";
         "the data of {subject} show no band between suspension and elastic modes; 10 to 120 Hz is used: \
          hang the object softer, or set test.band_hz";
-    /// Something that was said to be known of the object contradicts the data. Subject: the property, in
-    /// the order of `theta`. Value: what the data say without it, SI.
+    /// A prior on the object contradicts the data. Subject: the property, in the order of `theta`. Value: the
+    /// property from the data without the prior, SI.
     PriorInconsistentWithData = 55, "prior_inconsistent_with_data", Property, OfProperty;
         "[prior] contradicts\nthe data (see value):\ncheck or widen it.";
         "{subject} contradicts the data, which say {value} without it: correct it, or widen its sigma; if \
          it is right, all accelerances or a mark are wrong";
 
-    // A hit.
+    // Codes of a hit.
 
-    /// A channel reached the end of its range: ADC rail, sensor range, or a flat top in what was clipped
-    /// before. Subject: the channel. Value: the extreme from rest, N or m/s².
+    /// A channel reached the end of its range: ADC rail, sensor range, or a flat top from clipping in an
+    /// earlier stage. Subject: the channel. Value: the extreme relative to the rest value, N or m/s².
     Overload = 64, "overload", Channel, OfChannel;
         "Too hard: a channel\nwas at its end. Hit\nmore gently.";
         "{subject} reached the end of its range ({value}); hit more gently";
@@ -212,7 +213,7 @@ codes! {
     TooWeak = 65, "too_weak", Whole, Newtons;
         "Too weak: hit harder.";
         "the peak force of {value} is too small for a clear response; hit harder";
-    /// Scans were lost while the record was taken. Value: how many.
+    /// Scans were lost while the record was taken. Value: their number.
     ScansLost = 66, "scans_lost", Whole, Count;
         "Samples were lost:\nhit again.";
         "scans were lost while the record was taken; hit again";
@@ -225,7 +226,7 @@ codes! {
     DoubleHit = 68, "double_hit", Whole, Share(0);
         "Hammer bounced: hold\nit loosely, hit once.";
         "the hammer touched twice (a second peak of {value} of the first); hold it loosely and hit again";
-    /// The force hardly excites the top of the band. Value: its level there against 0 Hz, dB.
+    /// The force hardly excites the top of the band. Value: its level there relative to 0 Hz, dB.
     ForceSpectrumLow = 69, "force_spectrum_low", Whole, Decibels;
         "Hit too soft at high\nfrequencies: take a\nharder tip.";
         "the force hardly excites the top of the band ({value} against 0 Hz); take a harder tip or lower \
@@ -235,68 +236,67 @@ codes! {
     PreTriggerNotQuiet = 70, "pre_trigger_not_quiet", Channel, Share(1);
         "It was moving: wait\nuntil it hangs still.";
         "{subject} moved before the hit ({value} of the peak); wait until the object hangs still";
-    /// The record ends before force or response are over. Subject: the channel. Value: what is left at the
+    /// The record ends before force or response have decayed. Subject: the channel. Value: the level at the
     /// end over the peak.
     ClippedRecord = 71, "clipped_record", Channel, Share(0);
         "It rang too long:\ntake the hammer away,\nhold nothing.";
         "the record ends before {subject} is over ({value} of the peak are left); take the hammer away \
          after the hit, or record for longer";
-    /// Too few scans before the hit to know the rest value. Value: how many.
+    /// There are too few scans before the hit to determine the rest value. Value: their number.
     TriggerTooEarly = 72, "trigger_too_early", Whole, Count;
         "Hit too early: wait\na moment after the\nsignal.";
         "only {value} scans lie before the hit, too few to know what rest is; record with a longer \
          pre-trigger";
-    /// The same record as the hit before.
+    /// The record is the same as that of the hit before.
     DuplicateHit = 73, "duplicate_hit", Whole, None;
         "Same record as the\nhit before: hit\nagain.";
         "this is the record of the hit before once more; hit again";
-    /// A hit differs from the others at its DOF. Subject: the DOF. Value: the relative distance of its
-    /// responses per force from theirs.
+    /// A hit differs from its repeat hits. Subject: the DOF. Value: the relative distance of its responses
+    /// per force from theirs.
     HitInconsistent = 74, "hit_inconsistent", Hit, Share(0);
         "Unlike the others:\nsame point, same\ndirection each time.";
         "at {subject} one hit differs from the others by {value}; hit the same point in the same direction \
          every time";
-    /// No motion of a rigid body is what a sensor reads. Subject: the sensor. Value: its part of the
-    /// residual over the norm of all readings.
+    /// The readings of a sensor do not fit the motion of a rigid body. Subject: the sensor. Value: its part
+    /// of the residual over the norm of all readings.
     MotionNotRigid = 75, "motion_not_rigid", Sensor, Share(0);
         "Moves unlike a rigid\nbody: check its axes,\ncable, glue.";
         "{subject} does not move with the others as a rigid body ({value} of the readings are left over); \
          check its axes, cable, gain and glue";
-    /// The first two hits at a DOF differ, so nothing tells which is wrong. Subject: the DOF. Value: the
-    /// relative distance of their responses per force.
+    /// The first two hits at a DOF differ, so it cannot be determined which is wrong. Subject: the DOF.
+    /// Value: the relative distance of their responses per force.
     HitsDisagree = 76, "hits_disagree", Hit, Share(0);
         "First two hits differ\nboth dropped: hit the\nsame point.";
         "at {subject} the first two hits differ by {value} and nothing shows which is wrong: both are \
          dropped; hit the same point in the same direction every time";
 
-    // Single mistakes that would explain the data.
+    // Codes of single mistakes that would explain the data.
 
-    /// One sensor whose axes are reversed, swapped or turned explains the data. Subject: the sensor. Value:
-    /// χ².
+    /// One sensor with reversed, swapped or rotated axes explains the data. Subject: the sensor. Value: χ².
     SensorAxesSuspect = 112, "sensor_axes_suspect", Sensor, ChiSquared;
         "Its axes look turned,\nswapped or reversed.";
         "{subject} has its axes reversed, swapped or turned (χ² {value})";
-    /// The cables of two sensors, swapped, explain the data. Value: χ².
+    /// Swapped cables of two sensors explain the data. Value: χ².
     CablesSwapped = 113, "cables_swapped", Whole, ChiSquared;
         "Cables of two sensors\nlook swapped.";
         "the cables of two sensors are swapped (χ² {value})";
-    /// One hit DOF that was hit at another node explains the data. Subject: the DOF. Value: χ².
+    /// One DOF that was hit at another node explains the data. Subject: the DOF. Value: χ².
     HitAtWrongNode = 114, "hit_at_wrong_node", Hit, ChiSquared;
         "It seems to have been\nhit at another node.";
         "{subject} landed on another node (χ² {value})";
-    /// One hit DOF that was hit from the other side explains the data. Subject: the DOF. Value: χ².
+    /// One DOF that was hit from the other side explains the data. Subject: the DOF. Value: χ².
     HitReversed = 115, "hit_reversed", Hit, ChiSquared;
         "It seems to have been\nhit from the other\nside.";
         "{subject} came from the other side (χ² {value})";
-    /// All accelerances are wrong by one factor against what is known of the object. Value: the factor.
+    /// All accelerances are wrong by one factor, according to the priors on the object. Value: the factor.
     CommonScale = 116, "common_scale", Whole, Factor;
         "All responses off by\none factor: check the\nhammer's gain.";
         "all accelerances are {value} times what they should be; hammer and sensors cannot be told apart";
-    /// The data contradict the budget and no single mistake explains them. Value: the least χ².
+    /// The data contradict the error budget, and no single mistake explains them. Value: the smallest χ².
     NoSingleFaultExplains = 117, "no_single_fault_explains", Whole, ChiSquared;
         "No single mistake\nexplains these data.";
         "the data contradict the budget and no single mistake explains them (χ² {value})";
-    /// Single mistakes that the data would not show. Value: how many.
+    /// Some single mistakes would not be visible in the data. Value: their number.
     FaultsNotVisible = 118, "faults_not_visible", Whole, Count;
         "Some mistakes would\nnot show in these\ndata.";
         "{value} single mistakes would not show in these data";

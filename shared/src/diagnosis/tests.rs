@@ -29,7 +29,7 @@ fn a_value_that_is_no_number_is_zero() {
     assert_eq!(Diagnostic::whole(Code::TooWeak, Severity::Error, -1.5).value, -1.5);
 }
 
-/// Every code, and the one that is not known.
+/// Every code, and an unknown one.
 fn all() -> impl Iterator<Item = Code> {
     Code::ALL.iter().copied().chain([Code::Unknown(999)])
 }

@@ -8,15 +8,15 @@ use crate::body::INERTIAL_PARAMETERS;
 pub enum ValueUnit {
     /// There is no value: it is zero.
     None,
-    /// A part of one, shown in percent with so many decimals.
+    /// A fraction, shown in percent with this number of decimals.
     Share(u8),
-    /// How many, or a rank.
+    /// A number of items, or a rank.
     Count,
     /// The number of a node.
     Node,
     /// N.
     Newtons,
-    /// Of the channel that is the subject: N of the hammer, m/s² of a sensor.
+    /// Unit of the channel that is the subject: N for the hammer, m/s² for a sensor.
     OfChannel,
     /// Ten times the decimal logarithm of a ratio of powers, dB.
     Decibels,
@@ -28,20 +28,21 @@ pub enum ValueUnit {
     KilogramSquareMeters,
     /// χ².
     ChiSquared,
-    /// How many times what it should be.
+    /// A multiple of the expected value.
     Times,
     /// A factor near one.
     Factor,
     /// The condition of a matrix.
     Condition,
-    /// Of the setting that is the subject.
+    /// Unit of the setting that is the subject.
     OfSetting,
     /// SI unit of the inertial parameter that is the subject: kg, m or kg m².
     OfProperty,
 }
 
 impl ValueUnit {
-    /// The symbol that follows the number; empty for what has none, and for a setting, whose name says it.
+    /// The symbol after the number; empty for a number without a unit, and for a setting, whose name contains
+    /// it.
     pub fn symbol(self, subject: Subject) -> &'static str {
         match self {
             Self::Share(_) => "%",

@@ -1,9 +1,9 @@
-//! Which methods can identify under a layout.
+//! Which methods can identify the object under a layout.
 //!
-//! Facts of a layout are named by [`LayoutReport`]; what they mean differs. Sensors that do not tell all
-//! six motions (fewer than three, or on a line) stop the inertia restraint method, which begins with
-//! the motion; maximum likelihood compares readings and goes on. Hits that leave something of the ten
-//! unmoved stop every method, unless a prior knows what they leave out.
+//! [`LayoutReport`] names the facts of a layout; their consequences depend on the method. Sensors that do not
+//! determine all six motions (fewer than three, or on a line) rule out the inertia restraint method, which
+//! starts from the motion; maximum likelihood compares readings and still works. Hits that leave a
+//! combination of the ten properties undetermined rule out every method, unless priors supply it.
 
 use nalgebra::SVector;
 
@@ -14,9 +14,9 @@ use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::layout::{Hit, Layout, LayoutReport, Prior};
 use crate::linalg::{LeastSquares, Spectrum};
 
-/// What a layout lets each method do.
+/// Applicability of each method under a layout.
 ///
-/// Theory, section 4, has the rules.
+/// The rules are in theory, section 4.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -32,22 +32,22 @@ use crate::linalg::{LeastSquares, Spectrum};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Applicability<R> {
-    /// What is in the way: an error leaves none of the methods that were asked for, a warning some.
+    /// Findings about the layout: an error when none of the requested methods can work, a warning when some
+    /// can.
     pub diagnostics: Diagnostics,
-    /// The figures of the geometry.
+    /// Figures of the geometry.
     pub geometry: LayoutReport<R>,
-    /// Rank of the readings' slopes by the inertial parameters with what is known of them: ten when the inertial parameters can be
-    /// told.
+    /// Rank of the derivative of readings and priors with respect to the inertial parameters: ten when they
+    /// can be determined.
     pub rank: usize,
-    /// Condition of those slopes, in balanced variables.
+    /// Condition of that derivative in balanced variables.
     pub condition: R,
-    /// The priors make up for what the hits do not tell.
+    /// True when priors supply what the hits leave undetermined.
     rescued: bool,
 }
 
 impl<R: Real> Applicability<R> {
-    /// Of a layout for a body, which is what the object is thought to be; `methods` are those that
-    /// are wanted.
+    /// Examines a layout for `body`, the assumed body of the object; `methods` are the requested ones.
     pub fn new<const S: usize, const H: usize>(
         layout: &Layout<R, S, H>,
         body: &RigidBody<R>,
@@ -60,7 +60,7 @@ impl<R: Real> Applicability<R> {
         let unknown = Code::TenParametersNotIdentifiable;
         let said = [unknown, Code::LayoutNotFinite];
         if rank < 10 && !diagnostics.iter().any(|d| said.contains(&d.code)) {
-            // Sixteen facts are enough to say; more are dropped.
+            // There is room for sixteen diagnostics; any others are dropped.
             let _ = diagnostics.push(Diagnostic::whole(unknown, Severity::Error, rank as f32));
         }
         let rescued = rank == 10 && layout.priors.iter().any(Prior::is_of_inertia);
@@ -72,29 +72,29 @@ impl<R: Real> Applicability<R> {
         Self { diagnostics, geometry, rank, condition, rescued }
     }
 
-    /// What keeps a method from an answer; nothing when it is applicable.
+    /// The codes that rule out a method; empty when it is applicable.
     pub fn obstacles(&self, method: Method) -> impl Iterator<Item = Code> + '_ {
         let codes = self.diagnostics.iter().map(|d| d.code);
         codes.filter(move |&code| (method.entry().is_blocked)(code, self.rescued))
     }
 
-    /// True when nothing keeps the method from an answer.
+    /// True when nothing rules out the method.
     pub fn admits(&self, method: Method) -> bool {
         self.obstacles(method).next().is_none()
     }
 }
 
-/// Rank and condition of the slopes of all readings by the ten, and of what is known of the ten, about
-/// the sensors' centroid and every unknown in its own unit: rank ten when the inertial parameters can be told
-/// (theory, section 4: the rank of the information is that of its factor). `None` when the body has no
-/// inertia or a number is not finite.
+/// Rank and condition of the derivative of all readings and priors with respect to the ten properties, about
+/// the sensors' centroid and in balanced units. The rank is ten when the inertial parameters can be
+/// determined (theory, section 4: the rank of the information is that of its factor). `None` when the body
+/// has no inertia or a number is not finite.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
 /// # use massline_shared::identify::information_spectrum;
 /// let mut layout = frame::layout();
 /// assert_eq!(information_spectrum(&layout, &frame::body()).unwrap().0, 10);
-/// // Two hits leave one combination of the ten unseen, whatever the number of sensors.
+/// // Two hits leave one combination of the ten properties undetermined, whatever the number of sensors.
 /// layout.hits.pop();
 /// assert_eq!(information_spectrum(&layout, &frame::body()).unwrap().0, 9);
 /// ```
@@ -106,8 +106,8 @@ pub fn information_spectrum<R: Real, const S: usize, const H: usize>(
     Some((rank, condition))
 }
 
-/// As [`information_spectrum`] of some hits.
-// Never inlined: 0.8 KB less of the firmware's deepest stack.
+/// As [`information_spectrum`], for some of the hits.
+// Not inlined, which saves 0.8 KB of the firmware's deepest stack.
 #[inline(never)]
 pub(super) fn spectrum_under<'h, R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
@@ -117,14 +117,15 @@ pub(super) fn spectrum_under<'h, R: Real, const S: usize, const H: usize>(
     let centroid = layout.sensor_centroid();
     let body = body.shifted_to(&centroid);
     let length = layout.characteristic_length();
-    // Per kilogram: phi has the mass in all of its elements.
+    // Per kilogram: every element of phi is proportional to the mass.
     let scale = scale(R::one(), length);
     let inverse = body.inverse_mass_matrix()?;
     let mut slopes = LeastSquares::<R, 10>::new();
     for hit in hits {
         let by_phi = regressor(&body.acceleration(&hit.unit_force(&centroid))?);
         for sensor in &layout.sensors {
-            // The accelerance falls with the mass, and its slope by the mass once more.
+            // The accelerance is inversely proportional to the mass, and its derivative to the square of the
+            // mass.
             let readings = sensor.response_rows(&centroid) * inverse * (body.mass * body.mass);
             for reading in readings.row_iter() {
                 slopes.push(slope(&reading.transpose().into(), &by_phi, &scale), R::zero());
@@ -144,7 +145,7 @@ pub(super) fn spectrum_under<'h, R: Real, const S: usize, const H: usize>(
     slopes.spectrum_of_unit_columns()
 }
 
-/// One row of `−G M₀⁻¹ Eₖ M₀⁻¹ f₀`, its columns over the scales of phi.
+/// One row of `−G M₀⁻¹ Eₖ M₀⁻¹ f₀`, its columns multiplied by the scales of phi.
 fn slope<R: Real>(reading: &[R; 6], by_phi: &[[R; 10]; 6], scale: &SVector<R, 10>) -> [R; 10] {
     core::array::from_fn(|k| {
         let sum = reading.iter().zip(by_phi).fold(R::zero(), |sum, (r, row)| sum - *r * row[k]);

@@ -1,4 +1,4 @@
-//! What hangs on the object is taken off the answer.
+//! Subtracts the attached bodies from an estimate.
 
 use nalgebra::SVector;
 
@@ -8,11 +8,11 @@ use crate::body::RigidBody;
 use crate::layout::Attached;
 use crate::linalg::congruence;
 
-/// The object without what hangs on it, from an estimate of both together; its covariance grows by
-/// what is not known of those masses.
+/// Subtracts the attached bodies from an estimate of the object with them. Their uncertainty is added to the
+/// covariance.
 ///
 /// # Errors
-/// The mass that is left when the object would have none.
+/// The remaining mass, when it is not positive.
 pub(super) fn take_off<R: Real>(
     estimate: &mut Estimate<R>,
     attached: &[Attached<R>],

@@ -1,4 +1,4 @@
-//! What every method of identification answers with.
+//! The answer of every identification method.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -7,24 +7,24 @@ use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::Diagnostics;
 
-/// Data whose χ² would be exceeded by chance in one of a thousand tests contradict the budget: this
-/// many standard deviations of a normal variable.
+/// The data contradict the error budget when chance alone would exceed their χ² in only one of a thousand
+/// tests: when the equivalent z is above this value.
 pub const REJECTION_Z: f64 = 3.09;
 
-/// The ten properties with what is known of their quality.
+/// The ten properties with their covariance and quality figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate<R> {
-    /// The method that answers.
+    /// The method that produced the estimate.
     pub method: Method,
     /// The body, in the body frame of the layout.
     pub body: RigidBody<R>,
-    /// Covariance of [`RigidBody::theta`]; `None` when it cannot be told.
+    /// Covariance of [`RigidBody::theta`]; `None` when it cannot be determined.
     pub covariance: Option<SMatrix<R, 10, 10>>,
     /// Condition of the balanced regression matrix.
     pub condition: R,
-    /// Whether the data agree with their error budget, for a method that knows one.
+    /// Whether the data agree with their error budget; only for methods that use one.
     pub consistency: Option<Consistency<R>>,
-    /// What is to be said about the answer; no errors.
+    /// Diagnostics of the estimate; none of them is an error.
     pub diagnostics: Diagnostics,
 }
 
@@ -41,33 +41,32 @@ pub struct Estimate<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Consistency<R> {
-    /// Weighted square of the residuals, priors included.
+    /// Weighted sum of squared residuals, priors included.
     pub chi_squared: R,
-    /// Equations minus unknowns: what it is in the mean.
+    /// Equations minus unknowns: the expected value of χ².
     pub degrees_of_freedom: u16,
 }
 
 impl<R: Real> Consistency<R> {
-    /// χ² over the degrees of freedom: one in the mean.
+    /// χ² over its degrees of freedom: one on average.
     pub fn reduced(&self) -> R {
         self.chi_squared / R::of(f64::from(self.degrees_of_freedom.max(1)))
     }
 
-    /// How many standard deviations of a normal variable a larger χ² is as unlikely as (Wilson &
-    /// Hilferty 1931).
+    /// Standard normal deviate that is exceeded with the same probability as χ² (Wilson & Hilferty 1931).
     pub fn equivalent_z(&self) -> R {
         let spread = R::of(2.0 / (9.0 * f64::from(self.degrees_of_freedom.max(1))));
         (self.reduced().max(R::zero()).cbrt() - (R::one() - spread)) / spread.sqrt()
     }
 
-    /// True when the data contradict their error budget: by chance in one of a thousand tests.
+    /// True when the data contradict their error budget; chance alone does this in one of a thousand tests.
     pub fn rejects_budget(&self) -> bool {
         self.equivalent_z() > R::of(REJECTION_Z)
     }
 }
 
 impl<R: Real> Estimate<R> {
-    /// The same in another precision.
+    /// The same estimate in another precision.
     pub fn cast<Q: Real>(&self) -> Estimate<Q> {
         let to = |v: R| Q::of(v.to_f64());
         Estimate {
@@ -93,8 +92,9 @@ impl<R: Real> Estimate<R> {
         self.covariance.map(|c| c.diagonal().map(|v| v.max(R::zero()).sqrt()))
     }
 
-    /// The property that is known least for its size, and its standard deviation over that size: mass,
-    /// radius of gyration or mean moment. `None` without standard deviations.
+    /// Index of the property with the largest relative standard deviation, and that value. The standard
+    /// deviations are relative to the mass, the radius of gyration or the mean moment. `None` without
+    /// standard deviations.
     pub fn least_known(&self) -> Option<(usize, R)> {
         let moment = self.body.inertia.trace() / R::of(3.0);
         let radius = (moment * R::of(1.5) / self.body.mass).max(R::zero()).sqrt();
@@ -102,7 +102,7 @@ impl<R: Real> Estimate<R> {
         for (k, sigma) in self.sigma()?.iter().enumerate() {
             let size = [self.body.mass, radius, moment][usize::from(k > 0) + usize::from(k > 3)];
             let relative = *sigma / size;
-            // False for a body without size.
+            // The value is not finite for a body without size.
             if relative.finite() && worst.is_none_or(|(_, most)| relative > most) {
                 worst = Some((k, relative));
             }
@@ -110,7 +110,7 @@ impl<R: Real> Estimate<R> {
         worst
     }
 
-    /// Standard deviations of the principal moments, ascending moments, kg m².
+    /// Standard deviations of the principal moments, in ascending order of the moments, kg m².
     pub fn principal_moment_sigmas(&self) -> Option<Vector3<R>> {
         Some(self.body.principal()?.moment_sigmas(self.covariance.as_ref()?))
     }

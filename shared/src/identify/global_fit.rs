@@ -1,16 +1,15 @@
-//! The global fit: all frequency responses of a test by one body on one suspension.
+//! The global fit: one body on one suspension is fitted to all frequency responses of a test.
 //!
 //! ```text
 //! H(s) = G(s) (M₀ + C₀/s + K₀/s²)⁻¹ f₀ [+ E s²]        s = σ + iω
 //! ```
-//! Where the mass lines give every channel a B of its own, here one stiffness K₀ (21 numbers) and, on
-//! demand, one damping C₀ (21) serve all channels and hits, and gravity is in `G(s)`. So the band may
-//! begin nearer to the suspension modes: that pays for heavy objects on cords, and where the modes
-//! leave little room. E is the residual of the elastic modes, one number a channel and hit, which is
-//! eliminated. Theory, section 5.
+//! Mass lines have a B of their own for every channel. Here, one stiffness K₀ (21 numbers) and, optionally,
+//! one damping C₀ (21) serve all channels and hits, and gravity is in `G(s)`. So the band may begin nearer to
+//! the suspension modes, which helps with heavy objects on cords and where the modes leave little room. E is
+//! the residual of the elastic modes, one number per channel and hit, and is eliminated. Theory, section 5.
 //!
-//! Steps are those of Levenberg and Marquardt from the answer of another method; slopes are analytical,
-//! `∂H/∂K_k = −G D⁻¹ E_k D⁻¹ f₀ / s²`. It needs double precision.
+//! Levenberg-Marquardt steps start from the answer of another method; derivatives are analytical,
+//! `∂H/∂K_k = −G D⁻¹ E_k D⁻¹ f₀ / s²`. The method needs double precision.
 
 use nalgebra::{Complex, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
@@ -27,25 +26,25 @@ use crate::mass_line::Terms;
 
 /// Elements of a symmetric 6 × 6 matrix.
 const SYMMETRIC: usize = 21;
-/// Unknowns with the stiffness of the suspension.
+/// Number of unknowns with the stiffness of the suspension.
 const WITH_STIFFNESS: usize = SYMMETRIC + 10;
-/// Unknowns with its damping as well.
+/// Number of unknowns with the damping of the suspension as well.
 const WITH_DAMPING: usize = 2 * SYMMETRIC + 10;
-/// A step that lowers the cost by less than this part of its mean per degree of freedom ends the fit: it
-/// moves the inertial parameters by less than 1e-5 of their standard deviations.
+/// The fit ends with a step that lowers the cost by less than this fraction of the cost per degree of
+/// freedom: such a step changes the inertial parameters by less than 1e-5 of their standard deviations.
 const CLOSE: f64 = 1e-10;
-/// Steps after which the fit gives up. From a mass line's answer it takes ten to forty: most of them go to
+/// Largest number of steps. From the answer of the mass lines the fit takes ten to forty, most of them for
 /// the parts of K₀ that the hits hardly excite.
 const MOST_STEPS: usize = 100;
-/// Dampings that are tried before no step is better.
+/// Number of dampings tried before the fit concludes that no step lowers the cost.
 const MOST_TRIALS: usize = 20;
-/// First damping, relative to the diagonal of the information. Three hits leave parts of K₀ nearly unseen: a
-/// bold first step would carry them far away, to another minimum.
+/// First damping, relative to the diagonal of the information. Three hits leave parts of K₀ nearly
+/// undetermined, and a long first step would carry them far away, to another minimum.
 const FIRST_DAMPING: f64 = 1e-1;
-/// Damping that does not shorten a step any more.
+/// Smallest damping; it no longer shortens a step.
 const LEAST_DAMPING: f64 = 1e-14;
 
-/// What this file states about the method.
+/// Description of the method for the registry.
 pub const ENTRY: Entry = Entry {
     name: "global-fit",
     short_name: "global-fit",
@@ -53,21 +52,21 @@ pub const ENTRY: Entry = Entry {
     summary: "Body and suspension fitted to all lines of the band",
     observes: Observable::SpectrumBins,
     on_request: true,
-    // It starts from the answer of the inertia restraint method.
+    // The method starts from the answer of the inertia restraint method.
     is_blocked: |_, _| true,
     workspace: |_, lines| workspace(lines),
 };
 
-/// Numbers of a complex 6 × 6 matrix.
+/// Real numbers in a complex 6 × 6 matrix.
 const INVERSE: usize = 72;
 
-/// Numbers of workspace for so many lines.
+/// Size of the workspace for this number of lines.
 pub const fn workspace(lines: usize) -> usize {
     INVERSE * lines
 }
 
-/// The method as the door carries it out: its one step is the whole fit, as spectral lines are kept only where
-/// there is time for it.
+/// Runs the method behind [`identify`](super::identify). Its single step is the whole fit, since spectral
+/// lines are stored only where there is time for it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solver<R> {
     start: RigidBody<R>,
@@ -115,20 +114,20 @@ impl<R: Real> method::Solver<R> for Solver<R> {
     }
 }
 
-/// How the global fit is done.
+/// Settings of the global fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GlobalFitSettings {
-    /// Fits the damping of the suspension too. Without it and without an exponential window on the records
-    /// only the real parts are fitted.
+    /// Fits the damping of the suspension as well. Without it and without an exponential window on the
+    /// records, only the real parts are fitted.
     pub damping: bool,
     /// Eliminates a residual of the elastic modes, `E s²`, for every channel and hit.
     pub elastic: bool,
 }
 
-/// What the global fit answers.
+/// Result of the global fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlobalFitSolution<R> {
-    /// The ten; their covariance is that of the scatter of the lines about the model.
+    /// The ten properties; their covariance comes from the scatter of the lines about the model.
     pub estimate: Estimate<R>,
     /// K₀ about the origin: N/m, N/rad, N m/m, N m/rad.
     pub stiffness: Matrix6<R>,
@@ -136,8 +135,9 @@ pub struct GlobalFitSolution<R> {
     pub damping: Option<Matrix6<R>>,
 }
 
-/// Fits body and suspension to frequency responses of all sensors and hits of the layout, in this
-/// order, with equal weights, from the body `start`. `workspace` has as many numbers as [`workspace`] says.
+/// Fits body and suspension to the frequency responses of all sensors and hits of the layout, in this order
+/// and with equal weights, starting from the body `start`. `workspace` needs the length that [`workspace`]
+/// gives.
 ///
 /// # Errors
 /// `data_not_finite`, `layout_not_finite`, `frf_missing` when channels or hits are not those of the
@@ -202,7 +202,7 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     }
 }
 
-/// What is fitted. The unknowns are K₀ row by row of its upper triangle, C₀ alike, and phi.
+/// The fit problem. The unknowns are the lower triangle of K₀ row by row, likewise that of C₀, and phi.
 struct GlobalFitProblem<'a, R, const S: usize, const H: usize> {
     layout: &'a Layout<R, S, H>,
     responses: &'a FrequencyResponses<'a, R>,
@@ -245,7 +245,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         self.answer(&unknowns, &equations, cost / R::of(freedom as f64))
     }
 
-    /// Equations less unknowns; `None` when there are not more.
+    /// Equations minus unknowns; `None` unless it is positive.
     fn degrees_of_freedom<const N: usize>(&self) -> Option<usize> {
         let channels = self.responses.channels() * self.responses.hits();
         let a_line = if self.complex() { 2 } else { 1 };
@@ -254,12 +254,12 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         equations.checked_sub(N + residuals).filter(|&freedom| freedom > 0)
     }
 
-    /// True when the imaginary parts say something.
+    /// True when the imaginary parts contain information.
     fn complex(&self) -> bool {
         self.settings.damping || self.responses.decay != R::zero()
     }
 
-    /// A better point and its cost, with more and more damping; `None` when there is none.
+    /// A point of lower cost and its cost, found by raising the damping; `None` when there is none.
     fn step<const N: usize>(
         &self,
         unknowns: &SVector<R, N>,
@@ -287,7 +287,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         None
     }
 
-    /// The linear equations of a step, and the cost.
+    /// The linearised equations and the cost.
     fn linearised<const N: usize>(
         &self,
         unknowns: &SVector<R, N>,
@@ -298,8 +298,8 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         Some((equations, cost))
     }
 
-    /// Calls `equation` with the slopes of every real reading and with what the model leaves of it;
-    /// gives the sum of the squares of the latter, `None` when it has no value.
+    /// Calls `equation` with the derivatives and the residual of every real reading; returns the sum of the
+    /// squared residuals, or `None` when the model has no value.
     fn evaluate<const N: usize>(
         &self,
         unknowns: &SVector<R, N>,
@@ -333,7 +333,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         cost.finite().then_some(cost)
     }
 
-    /// Writes `(M₀ + C₀/s + K₀/s²)⁻¹` of every line.
+    /// Computes `(M₀ + C₀/s + K₀/s²)⁻¹` for every line.
     fn invert<const N: usize>(
         &self,
         unknowns: &SVector<R, N>,
@@ -357,7 +357,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         Some(())
     }
 
-    /// Slopes of one reading by the unknowns, and what the model leaves of it.
+    /// Derivatives of one reading with respect to the unknowns, and its residual.
     fn reading<const N: usize>(
         &self,
         line: usize,
@@ -369,7 +369,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         let s = self.s(line);
         let response = self.layout.response_row_at(channel, s);
         let motion = inverse * force;
-        // D is symmetric, so `g D⁻¹` is this transposed.
+        // D is symmetric, so `g D⁻¹` is the transpose of this.
         let adjoint = inverse * response;
         let left = self.responses.at(line, channel, hit) - response.dot(&motion);
         (slopes(&adjoint, &motion, real(R::one()) / s), left)
@@ -379,7 +379,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         Complex::new(self.responses.decay, self.responses.frequencies()[line] * R::two_pi())
     }
 
-    /// The part of a channel's slopes and residuals along `s²`.
+    /// The component of a channel's derivatives and residuals along `s²`.
     fn elastic<const N: usize>(
         &self,
         lines: core::ops::Range<usize>,
@@ -409,7 +409,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         Some(part)
     }
 
-    /// The ten and the suspension at the minimum; `variance` is that of a reading.
+    /// The ten properties and the suspension at the minimum; `variance` is that of a reading.
     fn answer<const N: usize>(
         &self,
         unknowns: &SVector<R, N>,
@@ -417,7 +417,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         variance: R,
     ) -> Result<GlobalFitSolution<R>, Diagnostics> {
         let body = body_of(unknowns).ok_or_else(|| fatal(Code::DataNotFinite, 0.0))?;
-        // With K₀ and C₀ eliminated.
+        // K₀ and C₀ are eliminated here.
         let of_the_ten = equations.last::<10>();
         let Some(Spectrum { rank, condition }) = of_the_ten.spectrum_of_unit_columns() else {
             return Err(fatal(Code::DataNotFinite, 0.0));
@@ -448,13 +448,13 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
     }
 }
 
-/// The matrix that a line keeps in the workspace, column by column.
+/// The matrix of a line in the workspace, column by column.
 fn inverse_in<R: Real>(numbers: &[R; INVERSE]) -> Matrix6<Complex<R>> {
     let (pairs, _) = numbers.as_chunks::<2>();
     Matrix6::from_iterator(pairs.iter().map(|[re, im]| Complex::new(*re, *im)))
 }
 
-/// The part of a channel along `s²`, for one unit of it.
+/// The component of a channel along `s²`, per unit of `s²`.
 struct Elastic<R, const N: usize> {
     slopes: [R; N],
     left: R,
@@ -470,7 +470,7 @@ impl<R: Real, const N: usize> Elastic<R, N> {
     }
 }
 
-/// `∂(g D⁻¹ f)/∂` unknowns from `D⁻¹ gᵀ`, `D⁻¹ f` and `1/s`.
+/// `∂(g D⁻¹ f)/∂unknowns` from `D⁻¹ gᵀ`, `D⁻¹ f` and `1/s`.
 fn slopes<R: Real, const N: usize>(
     adjoint: &Vector6<Complex<R>>,
     motion: &Vector6<Complex<R>>,
@@ -496,7 +496,7 @@ fn slopes<R: Real, const N: usize>(
     slopes
 }
 
-/// The symmetric matrix of the unknowns from `first` on: its lower triangle, row by row.
+/// The symmetric matrix whose lower triangle, row by row, starts at the unknown `first`.
 fn symmetric_of<R: Real, const N: usize>(unknowns: &SVector<R, N>, first: usize) -> Matrix6<R> {
     let lower = unknowns.as_slice().get(first..first + SYMMETRIC);
     lower.and_then(symmetric).unwrap_or_else(Matrix6::zeros)

@@ -1,6 +1,8 @@
-//! The door to the methods: observations and the wanted methods in, estimates and reasons out.
+//! Runs the identification methods: takes observations and the requested methods, gives estimates and
+//! reasons.
 //!
-//! [`identify`] does it all; a rig takes [`Identification::step`] by step, with other work between.
+//! [`identify`] runs everything at once; a rig calls [`Identification::step`] repeatedly, with other work in
+//! between.
 //!
 //! ```
 //! # use massline_shared::body::RigidBody;
@@ -43,11 +45,11 @@ use super::{Estimate, IdentifySettings, METHODS, Method, Running};
 use crate::Real;
 use crate::diagnosis::Diagnostics;
 
-/// Methods, the best first.
+/// Methods, best first.
 pub type Methods = Vec<Method, METHODS>;
 
 impl<R, const S: usize, const H: usize, L: SpectrumBins<R>> Observations<'_, R, S, H, L> {
-    /// The methods that answer from these observations without being asked for by name, the best first.
+    /// The methods that apply to these observations by default, best first.
     pub fn methods(&self) -> Methods {
         let seen = |method: &Method| match method.entry().observes {
             Observable::MassLines => true,
@@ -58,13 +60,12 @@ impl<R, const S: usize, const H: usize, L: SpectrumBins<R>> Observations<'_, R, 
 }
 
 impl Method {
-    /// The methods that answer without being asked for by name, the best first.
+    /// The methods that run by default, without being requested by name, best first.
     pub fn usual() -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(|method| !method.entry().on_request)
     }
 
-    /// The methods that answer from mass lines without being asked for by name, the best first: those of a
-    /// rig.
+    /// The default methods that use mass lines, best first: those that a rig runs.
     pub fn of_mass_lines() -> impl Iterator<Item = Self> {
         Self::usual().filter(|method| method.entry().observes == Observable::MassLines)
     }
@@ -74,13 +75,13 @@ impl Method {
         self.entry().name
     }
 
-    /// The method of a number that was stored; `None` when this program does not know it.
+    /// The method with a stored number; `None` when this program does not know it.
     pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|method| method.number() == number)
     }
 }
 
-/// How many methods answer from mass lines without being asked for by name: those of a rig.
+/// Number of default methods that use mass lines: those that a rig runs.
 pub const MASS_LINE_METHODS: usize = {
     let (mut count, mut place) = (0, 0);
     while place < METHODS {
@@ -93,14 +94,14 @@ pub const MASS_LINE_METHODS: usize = {
     count
 };
 
-/// Numbers of workspace that some methods ask for, with so many sensors and spectral lines.
+/// Size of the workspace that these methods need for this number of sensors and spectral lines.
 pub fn workspace(methods: &[Method], sensors: usize, lines: usize) -> usize {
     let of = |method: &Method| (method.entry().workspace)(sensors, lines);
     methods.iter().map(of).max().unwrap_or(0)
 }
 
-/// An identification with room for the answers of `N` methods: what is wanted, what is being carried out, and
-/// what has been answered.
+/// An identification with room for the answers of `N` methods: the requested methods, the one that is
+/// running, and the answers so far.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -118,18 +119,18 @@ pub fn workspace(methods: &[Method], sensors: usize, lines: usize) -> usize {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Identification<R, const N: usize = METHODS> {
-    /// The methods that are still to be carried out; the last is the next, so that the simplest comes first
-    /// and the others can start from its answer.
+    /// Methods still to run. The last one is next, so the simplest runs first and the others can start from
+    /// its answer.
     queue: Methods,
     running: Running<R>,
-    /// The method that is being carried out needs no further step.
+    /// The running method needs no further step.
     settled: bool,
     estimates: Vec<Estimate<R>, N>,
     refusals: Vec<(Method, Diagnostics), N>,
 }
 
 impl<R, const N: usize> Identification<R, N> {
-    /// Nothing is wanted.
+    /// An identification without methods.
     pub const fn idle() -> Self {
         Self {
             queue: Vec::new(),
@@ -140,10 +141,10 @@ impl<R, const N: usize> Identification<R, N> {
         }
     }
 
-    /// Begins anew, in the same memory.
+    /// Starts again with these methods, in the same memory.
     pub fn begin(&mut self, wanted: impl IntoIterator<Item = Method>) {
         self.queue.clear();
-        // As many as there is room for the answers of, and for every method once.
+        // Limited to the number of answers that there is room for; every method runs once.
         self.queue.extend(wanted.into_iter().take(N.min(METHODS)));
         self.running = Running::No;
         self.settled = false;
@@ -151,18 +152,18 @@ impl<R, const N: usize> Identification<R, N> {
         self.refusals.clear();
     }
 
-    /// Lets the methods start from an answer that is known already; it stays among the answers.
+    /// Adds a known answer, from which the methods can start; it stays among the answers.
     pub fn start_from(&mut self, estimate: Estimate<R>) {
         // There is room for every method.
         let _ = self.estimates.insert(0, estimate);
     }
 
-    /// The answers, the best first.
+    /// The answers, best first.
     pub fn estimates(&self) -> &[Estimate<R>] {
         &self.estimates
     }
 
-    /// The methods without an answer, the best first, and why.
+    /// The methods without an answer, best first, with their reasons.
     pub fn refusals(&self) -> &[(Method, Diagnostics)] {
         &self.refusals
     }
@@ -174,7 +175,8 @@ impl<R, const N: usize> Identification<R, N> {
 }
 
 impl<R: Real, const N: usize> Identification<R, N> {
-    /// One step of the method in hand. Observations, settings and workspace are the same in every step.
+    /// Runs one step of the current method. Observations, settings and workspace must be the same in every
+    /// step.
     pub fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
@@ -214,7 +216,7 @@ impl<R: Real, const N: usize> Identification<R, N> {
         workspace: &mut [R],
     ) {
         match self.running.finish(observed, workspace) {
-            // There is room for every method, and better ones come later.
+            // There is room for every method, and better methods run later.
             Ok(estimate) => drop(self.estimates.insert(0, estimate)),
             Err(reasons) => self.refuse(method, reasons),
         }
@@ -228,11 +230,10 @@ impl<R: Real, const N: usize> Identification<R, N> {
     }
 }
 
-/// What the wanted methods answer, by as many steps as it takes. `workspace` has as many numbers as
-/// [`workspace`] says.
+/// Runs the requested methods to the end. `workspace` needs the length that [`workspace`] gives.
 ///
-/// The methods are carried out from the simplest to the best, each from the answer of the one before; a method
-/// that has no answer leaves its reasons among [`Identification::refusals`]. Theory, sections 3 to 5.
+/// The methods run from the simplest to the best, each starting from the answer of the one before. The
+/// reasons of a method without an answer are in [`Identification::refusals`]. Theory, sections 3 to 5.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -244,7 +245,7 @@ impl<R: Real, const N: usize> Identification<R, N> {
 /// let wanted = [Method::MaximumLikelihood, Method::InertiaRestraint];
 /// let mut memory = vec![0.0; workspace(&wanted, layout.sensors.len(), 0)];
 /// let found = identify(&observed, &wanted, &IdentifySettings::default(), &mut memory);
-/// // Maximum likelihood compares readings and goes on; the linear method has to give up.
+/// // Maximum likelihood compares readings and still works; the linear method does not.
 /// assert_eq!(found.estimates()[0].method, Method::MaximumLikelihood);
 /// assert!((found.estimates()[0].body.mass - 1.23).abs() < 1e-6);
 /// assert_eq!(found.refusals()[0].0, Method::InertiaRestraint);
@@ -256,7 +257,7 @@ pub fn identify<R: Real, const S: usize, const H: usize, L: SpectrumBins<R>>(
     workspace: &mut [R],
 ) -> Identification<R> {
     let mut identification = Identification::idle();
-    // The best first, whatever the order that was asked for.
+    // Best first, whatever the order of the request.
     identification.begin(Method::ALL.into_iter().filter(|method| wanted.contains(method)));
     while identification.step(observed, settings, workspace) == Progress::Going {}
     identification

@@ -1,9 +1,9 @@
-//! The inertia restraint method (IRM): linear, direct, no start values.
+//! The inertia restraint method (IRM): linear and direct, without start values.
 //!
-//! Per hit the motion `x = G⁺ xm` follows from the mass lines, then six equations in the ten unknowns
-//! `phi` from Newton and Euler; all hits together by least squares (MATEC Web Conf. 148, 01003,
-//! equations 3 to 5; theory, section 3). The unknowns are balanced by the characteristic length, and
-//! only the triangular factor of the equations is kept, so the memory does not grow with the hits.
+//! For each hit, the motion `x = G⁺ xm` follows from the mass lines; Newton and Euler then give six equations
+//! in the ten unknowns `phi`. All hits together are solved by least squares (MATEC Web Conf. 148, 01003,
+//! equations 3 to 5; theory, section 3). The unknowns are balanced by the characteristic length. Only the
+//! triangular factor of the equations is stored, so the memory does not grow with the hits.
 
 use core::array::from_fn;
 
@@ -19,13 +19,13 @@ use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::layout::{Hit, Layout, check_hits, is_finite};
 use crate::linalg::{LeastSquares, Spectrum, all_finite, congruence};
 
-/// A condition of the balanced regression matrix above this is worth a warning: errors of 1 % in the
-/// mass lines can then be as large as what they are to determine.
+/// A condition of the balanced regression matrix above this gives a warning: errors of 1 % in the mass lines
+/// can then be as large as the properties themselves.
 pub const ILL_CONDITIONED: f64 = 100.0;
-/// Hits at a DOF from which on their scatter is taken for a covariance.
+/// Smallest number of hits at each DOF whose scatter is used for a covariance.
 pub const HITS_FOR_SIGMA: u16 = 3;
 
-/// What this file states about the method.
+/// Description of the method for the registry.
 pub const ENTRY: Entry = Entry {
     name: "inertia-restraint",
     short_name: "irm",
@@ -33,16 +33,16 @@ pub const ENTRY: Entry = Entry {
     summary: "Inertia restraint: linear, of the literature",
     observes: Observable::MassLines,
     on_request: false,
-    // It begins with the motion of the body, which the sensors have to tell.
+    // The method starts from the motion of the body, which the sensors have to determine.
     is_blocked: |_, _| true,
     workspace: |_, _| 0,
 };
 
-/// The point about which the equations are set up. The answer is in the body frame in any case, but
-/// noise biases it by the choice.
+/// The point about which the equations are set up. The answer is in the body frame in any case, but the
+/// choice affects the bias from noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ReferencePoint<R> {
-    /// The mean of the sensor positions: the least noise (theory, section 3).
+    /// The mean of the sensor positions; it gives the least noise (theory, section 3).
     #[default]
     Centroid,
     /// The origin of the body frame.
@@ -51,17 +51,17 @@ pub enum ReferencePoint<R> {
     At(Vector3<R>),
 }
 
-/// How the equations are set up.
+/// Settings of the method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InertiaRestraintSettings<R> {
-    /// About which point.
+    /// Reference point of the equations.
     pub reference: ReferencePoint<R>,
-    /// With which weights.
+    /// Weights of the equations.
     pub weighting: Weighting<R>,
 }
 
 impl<R: Real> InertiaRestraintSettings<R> {
-    /// As the rig does: about the sensors' centroid, weighted by the usual errors of placement.
+    /// The settings of the rig: about the sensors' centroid, weighted by the usual placement errors.
     pub fn weighted() -> Self {
         let weighting = Weighting::Placement(super::PlacementErrors::default());
         Self { reference: ReferencePoint::Centroid, weighting }
@@ -77,16 +77,15 @@ impl<R> From<ReferencePoint<R>> for InertiaRestraintSettings<R> {
 
 /// The ten properties from the mass lines of at least three hit DOFs.
 ///
-/// `dofs` gives the index of each hit in the layout and its mass lines.
-/// What hangs on the object ([`Layout::attached`]) is taken off the answer.
+/// `dofs` contains the index of each hit in the layout and its mass lines. The attached bodies
+/// ([`Layout::attached`]) are subtracted from the answer.
 ///
-/// The covariance is that of the scatter between the hits,
-/// `A⁺ blkdiag(M₀ G⁺ (Sⱼ/n) G⁺ᵀ M₀ᵀ) A⁺ᵀ`, when every DOF has [`HITS_FOR_SIGMA`] hits that do; `A⁺` is that
-/// of the weighted equations.
+/// The covariance comes from the scatter between the hits, `A⁺ blkdiag(M₀ G⁺ (Sⱼ/n) G⁺ᵀ M₀ᵀ) A⁺ᵀ`, when every
+/// DOF has at least [`HITS_FOR_SIGMA`] hits with scatter; `A⁺` is that of the weighted equations.
 ///
 /// # Errors
-/// Every diagnostic that keeps the data from determining the ten: too few sensors or hits, hits all
-/// parallel or through one point, rank deficiency, numbers that are not finite, a hit that the layout
+/// Every diagnostic that keeps the data from determining the ten properties: too few sensors or hits, hits
+/// all parallel or through one point, rank deficiency, numbers that are not finite, a hit that the layout
 /// does not have.
 ///
 /// ```
@@ -98,9 +97,9 @@ impl<R> From<ReferencePoint<R>> for InertiaRestraintSettings<R> {
 /// let estimate = solve(&layout, &dofs, ReferencePoint::Origin).unwrap();
 /// // Exact readings give the exact body, up to rounding.
 /// assert!((estimate.theta() - frame::body().theta()).norm() < 1e-12);
-/// // Without the scatter of at least three hits a DOF there is no covariance.
+/// // Without the scatter of at least three hits per DOF there is no covariance.
 /// assert!(estimate.covariance.is_none());
-/// // Two hits meet in a plane: rank nine.
+/// // The lines of two hits define a plane: rank nine.
 /// assert!(solve(&layout, &dofs[..2], InertiaRestraintSettings::weighted()).is_err());
 /// ```
 pub fn solve<R: Real, const S: usize, const H: usize>(
@@ -118,7 +117,7 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     answer
 }
 
-/// The ten of the object and what hangs on it together.
+/// The ten properties of the object together with the attached bodies.
 fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -148,7 +147,7 @@ fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
             let force = hit.unit_force(&reference);
             let factor = weight_factor(&settings.weighting, hit, &reference, length, lines.hits);
             regression.add_weighted(&motion, &force, factor.as_ref());
-            // A hit of the layout that is given twice and finds no room is believed as any other.
+            // A hit that is given twice and finds no room is unweighted in the covariance.
             let _ = factors.push(factor);
         }
     }
@@ -168,7 +167,7 @@ fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
     })
 }
 
-/// The method as the door carries it out: in one step.
+/// Runs the method behind [`identify`](super::identify), in one step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solver<R>(InertiaRestraintSettings<R>);
 
@@ -200,7 +199,7 @@ impl<R: Real> method::Solver<R> for Solver<R> {
 
 /// The balanced least squares problem of the method, hit by hit.
 ///
-/// For motions that were measured in another way than by the sensors of a layout.
+/// Also usable with motions that were not measured by the sensors of a layout.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -228,7 +227,7 @@ pub struct Regression<R> {
 pub struct InertiaRestraintSolution<R> {
     /// [m, m c, J about the reference point].
     pub phi: SVector<R, 10>,
-    /// The same as a body whose origin is the reference point.
+    /// The same result as a body whose origin is the reference point.
     pub body: RigidBody<R>,
     /// Rank of the balanced matrix: ten.
     pub rank: usize,
@@ -239,7 +238,7 @@ pub struct InertiaRestraintSolution<R> {
 }
 
 impl<R: Real> Regression<R> {
-    /// Without hits; `length` is L in m.
+    /// A regression without hits; `length` is L in m.
     pub fn new(length: R) -> Self {
         Self { equations: LeastSquares::new(), length }
     }
@@ -297,7 +296,7 @@ impl<R: Real> Regression<R> {
         balanced
     }
 
-    /// [1, L, L, L, L² × 6]: units of `phi` and of `theta` over the balanced ones.
+    /// [1, L, L, L, L² × 6]: scales of `phi` and of `theta` relative to the balanced variables.
     fn scale(&self) -> SVector<R, 10> {
         SVector::from_fn(|k, _| match k {
             0 => R::one(),
@@ -307,7 +306,7 @@ impl<R: Real> Regression<R> {
     }
 }
 
-/// The factor of the covariance of a hit's equations; none when all are believed alike.
+/// Factor of the covariance of a hit's equations; `None` for equal weights.
 fn weight_factor<R: Real>(
     weighting: &Weighting<R>,
     hit: &Hit<R>,
@@ -333,8 +332,8 @@ fn whiten_both_sides<R: Real>(factor: &Triangle6<R>, weight: &Matrix6<R>) -> Mat
     Matrix6::from_fn(|i, j| rows[i][j])
 }
 
-/// Covariance of theta from the scatter of the hits, everything in balanced variables until the
-/// end. `Aⱼᵀ Wⱼ Aⱼ` is summed over the hits and closed by `(Aᵀ A)⁻¹` from both sides.
+/// Covariance of theta from the scatter of the hits, in balanced variables until the end. `Aⱼᵀ Wⱼ Aⱼ` is
+/// summed over the hits and multiplied by `(Aᵀ A)⁻¹` on both sides.
 fn covariance<R: Real, const S: usize>(
     regression: &Regression<R>,
     body: &RigidBody<R>,
@@ -354,7 +353,7 @@ fn covariance<R: Real, const S: usize>(
         center_of_mass: body.center_of_mass / length,
         inertia: body.inertia / (length * length),
     };
-    // From readings to balanced forces, transposed.
+    // The transposed map from readings to balanced forces.
     let mut forces = inverse.transposed;
     forces.0.iter_mut().skip(3).for_each(|column| column.scale_mut(length));
     let forces = forces.times_matrix(&balanced.mass_matrix());
@@ -381,7 +380,7 @@ fn close<R: Real>(
     balanced: &RigidBody<R>,
     mut sum: SMatrix<R, 10, 10>,
 ) -> Option<SMatrix<R, 10, 10>> {
-    // (AᵀA)⁻¹ S (AᵀA)⁻¹: from the left, then from the right by symmetry.
+    // (AᵀA)⁻¹ S (AᵀA)⁻¹: applied on the left, then on the right by symmetry.
     for _side in 0..2 {
         if !regression.equations.solve_normal(&mut sum.data.0) {
             return None;
@@ -401,7 +400,7 @@ fn close<R: Real>(
     all_finite(&sum).then_some(sum)
 }
 
-/// `sum += Aᵀ W A` for the six rows of one hit; the zeros of A are skipped.
+/// `sum += Aᵀ W A` for the six rows of one hit; zeros of A are skipped.
 fn add_congruence<R: Real>(sum: &mut SMatrix<R, 10, 10>, rows: &[[R; 10]; 6], weight: &Matrix6<R>) {
     let zero = R::zero();
     for (i, left) in rows.iter().enumerate() {
@@ -422,7 +421,7 @@ fn add_congruence<R: Real>(sum: &mut SMatrix<R, 10, 10>, rows: &[[R; 10]; 6], we
     }
 }
 
-/// Refuses what no arithmetic can repair.
+/// Refuses a layout or data that are not finite, and hits that the layout does not have.
 fn check_data<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -438,7 +437,7 @@ fn rank_deficient(sensors: usize, rank: usize) -> Diagnostics {
     if sensors < 3 {
         found = fatal::<f32>(Code::FewerThanThreeSensors, sensors as f32);
     } else if rank == 5 {
-        // Three triaxial sensors miss one motion only: the rotation about the line that they stand on.
+        // Three triaxial sensors miss only one motion: the rotation about the line through them.
         found = fatal::<f32>(Code::SensorsCollinear, 0.0);
     }
     let deficient = Diagnostic::whole(Code::ResponseRankDeficient, Severity::Error, rank as f32);
@@ -446,13 +445,13 @@ fn rank_deficient(sensors: usize, rank: usize) -> Diagnostics {
     found
 }
 
-/// What is to be said about an answer.
+/// Adds the diagnostics of an answer.
 fn comment<R: Real, const S: usize, const H: usize>(
     estimate: &mut Estimate<R>,
     layout: &Layout<R, S, H>,
 ) {
     let mut push_diagnostic = |code, severity, value: R| {
-        // Four at most.
+        // At most four are pushed.
         let _ = estimate.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));
     };
     if !estimate.body.is_physically_consistent() {

@@ -1,7 +1,7 @@
-//! What each hit DOF and each sensor does to the answer: the fit without it.
+//! Influence of each hit DOF and each sensor on the answer, from the fit without it.
 //!
-//! A subject that moves the answer by much more than its share, or without which the data suddenly
-//! agree with their budget, is where to look first.
+//! Look first at a subject that changes the answer by much more than its share, or without which the data
+//! suddenly agree with their error budget.
 
 use heapless::Vec;
 use nalgebra::SVector;
@@ -12,7 +12,7 @@ use crate::Real;
 use crate::layout::Layout;
 use crate::responses::{ResponseSquare, Responses};
 
-/// What is left out.
+/// A hit DOF or sensor that is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// A hit DOF, by its index in the layout.
@@ -21,30 +21,30 @@ pub enum Subject {
     Sensor(usize),
 }
 
-/// What leaving a subject out changes.
+/// Effect of leaving a subject out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Influence<R> {
     /// What is left out.
     pub subject: Subject,
     /// The inertial parameters without it minus those with it, in standard deviations with it.
     pub shift: SVector<R, 10>,
-    /// Largest standard deviation without it over that with it: what it is worth.
+    /// Largest ratio of a standard deviation without the subject to that with it: the benefit of the subject.
     pub worth: R,
-    /// How much of χ² goes with it, and how many equations.
+    /// Reduction of χ² and of the number of equations without the subject.
     pub share: Consistency<R>,
 }
 
 impl<R: Real> Influence<R> {
-    /// The largest shift of the ten, in standard deviations.
+    /// Largest absolute shift of the ten properties, in standard deviations.
     pub fn largest_shift(&self) -> R {
         self.shift.amax()
     }
 }
 
-/// The influence of every hit DOF and sensor on a maximum likelihood answer; a subject without which
-/// there is no answer is missing. `workspace` as for [`solve`], `act` is called with each.
+/// Calls `act` with the influence of every hit DOF and sensor on a maximum likelihood answer. Subjects
+/// without which there is no answer are left out. `workspace` as for [`solve`].
 ///
-/// Of three hits none can be left out (theory, section 4), so with three hits only the sensors are reported.
+/// With only three hits none can be left out (theory, section 4), so only the sensors are reported.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -57,7 +57,7 @@ impl<R: Real> Influence<R> {
 /// let mut sensors = 0;
 /// influences(&layout, &dofs, &whole, &mut memory, |found| {
 ///     assert!(matches!(found.subject, Subject::Sensor(_)));
-///     // Nothing is wrong with any of them, and each is worth having.
+///     // The data are exact, and every subject contributes.
 ///     assert!(found.largest_shift() < 0.01 && found.worth > 1.0);
 ///     sensors += 1;
 /// });

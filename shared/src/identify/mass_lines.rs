@@ -15,13 +15,13 @@ use crate::responses::{ResponseSquare, Responses};
 pub struct MassLines<R, const S: usize> {
     /// Accelerance A of every response, averaged over the hits, (m/s²)/N; zero beyond the last.
     pub accelerance: Responses<R, S>,
-    /// Standard deviation of each averaged accelerance by the noise of the spectral lines about the
-    /// fit, corrected by [`window_correlation`](crate::mass_line::window_correlation), (m/s²)/N:
-    /// placement is not in it, as it moves all lines together. Zero when not known.
+    /// Standard deviation of each averaged accelerance due to the noise of the spectral lines about the fit,
+    /// corrected by [`window_correlation`](crate::mass_line::window_correlation), (m/s²)/N. It does not
+    /// include placement errors, which change all lines together. Zero when unknown.
     pub noise: Responses<R, S>,
     /// Sample covariance of the single hits' accelerances, ((m/s²)/N)².
     pub scatter: ResponseSquare<R, S>,
-    /// Hits averaged.
+    /// Number of hits averaged.
     pub hits: u16,
 }
 
@@ -29,12 +29,12 @@ pub struct MassLines<R, const S: usize> {
 pub type DofMassLines<R, const S: usize> = (usize, MassLines<R, S>);
 
 impl<R: Real, const S: usize> MassLines<R, S> {
-    /// Of accelerances of which neither noise nor scatter is known.
+    /// Mass lines from accelerances of unknown noise and scatter.
     pub fn without_scatter(accelerance: Responses<R, S>) -> Self {
         Self { accelerance, noise: Responses::zeros(), scatter: ResponseSquare::zeros(), hits: 1 }
     }
 
-    /// The same with the standard deviations of the noise.
+    /// The same with these standard deviations of the noise.
     pub fn with_noise(self, noise: Responses<R, S>) -> Self {
         Self { noise, ..self }
     }
@@ -50,7 +50,7 @@ impl<R: Real, const S: usize> MassLines<R, S> {
         }
     }
 
-    /// The same with room for another number of sensors; the readings of those that find none are left out.
+    /// The same with room for another number of sensors; readings of sensors beyond it are left out.
     pub fn resized<const T: usize>(&self) -> MassLines<R, T> {
         let of = |readings: &Responses<R, S>| {
             Responses::from_fn(|axis, i| readings.get((axis, i)).copied().unwrap_or_else(R::zero))
@@ -65,9 +65,9 @@ impl<R: Real, const S: usize> MassLines<R, S> {
         }
     }
 
-    /// From stored numbers: as many accelerances and standard deviations of their noise as there are
-    /// responses, and the lower triangle of the scatter row by row. Noise and scatter are empty when
-    /// they are not known. `None` when they do not fit together.
+    /// Converts stored numbers: one accelerance and one standard deviation of its noise for each response,
+    /// and the lower triangle of the scatter row by row. Noise and scatter are empty when unknown. `None`
+    /// when the lengths do not match.
     pub fn from_parts(accelerance: &[R], noise: &[R], lower: &[R], hits: u16) -> Option<Self> {
         let count = accelerance.len();
         let fits = |length, whole| length == 0 || length == whole;
@@ -98,7 +98,7 @@ impl<R: Real, const S: usize> MassLines<R, S> {
 /// }
 /// let lines = hits.mass_lines();
 /// assert!((lines.accelerance[1] - 2.0).abs() < 1e-12);
-/// // The sample variance of x is 0.01, and y moves with it, twice as far.
+/// // The sample variance of x is 0.01, and y varies with it by twice as much.
 /// assert!((lines.scatter[(0, 0)] - 0.01).abs() < 1e-12);
 /// assert!((lines.scatter[(1, 0)] - 0.02).abs() < 1e-12);
 /// ```
@@ -111,7 +111,7 @@ pub struct ScatterAccumulator<R, const S: usize> {
 }
 
 impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
-    /// Without hits.
+    /// An accumulator without hits.
     pub fn new() -> Self {
         Self { mean: Responses::zeros(), outer: ResponseSquare::zeros(), hits: 0 }
     }
@@ -133,7 +133,7 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
         }
     }
 
-    /// Hits added.
+    /// Number of hits added.
     pub fn hits(&self) -> u16 {
         self.hits
     }
@@ -154,12 +154,12 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
         self.outer.map(|v| v / degrees_of_freedom)
     }
 
-    /// The mass lines with the mean of the single hits as accelerance, of unknown noise.
+    /// Mass lines whose accelerance is the mean of the single hits, with unknown noise.
     pub fn mass_lines(&self) -> MassLines<R, S> {
         self.mass_lines_at(self.mean)
     }
 
-    /// The mass lines with an accelerance from averaged spectra, of unknown noise.
+    /// Mass lines whose accelerance comes from averaged spectra, with unknown noise.
     pub fn mass_lines_at(&self, accelerance: Responses<R, S>) -> MassLines<R, S> {
         let scatter = self.covariance();
         MassLines { scatter, hits: self.hits, ..MassLines::without_scatter(accelerance) }
@@ -172,14 +172,14 @@ impl<R: Real, const S: usize> Default for ScatterAccumulator<R, S> {
     }
 }
 
-/// Walks DOFs without copying them.
+/// Iterates over DOFs without copying them.
 pub(crate) fn by_reference<R, const S: usize>(
     dofs: &[DofMassLines<R, S>],
 ) -> impl Iterator<Item = (usize, &MassLines<R, S>)> + Clone {
     dofs.iter().map(|(index, lines)| (*index, lines))
 }
 
-/// Errors for every DOF that the layout does not have, and for numbers that are not finite.
+/// Errors for every DOF that the layout does not have and for numbers that are not finite.
 pub(crate) fn check_mass_lines<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -195,13 +195,13 @@ pub(crate) fn check_mass_lines<R: Real, const S: usize, const H: usize>(
         } else {
             continue;
         };
-        // Sixteen are enough to say.
+        // There is room for sixteen diagnostics; any others are dropped.
         let _ = found.push(Diagnostic::about(code, Severity::Error, Subject::hit(*index), 0.0));
     }
     if found.is_empty() { Ok(()) } else { Err(found) }
 }
 
-/// The lower triangle of the first `count` rows of a symmetric matrix, row by row, as it is stored.
+/// Lower triangle of the first `count` rows of a symmetric matrix, row by row, for storage.
 pub fn lower_triangle<R: Real>(
     matrix: &impl Index<(usize, usize), Output = R>,
     count: usize,
@@ -209,7 +209,7 @@ pub fn lower_triangle<R: Real>(
     lower_places().take(count * (count + 1) / 2).map(|place| matrix[place])
 }
 
-/// The symmetric matrix of a lower triangle as stored; `None` unless it is complete and no more.
+/// The symmetric matrix of a stored lower triangle; `None` unless the length is exact.
 pub fn symmetric<R: Real, const N: usize>(lower: &[R]) -> Option<SMatrix<R, N, N>> {
     if lower.len() != N * (N + 1) / 2 {
         return None;
@@ -222,7 +222,7 @@ pub fn symmetric<R: Real, const N: usize>(lower: &[R]) -> Option<SMatrix<R, N, N
     Some(matrix)
 }
 
-/// Rows and columns of a lower triangle, row by row, without end.
+/// Endless iterator over rows and columns of a lower triangle, row by row.
 pub(super) fn lower_places() -> impl Iterator<Item = (usize, usize)> {
     (0..).flat_map(|i| (0..=i).map(move |j| (i, j)))
 }
@@ -303,7 +303,7 @@ mod tests {
         let mut sums = ScatterAccumulator::<f64, 1>::new();
         sums.add(&Responses::from([[3.0, 3.9, 0.0]]));
         sums.add(&Responses::from([[3.0, 4.1, 0.0]]));
-        // Two hits 0.1 from their mean.
+        // Two hits, each 0.1 from their mean.
         assert!((sums.scatter_squared() - 0.02).abs() < 1e-15);
     }
 

@@ -1,4 +1,4 @@
-//! What a method of identification is: what its file states about itself, and how it is carried out.
+//! The interface of an identification method: the description in its file, and how it is run.
 
 use crate::Real;
 use crate::body::RigidBody;
@@ -7,34 +7,34 @@ use crate::diagnosis::{Code, Diagnostics};
 use super::observations::{Observations, SpectrumBins};
 use super::{Estimate, IdentifySettings};
 
-/// What a method observes.
+/// The kind of data that a method uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Observable {
     /// One accelerance for each response and hit DOF.
     MassLines,
-    /// Frequency responses, line by line.
+    /// Frequency responses at every spectral line.
     SpectrumBins,
 }
 
-/// What the file of a method states about it.
+/// Description of a method, given in its file.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     /// Name in reports, files and JSON.
     pub name: &'static str,
-    /// Name as an argument of a command.
+    /// Name as a command-line argument.
     pub short_name: &'static str,
     /// Title on a screen of 21 characters.
     pub title: &'static str,
-    /// What it is, in one line of help.
+    /// Description in one line of help.
     pub summary: &'static str,
-    /// What it observes.
+    /// The data that it uses.
     pub observes: Observable,
-    /// True for a method that answers only when it is asked for by name.
+    /// True for a method that runs only when it is requested by name.
     pub on_request: bool,
-    /// True when a layout of which a code is reported gives the method no answer; the flag says that priors
-    /// make up for the hits.
+    /// Whether a layout with this code rules out the method; the flag is true when priors compensate for the
+    /// hits.
     pub is_blocked: fn(Code, bool) -> bool,
-    /// Numbers of workspace for so many sensors and spectral lines.
+    /// Size of the workspace for this number of sensors and spectral lines.
     pub workspace: fn(sensors: usize, lines: usize) -> usize,
 }
 
@@ -43,29 +43,29 @@ pub struct Entry {
 pub enum Progress {
     /// Another step is needed.
     Going,
-    /// There is nothing left to be done.
+    /// The method is finished.
     Done,
 }
 
-/// A method that is being carried out, in steps between which other work can be done. A step of a method
-/// that observes mass lines is at most a million instructions on a rig.
+/// A running method, in steps between which other work can be done. A step of a method that uses mass lines
+/// is at most a million instructions on a rig.
 pub(super) trait Solver<R: Real>: Sized {
-    /// Checks layout and data and chooses the start. `start` is the answer of another method where there
-    /// is one, without what hangs on the object.
+    /// Checks layout and data, and chooses the start. `start` is the answer of another method, if there is
+    /// one, without the attached bodies.
     fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
         observed: &Observations<'_, R, S, H, L>,
         settings: &IdentifySettings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics>;
 
-    /// One step. What it leaves in the workspace is what the next begins with.
+    /// Runs one step. The workspace must be passed on unchanged to the next step.
     fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
         workspace: &mut [R],
     ) -> Result<Progress, Diagnostics>;
 
-    /// The answer, once no step is needed any more.
+    /// Returns the answer once no further step is needed.
     fn finish<const S: usize, const H: usize, L: SpectrumBins<R>>(
         &mut self,
         observed: &Observations<'_, R, S, H, L>,
@@ -73,45 +73,45 @@ pub(super) trait Solver<R: Real>: Sized {
     ) -> Result<Estimate<R>, Diagnostics>;
 }
 
-/// Makes [`Method`](super::Method) and its dispatch from the list of methods: variant, number and module,
-/// the best method first. The module has an `ENTRY` and a `Solver`.
+/// Generates [`Method`](super::Method) and its dispatch from the list of methods: variant, number and module,
+/// best method first. The module must contain an `ENTRY` and a `Solver`.
 macro_rules! methods {
     ($($(#[$doc:meta])* $variant:ident = $number:literal in $module:ident;)*) => {
         /// How the ten properties were identified.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Method { $($(#[$doc])* $variant),* }
 
-        /// How many methods there are.
+        /// Number of methods.
         pub const METHODS: usize = [$($number),*].len();
 
         impl Method {
-            /// Every method, the best first.
+            /// Every method, best first.
             pub const ALL: [Self; METHODS] = [$(Self::$variant),*];
 
-            /// What its file states about it.
+            /// Description given in the method's file.
             pub const fn entry(self) -> Entry {
                 match self { $(Self::$variant => $module::ENTRY),* }
             }
 
-            /// The number that stands for it in stored results. Never changed.
+            /// Number of the method in stored results; never changes.
             pub const fn number(self) -> u8 {
                 match self { $(Self::$variant => $number),* }
             }
         }
 
-        /// A method that is being carried out. No method is all zeros, so that a static one takes no room in
-        /// an image.
+        /// The running method. The variant without a method is all zeros, so a static value takes no room in
+        /// the image.
         #[derive(Clone, Debug)]
         #[repr(u8)]
         #[expect(clippy::large_enum_variant, reason = "one is carried out at a time, without an allocator")]
         enum Running<R> {
-            /// None.
+            /// No method is running.
             No,
             $($(#[$doc])* $variant($module::Solver<R>)),*
         }
 
         impl<R> Running<R> {
-            /// Which method it is.
+            /// The running method.
             fn method(&self) -> Option<Method> {
                 match self {
                     Self::No => None,

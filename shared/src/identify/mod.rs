@@ -1,8 +1,8 @@
-//! From what a test has observed to the ten rigid body properties with their covariance.
+//! Identifies the ten rigid body properties with their covariance from the observations of a test.
 //!
-//! [`identify`] is the one door: it takes [`Observations`] and the wanted [`Method`]s, and gives a list of
-//! [`Estimate`]s. A method is one file with an [`Entry`] and a solver, and one line in the list below; what
-//! shows or stores answers reads that list.
+//! [`identify`] is the entry point: it takes [`Observations`] and the requested [`Method`]s, and returns a
+//! list of [`Estimate`]s. A method is one file with an [`Entry`] and a solver, and one line in the list
+//! below; programs that show or store answers read that list.
 
 pub mod global_fit;
 pub mod inertia_restraint;
@@ -45,10 +45,10 @@ method::methods! {
     GlobalFit = 3 in global_fit;
 }
 
-/// Choices that a caller may make; the defaults are those of a rig.
+/// Settings that a caller may choose; the defaults are those of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IdentifySettings<R> {
-    /// How the inertia restraint method sets up its equations.
+    /// Settings of the inertia restraint method.
     pub inertia_restraint: inertia_restraint::InertiaRestraintSettings<R>,
 }
 

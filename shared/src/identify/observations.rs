@@ -1,4 +1,4 @@
-//! What a test has observed: the input of every method.
+//! The observations of a test, input of every method.
 
 use nalgebra::Complex;
 
@@ -6,19 +6,19 @@ use super::mass_lines::DofMassLines;
 use crate::Real;
 use crate::layout::Layout;
 
-/// What a test has observed under a layout.
+/// The observations of a test under a layout.
 #[derive(Debug)]
 pub struct Observations<'a, R, const S: usize, const H: usize, L = NoSpectrumBins> {
-    /// Sensors, hits, error budget.
+    /// Layout with sensors, hits and error budget.
     pub layout: &'a Layout<R, S, H>,
-    /// Mass lines of the hit DOFs that were measured, with their index in the layout.
+    /// Mass lines of the measured hit DOFs, with their index in the layout.
     pub mass_lines: &'a [DofMassLines<R, S>],
-    /// Spectral lines, where they are kept.
+    /// Spectral lines, where they are stored.
     pub spectrum_bins: L,
 }
 
 impl<'a, R, const S: usize, const H: usize> Observations<'a, R, S, H> {
-    /// Mass lines and no spectral lines: what a rig has.
+    /// Observations with mass lines and without spectral lines, as on a rig.
     pub fn of_mass_lines(
         layout: &'a Layout<R, S, H>,
         mass_lines: &'a [DofMassLines<R, S>],
@@ -27,14 +27,13 @@ impl<'a, R, const S: usize, const H: usize> Observations<'a, R, S, H> {
     }
 }
 
-/// Where spectral lines come from. A program that only has [`NoSpectrumBins`] carries no code that fits
-/// them.
+/// Source of spectral lines. A program that uses only [`NoSpectrumBins`] contains no code for fitting them.
 pub trait SpectrumBins<R> {
-    /// The frequency responses of the test, where there are any.
+    /// The frequency responses of the test, if there are any.
     fn responses(&self) -> Option<&FrequencyResponses<'_, R>>;
 }
 
-/// No spectral lines are kept.
+/// Source without spectral lines.
 #[derive(Clone, Copy, Debug)]
 pub struct NoSpectrumBins;
 
@@ -48,15 +47,15 @@ impl<R> SpectrumBins<R> for NoSpectrumBins {
 /// Frequency responses of a whole test.
 #[derive(Clone, Copy, Debug)]
 pub struct FrequencyResponses<'a, R> {
-    /// Hz.
+    /// Frequencies, Hz.
     frequencies: &'a [R],
-    /// (m/s²)/N.
+    /// Accelerances, (m/s²)/N.
     accelerance: &'a [Complex<R>],
     channels: usize,
     hits: usize,
     /// σ of the exponential window on the records, 1/s.
     pub decay: R,
-    /// What standard deviations are multiplied by because the window correlates neighbouring lines:
+    /// Factor on standard deviations because the window correlates neighbouring lines:
     /// [`window_correlation`](crate::mass_line::window_correlation).
     pub correlation: R,
 }
@@ -68,8 +67,9 @@ impl<R> SpectrumBins<R> for FrequencyResponses<'_, R> {
 }
 
 impl<'a, R: Real> FrequencyResponses<'a, R> {
-    /// Of accelerances `[line][channel][hit]` in (m/s²)/N at the frequencies of the lines, Hz, from records
-    /// without a window. `None` when their number is not that of lines, channels and hits.
+    /// Frequency responses from accelerances `[line][channel][hit]` in (m/s²)/N and the frequencies of the
+    /// lines in Hz, for records without a window. `None` when the number of accelerances is not that of
+    /// lines, channels and hits.
     pub fn new(
         frequencies: &'a [R],
         accelerance: &'a [Complex<R>],
@@ -81,8 +81,8 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
         whole.then_some(Self { frequencies, accelerance, channels, hits, decay, correlation })
     }
 
-    /// The same from records with an exponential window of this decay rate, 1/s, which correlates
-    /// neighbouring lines by this factor.
+    /// The same for records with an exponential window of this decay rate, 1/s, which correlates neighbouring
+    /// lines by this factor.
     pub fn windowed(self, decay: R, correlation: R) -> Self {
         Self { decay, correlation, ..self }
     }
@@ -92,12 +92,12 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
         self.frequencies
     }
 
-    /// Response channels.
+    /// Number of response channels.
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// Hit DOFs.
+    /// Number of hit DOFs.
     pub fn hits(&self) -> usize {
         self.hits
     }

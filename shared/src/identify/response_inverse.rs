@@ -1,4 +1,4 @@
-//! From readings to the motion of the body: the pseudo-inverse of the response matrix.
+//! Computes the motion of the body from the readings by the pseudo-inverse of the response matrix.
 
 use nalgebra::{SVector, Vector6};
 
@@ -23,17 +23,17 @@ use crate::responses::{ResponseRows, Responses};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResponseInverse<R, const S: usize> {
-    /// Its transpose: takes readings in m/s² to [a in m/s²; α in rad/s²]. All zero when the rank is below
-    /// six.
+    /// Transpose of `G⁺`, which maps readings in m/s² to [a in m/s²; α in rad/s²]. All zero when the rank is
+    /// below six.
     pub transposed: ResponseRows<R, S, 6>,
     /// Rank of `G diag(1, 1, 1, 1/L, 1/L, 1/L)`.
     pub rank: usize,
-    /// Its condition; infinite when the smallest singular value is zero.
+    /// Condition of that matrix; infinite when the smallest singular value is zero.
     pub condition: R,
 }
 
 impl<R: Real, const S: usize> ResponseInverse<R, S> {
-    /// Of a response matrix; `length` is L in m. `None` when a number is not finite.
+    /// Inverts a response matrix; `length` is L in m. `None` when a number is not finite.
     pub fn new(response: &ResponseRows<R, S, 6>, length: R) -> Option<Self> {
         let mut q = *response;
         q.0.iter_mut().skip(3).for_each(|column| column.unscale_mut(length));
@@ -53,16 +53,16 @@ impl<R: Real, const S: usize> ResponseInverse<R, S> {
         Some(Self { transposed, rank, condition })
     }
 
-    /// `[a; α]` in least squares of the readings of one hit.
+    /// Least squares motion `[a; α]` from the readings of one hit.
     pub fn motion(&self, readings: &Responses<R, S>) -> Vector6<R> {
         Vector6::from_fn(|i, _| self.transposed.0[i].dot(readings))
     }
 }
 
-/// Replaces the columns by orthonormal ones and gives the triangular factor. Gram-Schmidt with a
-/// second pass where a column loses more than half of its square is as good as Householder (Giraud
-/// et al. 2005) and leaves Q explicit. A dependent
-/// column becomes zero or leaves rounding in the factor, which its singular values show.
+/// Replaces the columns by orthonormal ones and returns the triangular factor. Gram-Schmidt with a second
+/// pass where a column loses more than half of its square is as good as Householder (Giraud et al. 2005) and
+/// leaves Q explicit. A dependent column becomes zero or leaves rounding in the factor, which its singular
+/// values show.
 fn orthonormalise<R: Real, const S: usize>(q: &mut ResponseRows<R, S, 6>) -> [[R; 6]; 6] {
     let mut factor = [[R::zero(); 6]; 6];
     for k in 0..6 {
@@ -112,7 +112,7 @@ mod tests {
         let g = layout.response_matrix(&Vector3::zeros());
         let inverse = ResponseInverse::new(&g, layout.characteristic_length()).unwrap();
         assert_eq!(inverse.rank, 6);
-        // Rounding times the condition, 4.
+        // The tolerance covers rounding times the condition, 4.
         let product = Matrix6::from_fn(|i, j| inverse.transposed.0[i].dot(&g.0[j]));
         assert!((product - Matrix6::identity()).norm() < 1e-14);
         // A pseudo-inverse projects orthogonally: G G⁺ is symmetric.

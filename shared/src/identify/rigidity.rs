@@ -1,9 +1,9 @@
-//! Do the readings of all sensors belong to one rigid motion?
+//! Checks whether the readings of all sensors fit one rigid motion.
 //!
-//! Nine readings of three triaxial sensors come from six motions, so three combinations of them must
-//! vanish: the distances between the sensors do not change. A sensor that is turned, has a wrong gain
-//! or has come loose shows in these, unless the fault is in the three readings normal to the plane of
-//! the sensors: those have no redundancy, and such a fault passes for a rotation.
+//! Nine readings of three triaxial sensors come from six motions, so three combinations of them must vanish:
+//! the distances between the sensors do not change. These combinations reveal a sensor that is rotated, has a
+//! wrong gain or has come loose, unless the fault is in the three readings normal to the plane of the
+//! sensors: those have no redundancy, and such a fault looks like a rotation.
 
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -13,15 +13,15 @@ use crate::Real;
 use crate::layout::Layout;
 use crate::responses::Responses;
 
-/// From this residual on, a sensor does not move with the others.
+/// With a residual above this, a sensor does not move with the others.
 ///
-/// Parts with 1 % cross-axis sensitivity and 0.5 % gain that sit within 1 mm and 10 mrad leave 1 %; a
-/// reversed axis or swapped cables leave 20 % and more.
+/// Sensors with 1 % cross-axis sensitivity, 0.5 % gain error, 1 mm position error and 10 mrad rotation leave
+/// 1 %; a reversed axis or swapped cables leave 20 % and more.
 pub const NOT_RIGID: f64 = 0.08;
 
-/// The part of each sensor in the residual of the best rigid motion, `|(A − G G⁺ A)_i| / |A|`, of the
-/// mass lines `accelerance` of one hit DOF, (m/s²)/N. `None` when the sensors do not tell all six
-/// motions, or a number is not finite. G as in theory, section 2; G⁺ as in section 3.
+/// The part of each sensor in the residual of the best rigid motion, `|(A − G G⁺ A)_i| / |A|`, of the mass
+/// lines `accelerance` of one hit DOF, (m/s²)/N. `None` when the sensors do not determine all six motions, or
+/// a number is not finite. G as in theory, section 2; G⁺ as in section 3.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -66,7 +66,7 @@ mod tests {
     fn a_rigid_motion_leaves_nothing() {
         for hit in 0..3 {
             let left = rigid_residuals(&bar_layout(), &readings(hit)).unwrap();
-            // Rounding.
+            // The tolerance covers rounding.
             assert!(left.len() == 3 && left.iter().all(|&part| part < 1e-13), "{left:?}");
         }
     }

@@ -1,10 +1,10 @@
-//! Plain mistakes that a person makes once: a reversed axis, swapped cables, a sensor glued turned, a
-//! hit at the wrong node. Each is a layout other than the nominal one, so each can be tested
-//! by fitting that one to the same data and comparing χ².
+//! Single mistakes of a person: a reversed axis, swapped cables, a sensor glued on rotated, a hit at the
+//! wrong node. Each corresponds to a layout other than the nominal one, so it can be tested by fitting that
+//! layout to the same data and comparing χ².
 //!
-//! A rigid body leaves nine readings of a hit three checks, and none of them knows the readings
-//! normal to the plane of three sensors: a single hit does not show every mistake. All hits together
-//! show most, because one body has to answer them all.
+//! For a rigid body, nine readings of a hit satisfy three conditions, none of which involves the readings
+//! normal to the plane of three sensors: a single hit does not reveal every mistake. All hits together reveal
+//! most, because one body has to explain them all.
 
 use nalgebra::SVector;
 
@@ -15,24 +15,24 @@ use crate::Real;
 use crate::body::RigidBody;
 use crate::layout::{Axis, Layout, Sign};
 
-/// By so much χ² has to fall for a mistake to be believed, and to exclude another one: what chance
-/// gives one unknown in one of a thousand tests.
+/// χ² must fall by this much for a mistake to be accepted, and to exclude another one: the value that chance
+/// exceeds for one unknown in one of a thousand tests.
 pub const DECISIVE: f64 = 10.83;
-/// Standard deviation of the hammer's gain that lets a common scale be anything, relative.
+/// Standard deviation of the hammer's gain that leaves a common scale free, relative.
 const ANY_SCALE: f64 = 1.0;
 
-/// What each axis of a sensor reads instead of itself: a signed permutation of the axes.
+/// The axis that each axis of a sensor actually reads: a signed permutation of the axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisMap(pub [(Sign, Axis); 3]);
 
-/// One mistake; sensors and hits are indices of the layout.
+/// A single mistake; sensors and hits are indices of the layout.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SingleFault<R> {
-    /// A sensor is glued turned, or wired with axes reversed or swapped.
+    /// A sensor is glued on rotated, or wired with axes reversed or swapped.
     SensorAxes {
         /// The sensor.
         sensor: usize,
-        /// What its axes read.
+        /// The axes that it reads.
         reads: AxisMap,
     },
     /// The cables of two sensors are swapped.
@@ -46,7 +46,7 @@ pub enum SingleFault<R> {
         hit: usize,
         /// The node that was hit.
         node: u16,
-        /// Where it lies, body frame, m.
+        /// Position of that node, body frame, m.
         position: [R; 3],
     },
     /// A DOF was hit from the other side.
@@ -54,8 +54,8 @@ pub enum SingleFault<R> {
         /// The DOF.
         hit: usize,
     },
-    /// All accelerances are too large or too small by one factor. Hammer and all sensors together
-    /// cannot be told apart, and only something known of the object shows it.
+    /// All accelerances are too large or too small by one factor. Hammer and sensors cannot be distinguished,
+    /// and only prior knowledge of the object reveals the mistake.
     CommonScale,
 }
 
@@ -64,7 +64,7 @@ pub enum SingleFault<R> {
 pub struct Explained<R> {
     /// χ² of the fit under the mistake.
     pub consistency: Consistency<R>,
-    /// Of a common scale: the accelerances over what they should be.
+    /// For a common scale: the accelerances over their true values.
     pub scale: Option<Estimated<R>>,
 }
 
@@ -72,18 +72,18 @@ impl AxisMap {
     const IDENTITY: Self =
         Self([(Sign::Plus, Axis::X), (Sign::Plus, Axis::Y), (Sign::Plus, Axis::Z)]);
 
-    /// What a mistake with one sensor can make of its axes: one reversed, two swapped, or one of the
-    /// 23 turns by which a cube comes to rest otherwise.
+    /// The axis maps that one mistake with a sensor can produce: one axis reversed, two swapped, or one of
+    /// the 23 rotations of a cube onto itself.
     pub fn mistakes() -> impl Iterator<Item = Self> {
         Self::all().filter(|map| {
             let reversed = map.0.iter().filter(|(sign, _)| *sign == Sign::Minus).count();
             let moved = map.0.iter().zip(Axis::ALL).filter(|((_, of), axis)| of != axis).count();
-            // Of the improper ones only those that are one mistake.
+            // Of the improper maps, only those that a single mistake produces.
             *map != Self::IDENTITY && (map.is_turn() || reversed + moved / 2 == 1)
         })
     }
 
-    /// All 48.
+    /// All 48 axis maps.
     fn all() -> impl Iterator<Item = Self> {
         const ORDERS: [[usize; 3]; 6] =
             [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
@@ -97,7 +97,7 @@ impl AxisMap {
         })
     }
 
-    /// True for a turn of the sensor, false for a mirror image.
+    /// True for a rotation of the sensor, false for a mirror image.
     pub fn is_turn(&self) -> bool {
         let [x, y, z] = self.0.map(|(_, axis)| axis.index());
         let even = (y + 3 - x) % 3 == 1 && (z + 3 - y) % 3 == 1;
@@ -111,9 +111,8 @@ impl AxisMap {
 }
 
 impl<R: Real> SingleFault<R> {
-    /// Every mistake that could have been made in a test; `nodes` are the points that could have been
-    /// hit. [`SingleFault::CommonScale`] is among them when something known of the object could show
-    /// it.
+    /// Every mistake that could have been made in a test; `nodes` are the points that could have been hit.
+    /// [`SingleFault::CommonScale`] is included when prior knowledge of the object can reveal it.
     pub fn all<'a, const S: usize, const H: usize>(
         layout: &'a Layout<R, S, H>,
         nodes: &'a [(u16, [R; 3])],
@@ -135,8 +134,7 @@ impl<R: Real> SingleFault<R> {
         axes.chain(cables).chain(hits).chain(scale)
     }
 
-    /// The layout that the mistake has made of the nominal one; `None` when it has no such
-    /// sensor or hit.
+    /// The nominal layout with this mistake; `None` when it does not have the sensor or hit.
     pub fn applied<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
@@ -165,10 +163,10 @@ impl<R: Real> SingleFault<R> {
         Some(layout)
     }
 
-    /// Fits the layout that the mistake has made to the data. `workspace` as for
-    /// [`maximum_likelihood::solve`]. `None` when that fit has no answer.
+    /// Fits the layout with this mistake to the data. `workspace` as for [`maximum_likelihood::solve`].
+    /// `None` when that fit has no answer.
     ///
-    /// A mistake is believed when χ² falls by more than [`DECISIVE`] under it.
+    /// The mistake is accepted when χ² falls by more than [`DECISIVE`].
     ///
     /// ```
     /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -200,10 +198,9 @@ impl<R: Real> SingleFault<R> {
         })
     }
 
-    /// χ² in the mean that the layout as it was meant would have if this mistake had been made with
-    /// `body`, the object alone: near its degrees of freedom when the data do not show the mistake.
-    /// `dofs` tell how many hits were averaged, and their noise. `None` when the fit has no answer,
-    /// which shows that something is wrong.
+    /// Expected χ² of the nominal layout if this mistake had been made with `body`, the object alone: near
+    /// its degrees of freedom when the data do not reveal the mistake. `dofs` supply the noise and the number
+    /// of hits averaged. `None` when the fit has no answer, which also reveals the mistake.
     pub fn shows<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
@@ -223,14 +220,14 @@ impl<R: Real> SingleFault<R> {
         }
         let solution = fit(layout, &readings, workspace)?;
         let Consistency { chi_squared, degrees_of_freedom } = solution.estimate.consistency?;
-        // Noise adds its mean.
+        // Noise adds its expected value.
         let chi_squared = chi_squared + R::of(f64::from(degrees_of_freedom));
         Some(Consistency { chi_squared, degrees_of_freedom })
     }
 }
 
-/// The maximum likelihood fit from the start of the linear method, where that has an answer, else from
-/// a crude one.
+/// The maximum likelihood fit, started from the linear method or, where that has no answer, from a crude
+/// start.
 fn fit<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -239,7 +236,7 @@ fn fit<R: Real, const S: usize, const H: usize>(
     maximum_likelihood::solve(layout, dofs, Start::InertiaRestraint, workspace).ok()
 }
 
-/// True when something is known of the object that a common scale would change: mass or inertia.
+/// True when there is prior knowledge that a common scale would contradict: mass or inertia.
 fn has_scale<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> bool {
     layout.priors.iter().any(|prior| !(1..4).contains(&prior.property))
 }

@@ -1,10 +1,10 @@
-//! How far each equation of a hit is believed.
+//! Weights of the equations of a hit.
 //!
-//! The force that acts is not quite the one that was meant: a hammer lands beside its mark and leans.
-//! Along the push the force is what the hammer says, across it and in the torques it is only known as
-//! well as the person hits. Equations that are weighted by that are 1.2 times better in the mean over
-//! the paper's four tests and 1.5 times in the worst property than equal ones, when hits scatter by
-//! 2 mm and 30 mrad; weights from 2 to 4 times those numbers do as well.
+//! The actual force differs from the nominal one: the hammer lands beside its mark and is tilted. Along the
+//! push the force is measured by the hammer; its transverse components and the torques are known only as well
+//! as the person hits. When hits scatter by 2 mm and 30 mrad, equations with these weights are on average 1.2
+//! times better over the paper's four tests than equal ones, and 1.5 times better in the worst property;
+//! weights from 2 to 4 times those numbers work equally well.
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
@@ -15,28 +15,28 @@ use crate::linalg::{cholesky, skew};
 /// The weights of the equations of the inertia restraint method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Weighting<R> {
-    /// All alike, as in the literature.
+    /// Equal weights, as in the literature.
     #[default]
     Equal,
-    /// By what placement leaves of each.
+    /// Weights from the placement errors.
     Placement(PlacementErrors<R>),
 }
 
-/// What a person with a hammer, and the responses, are expected to be off by: one standard deviation
-/// each. Only their ratios count.
+/// Expected errors of a person with a hammer and of the responses, as standard deviations. Only their ratios
+/// matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlacementErrors<R> {
-    /// Of one hit across its direction, m.
+    /// Position error of one hit across its direction, m.
     pub hit_position: R,
-    /// Of one hit about each axis across its direction, rad.
+    /// Direction error of one hit about each axis across its direction, rad.
     pub hit_direction: R,
-    /// Of the measured motion, times the mass matrix, over the force.
+    /// Error of the measured motion, times the mass matrix, over the force.
     pub response: R,
 }
 
 impl<R: Real> Default for PlacementErrors<R> {
-    /// The budget of the project's theory, section 9: 3 mm, 50 mrad; gain, cross-axis and rotation
-    /// of the sensors together make 2 %.
+    /// The budget of theory, section 9: 3 mm, 50 mrad; gain, cross-axis and rotation of the sensors together
+    /// give 2 %.
     fn default() -> Self {
         Self { hit_position: R::of(0.003), hit_direction: R::of(0.05), response: R::of(0.02) }
     }
@@ -54,7 +54,7 @@ impl<R: Real> PlacementErrors<R> {
         length: R,
         hits: u16,
     ) -> Option<Triangle6<R>> {
-        // With P = I − d dᵀ: P P = P and [d]ₓ P [d]ₓᵀ = P, so few products are left.
+        // With P = I − d dᵀ: P P = P and [d]ₓ P [d]ₓᵀ = P, so few products remain.
         let across = Matrix3::identity() - direction * direction.transpose();
         let lever = skew(&(arm / length));
         let turning = lever * across;
@@ -77,7 +77,7 @@ impl<R: Real> PlacementErrors<R> {
     }
 }
 
-/// A lower triangular matrix of six rows, row by row: a half of what nobody reads is not kept for every hit.
+/// A lower triangular matrix of six rows, row by row. The upper half would waste memory for every hit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Triangle6<R>([R; 21]);
 

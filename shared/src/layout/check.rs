@@ -1,6 +1,6 @@
-//! Diagnosis of a layout: can it determine the ten properties at all?
+//! Diagnosis of a layout: whether it can determine the ten properties at all.
 //!
-//! Every fact has a code; the thresholds stand with the codes in [`crate::diagnosis::Code`].
+//! Every fact has a code; the thresholds are documented with the codes in [`crate::diagnosis::Code`].
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -10,13 +10,13 @@ use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::linalg::{LeastSquares, Spectrum, symmetric_eigen3};
 
-/// What is below this part of its scale counts as nearly nothing: collinear, parallel, concurrent,
+/// Below this fraction of its scale a quantity counts as nearly zero: collinear, parallel, concurrent,
 /// through the centre of mass. 2 %.
 pub const NEARLY: f64 = 0.02;
-/// Axes may miss unit length and right angles by this: three digits of a typed direction. It costs
-/// 0.1 % of a reading.
+/// Tolerance for unit length and right angles of axes: three digits of a typed direction. It costs 0.1 % of a
+/// reading.
 pub const AXES_TOLERANCE: f64 = 1e-3;
-/// Sensors closer than this are in one point, m.
+/// Sensors closer together than this count as one point, m.
 const ONE_POINT: f64 = 1e-6;
 
 /// The figures behind the diagnosis of a layout, about the origin of the body frame.
@@ -40,36 +40,36 @@ const ONE_POINT: f64 = 1e-6;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayoutReport<R> {
-    /// What stands in the way of an answer, as in [`check_geometry`].
+    /// Everything that prevents an answer, as in [`check_geometry`].
     pub diagnostics: Diagnostics,
     /// Characteristic length L, m.
     pub length: R,
-    /// Rank of `G diag(1, 1, 1, 1/L, 1/L, 1/L)`; six when the sensors tell every motion.
+    /// Rank of `G diag(1, 1, 1, 1/L, 1/L, 1/L)`; six when the sensors determine every motion.
     pub rank_g: usize,
-    /// Its condition.
+    /// Condition of that matrix.
     pub condition_g: R,
     /// Rank of the unit forces and their torques; six at most.
     pub rank_f: usize,
-    /// Rank of the balanced regression matrix under the motion that the hits give the body; ten
-    /// when all properties can be told. `None` without a body.
+    /// Rank of the balanced regression matrix under the motion that the hits give the body; ten when all
+    /// properties can be determined. `None` without a body.
     pub rank_a: Option<usize>,
-    /// Its condition. `None` without a body.
+    /// Condition of the balanced regression matrix. `None` without a body.
     pub condition_a: Option<R>,
 }
 
-/// Everything about sensors, hits and axes that keeps the inertia restraint method from an answer,
-/// each as an error with its code.
+/// Everything about sensors, hits and axes that prevents an answer of the inertia restraint method, each as
+/// an error with its code.
 ///
-/// `body` is what the object is thought to be, for the codes that need one
-/// (`hits_through_centre_of_mass`, `ten_parameters_not_identifiable`); [`assumed_body`] helps when
-/// nothing is known. Needs less than 6 KiB of stack in single precision.
+/// `body` is the assumed body of the object, for the codes that need one (`hits_through_centre_of_mass`,
+/// `ten_parameters_not_identifiable`); use [`assumed_body`] when nothing is known. Needs less than 6 KiB of
+/// stack in single precision.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
 /// # use massline_shared::diagnosis::Code;
 /// # use massline_shared::layout::{assumed_body, check_geometry};
 /// let mut layout = frame::layout();
-/// // Nothing is known of the object but where its nodes are.
+/// // Only the positions of the object's nodes are known.
 /// let guess = assumed_body(None, layout.sensors.iter().map(|sensor| sensor.position));
 /// assert!(check_geometry(&layout, Some(&guess)).is_empty());
 /// layout.sensors[1].position = [0.1, 0.0, 0.0];
@@ -84,7 +84,7 @@ pub fn check_geometry<R: Real, const S: usize, const H: usize>(
 }
 
 impl<R: Real> LayoutReport<R> {
-    /// Of a layout and, when something is known of it, the body.
+    /// Examines a layout and, when something is known of it, the body.
     pub fn new<const S: usize, const H: usize>(
         layout: &Layout<R, S, H>,
         body: Option<&RigidBody<R>>,
@@ -131,7 +131,7 @@ impl<R: Real> LayoutReport<R> {
         if error > R::of(AXES_TOLERANCE) {
             let code = Code::AxesNotOrthonormal;
             let found = Diagnostic::about(code, Severity::Error, subject, error.to_f32());
-            // Sixteen facts are enough to say; more are dropped.
+            // There is room for sixteen diagnostics; any others are dropped.
             let _ = self.diagnostics.push(found);
         }
     }
@@ -209,7 +209,7 @@ impl<R: Real> LayoutReport<R> {
     }
 }
 
-/// What keeps these hits from determining the ten properties, each as an error: fewer than three,
+/// Everything that keeps these hits from determining the ten properties, each as an error: fewer than three,
 /// all parallel, all through one point, all through the centre of mass. `length` is L in m.
 pub fn check_hits<'a, R: Real>(
     hits: impl Iterator<Item = &'a Hit<R>> + Clone,
@@ -249,15 +249,15 @@ pub fn check_hits<'a, R: Real>(
     found
 }
 
-/// From the mean of the nodes to an assumed centre of mass, over L.
+/// Vector from the mean of the nodes to the assumed centre of mass, over L.
 const BESIDE: [f64; 3] = [0.060, -0.048, 0.064];
 
-/// A body to check a layout with when nothing better is known: the given mass or 1 kg, inertia
-/// `m L² I` with the size L of [`extent`], centre of mass a tenth of L beside the mean of the nodes.
+/// Assumed body for checking a layout when nothing better is known: the given mass or 1 kg, inertia `m L² I`
+/// with the size L from [`extent`], centre of mass a tenth of L from the mean of the nodes.
 ///
-/// Beside it, in no special direction, because a body of which nothing is known is in no special
-/// place: the mean of nodes in a plane lies in that plane, and a layout that determines almost every
-/// body could not determine one there.
+/// The offset has no special direction, because the centre of an unknown body is at no special point: the
+/// mean of nodes in a plane lies in that plane, and a layout that determines almost every body might not
+/// determine one there.
 pub fn assumed_body<R: Real>(
     mass: Option<R>,
     nodes: impl Iterator<Item = [R; 3]> + Clone,
@@ -285,12 +285,12 @@ pub fn extent<R: Real>(nodes: impl Iterator<Item = [R; 3]> + Clone) -> (Vector3<
 }
 
 fn error<R: Real>(found: &mut Diagnostics, code: Code, value: R) {
-    // Sixteen facts are enough to say; more are dropped.
+    // There is room for sixteen diagnostics; any others are dropped.
     let _ = found.push(Diagnostic::whole(code, Severity::Error, value.to_f32()));
 }
 
-/// True when no number of a layout is NaN or infinite, no standard deviation is negative, and priors
-/// and attached bodies are such.
+/// True when no number of a layout is NaN or infinite, no standard deviation is negative, and priors and
+/// attached bodies are valid.
 pub(crate) fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> bool {
     let gravity = layout.gravity.iter().flatten();
     let sensors =
@@ -331,8 +331,8 @@ fn sensor_spread<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, 
     })
 }
 
-/// Second over first singular value of the vectors whose outer products sum up to `spread`. The
-/// eigenvalues are the squares: 2 % shows as 4e-4, far above the rounding in single precision.
+/// Ratio of the second to the first singular value of the vectors whose outer products sum up to `spread`.
+/// The eigenvalues are the squares: 2 % becomes 4e-4, far above the rounding in single precision.
 fn second_to_first<R: Real>(spread: &Matrix3<R>) -> R {
     match symmetric_eigen3(spread) {
         Some((values, _)) if values[2] > R::zero() => (values[1].max(R::zero()) / values[2]).sqrt(),
@@ -341,8 +341,8 @@ fn second_to_first<R: Real>(spread: &Matrix3<R>) -> R {
 }
 
 /// The point with the least sum of squared distances to the lines of action:
-/// `Σ (I − d dᵀ) P = Σ (I − d dᵀ) q`, solved about the mean of the points of action. A direction
-/// along which all lines are parallel is left out.
+/// `Σ (I − d dᵀ) P = Σ (I − d dᵀ) q`, solved about the mean of the points of action. A direction to which all
+/// lines are parallel is left out.
 fn nearest_point<'a, R: Real>(
     hits: impl Iterator<Item = &'a Hit<R>> + Clone,
 ) -> Option<Vector3<R>> {
@@ -364,7 +364,7 @@ fn nearest_point<'a, R: Real>(
     let (values, vectors) = symmetric_eigen3(&normal)?;
     let mut point = mean;
     for k in 0..3 {
-        // Lines within 1 mrad of each other meet nowhere that can be told.
+        // Lines within 1 mrad of each other have no usable intersection.
         if values[k] > R::of(1e-6) * values[2] {
             let axis = vectors.column(k);
             point += axis * (axis.dot(&right) / values[k]);
@@ -378,7 +378,7 @@ fn lever<R: Real>(hit: &Hit<R>, point: &Vector3<R>) -> R {
     (Vector3::from(hit.position) - point).cross(&Vector3::from(hit.direction)).norm()
 }
 
-/// Rank and condition; what is not finite has the rank zero.
+/// Rank and condition; rank zero when a number is not finite.
 fn spectrum_of<R: Real, const N: usize>(equations: &LeastSquares<R, N>) -> Spectrum<R> {
     equations.spectrum().unwrap_or(Spectrum { rank: 0, condition: R::zero() })
 }

@@ -19,7 +19,7 @@ impl Axis {
     /// x, y, z.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// 0, 1, 2.
+    /// The index 0, 1 or 2.
     pub fn index(self) -> usize {
         self as usize
     }
@@ -45,8 +45,8 @@ impl Sign {
     }
 }
 
-/// A node and a signed local axis. As a hit, `1:+Y` means that the force on the body acts along +Y
-/// of node 1: the hammer moves that way, and a push is positive.
+/// A node and a signed local axis. As a hit, `1:+Y` means that the force on the body acts along +Y of node 1:
+/// the hammer moves in that direction, and a push is positive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Dof {
@@ -73,10 +73,10 @@ impl fmt::Display for Dof {
     }
 }
 
-/// Why a text is no DOF.
+/// Why a text is not a valid DOF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DofError {
-    /// It is not `node ':' sign axis`.
+    /// The text is not `node ':' sign axis`.
     Malformed,
     /// Only the sign is missing.
     NoSign,
@@ -96,7 +96,7 @@ impl core::error::Error for DofError {}
 impl FromStr for Dof {
     type Err = DofError;
 
-    /// Reads `1:+Y`; small letters are taken.
+    /// Parses `1:+Y`; lower-case letters are accepted.
     fn from_str(text: &str) -> Result<Self, DofError> {
         let (node, direction) = text.trim().split_once(':').ok_or(DofError::Malformed)?;
         let digits = !node.is_empty() && node.bytes().all(|b| b.is_ascii_digit());

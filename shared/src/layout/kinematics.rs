@@ -1,6 +1,6 @@
-//! What a sensor reads of the body's motion, and what a hit does to it.
+//! The readings of a sensor for a motion of the body, and the force and torque of a hit.
 //!
-//! Motion is `x₀ = [a_O; α]`, the acceleration of a reference point and the angular acceleration;
+//! The motion is `x₀ = [a_O; α]`, the acceleration of a reference point and the angular acceleration;
 //! products of velocities are neglected. Theory, section 2.
 
 use nalgebra::{Complex, Matrix3, SMatrix, Vector3, Vector6};
@@ -12,12 +12,12 @@ use crate::linalg::skew;
 use crate::responses::{ResponseRows, Responses};
 
 impl<R: Real> Sensor<R> {
-    /// Its axes as rows: `Rᵀ` of the theory, section 1.
+    /// Axes of the sensor as rows: `Rᵀ` of theory, section 1.
     pub fn axes_matrix(&self) -> Matrix3<R> {
         Matrix3::from_fn(|i, j| self.axes[i][j])
     }
 
-    /// `Rᵀ [I, −[p − r]ₓ]`: its readings of `[a_r; α]`, the motion told at the point `r`.
+    /// `Rᵀ [I, −[p − r]ₓ]`: the readings for the motion `[a_r; α]` with the reference point `r`.
     pub fn response_rows(&self, reference: &Vector3<R>) -> SMatrix<R, 3, 6> {
         let axes = self.axes_matrix();
         let arm = Vector3::from(self.position) - reference;
@@ -27,8 +27,8 @@ impl<R: Real> Sensor<R> {
         rows
     }
 
-    /// `Rᵀ [0, −[g]ₓ]`, which over `s²` adds to [`Sensor::response_rows`]: a tilt shows as
-    /// acceleration. Zero for a sensor that does not feel gravity.
+    /// `Rᵀ [0, −[g]ₓ]`, which is divided by `s²` and added to [`Sensor::response_rows`]: a tilt reads as an
+    /// acceleration. Zero for a sensor that does not sense gravity.
     pub fn gravity_rows(&self, gravity: &Vector3<R>) -> SMatrix<R, 3, 6> {
         let mut rows = SMatrix::<R, 3, 6>::zeros();
         if self.senses_gravity {
@@ -70,13 +70,14 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         if length > R::zero() { length } else { R::one() }
     }
 
-    /// `G`: the readings of all sensors stacked, of `[a_r; α]`; three rows a sensor, zero beyond
+    /// `G`: the stacked readings of all sensors for the motion `[a_r; α]`; three rows per sensor, zero beyond
     /// the last.
     pub fn response_matrix(&self, reference: &Vector3<R>) -> ResponseRows<R, S, 6> {
         self.stacked(|sensor| sensor.response_rows(reference))
     }
 
-    /// What over `s²` adds to [`Layout::response_matrix`]; zero when no gravity is given.
+    /// The gravity part that is divided by `s²` and added to [`Layout::response_matrix`]; zero when no
+    /// gravity is given.
     pub fn gravity_matrix(&self) -> ResponseRows<R, S, 6> {
         let gravity = Vector3::from(self.gravity.unwrap_or([R::zero(); 3]));
         self.stacked(|sensor| sensor.gravity_rows(&gravity))
@@ -111,9 +112,8 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         })
     }
 
-    /// Accelerance of every response under the hit of this index, of a body without suspension:
-    /// one column of `G M₀⁻¹ F₀`, (m/s²)/N. `None` when the hit does not exist or the body has no
-    /// inertia.
+    /// Accelerance of every response under the hit with this index, for a body without suspension: one column
+    /// of `G M₀⁻¹ F₀`, (m/s²)/N. `None` when the hit does not exist or the body has no inertia.
     ///
     /// Theory, section 2.
     ///
@@ -140,7 +140,7 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
     }
 }
 
-/// By how much every sensor appears displaced at `ω` (rad/s) because it feels gravity: `−g/ω²`, m.
+/// Apparent displacement of every sensor at `ω` (rad/s) because it senses gravity: `−g/ω²`, m.
 ///
 /// Theory, section 2.
 ///
@@ -173,7 +173,7 @@ mod tests {
             sensor.position = p.into();
         }
         let without = moved.response_matrix(&Vector3::zeros());
-        // Rounding only: theory, section 2 states the identity.
+        // The tolerance covers rounding: theory, section 2 states the identity.
         for (with, without) in with.0.iter().zip(without.0) {
             assert!((with.map(|v| v.re) - without).norm() < 1e-14);
             assert!(with.iter().all(|v| v.im.abs() < 1e-15));
@@ -198,7 +198,7 @@ mod tests {
         let here = layout.accelerance(&body, 0).unwrap();
         let motion = body.shifted_to(&r).acceleration(&layout.hits[0].unit_force(&r)).unwrap();
         let there = layout.response_matrix(&r).times(&motion);
-        // Rounding of accelerances of about 3 (m/s²)/N.
+        // The tolerance covers rounding of accelerances of about 3 (m/s²)/N.
         assert!((here - there).norm() < 1e-13);
         assert!(layout.accelerance(&body, 3).is_none());
     }

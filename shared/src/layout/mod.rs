@@ -1,10 +1,9 @@
-//! Where the sensors sit and where the hammer lands.
+//! Layout of a test: where the sensors are and where the hammer hits.
 //!
 //! A *node* is a numbered point of the object with local axes. A *sensor* is a triaxial
 //! accelerometer on a node; a *hit* is a degree of freedom (DOF) `node:±axis` along which the hammer
 //! pushes. All positions are in the body frame, all directions are unit vectors of the body frame.
-//! What arrives here is resolved already: nodes and local axes of the layout file have become
-//! positions and directions.
+//! Nodes and local axes of the layout file have already been converted to positions and directions here.
 
 mod check;
 mod dof;
@@ -30,34 +29,34 @@ use heapless::{String, Vec};
 use crate::Real;
 use crate::mass_line::Terms;
 
-/// Triaxial sensors that the rig has inputs for.
+/// Number of triaxial sensors that the rig has inputs for.
 pub const RIG_SENSORS: usize = 3;
-/// Hit DOFs that the rig has memory for.
+/// Number of hit DOFs that the rig has memory for.
 pub const RIG_HITS: usize = 12;
-/// Triaxial sensors that the host solves for.
+/// Largest number of triaxial sensors that the host can solve for.
 pub const HOST_SENSORS: usize = 8;
-/// Hit DOFs that the host solves for.
+/// Largest number of hit DOFs that the host can solve for.
 pub const HOST_HITS: usize = 24;
 
-/// The layout as the rig holds it.
+/// The layout in the precision and capacity of the rig.
 pub type RigLayout = Layout<f32, RIG_SENSORS, RIG_HITS>;
-/// The layout as the host solves it.
+/// The layout in the precision and capacity of the host.
 pub type HostLayout = Layout<f64, HOST_SENSORS, HOST_HITS>;
 
 /// A triaxial accelerometer on the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sensor<R> {
-    /// The node it is glued to.
+    /// Number of the node that it is glued to.
     pub node: u16,
     /// Position in the body frame, m.
     pub position: [R; 3],
-    /// Its x, y and z axis, each a unit vector of the body frame: row `a` is axis `a`, so this is
-    /// `Rᵀ` of the theory, section 1.
+    /// The sensor's x, y and z axis as unit vectors in the body frame: row `a` is axis `a`, so this is `Rᵀ`
+    /// of theory, section 1.
     pub axes: [[R; 3]; 3],
-    /// False for sensors that do not feel gravity (laser, camera).
+    /// False for sensors that do not sense gravity (laser, camera).
     pub senses_gravity: bool,
-    /// How well it is mounted and calibrated.
+    /// Uncertainty of mounting and calibration.
     pub uncertainty: SensorUncertainty<R>,
 }
 
@@ -65,13 +64,13 @@ pub struct Sensor<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hit<R> {
-    /// Its name, `node:±axis`.
+    /// Name of the DOF, `node:±axis`.
     pub dof: Dof,
     /// Point of action in the body frame, m.
     pub position: [R; 3],
     /// Unit vector along which the force on the body acts, body frame.
     pub direction: [R; 3],
-    /// How well the hammer meets it.
+    /// Uncertainty of position and direction.
     pub uncertainty: HitUncertainty<R>,
 }
 
@@ -81,8 +80,8 @@ pub struct Hit<R> {
 pub struct TestSettings<R> {
     /// Accepted hits wanted at each DOF.
     pub hits_per_dof: u8,
-    /// Lower and upper end of the band of the mass line fit, Hz, inclusive; `None` when it is to be found
-    /// from the data.
+    /// Lower and upper end of the band of the mass line fit, Hz, inclusive; `None` to find the band from the
+    /// data.
     pub band_hz: Option<[R; 2]>,
     /// Decay rate σ of the exponential window, 1/s.
     pub exponential_decay: R,
@@ -92,16 +91,16 @@ pub struct TestSettings<R> {
     pub trigger_n: R,
     /// A hit whose peak force is below this is too weak, N.
     pub min_peak_force_n: R,
-    /// How the averaged spectra become frequency responses.
+    /// How frequency responses are computed from the averaged spectra.
     pub frf_estimator: FrfEstimator,
     /// Terms of the mass line.
     pub terms: Terms,
-    /// What is done with a hit that has a fault.
+    /// Verdicts on hits with a fault.
     pub policy: HitPolicy,
 }
 
 impl<R: Real> Default for TestSettings<R> {
-    /// The measured defaults of the project's theory, section 9.
+    /// The measured defaults of theory, section 9.
     fn default() -> Self {
         Self {
             hits_per_dof: 5,
@@ -118,12 +117,12 @@ impl<R: Real> Default for TestSettings<R> {
 }
 
 impl<R: Real> TestSettings<R> {
-    /// The band where none is given, and where the data show none: 10 to 120 Hz.
+    /// The default band, used where none is given and the data show none: 10 to 120 Hz.
     pub fn usual_band() -> [R; 2] {
         [R::of(10.0), R::of(120.0)]
     }
 
-    /// The band before the data are seen: as given, else the usual one.
+    /// The band before the data are known: the given one, otherwise the default.
     pub fn expected_band(&self) -> [R; 2] {
         self.band_hz.unwrap_or_else(Self::usual_band)
     }
@@ -151,7 +150,7 @@ impl<R: Real> TestSettings<R> {
 pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     /// Free text.
     pub title: String<48>,
-    /// Gravity in the body frame as suspended, m/s², when given.
+    /// Gravity in the body frame of the suspended object, m/s², if given.
     pub gravity: Option<[R; 3]>,
     /// The sensors, in the order of the rig's channels.
     pub sensors: Vec<Sensor<R>, SENSORS>,
@@ -161,14 +160,14 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub test: TestSettings<R>,
     /// Standard deviation of the hammer's gain against the sensors', relative.
     pub hammer_gain: R,
-    /// What is known of the object before the test.
+    /// Prior knowledge of the object.
     pub priors: Vec<Prior<R>, 10>,
-    /// What hangs on the object and is subtracted from the result.
+    /// Bodies attached to the object, which are subtracted from the result.
     pub attached: Vec<Attached<R>, MAX_ATTACHED>,
 }
 
 impl<R: Real> Sensor<R> {
-    /// A sensor that feels gravity, with the usual uncertainty.
+    /// A sensor that senses gravity, with the default uncertainty.
     pub fn new(node: u16, position: [R; 3], axes: [[R; 3]; 3]) -> Self {
         let uncertainty = SensorUncertainty::default();
         Self { node, position, axes, senses_gravity: true, uncertainty }
@@ -176,14 +175,14 @@ impl<R: Real> Sensor<R> {
 }
 
 impl<R: Real> Hit<R> {
-    /// A hit with the usual uncertainty.
+    /// A hit with the default uncertainty.
     pub fn new(dof: Dof, position: [R; 3], direction: [R; 3]) -> Self {
         Self { dof, position, direction, uncertainty: HitUncertainty::default() }
     }
 }
 
 impl<R: Real, const S: usize, const H: usize> Default for Layout<R, S, H> {
-    /// Without sensors and hits.
+    /// A layout without sensors and hits.
     fn default() -> Self {
         Self {
             title: String::new(),
@@ -242,7 +241,7 @@ pub(crate) mod tests {
     use crate::body::RigidBody;
     use nalgebra::SVector;
 
-    /// Node positions of the three-bar frame of the theory, section 11.
+    /// Node positions of the three-bar frame of theory, section 11.
     const NODES: [[f64; 3]; 4] = [
         [0.0, 0.0, 0.0],
         [0.207_850_606_8, -0.199_018_578_2, 0.0],

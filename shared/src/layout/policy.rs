@@ -1,15 +1,15 @@
-//! What is done with a hit that has a fault: the `[policy]` table.
+//! Treatment of hits with a fault: the `[policy]` table.
 
 use crate::diagnosis::{Code, Severity};
 
-/// What is done with a hit in which a fault is found.
+/// Treatment of a hit with a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Average it; the finding is a note.
+    /// Average the hit; the finding is a note.
     Keep,
-    /// Average it with a warning.
+    /// Average the hit and warn.
     Warn,
-    /// Do not average it: hit again.
+    /// Do not average the hit; it has to be repeated.
     Reject,
 }
 
@@ -17,7 +17,7 @@ impl Verdict {
     /// Every verdict.
     pub const ALL: [Self; 3] = [Self::Keep, Self::Warn, Self::Reject];
 
-    /// Its name in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Keep => "keep",
@@ -31,7 +31,7 @@ impl Verdict {
         Self::ALL.into_iter().find(|verdict| verdict.name() == name)
     }
 
-    /// The severity of a finding that leads to it.
+    /// Severity of a finding with this verdict.
     pub fn severity(self) -> Severity {
         match self {
             Self::Keep => Severity::Note,
@@ -41,18 +41,18 @@ impl Verdict {
     }
 }
 
-/// A verdict for every fault that hit grading knows; those that are not set are
-/// [the default ones](HitPolicy::default_verdict).
+/// A verdict for every fault that the grading can find. Faults without a verdict have [the default
+/// one](HitPolicy::default_verdict).
 ///
-/// Two bits for each code of [`HitPolicy::CODES`], the first in the lowest bits: 0 the default, else
-/// 1 + the place in [`Verdict::ALL`].
+/// Two bits for each code of [`HitPolicy::CODES`], the first in the lowest bits: 0 for the default, otherwise
+/// 1 + the index in [`Verdict::ALL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(transparent))]
 pub struct HitPolicy(u32);
 
 impl HitPolicy {
-    /// The codes that have a verdict. Their order is that of kept and sent settings: new ones come last.
+    /// The codes that have a verdict. Stored and transmitted settings depend on their order: append new ones.
     pub const CODES: [Code; 11] = [
         Code::Overload,
         Code::TooWeak,
@@ -67,7 +67,7 @@ impl HitPolicy {
         Code::MotionNotRigid,
     ];
 
-    /// What is done when nothing else is said: rejected is what spoils an average.
+    /// The verdict when none is set: faults that would spoil an average are rejected.
     pub fn default_verdict(code: Code) -> Verdict {
         match code {
             Code::Overload
@@ -79,7 +79,7 @@ impl HitPolicy {
         }
     }
 
-    /// What is done with a hit for this code.
+    /// The verdict for this code.
     pub fn verdict(self, code: Code) -> Verdict {
         let set = Self::place(code).and_then(|shift| match (self.0 >> shift) & 3 {
             1 => Some(Verdict::Keep),
@@ -95,7 +95,7 @@ impl HitPolicy {
     pub fn with(self, code: Code, verdict: Verdict) -> Self {
         let Some(shift) = Self::place(code) else { return self };
         let bits = match verdict {
-            // One way to write each policy, so that equal ones compare equal.
+            // Every policy has only one encoding, so equal policies compare equal.
             default if default == Self::default_verdict(code) => 0,
             Verdict::Keep => 1,
             Verdict::Warn => 2,

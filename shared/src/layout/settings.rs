@@ -1,18 +1,18 @@
-//! Check of the `[test]` table against what a rig can do.
+//! Checks the `[test]` table against the capabilities of a rig.
 
 use super::TestSettings;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Setting, Severity, Subject};
 
-/// How the spectra averaged over the hits of a DOF become its frequency responses.
+/// How the averaged spectra of a DOF are turned into its frequency responses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum FrfEstimator {
-    /// `G_XF/G_FF`: right when the noise is on the responses.
+    /// `G_XF/G_FF`: unbiased when the noise is on the responses.
     #[default]
     H1,
-    /// `G_XX/G_FX`: right when the noise is on the force.
+    /// `G_XX/G_FX`: unbiased when the noise is on the force.
     H2,
     /// The geometric mean of both.
     Hv,
@@ -35,8 +35,8 @@ impl FrfEstimator {
 /// Errors for every setting outside its range ([`Setting`]) and for a band with too few lines for
 /// the three terms of the mass line.
 ///
-/// `rate` is in scans per second, `record` in scans, `lines` is the number of spectral lines that are
-/// kept, the first at 0 Hz.
+/// `rate` is in scans per second, `record` in scans; `lines` is the number of stored spectral lines, the
+/// first at 0 Hz.
 ///
 /// ```
 /// # use massline_shared::layout::{TestSettings, check_settings};
@@ -54,7 +54,7 @@ pub fn check_settings<R: Real>(
 ) -> Diagnostics {
     let mut found = Diagnostics::new();
     let resolution = rate / R::of(record.max(1) as f64);
-    // A band that is found suits the data.
+    // A band found from the data is always suitable.
     let [lower, upper] = settings.band_hz.unwrap_or_else(|| [resolution, resolution + resolution]);
     let last_line = resolution * R::of(lines.saturating_sub(1) as f64);
     let highest = (rate / R::of(2.5)).min(last_line);
@@ -78,7 +78,7 @@ pub fn check_settings<R: Real>(
         if !(good && value.finite()) {
             let (subject, value) = (Subject::Setting(setting), value.to_f32());
             let out = Diagnostic::about(Code::SettingOutOfRange, Severity::Error, subject, value);
-            // Seven settings and one band fit.
+            // There is room for seven settings and one band.
             let _ = found.push(out);
         }
     }

@@ -1,39 +1,39 @@
-//! What is not known exactly: the error budget of a test, knowledge from elsewhere, and what hangs on
-//! the object beside itself. All standard deviations, 1 σ.
+//! Uncertainties as standard deviations (1 σ): the error budget of a test, priors, and the bodies attached to
+//! the object.
 
 use crate::Real;
-/// Most bodies that are subtracted from a result.
+/// Largest number of attached bodies.
 pub const MAX_ATTACHED: usize = 3;
 
-/// Standard deviation of the hammer's gain against the sensors' without a calibration of their ratio,
-/// relative (theory, section 9).
+/// Relative standard deviation of the hammer's gain against the sensors' when the ratio is not calibrated
+/// (theory, section 9).
 pub const DEFAULT_HAMMER_GAIN: f64 = 0.02;
 
-/// How well a sensor is mounted and calibrated.
+/// Uncertainty of mounting and calibration of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SensorUncertainty<R> {
-    /// Along each axis, m.
+    /// Position along each axis, m.
     pub position: R,
-    /// About each axis, rad.
+    /// Rotation about each axis, rad.
     pub rotation: R,
-    /// Of each axis, relative.
+    /// Sensitivity of each axis, relative.
     pub gain: R,
-    /// Of each axis to each other, relative.
+    /// Cross-axis sensitivity of each axis to each other, relative.
     pub cross_axis: R,
 }
 
-/// How well the hammer meets its mark, and the mark its place.
+/// Uncertainty of a hit against its mark, and of the mark itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HitUncertainty<R> {
-    /// From hit to hit across the direction, m.
+    /// Position across the direction, varying from hit to hit, m.
     pub position: R,
-    /// From hit to hit about each axis across the direction, rad.
+    /// Direction about each axis across it, varying from hit to hit, rad.
     pub direction: R,
-    /// Of the mark, the same for all hits on it, m.
+    /// Position of the mark, the same for all hits on it, m.
     pub node_position: R,
-    /// Of the direction at the mark, the same for all hits on it, rad.
+    /// Direction at the mark, the same for all hits on it, rad.
     pub node_direction: R,
 }
 
@@ -43,9 +43,9 @@ pub struct HitUncertainty<R> {
 pub struct Prior<R> {
     /// Index in `theta`, 0 to 9: the mass is 0.
     pub property: u8,
-    /// Its value for the object without [`Layout::attached`](super::Layout::attached); SI units.
+    /// Value for the object without [`Layout::attached`](super::Layout::attached); SI units.
     pub value: R,
-    /// Its standard deviation.
+    /// Standard deviation of the value.
     pub sigma: R,
 }
 
@@ -55,12 +55,12 @@ pub struct Prior<R> {
 pub struct Attached<R> {
     /// [m, m c, J about the origin] in the body frame of the layout.
     pub phi: [R; 10],
-    /// Standard deviation of its mass over its mass; its shape is exact.
+    /// Relative standard deviation of its mass; its shape is taken as exact.
     pub relative_sigma: R,
 }
 
 impl<R: Real> Default for SensorUncertainty<R> {
-    /// Theory, section 9.
+    /// Values of theory, section 9.
     fn default() -> Self {
         Self {
             position: R::of(0.0015),
@@ -72,7 +72,7 @@ impl<R: Real> Default for SensorUncertainty<R> {
 }
 
 impl<R: Real> Default for HitUncertainty<R> {
-    /// Theory, section 9; those of marks: theory, section 4.
+    /// Values of theory, section 9; those of the marks from theory, section 4.
     fn default() -> Self {
         Self {
             position: R::of(0.003),
@@ -108,8 +108,8 @@ impl<R: Real> HitUncertainty<R> {
         Self { position: zero, direction: zero, node_position: zero, node_direction: zero }
     }
 
-    /// Standard deviations of point (m) and direction (rad) of the mean of `hits` hits: the scatter
-    /// averages out, the mark does not.
+    /// Standard deviations of position (m) and direction (rad) of the mean of `hits` hits: the scatter
+    /// averages out, the error of the mark does not.
     pub fn of_mean(&self, hits: u16) -> (R, R) {
         let hits = R::of(f64::from(hits.max(1)));
         let mean = |scatter: R, mark: R| (scatter * scatter / hits + mark * mark).sqrt();
@@ -128,8 +128,8 @@ impl<R: Real> HitUncertainty<R> {
 }
 
 impl<R: Real> Prior<R> {
-    /// True when it can make up for what hits do not tell: a known mass or centre of mass cannot, as
-    /// the inertia about the axis that no hit turns is what is missing (theory, section 4).
+    /// True when the prior can compensate for missing hits. A known mass or centre of mass cannot, as the
+    /// missing quantity is the inertia about the axis that no hit turns the body about (theory, section 4).
     pub fn is_of_inertia(&self) -> bool {
         (4..10).contains(&self.property)
     }
@@ -141,7 +141,7 @@ impl<R: Real> Prior<R> {
 }
 
 impl<R: Real> Attached<R> {
-    /// A point mass, kg, at a place in the body frame, m.
+    /// A point mass, kg, at a position in the body frame, m.
     pub fn point(mass: R, relative_sigma: R, position: [R; 3]) -> Self {
         let [x, y, z] = position;
         let phi = [
@@ -180,7 +180,7 @@ mod tests {
         };
         let point = Attached::point(0.004, 0.1, [0.1, -0.2, 0.05]);
         for (got, expected) in point.phi.iter().zip(body.phi().iter()) {
-            // Rounding of products of order 1e-4.
+            // The tolerance covers rounding of products of order 1e-4.
             assert!((got - expected).abs() < 1e-18);
         }
     }

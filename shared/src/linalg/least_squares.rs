@@ -1,4 +1,4 @@
-//! Linear least squares, row by row.
+//! Linear least squares with rows added one by one.
 #![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
 use nalgebra::SVector;
@@ -6,9 +6,9 @@ use nalgebra::SVector;
 use super::{Spectrum, spectrum};
 use crate::Real;
 
-/// Linear least squares whose rows arrive one by one: only the triangular factor of the rows so far
-/// is kept, so the memory does not grow with their number. Givens rotations (Golub & Van Loan,
-/// Matrix Computations, section 5.2).
+/// Linear least squares whose rows arrive one by one. Only the triangular factor of the rows so far is
+/// stored, so the memory does not grow with their number. Givens rotations (Golub & Van Loan, Matrix
+/// Computations, section 5.2).
 #[derive(Clone, Debug)]
 pub(crate) struct LeastSquares<R, const N: usize> {
     /// Upper triangular factor, row by row.
@@ -33,7 +33,7 @@ impl<R: Real, const N: usize> LeastSquares<R, N> {
             let pivot = &mut self.factor[k];
             let a = pivot[k];
             let h = (a * a + b * b).sqrt();
-            // Only for numbers below the square root of the smallest: nothing to rotate away.
+            // This happens only for numbers whose square underflows: there is nothing to rotate.
             if h == R::zero() {
                 continue;
             }
@@ -52,7 +52,7 @@ impl<R: Real, const N: usize> LeastSquares<R, N> {
         self.rows += 1;
     }
 
-    /// What is left for the last `M` unknowns when the others are eliminated.
+    /// The equations for the last `M` unknowns when the others are eliminated.
     pub(crate) fn last<const M: usize>(&self) -> LeastSquares<R, M> {
         const { assert!(M <= N, "unknowns of these equations") };
         let mut rest = LeastSquares::new();
@@ -77,7 +77,7 @@ impl<R: Real, const N: usize> LeastSquares<R, N> {
         spectrum(&self.factor)
     }
 
-    /// The same with every unknown in such a unit that its column has the length one.
+    /// The same with every column scaled to the length one.
     pub(crate) fn spectrum_of_unit_columns(&self) -> Option<Spectrum<R>> {
         let mut factor = self.factor;
         for (k, norm) in self.column_norms().into_iter().enumerate() {
@@ -105,9 +105,8 @@ impl<R: Real, const N: usize> LeastSquares<R, N> {
         Some(x)
     }
 
-    /// Replaces the matrix with these rows, `B`, by `(Aᵀ A)⁻¹ B`, A being the matrix of all
-    /// equations; false when that does not exist. All columns at once, so that the inner loops run
-    /// along rows.
+    /// Replaces `rows`, the matrix `B`, by `(Aᵀ A)⁻¹ B`, A being the matrix of all equations; false when the
+    /// inverse does not exist. All columns are processed together so that the inner loops run along rows.
     pub(crate) fn solve_normal(&self, rows: &mut [[R; N]; N]) -> bool {
         let zero = R::zero();
         if (0..N).any(|i| self.factor[i][i] == zero) {
@@ -150,7 +149,7 @@ mod tests {
 
     #[test]
     fn rows_one_by_one_give_the_least_squares_line() {
-        // y = 1 + 2 x with residuals (1, -2, 1)·0.1, which are orthogonal to [1, x].
+        // y = 1 + 2 x with the residuals (1, -2, 1)·0.1, which are orthogonal to 1 and x.
         let mut line = LeastSquares::<f64, 2>::new();
         for (x, y) in [(0.0, 1.1), (1.0, 2.8), (2.0, 5.1)] {
             line.push([1.0, x], y);
@@ -163,7 +162,7 @@ mod tests {
         let right = Matrix2::new(1.0, 2.0, 0.0, -3.0);
         assert!(line.solve_normal(&mut b));
         let solved = Matrix2::new(b[0][0], b[0][1], b[1][0], b[1][1]);
-        // Rounding times the condition, 14.
+        // The tolerance covers rounding times the condition, 14.
         assert!((normal * solved - right).norm() < 1e-13);
     }
 

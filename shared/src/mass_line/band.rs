@@ -1,41 +1,42 @@
-//! The band of the mass line, found from the data: above the suspension modes, below the elastic ones.
+//! Finds the band of the mass line from the data: above the suspension modes, below the elastic ones.
 
 use crate::Real;
 
-/// The lower end is this many times the highest suspension mode (theory, section 5).
+/// Ratio of the lower end to the highest suspension mode (theory, section 5).
 pub const ABOVE_SUSPENSION: f64 = 3.0;
-/// The upper end is this part of the first elastic mode (theory, section 5).
+/// Ratio of the upper end to the first elastic mode (theory, section 5).
 pub const BELOW_ELASTIC: f64 = 0.4;
-/// A peak counts as a mode when it rises by this factor above the higher of the two valleys beside it,
-/// in squares of accelerances: one decibel. Noise of averaged spectra is far below.
+/// A peak counts as a mode when it exceeds the higher of the two valleys beside it by this factor, in squares
+/// of accelerances: one decibel. The noise of averaged spectra is far below that.
 const PROMINENCE: f64 = 1.26;
-/// A mode below this many σ of the exponential window makes no such peak: `|s²/(s² + ω₀²)|²` at
+/// A mode below this number of σ of the exponential window makes no such peak: `|s²/(s² + ω₀²)|²` at
 /// `s = σ + iω₀` is 1.26 for `ω₀ = 1.7 σ`.
 const HIDDEN: f64 = 1.7;
 
-/// What was found.
+/// The band and the modes that limit it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundBand<R> {
     /// Lower and upper end, Hz.
     pub ends: [R; 2],
-    /// The highest suspension mode, Hz; `None` when none shows: it lies below the first line, or the
-    /// window hides it.
+    /// The highest suspension mode, Hz; `None` when none is visible because it lies below the first line or
+    /// is hidden by the window.
     pub suspension: Option<R>,
-    /// The first elastic mode, Hz; `None` when none shows up to the last line, which then stands for it.
+    /// The first elastic mode, Hz; `None` when none is visible up to the last line, which then takes its
+    /// place.
     pub elastic: Option<R>,
 }
 
-/// Finds the band from the squares of accelerances, summed over all channels and hits at hand, so that
-/// neither a node nor an antiresonance of a single one matters.
+/// Finds the band from the squares of accelerances. These are summed over all available channels and hits, so
+/// that a node or an antiresonance of a single one does not matter.
 ///
-/// The modes are the peaks of the sum. The plateau lies in the widest gap between two neighbouring ones
-/// on a logarithmic scale: rigid body modes on soft cords lie within an octave or two, elastic modes
-/// follow each other in steps below three, and a plateau worth the name is wider than both. The first
-/// and the last line bound the gap where no mode does. Theory, section 5, has the factors.
+/// The modes are the peaks of the sum. The plateau lies in the widest gap between two neighbouring modes on a
+/// logarithmic scale: rigid body modes on soft cords lie within an octave or two, neighbouring elastic modes
+/// differ by factors below three, and a usable plateau is wider than both. The first and the last line limit
+/// the gap where no mode does. Theory, section 5, has the factors.
 ///
-/// `squares[k]` belongs to the line at `frequency(k)`, Hz, ascending; `decay` is σ of the exponential
-/// window, 1/s. `None` when the gap leaves no band between three times its lower and 0.4 times its upper
-/// end, or when there are no lines.
+/// `squares[k]` belongs to the line at `frequency(k)`, Hz, ascending; `decay` is σ of the exponential window,
+/// 1/s. `None` when there are no lines, or when the gap leaves no band between three times its lower and 0.4
+/// times its upper end.
 ///
 /// ```
 /// # use massline_shared::mass_line::{ABOVE_SUSPENSION, BELOW_ELASTIC, find_band};
@@ -96,7 +97,7 @@ struct Edge<R> {
     mode: bool,
 }
 
-/// True for a peak that rises enough above the valleys on both its sides.
+/// True for a peak that is high enough above the valleys on both sides.
 fn is_mode<R: Real>(squares: &[R], k: usize) -> bool {
     let peak = squares[k];
     if !(peak > squares[k - 1] && peak >= squares[k + 1]) {
@@ -109,7 +110,7 @@ fn is_mode<R: Real>(squares: &[R], k: usize) -> bool {
     peak > left.max(right) * R::of(PROMINENCE)
 }
 
-/// The frequency of a peak between the lines: the vertex of the parabola through the logarithms.
+/// Frequency of a peak between the lines: the vertex of the parabola through the logarithms.
 fn summit<R: Real>(squares: &[R], frequency: &impl Fn(usize) -> R, k: usize) -> R {
     let [before, at, after] = [k - 1, k, k + 1].map(|k| squares[k].ln());
     let half = R::of(0.5);
@@ -164,11 +165,11 @@ mod tests {
 
     #[test]
     fn the_band_lies_between_the_highest_suspension_and_the_first_elastic_mode() {
-        // The wheel of the theory, section 11, with elastic modes as of the bar.
+        // The wheel of theory, section 11, with elastic modes like those of the bar.
         let modes = [2.82, 3.22, 3.56, 6.14, 7.16, 7.66, 314.0, 515.0, 642.0];
         for noise in [0.0, 0.1] {
             let band = found(&modes, 512, noise);
-            // The highest at 7.66 Hz. Two modes half a hertz apart are one peak at this resolution, and
+            // The highest is at 7.66 Hz. Two modes half a hertz apart are one peak at this resolution, and
             // the window moves peaks of accelerances up: half a line each.
             let suspension = band.suspension.unwrap();
             assert!((6.7..9.7).contains(&suspension), "{band:?}");
@@ -187,7 +188,7 @@ mod tests {
     #[test]
     fn what_the_window_hides_of_the_suspension_stays_below_the_band() {
         let band = found(&[1.4, 314.0], 512, 0.02);
-        // 1.7 σ / 2π = 2.7 Hz, whether a peak shows or not.
+        // 1.7 σ / 2π = 2.7 Hz, whether a peak is visible or not.
         assert!(band.ends[0] >= 3.0 * 17.0 / std::f64::consts::TAU - 1e-12, "{band:?}");
     }
 
@@ -198,7 +199,7 @@ mod tests {
         let double = find_band(&squares, frequency, 10.0).unwrap();
         let single = find_band(&single, |k| frequency(k) as f32, 10.0).unwrap();
         for k in 0..2 {
-            // Parabolas through logarithms with seven digits.
+            // The parabolas pass through logarithms with seven digits.
             assert!((f64::from(single.ends[k]) / double.ends[k] - 1.0).abs() < 1e-4);
         }
     }

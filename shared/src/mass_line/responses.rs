@@ -1,9 +1,9 @@
-//! The mass lines of all responses of one hit DOF, and whether they are plateaus.
+//! The mass lines of all responses of one hit DOF, with a check that they are plateaus.
 //!
-//! A plateau does not depend on where the band ends. So every response is fitted twice: over the band,
-//! and over its inner part, without a fifth of it at either end on a logarithmic scale. Where an end
-//! reaches into a suspension or an elastic mode, the three terms bend and A moves; where both fits are
-//! full of modes, neither fits, and what is left of the lines makes the standard deviation of A large.
+//! A plateau does not depend on the ends of the band. So every response is fitted twice: over the whole band,
+//! and over its inner part, without a fifth of it at either end on a logarithmic scale. Where an end reaches
+//! into a suspension or an elastic mode, the three terms bend and A changes; where the whole band is full of
+//! modes, neither fit works, and the residuals make the standard deviation of A large.
 
 use nalgebra::Complex;
 
@@ -11,20 +11,21 @@ use super::{BasisRow, Bin, MassLineBasis, MassLineError, Terms};
 use crate::Real;
 use crate::responses::Responses;
 
-/// Share of the band, on a logarithmic scale, that is left out at either end for the comparison.
+/// Fraction of the band, on a logarithmic scale, that is left out at either end for the comparison.
 const TRIMMED: f64 = 0.2;
-/// A mass line that moves by more than this part of the motion of its DOF (root mean square of its A), or
-/// is known to no better, is no plateau: twice what the sensors' gains are uncertain by. Bands of three
-/// times the suspension to 0.4 times the elastic modes stay below 0.6 %, bands with a mode in them are
-/// beyond 2.5 %.
+/// A mass line is not a plateau when the change or the standard deviation of its A exceeds this fraction of
+/// the motion of its DOF (root mean square of all A): twice the uncertainty of the sensors' gains. Bands from
+/// three times the suspension to 0.4 times the elastic modes stay below 0.6 %, bands that contain a mode are
+/// above 2.5 %.
 pub const UNSTEADY: f64 = 0.02;
-/// A move counts from so many standard deviations of A over the inner band on: no noise.
+/// A change counts only above this number of standard deviations of A over the inner band, so that noise does
+/// not.
 const SIGNIFICANT: f64 = 4.0;
 
-/// How the responses are fitted.
+/// Settings of the fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Fitting<R> {
-    /// Lower and upper end, Hz.
+    /// Lower and upper end of the band, Hz.
     pub band: [R; 2],
     /// σ of the exponential window, 1/s.
     pub decay: R,
@@ -34,7 +35,7 @@ pub struct Fitting<R> {
     pub correlation: R,
 }
 
-/// The mass lines of one DOF with their noise, and whether they are plateaus; zero beyond the last response.
+/// The mass lines of one DOF with their noise and the check for plateaus; zero beyond the last response.
 /// Theory, section 5.
 ///
 /// ```
@@ -58,18 +59,18 @@ pub struct Fitting<R> {
 pub struct ResponseFits<R, const S: usize> {
     /// A of every response, (m/s²)/N.
     pub accelerance: Responses<R, S>,
-    /// Their standard deviations by noise, corrected for the window.
+    /// Standard deviation of each A due to noise, corrected for the window.
     pub noise: Responses<R, S>,
-    /// By how much A moves without the ends of the band, (m/s²)/N.
+    /// Change of each A when the ends of the band are left out, (m/s²)/N.
     moved: Responses<R, S>,
-    /// Standard deviations of A over the inner band.
+    /// Standard deviation of each A over the inner band.
     moved_noise: Responses<R, S>,
     responses: usize,
 }
 
 impl<R: Real, const S: usize> ResponseFits<R, S> {
     /// Fits `responses` responses. `lines` as for [`MassLineBasis::new`]; `h(response, line)` is the
-    /// accelerance of a response at a line, counted as `lines` are.
+    /// accelerance of a response at a line, by the same index as in `lines`.
     ///
     /// # Errors
     /// See [`MassLineError`].
@@ -96,26 +97,27 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
             }
             Ok::<(Responses<R, S>, Responses<R, S>), MassLineError>((accelerance, noise))
         };
-        // A band too narrow to be trimmed is not compared.
+        // A band that is too narrow to be trimmed is not compared.
         let inner = fit(inner(fitting.band));
         let (accelerance, noise) = fit(fitting.band)?;
         let (moved, moved_noise) = match inner {
-            // The difference of two least squares fits, one over a part of the data, scatters less
-            // than the lesser one.
+            // The difference of two least squares fits, one of them over a part of the data, scatters less
+            // than the fit to that part.
             Ok((without, its_noise)) => (without - accelerance, its_noise),
             Err(_) => (Responses::zeros(), Responses::zeros()),
         };
         Ok(Self { accelerance, noise, moved, moved_noise, responses })
     }
 
-    /// Without a mass line yet of any of so many responses.
+    /// Zeros for this number of responses, to be filled with [`Self::set`].
     pub fn zeros(responses: usize) -> Self {
         let zero = Responses::zeros();
         let responses = responses.min(3 * S);
         Self { accelerance: zero, noise: zero, moved: zero, moved_noise: zero, responses }
     }
 
-    /// Takes the mass line of one response, fitted alone; without effect for a response that does not exist.
+    /// Stores the mass line of one response that was fitted alone; no effect for a response that does not
+    /// exist.
     pub fn set(&mut self, response: usize, alone: &ResponseFits<R, 1>) {
         if response < self.responses {
             self.accelerance[response] = alone.accelerance[0];
@@ -125,8 +127,8 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
         }
     }
 
-    /// The responses whose mass line is no plateau, and by how much each moves with the ends of the band
-    /// or is uncertain: part of the root mean square of all A of this DOF.
+    /// The responses whose mass line is not a plateau, each with the larger of its change with the ends of
+    /// the band and its standard deviation, relative to the root mean square of all A of this DOF.
     pub fn unsteady(&self) -> impl Iterator<Item = (usize, R)> + '_ {
         let size = (self.accelerance.norm_squared() / R::of(self.responses.max(1) as f64)).sqrt();
         let part = move |k: usize| {

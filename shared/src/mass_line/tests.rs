@@ -1,4 +1,4 @@
-//! The terms and their deviations come back; bad input is refused.
+//! The fit recovers the terms and their standard deviations, and refuses bad input.
 
 use super::*;
 use proptest::prelude::*;
@@ -8,7 +8,7 @@ use std::vec::Vec;
 const RESOLUTION: f64 = 4000.0 / 2048.0;
 
 fn lines<R: Real>() -> impl Iterator<Item = Bin<R>> + Clone {
-    // The force spectrum of a soft tap falls towards high lines.
+    // The force spectrum of a soft tap falls with the frequency.
     (0..128).map(|k| {
         let frequency = RESOLUTION * f64::from(k);
         Bin { frequency: R::of(frequency), weight: R::of(3.0 / (1.0 + frequency / 100.0)) }
@@ -44,8 +44,8 @@ proptest! {
         decay in prop_oneof![Just(0.0), 5.0..20.0_f64],
     ) {
         let exact = fit(&model::<f64>([a, b, c], decay), decay, Terms::Abc).unwrap();
-        // Rounding times the condition 9 of the scaled basis; scales of B and C are those of
-        // the largest term within the band: ω from 63 to 750 rad/s.
+        // The tolerance covers rounding times the condition 9 of the scaled basis; the scales of B and C are
+        // those of the largest term within the band: ω from 63 to 750 rad/s.
         let error = [exact.coefficients[0] - a, exact.coefficients[1] - b, exact.coefficients[2] - c];
         prop_assert!(error[0].abs() < 1e-12 && error[1].abs() < 1e-8 && error[2].abs() < 1e-17);
         let single = fit(&model::<f32>([a, b, c], decay), decay, Terms::Abc).unwrap();
@@ -66,7 +66,7 @@ fn without_its_term_the_suspension_stays_in_the_mass_line() {
 
 #[test]
 fn the_standard_deviation_is_that_of_many_fits() {
-    // Uniform noise of ±0.1 on both parts from a linear congruence: deviation 0.1/√3.
+    // Uniform noise of ±0.1 on both parts from a linear congruential generator: standard deviation 0.1/√3.
     let mut state = 1_u64;
     let mut noise = || {
         state =
@@ -89,7 +89,7 @@ fn the_standard_deviation_is_that_of_many_fits() {
     let runs = f64::from(runs);
     let mean: f64 = sum / runs;
     let sigma = (squares / runs - mean * mean).sqrt();
-    // A deviation over 2000 runs is known to 1.6 %; four of those.
+    // A standard deviation over 2000 runs is known to 1.6 %; the tolerance is four of those.
     assert!((formal / runs / sigma - 1.0).abs() < 0.064, "{} {sigma}", formal / runs);
     assert!((mean - 1.0).abs() < 4.0 * sigma / runs.sqrt());
 }
@@ -158,7 +158,7 @@ fn the_window_correlation_is_the_quotient_of_its_integrals() {
         (0..steps).map(|k| (-decay * power * (f64::from(k) + 0.5) * dt).exp() * dt).sum()
     };
     let expected = (integral(4.0) / integral(2.0).powi(2) * record).sqrt();
-    // Midpoint rule with 200 000 steps.
+    // The reference is the midpoint rule with 200 000 steps.
     assert!((window_correlation(decay, record) - expected).abs() < 1e-8);
     assert_eq!(window_correlation(0.0, record), 1.0);
 }
@@ -182,7 +182,7 @@ fn corrected_for_the_window_the_deviation_is_that_of_many_records() {
     let mut samples = [0.0; RECORD];
     let mut spectrum = [Complex::new(0.0, 0.0); 128];
     for _ in 0..runs {
-        // A body at rest that is read with white noise, under a unit impulse.
+        // A body without motion under a unit impulse, read with white noise.
         samples.fill_with(&mut noise);
         window::exponential(&mut samples, 0.0, 1.0, 10.0 / 4000.0);
         f64::real_fft(&mut samples, &mut spectrum).unwrap();
@@ -193,8 +193,8 @@ fn corrected_for_the_window_the_deviation_is_that_of_many_records() {
     let runs = f64::from(runs);
     let formal = formal / runs / (squares / runs).sqrt();
     let corrected = formal * window_correlation(10.0, RECORD as f64 / 4000.0);
-    // A deviation over 400 runs is known to 3.5 %. The correction is that of a mean over many lines;
-    // at the ends of the band, where B and C are decided, neighbours are fewer: 10 % too much.
+    // A standard deviation over 400 runs is known to 3.5 %. The correction is that of a mean over many lines;
+    // at the ends of the band, which determine B and C, there are fewer neighbours: 10 % too much.
     assert!((0.9..1.2).contains(&corrected), "{corrected}");
     assert!(formal < 0.5, "{formal}");
 }

@@ -1,8 +1,8 @@
-//! One hit DOF from its hits to its mass lines, in steps: other work can be done between two channels.
+//! Processes the hits of one DOF into its mass lines, in steps between which other work can be done.
 //!
-//! A record goes through [`HitInHand`]: the force, then response by response into the averaged spectra,
-//! then its own mass lines to those of the other hits with [`join`]. [`band_of`] and [`fit_responses`] turn the
-//! averaged spectra into the mass lines of the DOF.
+//! A record is processed with [`HitInHand`]: the force and then each response are added to the averaged
+//! spectra; then [`join`] compares the hit's own mass lines with those of its repeat hits. [`band_of`] and
+//! [`fit_responses`] turn the averaged spectra into the mass lines of the DOF.
 
 use nalgebra::Complex;
 
@@ -18,37 +18,38 @@ use crate::signal::{
     RealFft, RepeatHits, SPECTRUM_BINS, Samples, Spectra, Standing,
 };
 
-/// The averaged spectra of one DOF as the rig keeps them.
+/// The averaged spectra of one DOF, as a rig stores them.
 pub type DofSpectra<R> = Spectra<R, RESPONSES, SPECTRUM_BINS>;
 
-/// What the records of a test are processed with.
+/// Settings for processing the records of a test.
 #[derive(Clone, Copy, Debug)]
 pub struct ProcessingSettings<'a, R> {
-    /// Rate, delays and number of the channels.
+    /// Properties of the converter: rate, delays and number of the channels.
     pub adc: &'a AdcProperties,
-    /// What a code means.
+    /// Calibration of the channels.
     pub calibration: &'a Calibration,
-    /// Windows, band and terms.
+    /// Settings of the test: windows, band and terms.
     pub test: &'a TestSettings<R>,
 }
 
-/// Distance of the rig's spectral lines, Hz.
+/// Spacing of the rig's spectral lines, Hz.
 pub fn resolution<R: RealFft>(adc: &AdcProperties) -> R {
     R::of(f64::from(adc.rate.0)) / R::of(RECORD_SCANS as f64)
 }
 
-/// Memory that one hit is analysed in. Between two hits nothing in it is wanted.
+/// Memory for the analysis of one hit. Nothing in it is needed between two hits.
 #[derive(Debug)]
 pub struct HitMemory<'m, R> {
-    /// Samples of one channel: [`RECORD_SCANS`].
+    /// Samples of one channel; length [`RECORD_SCANS`].
     pub scratch: &'m mut [R],
-    /// Lines of the force: [`SPECTRUM_BINS`].
+    /// Spectrum of the force; length [`SPECTRUM_BINS`].
     pub force: &'m mut [Complex<R>],
-    /// Design of the mass line fit: [`SPECTRUM_BINS`].
+    /// Design of the mass line fit; length [`SPECTRUM_BINS`].
     pub basis: &'m mut [BasisRow<R>],
 }
 
-/// A hit that is being averaged. Force and design stay in the [`HitMemory`] until the hit is done.
+/// A hit that is being averaged. The spectrum of the force and the design stay in the [`HitMemory`] until the
+/// hit is finished.
 #[derive(Clone, Debug)]
 pub struct HitInHand<R> {
     analysis: HitAnalysis<R>,
@@ -62,7 +63,7 @@ impl<R: RealFft> HitInHand<R> {
     /// Adds the force of a record to the spectra.
     ///
     /// # Errors
-    /// When the memory is not as long as [`HitMemory`] says.
+    /// When the slices do not have the lengths given in [`HitMemory`].
     pub fn begin<D: Samples<R> + ?Sized>(
         settings: ProcessingSettings<'_, R>,
         record: &D,
@@ -76,7 +77,7 @@ impl<R: RealFft> HitInHand<R> {
         spectra.add_force(force);
         let lines =
             lines(resolution(adc), |line| force.get(line).map_or(R::zero(), |f| f.norm_sqr()));
-        // What a band does wrong is the same for every hit of a DOF, so it does not scatter.
+        // A wrong band has the same effect on every hit of a DOF, so it does not add scatter.
         let (band, decay) = (test.expected_band(), test.exponential_decay);
         let basis = MassLineBasis::new(lines, band, decay, test.terms, basis);
         let design = basis.map(|basis| basis.design());
@@ -109,16 +110,16 @@ impl<R: RealFft> HitInHand<R> {
         Ok(())
     }
 
-    /// This hit's own mass lines, once all responses are added, zero beyond the last; `None` when one of
-    /// them has none.
+    /// This hit's own mass lines after all responses have been added, zero beyond the last; `None` when one
+    /// of them has none.
     pub fn mass_lines(&self, calibration: &Calibration) -> Option<Responses<R, RIG_SENSORS>> {
         let mut single = self.single;
         calibration.undo_cross_axis(single.as_mut_slice());
         (!self.torn).then_some(single)
     }
 
-    /// Takes a response out of the spectra again: transformed once more, as its lines are not kept. The force
-    /// is taken out with [`Spectra::remove_force`].
+    /// Removes a response from the spectra. It is transformed again, as its spectrum is not stored.
+    /// [`Spectra::remove_force`] removes the force.
     ///
     /// # Errors
     /// As [`Self::begin`].
@@ -136,9 +137,9 @@ impl<R: RealFft> HitInHand<R> {
     }
 }
 
-/// Compares a hit with its repeat hits by their own mass lines, and adds it to them, unless it does not
-/// agree and `verdict` on that is to reject it. Then [`Standing::Outlier`] is to be taken out of the
-/// spectra, and with [`Standing::Inconsistent`] the DOF begins anew.
+/// Compares a hit with its repeat hits by their own mass lines, and adds it to them unless it disagrees and
+/// `verdict` is to reject such hits. The caller then has to remove an [`Standing::Outlier`] from the spectra,
+/// and to start the DOF again after [`Standing::Inconsistent`].
 pub fn join<R: RealFft>(
     repeats: &mut ScatterAccumulator<R, RIG_SENSORS>,
     single: &Responses<R, RIG_SENSORS>,
@@ -158,8 +159,8 @@ pub fn join<R: RealFft>(
     standing
 }
 
-/// The band of a DOF, Hz: as set, else as its averaged spectra show it; `None` when they show none.
-/// `squares` are [`SPECTRUM_BINS`] numbers of scratch.
+/// The band of a DOF, Hz: the one that is set, otherwise the one found from its averaged spectra; `None` when
+/// they show none. `squares` is scratch memory of length [`SPECTRUM_BINS`].
 pub fn band_of<R: RealFft>(
     settings: ProcessingSettings<'_, R>,
     spectra: &DofSpectra<R>,
@@ -175,8 +176,8 @@ pub fn band_of<R: RealFft>(
     find_band(squares, frequency, settings.test.exponential_decay).map(|found| found.ends)
 }
 
-/// The mass lines of all responses of a DOF over a band, as the sensors read them: what their axes read
-/// of each other is in them.
+/// The mass lines of all responses of a DOF over a band, without a correction for the cross-axis
+/// sensitivities of the sensors.
 ///
 /// # Errors
 /// See [`MassLineError`].
@@ -196,7 +197,7 @@ pub fn fit_responses<R: RealFft>(
     ResponseFits::new(lines, &fitting, adc.responses(), frf, basis)
 }
 
-/// The rig's lines with their weights.
+/// The rig's spectral lines with their weights.
 fn lines<R: RealFft>(
     resolution: R,
     weight: impl Fn(usize) -> R + Clone,

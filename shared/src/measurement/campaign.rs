@@ -1,8 +1,7 @@
-//! Which DOF is hit next, and what a verdict or the operator's word leads to.
+//! Decides which DOF is hit next, from the results of the hits and the commands of the operator.
 //!
-//! A pure state machine. The rig asks [`Campaign::step`] what to do, does it, and reports what came
-//! of it; the operator's commands come in between at any time. Nothing here waits, samples or
-//! computes.
+//! A pure state machine. The rig asks [`Campaign::step`] what to do, does it, and reports the outcome;
+//! commands of the operator may come at any time. Nothing here waits, samples or computes.
 //!
 //! ```text
 //!            start                 trigger          record full           good
@@ -13,9 +12,9 @@
 //!                      └──────────────────────────────────────────────────────── CloseDof
 //!                                                                last DOF ──▶ Identify ──▶ Done
 //! ```
-//! A record that was analysed and does not agree with its repeat hits is withdrawn where the policy wants
-//! it: the rig waits for another one.
-//! With *confirmation* a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
+//! A record that does not agree with its repeat hits is withdrawn after the analysis if the policy requires
+//! it, and the rig waits for another one.
+//! With *confirmation*, a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
 
 mod command;
 mod progress;
@@ -28,50 +27,50 @@ use num_enum::{IntoPrimitive, TryFromPrimitive};
 
 use crate::layout::RIG_HITS;
 
-/// What is shown of a rig. The numbers are never changed.
+/// State of the rig as shown to the operator. The numbers never change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
 #[repr(u8)]
 pub enum Phase {
     /// No campaign.
     Idle = 0,
-    /// Waits for the hammer at the DOF in hand.
+    /// The rig waits for a hit at the current DOF.
     Armed = 1,
     /// A record is being taken or analysed.
     Busy = 2,
     /// A graded hit waits for the operator to accept or reject it.
     Confirming = 3,
-    /// A campaign is interrupted, by the operator or by the rig itself; what has been accepted is
-    /// kept. An error among the diagnostics that [`Code::interrupts`] says why the rig did it.
+    /// The campaign was interrupted by the operator or by the rig itself; accepted hits are stored. If the
+    /// rig did it, an error among the diagnostics for which [`Code::interrupts`] holds gives the reason.
     ///
     /// [`Code::interrupts`]: crate::diagnosis::Code::interrupts
     Paused = 4,
     /// The ten properties are being computed and stored.
     Solving = 5,
-    /// The campaign has ended and a result is stored, with or without an answer.
+    /// The campaign has ended and a result is stored, with or without an estimate.
     Done = 6,
 }
 
-/// What the rig does next.
+/// Next action of the rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Nothing until a command comes.
+    /// Do nothing until a command comes.
     Rest,
-    /// Sample, wait for the hammer at this DOF, take the record, grade it.
+    /// Sample, wait for a hit at this DOF, take the record and grade it.
     AwaitHit {
-        /// Index in the layout.
+        /// Index of the DOF in the layout.
         dof: usize,
     },
-    /// Average the record in hand into this DOF.
+    /// Average the current record into this DOF.
     Analyse {
-        /// Index in the layout.
+        /// Index of the DOF in the layout.
         dof: usize,
     },
-    /// Turn this DOF's averages into mass lines.
+    /// Compute the mass lines of this DOF from its averages.
     CloseDof {
-        /// Index in the layout.
+        /// Index of the DOF in the layout.
         dof: usize,
     },
-    /// Compute the ten properties and keep them.
+    /// Identify the ten properties and store the result.
     Identify,
 }
 
@@ -87,7 +86,7 @@ enum State {
     Aborted,
 }
 
-/// A campaign: every hit DOF of a layout measured with a number of hits. It begins with its start.
+/// A campaign: every hit DOF of a layout is measured with a number of hits.
 #[derive(Clone, Debug)]
 pub struct Campaign {
     state: State,
@@ -104,7 +103,7 @@ impl Campaign {
     /// Starts a campaign over `dofs` DOFs with `wanted` hits each.
     ///
     /// # Errors
-    /// [`CommandError::NoDofs`] without DOFs, or with too many.
+    /// [`CommandError::NoDofs`] when there are no DOFs or too many.
     pub fn new(dofs: usize, wanted: u8, start: Start) -> Result<Self, CommandError> {
         let mut list = Vec::new();
         if dofs == 0 || list.resize(dofs, DofProgress::OPEN).is_err() {
@@ -122,8 +121,8 @@ impl Campaign {
         })
     }
 
-    /// Takes up a campaign that a cut of the power has ended: paused, with its finished DOFs. The DOF that was
-    /// in hand begins anew.
+    /// Restores a campaign after a power failure: paused, with its finished DOFs. The DOF that was being
+    /// measured starts again.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -149,7 +148,7 @@ impl Campaign {
         }
     }
 
-    /// What is shown of the campaign.
+    /// State of the campaign as shown to the operator.
     pub fn phase(&self) -> Phase {
         match self.state {
             State::Aborted => Phase::Idle,
@@ -162,7 +161,7 @@ impl Campaign {
         }
     }
 
-    /// Index of the DOF in hand.
+    /// Index of the current DOF.
     pub fn dof(&self) -> usize {
         self.dof
     }
@@ -172,7 +171,7 @@ impl Campaign {
         &self.dofs
     }
 
-    /// Hits averaged at the DOF in hand.
+    /// Number of hits averaged at the current DOF.
     pub fn accepted(&self) -> u8 {
         self.dofs.get(self.dof).map_or(0, |dof| dof.accepted)
     }
@@ -182,17 +181,17 @@ impl Campaign {
         self.wanted
     }
 
-    /// Hits rejected in this campaign.
+    /// Number of hits rejected in this campaign.
     pub fn rejected(&self) -> u16 {
         self.rejected
     }
 
-    /// How it was started.
+    /// Options with which the campaign was started.
     pub fn started(&self) -> Start {
         self.start
     }
 
-    /// Number of the result, 0 before the campaign is done.
+    /// Number of the result; 0 before the campaign is done.
     pub fn result(&self) -> u32 {
         match self.state {
             State::Done { result } => result,
@@ -200,23 +199,24 @@ impl Campaign {
         }
     }
 
-    /// True from the start to the end of a campaign, pauses included.
+    /// True from the start to the end of a campaign, including pauses.
     pub fn is_running(&self) -> bool {
         !matches!(self.state, State::Aborted | State::Done { .. })
     }
 
-    /// True when another campaign may take its place: it has ended, or is paused between two hits.
+    /// True when another campaign may replace this one: it has ended, or it is paused between two hits or
+    /// after its result could not be stored.
     pub fn gives_way(&self) -> bool {
         let held = matches!(self.state, State::Waiting | State::Identifying);
         !self.is_running() || (self.paused && held)
     }
 
-    /// What has been finished; `None` unless a campaign is running.
+    /// The finished DOFs, to be stored as a checkpoint; `None` unless a campaign is running.
     pub fn progress(&self) -> Option<CampaignProgress> {
         let Self { start, wanted, rejected, .. } = *self;
         let mut dofs = self.dofs.clone();
         for (i, dof) in dofs.iter_mut().enumerate() {
-            // A DOF has no mass lines before it is closed.
+            // A DOF has no mass lines until it is closed.
             let closing = self.state == State::Closing && i == self.dof;
             if closing || dof.outcome == Outcome::Open {
                 *dof = DofProgress::OPEN;
@@ -228,10 +228,10 @@ impl Campaign {
     /// Executes a command of the operator.
     ///
     /// # Errors
-    /// [`CommandError::WrongPhase`] when the command has no meaning now; nothing has changed then.
+    /// [`CommandError::WrongPhase`] when the command is not possible in this phase; nothing has changed then.
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
         use Command as C;
-        // Between hits: nothing is recorded or computed, so the DOF in hand may be changed.
+        // Between hits nothing is recorded or computed, so the current DOF may be changed.
         let between = matches!(self.state, State::Waiting | State::Confirming);
         match command {
             C::Accept if self.state == State::Confirming => self.state = State::Analysing,
@@ -252,7 +252,8 @@ impl Campaign {
                 self.interrupted();
             }
             C::Resume if self.paused => self.paused = false,
-            // A result that is being stored is not torn; one that could not be is given up.
+            // An abort cannot interrupt the storing of a result, but it can discard one that could not be
+            // stored.
             C::Abort if self.is_running() && (self.paused || self.state != State::Identifying) => {
                 self.end(State::Aborted);
             }
@@ -261,21 +262,21 @@ impl Campaign {
         Ok(())
     }
 
-    /// The rig samples and waits for the hammer.
+    /// Reports that the rig samples and waits for a hit.
     pub fn armed(&mut self) {
         if self.state == State::Waiting {
             self.armed = true;
         }
     }
 
-    /// The hammer has touched.
+    /// Reports that the trigger has fired.
     pub fn triggered(&mut self) {
         if self.state == State::Waiting {
             self.state = State::Recording;
         }
     }
 
-    /// The record is whole and graded.
+    /// Reports that the record is complete and graded.
     pub fn graded(&mut self, good: bool) {
         if self.state != State::Recording {
             return;
@@ -287,14 +288,14 @@ impl Campaign {
         }
     }
 
-    /// The record was lost: scans are missing.
+    /// Reports that the record was lost because scans are missing.
     pub fn record_lost(&mut self) {
         if matches!(self.state, State::Recording | State::Waiting) {
             self.reject();
         }
     }
 
-    /// The record has been averaged into the DOF in hand.
+    /// Reports that the record has been averaged into the current DOF.
     pub fn analysed(&mut self) {
         if self.state != State::Analysing {
             return;
@@ -309,14 +310,14 @@ impl Campaign {
         }
     }
 
-    /// The record in hand does not belong to the hits before it: it was taken out of the averages.
+    /// Reports that the current record is an outlier and was removed from the averages.
     pub fn withdrawn(&mut self) {
         if self.state == State::Analysing {
             self.reject();
         }
     }
 
-    /// The record in hand and the only one before it contradict each other: the DOF begins anew.
+    /// Reports that the current record and the only one before it are inconsistent: the DOF starts again.
     pub fn drop_inconsistent_pair(&mut self) {
         if self.state == State::Analysing {
             self.rejected = self.rejected.saturating_add(self.accepted().into());
@@ -325,28 +326,28 @@ impl Campaign {
         }
     }
 
-    /// The mass lines of the DOF in hand are kept.
+    /// Reports that the mass lines of the current DOF are stored.
     pub fn dof_closed(&mut self) {
         if self.state == State::Closing {
             self.next_dof();
         }
     }
 
-    /// The ten properties are kept as this result.
+    /// Reports that the result is stored with this number.
     pub fn identified(&mut self, result: u32) {
         if self.state == State::Identifying {
             self.end(State::Done { result });
         }
     }
 
-    /// The result could not be kept: `Resume` tries again.
+    /// Reports that the result could not be stored: `Resume` tries again.
     pub fn not_stored(&mut self) {
         if self.state == State::Identifying {
             self.paused = true;
         }
     }
 
-    /// The converter does not answer: `Resume` tries again.
+    /// Reports that the converter does not respond: `Resume` tries again.
     pub fn interrupted(&mut self) {
         if self.is_running() {
             self.paused = true;

@@ -1,4 +1,4 @@
-//! From the averaged hits of a DOF to its mass lines, and from all mass lines to the answers.
+//! Computes the mass lines of a DOF from its averaged hits, and the estimates from all mass lines.
 
 use super::averaging::{ProcessingSettings, band_of, fit_responses, resolution};
 use super::campaign::{Campaign, Object, Outcome};
@@ -14,12 +14,12 @@ use crate::mass_line::MassLineError;
 use crate::responses::{ResponseSquare, Responses};
 use crate::signal::{RESPONSES, RealFft, SPECTRUM_BINS, bins_of_band};
 
-/// How well a mass that is typed in is taken to be known, relative: a kitchen scale.
+/// Relative standard deviation assumed for a mass that is typed in: that of a kitchen scale.
 const MASS_SIGMA: f64 = 1e-3;
 
 impl<R: RealFft> Measurement<'_, R> {
-    /// Turns the averaged spectra of a DOF into its mass lines and keeps them.
-    // Never inlined: 1.8 KB less of the firmware's deepest stack.
+    /// Computes the mass lines of a DOF from its averaged spectra and stores them.
+    // Not inlined, which saves 1.8 KB of the firmware's deepest stack.
     #[inline(never)]
     pub(super) fn close_dof(&mut self, dof: usize) {
         let Some(hit) = self.layout.as_ref().and_then(|layout| layout.hits.get(dof)) else {
@@ -43,7 +43,7 @@ impl<R: RealFft> Measurement<'_, R> {
         }
         let fits = match fits {
             Ok(fits) => fits,
-            // A response without a mass line has no number; neither has its DOF then.
+            // When one response has no mass line, the DOF has none.
             Err(error) => {
                 self.memory.forget_dof(dof);
                 return self.push_diagnostic(Diagnostic::about(
@@ -65,12 +65,13 @@ impl<R: RealFft> Measurement<'_, R> {
             ));
         }
         let mut accelerance = fits.accelerance;
-        // The noise of a channel is changed by the square of its cross-axis sensitivities only.
+        // The noise of a channel is not corrected: it changes only by the square of the cross-axis
+        // sensitivities.
         self.calibration.undo_cross_axis(accelerance.as_mut_slice());
         self.check_rigidity(&test, &accelerance);
         let spectra = &self.memory.spectra;
         let hits = spectra.hits();
-        // One hit does not scatter, and a scatter of fewer hits than were averaged is not theirs.
+        // A single hit has no scatter, and the scatter of fewer hits than were averaged does not apply.
         let single = self.memory.single_hits.as_ref();
         let single = single.filter(|single| single.hits() == hits && hits > 1);
         let scatter = single.map_or_else(ResponseSquare::zeros, |single| single.covariance());
@@ -87,13 +88,14 @@ impl<R: RealFft> Measurement<'_, R> {
         self.memory.keep_dof(details, (dof, lines));
     }
 
-    /// Names the sensor that moves least with the others, when it does not move as a part of a rigid body.
+    /// Reports the sensor with the largest residual, when the readings do not fit a rigid body.
     fn check_rigidity(&mut self, test: &TestSettings<R>, readings: &Responses<R, RIG_SENSORS>) {
         let residuals = self.layout.as_ref().and_then(|layout| rigid_residuals(layout, readings));
         let numbers = residuals.iter().flatten().map(|left| left.to_f32()).enumerate();
         let worst = numbers.filter(|(_, left)| left.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((sensor, left)) = worst.filter(|(_, left)| *left > NOT_RIGID as f32) {
-            // About the sensor, not about a hit: hitting again would not help, so it warns at most.
+            // The finding concerns the sensor and not the hit. Hitting again would not help, so it is at most
+            // a warning.
             let verdict = test.policy.verdict(Code::MotionNotRigid);
             let severity = verdict.severity().min(Severity::Warning);
             self.push_diagnostic(Diagnostic::about(
@@ -105,7 +107,7 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// A step of the identification.
+    /// Runs one step of the identification.
     pub(super) fn identify(&mut self, campaign: &Campaign, task: Task<R>) -> Task<R> {
         match task {
             Task::Identify => {}
@@ -136,7 +138,8 @@ impl<R: RealFft> Measurement<'_, R> {
         Task::Identified
     }
 
-    /// Says why methods have no answer: an error only of the best method, when no other has one either.
+    /// Reports why methods have no answer: as an error only for the best method, and only when no other
+    /// method has an answer.
     fn explain_refusals(&mut self) {
         let identification = &self.memory.identification;
         let answered = !identification.estimates().is_empty();
@@ -166,7 +169,7 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// The hammer against the sensors, from the hits on a block of known mass.
+    /// The hammer's gain against the sensors, from the hits on a block of known mass.
     fn weigh(&self, mass: f32) -> BlockResult {
         let layout = self.layout.as_ref().ok_or(BlockError::DirectionsMissing)?;
         let lines = self.memory.mass_lines.iter().map(|(_, lines)| lines);

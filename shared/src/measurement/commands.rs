@@ -1,4 +1,4 @@
-//! What the operator wants: campaigns, readings of the channels without a hit, streams of scans.
+//! Commands of the operator: campaigns, readings of the channels without a hit, streams of scans.
 
 use super::campaign::{self, Campaign, CampaignProgress, Command, CommandError, Object, Start};
 use super::hits::Task;
@@ -11,15 +11,15 @@ use crate::signal::RealFft;
 /// Why a campaign was not started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartError {
-    /// Layout or calibration are being replaced.
+    /// Layout or calibration is being replaced.
     Busy,
     /// There is no layout.
     NoLayout,
     /// The layout has an error: [`Measurement::check`].
     LayoutRefused,
-    /// There is no room for its result.
+    /// There is no room for the result.
     NoRoom,
-    /// Something else is going on.
+    /// The rig is busy with something else.
     WrongPhase,
 }
 
@@ -38,11 +38,11 @@ impl core::fmt::Display for StartError {
 impl core::error::Error for StartError {}
 
 impl<R: RealFft> Measurement<'_, R> {
-    /// Starts a campaign; a paused one is forgotten. `force` begins although the layout has an error that only
-    /// takes the answer away; `room` says that there is room for its result.
+    /// Starts a campaign and discards a paused one. With `force` the campaign starts even if the layout has
+    /// an error that only prevents an estimate; `room` states whether there is room for the result.
     ///
     /// # Errors
-    /// Why it was not started; nothing has changed then.
+    /// The reason why the campaign was not started; nothing has changed then.
     pub fn start(&mut self, start: Start, force: bool, room: bool) -> Result<(), StartError> {
         if let Activity::Changing = self.activity {
             return Err(StartError::Busy);
@@ -50,7 +50,8 @@ impl<R: RealFft> Measurement<'_, R> {
         let layout = self.layout.as_ref().ok_or(StartError::NoLayout)?;
         let mut findings = self.check(layout);
         if let Object::Block { .. } = start.object {
-            // Hits through the centre of mass determine no ten properties, and need not.
+            // Hits through the centre of mass do not determine the ten properties, and need not for a block
+            // test.
             findings.retain(|found| !can_be_forced(found));
             note(&mut findings, Diagnostic::whole(Code::BlockTest, Severity::Note, 0.0));
         }
@@ -71,13 +72,13 @@ impl<R: RealFft> Measurement<'_, R> {
         Ok(())
     }
 
-    /// Takes up a campaign that a cut of the power has ended: paused, with what was measured of its finished
-    /// DOFs. A finished DOF whose mass lines are not there is measured again; mass lines of one that is not
-    /// finished are left out.
+    /// Restores a campaign after a power failure: paused, with the data of its finished DOFs. A finished DOF
+    /// for which `measured` is true but whose mass lines are missing is measured again; mass lines of a DOF
+    /// that is not finished are ignored.
     ///
     /// # Errors
-    /// [`CommandError::WrongPhase`] unless nothing is measured, [`CommandError::NoDofs`] when it is none of
-    /// this layout.
+    /// [`CommandError::WrongPhase`] unless the rig is idle, [`CommandError::NoDofs`] when the campaign does
+    /// not fit the layout.
     pub fn resume(
         &mut self,
         mut progress: CampaignProgress,
@@ -111,14 +112,14 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Executes a command of the operator.
     ///
     /// # Errors
-    /// [`CommandError::WrongPhase`] when it has no meaning now; nothing has changed then.
+    /// [`CommandError::WrongPhase`] when the command is not possible in this phase; nothing has changed then.
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
         let Activity::Measuring(campaign, task) = &mut self.activity else {
             return Err(CommandError::WrongPhase);
         };
         let dof = campaign.dof();
         campaign.command(command)?;
-        // A record that is being taken is dropped: whatever was wanted has changed.
+        // A record that is being taken is discarded, since the command may have changed what is wanted.
         if let Task::Capture { .. } | Task::Grade { .. } = task {
             *task = Task::None;
         }
@@ -127,7 +128,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 self.averaged = None;
                 self.memory.forget_dof(dof);
             }
-            // What had interrupted the campaign is tried again.
+            // The rig tries again what had interrupted the campaign.
             Command::Resume => self.diagnostics.retain(|found| !found.interrupts()),
             Command::Abort => self.activity = Activity::Idle,
             _ => {}
@@ -135,12 +136,12 @@ impl<R: RealFft> Measurement<'_, R> {
         Ok(())
     }
 
-    /// What has been finished of the campaign; `None` unless one is running.
+    /// Checkpoint of the finished DOFs; `None` unless a campaign is running.
     pub fn progress(&self) -> Option<CampaignProgress> {
         self.running().and_then(Campaign::progress)
     }
 
-    /// The result is kept under this number.
+    /// Reports that the result is stored with this number.
     pub fn stored(&mut self, number: u32) {
         if self.wish() != Wish::Keep {
             return;
@@ -150,7 +151,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.ended = Some(campaign);
     }
 
-    /// The result could not be kept: the campaign is interrupted, and `Resume` tries again.
+    /// Reports that the result could not be stored: the campaign is interrupted, and `Resume` tries again.
     pub fn not_stored(&mut self) {
         if let Activity::Measuring(campaign, _) = &mut self.activity {
             campaign.not_stored();
@@ -173,25 +174,25 @@ impl<R: RealFft> Measurement<'_, R> {
         self.activity = Activity::Measuring(campaign, Task::None);
     }
 
-    /// Wants the record filled with what the channels read without a hit.
+    /// Starts to fill the record with readings of the channels without a hit.
     ///
     /// # Errors
-    /// [`CommandError::WrongPhase`] unless nothing is measured.
+    /// [`CommandError::WrongPhase`] unless the rig is idle.
     pub fn take_reading(&mut self) -> Result<(), CommandError> {
         self.leave_idle(Activity::Reading)
     }
 
-    /// Wants no reading any longer.
+    /// Cancels the reading.
     pub fn drop_reading(&mut self) {
         if let Activity::Reading = self.activity {
             self.activity = Activity::Idle;
         }
     }
 
-    /// Wants all scans passed on, or no longer.
+    /// Starts or stops the stream of all scans.
     ///
     /// # Errors
-    /// [`CommandError::WrongPhase`] unless nothing is measured.
+    /// [`CommandError::WrongPhase`] unless the rig is idle.
     pub fn set_stream(&mut self, on: bool) -> Result<(), CommandError> {
         match (&self.activity, on) {
             (Activity::Streaming(_), true) => Ok(()),
@@ -214,7 +215,7 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 }
 
-/// True for a fact of the layout that only takes the answer away; a setting that a rig cannot work with is
+/// True for a finding about the layout that only prevents an estimate. A setting that the rig cannot use is
 /// never forced.
 fn can_be_forced(diagnostic: &Diagnostic) -> bool {
     let never = [Code::SettingOutOfRange, Code::LayoutNotFinite, Code::AxesNotOrthonormal];

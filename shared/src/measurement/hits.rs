@@ -1,4 +1,4 @@
-//! From scans to an averaged hit: capture, grading, averaging, agreement with the other hits at the DOF.
+//! Processes scans into averaged hits: capture, grading, averaging, comparison with the repeat hits.
 
 use super::averaging::{self, HitInHand, ProcessingSettings};
 use super::campaign::{Campaign, Phase};
@@ -13,28 +13,28 @@ use crate::signal::{
 };
 use crate::units::Newtons;
 
-/// How far the step of the campaign in hand has come.
+/// Progress within the current step of the campaign.
 #[derive(Clone, Debug)]
 pub(super) enum Task<R> {
-    /// Not begun.
+    /// The step has not begun.
     None,
-    /// The sampler runs; with the scan of the trigger once there was one.
+    /// The sampler runs; `trigger` is the scan of the trigger once it has fired.
     Capture { capture: Capture, trigger: Option<ScanIndex> },
-    /// The record is whole.
+    /// The record is complete.
     Grade { trigger: ScanIndex },
-    /// Responses before the next one are averaged.
+    /// The responses before `next` are averaged.
     Average { hit: HitInHand<R>, next: usize },
-    /// The hit does not agree with the others: responses before the next one are taken out again.
+    /// The hit is an outlier: the responses before `next` have been removed again.
     Withdraw { hit: HitInHand<R>, next: usize, distance: R },
-    /// The methods are being carried out.
+    /// The identification methods are running.
     Identify,
     /// The result is complete.
     Identified,
 }
 
 impl<R: RealFft> Measurement<'_, R> {
-    /// The sampler has started, as [`Wish::Scans`] wants it; scans follow. Nothing happens when the wish has
-    /// changed meanwhile.
+    /// Reports that the sampler has started, as [`Wish::Scans`] requires; scans follow. No effect when the
+    /// wish has changed meanwhile.
     pub fn sampling_started(&mut self) {
         if self.wish() != Wish::Scans {
             return;
@@ -51,8 +51,8 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// Takes consecutive scans, `first` the index of the first of them. What comes after the wish has
-    /// changed is left out.
+    /// Takes consecutive scans; `first` is the index of the first of them. Scans after a change of the wish
+    /// are ignored.
     pub fn feed(&mut self, first: ScanIndex, scans: &[Scan]) {
         self.losses = 0;
         self.counts.scans += scans.len() as u64;
@@ -81,7 +81,7 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// Takes a scan into the record; false when no more are wanted.
+    /// Adds a scan to the record; false when no more are wanted.
     fn capture(&mut self, scan: &Scan, index: ScanIndex) -> bool {
         let Activity::Measuring(campaign, task) = &mut self.activity else { return false };
         let Task::Capture { capture, trigger } = task else { return false };
@@ -108,15 +108,15 @@ impl<R: RealFft> Measurement<'_, R> {
         true
     }
 
-    /// So many scans were lost at once, and the sampler has begun anew. Before the hammer has touched that
-    /// costs nothing but another arming.
+    /// Reports that `scans` consecutive scans were lost and that the sampler has restarted. Before the
+    /// trigger this costs only another arming.
     pub fn lost(&mut self, scans: u32) {
         self.counts.scans_lost += u64::from(scans);
         self.counts.overruns += 1;
         self.losses = self.losses.saturating_add(1);
         match &mut self.activity {
             Activity::Idle | Activity::Changing => {}
-            // A stream goes on behind the gap.
+            // A stream continues after the gap.
             Activity::Streaming(streamed) => *streamed = Streamed::default(),
             _ if self.losses >= LOSSES_TO_STOP => self.stopped(),
             Activity::Reading => self.memory.record.clear(),
@@ -141,9 +141,9 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// The converter does not deliver: a campaign is interrupted, anything else ends.
+    /// Reports that the converter does not respond: a campaign is interrupted, anything else ends.
     pub fn stopped(&mut self) {
-        // The user may mend the converter and go on.
+        // The user may repair the converter and resume.
         self.losses = 0;
         match &mut self.activity {
             Activity::Idle | Activity::Changing => return,
@@ -174,7 +174,7 @@ impl<R: RealFft> Measurement<'_, R> {
         Task::None
     }
 
-    /// Reports a hit; gives its number.
+    /// Reports a hit and returns its number.
     fn report_hit(&mut self, dof: usize, trigger: ScanIndex, report: HitReport) -> u32 {
         self.hits = self.hits.wrapping_add(1);
         let hit = GradedHit {
@@ -191,10 +191,9 @@ impl<R: RealFft> Measurement<'_, R> {
         self.hits
     }
 
-    /// Averages a piece of the record in hand: force, then response by response, then its agreement with the
-    /// other hits at the DOF; one that does not agree is taken out again where the policy wants only
-    /// those that do.
-    // Never inlined: 1.9 KB less of the firmware's deepest stack.
+    /// Averages one part of the current record: the force, then each response, then the comparison with the
+    /// repeat hits. An outlier is removed again when the policy requires it.
+    // Not inlined, which saves 1.9 KB of the firmware's deepest stack.
     #[inline(never)]
     pub(super) fn average_hit(
         &mut self,
@@ -202,7 +201,7 @@ impl<R: RealFft> Measurement<'_, R> {
         dof: usize,
         task: Task<R>,
     ) -> Task<R> {
-        // The memory is as long as the record, so no transform fails.
+        // The memory has the length of the record, so no transform fails.
         self.try_average_hit(campaign, dof, task).unwrap_or_else(|_| {
             campaign.withdrawn();
             Task::None
@@ -247,8 +246,8 @@ impl<R: RealFft> Measurement<'_, R> {
         })
     }
 
-    /// Compares the averaged hit with the others at its DOF. One without mass lines of its own tells nothing
-    /// about the scatter.
+    /// Compares the averaged hit with its repeat hits. A hit without mass lines of its own does not
+    /// contribute to the scatter.
     fn join(&mut self, campaign: &mut Campaign, dof: usize, hit: HitInHand<R>) -> Task<R> {
         let verdict = self.test().policy.verdict(Code::HitInconsistent);
         let standing = match hit.mass_lines(&self.calibration) {
@@ -277,7 +276,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 self.memory.spectra.remove_force(&self.memory.force);
                 return Task::Withdraw { hit, next: 0, distance };
             }
-            // The DOF begins anew, and the next hit opens it.
+            // The DOF starts again with the next hit.
             Standing::Inconsistent(distance) => {
                 campaign.drop_inconsistent_pair();
                 self.averaged = None;
@@ -287,7 +286,7 @@ impl<R: RealFft> Measurement<'_, R> {
         Task::None
     }
 
-    /// Reports the hit in hand, which was good by itself, once more: now it is rejected.
+    /// Reports the current hit again, now as rejected; it had passed its own grading.
     fn withdraw(&mut self, code: Code, dof: usize, distance: R) {
         let Some(mut hit) = self.last_hit.take() else { return };
         hit.good = false;
@@ -297,7 +296,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.report(hit);
     }
 
-    /// Forgets the hits of the DOF that was in hand.
+    /// Discards the hits of the previous DOF and starts this one.
     fn open_dof(&mut self, dof: usize) {
         self.memory.spectra.clear();
         self.memory.single_hits = None;

@@ -1,4 +1,4 @@
-//! The large memory of a measurement, lent by whoever drives it.
+//! The large memory of a measurement, borrowed from its driver.
 
 use heapless::Vec;
 use nalgebra::Complex;
@@ -12,22 +12,22 @@ use crate::layout::{RIG_HITS, RIG_SENSORS};
 use crate::mass_line::BasisRow;
 use crate::signal::{RECORD_SCANS, Record, SPECTRUM_BINS};
 
-// The scratch is the workspace of the methods.
+// The scratch memory is also the workspace of the methods.
 const _: () = assert!(maximum_likelihood::workspace(RIG_SENSORS) <= RECORD_SCANS);
 
-/// The large memory of a measurement: about 75 KiB in single precision. Its initial value is all zeros, so that
-/// a static one takes no room in an image.
+/// The large memory of a measurement: about 75 KiB in single precision. Its initial value is all zeros, so a
+/// static one takes no room in the image.
 pub struct Memory<R> {
     pub(super) record: Record,
-    /// Averages of the hits of the DOF in hand.
+    /// Averages of the hits at the current DOF.
     pub(super) spectra: DofSpectra<R>,
-    /// Samples and transform of one channel; after the last hit the workspace of the identification.
+    /// Samples and transform of one channel; after the last hit, the workspace of the identification.
     pub(super) scratch: [R; RECORD_SCANS],
     pub(super) force: [Complex<R>; SPECTRUM_BINS],
     pub(super) basis: [BasisRow<R>; SPECTRUM_BINS],
-    /// Mass lines of the single hits of the DOF in hand.
+    /// Mass lines of the single hits at the current DOF.
     pub(super) single_hits: Option<ScatterAccumulator<R, RIG_SENSORS>>,
-    /// What has been measured in this campaign, DOF by DOF.
+    /// Data measured in this campaign, DOF by DOF.
     pub(super) dofs: Vec<MeasuredDof<R>, RIG_HITS>,
     /// The mass lines of these DOFs, in the same order.
     pub(super) mass_lines: Vec<DofMassLines<R, RIG_SENSORS>, RIG_HITS>,
@@ -64,13 +64,13 @@ macro_rules! memory {
 memory!(f32, f64);
 
 impl<R> Memory<R> {
-    /// What a hit is processed in.
+    /// The parts needed to process a hit.
     pub(super) fn of_hit(&mut self) -> (&Record, &mut DofSpectra<R>, HitMemory<'_, R>) {
         let Self { record, spectra, scratch, force, basis, .. } = self;
         (record, spectra, HitMemory { scratch, force, basis })
     }
 
-    /// Forgets what a campaign has measured.
+    /// Discards the data of a campaign.
     pub(super) fn forget_campaign(&mut self) {
         self.single_hits = None;
         self.dofs.clear();
@@ -78,7 +78,7 @@ impl<R> Memory<R> {
         self.identification.begin([]);
     }
 
-    /// Keeps what was measured of a DOF, in the place of what was there of it.
+    /// Stores the data of a DOF and replaces previous data of it.
     pub(super) fn keep_dof(
         &mut self,
         details: MeasuredDof<R>,
@@ -93,7 +93,7 @@ impl<R> Memory<R> {
         let _ = self.dofs.push(details);
     }
 
-    /// Forgets what was measured of a DOF.
+    /// Discards the data of a DOF.
     pub(super) fn forget_dof(&mut self, dof: usize) {
         if let Some(place) = self.mass_lines.iter().position(|(index, _)| *index == dof) {
             self.mass_lines.remove(place);

@@ -1,8 +1,8 @@
-//! A measurement from scans to a result: a state machine without inputs and outputs of its own.
+//! A measurement from scans to a result: a state machine that does no input or output itself.
 //!
-//! Whoever drives it asks for a [`Wish`], does it, and reports what came of it. The operator's commands come in
-//! between at any time. The machine waits for nothing and knows no flash, link, screen or clock; each call does
-//! a bounded piece of work.
+//! The driver asks for a [`Wish`], does it, and reports the outcome; commands of the operator may come at any
+//! time. The machine waits for nothing and has no access to flash, link, screen or clock; each call does a
+//! bounded amount of work.
 //!
 //! ```text
 //!               start, command                     wish ──▶ Rest:  until a command comes
@@ -13,17 +13,17 @@
 //!
 //! scans ─▶ capture ─▶ grade ─▶ spectra ─▶ average ─▶ mass lines ─▶ identify ─▶ result
 //! ```
-//! A rig drives it in single precision, a Monte Carlo study in double precision.
+//! A rig uses single precision, a Monte Carlo study double precision.
 //!
 //! | module | subject |
 //! | --- | --- |
 //! | `setup` | the layout and the calibration in use |
-//! | `commands` | what the operator wants |
-//! | [`campaign`] | which degree of freedom is hit next, and what a verdict leads to |
+//! | `commands` | commands of the operator |
+//! | [`campaign`] | which degree of freedom is hit next |
 //! | `hits` | from scans to an averaged hit |
-//! | [`averaging`] | one hit DOF from its hits to its mass lines |
-//! | `closing` | from averaged hits to mass lines, and from these to the answers |
-//! | `view` | what there is to see |
+//! | [`averaging`] | from the hits of one DOF to its mass lines |
+//! | `closing` | from averaged hits to mass lines, and from these to the estimates |
+//! | `view` | the state of the measurement, for display |
 
 pub mod averaging;
 pub mod campaign;
@@ -50,60 +50,60 @@ use campaign::{Campaign, Step};
 use hits::Task;
 use view::EVENTS;
 
-/// A layout of a rig in a precision.
+/// A layout with the capacity of a rig, in either precision.
 pub type TestLayout<R> = Layout<R, RIG_SENSORS, RIG_HITS>;
 
-/// Losses of scans in a row, without a block between them, that a converter is given up after.
+/// Number of consecutive losses of scans after which the converter counts as stopped.
 pub const LOSSES_TO_STOP: u8 = 3;
 
-/// What is to be done next.
+/// Next action of the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wish {
-    /// Nothing until a command comes.
+    /// Do nothing until a command comes.
     Rest,
-    /// Sample: start the sampler, say so with [`Measurement::sampling_started`], and feed it with scans until the
-    /// wish is another one.
+    /// Sample: start the sampler, report [`Measurement::sampling_started`], and feed scans until the wish
+    /// changes.
     Scans,
-    /// Time to compute: [`Measurement::work`].
+    /// Compute: call [`Measurement::work`].
     Work,
-    /// Keep [`Measurement::result`], then report [`Measurement::stored`] or [`Measurement::not_stored`].
+    /// Store [`Measurement::result`], then report [`Measurement::stored`] or [`Measurement::not_stored`].
     Keep,
 }
 
-/// What a rig is doing: one thing at a time.
+/// Current activity of a rig; there is only one at a time.
 #[derive(Clone, Debug)]
 enum Activity<R> {
-    /// Nothing.
+    /// No activity.
     Idle,
-    /// Its layout or calibration is being replaced.
+    /// The layout or the calibration is being replaced.
     Changing,
-    /// It fills the record with what the channels read without a hit.
+    /// The record is being filled with readings of the channels without a hit.
     Reading,
-    /// It passes all scans on, through the record as a ring.
+    /// All scans are passed on, through the record as a ring buffer.
     Streaming(Streamed),
-    /// It carries out a campaign.
+    /// A campaign is running.
     Measuring(Campaign, Task<R>),
 }
 
-/// A measurement over memory that is lent to it.
+/// A measurement that uses borrowed memory.
 pub struct Measurement<'m, R> {
     adc: AdcProperties,
     calibration: Calibration,
     layout: Option<TestLayout<R>>,
     activity: Activity<R>,
-    /// The campaign that ended last, while nothing has taken its place.
+    /// The campaign that ended last, until another one starts.
     ended: Option<Campaign>,
     recorded: Recorded,
-    /// Index of the DOF whose hits are averaged in the spectra.
+    /// Index of the DOF whose hits are in the averaged spectra.
     averaged: Option<u8>,
-    /// Fingerprint of the record graded last.
+    /// Fingerprint of the last graded record.
     last_record: Option<u32>,
-    /// The hit graded last in this campaign.
+    /// The last graded hit of this campaign.
     last_hit: Option<GradedHit>,
     hits: u32,
     armings: u32,
     campaigns: u32,
-    /// Losses of scans in a row.
+    /// Number of consecutive losses of scans.
     losses: u8,
     events: Deque<GradedHit, EVENTS>,
     block: Option<BlockResult>,
@@ -113,7 +113,7 @@ pub struct Measurement<'m, R> {
 }
 
 impl<'m, R: RealFft> Measurement<'m, R> {
-    /// Nothing is measured yet; without a layout, and with the calibration of the data sheets.
+    /// An idle measurement without a layout, with the calibration of the data sheets.
     pub fn new(adc: AdcProperties, memory: &'m mut Memory<R>) -> Self {
         Self {
             adc,
@@ -137,7 +137,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
         }
     }
 
-    /// What is to be done next.
+    /// The next action of the driver.
     pub fn wish(&self) -> Wish {
         match &self.activity {
             Activity::Idle | Activity::Changing => Wish::Rest,
@@ -152,7 +152,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
         }
     }
 
-    /// Does a bounded piece of the computing that is wanted. On a rig at most a million instructions.
+    /// Does a bounded part of the computation. On a rig at most a million instructions.
     pub fn work(&mut self) {
         if self.wish() != Wish::Work {
             return;
@@ -181,8 +181,9 @@ impl<'m, R: RealFft> Measurement<'m, R> {
     }
 }
 
-/// Adds a diagnostic; of one that is there already the graver stays, of two as grave the one with the larger
-/// number. In a full list an error takes the place of something lesser; anything else is left out.
+/// Adds a diagnostic. If the same code and subject are already in the list, the one of higher severity stays
+/// or, at equal severity, the one with the larger value. When the list is full, an error replaces a
+/// diagnostic that is not one; anything else is dropped.
 pub fn note(list: &mut Diagnostics, diagnostic: Diagnostic) {
     let same = |d: &&mut Diagnostic| d.code == diagnostic.code && d.subject == diagnostic.subject;
     if let Some(known) = list.iter_mut().find(same) {

@@ -7,11 +7,11 @@ use crate::layout::{TestSettings, assumed_body, check_settings};
 use crate::signal::{AdcProperties, Calibration, RECORD_SCANS, RealFft, SPECTRUM_BINS};
 
 impl<R: RealFft> Measurement<'_, R> {
-    /// Reserves layout and calibration for a change that takes time: until [`Self::end_change`] nothing is
-    /// started.
+    /// Reserves layout and calibration for a change that takes time: nothing can be started until
+    /// [`Self::end_change`].
     ///
     /// # Errors
-    /// [`StartError::WrongPhase`] unless nothing is measured, [`StartError::Busy`] during another change.
+    /// [`StartError::WrongPhase`] unless the rig is idle, [`StartError::Busy`] during another change.
     pub fn begin_change(&mut self) -> Result<(), StartError> {
         match self.activity {
             Activity::Idle => {
@@ -30,8 +30,8 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// Takes a layout into use; what was said and measured under an earlier one is forgotten. Only while
-    /// nothing is measured.
+    /// Replaces the layout and discards the diagnostics and data of the previous one. Allowed only while the
+    /// rig is idle.
     pub fn set_layout(&mut self, layout: TestLayout<R>) {
         self.ended = None;
         self.diagnostics.clear();
@@ -47,33 +47,33 @@ impl<R: RealFft> Measurement<'_, R> {
         self.layout.as_ref()
     }
 
-    /// Takes a calibration into use. Only while nothing is measured.
+    /// Replaces the calibration. Allowed only while the rig is idle.
     pub fn set_calibration(&mut self, calibration: Calibration) {
         self.calibration = calibration;
-        // What a block has said was about the calibration of before.
+        // The result of a block test refers to the previous calibration.
         self.block = None;
     }
 
-    /// The calibration in force.
+    /// The calibration in use.
     pub fn calibration(&self) -> &Calibration {
         &self.calibration
     }
 
-    /// The converter.
+    /// Properties of the converter.
     pub fn adc(&self) -> &AdcProperties {
         &self.adc
     }
 
-    /// The converter with only those channels that the layout has sensors for.
+    /// Properties of the converter, reduced to the channels of the sensors in the layout.
     pub fn adc_in_use(&self) -> AdcProperties {
         let sensors = self.layout.as_ref().map_or(0, |layout| layout.sensors.len());
         let responses = self.adc.responses().min(3 * sensors);
         AdcProperties { channels: responses as u8 + 1, ..self.adc }
     }
 
-    /// What is to be said about a layout: errors when no method of a rig could give an answer, or when the
-    /// converter cannot do it. The object is not known yet: any body about the sensors and hits tells what
-    /// can be determined.
+    /// Findings about a layout: errors when no method of a rig could give an estimate, or when the converter
+    /// cannot do it. The object is still unknown; an assumed body about the sensors and hits shows what can
+    /// be determined.
     pub fn check(&self, layout: &TestLayout<R>) -> Diagnostics {
         let sensors = layout.sensors.iter().map(|sensor| sensor.position);
         let places = sensors.chain(layout.hits.iter().map(|hit| hit.position));

@@ -22,8 +22,8 @@ fn measurement(memory: &mut Memory<f64>) -> Measurement<'_, f64> {
     measurement
 }
 
-/// Scans of hits of about 20 N, one every 4000, that move every response a little: `count` of them from `first`
-/// on. No two hits are alike.
+/// `count` scans from `first` on, with hits of about 20 N every 4000 scans that move every response a little.
+/// No two hits are equal.
 fn scans(first: usize, count: usize) -> std::vec::Vec<Scan> {
     let scan = |n: usize| -> Scan {
         let (number, n) = (n / 4000, n % 4000);
@@ -40,7 +40,7 @@ fn scans(first: usize, count: usize) -> std::vec::Vec<Scan> {
     (first..first + count).map(scan).collect()
 }
 
-/// Drives it until it rests or has something to be kept.
+/// Runs the measurement until it rests or has a result to store.
 fn drive(measurement: &mut Measurement<'_, f64>) -> Wish {
     let mut next = 0;
     loop {
@@ -53,7 +53,7 @@ fn drive(measurement: &mut Measurement<'_, f64>) -> Wish {
                     next += 20;
                     assert!(next < 400_000, "no result: {:?}", measurement.last_hit());
                 }
-                // Another hit, later.
+                // Skips to the next hit.
                 next = next.div_ceil(4000) * 4000;
             }
             Wish::Work => measurement.work(),
@@ -149,7 +149,7 @@ fn a_gap_that_nobody_reports_aborts_the_hit_and_the_next_one_counts() {
     rig.feed(ScanIndex(0), &scans(0, 300));
     rig.feed(ScanIndex(340), &scans(340, 20));
     assert_eq!((rig.hits(), rig.counts().hits_aborted, rig.wish()), (1, 1, Wish::Scans));
-    // The sampler goes on, and was not started anew.
+    // The sampler continues without a restart.
     rig.feed(ScanIndex(360), &scans(360, 8000));
     assert_eq!((rig.wish(), rig.counts().triggers), (Wish::Work, 2));
 }
@@ -162,7 +162,7 @@ fn a_sampler_that_starts_after_the_campaign_was_interrupted_wakes_nothing() {
     rig.command(Command::Pause).unwrap();
     rig.sampling_started();
     assert_eq!((rig.phase(), rig.wish(), rig.armings()), (Phase::Paused, Wish::Rest, 0));
-    // Reports that nobody asked for end nothing.
+    // Reports that were not requested have no effect.
     rig.command(Command::Abort).unwrap();
     rig.set_stream(true).unwrap();
     rig.work();
@@ -170,7 +170,7 @@ fn a_sampler_that_starts_after_the_campaign_was_interrupted_wakes_nothing() {
     assert!(rig.streamed().is_some());
 }
 
-/// What a rig keeps over a cut of the power is enough for the mass of a block: once it kept a flag alone.
+/// Regression test: the checkpoint of a block test stores the mass of the block, not only a flag.
 #[test]
 fn a_block_test_that_goes_on_after_a_cut_knows_its_mass() {
     let start = Start { object: Object::Block { mass: 2.0 }, confirm: false };
@@ -205,7 +205,7 @@ fn a_finished_dof_whose_mass_lines_are_lost_is_measured_again() {
             MeasuredDof { dof: layout.hits[index].dof, band_hz: [10.0, 120.0], coherence: None };
         (details, (index, MassLines::without_scatter(accelerance)))
     };
-    // Of the second the mass lines are lost; those of the third belong to no finished DOF.
+    // The mass lines of the second are lost; those of the third do not belong to a finished DOF.
     rig.resume(progress, [of(0), of(2)], |index| index < 2, Diagnostics::new()).unwrap();
     assert_eq!(rig.result().mass_lines.len(), 1);
     assert_eq!(rig.campaign().unwrap().dofs(), [done, DofProgress::OPEN, DofProgress::OPEN]);

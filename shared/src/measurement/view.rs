@@ -1,4 +1,4 @@
-//! What there is to see of a measurement.
+//! The state of a measurement, for display.
 
 use super::averaging::DofSpectra;
 use super::campaign::{Campaign, Phase};
@@ -6,42 +6,42 @@ use super::{Activity, Measurement, TestResult, Wish};
 use crate::diagnosis::Diagnostics;
 use crate::signal::{RealFft, Record};
 
-/// Graded hits that wait to be fetched.
+/// Capacity of the queue of graded hits.
 pub(super) const EVENTS: usize = 4;
 
-/// How far a stream of scans has come.
+/// Progress of a stream of scans.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Streamed {
     /// Index of the scan after the last one taken.
     pub end: u64,
-    /// Scans taken without a gap.
+    /// Number of scans taken without a gap.
     pub held: u64,
 }
 
-/// What the record holds.
+/// Content of the record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recorded {
-    /// Nothing whole.
+    /// Nothing complete.
     Nothing,
-    /// The hit of this number.
+    /// The hit with this number.
     Hit(u32),
-    /// What the channels read without a hit.
+    /// A reading of the channels without a hit.
     Reading,
-    /// Nothing: the converter stopped while it was to be a reading without a hit.
+    /// Nothing: the converter stopped during a reading without a hit.
     ReadingFailed,
 }
 
-/// A hit that was graded. A later one of the same number takes its place: the hit was good by itself and was
-/// withdrawn after it had been compared with the other hits at its DOF.
+/// A graded hit. A later one with the same number replaces it: the hit passed its own grading and was
+/// withdrawn after the comparison with its repeat hits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GradedHit {
-    /// Counts the hits, from 1.
+    /// Number of the hit, counted from 1.
     pub number: u32,
     /// Index of the DOF that was hit.
     pub dof: u8,
-    /// True when nothing was found that rejects it.
+    /// True when no finding rejects the hit.
     pub good: bool,
-    /// Scan of the trigger.
+    /// Index of the scan at the trigger.
     pub scan: u64,
     /// Peak force, N.
     pub peak_force: f32,
@@ -51,30 +51,30 @@ pub struct GradedHit {
     pub findings: Diagnostics,
 }
 
-/// What has been counted.
+/// Counters of the measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Scans taken.
     pub scans: u64,
     /// Scans lost.
     pub scans_lost: u64,
-    /// Times that scans were lost.
+    /// Number of times scans were lost.
     pub overruns: u32,
     /// Triggers.
     pub triggers: u32,
     /// Hits aborted because scans of their record were lost.
     pub hits_aborted: u32,
-    /// Graded hits that nobody fetched in time.
+    /// Graded hits that were not fetched in time.
     pub events_dropped: u32,
 }
 
 impl<R: RealFft> Measurement<'_, R> {
-    /// What is shown of the rig.
+    /// State of the rig as shown to the operator.
     pub fn phase(&self) -> Phase {
         self.campaign().map_or(Phase::Idle, Campaign::phase)
     }
 
-    /// The campaign that is running, else the one that ended last.
+    /// The running campaign, otherwise the one that ended last.
     pub fn campaign(&self) -> Option<&Campaign> {
         self.running().or(self.ended.as_ref())
     }
@@ -86,7 +86,7 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// True when layout, calibration and results may be changed: nothing is measured.
+    /// True when layout, calibration and results may be changed.
     pub fn is_idle(&self) -> bool {
         matches!(self.activity, Activity::Idle | Activity::Changing)
     }
@@ -97,7 +97,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.is_idle() || (self.running().is_some_and(paused) && self.wish() == Wish::Rest)
     }
 
-    /// How far the stream of scans has come; `None` without one.
+    /// Progress of the stream of scans; `None` without a stream.
     pub fn streamed(&self) -> Option<Streamed> {
         match self.activity {
             Activity::Streaming(streamed) => Some(streamed),
@@ -110,12 +110,12 @@ impl<R: RealFft> Measurement<'_, R> {
         matches!(self.activity, Activity::Reading)
     }
 
-    /// What the record holds.
+    /// Content of the record.
     pub fn recorded(&self) -> Recorded {
         self.recorded
     }
 
-    /// The record. It is whole when [`Self::recorded`] says so.
+    /// The record. [`Self::recorded`] shows whether it is complete.
     pub fn record(&self) -> &Record {
         &self.memory.record
     }
@@ -125,42 +125,42 @@ impl<R: RealFft> Measurement<'_, R> {
         Some((self.averaged?, &self.memory.spectra))
     }
 
-    /// The hit graded last in this campaign.
+    /// The last graded hit of this campaign.
     pub fn last_hit(&self) -> Option<&GradedHit> {
         self.last_hit.as_ref()
     }
 
-    /// The next graded hit that has not been fetched.
+    /// Fetches the next graded hit.
     pub fn next_hit(&mut self) -> Option<GradedHit> {
         self.events.pop_front()
     }
 
-    /// Hits graded.
+    /// Number of hits graded.
     pub fn hits(&self) -> u32 {
         self.hits
     }
 
-    /// Times that the hammer has been waited for.
+    /// Number of times the trigger was armed.
     pub fn armings(&self) -> u32 {
         self.armings
     }
 
-    /// Campaigns begun.
+    /// Number of campaigns started.
     pub fn campaigns(&self) -> u32 {
         self.campaigns
     }
 
-    /// What has been counted.
+    /// Counters of the measurement.
     pub fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// What is to be said about the campaign.
+    /// Diagnostics of the campaign.
     pub fn diagnostics(&self) -> &Diagnostics {
         &self.diagnostics
     }
 
-    /// What has been measured and identified so far.
+    /// Measured data and estimates so far.
     pub fn result(&self) -> TestResult<'_, R> {
         TestResult {
             dofs: &self.memory.dofs,
@@ -172,13 +172,13 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// Queues a graded hit; the oldest goes when nobody fetches them.
+    /// Queues a graded hit; the oldest is dropped when the queue is full.
     pub(super) fn report(&mut self, hit: GradedHit) {
         if self.events.is_full() {
             self.events.pop_front();
             self.counts.events_dropped += 1;
         }
-        // There is room: one was taken out above.
+        // There is room: a full queue was shortened above.
         let _ = self.events.push_back(hit);
     }
 }

@@ -1,6 +1,6 @@
-//! One hit, from its record to the lines of its channels.
+//! Computes the spectra of all channels from the record of one hit.
 //!
-//! Channel by channel, so that the caller can do other things between two of them.
+//! Channels are processed one at a time, so that the caller can do other work in between.
 
 use nalgebra::Complex;
 
@@ -11,12 +11,12 @@ use super::{AdcProperties, CHANNELS, Calibration, FftError, RealFft, Samples, wi
 use crate::Real;
 use crate::layout::TestSettings;
 
-/// How the records of one test are analysed.
+/// Analysis of the records of one test.
 ///
-/// A channel's lines are `X(s) = Δt Σ (x_n − rest) e^{−s n Δt}` at `s = σ + iω`,
-/// `ω = 2π l rate/points`, in N s or (m/s²) s, `rest` the mean of its pre-trigger readings. A record
-/// shorter than the transform is followed by zeros. The lines are corrected for the channel's low-pass
-/// and for its delay after the hammer.
+/// The spectrum of a channel is `X(s) = Δt Σ (x_n − rest) e^{−s n Δt}` at `s = σ + iω`,
+/// `ω = 2π l rate/points`, in N s or (m/s²) s, where `rest` is the mean of its pre-trigger readings. A record
+/// shorter than the transform is padded with zeros. The spectra are corrected for the channel's low-pass and
+/// for its delay after the hammer.
 ///
 /// ```
 /// # use massline_shared::signal::*;
@@ -55,22 +55,22 @@ use crate::layout::TestSettings;
 pub struct HitAnalysis<R> {
     /// Scans per second.
     rate: R,
-    /// s.
+    /// Delay between consecutive channels, s.
     channel_delay: R,
-    /// N or m/s² per reading.
+    /// Scale of each channel, N or m/s² per reading.
     scale: [R; CHANNELS],
-    /// Time constants of the low-passes, s; zero without one.
+    /// Time constants of the low-passes, s; zero without a low-pass.
     lag: [R; CHANNELS],
-    /// σ, 1/s.
+    /// σ of the exponential window, 1/s.
     decay: R,
-    /// Scans on either side of the peak that the force window passes.
+    /// Number of scans on either side of the peak that the force window passes.
     half_width: usize,
-    /// Readings that make the rest value.
+    /// Number of readings that are averaged to the rest value.
     rest: usize,
 }
 
 impl<R: RealFft> HitAnalysis<R> {
-    /// For records of codes with `pre_trigger` scans before the hit.
+    /// Analysis for records of codes with `pre_trigger` scans before the hit.
     pub fn new(
         adc: &AdcProperties,
         calibration: &Calibration,
@@ -84,8 +84,8 @@ impl<R: RealFft> HitAnalysis<R> {
             .with_cutoffs(cutoffs)
     }
 
-    /// For any signals, without low-passes: `rate` readings per second, channel `k` taken `k · channel_delay` seconds
-    /// after channel 0, `scale` N or m/s² per reading.
+    /// Analysis for any signals, without low-passes: `rate` readings per second, channel `k` sampled
+    /// `k · channel_delay` seconds after channel 0, `scale` N or m/s² per reading.
     pub fn of_signals(
         rate: R,
         channel_delay: R,
@@ -93,15 +93,15 @@ impl<R: RealFft> HitAnalysis<R> {
         test: &TestSettings<R>,
         pre_trigger: usize,
     ) -> Self {
-        // A width that is no number becomes 0.
+        // The cast turns NaN into 0.
         let half_width = (test.force_window_s * rate).to_f64() as usize;
         let rest = rest_scans(pre_trigger);
         let lag = [R::zero(); CHANNELS];
         Self { rate, channel_delay, scale, lag, decay: test.exponential_decay, half_width, rest }
     }
 
-    /// The same for channels behind first order low-passes of these cutoff frequencies, Hz; zero
-    /// where there is none.
+    /// The same for channels behind first-order low-passes with these cutoff frequencies, Hz; zero where
+    /// there is none.
     pub fn with_cutoffs(self, cutoffs: [R; CHANNELS]) -> Self {
         let lag = cutoffs.map(|cutoff| {
             let lag = R::one() / (R::two_pi() * cutoff);
@@ -110,15 +110,16 @@ impl<R: RealFft> HitAnalysis<R> {
         Self { lag, ..self }
     }
 
-    /// Distance of the lines of a transform of `points` samples, Hz.
+    /// Spacing of the lines of a transform of `points` samples, Hz.
     pub fn resolution(&self, points: usize) -> R {
         self.rate / R::of(points as f64)
     }
 
-    /// The lines of the force, corrected for its low-pass. `scratch` is as long as the transform.
+    /// The spectrum of the force, corrected for its low-pass. `scratch` has the length of the transform.
     ///
     /// # Errors
-    /// When `scratch` is no power of two, shorter than the record or than twice the lines.
+    /// When the length of `scratch` is not a power of two, or is less than that of the record or twice the
+    /// number of lines.
     pub fn force<D: Samples<R> + ?Sized>(
         &self,
         record: &D,
@@ -143,7 +144,8 @@ impl<R: RealFft> HitAnalysis<R> {
         Ok(())
     }
 
-    /// The lines of a response, 0 the first, corrected for its low-pass and its delay after the hammer.
+    /// The spectrum of a response (the first is 0), corrected for its low-pass and its delay after the
+    /// hammer.
     ///
     /// # Errors
     /// As [`Self::force`].
@@ -164,8 +166,8 @@ impl<R: RealFft> HitAnalysis<R> {
         Ok(())
     }
 
-    /// One hit's own frequency response: `lines`, those of a response, become `H = X/F`; 0 where
-    /// there is no force.
+    /// Frequency response of a single hit: replaces `lines`, the spectrum of a response, by `H = X/F`; 0
+    /// where there is no force.
     pub fn divide(lines: &mut [Complex<R>], force: &[Complex<R>]) {
         for (line, f) in lines.iter_mut().zip(force) {
             *line = ratio(*line * f.conj(), f.norm_sqr());
@@ -177,8 +179,8 @@ impl<R: RealFft> HitAnalysis<R> {
         window::exponential(samples, rest, scale / self.rate, self.decay / self.rate);
     }
 
-    /// A first order low-pass of the cutoff `f` reads `X(s)/(1 + s/2πf)`: amplitude and phase are
-    /// undone together, at `s = σ + iω` because that is where the windowed lines are.
+    /// A first-order low-pass with the cutoff `f` gives `X(s)/(1 + s/2πf)`. Amplitude and phase are corrected
+    /// together, at `s = σ + iω` because the spectra of windowed records are there.
     fn undo_low_pass(&self, channel: usize, points: usize, lines: &mut [Complex<R>]) {
         let lag = self.lag.get(channel).copied().unwrap_or_else(R::zero);
         if lag == R::zero() {
@@ -191,11 +193,11 @@ impl<R: RealFft> HitAnalysis<R> {
         }
     }
 
-    /// Channel `k` reads `x(t + kτ)`, whose lines are `e^{skτ} X(s)`: so they are multiplied by
+    /// Channel `k` samples `x(t + kτ)`, whose spectrum is `e^{skτ} X(s)`, so the lines are multiplied by
     /// `e^{−skτ}` (theory, section 9).
     fn undo_delay(&self, channel: usize, points: usize, lines: &mut [Complex<R>]) {
-        // A running product over blocks and, within a block, over its lines: at most 24 products
-        // deep for 128 lines, and a sine costs thousands of instructions on a microcontroller.
+        // A running product over blocks and, within a block, over its lines: at most 24 products deep for 128
+        // lines. A sine would cost thousands of instructions on a microcontroller.
         const BLOCK: usize = 16;
         let delay = self.channel_delay * R::of(channel as f64);
         let per_line = -R::two_pi() * self.resolution(points) * delay;
@@ -216,8 +218,7 @@ impl<R: RealFft> HitAnalysis<R> {
     }
 }
 
-/// Copies a channel's readings to the front of `scratch` and sets the rest to zero; gives the
-/// readings.
+/// Copies a channel's readings to the front of `scratch` and sets the rest to zero; returns the readings.
 fn copy<'s, R: Real, D: Samples<R> + ?Sized>(
     record: &D,
     channel: usize,
@@ -258,14 +259,14 @@ mod tests {
         [Complex::new(R::zero(), R::zero()); BINS]
     }
 
-    /// A tap of 5 ms and 1 N that begins at 0.02 s: cos⁴ about its middle, smooth enough that
-    /// sampling at 4 kS/s does not alias (its spectrum is below 1e-6 at 2 kHz).
+    /// A tap of 5 ms and 1 N that begins at 0.02 s: cos⁴ about its middle, smooth enough for sampling at 4
+    /// kS/s without aliasing (its spectrum is below 1e-6 at 2 kHz).
     fn tap(t: f64) -> f64 {
         let from_middle = (t - 0.0225) / 0.005;
         if from_middle.abs() < 0.5 { (PI * from_middle).cos().powi(4) } else { 0.0 }
     }
 
-    /// Nine responses `(k+1) · tap`, each sampled `k τ` after the hammer, and the hammer.
+    /// The hammer and nine responses `(k+1) · tap`, each sampled `k τ` after the hammer.
     fn multiplexed(delay: f64) -> Vec<Vec<f64>> {
         (0..CHANNELS)
             .map(|k| {
@@ -308,20 +309,21 @@ mod tests {
     #[test]
     fn the_delay_is_taken_out_and_the_other_sign_doubles_it() {
         let delay = 25e-6;
-        // What nine delays turn at line 61, 119 Hz: |e^{skτ} − 1|.
+        // Effect of nine delays at line 61, 119 Hz: |e^{skτ} − 1|.
         let turned = Complex::new(10.0, 2.0 * PI * 61.0 * 4000.0 / 2048.0) * (9.0 * delay);
         let uncorrected = worst_error::<f64>(delay, 0.0);
         assert!((uncorrected / turned.norm() - 1.0).abs() < 0.01, "{uncorrected}");
-        // Aliasing of the tap is what is left in f64, rounding of the transforms in f32.
+        // Only aliasing of the tap remains in f64, and rounding of the transforms in f32.
         assert!(worst_error::<f64>(delay, delay) < 1e-6);
         assert!(worst_error::<f32>(delay, delay) < 1e-5);
-        // The other sign: |e^{2skτ} − 1|, twice as much but for the curvature of the exponential.
+        // With the opposite sign the error is |e^{2skτ} − 1|, twice as large but for the curvature of the
+        // exponential.
         let other_sign = worst_error::<f64>(delay, -delay);
         assert!((other_sign / uncorrected - 2.0).abs() < 0.02, "{other_sign}");
     }
 
-    /// What a first order low-pass of the cutoff `f` makes of a signal that is sampled 64 times as
-    /// fast as it is read: the exact step for an input that is linear between two samples.
+    /// Output of a first-order low-pass with the cutoff `f`, simulated at 64 times the sampling rate with the
+    /// exact step for an input that is linear between two samples.
     fn low_passed(cutoff: f64, signal: impl Fn(f64) -> f64) -> Vec<f64> {
         const FINER: usize = 64;
         let step = 1.0 / (4000.0 * FINER as f64);
@@ -339,7 +341,7 @@ mod tests {
         read
     }
 
-    /// Largest relative error of H up to 120 Hz of a response equal to the force, both low-passed.
+    /// Largest relative error of H up to 120 Hz for a response equal to the force, both low-passed.
     fn low_pass_error<R: RealFft>(cutoffs: [f64; 2], corrected: [f64; 2]) -> f64 {
         let signals = cutoffs
             .map(|cutoff| low_passed(cutoff, tap).into_iter().map(R::of).collect::<Vec<R>>());
@@ -367,17 +369,17 @@ mod tests {
         let [hammer, sensor] = cutoffs.map(|cutoff| s / (2.0 * PI * cutoff) + 1.0);
         let uncorrected = low_pass_error::<f64>(cutoffs, [0.0, 0.0]);
         assert!((uncorrected / (hammer / sensor - 1.0).norm() - 1.0).abs() < 1e-3, "{uncorrected}");
-        // What is left in f64 is the tap between the fine samples, (π/5 ms · 4 µs)²/12 = 5e-7.
+        // The remaining error in f64 comes from the tap between the fine samples, (π/5 ms · 4 µs)²/12 = 5e-7.
         assert!(low_pass_error::<f64>(cutoffs, cutoffs) < 1e-6);
         assert!(low_pass_error::<f32>(cutoffs, cutoffs) < 1e-5);
-        // Corners that differ by the sign of their lag double the error, as a wrong phase would.
+        // Swapped cutoffs double the error, as a wrong phase would.
         let wrong = low_pass_error::<f64>(cutoffs, [cutoffs[1], cutoffs[0]]);
         assert!((wrong / uncorrected - 2.0).abs() < 0.2, "{wrong}");
-        // The same on both cancels.
+        // Equal low-passes on both cancel.
         assert!(low_pass_error::<f64>([497.4; 2], [0.0; 2]) < 1e-12);
     }
 
-    /// Lines of a channel by the definition, one sum for each.
+    /// One line of a channel's spectrum by the definition.
     fn by_definition(x: &[f64], rate: f64, decay: f64, line: usize, points: usize) -> Complex<f64> {
         let s = Complex::new(decay, 2.0 * PI * line as f64 * rate / points as f64);
         let sum: Complex<f64> =
@@ -398,7 +400,7 @@ mod tests {
             analysis.response(&record, 4, &mut scratch, &mut lines).unwrap();
             for line in [0, 1, 61, 127] {
                 let expected = by_definition(record[0], 4000.0, 10.0, line, 2048) * 2.0;
-                // Rounding of 2048 terms of which the largest is one.
+                // The tolerance covers rounding of 2048 terms, the largest of which is one.
                 assert!((force[line] - expected).norm() < 1e-15);
                 assert!((lines[line] - expected * 5.0).norm() < 5e-15);
             }
@@ -416,7 +418,7 @@ mod tests {
         );
         let got = analysis.force(&record[..], &mut [0.0; 4], &mut []);
         assert_eq!(got, Err(FftError::RecordTooLong));
-        // A channel that does not exist reads as rest.
+        // A channel that does not exist reads its rest value.
         let mut lines = zeros();
         analysis.response(&record[..], usize::MAX, &mut [1.0; 256], &mut lines).unwrap();
         assert_eq!(lines, zeros());
@@ -438,8 +440,8 @@ mod tests {
             analysis.response(&*record, response, &mut scratch, &mut lines).unwrap();
             HitAnalysis::divide(&mut lines, &force);
             let truth = (response + 1) as f32;
-            // A tap is some ten readings, each off by a third of a code: of 0.033 N in 20 N, of
-            // 0.13 m/s² in 20 m/s² for the weakest response, over a mean of half the peak.
+            // A tap has some ten readings, each with an error of a third of a code: 0.033 N of 20 N for the
+            // force, 0.13 m/s² of 20 m/s² for the weakest response, over a mean of half the peak.
             let error = (lines[10].re / truth - 1.0).abs();
             assert!(error < 5e-3, "{response}: {error}");
         }
@@ -489,7 +491,7 @@ mod tests {
             scan[0] = hammer;
             let mut record = vec![scan; RECORD_SCANS];
             assert!(all_finite(&record));
-            // One code of difference in one scan.
+            // The records differ by one code in one scan.
             record[500][0] ^= 1;
             record[700][3] ^= 1;
             assert!(all_finite(&record));

@@ -1,4 +1,4 @@
-//! The electrical chain between a quantity and its ADC code.
+//! The electrical chain between a physical quantity and its ADC code.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -9,19 +9,19 @@ use crate::units::{Hertz, Seconds, Volts};
 /// The hammer's channel; response `k` is channel `k + 1`.
 pub const HAMMER: usize = 0;
 
-/// What a sampler states of itself.
+/// Properties of a sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AdcProperties {
     /// Scans per second.
     pub rate: Hertz,
-    /// Channels in use, the hammer included; the rest of a scan is meaningless.
+    /// Number of channels in use, including the hammer; the rest of a scan is undefined.
     pub channels: u8,
-    /// Resolution; a code runs from 0 to `2^bits − 1`.
+    /// Resolution, bits; a code ranges from 0 to `2^bits − 1`.
     pub bits: u8,
     /// Voltage of code `2^bits`.
     pub reference: Volts,
-    /// Channel `k` is sampled `k` times this after channel 0.
+    /// Channel `k` is sampled `k` times this delay after channel 0.
     pub channel_delay: Seconds,
 }
 
@@ -36,7 +36,7 @@ impl AdcProperties {
         ((1_u32 << self.bits) - 1) as u16
     }
 
-    /// Response channels in use.
+    /// Number of response channels in use.
     pub fn responses(&self) -> usize {
         usize::from(self.channels).clamp(1, CHANNELS) - 1
     }
@@ -50,96 +50,96 @@ pub struct ChannelCalibration {
     pub zero: Volts,
     /// V/N for the hammer, V/(m/s²) for an accelerometer.
     pub sensitivity: f32,
-    /// Cutoff frequency of its first order low-pass, which is taken out; zero where it is not known, as
-    /// with all channels alike, or where there is none.
+    /// Cutoff frequency of its first-order low-pass, which is compensated; zero when it is unknown, as with
+    /// equal channels, or when there is no low-pass.
     pub cutoff: Hertz,
 }
 
-/// What one channel of a triaxial sensor reads of the two axes that are not its own, over what it
-/// reads of its own: `xy` is channel x, acceleration along y.
+/// Readings of a triaxial sensor's channels for motion along the other two axes, relative to those along
+/// their own: `xy` is channel x for acceleration along y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CrossAxis {
-    /// Channel x, along y.
+    /// Channel x for y.
     pub xy: f32,
-    /// Channel x, along z.
+    /// Channel x for z.
     pub xz: f32,
-    /// Channel y, along x.
+    /// Channel y for x.
     pub yx: f32,
-    /// Channel y, along z.
+    /// Channel y for z.
     pub yz: f32,
-    /// Channel z, along x.
+    /// Channel z for x.
     pub zx: f32,
-    /// Channel z, along y.
+    /// Channel z for y.
     pub zy: f32,
 }
 
 impl CrossAxis {
-    /// Each is below this: the axes of a sensor are distinct.
+    /// Limit below which each of them must be: the axes of a sensor are distinct.
     pub const LARGEST: f32 = 0.3;
 
-    /// Ones on the diagonal, the cross-axis sensitivities beside it: what the channels read, scaled by
-    /// their sensitivities, of an acceleration.
+    /// Ones on the diagonal, cross-axis sensitivities off it: the readings of the channels, scaled by their
+    /// sensitivities, for an acceleration.
     pub fn matrix<R: Real>(&self) -> Matrix3<R> {
         let of = |value: f32| R::of(f64::from(value));
         let Self { xy, xz, yx, yz, zx, zy } = *self;
         Matrix3::new(1.0, xy, xz, yx, 1.0, yz, zx, zy, 1.0).map(of)
     }
 
-    /// True when every number is below [`Self::LARGEST`].
+    /// True when the magnitude of every number is below [`Self::LARGEST`].
     pub fn is_usable(&self) -> bool {
         let Self { xy, xz, yx, yz, zx, zy } = *self;
-        // False for NaN.
+        // NaN also fails this comparison.
         [xy, xz, yx, yz, zx, zy].iter().all(|v| v.abs() < Self::LARGEST)
     }
 }
 
-/// Triaxial sensors of a scan.
+/// Number of triaxial sensors in a scan.
 const SENSORS: usize = RESPONSES / 3;
 
-/// Zeros and sensitivities of all channels: the hammer, then sensor 1 x, y, z, …
+/// Calibration of all channels: the hammer, then sensor 1 x, y, z, …
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Calibration {
-    /// Channel by channel.
+    /// Zero, sensitivity and low-pass of each channel.
     pub channels: [ChannelCalibration; CHANNELS],
-    /// Sensor by sensor.
+    /// Cross-axis sensitivities of each sensor.
     pub cross_axis: [CrossAxis; SENSORS],
-    /// An accelerometer is overloaded beyond this, m/s².
+    /// Range of the accelerometers, m/s²; beyond it they are overloaded.
     pub sensor_range: f32,
 }
 
 impl Calibration {
     /// Nominal sensitivity of the ADXL326 at 3 V, V/g.
     pub const ADXL326_VOLT_PER_G: f64 = 0.057;
-    /// Nominal output of the ADXL326 at rest on a 3 V supply.
+    /// Nominal output of the ADXL326 at zero acceleration on a 3 V supply.
     pub const ADXL326_ZERO: Volts<f64> = Volts(1.5);
     /// Range of the ADXL326, g.
     pub const ADXL326_RANGE_G: f64 = 16.0;
-    /// Hammer with conditioner, V/N.
+    /// Sensitivity of the hammer with its conditioner, V/N.
     pub const HAMMER_VOLT_PER_NEWTON: f64 = 0.0225;
-    /// Output of the hammer's conditioner at rest.
+    /// Output of the hammer's conditioner without force.
     pub const HAMMER_ZERO: Volts<f64> = Volts(0.1);
-    /// Cutoff of the low-pass that 10 nF make with the 32 kΩ of an ADXL326's output; the hammer has
-    /// the same.
+    /// Cutoff of the low-pass formed by 10 nF and the 32 kΩ output of an ADXL326; that of the hammer is
+    /// equal.
     pub const RC_CUTOFF: Hertz<f64> = Hertz(1.0 / (core::f64::consts::TAU * 32e3 * 10e-9));
-    /// Least [`Calibration::sensor_range`], m/s²: gravity takes one g of the range, and a hit needs
-    /// room beside it.
+    /// Lower limit of [`Calibration::sensor_range`], m/s²: gravity takes one g of the range, and the hit
+    /// needs some as well.
     pub const SMALLEST_RANGE: f32 = (2.0 * crate::STANDARD_GRAVITY) as f32;
 
-    /// N (hammer) or m/s² (accelerometer) per code of a channel; 0 for a channel that does not
-    /// exist or whose sensitivity is zero or not finite, so that it reads as rest.
+    /// N (hammer) or m/s² (accelerometer) per code of a channel. 0 for a channel that does not exist or whose
+    /// sensitivity is zero or not finite, so that it reads its rest value.
     pub fn per_code(&self, adc: &AdcProperties, channel: usize) -> f32 {
         let scale =
             self.channels.get(channel).map_or(0.0, |c| adc.volts_per_code() / c.sensitivity);
         if scale.is_finite() { scale } else { 0.0 }
     }
 
-    /// Takes the cross-axis sensitivities out of what the sensors read, in place: three numbers a
-    /// sensor, in the order of the channels, in m/s² by [`Self::per_code`] or any quantity that is
-    /// linear in these readings and the same linear for all channels, as frequency responses and
-    /// mass lines are. What is left over of a sensor without three numbers stays.
+    /// Corrects the readings of the sensors for cross-axis sensitivity, in place. `readings` has three
+    /// numbers per sensor in the order of the channels: in m/s² by [`Self::per_code`], or any quantity that
+    /// depends on these readings linearly and equally for all channels, such as frequency responses and mass
+    /// lines. An incomplete sensor at the end is left unchanged.
     ///
     /// ```
     /// # use massline_shared::signal::{Calibration, CrossAxis};
@@ -152,15 +152,15 @@ impl Calibration {
     /// ```
     pub fn undo_cross_axis<R: Real>(&self, readings: &mut [R]) {
         for (axes, cross_axis) in readings.chunks_exact_mut(3).zip(&self.cross_axis) {
-            // Diagonally dominant when it is usable, so it has an inverse.
+            // A usable matrix is diagonally dominant, so it has an inverse.
             let Some(inverse) = cross_axis.matrix::<R>().try_inverse() else { continue };
             let read = Vector3::from_column_slice(axes);
             axes.copy_from_slice((inverse * read).as_slice());
         }
     }
 
-    /// Sensitivity of a sensor, V/(m/s²): row `k` is what its channel `k` puts out for each of its axes.
-    /// Zero for a sensor that does not exist.
+    /// Sensitivity of a sensor, V/(m/s²): row `k` is the output of its channel `k` for unit acceleration
+    /// along each of its axes. Zero for a sensor that does not exist.
     pub fn sensor_sensitivity(&self, sensor: usize) -> Matrix3<f64> {
         let Some(cross_axis) = self.cross_axis.get(sensor) else { return Matrix3::zeros() };
         let mut matrix = cross_axis.matrix();
@@ -170,8 +170,8 @@ impl Calibration {
         matrix
     }
 
-    /// Takes the sensitivity of a sensor in the form of [`Self::sensor_sensitivity`]; without effect for
-    /// a sensor that does not exist.
+    /// Sets the sensitivity of a sensor in the form of [`Self::sensor_sensitivity`]; no effect for a sensor
+    /// that does not exist.
     pub fn set_sensor_sensitivity(&mut self, sensor: usize, matrix: &Matrix3<f64>) {
         let Some(cross_axis) = self.cross_axis.get_mut(sensor) else { return };
         for k in 0..3 {
@@ -189,7 +189,7 @@ impl Calibration {
     }
 
     /// True when every number is finite, no sensitivity is zero, no cutoff is negative, no cross-axis
-    /// sensitivity reaches [`CrossAxis::LARGEST`] and the range of the sensors is more than
+    /// sensitivity reaches [`CrossAxis::LARGEST`] and the range of the sensors is above
     /// [`Self::SMALLEST_RANGE`].
     pub fn is_usable(&self) -> bool {
         let usable = |c: &ChannelCalibration| {
@@ -248,7 +248,7 @@ mod tests {
         );
         calibration.set_sensor_sensitivity(1, &sensitivity);
         assert!(calibration.is_usable());
-        // Kept in single precision.
+        // Stored in single precision.
         let kept = calibration.sensor_sensitivity(1);
         assert!((kept - sensitivity).amax() < 1e-9, "{kept}");
         let truth = Vector3::new(1.0, -2.0, 0.5);
@@ -258,7 +258,7 @@ mod tests {
         for k in 0..3 {
             readings[3 + k] = volts[k] / f64::from(calibration.channels[4 + k].sensitivity);
         }
-        // The two readings of a sensor that is not whole stay as they are.
+        // The two readings of an incomplete sensor are left unchanged.
         readings[6..].copy_from_slice(&[3.0, 4.0]);
         calibration.undo_cross_axis(&mut readings);
         for (k, expected) in [1.0, -2.0, 0.5, 1.0, -2.0, 0.5, 3.0, 4.0].into_iter().enumerate() {

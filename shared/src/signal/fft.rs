@@ -1,7 +1,7 @@
 //! Fourier transform of a real record.
 //!
 //! *Lines* are the complex values at `0, 1, 2, … · rate/points`; the transform is
-//! `X_l = Σ x_n e^{−2πi l n / points}`, without a factor.
+//! `X_l = Σ x_n e^{−2πi l n / points}`, without a scale factor.
 
 use core::fmt;
 
@@ -9,12 +9,12 @@ use nalgebra::Complex;
 
 use crate::Real;
 
-/// The samples cannot be transformed.
+/// Why samples cannot be transformed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FftError {
-    /// Their number is not a power of two of at least 4.
+    /// The number of samples is not a power of two of at least 4.
     NotPowerOfTwo,
-    /// More lines are wanted than half the number of samples.
+    /// The number of lines exceeds half the number of samples.
     TooManyLines,
     /// The record is longer than the buffer of the transform.
     RecordTooLong,
@@ -32,7 +32,7 @@ impl fmt::Display for FftError {
 
 impl core::error::Error for FftError {}
 
-/// A scalar whose real records can be transformed.
+/// A scalar type with a Fourier transform of real records.
 ///
 /// ```
 /// # use massline_shared::nalgebra::Complex;
@@ -47,8 +47,8 @@ impl core::error::Error for FftError {}
 /// # Ok::<(), FftError>(())
 /// ```
 pub trait RealFft: Real {
-    /// Transforms `samples` in place, which leaves no meaning in them, and writes the first lines
-    /// into `lines`.
+    /// Transforms `samples` in place, which leaves undefined values in them, and writes the first lines to
+    /// `lines`.
     ///
     /// # Errors
     /// When the number of samples is not a power of two, or `lines` is longer than half of it.
@@ -64,7 +64,7 @@ impl RealFft for f64 {
 }
 
 impl RealFft for f32 {
-    /// Table-driven for 1024, 2048 and 4096 samples.
+    /// Uses tables for 1024, 2048 and 4096 samples.
     #[inline]
     fn real_fft(samples: &mut [Self], lines: &mut [Complex<Self>]) -> Result<(), FftError> {
         check(samples, lines)?;
@@ -91,7 +91,7 @@ fn check<R>(samples: &[R], lines: &[Complex<R>]) -> Result<(), FftError> {
     }
 }
 
-/// The Nyquist line comes packed into the imaginary part of line 0, whose own is zero.
+/// The Nyquist line is packed into the imaginary part of line 0, whose own imaginary part is zero.
 fn unpack(packed: &[Complex<f32>], lines: &mut [Complex<f32>]) {
     for (line, value) in lines.iter_mut().zip(packed) {
         *line = *value;
@@ -101,8 +101,8 @@ fn unpack(packed: &[Complex<f32>], lines: &mut [Complex<f32>]) {
     }
 }
 
-/// Transforms 2M real samples as M complex ones (even samples real, odd ones imaginary), decimation
-/// in time, then separates the two.
+/// Transforms 2M real samples as M complex ones (even samples real, odd ones imaginary) with decimation in
+/// time, then separates the two.
 fn radix_2<R: Real>(samples: &mut [R], lines: &mut [Complex<R>]) {
     let (points, _) = samples.as_chunks_mut::<2>();
     reverse_bits(points);
@@ -124,8 +124,8 @@ fn reverse_bits<R>(points: &mut [[R; 2]]) {
     }
 }
 
-/// One stage: blocks of `length` points. The twiddle runs in the outer loop, so each is computed
-/// once, exactly.
+/// One stage: blocks of `length` points. The twiddle factor is in the outer loop, so each is computed only
+/// once, without a recurrence.
 fn butterflies<R: Real>(points: &mut [[R; 2]], length: usize) {
     let half = length / 2;
     for k in 0..half {
@@ -200,7 +200,7 @@ mod tests {
         lines.iter().map(|x| Complex::new(x.re.to_f64(), x.im.to_f64())).collect()
     }
 
-    /// Root mean square of the deviation relative to that of the lines.
+    /// Root mean square of the deviation over that of the lines.
     fn deviation(got: &[Complex<f64>], expected: &[Complex<f64>]) -> f64 {
         let square = |x: f64, y: Complex<f64>| x + y.norm_sqr();
         let difference = got.iter().zip(expected).map(|(a, b)| a - b).fold(0.0, square);
@@ -212,8 +212,8 @@ mod tests {
         for points in [4, 8, 512, 1024, 2048, 4096, 8192] {
             let samples = noise(points);
             let expected = oracle(&samples);
-            // Rounding of products and twiddle angles, about one unit a stage in each of 13 stages
-            // at most, added in quadrature, and rustfft's own.
+            // The tolerance covers the rounding of products and twiddle angles, about one unit per stage in
+            // at most 13 stages, added in quadrature, and that of rustfft.
             let double = deviation(&transform::<f64>(&samples), &expected);
             assert!(double < 8.0 * 2_f64.powi(-53), "{points}: {double}");
             let single = deviation(&transform::<f32>(&samples), &expected);
@@ -231,7 +231,7 @@ mod tests {
             let inner: f64 = lines[1..].iter().map(|x| x.norm_sqr()).sum();
             let energy = (lines[0].norm_sqr() + 2.0 * inner + nyquist * nyquist) / points as f64;
             let expected: f64 = samples.iter().map(|x| x * x).sum();
-            // A sum of `points` terms of like sign.
+            // The tolerance covers a sum of `points` terms of equal sign.
             assert!((energy / expected - 1.0).abs() < 1e-13);
         }
     }
@@ -242,8 +242,8 @@ mod tests {
         let mixed: Vec<f64> = x.iter().zip(&y).map(|(x, y)| 2.0 * x - 3.0 * y).collect();
         let (fx, fy) = (transform::<f32>(&x), transform::<f32>(&y));
         let expected: Vec<_> = fx.iter().zip(&fy).map(|(x, y)| x * 2.0 - y * 3.0).collect();
-        // Three transforms of f32, each within 8 · 2⁻²⁴ of its own size, of which the parts are
-        // together up to 1.4 times the whole.
+        // Three transforms in f32, each within 8 · 2⁻²⁴ of its own size; the parts together are up to 1.4
+        // times the whole.
         assert!(deviation(&transform::<f32>(&mixed), &expected) < 24.0 * 2_f64.powi(-24));
     }
 

@@ -1,9 +1,9 @@
-//! Is this hit good enough to be averaged?
+//! Grades a hit: decides whether it is good enough to be averaged.
 //!
-//! Each grading is one function below that adds its findings; [`HitGrader::grade`] runs them all. What
-//! a finding means for the hit is the [policy](crate::layout::HitPolicy) of the test.
+//! Each grading is a function below that adds its findings; [`HitGrader::grade`] runs them all. The
+//! [policy](crate::layout::HitPolicy) of the test decides the consequence of a finding.
 //!
-//! Nothing is kept of a record but a few numbers: a record is read two to three times instead.
+//! Only a few numbers of a record are stored; the record is read two to three times instead.
 
 mod channel;
 mod force;
@@ -21,37 +21,37 @@ use crate::diagnosis::{Code, Diagnostic, Diagnostics, Subject};
 use crate::layout::{HitPolicy, TestSettings};
 use crate::units::{MetersPerSecondSquared, Newtons};
 
-/// Pre-trigger readings that make the rest value of a channel.
+/// Number of pre-trigger readings that are averaged to the rest value of a channel.
 ///
-/// The last eighth is left out: the hammer touches before its force reaches the trigger level.
+/// The last eighth is left out because the contact begins before the force reaches the trigger level.
 pub(super) const fn rest_scans(pre_trigger: usize) -> usize {
     pre_trigger - pre_trigger / 8
 }
 
-/// What was found about one hit.
+/// Result of grading one hit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HitReport {
-    /// Largest force, from rest.
+    /// Largest force above the rest value.
     pub peak_force: Newtons,
-    /// Largest magnitude of any response, from rest.
+    /// Largest magnitude of any response relative to its rest value.
     pub peak_acceleration: MetersPerSecondSquared,
-    /// What was found, with the number that decided; about channels, or about the force as a whole.
+    /// The findings with their deciding numbers, about channels or about the force as a whole.
     pub findings: Diagnostics,
-    /// Tells this record from others.
+    /// Fingerprint that distinguishes this record from others.
     pub fingerprint: u32,
 }
 
 impl HitReport {
-    /// True when the hit can be averaged.
+    /// True when the hit may be averaged.
     pub fn good(&self) -> bool {
         !self.findings.iter().any(Diagnostic::is_error)
     }
 }
 
-/// Grades the complete record of a hit on the rig; `last` is the fingerprint of the hit before.
+/// Grades the complete record of a hit on the rig; `last` is the fingerprint of the previous hit.
 ///
-/// A sensor may feel gravity at rest, so 2 % less than its range less 1 g is an overload from rest:
-/// 14.7 g of 16 g.
+/// The rest value of a sensor may include gravity, so an overload is assumed from the range minus 1 g, less 2
+/// %, relative to the rest value: 14.7 g of 16 g.
 pub fn grade(
     record: &Record,
     adc: &AdcProperties,
@@ -68,16 +68,16 @@ pub fn grade(
     HitGrader { ranges: in_use, rate, pre_trigger: PRE_TRIGGER_SCANS, test, last }.grade(record)
 }
 
-/// Noise, and the filter after the sensor, keep a clipped signal within 2 % of where it clips.
+/// A clipped signal stays within 2 % of the clipping level, despite noise and the filter after the sensor.
 const RANGE_MARGIN: f32 = 0.02;
-/// Most noise of an ADXL326 with 10 nF, four standard deviations as specified, m/s²: 0.04 g.
+/// Largest noise of an ADXL326 with 10 nF, four standard deviations by specification, m/s²: 0.04 g.
 const SENSOR_NOISE: f32 = 0.04 * crate::STANDARD_GRAVITY as f32;
 
 impl ChannelRange<f32> {
     const EMPTY: Self =
         Self { scale: 0.0, rails: [0.0; 2], range: 0.0, resolution: 0.0, noise: 0.0 };
 
-    /// A channel of the rig.
+    /// Range of a channel of the rig.
     fn of_rig(adc: &AdcProperties, calibration: &Calibration, channel: usize) -> Self {
         let scale = calibration.per_code(adc, channel);
         let sensor = calibration.sensor_range - crate::STANDARD_GRAVITY as f32;
@@ -90,9 +90,9 @@ impl ChannelRange<f32> {
     }
 }
 
-/// How the hits of one test are graded.
+/// Grades the hits of one test.
 ///
-/// Signals of another rig can be graded as well; for a record of this one there is [`grade`].
+/// It can also grade the signals of another rig; use [`grade`] for a record of this one.
 ///
 /// ```
 /// # use massline_shared::diagnosis::Code;
@@ -115,29 +115,29 @@ impl ChannelRange<f32> {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct HitGrader<'a, R> {
-    /// The channels in use, the hammer first.
+    /// Ranges of the channels in use, the hammer first.
     pub ranges: &'a [ChannelRange<R>],
     /// Scans per second.
     pub rate: R,
-    /// Scans of a record before the hit.
+    /// Number of scans in a record before the hit.
     pub pre_trigger: usize,
-    /// Band, windows, least peak force and policy of the test.
+    /// Settings of the test: band, windows, smallest peak force and policy.
     pub test: &'a TestSettings<R>,
-    /// Fingerprint of the hit before.
+    /// Fingerprint of the previous hit.
     pub last: Option<u32>,
 }
 
-/// From this share of its range on a channel may clip at the next hit: people vary by a tenth.
+/// Above this share of its range a channel may clip at the next hit: a person's hits vary by a tenth.
 const NEAR_RANGE: f64 = 0.9;
-/// A force whose level at the top of the band is lower than this, dB, hardly excites it.
+/// Below this level at the top of the band, dB, the force hardly excites it.
 const LOWEST_SPECTRUM: f64 = -20.0;
-/// Standard deviation before the hit over the peak that is no longer quiet.
+/// Above this ratio of the standard deviation before the hit to the peak, a channel is not quiet.
 const NOT_QUIET: f64 = 0.02;
-/// Force at the end of the record over its peak from which the hammer is still there.
+/// Above this ratio of the force at the end of the record to its peak, the hammer is still in contact.
 const FORCE_LEFT: f64 = 0.05;
-/// Windowed response at the end of the record over its peak that is cut off.
+/// Above this ratio of the windowed response at the end of the record to its peak, the response is cut off.
 const RESPONSE_LEFT: f64 = 0.1;
-/// Fewer scans before the hit do not tell the rest value.
+/// Smallest number of scans before the hit that determines the rest value.
 const FEWEST_PRE_TRIGGER: usize = 16;
 
 impl<R: Real> HitGrader<'_, R> {
@@ -185,8 +185,8 @@ impl<R: Real> HitGrader<'_, R> {
         }
     }
 
-    /// Too weak, without the top of the band, or double; what is not `whole` because it was clipped
-    /// has no peaks to compare.
+    /// Checks for a force that is too weak, lacks the top of the band, or has two peaks. Peaks are compared
+    /// only when the force is `whole`, that is, not clipped.
     fn force<D: Samples<R> + ?Sized>(
         &self,
         found: &mut Findings,
@@ -211,7 +211,7 @@ impl<R: Real> HitGrader<'_, R> {
         }
     }
 
-    /// The record ends before the hammer has left, or before the windowed response is over.
+    /// Checks whether the record ends before the contact is over or before the windowed response has decayed.
     fn clipped(&self, found: &mut Findings, scans: usize, force: &Survey<R>, largest: &Largest<R>) {
         let peak = force.highest.value;
         if peak > R::zero() && force.end_mean > peak * R::of(FORCE_LEFT) {
@@ -227,7 +227,7 @@ impl<R: Real> HitGrader<'_, R> {
     }
 }
 
-/// Findings with the severity that the policy gives them.
+/// Findings with the severity given by the policy.
 struct Findings {
     policy: HitPolicy,
     list: Diagnostics,
@@ -240,13 +240,13 @@ impl Findings {
 
     fn add(&mut self, code: Code, subject: Subject, value: f32) {
         let severity = self.policy.verdict(code).severity();
-        // Ten channels overloaded and one finding of every other code are more than ever come
-        // together; what is too much is left out, and the hit is rejected by what is there.
+        // There is room for ten overloaded channels and one finding of every other code, which never all
+        // occur together. Any others are dropped; the hit is then rejected anyway.
         let _ = self.list.push(Diagnostic::about(code, severity, subject, value));
     }
 }
 
-/// A value and the channel that has it.
+/// A value with the channel that has it.
 #[derive(Clone, Copy)]
 struct Worst<R> {
     channel: usize,
@@ -265,14 +265,14 @@ impl<R: Real> Worst<R> {
     }
 }
 
-/// The largest of all responses; of `share` also the hammer.
+/// The largest values over all responses; `share` includes the hammer.
 struct Largest<R> {
     peak: Worst<R>,
-    /// Standard deviation before the hit, where it is more than noise.
+    /// Standard deviation before the hit, for channels where it exceeds the noise.
     spread: Worst<R>,
-    /// Standard deviation at the end.
+    /// Standard deviation at the end of the record.
     end: Worst<R>,
-    /// Extreme over the range.
+    /// Ratio of the extreme to the range.
     share: Worst<R>,
 }
 
@@ -283,12 +283,12 @@ impl<R: Real> Default for Largest<R> {
     }
 }
 
-/// The converter stands at a rail, the sensor at the end of its range, or the signal on a plateau
-/// because something before the converter was at its end.
+/// Checks whether the converter is at a rail, the sensor at the end of its range, or the signal on a plateau
+/// because an earlier stage clipped it.
 ///
-/// A sensor that clips does not pass its range. Where that shows from rest depends on the gravity
-/// that it feels at rest, and on its true gain: so as far from rest as gravity leaves it for certain,
-/// or less with a flat top there.
+/// A sensor clips at the end of its range. Relative to the rest value, that level depends on the gravity in
+/// the rest value and on the true gain. So an overload is assumed from the distance that is certain for any
+/// direction of gravity, or below it from a flat top.
 fn overload<R: Real, D: Samples<R> + ?Sized>(
     found: &mut Findings,
     record: &D,
@@ -315,8 +315,8 @@ fn overload<R: Real, D: Samples<R> + ?Sized>(
     worst.is_some()
 }
 
-/// The larger extreme over what range and rail leave from rest; 0 when neither is known. Of a hammer
-/// only a push counts.
+/// Largest ratio of an extreme to the distance from the rest value to range or rail; 0 when neither is known.
+/// For the hammer, only the push counts.
 fn share_of_range<R: Real>(channel: usize, range: &ChannelRange<R>, survey: &Survey<R>) -> R {
     let share = |extreme: &Extreme<R>| {
         let rail = if extreme.reading > survey.rest { range.rails[1] } else { range.rails[0] };
@@ -333,8 +333,8 @@ fn too_hard<R: Real>(found: &mut Findings, share: Worst<R>) {
     }
 }
 
-/// Force or response moved before the hit: each against its own peak, a response against the largest
-/// of all.
+/// Checks for motion before the hit: force and responses each against their own peak, the responses against
+/// the largest of all.
 fn not_quiet<R: Real>(found: &mut Findings, force: &Survey<R>, largest: &Largest<R>) {
     let hammer = Worst { channel: HAMMER, value: force.spread };
     for (unrest, peak) in [(hammer, force.highest.value), (largest.spread, largest.peak.value)] {
@@ -346,15 +346,15 @@ fn not_quiet<R: Real>(found: &mut Findings, force: &Survey<R>, largest: &Largest
     }
 }
 
-/// FNV-1a (Fowler, Noll, Vo) over the readings of the hammer and the first response in single
-/// precision: noise makes two hits differ.
+/// FNV-1a (Fowler, Noll, Vo) over the readings of the hammer and the first response in single precision.
+/// Noise makes two hits differ.
 fn fingerprint<R: Real, D: Samples<R> + ?Sized>(record: &D) -> u32 {
     const OFFSET: u32 = 0x811c_9dc5;
     const PRIME: u32 = 0x0100_0193;
     let bits = record.readings(HAMMER, 0).chain(record.readings(HAMMER + 1, 0));
     bits.fold(OFFSET, |hash, reading| {
         let bits = reading.to_f32().to_bits();
-        // The exponent and first digits of a code are in the upper half.
+        // Exponent and leading digits of a code are in the upper half.
         (hash ^ bits ^ (bits >> 16)).wrapping_mul(PRIME)
     })
 }

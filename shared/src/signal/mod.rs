@@ -3,9 +3,9 @@
 //! ```text
 //! scans ─▶ trigger ─▶ record ─▶ grade ─▶ window ─▶ FFT ─▶ spectra averaged over hits ─▶ H1, coherence
 //! ```
-//! A *scan* is one reading of every channel: the hammer first, then sensor 1 x, y, z, sensor 2 x, …
-//! Channel `k` is read `k·τ` after the hammer. A *record* is a fixed number of scans about one hit,
-//! the first of them before the hammer touched.
+//! A *scan* is one reading of every channel: the hammer first, then sensor 1 x, y, z, sensor 2 x, … Channel
+//! `k` is sampled `k·τ` after the hammer. A *record* is a fixed number of scans around one hit; the first of
+//! them are from before the contact.
 
 mod analysis;
 mod chain;
@@ -30,19 +30,19 @@ pub use samples::Samples;
 pub use spectra::{Spectra, bins_of_band};
 pub use trigger::{Capture, CaptureState, EdgeTrigger, Trigger};
 
-/// Channels of the rig: the hammer and three triaxial sensors.
+/// Number of channels of the rig: the hammer and three triaxial sensors.
 pub const CHANNELS: usize = 10;
-/// Response channels of the rig.
+/// Number of response channels of the rig.
 pub const RESPONSES: usize = CHANNELS - 1;
 
-/// One reading of every channel, raw ADC codes: hammer, sensor 1 x, y, z, sensor 2 x, …
+/// One reading of every channel in raw ADC codes: hammer, sensor 1 x, y, z, sensor 2 x, …
 pub type Scan = [u16; CHANNELS];
 
-/// Scans of a record.
+/// Number of scans in a record.
 pub const RECORD_SCANS: usize = 2048;
-/// Scans of a record before the trigger.
+/// Number of scans in a record before the trigger.
 pub const PRE_TRIGGER_SCANS: usize = 80;
-/// Lines of the averaged spectra that the rig keeps, the first at 0 Hz.
+/// Number of lines in the averaged spectra of the rig, the first at 0 Hz.
 pub const SPECTRUM_BINS: usize = 128;
 
 #[cfg(test)]
@@ -50,7 +50,7 @@ pub(crate) mod tests {
     use super::{AdcProperties, Calibration};
     use crate::units::{Hertz, Seconds, Volts};
 
-    /// The rig's converter.
+    /// Properties of the rig's converter.
     pub const ADC: AdcProperties = AdcProperties {
         rate: Hertz(4000.0),
         channels: 10,
@@ -59,12 +59,12 @@ pub(crate) mod tests {
         channel_delay: Seconds(10e-6),
     };
 
-    /// The code of a force under the nominal calibration.
+    /// The code of a force with the nominal calibration.
     pub fn hammer_code(newtons: f32) -> u16 {
         code(0, newtons)
     }
 
-    /// The code of a force or an acceleration under the nominal calibration, clipped by the ADC.
+    /// The code of a force or an acceleration with the nominal calibration, clipped by the ADC.
     pub fn code(channel: usize, value: f32) -> u16 {
         let calibration = Calibration::default();
         let rest = calibration.channels[channel].zero.0 / ADC.volts_per_code();

@@ -4,23 +4,23 @@ use super::samples::{extremes, reading_of};
 use super::{CHANNELS, RECORD_SCANS, Samples, Scan};
 use crate::Real;
 
-/// The latest [`RECORD_SCANS`] scans.
+/// A ring buffer of the latest [`RECORD_SCANS`] scans.
 ///
-/// While the rig waits for a hit the record is a ring that forgets its oldest scan; when the hit is
-/// complete the ring is simply read from its oldest scan on. Nothing is ever copied.
+/// While the rig waits for a hit, every new scan overwrites the oldest one; a complete hit is read from the
+/// oldest scan on. Nothing is copied.
 ///
-/// An empty record is all zero bytes, so a static one lies in `.bss`: 40 KiB.
+/// An empty record is all zero bytes, so a static one is in `.bss`: 40 KiB.
 pub struct Record {
     scans: [Scan; RECORD_SCANS],
-    /// Where the next scan goes; the oldest one stands here once the ring is full.
+    /// Index of the next scan; once the ring is full, the oldest scan is here.
     next: usize,
     filled: usize,
 }
 
 impl Record {
-    /// Bytes of a full record: two for each code.
+    /// Size of a full record, bytes: two per code.
     pub const BYTES: usize = RECORD_SCANS * Self::SCAN_BYTES;
-    /// Bytes of one scan.
+    /// Size of one scan, bytes.
     pub const SCAN_BYTES: usize = 2 * CHANNELS;
 
     /// An empty record.
@@ -28,13 +28,13 @@ impl Record {
         Self { scans: [[0; CHANNELS]; RECORD_SCANS], next: 0, filled: 0 }
     }
 
-    /// Forgets every scan.
+    /// Discards all scans.
     pub fn clear(&mut self) {
         self.next = 0;
         self.filled = 0;
     }
 
-    /// Appends a scan; a full record forgets its oldest.
+    /// Appends a scan; in a full record it overwrites the oldest.
     pub fn push(&mut self, scan: &Scan) {
         if let Some(place) = self.scans.get_mut(self.next) {
             *place = *scan;
@@ -43,7 +43,7 @@ impl Record {
         self.filled = (self.filled + 1).min(RECORD_SCANS);
     }
 
-    /// Scans held.
+    /// Number of scans in the record.
     pub fn len(&self) -> usize {
         self.filled
     }
@@ -53,26 +53,26 @@ impl Record {
         self.filled == 0
     }
 
-    /// The scan at place `index`, 0 the oldest.
+    /// The scan with this index; 0 is the oldest.
     pub fn scan(&self, index: usize) -> Option<&Scan> {
         let (older, newer) = self.halves();
         older.get(index).or_else(|| newer.get(index.checked_sub(older.len())?))
     }
 
-    /// The codes of one channel, the oldest first; empty for a channel that does not exist.
+    /// The codes of one channel, oldest first; empty for a channel that does not exist.
     pub fn channel(&self, channel: usize) -> impl Iterator<Item = u16> + '_ {
         let (older, newer) = if channel < CHANNELS { self.halves() } else { (&[][..], &[][..]) };
         let channel = channel.min(CHANNELS - 1);
         older.iter().chain(newer).map(move |scan| scan[channel])
     }
 
-    /// Copies the bytes from `offset` on into `bytes` and says how many: scan by scan, oldest first,
-    /// each code little-endian. Fewer than asked only at the end.
+    /// Copies the bytes from `offset` on into `bytes` and returns their number: scan by scan, oldest first,
+    /// each code little-endian. It is less than the length of `bytes` only at the end.
     pub fn read_bytes(&self, offset: usize, bytes: &mut [u8]) -> usize {
         let end = self.filled * Self::SCAN_BYTES;
         let length = bytes.len().min(end.saturating_sub(offset));
         let mut rest = bytes.get_mut(..length).unwrap_or_default();
-        // The first scan may be begun in its middle, the last one end there.
+        // The range may start and end within a scan.
         let (mut index, mut within) = (offset / Self::SCAN_BYTES, offset % Self::SCAN_BYTES);
         while let Some(scan) = self.scan(index).filter(|_| !rest.is_empty()) {
             let whole = bytes_of(scan);
@@ -84,10 +84,10 @@ impl Record {
         length
     }
 
-    /// The ring's two pieces in order.
+    /// The two pieces of the ring in order.
     fn halves(&self) -> (&[Scan], &[Scan]) {
         if self.filled < RECORD_SCANS {
-            // Not wrapped since the last `clear`.
+            // The ring has not wrapped since the last `clear`.
             (self.scans.get(..self.filled).unwrap_or(&[]), &[])
         } else {
             let (newer, older) = self.scans.split_at(self.next.min(RECORD_SCANS));
@@ -129,7 +129,7 @@ impl<R: Real> Samples<R> for Record {
     }
 
     fn extremes(&self, channel: usize) -> Option<[(usize, R); 2]> {
-        // Codes compare in half the instructions of floating point numbers.
+        // Comparing codes takes half the instructions of comparing floating point numbers.
         let found = extremes(self.channel(channel).enumerate())?;
         Some(found.map(|(at, code)| (at, reading_of(code))))
     }
@@ -145,7 +145,7 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec;
 
-    /// A record after `count` scans whose codes tell scan and channel.
+    /// A record after `count` scans whose codes contain scan and channel.
     fn after(count: usize) -> Box<Record> {
         let mut record = Box::new(Record::new());
         for i in 0..count {

@@ -1,30 +1,29 @@
-//! Do the repeat hits at one DOF agree? One statistic and its limits, for a rig that has just taken a hit
-//! and for a recording that is graded as a whole.
+//! Compares the repeat hits at one DOF. One statistic with its limits serves the rig after each hit and the
+//! grading of a complete recording.
 //!
-//! A hit is a vector `x` of what was measured per force: the mass lines of all responses, or the lines of
+//! A hit is a vector `x` of measured quantities per force: the mass lines of all responses, or the lines of
 //! their frequency responses. It is compared with the mean `m` of the other hits at its DOF:
 //!
 //! ```text
 //! distance = |x − m| / |m|        scatter = [Σ |xᵢ − m|² / (n − 1)]^½ / |m|
 //! ```
-//! The hit itself is in neither of them, so that a bad one does not hide behind the mean that it moves.
+//! The hit itself is excluded from both, so that an outlier does not shift the mean towards itself.
 
 use crate::Real;
 
-/// Up to this relative distance hits agree, however little the others scatter.
+/// Hits agree up to this relative distance, however little the others scatter.
 const AGREES: f64 = 0.15;
-/// Beyond this relative distance hits disagree, however much the others scatter.
+/// Hits disagree beyond this relative distance, however much the others scatter.
 ///
-/// Hits on the mark that lean by 30 mrad and miss by 2 mm are up to 0.4 apart where the body turns
-/// easily.
+/// Hits with a direction error of 30 mrad and a position error of 2 mm differ by up to 0.4 where the body
+/// rotates easily.
 const DISAGREES: f64 = 0.6;
-/// A hit that is this many times farther away than the others are from each other does not belong to
-/// them.
+/// A hit whose distance exceeds the scatter of the others by this factor is an outlier.
 const TIMES_SCATTER: f64 = 4.0;
-/// Fewer hits than this do not tell their scatter.
+/// Smallest number of other hits whose scatter is used.
 const FEWEST_FOR_SCATTER: u32 = 3;
 
-/// A hit beside the others at its DOF.
+/// A hit compared with the others at its DOF.
 ///
 /// ```
 /// # use massline_shared::signal::{RepeatHits, Standing};
@@ -42,7 +41,7 @@ const FEWEST_FOR_SCATTER: u32 = 3;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RepeatHits<R> {
-    /// How many others there are.
+    /// Number of the others.
     pub others: u32,
     /// Square of the length of the mean of the others.
     pub mean_squared: R,
@@ -52,20 +51,20 @@ pub struct RepeatHits<R> {
     pub distance_squared: R,
 }
 
-/// How a hit stands to the others at its DOF.
+/// Result of comparing a hit with the others at its DOF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Standing<R> {
-    /// It agrees with them, or there are none.
+    /// The hit agrees with the others, or there are none.
     Agrees,
-    /// It is this far from several that agree: it is the one that does not belong.
+    /// The hit has this relative distance from several others: it is the outlier.
     Outlier(R),
-    /// It is this far from the only other one: nothing tells which of the two is wrong.
+    /// The hit has this relative distance from the only other one: it cannot be determined which is wrong.
     Inconsistent(R),
 }
 
 impl<R: Real> RepeatHits<R> {
-    /// Relative distance of the hit from the mean of the others; `None` without others, or when it is no
-    /// number.
+    /// Relative distance of the hit from the mean of the others; `None` without others, or when it is not
+    /// finite.
     pub fn distance(&self) -> Option<R> {
         let distance = (self.distance_squared / self.mean_squared).sqrt();
         (self.others > 0 && distance.finite()).then_some(distance)
@@ -77,7 +76,7 @@ impl<R: Real> RepeatHits<R> {
         (self.scatter_squared / freedom / self.mean_squared).sqrt()
     }
 
-    /// From this relative distance on the hit is inconsistent with the others.
+    /// Relative distance above which the hit is inconsistent with the others.
     pub fn limit(&self) -> R {
         if self.others < FEWEST_FOR_SCATTER {
             return R::of(DISAGREES);
@@ -85,7 +84,7 @@ impl<R: Real> RepeatHits<R> {
         (self.scatter() * R::of(TIMES_SCATTER)).max(R::of(AGREES)).min(R::of(DISAGREES))
     }
 
-    /// How the hit stands; without a distance nothing speaks against it.
+    /// Result of the comparison; a hit without a distance agrees.
     pub fn standing(&self) -> Standing<R> {
         match self.distance().filter(|&distance| distance > self.limit()) {
             None => Standing::Agrees,
@@ -99,7 +98,7 @@ impl<R: Real> RepeatHits<R> {
 mod tests {
     use super::*;
 
-    /// A hit at this relative distance from others that scatter by so much, about a mean of length 2.
+    /// A hit at this relative distance from others with this relative scatter, about a mean of length 2.
     fn hit(others: u32, scatter: f64, distance: f64) -> RepeatHits<f64> {
         let freedom = f64::from(others.max(2) - 1);
         RepeatHits {
@@ -113,7 +112,7 @@ mod tests {
     #[test]
     fn distance_and_scatter_are_relative_to_the_mean() {
         let hit = hit(4, 0.1, 0.5);
-        // Squares and their roots.
+        // The tolerance covers the rounding of squares and roots.
         assert!((hit.distance().unwrap() - 0.5).abs() < 1e-15);
         assert!((hit.scatter() - 0.1).abs() < 1e-15);
     }

@@ -1,8 +1,8 @@
-//! What the channels read while nothing is hit.
+//! Statistics of the channels while nothing is hit.
 
 use super::{CHANNELS, Record};
 
-/// What the channels read while nothing was hit.
+/// Mean and standard deviation of every channel while nothing is hit.
 ///
 /// ```
 /// # use massline_shared::signal::{CHANNELS, Record, RestStatistics};
@@ -15,7 +15,7 @@ use super::{CHANNELS, Record};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RestStatistics {
-    /// How many scans.
+    /// Number of scans.
     pub scans: u32,
     /// Mean of every channel, codes.
     pub mean: [f32; CHANNELS],
@@ -24,7 +24,7 @@ pub struct RestStatistics {
 }
 
 impl RestStatistics {
-    /// Of all scans of a record; zeros of an empty one.
+    /// Statistics over all scans of a record; zeros for an empty one.
     pub fn of(record: &Record) -> Self {
         let scans = record.len() as u32;
         let mut reading = Self { scans, mean: [0.0; CHANNELS], deviation: [0.0; CHANNELS] };
@@ -38,7 +38,7 @@ impl RestStatistics {
                 squares += u64::from(code) * u64::from(code);
             }
             *mean = (sum as f64 / count as f64) as f32;
-            // Exact: n² times the variance of 2048 codes of 16 bits has 54 bits.
+            // This is exact: n² times the variance of 2048 codes of 16 bits has 54 bits.
             let spread = count * squares - sum * sum;
             let variance = spread as f64 / (count * count.saturating_sub(1).max(1)) as f64;
             *deviation = libm::sqrt(variance) as f32;
@@ -56,7 +56,7 @@ mod tests {
         let mut record = Record::new();
         assert_eq!(RestStatistics::of(&record).mean, [0.0; CHANNELS]);
         for n in 0..1000_u16 {
-            // Alternating by the number of the channel about 1000 codes.
+            // Each channel alternates about 1000 codes by its own number.
             let sign = if n % 2 == 0 { 1 } else { -1 };
             record.push(&core::array::from_fn(|k| (1000 + sign * k as i32) as u16));
         }
@@ -64,7 +64,7 @@ mod tests {
         assert_eq!(reading.scans, 1000);
         for k in 0..CHANNELS {
             assert_eq!(reading.mean[k], 1000.0);
-            // The sample deviation of ±k: k √(n/(n − 1)).
+            // The sample standard deviation of ±k is k √(n/(n − 1)).
             let expected = k as f32 * (1000.0_f32 / 999.0).sqrt();
             assert!((reading.deviation[k] - expected).abs() < 1e-5);
         }

@@ -1,30 +1,30 @@
-//! Where the signal chain gets its numbers from.
+//! Input of the signal chain.
 
 use super::{CHANNELS, Scan};
 use crate::Real;
 
 /// Equally spaced readings of several channels: a record of codes, or any other signals.
 pub trait Samples<R: Real> {
-    /// How many of each channel.
+    /// Number of readings of each channel.
     fn scans(&self) -> usize;
 
-    /// The readings of one channel from scan `from` on; none of a channel that does not exist.
+    /// The readings of one channel from scan `from` on; empty for a channel that does not exist.
     fn readings(&self, channel: usize, from: usize) -> impl Iterator<Item = R> + '_;
 
-    /// One reading, `None` past the end and of a channel that does not exist.
+    /// One reading; `None` past the end and for a channel that does not exist.
     fn reading(&self, channel: usize, scan: usize) -> Option<R> {
         self.readings(channel, scan).next()
     }
 
-    /// The lowest and the highest reading of one channel, each with the first scan that has it; `None`
-    /// of a channel without readings. Readings that are no numbers are passed over.
+    /// The lowest and the highest reading of one channel, each with the index of the first scan that has it;
+    /// `None` for a channel without readings. NaN readings are ignored.
     fn extremes(&self, channel: usize) -> Option<[(usize, R); 2]> {
         let readings = self.readings(channel, 0).enumerate();
         extremes(readings.filter(|(_, reading)| reading.finite()))
     }
 
-    /// Writes the readings of one channel, the first to the last, to the front of `samples` and says
-    /// how many: 0 of a channel that does not exist.
+    /// Writes the readings of one channel in order to the front of `samples` and returns their number; 0 for
+    /// a channel that does not exist.
     fn copy_channel(&self, channel: usize, samples: &mut [R]) -> usize {
         let mut count = 0;
         for (sample, reading) in samples.iter_mut().zip(self.readings(channel, 0)) {
@@ -35,13 +35,13 @@ pub trait Samples<R: Real> {
     }
 }
 
-/// The lowest and the highest, each with its first place.
+/// The lowest and the highest value, each with its first index.
 pub(super) fn extremes<T: PartialOrd + Copy>(
     values: impl Iterator<Item = (usize, T)>,
 ) -> Option<[(usize, T); 2]> {
     let mut found: Option<[(usize, T); 2]> = None;
-    // `for_each` takes the two pieces of a ring one after the other, a `for` asks at each scan which
-    // it is in.
+    // `for_each` takes the two pieces of a ring one after the other; a `for` loop would check at every scan
+    // which piece it is in.
     values.for_each(|(at, value)| match &mut found {
         None => found = Some([(at, value); 2]),
         Some([low, high]) => {
@@ -56,7 +56,7 @@ pub(super) fn extremes<T: PartialOrd + Copy>(
     found
 }
 
-/// A code as a reading: every `Real` holds every code.
+/// A code as a reading. Every `Real` represents every code exactly.
 pub(super) fn reading_of<R: Real>(code: u16) -> R {
     R::from_u16(code).unwrap_or_else(R::zero)
 }
@@ -78,7 +78,7 @@ impl<R: Real> Samples<R> for [Scan] {
 
     fn readings(&self, channel: usize, from: usize) -> impl Iterator<Item = R> + '_ {
         let scans = if channel < CHANNELS { self.get(from..).unwrap_or_default() } else { &[] };
-        // In bounds for the compiler to see: this is the innermost loop of the grading.
+        // The compiler can see that this index is in bounds; this is the innermost loop of the grading.
         let channel = channel.min(CHANNELS - 1);
         scans.iter().map(move |scan| reading_of(scan[channel]))
     }

@@ -7,14 +7,14 @@ use nalgebra::Complex;
 use crate::Real;
 use crate::layout::FrfEstimator;
 
-/// Auto and cross spectra of force and responses, and what follows from them.
+/// Auto and cross spectra of force and responses, and the frequency responses computed from them.
 ///
-/// `G_FF = mean |F|²`, `G_XF = mean X F*`, `G_XX = mean |X|²` over the hits, `F` in N s and `X` in
-/// (m/s²) s. `H1 = G_XF/G_FF` and `H2 = G_XX/G_FX`, with noise on the responses or on the force alone
-/// the least squares estimates of H, and `Hv = √(G_XX/G_FF) · G_XF/|G_XF|` between them, their geometric
-/// mean; coherence `γ² = |G_XF|²/(G_FF G_XX) = H1/H2`.
+/// `G_FF = mean |F|²`, `G_XF = mean X F*`, `G_XX = mean |X|²` over the hits, `F` in N s and `X` in (m/s²) s.
+/// `H1 = G_XF/G_FF` and `H2 = G_XX/G_FX` are the least squares estimates of H for noise on the responses
+/// alone and on the force alone; `Hv = √(G_XX/G_FF) · G_XF/|G_XF|` is their geometric mean. The coherence is
+/// `γ² = |G_XF|²/(G_FF G_XX) = H1/H2`.
 ///
-/// 14 KiB for nine responses, 128 lines and `f32`. All zero bytes when empty, so a static one lies
+/// Takes 14 KiB for nine responses, 128 lines and `f32`. It is all zero bytes when empty, so a static one is
 /// in `.bss`.
 ///
 /// ```
@@ -40,14 +40,14 @@ pub struct Spectra<R, const RESPONSES: usize, const BINS: usize> {
 }
 
 impl<const RESPONSES: usize, const BINS: usize> Spectra<f32, RESPONSES, BINS> {
-    /// No hits.
+    /// Spectra without hits.
     pub const fn new() -> Self {
         Self::filled_with(0.0)
     }
 }
 
 impl<const RESPONSES: usize, const BINS: usize> Spectra<f64, RESPONSES, BINS> {
-    /// No hits.
+    /// Spectra without hits.
     pub const fn new() -> Self {
         Self::filled_with(0.0)
     }
@@ -71,7 +71,7 @@ impl<R: Copy, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
 }
 
 impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, BINS> {
-    /// Forgets every hit.
+    /// Discards all hits.
     pub fn clear(&mut self) {
         self.hits = 0;
         self.force.fill(R::zero());
@@ -81,13 +81,13 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
         }
     }
 
-    /// Hits averaged.
+    /// Number of hits averaged.
     pub fn hits(&self) -> u16 {
         self.hits
     }
 
-    /// Begins a hit with the lines of its force; [`Self::add_response`] of every response follows
-    /// before the next one begins.
+    /// Starts a hit with the spectrum of its force. Call [`Self::add_response`] for every response before the
+    /// next hit starts.
     pub fn add_force(&mut self, force: &[Complex<R>]) {
         self.hits = self.hits.saturating_add(1);
         for (sum, f) in self.force.iter_mut().zip(force) {
@@ -95,8 +95,8 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
         }
     }
 
-    /// Adds the lines of one response to the hit begun last; `force` are the lines given then. A
-    /// response that does not exist is left out.
+    /// Adds the spectrum of one response to the hit started last; `force` is the spectrum passed then. A
+    /// response that does not exist is ignored.
     pub fn add_response(&mut self, response: usize, force: &[Complex<R>], lines: &[Complex<R>]) {
         let (Some(cross), Some(auto)) =
             (self.cross.get_mut(response), self.response.get_mut(response))
@@ -109,8 +109,8 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
         }
     }
 
-    /// Takes out a hit that was added with these lines of its force; [`Self::remove_response`] of every
-    /// response belongs to it. What stays differs from averages without the hit by rounding.
+    /// Removes a hit that was added with this spectrum of its force; call [`Self::remove_response`] for every
+    /// response as well. The remaining averages differ from averages without the hit by rounding only.
     pub fn remove_force(&mut self, force: &[Complex<R>]) {
         self.hits = self.hits.saturating_sub(1);
         for (sum, f) in self.force.iter_mut().zip(force) {
@@ -118,7 +118,7 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
         }
     }
 
-    /// Takes the lines of one response out again.
+    /// Removes the spectrum of one response.
     pub fn remove_response(&mut self, response: usize, force: &[Complex<R>], lines: &[Complex<R>]) {
         let (Some(cross), Some(auto)) =
             (self.cross.get_mut(response), self.response.get_mut(response))
@@ -148,7 +148,7 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
         self.mean(self.response.get(response).and_then(|lines| lines.get(line)))
     }
 
-    /// `H1 = G_XF/G_FF`, (m/s²)/N; 0 where there is no force, a line that has no weight either.
+    /// `H1 = G_XF/G_FF`, (m/s²)/N; 0 where there is no force (such a line has no weight either).
     pub fn h1(&self, response: usize, line: usize) -> Complex<R> {
         ratio(self.cross(response, line), self.force_auto(line))
     }
@@ -164,8 +164,8 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
         }
     }
 
-    /// Squares of the accelerances of the first `responses` responses, summed line by line into
-    /// `squares`: what [`find_band`](crate::mass_line::find_band) looks for modes in.
+    /// Adds the squared accelerances of the first `responses` responses to `squares`, line by line: the input
+    /// of [`find_band`](crate::mass_line::find_band).
     pub fn add_squares(&self, responses: usize, squares: &mut [R]) {
         for (line, sum) in squares.iter_mut().enumerate() {
             for response in 0..responses {
@@ -183,14 +183,14 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
         if squared.finite() { squared.min(R::one()) } else { R::zero() }
     }
 
-    /// Mean coherence of a response over those of the lines that there are; 0 over none. `None` with
-    /// fewer than two hits: then it is one whatever was measured, and says nothing.
+    /// Mean coherence of a response over those of the lines that exist; 0 when none does. `None` with fewer
+    /// than two hits, for which the coherence is always one.
     pub fn mean_coherence(&self, response: usize, lines: RangeInclusive<usize>) -> Option<R> {
         if self.hits < 2 {
             return None;
         }
         let (mut sum, mut count) = (R::zero(), R::zero());
-        // A band may reach far beyond the last line.
+        // A band may extend far beyond the last line.
         let end = if lines.is_empty() { 0 } else { lines.end().saturating_add(1).min(BINS) };
         for line in *lines.start()..end {
             sum += self.coherence(response, line);
@@ -208,15 +208,15 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
     }
 }
 
-/// The lines within a band, Hz, both ends included: `[low, high]` at `resolution` Hz a line.
+/// The lines within a band, Hz, both ends included: `[low, high]` with a line spacing of `resolution` Hz.
 ///
-/// An end that hits a line but for rounding includes it. Empty when nothing lies inside.
+/// An end that coincides with a line within rounding includes it. Empty when there is no line inside.
 pub fn bins_of_band<R: Real>(band: [R; 2], resolution: R) -> RangeInclusive<usize> {
     let ends = band.map(|end| end.to_f64() / resolution.to_f64());
     let slack = 1e-4;
     let (low, high) = (libm::ceil(ends[0] - slack), libm::floor(ends[1] + slack));
     if low.is_finite() && high >= low.max(0.0) {
-        // A float beyond `usize` is cut to it.
+        // The cast limits larger values to the range of `usize`.
         low.max(0.0) as usize..=high as usize
     } else {
         #[expect(clippy::reversed_empty_ranges, reason = "the empty range")]
@@ -225,7 +225,7 @@ pub fn bins_of_band<R: Real>(band: [R; 2], resolution: R) -> RangeInclusive<usiz
     }
 }
 
-/// `numerator/denominator`, 0 when that is no number.
+/// `numerator/denominator`, or 0 when the quotient is not finite.
 pub(super) fn ratio<R: Real>(numerator: Complex<R>, denominator: R) -> Complex<R> {
     let quotient = numerator.unscale(denominator);
     if quotient.re.finite() && quotient.im.finite() {
@@ -271,7 +271,7 @@ mod tests {
             let spectra = averaged(&hits);
             prop_assert_eq!(usize::from(spectra.hits()), hits.len());
             for line in 0..4 {
-                // Sums of few terms: rounding only.
+                // The tolerance covers rounding; the sums have few terms.
                 for estimator in FrfEstimator::ALL {
                     let h = spectra.frf(estimator, 0, line);
                     prop_assert!((h - gain).norm() < 1e-13 * gain.norm(), "{estimator:?}");
@@ -300,7 +300,7 @@ mod tests {
                     prop_assert!(left(h2) <= left(h2 * aside));
                     prop_assert!(left(h2) <= left(h2 / aside));
                 }
-                // Geometric mean with the phase of both. Rounding only.
+                // Hv is the geometric mean with the common phase; the tolerance covers rounding.
                 let (h1, hv) = (spectra.h1(0, line), spectra.frf(FrfEstimator::Hv, 0, line));
                 prop_assert!((hv * hv - h1 * h2).norm() < 1e-12 * hv.norm_sqr());
                 prop_assert!((hv * h1.conj()).im.abs() < 1e-12 * hv.norm_sqr());
@@ -333,7 +333,7 @@ mod tests {
                     prop_assert!(left(h1) <= left(h1 + aside));
                     prop_assert!(left(h1) <= left(h1 - aside));
                 }
-                // And coherence is the share of the response that H1 explains.
+                // The coherence is the share of the response that H1 explains.
                 let explained = 1.0 - left(h1) / total;
                 prop_assert!((spectra.coherence(0, line) - explained).abs() < 1e-10);
             }
@@ -353,7 +353,7 @@ mod tests {
         let without = averaged(&[hit(1.0), hit(2.0)]);
         assert_eq!(spectra.hits(), 2);
         for line in 0..4 {
-            // Sums of few terms: rounding only.
+            // The tolerance covers rounding; the sums have few terms.
             assert!((spectra.h1(0, line) - without.h1(0, line)).norm() < 1e-13);
             assert!((spectra.coherence(0, line) - without.coherence(0, line)).abs() < 1e-13);
         }
@@ -378,7 +378,7 @@ mod tests {
         let spectra = averaged(&[(some, some), (some, some)]);
         let band = bins_of_band([1.0, 1e300], 1.0);
         assert_eq!(band, 1..=usize::MAX);
-        // Sums of few terms: rounding only.
+        // The tolerance covers rounding; the sums have few terms.
         assert!((spectra.mean_coherence(0, band).unwrap() - 1.0).abs() < 1e-13);
         assert_eq!(spectra.mean_coherence(0, 4..=usize::MAX), Some(0.0));
         assert_eq!(spectra.mean_coherence(0, bins_of_band([5.0, 4.0], 1.0)), Some(0.0));

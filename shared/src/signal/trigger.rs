@@ -1,18 +1,18 @@
-//! When a record starts.
+//! The trigger: detects a hit and captures its record.
 //!
-//! The *pre-trigger* scans are those before the hammer touched. They must be quiet, because the
-//! rest value of every channel is taken from them.
+//! The *pre-trigger* scans are those before the contact. They must be quiet, because the rest value of every
+//! channel is computed from them.
 
 use super::chain::HAMMER;
 use super::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS, Record, Scan};
 use crate::Real;
 use crate::units::{Newtons, ScanIndex};
 
-/// Finds the rising edge of a hit in a force signal, in whatever unit that is.
+/// Finds the rising edge of a hit in a force signal of any unit.
 ///
-/// The rest value is the running mean since arming. The edge is the first sample at least `level`
-/// above it, after `settle` samples that stayed within `level` of it: a disturbance before that
-/// starts the settling anew. One arming fires once.
+/// The rest value is the running mean since arming. The trigger fires at the first sample that is at least
+/// `level` above it, after `settle` samples that stayed within `level` of it; a disturbance before that
+/// restarts the settling. Each arming fires only once.
 ///
 /// ```
 /// # use massline_shared::signal::EdgeTrigger;
@@ -20,7 +20,7 @@ use crate::units::{Newtons, ScanIndex};
 /// let mut trigger = EdgeTrigger::new(3.0_f32, 80);
 /// let force = |n: usize| if n < 100 { 0.4 } else { 20.0 };
 /// assert_eq!((0..200).position(|n| trigger.feed(force(n))), Some(100));
-/// // One arming fires once.
+/// // Each arming fires only once.
 /// assert!(!trigger.feed(20.0));
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +33,7 @@ pub struct EdgeTrigger<R> {
 }
 
 impl<R: Real> EdgeTrigger<R> {
-    /// Samples that the rest value looks back, about; so it follows a slow drift of the hammer.
+    /// Approximate number of samples in the running mean, short enough to follow a slow drift of the hammer.
     const MEMORY: u32 = 1024;
 
     /// An armed trigger.
@@ -42,13 +42,13 @@ impl<R: Real> EdgeTrigger<R> {
         Self { level, settle, rest: R::zero(), quiet: 0, fired: false }
     }
 
-    /// Waits for the next hit; the rest value is found anew.
+    /// Arms the trigger for the next hit and starts the rest value anew.
     pub fn arm(&mut self) {
         self.quiet = 0;
         self.fired = false;
     }
 
-    /// Takes the next sample; true when the hit begins with it.
+    /// Takes the next sample; true when it triggers.
     pub fn feed(&mut self, sample: R) -> bool {
         if self.fired {
             return false;
@@ -72,16 +72,16 @@ impl<R: Real> EdgeTrigger<R> {
     }
 }
 
-/// The trigger of the rig: an [`EdgeTrigger`] on the hammer's codes.
+/// The trigger of the rig: an [`EdgeTrigger`] on the codes of the hammer.
 #[derive(Clone, Copy, Debug)]
 pub struct Trigger {
     edge: EdgeTrigger<f32>,
-    /// −1 for a hammer whose voltage falls with the force.
+    /// −1 for a hammer whose voltage falls with the force, otherwise 1.
     sign: f32,
 }
 
 impl Trigger {
-    /// The lowest level, codes: below it the converter's own noise would fire.
+    /// Lowest trigger level, codes; a lower one would respond to the noise of the converter.
     pub const LOWEST_LEVEL: f32 = 4.0;
 
     /// An armed trigger that fires at `level` above the rest value, after [`PRE_TRIGGER_SCANS`]
@@ -95,35 +95,35 @@ impl Trigger {
         }
     }
 
-    /// Waits for the next hit.
+    /// Arms the trigger for the next hit.
     pub fn arm(&mut self) {
         self.edge.arm();
     }
 
-    /// Takes the next scan; true when the hit begins with it.
+    /// Takes the next scan; true when it triggers.
     pub fn feed(&mut self, scan: &Scan) -> bool {
         self.edge.feed(self.sign * f32::from(scan[HAMMER]))
     }
 }
 
-/// How far the record of a hit is.
+/// Progress of the capture of a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CaptureState {
-    /// No hit yet.
+    /// There was no trigger yet.
     Waiting,
-    /// A hit has begun; the record fills.
+    /// The trigger has fired, and the record is being filled.
     Filling,
-    /// The record holds the whole hit: [`PRE_TRIGGER_SCANS`] scans, then the one of the trigger,
-    /// then the rest. It stays as it is until the next arming.
+    /// The record contains the whole hit: [`PRE_TRIGGER_SCANS`] scans, then that of the trigger, then the
+    /// rest. It does not change until the next arming.
     Complete {
-        /// The scan at which the hit began.
+        /// Index of the scan that triggered.
         trigger_scan: ScanIndex,
     },
-    /// Scans were lost after the hit had begun: the record is worthless until the next arming.
+    /// Scans were lost after the trigger: the record is useless, and the capture waits for the next arming.
     Broken,
 }
 
-/// Takes the record of one hit.
+/// Captures the record of one hit.
 ///
 /// ```
 /// # use massline_shared::signal::*;
@@ -149,14 +149,14 @@ pub enum CaptureState {
 pub struct Capture {
     trigger: Trigger,
     state: CaptureState,
-    /// The index that the next scan must have.
+    /// Expected index of the next scan.
     expected: Option<u64>,
     trigger_scan: ScanIndex,
     missing: usize,
 }
 
 impl Capture {
-    /// Armed; the record must be [cleared](Record::clear).
+    /// An armed capture; the record must be [cleared](Record::clear).
     pub fn new(trigger: Trigger) -> Self {
         Self {
             trigger,
@@ -167,21 +167,21 @@ impl Capture {
         }
     }
 
-    /// Waits for the next hit and forgets the last one.
+    /// Arms the capture for the next hit and discards the last one.
     pub fn arm(&mut self, record: &mut Record) {
         record.clear();
         self.trigger.arm();
         *self = Self::new(self.trigger);
     }
 
-    /// How far it is.
+    /// Progress of the capture.
     pub fn state(&self) -> CaptureState {
         self.state
     }
 
     /// Takes the next scan into the record.
     ///
-    /// A gap in `index` before the hit starts the pre-trigger anew; a gap after it makes the record
+    /// A gap in `index` before the trigger restarts the pre-trigger; a gap after it makes the record
     /// [`CaptureState::Broken`].
     pub fn feed(&mut self, record: &mut Record, scan: &Scan, index: ScanIndex) -> CaptureState {
         let gap = self.expected.is_some_and(|expected| expected != index.0);
@@ -240,7 +240,7 @@ mod tests {
         scan
     }
 
-    /// The scans at which records completed, re-armed after each.
+    /// The scans at which records are complete; the trigger is armed again after each.
     fn triggers(force: impl Fn(u64) -> f32, scans: u64) -> Vec<u64> {
         let (mut capture, mut record) = capture();
         let mut found = Vec::new();
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_hit_is_recorded_from_its_pre_trigger_on() {
-        // The pulse starts at 5000 and passes 3 N of 30 N with its first sample after that.
+        // The pulse starts at 5000; its next sample is the first above 3 N of 30 N.
         assert_eq!(triggers(|i| pulse(i, 5000, 30.0), 10_000), [5001]);
     }
 
@@ -286,7 +286,7 @@ mod tests {
     #[test]
     fn nothing_fires_before_the_pre_trigger_has_passed() {
         assert_eq!(triggers(|i| pulse(i, 40, 30.0), 6000), []);
-        // That hit starts the settling anew: 80 quiet scans after it the trigger is ready.
+        // The first hit restarts the settling: after 80 quiet scans the trigger is ready.
         assert_eq!(triggers(|i| pulse(i, 40, 30.0) + pulse(i, 200, 30.0), 6000), [201]);
     }
 
@@ -297,7 +297,7 @@ mod tests {
 
     #[test]
     fn a_slow_drift_of_the_hammer_does_not_fire() {
-        // 10 N over 40 000 scans; a fixed rest value would fire at 3 N.
+        // A drift of 10 N over 40 000 scans; a fixed rest value would trigger at 3 N.
         let drift = |i: u64| i as f32 / 4000.0;
         assert_eq!(triggers(drift, 40_000), []);
         let mut edge = EdgeTrigger::new(3.0, PRE_TRIGGER_SCANS);
@@ -327,7 +327,7 @@ mod tests {
         for i in 0..200 {
             capture.feed(&mut record, &scan(0.0), ScanIndex(i));
         }
-        // 50 scans after the gap are not a pre-trigger: this hit is not taken.
+        // 50 scans after the gap are too few for the pre-trigger, so this hit is not taken.
         for i in 1000..1050 {
             capture.feed(&mut record, &scan(0.0), ScanIndex(i));
         }

@@ -1,19 +1,19 @@
-//! Windows on force and response.
+//! Windows for force and response.
 
 use crate::Real;
 
-/// Samples of a block of the exponential.
+/// Number of samples in a block of the exponential.
 const BLOCK: usize = 32;
 
-/// Takes the rest value off, scales and applies the exponential window:
+/// Subtracts the rest value, scales and applies the exponential window:
 /// `xₙ ← (xₙ − rest) · scale · e^{−decay·n}`, `decay = σ/rate`.
 ///
-/// On force and response alike this only moves `s` from `iω` to `σ + iω` (theory, section 5).
+/// Applied to force and response alike, it only moves `s` from `iω` to `σ + iω` (theory, section 5).
 ///
-/// The exponential is a running product over blocks of 32 samples and, within a block, over its
-/// samples. So in `f32` no value is off by more than `160 · 2⁻²⁴ = 1e-5` relative for 2048 samples:
-/// 64 + 32 factors that are rounded, and as many products. It is the same for every channel, so
-/// that it cancels in `H` but for its change along the record.
+/// The exponential is a running product over blocks of 32 samples and, within a block, over its samples. So
+/// in `f32` the relative error of every value is below `160 · 2⁻²⁴ = 1e-5` for 2048 samples: 64 + 32 rounded
+/// factors, and as many products. It is the same for every channel, so it cancels in `H` except for its
+/// change along the record.
 ///
 /// ```
 /// # use massline_shared::signal::window::exponential;
@@ -36,11 +36,11 @@ pub fn exponential<R: Real>(samples: &mut [R], rest: R, scale: R, decay: R) {
     }
 }
 
-/// The force window: zero farther than `half_width` samples from `peak`, where the hammer does not
-/// touch, so that its noise and drift stay out.
+/// The force window: zero farther than `half_width` samples from `peak`, where the hammer has no contact, to
+/// exclude its noise and drift.
 ///
-/// It has no taper: on the project's chain case a half cosine of a quarter to the whole half width
-/// moved the ten properties by less than 0.01 % of scale.
+/// It has no taper: on the project's chain case, a half cosine of a quarter to the whole half width changed
+/// the ten properties by less than 0.01 % of scale.
 ///
 /// ```
 /// # use massline_shared::signal::window::force;
@@ -72,7 +72,7 @@ mod tests {
             exponential(&mut double, 0.0, 1.0, decay);
             for n in 0..2048 {
                 let exact = (-decay * n as f64).exp();
-                // Rounding `decay` itself to f32 costs up to `decay · n` units more.
+                // Rounding `decay` to f32 adds up to `decay · n` units.
                 let bound = 160.0 + decay * n as f64;
                 let error = (f64::from(single[n]) / exact - 1.0).abs();
                 assert!(error < bound * 2_f64.powi(-24), "f32, {n}: {error:e}");

@@ -9,8 +9,7 @@ fn lines<R: Real>(hits: &[BlockHit<R, 2>]) -> impl Iterator<Item = &MassLines<R,
     hits.iter().map(|hit| &hit.lines)
 }
 
-/// What two sensors read of a unit acceleration over the calibration in force: 7 % and −4 %, with
-/// cross-axis.
+/// True sensitivity of two sensors relative to the calibration in use: +7 % and −4 %, with cross-axis terms.
 fn sensors() -> [Matrix3<f64>; 2] {
     #[rustfmt::skip]
     let first = Matrix3::new(1.07, 0.01, -0.02, 0.015, 1.05, 0.0, 0.01, -0.01, 1.06);
@@ -19,8 +18,8 @@ fn sensors() -> [Matrix3<f64>; 2] {
     [first, second]
 }
 
-/// Five hits along each axis that are off their direction by ±`direction_error` rad across, read through `sensors`
-/// and a hammer whose output is `hammer` times what it should be.
+/// Five hits along each axis with direction errors of ±`direction_error` rad, read through `sensors` and a
+/// hammer whose output is `hammer` times the nominal one.
 fn hits<R: Real>(
     sensors: &[Matrix3<f64>; 2],
     hammer: f64,
@@ -59,7 +58,7 @@ fn recovers_the_matrices<R: Real>(tolerance: f64) {
     }
 }
 
-/// Rounding of a few products.
+/// The tolerance covers the rounding of a few products.
 #[test]
 fn straight_hits_give_the_matrix_of_every_sensor_over_the_hammer() {
     recovers_the_matrices::<f64>(1e-14);
@@ -68,7 +67,7 @@ fn straight_hits_give_the_matrix_of_every_sensor_over_the_hammer() {
 
 #[test]
 fn sensors_may_stand_turned_on_the_block() {
-    // x of the sensor along y of the block, y against x.
+    // The sensor's x points along y of the block, its y against x.
     let axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
     let turn = Matrix3::from_fn(|row, column: usize| axes[row][column]);
     let truth = sensors();
@@ -86,8 +85,8 @@ fn hammer_is_found<R: Real>(tolerance: f64) {
         let error = found.ratio.to_f64() * 1.02 - 1.0;
         assert!(error.abs() < tolerance, "{direction_error}: {error}");
         assert!(found.is_consistent());
-        // A mass known to 0.05 %, 0.1 % that is always there, and hits whose length is exact but for
-        // the curvature of an arc of `direction_error`.
+        // The mass is known to 0.05 %, the floor is 0.1 %, and the length of the hits is exact but for the
+        // curvature of an arc of `direction_error`.
         let sigma = found.sigma.to_f64();
         assert!(
             (1.08e-3..1.12e-3 + 0.2 * direction_error * direction_error).contains(&sigma),
@@ -96,7 +95,7 @@ fn hammer_is_found<R: Real>(tolerance: f64) {
     }
 }
 
-/// The length of a calibrated reading does not know directions: rounding.
+/// The length of a calibrated reading does not depend on the direction; the tolerance covers rounding.
 #[test]
 fn with_known_sensors_hits_that_miss_their_direction_still_give_the_hammer_exactly() {
     hammer_is_found::<f64>(1e-13);
@@ -106,15 +105,15 @@ fn with_known_sensors_hits_that_miss_their_direction_still_give_the_hammer_exact
 #[test]
 fn a_direction_that_contradicts_the_others_is_seen() {
     let mut wrong = [Matrix3::identity(); 2];
-    // Both sensors read 3 % too much along y: 2 % beside the mean of the three directions.
+    // Both sensors read 3 % too much along y, which is 2 % from the mean of the three directions.
     wrong.iter_mut().for_each(|s| s[(1, 1)] = 1.03);
     let found = force_ratio(lines(&hits::<f64>(&wrong, 1.0, 0.03)), 2, BLOCK).unwrap();
     assert!((found.departure.0 - 0.02).abs() < 1e-3, "{:?}", found.departure);
     assert!(!found.is_consistent());
 }
 
-/// The standard deviation of a cross-axis ratio is that of the mean direction: four of five hits miss
-/// by 30 mrad, two each way across.
+/// The standard deviation of a cross-axis ratio is that of the mean direction: four of five hits have a
+/// direction error of 30 mrad, two to each side.
 #[test]
 fn the_scatter_of_the_directions_is_the_sigma_of_the_cross_axis_ratios() {
     let exact = [Matrix3::identity(); 2];
@@ -122,7 +121,7 @@ fn the_scatter_of_the_directions_is_the_sigma_of_the_cross_axis_ratios() {
     let expected = 0.03 * (2.0 / 4.0_f64).sqrt() / 5.0_f64.sqrt();
     for (row, column) in super::super::tumble::OFF_DIAGONAL {
         let sigma = found.sigma[(row, column)];
-        // The hits are normalised: 4.5e-4 less.
+        // The hit directions are normalised, which reduces the value by 4.5e-4.
         assert!((sigma / expected - 1.0).abs() < 2e-3, "{sigma} {expected}");
     }
     assert!(found.sigma.diagonal().amax() < 2e-4);

@@ -1,4 +1,4 @@
-//! A tumble test as far as it has come: one reading of all channels for each position.
+//! The readings of a tumble test in progress: one of all channels for each position.
 
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -11,10 +11,10 @@ use crate::Real;
 use crate::layout::RIG_SENSORS;
 use crate::signal::{AdcProperties, CHANNELS, HAMMER, RestStatistics};
 
-/// What all channels read at rest, V.
+/// Output of all channels without motion, V.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestVoltages<R> {
-    /// Channels that there are, the hammer first.
+    /// Number of channels, the hammer first.
     channels: u8,
     mean: [R; CHANNELS],
     deviation: [R; CHANNELS],
@@ -22,7 +22,7 @@ pub struct RestVoltages<R> {
 }
 
 impl<R: Real> RestVoltages<R> {
-    /// From the codes that a rig has read.
+    /// Converts the codes that a rig has read.
     pub fn of(reading: &RestStatistics, adc: &AdcProperties) -> Self {
         let code = R::of(f64::from(adc.volts_per_code()));
         let rate = R::of(f64::from(adc.rate.0));
@@ -37,8 +37,8 @@ impl<R: Real> RestVoltages<R> {
         }
     }
 
-    /// From volts, channel by channel: mean, standard deviation of the scans, standard deviation of the
-    /// mean. `None` when these are not of equally many channels, or of more than there can be.
+    /// Reading from voltages by channel: mean, standard deviation of the scans, standard deviation of the
+    /// mean. `None` when the slices differ in length or have more channels than a rig.
     pub fn from_volts(mean: &[R], deviation: &[R], sigma: &[R]) -> Option<Self> {
         let channels = mean.len();
         if channels > CHANNELS || deviation.len() != channels || sigma.len() != channels {
@@ -54,12 +54,12 @@ impl<R: Real> RestVoltages<R> {
         })
     }
 
-    /// Mean of each channel that there is, V.
+    /// Mean of each channel, V.
     pub fn mean(&self) -> &[R] {
         self.present(&self.mean)
     }
 
-    /// Standard deviation of the scans of each channel that there is, V.
+    /// Standard deviation of each channel's scans, V.
     pub fn deviation(&self) -> &[R] {
         self.present(&self.deviation)
     }
@@ -69,12 +69,12 @@ impl<R: Real> RestVoltages<R> {
         self.present(&self.sigma)
     }
 
-    /// Triaxial sensors in it.
+    /// Number of triaxial sensors.
     pub fn sensors(&self) -> usize {
         usize::from(self.channels).saturating_sub(1) / 3
     }
 
-    /// What sensor `sensor` (0-based) has read in a position; NaN for a sensor that it does not have.
+    /// Reading of sensor `sensor` (0-based) in a position; NaN for a sensor that does not exist.
     pub fn sensor(&self, sensor: usize, position: Position) -> SensorVoltages<R> {
         let axes = |values: &[R]| {
             Vector3::from_fn(|k, _| {
@@ -89,10 +89,10 @@ impl<R: Real> RestVoltages<R> {
         }
     }
 
-    /// Whether it can be taken into a tumble test: the sensors did not move, and every channel is a number.
+    /// Checks that the reading can be used in a tumble test: no sensor moved, and all channels are finite.
     ///
     /// # Errors
-    /// What is wrong with the first sensor that it is wrong with.
+    /// The problem of the first sensor that has one.
     pub fn check(
         &self,
         position: Position,
@@ -110,21 +110,21 @@ impl<R: Real> RestVoltages<R> {
     }
 }
 
-/// What is wrong with the readings of a sensor.
+/// A problem with the readings of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorProblem<R> {
-    /// Which sensor, 0-based.
+    /// The sensor, 0-based.
     pub sensor: usize,
-    /// What is wrong.
+    /// The problem.
     pub problem: TumbleProblem<R>,
 }
 
-/// What a tumble test has found.
+/// Result of a tumble test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tumble<R> {
-    /// Sensor by sensor.
+    /// Zero and sensitivity of each sensor.
     pub sensors: Vec<SensorSensitivity<R>, RIG_SENSORS>,
-    /// Output of the hammer at rest, V.
+    /// Output of the hammer without force, V.
     pub hammer_zero: R,
 }
 
@@ -148,17 +148,17 @@ impl<R> Default for TumbleTest<R> {
 }
 
 impl<R> TumbleTest<R> {
-    /// Without readings.
+    /// A test without readings.
     pub const fn new() -> Self {
         Self { readings: Vec::new() }
     }
 
-    /// The readings that there are, in the order in which they were taken.
+    /// Readings so far, in the order in which they were taken.
     pub fn readings(&self) -> &[(Position, RestVoltages<R>)] {
         &self.readings
     }
 
-    /// The positions that are still to be read, in their order.
+    /// Positions still to be read, in order.
     pub fn wanted(&self) -> impl Iterator<Item = Position> {
         let read = |position| self.readings.iter().any(|(other, _)| *other == position);
         Position::ALL.into_iter().filter(move |&position| !read(position))
@@ -166,10 +166,10 @@ impl<R> TumbleTest<R> {
 }
 
 impl<R: Real> TumbleTest<R> {
-    /// Takes the reading of a position.
+    /// Adds the reading of a position.
     ///
     /// # Errors
-    /// As [`RestVoltages::check`], and when the position has been read; the test stays as it was.
+    /// As for [`RestVoltages::check`], and when the position has already been read; the test stays unchanged.
     pub fn add(
         &mut self,
         position: Position,
@@ -185,14 +185,14 @@ impl<R: Real> TumbleTest<R> {
         Ok(())
     }
 
-    /// Triaxial sensors in all of the readings.
+    /// Number of triaxial sensors that all readings have.
     pub fn sensors(&self) -> usize {
         let sensors = self.readings.iter().map(|(_, reading)| reading.sensors()).min();
         sensors.unwrap_or(0).min(RIG_SENSORS)
     }
 
-    /// Zero and sensitivity of each sensor. `None` when there is none, or when something is wrong, of
-    /// which `report` hears.
+    /// Zero and sensitivity of each sensor. `None` when there is no sensor or the readings have problems,
+    /// each of which is passed to `report`.
     pub fn solve(
         &self,
         limits: &TumbleLimits<R>,
@@ -230,7 +230,7 @@ mod tests {
         channel_delay: Seconds(1e-5),
     };
 
-    /// Two nominal sensors at rest, and a hammer at 0.12 V.
+    /// Two nominal sensors without motion, and a hammer at 0.12 V.
     fn reading(position: Position, deviation: f32) -> RestVoltages<f32> {
         let up = position.up::<f32>();
         let mut mean = [0.0; CHANNELS];
@@ -256,7 +256,7 @@ mod tests {
         assert_eq!((test.wanted().count(), test.sensors()), (0, 2));
         let found = test.solve(&limits(), |problem| panic!("{problem:?}")).unwrap();
         assert_eq!(found.sensors.len(), 2);
-        // Codes in single precision: 1e-7 of 2 V, over 0.1 V, a few roundings.
+        // Codes in single precision: 1e-7 of 2 V over 0.1 V, for a few roundings.
         let nominal = 0.057 / crate::STANDARD_GRAVITY as f32;
         for sensor in &found.sensors {
             assert!((sensor.sensitivity[(1, 1)] / nominal - 1.0).abs() < 2e-5, "{sensor:?}");

@@ -14,7 +14,7 @@ fn truth() -> (Vector3<f64>, Matrix3<f64>) {
     (Vector3::new(1.46, 1.52, 1.57), relative * (0.057 / G))
 }
 
-/// What the sensor reads in the six positions, each tilted by its two angles across.
+/// Readings of the sensor in the six positions, each tilted by two angles.
 fn readings<R: Real>(tilts: [[f64; 2]; 6]) -> Vec<SensorVoltages<R>> {
     let (zero, sensitivity) = truth();
     let tilted = |(position, [first, second]): (Position, [f64; 2])| {
@@ -46,14 +46,15 @@ fn recovered<R: Real>(tolerance: f64) {
     assert!(found.is_level(&TumbleLimits::default()));
 }
 
-/// Rounding: differences of volts whose size is the sensitivity times 2 g, a third of the zero.
+/// The tolerance covers rounding: differences of voltages whose size is the sensitivity times 2 g, a third of
+/// the zero.
 #[test]
 fn level_positions_give_zero_and_sensitivity_exactly() {
     recovered::<f64>(1e-14);
     recovered::<f32>(1e-5);
 }
 
-/// 3 mrad in every position: second order in gain (1e-5), and the cross-axis error is the half
+/// 3 mrad in every position: the gain error is of second order (1e-5), and the cross-axis error is half the
 /// difference of two tilts.
 #[test]
 fn tilts_cost_gains_nothing_and_their_size_is_reported() {
@@ -63,7 +64,8 @@ fn tilts_cost_gains_nothing_and_their_size_is_reported() {
     let found = solve(&readings::<f64>(signs), &TumbleLimits::default()).unwrap();
     let relative = (found.sensitivity - sensitivity) * (G / 0.057);
     for k in 0..3 {
-        // A tilt t shortens by t², 1e-5, and brings in up to 2 % of cross-axis times t, 6e-5.
+        // A tilt t reduces the reading by t², 1e-5, and adds up to 2 % of cross-axis sensitivity times t,
+        // 6e-5.
         assert!(relative[(k, k)].abs() < 7e-5, "{relative}");
     }
     for (row, column) in OFF_DIAGONAL {
@@ -71,7 +73,7 @@ fn tilts_cost_gains_nothing_and_their_size_is_reported() {
         let sigma = found.sensitivity_sigma[(row, column)] * (G / 0.057);
         assert!((0.3 * t..2.0 * t).contains(&sigma), "{sigma}");
     }
-    // Six midpoints that are 0 or ±t: their mean square is that of the tilts within a factor.
+    // Six midpoints that are 0 or ±t: their mean square equals that of the tilts within a small factor.
     assert!((0.4 * t..1.6 * t).contains(&found.tilt), "{}", found.tilt);
 }
 
@@ -81,7 +83,7 @@ fn one_tilted_position_is_named_by_its_axis() {
     tilts[3] = [0.06, 0.0];
     let found = solve(&readings::<f64>(tilts), &TumbleLimits::default()).unwrap();
     assert_eq!(found.worst.0, Axis::Y);
-    // Half of the tilt shows in the midpoint; gains differ by up to 8 %.
+    // Half of the tilt appears in the midpoint; gains differ by up to 8 %.
     assert!((found.worst.1 - 0.03).abs() < 0.003, "{}", found.worst.1);
     assert!(!found.is_level(&TumbleLimits::default()));
 }
@@ -109,7 +111,7 @@ fn a_sensor_that_was_not_turned_reads_as_the_position_before() {
     six[1].mean = six[0].mean;
     let doubled = TumbleProblem::ReadsAs { position: Position::ALL[1], like: Position::ALL[0] };
     assert_eq!(problems(&six)[..], [doubled]);
-    // Two channels swapped: four positions read as others.
+    // Two swapped channels: four positions read as others.
     let mut six = level::<f64>();
     six.iter_mut().for_each(|r| r.mean.swap_rows(0, 1));
     assert_eq!(problems(&six).len(), 4);
@@ -128,7 +130,7 @@ fn a_reading_that_moves_is_no_number_or_not_one_g_is_named() {
     let mut six = level::<f64>();
     six[4].mean.z = f64::NAN;
     assert_eq!(problems(&six)[..], [TumbleProblem::NotFinite(Position::ALL[4])]);
-    // A channel that is not connected: nothing along z.
+    // A channel is not connected, so nothing is read along z.
     let mut six = level::<f64>();
     six.iter_mut().for_each(|r| r.mean.z = 0.0);
     let found = problems(&six);

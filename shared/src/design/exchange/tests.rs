@@ -8,7 +8,7 @@ const SEARCH: Search = Search {
     seed: 1,
 };
 
-/// Small where the indices are high; two hits with the same remainder by seven will not do.
+/// A cost that is small for high indices; it rejects two hits with the same remainder modulo seven.
 fn cost(choice: &Choice<4, 6>) -> Option<f64> {
     let remainders: List<usize> = choice.hits.iter().map(|j| j % 7).collect();
     let twice = remainders.iter().enumerate().any(|(k, r)| remainders[..k].contains(r));
@@ -69,7 +69,7 @@ fn what_cannot_be_chosen_is_said() {
 
 #[test]
 fn a_cost_that_only_wavers_ends_the_exchange() {
-    // As rounding in single precision does: every call is a little less than the one before.
+    // Imitates rounding in single precision: every call returns a little less than the one before.
     let mut calls = 0;
     let found = SEARCH.run::<f32, 4, 6>(None, |_| {
         calls += 1;

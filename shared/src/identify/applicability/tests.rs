@@ -1,4 +1,4 @@
-//! Which methods are left under every degenerate layout, in both precisions.
+//! The methods that remain applicable under every degenerate layout, in both precisions.
 
 use super::*;
 use crate::layout::tests::{bar_body, bar_layout, sensor};
@@ -19,7 +19,7 @@ fn judge(layout: &Layout<f64, 3, 4>) -> Applicability<f64> {
     double
 }
 
-/// [maximum likelihood, inertia restraint] are left.
+/// Whether [maximum likelihood, inertia restraint] are applicable.
 fn left(layout: &Layout<f64, 3, 4>) -> [bool; 2] {
     let found = judge(layout);
     let stopped = found.diagnostics.iter().any(Diagnostic::is_error);
@@ -84,7 +84,7 @@ fn one_sensor_leaves_none_however_many_hits() {
     let dof = "2:+X".parse().unwrap();
     layout.hits.push(Hit::new(dof, layout.hits[1].position, [1.0, 0.0, 0.0])).unwrap();
     let found = judge(&layout);
-    // Theory, section 4: one sensor, five hits: rank nine.
+    // Theory, section 4: one sensor and five hits give rank nine.
     assert_eq!(found.rank, 9);
     assert_eq!(left(&layout), [false; 2]);
     let codes: Vec<_> = found.obstacles(Method::MaximumLikelihood).collect();
@@ -117,7 +117,7 @@ fn a_known_mass_does_not_help_concurrent_hits_but_a_known_moment_does() {
         value: theta[usize::from(property)],
         sigma: 1e-3 * theta[0],
     };
-    // Theory, section 4.
+    // The rule is in theory, section 4.
     for property in 0..4 {
         layout.priors.push(prior(property)).unwrap();
     }

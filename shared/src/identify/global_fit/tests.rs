@@ -1,4 +1,4 @@
-//! Body and suspension come back; bad input is refused.
+//! The fit recovers body and suspension, and refuses bad input.
 
 use super::*;
 use crate::layout::tests::{bar_body, bar_layout};
@@ -13,7 +13,7 @@ fn settings() -> GlobalFitSettings {
     GlobalFitSettings { damping: false, elastic: false }
 }
 
-/// Four cords at different points that are stiff along z and softer across, N/m, about the origin.
+/// Four cords at different points, stiff along z and softer across, N/m; the matrix is about the origin.
 fn suspension(stiffness: f64) -> Matrix6<f64> {
     let mut sum = Matrix6::zeros();
     for (k, at) in [[0.0, 0.0, 0.1], [0.2, 0.0, 0.1], [0.2, -0.2, 0.2], [0.0, -0.2, 0.1]]
@@ -71,7 +71,7 @@ fn fit(
     solve(&bar_layout(), &data, start, settings, &mut workspace)
 }
 
-/// The bar with a mass, a centre and an inertia that are off by two percent.
+/// The bar with mass, centre and inertia changed by two percent.
 fn crude() -> RigidBody<f64> {
     let body = bar_body();
     RigidBody {
@@ -83,17 +83,17 @@ fn crude() -> RigidBody<f64> {
 
 fn worst(solution: &GlobalFitSolution<f64>) -> f64 {
     let error = solution.estimate.body.theta() - bar_body().theta();
-    // Of [m, L, L, L, m L² × 6] with L = 0.136 m.
+    // Scales [m, L, L, L, m L² × 6] with L = 0.136 m.
     let scale = |k: usize| [1.23, 0.136, 0.136, 0.136, 0.0227].get(k).copied().unwrap_or(0.0227);
     error.iter().enumerate().map(|(k, e)| (e / scale(k)).abs()).fold(0.0, f64::max)
 }
 
 #[test]
 fn the_body_comes_back_from_lines_near_the_suspension_modes() {
-    // The highest suspension mode of 300 N/m is near 6 Hz: the channel fit would want 18 Hz.
+    // The highest suspension mode of 300 N/m is near 6 Hz: mass lines would need a band from 18 Hz.
     let f = frequencies(8.0);
     let found = fit(&f, &responses(&f, 300.0, 0.0, 0.0), &crude(), &settings()).unwrap();
-    // Exact data: what the last step leaves, which is the square of the one before.
+    // The data are exact, so the error is what the last step leaves: the square of the error before it.
     assert!(worst(&found) < 1e-6, "{:e}", worst(&found));
     let readable = (found.stiffness - suspension(300.0)).fixed_view::<3, 3>(0, 0).norm();
     assert!(readable < 1e-2, "{readable} N/m");
@@ -109,7 +109,7 @@ fn damping_is_told_from_mass_when_it_is_fitted() {
     assert!(worst(&with) < 1e-5, "{:e}", worst(&with));
     let damping = (with.damping.unwrap() - suspension(1.5)).fixed_view::<3, 3>(0, 0).norm();
     assert!(damping < 1e-2, "{damping} N s/m");
-    // Without its term the fit is wrong, or does not even settle.
+    // Without the elastic term the fit is wrong or does not converge.
     if let Ok(without) = fit(&f, &data, &crude(), &settings()) {
         assert!(worst(&without) > 100.0 * worst(&with));
     }
@@ -146,7 +146,8 @@ fn the_standard_deviation_is_that_of_many_fits() {
         squares += error.component_div(&sigma).norm_squared() / 10.0;
         variances += 1.0;
     }
-    // 150 squares of standard normal variables, some alike: their mean is known to about 15 %; twice that.
+    // 150 squares of standard normal variables, some of them correlated: their mean is known to about 15 %,
+    // and the tolerance is twice that.
     let ratio: f64 = squares / variances;
     assert!((ratio - 1.0).abs() < 0.3, "{ratio}");
 }

@@ -1,4 +1,4 @@
-//! What the method must do on data whose truth is known.
+//! Tests on data whose true properties are known.
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use proptest::prelude::*;
@@ -15,7 +15,7 @@ use crate::responses::{ResponseSquare, Responses};
 type TestLayout<R> = Layout<R, 3, 4>;
 type Dofs<R> = Vec<DofMassLines<R, 3>>;
 
-/// Four hits and three turned sensors within 0.3 m, none of them degenerate.
+/// Four hits and three rotated sensors within 0.3 m, in layouts that are not degenerate.
 fn layouts() -> impl Strategy<Value = TestLayout<f64>> {
     let triple = || prop::array::uniform3(-1.0..1.0_f64);
     let sensors = prop::array::uniform3((triple(), triple()));
@@ -83,17 +83,17 @@ proptest! {
     fn the_truth_comes_back_from_exact_data(layout in layouts(), body in bodies()) {
         let dofs = exact(&layout, &body);
         let Ok(estimate) = answer(&layout, &dofs) else {
-            // Random hits may all but meet in a point; then an error is the right answer.
+            // Random hits may nearly meet in a point; an error is then the right answer.
             return Err(TestCaseError::reject("degenerate"));
         };
         let length = layout.characteristic_length();
         let response = layout.response_matrix(&layout.sensor_centroid());
         let inverse = ResponseInverse::new(&response, length).unwrap();
         prop_assume!(estimate.condition < 100.0 && inverse.condition < 30.0);
-        // Rounding times both conditions and the size of the motion, up to about ten.
+        // The tolerance covers rounding times both conditions and the size of the motion, up to about ten.
         prop_assert!(error_of_scale(&estimate, &body, &layout) < 1e-10);
         prop_assert!(estimate.body.is_physically_consistent());
-        // The same from the single precision of the rig: rounding of 6e-8 takes the place of 1e-16.
+        // The same in the single precision of the rig: rounding of 6e-8 replaces 1e-16.
         let single = answer(&layout.cast().unwrap(), &in_single(&dofs)).unwrap();
         prop_assert!(error_of_scale(&single, &body, &layout) < 2e-3);
     }
@@ -121,7 +121,7 @@ proptest! {
             h.direction = turned(h.direction);
         }
         let after = answer(&other, &dofs).unwrap().body;
-        // Rounding times the condition.
+        // The tolerance covers rounding times the condition.
         prop_assert!((after.mass - before.mass).abs() < 1e-12);
         prop_assert!((after.center_of_mass - r * before.center_of_mass).norm() < 1e-12);
         let inertia: Matrix3<f64> = r * before.inertia * r.transpose();
@@ -160,7 +160,7 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
     let (layout, body) = (bar_layout(), bar_body());
     let clean = exact(&layout, &body);
     let mut noise = Noise(7);
-    // Correlated errors of single hits: 2e-3 (m/s²)/N each and as much common to a sensor.
+    // Correlated errors of single hits: 2e-3 (m/s²)/N each, and the same again in common to a sensor.
     let mut hit = |j: usize| {
         let mut h = clean[j].1.accelerance;
         for sensor in 0..3 {
@@ -171,7 +171,7 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
         }
         h
     };
-    // The covariance from a scatter that is known well: 4000 hits, taken for 4.
+    // The covariance from a well-known scatter: that of 4000 hits, treated as 4.
     let dofs: Dofs<f64> = (0..3)
         .map(|j| {
             let mut sums = ScatterAccumulator::new();
@@ -194,7 +194,7 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
             })
             .collect();
         let theta = solve(&layout, &dofs, settings).unwrap().theta();
-        // The ten, in the room of twelve.
+        // The ten properties, stored in the twelve elements of the matrix.
         campaigns.add(&Responses::from_fn(|axis, i| {
             theta.get(3 * i + axis).copied().unwrap_or_default()
         }));
@@ -204,8 +204,8 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
     let normal = SMatrix::<f64, 10, 10>::from_fn(|i, j| {
         (predicted[(i, j)] - scattered[(i, j)]) / (sigma[i] * sigma[j])
     });
-    // A correlation over 4000 runs is known to 1.6 %, a variance to 2.2 %, the scatter to as much;
-    // four of those together.
+    // A correlation over 4000 runs is known to 1.6 %, a variance to 2.2 %, the scatter to the same; the
+    // tolerance is four of those together.
     assert!(normal.amax() < 0.125, "{}", normal.amax());
 }
 
@@ -214,11 +214,11 @@ fn weights_do_not_move_an_exact_answer() {
     let (layout, body) = (bar_layout(), bar_body());
     let dofs = exact(&layout, &body);
     let estimate = solve(&layout, &dofs, InertiaRestraintSettings::weighted()).unwrap();
-    // Rounding times the condition.
+    // The tolerance covers rounding times the condition.
     assert!(error_of_scale(&estimate, &body, &layout) < 1e-12);
 }
 
-/// With hits that land 2 mm beside their mark and lean by 30 mrad, in the paper's test 3.
+/// Hits land 2 mm beside their mark and are tilted by 30 mrad, in the paper's test 3.
 #[test]
 fn weights_make_the_answer_better_when_hits_are_badly_placed() {
     let (mut layout, body) = (bar_layout(), bar_body());
@@ -251,8 +251,8 @@ fn weights_make_the_answer_better_when_hits_are_badly_placed() {
         equal += square(ReferencePoint::Centroid.into());
         weighted += square(InertiaRestraintSettings::weighted());
     }
-    // A factor of 1.8 in the worst property with 2 % of the responses assumed and none there; 400
-    // runs know a ratio of deviations to 5 %.
+    // Weights that assume 2 % error of the responses, where there is none, gain a factor of 1.8 in the worst
+    // property; 400 runs determine a ratio of standard deviations to 5 %.
     assert!((equal / weighted).sqrt() > 1.3, "{}", (equal / weighted).sqrt());
 }
 
@@ -268,11 +268,11 @@ fn single_precision_knows_the_same_covariance() {
     let double = in_double.sigma().unwrap();
     let estimate = answer(&layout.cast().unwrap(), &in_single(&dofs)).unwrap();
     let single = estimate.sigma().unwrap().map(f64::from);
-    // Rounding of 6e-8 times the square of the condition, 400.
+    // The tolerance covers rounding of 6e-8 times the square of the condition, 400.
     assert!((single.component_div(&double) - SVector::repeat(1.0)).amax() < 1e-4);
     let moments = estimate.principal_moment_sigmas().unwrap().map(f64::from);
     let expected = in_double.principal_moment_sigmas().unwrap();
-    // The same, and the axes turn by rounding over the gap between the moments, 10 %.
+    // The same; the axes also rotate by rounding over the gap between the moments, 10 %.
     assert!((moments.component_div(&expected) - Vector3::repeat(1.0)).amax() < 1e-3);
 }
 
@@ -283,7 +283,7 @@ fn the_reference_point_does_not_move_an_exact_answer() {
     let at = ReferencePoint::At(Vector3::new(0.3, -0.1, 0.2));
     for reference in [ReferencePoint::Centroid, ReferencePoint::Origin, at] {
         let estimate = solve(&layout, &dofs, reference).unwrap();
-        // Rounding times the condition, up to 100 from the far point.
+        // The tolerance covers rounding times the condition, up to 100 from the far point.
         assert!(error_of_scale(&estimate, &body, &layout) < 1e-12);
     }
 }
@@ -351,7 +351,7 @@ fn the_same_hit_three_times_is_no_three_hits() {
 
 #[test]
 fn readings_that_turn_about_no_third_axis_leave_the_inertia_open() {
-    // A good layout, but two of the three DOFs carry the same data: nine equations' worth.
+    // A good layout, but two of the three DOFs carry the same data: nine independent equations.
     let (layout, body) = (bar_layout(), bar_body());
     let mut dofs = exact(&layout, &body);
     dofs[2].1 = MassLines::without_scatter(dofs[0].1.accelerance * 2.0);
@@ -419,7 +419,7 @@ fn an_unphysical_answer_is_given_with_a_warning() {
 fn hits_that_all_but_meet_are_ill_conditioned() {
     let mut layout = bar_layout();
     layout.hits.iter_mut().for_each(|h| h.position = [0.2, 0.1, 0.0]);
-    // 7 mm are 5 % of L: beyond what counts as one point.
+    // 7 mm are 5 % of L, more than the tolerance for meeting in one point.
     layout.hits[0].position[2] = 0.007;
     let estimate = answer(&layout, &exact(&layout, &bar_body())).unwrap();
     assert!(estimate.condition > ILL_CONDITIONED);
@@ -455,8 +455,8 @@ fn what_hangs_on_the_object_is_taken_off() {
         .collect();
     layout.attached.push(adapter).unwrap();
     let estimate = solve(&layout, &dofs, ReferencePoint::Centroid).unwrap();
-    // Rounding times a condition of 20.
+    // The tolerance covers rounding times a condition of 20.
     assert!((estimate.theta() - bar_body().theta()).norm() < 1e-12);
-    // The adapter's mass is known to 10 g, the noise is nothing beside it.
+    // The adapter's mass is known to 10 g; the noise is negligible.
     assert!((estimate.sigma().unwrap()[0] - 0.01).abs() < 1e-4);
 }

@@ -1,4 +1,4 @@
-//! What a fit that has settled answers.
+//! The answer of a fit that has converged.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -14,12 +14,12 @@ use crate::layout::Layout;
 use crate::linalg::{all_finite, congruence};
 
 impl<R: Real> Fit<R> {
-    /// The answer, without what the fit found out about the rig; `workspace` as the last step left it.
+    /// The answer without the nuisance parameters; `workspace` must be as the last step left it.
     ///
     /// # Errors
-    /// When the information about the ten is not positive definite, a number is not finite, or steps
-    /// are missing.
-    // Never inlined: 2.5 KB less of the firmware's deepest stack.
+    /// When the information about the ten properties is not positive definite, a number is not finite, or the
+    /// fit needs further steps.
+    // Not inlined, which saves 2.5 KB of the firmware's deepest stack.
     #[inline(never)]
     pub fn answer<const S: usize, const H: usize>(
         &mut self,
@@ -31,7 +31,7 @@ impl<R: Real> Fit<R> {
         self.conclude(&problem, &equations)
     }
 
-    /// The answer and what the fit found out about the rig; `workspace` as the last step left it.
+    /// The answer and the nuisance parameters; `workspace` must be as the last step left it.
     ///
     /// # Errors
     /// As [`Self::answer`].

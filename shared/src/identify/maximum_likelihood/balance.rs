@@ -1,8 +1,8 @@
 //! Balanced variables: lengths in units of L about the sensors' centroid.
 //!
-//! Angular accelerations are then multiplied by L, torques and first moments divided by L, inertias
-//! by L² (theory, section 1), and accelerances stay what they are. Everything inside the fit is in
-//! these variables; in single precision nothing else would do.
+//! In these variables angular accelerations are multiplied by L, torques and first moments divided by L,
+//! inertias divided by L² (theory, section 1), and accelerances unchanged. The whole fit uses them, since
+//! single precision would not suffice otherwise.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -10,11 +10,11 @@ use crate::Real;
 use crate::body::RigidBody;
 use crate::layout::{Attached, Layout, Prior};
 
-/// A prior is not believed to more than this, in balanced units: beyond it single precision has no room
-/// for anything else.
+/// Smallest standard deviation of a prior in balanced units: a smaller one would leave single precision no
+/// room for anything else.
 const LEAST_SIGMA: f64 = 1e-6;
 
-/// Origin and unit of length of the balanced frame.
+/// Origin and unit of length of the balanced variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Balance<R> {
     origin: Vector3<R>,
@@ -46,7 +46,7 @@ impl<R: Real> Balance<R> {
         }
     }
 
-    /// phi of what hangs on the object; `None` when it has no mass.
+    /// phi of an attached body; `None` when it has no mass.
     pub(super) fn attached(&self, attached: &Attached<R>) -> Option<SVector<R, 10>> {
         let body = RigidBody::from_phi(&SVector::from(attached.phi))?;
         Some(self.body(&body).phi())
@@ -61,7 +61,7 @@ impl<R: Real> Balance<R> {
         Some((k, (prior.value - from) / scale, sigma))
     }
 
-    /// Covariance of theta in SI units from that of the balanced one.
+    /// Covariance of theta in SI units from the balanced one.
     pub(super) fn covariance_back(&self, balanced: &SMatrix<R, 10, 10>) -> SMatrix<R, 10, 10> {
         let scale = self.theta_scale();
         SMatrix::from_fn(|i, j| {

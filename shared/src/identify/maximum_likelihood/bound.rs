@@ -13,7 +13,7 @@ use crate::layout::Layout;
 use crate::linalg::cholesky;
 use crate::responses::{ResponseSquare, Responses};
 
-/// The bound of the ten.
+/// The bound of the ten properties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound<R> {
     /// Covariance of `theta`.
@@ -29,12 +29,12 @@ impl<R: Real> Bound<R> {
     }
 }
 
-/// The bound for a body under a layout with its whole budget, its priors, and what hangs on the
-/// object (theory, section 4).
+/// The bound for a body under a layout with its whole error budget, its priors and the attached bodies
+/// (theory, section 4).
 ///
-/// `body` is the object; `noise` the standard deviation of each accelerance that is averaged over
-/// `hits` hits, (m/s²)/N. `None` when the layout does not determine the ten, or when nothing is wrong
-/// with the readings.
+/// `body` is the object; `noise(index)` gives the standard deviation of each accelerance of a hit DOF
+/// averaged over `hits` hits, (m/s²)/N. `None` when the layout does not determine the ten properties, or
+/// when the covariance of the readings of a hit is singular.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -62,7 +62,7 @@ pub fn bound<R: Real, const S: usize, const H: usize>(
     let whole = problem.body_of(&object.phi())?;
     let mut equations = NormalEquations::new(workspace, problem.nuisances())?;
     let dofs = (0..layout.hits.len()).map(|index| {
-        // The readings themselves do not matter to the information.
+        // The information does not depend on the readings.
         let mut lines = MassLines::without_scatter(Responses::zeros());
         lines.noise = noise(index);
         lines.hits = hits;
@@ -79,12 +79,12 @@ pub fn bound<R: Real, const S: usize, const H: usize>(
     log_det_information.finite().then_some(Bound { covariance, log_det_information })
 }
 
-/// Covariance of the readings of one hit DOF with those of another (theory, section 4), ((m/s²)/N)²:
-/// what the fit weighs by, written out. Between different DOFs only the nuisance parameters that stay the same
-/// over the test are left.
+/// Covariance of the readings of one hit DOF with those of another (theory, section 4), ((m/s²)/N)²: the
+/// weights of the fit, written out. Different DOFs are correlated only by the nuisance parameters that stay
+/// the same over the test.
 ///
-/// `first` is a DOF with its mass lines, which tell noise and hits. `None` when the layout does not
-/// have the DOFs or the body has no inertia.
+/// `first` is a DOF with its mass lines, which contain noise and number of hits. `None` when the layout does
+/// not have the DOFs or the body has no inertia.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -94,9 +94,9 @@ pub fn bound<R: Real, const S: usize, const H: usize>(
 /// let first = (dofs[0].0, &dofs[0].1);
 /// let own = readings_covariance(&layout, &frame::body(), first, 0).unwrap();
 /// let between = readings_covariance(&layout, &frame::body(), first, 1).unwrap();
-/// // Response 1 is the y axis of the sensor that hit 1:+Y drives: the hammer alone makes 2 % of it.
+/// // Response 1 is the y axis of the sensor that hit 1:+Y drives: the hammer alone contributes 2 % of it.
 /// assert!(own[(1, 1)].sqrt() > 0.02 * dofs[0].1.accelerance[1]);
-/// // What stays the same over the test correlates the hits.
+/// // Nuisance parameters that stay the same over the test correlate the hits.
 /// assert!(between[(1, 5)] != 0.0);
 /// ```
 pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
@@ -120,7 +120,7 @@ pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
                     sum.add_outer(&of_sensor(i, a), &of_sensor(i, b));
                 }
             }
-            // After the hammer and what is attached come the ten.
+            // The columns of the ten properties follow those of the hammer and the attached bodies.
             let nuisances = one.shared.len().saturating_sub(10);
             for (a, b) in one.shared.iter().zip(other.shared).take(nuisances) {
                 sum.add_outer(a, b);
@@ -138,7 +138,7 @@ pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
     Some(sum)
 }
 
-/// Responses of one sensor alone.
+/// Responses of one sensor, with zeros for the others.
 fn of_sensor<R: Real, const S: usize>(i: usize, readings: &Vector3<R>) -> Responses<R, S> {
     let mut responses = Responses::<R, S>::zeros();
     responses.set_column(i, readings);

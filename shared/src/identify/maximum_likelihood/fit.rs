@@ -1,5 +1,5 @@
-//! The fit, step by step: Levenberg and Marquardt over phi, or over log-Cholesky parameters where only
-//! physical bodies are looked at.
+//! The fit, step by step: Levenberg-Marquardt over phi, or over log-Cholesky parameters where only physical
+//! bodies are admitted.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -15,35 +15,37 @@ use crate::identify::{Consistency, DofMassLines, Progress, by_reference};
 use crate::layout::Layout;
 use crate::linalg::{all_finite, cholesky};
 
-/// A step of the inertial parameters that lowers the cost by less than this part of χ² over its degrees of freedom, or of
-/// one, ends the fit: a square of standard deviations. In single precision a hundred roundings.
+/// The fit ends with a step that lowers the cost by less than this fraction of χ² over its degrees of
+/// freedom, or of one if that is larger: the square of a shift in standard deviations. In single precision
+/// the limit is a hundred roundings.
 const CLOSE: f64 = 1e-10;
-/// The same where parameters are held to physical bodies: on the way from a crude start, and at the edge
-/// of what is physical, which log-Cholesky parameters approach without end.
+/// The same limit where only physical bodies are admitted: on the way from a crude start, and at the boundary
+/// of the physical bodies, which log-Cholesky parameters approach without ever reaching it.
 const NEAR: f64 = 1e-3;
-/// Steps after which the fit gives up. Ten are many.
+/// Largest number of steps; ten are already many.
 const MOST_STEPS: u8 = 60;
-/// Dampings that are tried before a step is given up.
+/// Number of dampings tried before a step is given up.
 const MOST_TRIALS: u8 = 20;
 /// First damping, relative to the diagonal of the information.
 const FIRST_DAMPING: f64 = 1e-6;
-/// A damping below this does not shorten a step noticeably.
+/// Below this, a damping does not shorten a step noticeably.
 const UNDAMPED: f64 = 1e-2;
-/// Where a fit starts.
+/// The start of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start<'a, R> {
-    /// At a body without what hangs on it: the answer of another method.
+    /// The answer of another method: a body without the attached ones.
     At(&'a RigidBody<R>),
-    /// At the answer of the inertia restraint method; crudely where it has none.
+    /// The answer of the inertia restraint method, or a crude start when it has none.
     InertiaRestraint,
-    /// At a ball in the middle of sensors and hits.
+    /// A ball in the middle of sensors and hits.
     Crude,
 }
 
-/// A fit in progress.
+/// A fit that is running.
 ///
-/// [`Fit::start`] once, [`Fit::step`] until it is done, then [`Fit::answer`] or [`Fit::finish`]; layout, mass lines
-/// and workspace are the same in every call. A step is at most a million instructions on a rig.
+/// Call [`Fit::start`] once, [`Fit::step`] until it is done, then [`Fit::answer`] or [`Fit::finish`]; layout,
+/// mass lines and workspace must be the same in every call. A step is at most a million instructions on a
+/// rig.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -65,40 +67,40 @@ pub struct Fit<R> {
     pub(super) parameters: Parameters<R>,
     damping: R,
     steps: u8,
-    /// Of the last evaluation.
+    /// Cost at the last evaluation.
     pub(super) cost: R,
-    /// Its rounding: what cannot be told from nothing.
+    /// Rounding error of the cost; smaller differences are not significant.
     rounding: R,
-    /// L, m.
+    /// Characteristic length L, m.
     length: R,
-    /// Readings and priors.
+    /// Number of readings and priors.
     pub(super) equations: usize,
     pub(super) condition: R,
     pub(super) diagnostics: Diagnostics,
     pub(super) stage: Stage,
 }
 
-/// What the next step does.
+/// The action of the next step.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Stage {
-    /// Evaluates.
+    /// Evaluates the model at new parameters.
     Arrived,
-    /// Tries a damping, after so many others.
+    /// Tries a damping; `trials` have failed before.
     Evaluated { trials: u8 },
-    /// Evaluates for the last time.
+    /// Evaluates the model for the last time.
     Settled,
-    /// Asks whether body and data are what they can be.
+    /// Checks the body and the consistency of the data.
     Final,
-    /// Nothing: the answer can be given.
+    /// Does nothing: the answer is available.
     Done,
 }
 
 impl<R: Real> Fit<R> {
-    /// Checks layout and data and chooses the start.
+    /// Checks layout and data, and chooses the start.
     ///
     /// # Errors
-    /// Whatever keeps the data from determining the inertial parameters by any method: numbers that are not finite,
-    /// hits that are too few, parallel or concurrent, an information matrix of a rank below ten.
+    /// Everything that keeps any method from determining the inertial parameters: numbers that are not
+    /// finite, hits that are too few, parallel or concurrent, an information matrix of a rank below ten.
     pub fn start<const S: usize, const H: usize>(
         layout: &Layout<R, S, H>,
         dofs: &[DofMassLines<R, S>],
@@ -116,7 +118,7 @@ impl<R: Real> Fit<R> {
             Start::Crude => None,
         };
         let given = given.map(|object| problem.balance.body(&object)).filter(start::is_usable);
-        // The body at which the layout has to determine the ten.
+        // The body for which the layout has to determine the ten properties.
         let (judged, parameters) = match given {
             Some(object) => {
                 let whole = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
@@ -125,7 +127,8 @@ impl<R: Real> Fit<R> {
             None => {
                 let whole = start::crude(&problem, dofs).ok_or_else(undetermined)?;
                 let parameters = Parameters::on_the_way(&problem, &whole);
-                // A ball in the middle is a special body: another one may be determined where it is not.
+                // A ball in the middle is a special case: a layout may determine other bodies, but not this
+                // one.
                 (start::assumed(&problem), parameters.ok_or_else(undetermined)?)
             }
         };
@@ -144,12 +147,11 @@ impl<R: Real> Fit<R> {
         })
     }
 
-    /// One step: an evaluation or a trial. What it leaves in the workspace is what the next begins
-    /// with.
+    /// Runs one step, an evaluation or a trial. The workspace must be passed on unchanged to the next step.
     ///
     /// # Errors
-    /// When the equations cannot be solved any more, or sixty of them were not enough.
-    // Never inlined: 0.6 KB less of the firmware's deepest stack.
+    /// When the equations can no longer be solved, or sixty steps were not enough.
+    // Not inlined, which saves 0.6 KB of the firmware's deepest stack.
     #[inline(never)]
     pub fn step<const S: usize, const H: usize>(
         &mut self,
@@ -182,7 +184,8 @@ impl<R: Real> Fit<R> {
         Ok(if let Stage::Done = self.stage { Progress::Done } else { Progress::Going })
     }
 
-    /// Information and gradient of what is varied, of the equations that [`Fit::evaluate`] leaves.
+    /// Information and gradient with respect to the varied parameters, from the equations that
+    /// [`Fit::evaluate`] leaves.
     fn slope(&self, equations: &NormalEquations<'_, R>) -> (SMatrix<R, 10, 10>, SVector<R, 10>) {
         match self.parameters.slopes() {
             None => (equations.information(), equations.gradient()),
@@ -193,8 +196,8 @@ impl<R: Real> Fit<R> {
         }
     }
 
-    /// Tries the next damping: moves on where the cost falls.
-    // Never inlined: 2.4 KB less of the firmware's deepest stack.
+    /// Tries the next damping and takes the step if it lowers the cost.
+    // Not inlined, which saves 2.4 KB of the firmware's deepest stack.
     #[inline(never)]
     fn descend<const S: usize, const H: usize>(
         &mut self,
@@ -206,7 +209,7 @@ impl<R: Real> Fit<R> {
         let (information, gradient) = self.slope(equations);
         let levels = self.parameters.levels(&information);
         if trials >= MOST_TRIALS {
-            // No step lowers the cost: this is the minimum as far as the precision tells.
+            // No step lowers the cost: this is the minimum within the precision.
             let undamped = damped_step(&information, &gradient, R::zero(), &levels);
             return match undamped.map(|step| step.dot(&gradient)) {
                 Some(gain) if gain < R::of(1e-2) => {
@@ -243,12 +246,13 @@ impl<R: Real> Fit<R> {
         Ok(())
     }
 
-    /// Steps so far.
+    /// Number of steps so far.
     pub fn steps(&self) -> u8 {
         self.steps
     }
 
-    /// The equations at the present parameters, the nuisance parameters eliminated; the cost with them.
+    /// Computes the equations at the present parameters, eliminates the nuisance parameters and updates the
+    /// cost.
     fn evaluate<const S: usize, const H: usize>(
         &mut self,
         problem: &FitProblem<'_, R, S, H>,
@@ -263,8 +267,8 @@ impl<R: Real> Fit<R> {
         let priors = problem.add_priors(&object, equations);
         equations.eliminate().ok_or_else(undetermined)?;
         self.cost = squares + priors - equations.explained();
-        // A few ulp a term. What the nuisance parameters explain is part of the terms: it may be a thousand times
-        // what they leave.
+        // A few ulp per term. The part that the nuisance parameters explain is included: it may be a thousand
+        // times the remainder.
         self.rounding = (squares + priors) * R::default_epsilon() * R::of(64.0);
         Ok(())
     }
@@ -288,8 +292,8 @@ impl<R: Real> Fit<R> {
         RigidBody::from_phi(&self.parameters.phi())
     }
 
-    /// At the minimum: whether the body is a physical one, whether the data contradict their error budget, and
-    /// what is to be suspected then.
+    /// Final check at the minimum: whether the body is physical, whether the data contradict their error
+    /// budget and, if so, which sensor or hit is suspect.
     fn judge<const S: usize, const H: usize>(
         &mut self,
         problem: &FitProblem<'_, R, S, H>,
@@ -319,7 +323,7 @@ impl<R: Real> Fit<R> {
         Ok(())
     }
 
-    /// A gain that is not worth another step.
+    /// The smallest gain that justifies another step.
     fn close(&self) -> R {
         let least = match self.parameters {
             Parameters::Free(_) => R::of(CLOSE).max(R::default_epsilon() * R::of(100.0)),
@@ -334,8 +338,8 @@ impl<R: Real> Fit<R> {
         Consistency { chi_squared: self.cost, degrees_of_freedom }
     }
 
-    /// A minimum is found. From the way it goes on freely; a free minimum that is no physical body is
-    /// left for the consistent one.
+    /// Called at a minimum. A fit that has come from a crude start continues with free parameters; a free
+    /// minimum that is not a physical body is abandoned for a fit over physical bodies.
     fn settle(&mut self) {
         self.stage = Stage::Settled;
         match self.parameters {
@@ -359,7 +363,7 @@ impl<R: Real> Fit<R> {
         }
     }
 
-    /// Begins anew from other parameters.
+    /// Starts again from other parameters.
     fn depart(&mut self, parameters: Parameters<R>) {
         self.parameters = parameters;
         self.damping = R::of(FIRST_DAMPING);
@@ -372,7 +376,7 @@ impl<R: Real> Fit<R> {
     }
 
     pub(super) fn push_diagnostic(&mut self, code: Code, severity: Severity, value: R) {
-        // A handful at most.
+        // There are only a handful of diagnostics.
         let _ = self.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));
     }
 }
@@ -384,7 +388,7 @@ pub(super) fn damped_step<R: Real>(
     damping: R,
     levels: &SVector<R, 10>,
 ) -> Option<SVector<R, 10>> {
-    // With a unit diagonal: the properties have different units.
+    // Scaled to a unit diagonal, since the properties have different units.
     let scale = information.diagonal().zip_map(levels, |i, d| (i + damping * d).sqrt().recip());
     let mut scaled =
         SMatrix::<R, 10, 10>::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);

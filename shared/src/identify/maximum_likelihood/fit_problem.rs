@@ -1,4 +1,4 @@
-//! Layout and mass lines as equations.
+//! The equations of a fit from layout and mass lines.
 
 use core::borrow::Borrow;
 
@@ -14,10 +14,11 @@ use crate::identify::MassLines;
 use crate::layout::{Attached, Layout, MAX_ATTACHED};
 use crate::responses::{ResponseSquare, Responses};
 
-/// Columns that all sensors share: the hammer's gain, what hangs on the object, the ten.
+/// Largest number of columns that all sensors share: the hammer's gain, the attached bodies, the ten
+/// properties.
 const MOST_SHARED: usize = 1 + MAX_ATTACHED + 10;
-/// A standard deviation below this part of the largest reading of a hit is not believed: fits of
-/// exact numbers leave rounding, and no sensor of this rig is nearly as good.
+/// Smallest standard deviation relative to the largest reading of a hit; a smaller one is raised to it. Fits
+/// of exact numbers leave only rounding, and no sensor of this rig is nearly as good.
 const LEAST_NOISE: f64 = 1e-4;
 
 /// A layout in balanced variables.
@@ -25,13 +26,13 @@ const LEAST_NOISE: f64 = 1e-4;
 pub(super) struct FitProblem<'l, R, const S: usize, const H: usize> {
     pub(super) layout: &'l Layout<R, S, H>,
     pub(super) balance: Balance<R>,
-    /// Readings in use.
+    /// Number of readings in use.
     pub(super) channels: usize,
-    /// phi of each body that hangs on the object, and the standard deviation of its mass over it.
+    /// phi of each attached body, and the standard deviation of its mass relative to the mass.
     attached: Vec<(SVector<R, 10>, R), MAX_ATTACHED>,
 }
 
-/// One hit DOF: model, weights, and what is left of the measurement.
+/// One hit DOF: model, weights and residual.
 pub(super) struct Terms<R, const S: usize> {
     pub(super) model: HitModel<R, S>,
     pub(super) weight: ResponseSquare<R, S>,
@@ -46,7 +47,7 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         Self { layout, balance, channels: 3 * layout.sensors.len(), attached }
     }
 
-    /// Nuisance parameters that stay the same over the test.
+    /// Number of nuisance parameters that stay the same over the test.
     pub(super) fn nuisances(&self) -> usize {
         SENSOR_NUISANCES * self.layout.sensors.len() + 1 + self.attached.len()
     }
@@ -55,12 +56,12 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         self.attached.iter().fold(SVector::zeros(), |sum, (phi, _)| sum + phi)
     }
 
-    /// The object with all that hangs on it.
+    /// The object together with the attached bodies.
     pub(super) fn body_of(&self, object: &SVector<R, 10>) -> Option<RigidBody<R>> {
         RigidBody::from_phi(&(object + self.attached_sum()))
     }
 
-    /// Adds every hit DOF to the equations at a body; gives the weighted square of the residuals.
+    /// Adds every hit DOF to the equations at a body; returns the weighted square of the residuals.
     pub(super) fn assemble(
         &self,
         body: &RigidBody<R>,
@@ -77,7 +78,7 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         Some(squares)
     }
 
-    /// As [`Self::assemble`] into the second right side: the residuals are those of another body.
+    /// As [`Self::assemble`], for the second right side: the residuals are those of another body.
     pub(super) fn assemble_second(
         &self,
         present: &RigidBody<R>,
@@ -114,7 +115,7 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         Some(Terms { model: hit, weight, residual })
     }
 
-    /// The columns of one hit DOF.
+    /// Passes the columns of one hit DOF to `act`.
     pub(super) fn with_rows<T>(
         &self,
         model: &Model<R, S>,
@@ -124,18 +125,18 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         let mut sensors = Vec::<[Vector3<R>; SENSOR_NUISANCES], S>::new();
         for (i, sensor) in self.layout.sensors.iter().enumerate() {
             let (axes, length) = (sensor.axes_matrix(), self.balance.length);
-            // As many as the layout has.
+            // There is room for all sensors of the layout.
             let _ =
                 sensors.push(terms.model.sensor_nuisances(i, &axes, &sensor.uncertainty, length));
         }
         let slope = model.slope(&terms.model.motion);
         let mut shared = Vec::<Responses<R, S>, MOST_SHARED>::new();
-        // A hammer that tells too much makes every accelerance too small.
+        // A hammer that reads too much makes every accelerance too small.
         let _ = shared.push(-(terms.model.reading * self.layout.hammer_gain));
         for (phi, relative_sigma) in &self.attached {
             let _ = shared.push(slope.times(phi) * *relative_sigma);
         }
-        // There is room for the ten.
+        // There is room for the ten properties.
         let _ = shared.extend_from_slice(&slope.0);
         act(&Rows {
             weight: &terms.weight,
@@ -145,7 +146,7 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         })
     }
 
-    /// Adds what is known of the object; gives the square of what contradicts it.
+    /// Adds the priors on the object; returns the weighted square of their residuals.
     pub(super) fn add_priors(
         &self,
         object: &RigidBody<R>,
@@ -164,7 +165,7 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         squares
     }
 
-    /// The square of what contradicts the priors.
+    /// Weighted square of the residuals of the priors.
     pub(super) fn cost_of_priors(&self, object: &RigidBody<R>) -> R {
         self.priors(object).fold(R::zero(), |sum, (_, residual, sigma)| {
             let r = residual / sigma;
@@ -172,7 +173,7 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         })
     }
 
-    /// Property, known minus present value, standard deviation.
+    /// Property, prior value minus present value, standard deviation.
     pub(super) fn priors(&self, object: &RigidBody<R>) -> impl Iterator<Item = (usize, R, R)> + '_ {
         let theta = object.theta();
         self.layout.priors.iter().filter_map(move |prior| {

@@ -1,21 +1,21 @@
 //! Maximum likelihood with the complete covariance: the estimator that reaches the Cramér-Rao bound.
 //!
-//! The accelerances are wrong by noise, by where and how the hammer landed, by the sensitivity,
-//! rotation and place of every sensor, and by the hammer's gain. All of it is part of the model, with
-//! the standard deviations that the layout carries, so the fit weighs every reading by what it is
-//! worth and the covariance covers everything in the budget (theory, section 4).
+//! The errors of the accelerances come from noise, from the position and direction of the hits, from
+//! sensitivity, rotation and position of every sensor, and from the hammer's gain. All of them are part of
+//! the model, with the standard deviations of the layout, so every reading gets the weight that it deserves
+//! and the covariance covers the whole error budget (theory, section 4).
 //!
-//! The augmented form is used: every cause that stays the same over the test is an unknown with a
-//! prior, which leaves one small covariance per hit DOF and one normal matrix of a fixed size. The
-//! nuisance parameters come out with the answer ([`NuisanceEstimates`]). Steps are those of Levenberg and Marquardt; the
+//! The augmented form is used: every error source that stays the same over the test is an unknown with a
+//! prior. This leaves one small covariance per hit DOF and one normal matrix of a fixed size. The fit also
+//! estimates the nuisance parameters ([`NuisanceEstimates`]). Steps are those of Levenberg and Marquardt; the
 //! covariance of the readings is evaluated anew after every step.
 //!
-//! [`solve`] does it all; a rig takes [`Fit::step`] by step, with other work between:
+//! [`solve`] runs everything at once; a rig calls [`Fit::step`] repeatedly, with other work in between:
 //!
 //! ```text
 //! start ─▶ step ─▶ step ─▶ … ─▶ answer, or finish
 //! ```
-//! A step is an *evaluation* of model, covariance and equations, or a *trial* of one damping.
+//! A step is an *evaluation* of model, covariance and equations, or the *trial* of one damping.
 
 mod answer;
 mod balance;
@@ -44,7 +44,7 @@ use fit_problem::FitProblem;
 use model::SENSOR_NUISANCES;
 use normal_equations::NormalEquations;
 
-/// What this file states about the method.
+/// Description of the method for the registry.
 pub const ENTRY: Entry = Entry {
     name: "maximum-likelihood",
     short_name: "ml",
@@ -56,7 +56,7 @@ pub const ENTRY: Entry = Entry {
     workspace: |sensors, _| workspace(sensors),
 };
 
-/// It compares readings, so the sensors need not tell all motions; priors can make up for hits.
+/// The method compares readings, so the sensors need not determine all motions, and priors can replace hits.
 fn is_blocked(code: Code, rescued: bool) -> bool {
     match code {
         Code::FewerThanThreeSensors | Code::SensorsCollinear | Code::ResponseRankDeficient => false,
@@ -65,12 +65,12 @@ fn is_blocked(code: Code, rescued: bool) -> bool {
         | Code::HitsConcurrent
         | Code::HitsThroughCentreOfMass
         | Code::TenParametersNotIdentifiable => !rescued,
-        // Numbers that are wrong, whatever the method.
+        // Invalid numbers rule out every method.
         _ => true,
     }
 }
 
-/// The method as the door carries it out.
+/// Runs the method behind [`identify`](super::identify).
 pub(super) type Solver<R> = Fit<R>;
 
 impl<R: Real> method::Solver<R> for Fit<R> {
@@ -100,32 +100,32 @@ impl<R: Real> method::Solver<R> for Fit<R> {
     }
 }
 
-/// Numbers of workspace for a layout of so many sensors.
+/// Size of the workspace for a layout with this number of sensors.
 pub const fn workspace(sensors: usize) -> usize {
     normal_equations::workspace(SENSOR_NUISANCES * sensors + 1 + MAX_ATTACHED + 10)
 }
 
-/// Numbers of workspace on the rig.
+/// Size of the workspace on the rig.
 pub const RIG_WORKSPACE: usize = workspace(RIG_SENSORS);
 
-/// What the fit answers.
+/// Result of the fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaximumLikelihoodSolution<R, const S: usize, const H: usize> {
-    /// The ten with their covariance, and χ² with its verdict.
+    /// The ten properties with their covariance and χ².
     pub estimate: Estimate<R>,
-    /// What the fit found out about sensors, hammer and hits.
+    /// Estimated errors of sensors, hammer and hits.
     pub nuisances: NuisanceEstimates<R, S, H>,
 }
 
-/// The ten properties from the mass lines, by as many steps as it takes.
+/// Determines the ten properties from the mass lines.
 ///
-/// `workspace` has [`workspace`] numbers for the layout's sensors.
+/// `workspace` needs the length that [`workspace`] gives for the layout's sensors.
 ///
 /// # Errors
 /// As [`Fit::start`].
 ///
-/// Residuals are weighted by the complete covariance of the budget (theory, section 4). The covariance of the ten
-/// is in the units of [`RigidBody::theta`], in its order.
+/// Residuals are weighted by the complete covariance of the error budget (theory, section 4). The covariance
+/// of the ten properties is in the units and the order of [`RigidBody::theta`].
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
@@ -135,7 +135,7 @@ pub struct MaximumLikelihoodSolution<R, const S: usize, const H: usize> {
 /// let solution = solve(&layout, &frame::mass_lines(&layout), Start::InertiaRestraint, &mut memory).unwrap();
 /// let estimate = &solution.estimate;
 /// assert!((estimate.body.center_of_mass.x - 0.169).abs() < 1e-6);
-/// // 2 % of hammer gain, and what else the budget has, make the mass uncertain by 2 to 3 %.
+/// // The hammer gain of 2 % and the rest of the budget make the mass uncertain by 2 to 3 %.
 /// let relative = estimate.sigma().unwrap()[0] / estimate.body.mass;
 /// assert!(0.02 < relative && relative < 0.03);
 /// // Exact readings agree with any budget.
@@ -152,7 +152,7 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     fit.finish(layout, dofs, workspace)
 }
 
-/// Refuses what no arithmetic can repair.
+/// Refuses a layout or data that are not finite, and hits that the layout does not have.
 fn check_data<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -163,7 +163,7 @@ fn check_data<R: Real, const S: usize, const H: usize>(
     super::check_mass_lines(layout, dofs)
 }
 
-/// The equations as a step before has left them.
+/// The equations as the previous step left them.
 fn equations_in<'w, R: Real, const S: usize, const H: usize>(
     workspace: &'w mut [R],
     problem: &FitProblem<'_, R, S, H>,
@@ -171,7 +171,7 @@ fn equations_in<'w, R: Real, const S: usize, const H: usize>(
     NormalEquations::new(workspace, problem.nuisances()).ok_or_else(undetermined)
 }
 
-/// The start was identifiable, so what cannot be computed any more is a fit that went astray.
+/// The problem was identifiable at the start, so a failure to compute means that the fit has diverged.
 fn undetermined() -> Diagnostics {
     fatal(Code::NotConverged, 0.0)
 }

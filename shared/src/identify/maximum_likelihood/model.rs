@@ -1,4 +1,4 @@
-//! What a body would read under every hit, and what every cause of error does to that.
+//! The readings that a body gives under every hit, and their derivatives with respect to every error source.
 //!
 //! `h = G M₀⁻¹ f₀` and `∂h/∂phiₖ = −G M₀⁻¹ Eₖ M₀⁻¹ f₀` (theory, section 4), balanced.
 
@@ -16,8 +16,8 @@ use crate::responses::{ResponseRows, ResponseSquare, Responses};
 /// Nuisance parameters of one sensor: the nine elements of its sensitivity, three rotations, three
 /// displacements.
 pub(super) const SENSOR_NUISANCES: usize = 15;
-/// The first nuisance parameters of a sensor, its sensitivities: three move its first reading only, three its second,
-/// three its third.
+/// Number of sensitivities, the first nuisance parameters of a sensor: three change only its first reading,
+/// three its second, three its third.
 pub(super) const SENSITIVITIES: usize = 9;
 /// Nuisance parameters of one hit: two displacements and two rotations across its direction.
 pub(super) const HIT_NUISANCES: usize = 4;
@@ -31,21 +31,21 @@ pub(super) struct Model<R, const S: usize> {
     readings: ResponseRows<R, S, 6>,
 }
 
-/// What the hits on one DOF read, and how that can be wrong.
+/// The readings of the hits on one DOF, and the effect of the hits' own errors.
 #[derive(Clone, Debug)]
 pub(super) struct HitModel<R, const S: usize> {
     /// Motion [a; α] of the centroid under the unit force.
     pub(super) motion: Vector6<R>,
-    /// h.
+    /// The readings h.
     pub(super) reading: Responses<R, S>,
-    /// Readings of one standard deviation of each of the hit's own nuisance parameters.
+    /// Change of the readings for one standard deviation of each of the hit's own nuisance parameters.
     pub(super) spread: ResponseRows<R, S, HIT_NUISANCES>,
-    /// Directions of the first two nuisance parameters: unit vectors across the hit.
+    /// Directions of the first two nuisance parameters: unit vectors perpendicular to the hit.
     pub(super) across: [Vector3<R>; 2],
 }
 
 impl<R: Real, const S: usize> Model<R, S> {
-    /// Of a balanced body; `None` without mass or with a singular inertia.
+    /// Model of a balanced body; `None` when it has no mass or its inertia is singular.
     pub(super) fn new<const H: usize>(
         layout: &Layout<R, S, H>,
         balance: &Balance<R>,
@@ -64,7 +64,7 @@ impl<R: Real, const S: usize> Model<R, S> {
         Some(Self { body: *body, response, readings })
     }
 
-    /// `n` hits on one DOF.
+    /// Model of the mean of `n` hits on one DOF.
     pub(super) fn hit(&self, hit: &Hit<R>, balance: &Balance<R>, n: u16) -> Option<HitModel<R, S>> {
         let direction = Vector3::from(hit.direction);
         let point = balance.point(&hit.position);
@@ -97,8 +97,8 @@ impl<R: Real, const S: usize> Model<R, S> {
 }
 
 impl<R: Real, const S: usize> HitModel<R, S> {
-    /// Inverse covariance of the readings: noise and the hit's own errors. Zero beyond `channels`.
-    /// `None` when it is not positive definite.
+    /// Inverse covariance of the readings, from noise and the hit's own errors; zero beyond `channels`.
+    /// `None` when the covariance is not positive definite.
     pub(super) fn weight(
         &self,
         noise: &Responses<R, S>,
@@ -115,8 +115,8 @@ impl<R: Real, const S: usize> HitModel<R, S> {
         Some(weight)
     }
 
-    /// What one standard deviation of each cause of a sensor adds to its three readings: sensitivity
-    /// row by row, rotation, displacement (theory, section 4).
+    /// Change of a sensor's three readings for one standard deviation of each of its error sources:
+    /// sensitivity row by row, rotation, displacement (theory, section 4).
     pub(super) fn sensor_nuisances(
         &self,
         index: usize,
@@ -151,7 +151,7 @@ fn unit<R: Real>(axis: usize) -> Vector3<R> {
     v
 }
 
-/// Two unit vectors across a direction and each other, the first as near to an axis as can be.
+/// Two unit vectors perpendicular to a direction and to each other, the first as near as possible to an axis.
 fn basis_across<R: Real>(direction: &Vector3<R>) -> [Vector3<R>; 2] {
     let axis = direction.iamin();
     let first = unit::<R>(axis) - direction * direction[axis];

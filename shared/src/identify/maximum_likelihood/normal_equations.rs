@@ -1,9 +1,9 @@
-//! The normal equations of the augmented form, packed: the nuisance parameters first, the ten last.
+//! The normal equations of the augmented form, packed: nuisance parameters first, then the ten properties.
 //!
-//! Every cause is an unknown in units of its standard deviation with a prior of one, so its diagonal
-//! starts at one. Eliminating the nuisance parameters leaves the information about the inertial parameters under the complete
-//! covariance (theory, section 4), without that covariance ever being formed: memory does not grow
-//! with the hits.
+//! Every error source is an unknown in units of its standard deviation with a unit prior, so its diagonal
+//! element starts at one. Eliminating the nuisance parameters leaves the information about the inertial
+//! parameters under the complete covariance (theory, section 4) without ever forming that covariance: the
+//! memory does not grow with the hits.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -11,12 +11,12 @@ use super::model::{SENSITIVITIES, SENSOR_NUISANCES};
 use crate::Real;
 use crate::responses::{ResponseSquare, Responses};
 
-/// Numbers that the normal equations of so many unknowns take: the packed matrix and two right sides.
+/// Size of the normal equations for this number of unknowns: the packed matrix and two right sides.
 pub(super) const fn workspace(unknowns: usize) -> usize {
     unknowns * (unknowns + 1) / 2 + 2 * unknowns
 }
 
-/// Lower triangle row by row, then the right side, then room for a second right side.
+/// Lower triangle row by row, the right side, and room for a second right side.
 #[derive(Debug)]
 pub(super) struct NormalEquations<'w, R> {
     packed: &'w mut [R],
@@ -26,21 +26,21 @@ pub(super) struct NormalEquations<'w, R> {
     nuisances: usize,
 }
 
-/// The part of one hit DOF: its columns, sensor by sensor and those that all sensors share.
+/// Contribution of one hit DOF: the columns of each sensor and those that all sensors share.
 pub(super) struct Rows<'r, R, const S: usize> {
     /// Inverse covariance of the readings.
     pub(super) weight: &'r ResponseSquare<R, S>,
-    /// Columns that move the readings of one sensor only.
+    /// Columns that change the readings of one sensor only.
     pub(super) sensors: &'r [[Vector3<R>; SENSOR_NUISANCES]],
-    /// Columns of all readings: the shared nuisance parameters, then the ten.
+    /// Columns that change all readings: the shared nuisance parameters, then the ten properties.
     pub(super) shared: &'r [Responses<R, S>],
-    /// Measured minus modelled.
+    /// Measured minus modelled readings.
     pub(super) residual: &'r Responses<R, S>,
 }
 
 impl<'w, R: Real> NormalEquations<'w, R> {
-    /// The equations of `nuisances` nuisance parameters and the ten in a workspace; `None` when it is too
-    /// small.
+    /// The equations of `nuisances` nuisance parameters and the ten properties in a workspace; `None` when it
+    /// is too small.
     pub(super) fn new(workspace: &'w mut [R], nuisances: usize) -> Option<Self> {
         let unknowns = nuisances + 10;
         let length = unknowns * (unknowns + 1) / 2;
@@ -50,7 +50,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         Some(Self { packed, right, second, unknowns, nuisances })
     }
 
-    /// Leaves the priors of the nuisance parameters alone.
+    /// Resets the equations to the priors of the nuisance parameters.
     pub(super) fn clear(&mut self) {
         self.packed.fill(R::zero());
         self.right.fill(R::zero());
@@ -59,14 +59,14 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         }
     }
 
-    /// Adds the readings of a hit DOF; gives the weighted square of the residual.
+    /// Adds the readings of a hit DOF; returns the weighted square of the residual.
     pub(super) fn add<const S: usize>(&mut self, rows: &Rows<'_, R, S>) -> R {
         let first_shared = rows.sensors.len() * SENSOR_NUISANCES;
         for (i, columns) in rows.sensors.iter().enumerate() {
             for (k, others) in rows.sensors.iter().enumerate().take(i + 1) {
                 let block = rows.weight.block(k, i);
                 for (a, own) in columns.iter().enumerate() {
-                    // On the diagonal block only what lies below.
+                    // In a diagonal block only the lower triangle is needed.
                     let count = if i == k { a + 1 } else { SENSOR_NUISANCES };
                     let first = start(SENSOR_NUISANCES * i + a) + SENSOR_NUISANCES * k;
                     let cells = &mut self.packed[first..first + count];
@@ -89,7 +89,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         add_right(self.right, rows)
     }
 
-    /// Adds a prior on a linear combination of the ten: `slope · x = residual` in standard
+    /// Adds a prior on a linear combination of the ten properties: `slope · x = residual`, in standard
     /// deviations.
     pub(super) fn add_prior(&mut self, slope: &SVector<R, 10>, residual: R) {
         for i in 0..10 {
@@ -101,9 +101,9 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         }
     }
 
-    /// Eliminates the nuisance parameters (Cholesky, Banachiewicz order, on their columns). Then
-    /// [`Self::information`] and [`Self::gradient`] tell what is left. `None` when a number is not
-    /// finite.
+    /// Eliminates the nuisance parameters (Cholesky, Banachiewicz order, on their columns).
+    /// [`Self::information`] and [`Self::gradient`] then give the remaining equations. `None` when a pivot is
+    /// not positive or not finite.
     pub(super) fn eliminate(&mut self) -> Option<()> {
         self.factor(0, self.nuisances)?;
         for i in 0..self.unknowns {
@@ -116,7 +116,8 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         Some(())
     }
 
-    /// Factors the columns `from..to`; the rows below them lose what the columns explain.
+    /// Factors the columns `from..to`, and subtracts from the rows below them the part that these columns
+    /// explain.
     fn factor(&mut self, from: usize, to: usize) -> Option<()> {
         for i in from..self.unknowns {
             let (above, row) = self.packed.split_at_mut(start(i));
@@ -144,7 +145,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         Some(())
     }
 
-    /// After [`Self::eliminate`]: the information about the ten.
+    /// After [`Self::eliminate`]: the information about the ten properties.
     pub(super) fn information(&self) -> SMatrix<R, 10, 10> {
         SMatrix::from_fn(|i, j| {
             let (i, j) = (i.max(j), i.min(j));
@@ -152,27 +153,27 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         })
     }
 
-    /// After [`Self::eliminate`]: half the negative slope of the cost.
+    /// After [`Self::eliminate`]: half the negative gradient of the cost.
     pub(super) fn gradient(&self) -> SVector<R, 10> {
         SVector::from_fn(|i, _| self.right[self.nuisances + i])
     }
 
-    /// After [`Self::eliminate`]: by how much the nuisance parameters lower the cost.
+    /// After [`Self::eliminate`]: the reduction of the cost by the nuisance parameters.
     pub(super) fn explained(&self) -> R {
         self.right[..self.nuisances].iter().fold(R::zero(), |sum, v| sum + *v * *v)
     }
 
-    /// Begins a second right side, for other residuals with the same weights.
+    /// Starts a second right side, for other residuals with the same weights.
     pub(super) fn begin_second(&mut self) {
         self.second.fill(R::zero());
     }
 
-    /// Adds a hit DOF to the second right side; gives the weighted square of its residual.
+    /// Adds a hit DOF to the second right side; returns the weighted square of its residual.
     pub(super) fn add_second<const S: usize>(&mut self, rows: &Rows<'_, R, S>) -> R {
         add_right(self.second, rows)
     }
 
-    /// By how much the nuisance parameters lower the cost of the second right side.
+    /// Reduction of the cost of the second right side by the nuisance parameters.
     pub(super) fn explained_second(&mut self) -> R {
         let mut explained = R::zero();
         for i in 0..self.nuisances {
@@ -184,13 +185,14 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         explained
     }
 
-    /// After [`Self::eliminate`]: factors the ten as well, so that [`Self::solve`] works. `None` when
-    /// the information is not positive definite.
+    /// After [`Self::eliminate`]: factors the part of the ten properties as well, so that [`Self::solve`]
+    /// works. `None` when the information is not positive definite.
     pub(super) fn complete(&mut self) -> Option<()> {
         self.factor(self.nuisances, self.unknowns)
     }
 
-    /// After [`Self::eliminate`]: the nuisance parameters in standard deviations, the ten being where they are.
+    /// After [`Self::eliminate`]: the nuisance parameters in standard deviations, for the present ten
+    /// properties.
     pub(super) fn nuisances(&mut self) -> &[R] {
         self.second.copy_from_slice(self.right);
         back_substitute(self.packed, &mut self.second[..self.nuisances]);
@@ -205,7 +207,7 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         self.second
     }
 
-    /// The second right side, or what it was solved to.
+    /// The second right side or, after it was solved, the solution.
     pub(super) fn second(&self) -> &[R] {
         self.second
     }
@@ -226,7 +228,7 @@ fn add_products<R: Real>(
     columns: &[Vector3<R>; SENSOR_NUISANCES],
     weighted: &Vector3<R>,
 ) {
-    // Counts of instructions decide here: most columns have one element that is not zero.
+    // Optimised for the number of instructions: most columns have only one nonzero element.
     let (moving_one, others) = cells.split_at_mut(cells.len().min(SENSITIVITIES));
     let (of_one, of_all) = columns.split_at(SENSITIVITIES);
     let by_reading = moving_one.chunks_mut(SENSITIVITIES / 3).zip(of_one.chunks(SENSITIVITIES / 3));
@@ -240,12 +242,12 @@ fn add_products<R: Real>(
     }
 }
 
-/// Where a row begins.
+/// Offset of a row in the packed triangle.
 const fn start(row: usize) -> usize {
     row * (row + 1) / 2
 }
 
-/// `xᵀ W r` for every column of the nuisance parameters and the ten; gives `rᵀ W r`.
+/// Adds `xᵀ W r` for every column of the nuisance parameters and the ten properties; returns `rᵀ W r`.
 fn add_right<R: Real, const S: usize>(right: &mut [R], rows: &Rows<'_, R, S>) -> R {
     let weighted = rows.weight.times(rows.residual);
     let (of_sensors, of_shared) = right.split_at_mut(rows.sensors.len() * SENSOR_NUISANCES);
@@ -271,7 +273,7 @@ fn back_substitute<R: Real>(packed: &[R], b: &mut [R]) {
     }
 }
 
-/// Written out in fours: most of the fit's instructions are here.
+/// Unrolled by four: most of the fit's instructions are spent here.
 fn dot<R: Real>(a: &[R], b: &[R]) -> R {
     let (a, rest_of_a) = a.as_chunks::<4>();
     let (b, rest_of_b) = b.as_chunks::<4>();

@@ -1,4 +1,4 @@
-//! What the fit found out about the rig: the nuisance parameters that explain the residuals best.
+//! Estimated errors of the rig: the nuisance parameters that explain the residuals best.
 
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -12,48 +12,48 @@ use crate::identify::{DofMassLines, MassLines};
 use crate::responses::Responses;
 use crate::{Estimated, Real};
 
-/// The nuisance parameters of one sensor, with the standard deviation that the test leaves of each (that of
-/// the budget when the test says nothing of it).
+/// Estimated nuisance parameters of one sensor, each with the standard deviation after the test (that of the
+/// budget when the test does not determine it).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNuisances<R> {
-    /// True over nominal sensitivity minus one on the diagonal, cross-axis sensitivity beside it;
-    /// relative, `[reading axis][motion axis]`.
+    /// Relative errors `[reading axis][motion axis]`: true over nominal sensitivity minus one on the
+    /// diagonal, cross-axis sensitivities off it.
     pub sensitivity: [[Estimated<R>; 3]; 3],
-    /// Rotation vector of the true against the nominal axes, in sensor axes, rad.
+    /// Rotation vector from the nominal to the true axes, in sensor axes, rad.
     pub rotation: [Estimated<R>; 3],
-    /// True minus nominal place, body frame, m.
+    /// True minus nominal position, body frame, m.
     pub position: [Estimated<R>; 3],
-    /// Root mean square of the fifteen over their standard deviations in the budget.
+    /// Root mean square of the fifteen pulls: each parameter over its standard deviation in the budget.
     pub pull: R,
 }
 
-/// The nuisance parameters of the mean hit on one DOF.
+/// Estimated nuisance parameters of the mean hit on one DOF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HitNuisances<R> {
-    /// Its index in the layout.
+    /// Index of the DOF in the layout.
     pub index: usize,
     /// True minus nominal point of action, body frame, m.
     pub position: [Estimated<R>; 3],
     /// True minus nominal direction, body frame, rad.
     pub direction: [Estimated<R>; 3],
-    /// Root mean square of the four over their standard deviations in the budget.
+    /// Root mean square of the four pulls: each parameter over its standard deviation in the budget.
     pub pull: R,
-    /// Root mean square of what is left of the readings over their noise.
+    /// Root mean square of the residuals of the readings over their noise.
     pub normalized_residual: R,
 }
 
-/// The nuisance parameters of the whole test, as the fit estimates them.
+/// Estimated nuisance parameters of the whole test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NuisanceEstimates<R, const S: usize, const H: usize> {
-    /// Sensor by sensor.
+    /// Nuisance parameters of each sensor.
     pub sensors: Vec<SensorNuisances<R>, S>,
-    /// Hit DOF by hit DOF, as they were given.
+    /// Nuisance parameters of each hit DOF, in the order of the data.
     pub hits: Vec<HitNuisances<R>, H>,
-    /// The hammer's gain against the sensors', minus one, relative.
+    /// Relative error of the hammer's gain against that of the sensors.
     pub hammer_gain: Estimated<R>,
 }
 
-/// The nuisance parameters at the minimum. Ends the use of the equations.
+/// Estimates the nuisance parameters at the minimum. The equations cannot be used afterwards.
 pub(super) fn estimate_nuisances<R: Real, const S: usize, const H: usize>(
     problem: &FitProblem<'_, R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -85,7 +85,7 @@ pub(super) fn estimate_nuisances<R: Real, const S: usize, const H: usize>(
     Some(NuisanceEstimates { sensors, hits, hammer_gain })
 }
 
-/// Standard deviation of one unknown, in units of its own in the budget.
+/// Standard deviation of one unknown, relative to its standard deviation in the budget.
 fn sigma_of<R: Real>(equations: &mut NormalEquations<'_, R>, unknown: usize) -> R {
     let solved = equations.solve(|right| right[unknown] = R::one());
     solved[unknown].max(R::zero()).sqrt()
@@ -113,8 +113,9 @@ fn sensor<R: Real>(
 
 type HitCovariance<R> = [[R; HIT_NUISANCES]; HIT_NUISANCES];
 
-/// Covariance of the hit's own nuisance parameters after the test: `I − sᵀ D⁻¹ s + (Xᵀ D⁻¹ s)ᵀ N⁻¹ (Xᵀ D⁻¹ s)`
-/// with `s` the readings of one standard deviation each and `N` the normal matrix.
+/// Covariance of the hit's own nuisance parameters after the test:
+/// `I − sᵀ D⁻¹ s + (Xᵀ D⁻¹ s)ᵀ N⁻¹ (Xᵀ D⁻¹ s)` with `s` the readings for one standard deviation of each and
+/// `N` the normal matrix.
 fn covariance_of_hit<R: Real, const S: usize, const H: usize>(
     problem: &FitProblem<'_, R, S, H>,
     model: &Model<R, S>,
@@ -135,7 +136,7 @@ fn covariance_of_hit<R: Real, const S: usize, const H: usize>(
         equations.begin_second();
         problem.with_rows(model, &as_residual, |rows| equations.add_second(rows));
         equations.solve_second();
-        // The readings that the unknowns would explain of it.
+        // The part of the readings that the unknowns would explain.
         let mut explained = Responses::<R, S>::zeros();
         problem.with_rows(model, terms, |rows| {
             let mut solved = equations.second().iter();

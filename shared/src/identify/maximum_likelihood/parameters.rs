@@ -1,4 +1,5 @@
-//! What a fit varies: the inertial parameters freely, or log-Cholesky parameters, which are physical bodies only.
+//! The parameters of a fit: the inertial parameters, or log-Cholesky parameters, which admit physical bodies
+//! only.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -8,15 +9,16 @@ use crate::body::{LogCholesky, RigidBody};
 
 /// Longest step in log-Cholesky parameters, which are logarithms and lengths over L.
 const LONGEST_STEP: f64 = 1.0;
-/// Part of the largest to which the eigenvalues of `½ tr(J) I − J` are raised at a restart.
+/// Fraction of the largest eigenvalue of `½ tr(J) I − J` to which the others are raised at a restart.
 pub(super) const RAISED: f64 = 0.05;
 
-/// The ten that are varied.
+/// The ten parameters that the fit varies.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Parameters<R> {
     /// phi of the object, balanced.
     Free(SVector<R, 10>),
-    /// Only physical bodies: on the way from a crude start, and where the free minimum is none.
+    /// Log-Cholesky parameters, which admit physical bodies only: on the way from a crude start, and when the
+    /// free minimum is not a physical body.
     Consistent { body: LogCholesky<R>, on_the_way: bool },
 }
 
@@ -29,7 +31,7 @@ impl<R: Real> Parameters<R> {
         }
     }
 
-    /// `∂phi` over the parameters; `None` when they are phi itself.
+    /// Derivative of phi with respect to the parameters; `None` when they are phi itself.
     pub(super) fn slopes(&self) -> Option<SMatrix<R, 10, 10>> {
         match self {
             Self::Free(_) => None,
@@ -37,7 +39,7 @@ impl<R: Real> Parameters<R> {
         }
     }
 
-    /// The parameters after a step; `None` when it is too long.
+    /// The parameters after a step; `None` when the step is too long.
     pub(super) fn moved(&self, step: &SVector<R, 10>) -> Option<Self> {
         match self {
             Self::Free(phi) => Some(Self::Free(phi + step)),
@@ -49,9 +51,9 @@ impl<R: Real> Parameters<R> {
         }
     }
 
-    /// What the damping is relative to: of free properties each has its own unit (Marquardt); the
-    /// log-Cholesky parameters are comparable, and near the edge of what is physical some have no
-    /// information left (Levenberg).
+    /// Scales of the damping. Free parameters have different units, so each gets its own (Marquardt);
+    /// log-Cholesky parameters are comparable, and near the boundary of the physical bodies some of them
+    /// carry no information (Levenberg).
     pub(super) fn levels(&self, information: &SMatrix<R, 10, 10>) -> SVector<R, 10> {
         if self.is_held() {
             SVector::from_element(information.trace() * R::of(0.1))
@@ -60,18 +62,18 @@ impl<R: Real> Parameters<R> {
         }
     }
 
-    /// True when only physical bodies are looked at.
+    /// True when only physical bodies are admitted.
     pub(super) fn is_held(&self) -> bool {
         matches!(self, Self::Consistent { .. })
     }
 
-    /// Those of a crude start, `whole` the object with all that hangs on it.
+    /// Log-Cholesky parameters of a crude start; `whole` is the object with the attached bodies.
     pub(super) fn on_the_way<const S: usize, const H: usize>(
         problem: &FitProblem<'_, R, S, H>,
         whole: &RigidBody<R>,
     ) -> Option<Self> {
         let object = RigidBody::from_phi(&(whole.phi() - problem.attached_sum()));
-        // What hangs on the object may outweigh a start that is far off.
+        // The attached bodies may be heavier than an inaccurate start.
         let object = object.filter(|object| object.mass > R::zero()).unwrap_or(*whole);
         let body = LogCholesky::from_body(&object.made_consistent(R::of(RAISED))?)?;
         Some(Self::Consistent { body, on_the_way: true })

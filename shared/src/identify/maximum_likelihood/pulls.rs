@@ -1,5 +1,5 @@
-//! How far the nuisance parameters must have moved for the readings to be what they are, and which of them
-//! is the first to be suspected.
+//! The pulls: how far the nuisance parameters must have moved to explain the readings, and which sensor or
+//! hit is the first suspect.
 
 use super::fit_problem::{FitProblem, Terms};
 use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
@@ -12,27 +12,27 @@ use crate::layout::MAX_ATTACHED;
 use crate::responses::Responses;
 use heapless::Vec;
 
-/// A suspect has moved by more than this many of its standard deviations in the mean square.
+/// A sensor or hit is suspect when its root mean square pull exceeds this number of standard deviations.
 const SUSPICIOUS: f64 = 2.0;
 
 /// The nuisance parameters that stay the same over the test, in standard deviations of the budget.
 pub(super) struct NuisanceParameters<R, const S: usize> {
     pub(super) sensors: Vec<[R; SENSOR_NUISANCES], S>,
-    /// The hammer's gain, then what hangs on the object.
+    /// The hammer's gain, then the attached bodies.
     pub(super) shared: Vec<R, { 1 + MAX_ATTACHED }>,
 }
 
 /// The nuisance parameters of the mean hit on one DOF, in standard deviations of the budget.
 pub(super) struct HitPull<R> {
     pub(super) values: [R; HIT_NUISANCES],
-    /// Their root mean square.
+    /// Root mean square of the values.
     pub(super) pull: R,
-    /// Root mean square of what is left of the readings over their noise.
+    /// Root mean square of the residuals of the readings over their noise.
     pub(super) normalized_residual: R,
 }
 
 impl<R: Real, const S: usize> NuisanceParameters<R, S> {
-    /// At the minimum, after [`NormalEquations::eliminate`].
+    /// The parameters at the minimum, after [`NormalEquations::eliminate`].
     pub(super) fn of(sensors: usize, equations: &mut NormalEquations<'_, R>) -> Option<Self> {
         let (of_sensors, of_all) =
             equations.nuisances().split_at_checked(SENSOR_NUISANCES * sensors)?;
@@ -41,7 +41,7 @@ impl<R: Real, const S: usize> NuisanceParameters<R, S> {
         Some(Self { sensors, shared: Vec::from_slice(of_all).ok()? })
     }
 
-    /// What they leave of the residual of a hit DOF.
+    /// The residual of a hit DOF that these parameters leave unexplained.
     pub(super) fn residual<const H: usize>(
         &self,
         problem: &FitProblem<'_, R, S, H>,
@@ -65,7 +65,7 @@ impl<R: Real, const S: usize> NuisanceParameters<R, S> {
 }
 
 impl<R: Real> HitPull<R> {
-    /// Of what [`NuisanceParameters::residual`] gives.
+    /// From the residual that [`NuisanceParameters::residual`] returns.
     pub(super) fn of<const S: usize>(
         terms: &Terms<R, S>,
         left: &Responses<R, S>,
@@ -74,14 +74,14 @@ impl<R: Real> HitPull<R> {
         let weighted = terms.weight.times(left);
         let values: [R; HIT_NUISANCES] =
             core::array::from_fn(|k| terms.model.spread.0[k].dot(&weighted));
-        // What the hit's own nuisance parameters leave of the readings is noise.
+        // The residual that the hit's own nuisance parameters leave is noise.
         let noise = left.dot(&weighted) - sum_of_squares(&values);
         let normalized_residual = (noise.max(R::zero()) / R::of(channels.max(1) as f64)).sqrt();
         Self { values, pull: root_mean_square(&values), normalized_residual }
     }
 }
 
-/// Of nuisance parameters in standard deviations.
+/// Root mean square of pulls.
 pub(super) fn root_mean_square<R: Real>(values: &[R]) -> R {
     (sum_of_squares(values) / R::of(values.len().max(1) as f64)).sqrt()
 }
@@ -90,8 +90,8 @@ fn sum_of_squares<R: Real>(values: &[R]) -> R {
     values.iter().fold(R::zero(), |sum, v| sum + *v * *v)
 }
 
-/// The sensor or hit that strains the budget most; `None` when none does by itself.
-// Never inlined: 2.5 KB less of the firmware's deepest stack.
+/// The sensor or hit with the largest pull; `None` when no pull is large enough.
+// Not inlined, which saves 2.5 KB of the firmware's deepest stack.
 #[inline(never)]
 pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
     problem: &FitProblem<'_, R, S, H>,

@@ -1,4 +1,4 @@
-//! Where the fit starts, and whether there is anything to find.
+//! The start of the fit, and whether the problem is identifiable.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,15 +12,15 @@ use crate::identify::applicability::spectrum_under;
 use crate::layout::{Prior, assumed_body, check_hits};
 use crate::linalg::Spectrum;
 
-/// Moments of inertia over m L² of the bodies that a crude start is looked for among.
+/// Moments of inertia over m L² of the bodies tried for a crude start.
 const GYRATION: [f64; 4] = [0.1, 0.4, 1.2, 4.0];
 
-/// True for a body that the fit can start from.
+/// True when the fit can start from this body.
 pub(super) fn is_usable<R: Real>(body: &RigidBody<R>) -> bool {
     body.is_finite() && body.mass > R::zero() && body.inverse_mass_matrix().is_some()
 }
 
-/// A ball about the middle of sensors and hits, as heavy as fits best; the best of a few sizes.
+/// A ball about the middle of sensors and hits with the mass that fits best; the best of a few sizes.
 pub(super) fn crude<R: Real, const S: usize, const H: usize>(
     problem: &FitProblem<'_, R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -49,7 +49,7 @@ pub(super) fn crude<R: Real, const S: usize, const H: usize>(
     best.map(|(_, body)| body)
 }
 
-/// The body that layouts are checked with before anything is measured.
+/// The assumed body for checking layouts before anything is measured.
 pub(super) fn assumed<R: Real, const S: usize, const H: usize>(
     problem: &FitProblem<'_, R, S, H>,
 ) -> RigidBody<R> {
@@ -58,8 +58,7 @@ pub(super) fn assumed<R: Real, const S: usize, const H: usize>(
     problem.balance.body(&assumed_body(None, places))
 }
 
-/// The mass by which a body of one kilogram fits best, and the square of what is left over that of
-/// the readings.
+/// The mass with which a body of this shape fits best, and the sum of the squared residuals.
 fn heaviness<R: Real, const S: usize, const H: usize>(
     problem: &FitProblem<'_, R, S, H>,
     dofs: &[DofMassLines<R, S>],
@@ -74,12 +73,12 @@ fn heaviness<R: Real, const S: usize, const H: usize>(
         mixed += reading.dot(&lines.accelerance);
         of_data += lines.accelerance.norm_squared();
     }
-    // The sign of all cables may be wrong; the mass is positive all the same.
+    // All cables may have the wrong sign; the mass is positive all the same.
     let mass = of_model / mixed.abs();
     (mass.finite() && mass > R::zero()).then(|| (mass, of_data - mixed * mixed / of_model))
 }
 
-/// The spectrum of the slopes, and warnings; errors when the ten cannot be told.
+/// The spectrum of the derivative, with warnings; errors when the ten properties cannot be determined.
 pub(super) fn identifiable<R: Real, const S: usize, const H: usize>(
     problem: &FitProblem<'_, R, S, H>,
     dofs: &[DofMassLines<R, S>],

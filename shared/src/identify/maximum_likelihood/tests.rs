@@ -23,7 +23,7 @@ pub(in crate::identify) fn five_hits() -> Bar<f64> {
     layout
 }
 
-/// The mass lines of a body without errors; the noise is a thousandth of a reading of 1 (m/s²)/N.
+/// Exact mass lines of a body; the noise is a thousandth of a reading of 1 (m/s²)/N.
 pub(in crate::identify) fn exact<const H: usize>(
     layout: &Layout<f64, 3, H>,
     body: &RigidBody<f64>,
@@ -69,7 +69,7 @@ fn codes(diagnostics: &Diagnostics) -> Vec<Code> {
 fn exact_readings_give_the_body_from_a_crude_start() {
     let (layout, body) = (five_hits(), bar_body());
     let solution = fit(&layout, &exact(&layout, &body), None).unwrap();
-    // The last step is below 1e-5 standard deviations, which are near one per cent here.
+    // The last step is below 1e-5 standard deviations, which are near 1 % here.
     assert!(worst(&solution.estimate.body, &body, 0.14) < 1e-6);
     assert!(solution.estimate.consistency.unwrap().chi_squared < 1e-6);
     assert!(solution.estimate.diagnostics.is_empty());
@@ -116,15 +116,15 @@ fn one_sensor_two_hits_and_concurrent_hits_have_no_answer() {
 #[test]
 fn nuisance_parameters_are_found_with_their_sign() {
     let (mut layout, body) = (five_hits(), bar_body());
-    // So sure of everything else that nothing else can explain it, and so unsure of the cause that the
-    // prior does not hold it back.
+    // All other errors are so small that they cannot explain the data, and the prior of the tested error
+    // source is so wide that it does not hold it back.
     let sure = SensorUncertainty { position: 1e-6, rotation: 1e-6, gain: 1e-6, cross_axis: 1e-6 };
     layout.sensors.iter_mut().for_each(|s| s.uncertainty = sure);
     layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
     layout.hammer_gain = 1e-6;
     let found =
         |layout: &Bar<f64>, dofs: &Dofs<f64>| fit(layout, dofs, Some(&body)).unwrap().nuisances;
-    // The tolerance is the prior's pull and the second order of a cause of half a per cent.
+    // The tolerance covers the pull of the prior and the second order of an error of half a per cent.
     let close = |estimated: Estimated<f64>, truth: f64| {
         assert!((estimated.value - truth).abs() < 0.05 * truth.abs(), "{estimated:?} {truth}");
         assert!(estimated.sigma > 0.0);
@@ -176,12 +176,12 @@ fn what_hangs_on_the_object_is_subtracted() {
     layout.attached.extend([point, adapter]);
     let solution = fit(&layout, &dofs, None).unwrap().estimate;
     assert!(worst(&solution.body, &body, 0.14) < 1e-6);
-    // The mass of the adapter is known to 10 g only.
+    // The mass of the adapter is known only to 10 g.
     layout.attached[1].relative_sigma = 0.0;
     let exact = fit(&layout, &dofs, None).unwrap().estimate;
     let variance = |e: &Estimate<f64>| e.covariance.unwrap()[(0, 0)];
     let added = variance(&solution) - variance(&exact);
-    // Weights change a little with the body's own covariance.
+    // The weights depend slightly on the body.
     assert!((added.sqrt() - 0.01).abs() < 1e-4, "{added}");
 }
 
@@ -199,7 +199,7 @@ fn a_known_mass_narrows_the_answer() {
 fn a_body_that_cannot_be_is_replaced_by_one_that_can() {
     let (mut layout, body) = (five_hits(), bar_body());
     layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
-    // Flat, and a little more than that.
+    // A flat body, and one slightly beyond that.
     let mut theta = body.theta();
     for k in 4..10 {
         theta[k] = [2e-3, 0.01, 0.0125, 0.0, 0.0, 0.0][k - 4];
@@ -216,7 +216,7 @@ fn a_body_that_cannot_be_is_replaced_by_one_that_can() {
 fn single_precision_agrees_to_a_hundredth_of_a_standard_deviation() {
     let (layout, body) = (five_hits(), bar_body());
     let mut dofs = exact(&layout, &body);
-    // Errors of the size of the budget, so that there is something to weigh.
+    // Errors of the size of the budget, so that the weights matter.
     for (j, lines) in &mut dofs {
         for (i, value) in lines.accelerance.iter_mut().enumerate() {
             *value += 0.01 * ((7 * i + 13 * *j) as f64).sin();
@@ -249,7 +249,7 @@ fn single_precision_agrees_to_a_hundredth_of_a_standard_deviation() {
 fn data_that_contradict_the_budget_say_where() {
     let (layout, body) = (five_hits(), bar_body());
     let mut displaced = layout.clone();
-    // Ten times what a hand misses a mark by.
+    // Ten times the usual position error of a hit.
     displaced.hits[2].position[1] += 0.04;
     let solution = fit(&layout, &exact(&displaced, &body), None).unwrap();
     let found = &solution.estimate.diagnostics;

@@ -11,7 +11,7 @@ type Lines = MassLines<f64, 3>;
 
 const END: [f64; 3] = [0.207_850_606_8, -0.199_018_578_2, 0.149_130_815_1];
 
-/// Five hit DOFs on the frame.
+/// The frame with five hit DOFs.
 fn five_hits() -> Five {
     let mut layout: Five = bar_layout().cast().unwrap();
     for (name, position, direction) in
@@ -27,7 +27,7 @@ fn nodes() -> Vec<(u16, [f64; 3])> {
     vec![(1, [0.0; 3]), (2, [END[0], END[1], 0.0]), (3, [END[0], 0.0, 0.0]), (4, END)]
 }
 
-/// What a layout reads of the frame, with a noise of half a percent of a usual accelerance.
+/// Readings of the frame under a layout, with noise of half a percent of a typical accelerance.
 fn readings(layout: &Five) -> Vec<(usize, Lines)> {
     let body = bar_body();
     (0..layout.hits.len())
@@ -75,10 +75,10 @@ fn every_mistake_of_a_test_is_thought_of_once() {
 #[test]
 fn a_mistake_is_explained_by_itself() {
     let (nominal, nodes) = (five_hits(), nodes());
-    // Every tenth, so that all kinds are among them.
+    // Every tenth mistake, so that all kinds are included.
     for fault in SingleFault::all(&nominal, &nodes).step_by(10) {
         let dofs = readings(&fault.applied(&nominal).unwrap());
-        // Exact readings: what is left is rounding.
+        // The readings are exact, so only rounding remains.
         let explained = chi_squared(&fault, &nominal, &dofs);
         assert!(explained < 1e-6, "{fault:?}: {explained}");
     }
@@ -95,7 +95,7 @@ fn a_common_scale_is_measured_against_a_known_mass() {
     let mut room = vec![0.0; workspace(3)];
     let found = SingleFault::CommonScale.test(&nominal, &dofs, &mut room).unwrap();
     let scale = found.scale.unwrap();
-    // The prior of the scale, 100 %, pulls by the square of its ratio to the sigma.
+    // The prior of the scale, 100 %, shifts the value by the square of the ratio of sigma to it.
     assert!((scale.value - 1.1).abs() < 1e-3, "{scale:?}");
     assert!((0.001..0.02).contains(&scale.sigma), "{scale:?}");
     assert!(found.consistency.chi_squared < 0.1, "{found:?}");
@@ -107,10 +107,10 @@ fn what_shows_nothing_has_the_chi_squared_of_chance() {
     let dofs = readings(&nominal);
     let mut room = vec![0.0; workspace(3)];
     let mut shows = |fault: SingleFault<f64>| fault.shows(&nominal, &bar_body(), &dofs, &mut room);
-    // A node on the line of action: the same force and torque.
+    // A node on the line of action, so force and torque are the same.
     let along = SingleFault::HitAtNode { hit: 1, node: 9, position: END };
     let consistency = shows(along).unwrap();
-    // Exact readings: what is added to the degrees of freedom is rounding.
+    // The readings are exact, so only rounding is added to the degrees of freedom.
     assert_eq!(consistency.degrees_of_freedom, 35);
     assert!((consistency.chi_squared - 35.0).abs() < 1e-6, "{consistency:?}");
     let beside = SingleFault::HitAtNode { hit: 1, node: 3, position: [END[0], 0.0, 0.0] };

@@ -1,4 +1,4 @@
-//! Every degenerate layout is named, in both precisions and in any frame.
+//! Every degenerate layout is reported, in both precisions and in any frame.
 
 use super::*;
 use crate::layout::tests::{bar_body, bar_layout, sensor};
@@ -40,7 +40,7 @@ fn sensors_on_a_line_are_named() {
     layout.sensors =
         (0..3).map(|i| sensor(i, [0.05 * f64::from(i), 0.02 * f64::from(i), 0.0])).collect();
     assert_eq!(check(&layout), [Code::SensorsCollinear, Code::ResponseRankDeficient]);
-    // 1 % off the line: the responses tell six motions, but badly.
+    // 1 % off the line: the responses determine six motions, but badly.
     layout.sensors[1].position[2] = 0.0005;
     assert_eq!(check(&layout), [Code::SensorsCollinear]);
 }
@@ -77,11 +77,11 @@ fn parallel_hits_are_named() {
 fn hits_through_one_point_are_named() {
     let mut layout = bar_layout();
     for hit in &mut layout.hits {
-        // 30 cm back along their own lines from one corner.
+        // All lines of action meet in one corner, 30 cm ahead of the hits.
         hit.position = core::array::from_fn(|k| 0.2 - 0.3 * hit.direction[k]);
     }
     assert_eq!(check(&layout), [Code::HitsConcurrent, Code::TenParametersNotIdentifiable]);
-    // 1 mm beside it is still too near: 2 % of L are 2.7 mm.
+    // 1 mm beside the point is still too near: 2 % of L are 2.7 mm.
     layout.hits[0].position[2] += 0.001;
     assert_eq!(check(&layout), [Code::HitsConcurrent]);
 }
@@ -149,10 +149,10 @@ fn a_body_that_cannot_turn_is_no_body_to_check_with() {
 fn the_assumed_body_sits_near_the_mean_of_the_nodes() {
     let nodes = [[0.0_f64, 0.0, 0.0], [1.0, 2.0, 3.0]];
     let body = assumed_body(None, nodes.into_iter());
-    // Half their distance.
+    // Half the distance of the nodes.
     let length = 14_f64.sqrt() / 2.0;
     let beside = (body.center_of_mass - Vector3::new(0.5, 1.0, 1.5)).norm();
-    // A tenth of L, but for rounding.
+    // A tenth of L within rounding.
     assert!(body.mass == 1.0 && (beside - 0.1 * length).abs() < 1e-14);
     let heavy = assumed_body(Some(2.0), nodes.into_iter());
     assert!((heavy.inertia - Matrix3::from_diagonal_element(7.0)).norm() < 1e-14);

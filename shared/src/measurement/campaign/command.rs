@@ -1,49 +1,49 @@
-//! What the operator can say to a campaign.
+//! Commands of the operator to a campaign.
 
-/// What hangs on the cords.
+/// The object on the cords.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Object {
-    /// What is to be identified.
+    /// An object to be identified.
     Unknown,
-    /// A block of known mass, kg: its hits say what the hammer's gain is against the sensors'.
+    /// A block of known mass: its hits determine the hammer's gain against the sensors'.
     Block {
-        /// kg.
+        /// Mass of the block, kg.
         mass: f32,
     },
 }
 
-/// How a campaign was started.
+/// Options of a campaign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Start {
-    /// What is hit.
+    /// The object that is hit.
     pub object: Object,
-    /// Every hit waits for `Accept` or `Reject`.
+    /// True when every hit waits for `Accept` or `Reject`.
     pub confirm: bool,
 }
 
 impl Start {
-    /// An unknown object, and no confirmation.
+    /// The default: an unknown object, and no confirmation.
     pub const USUAL: Self = Self { object: Object::Unknown, confirm: false };
 }
 
-/// What the operator wants of a campaign that has been started.
+/// A command of the operator to a campaign in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Accept the hit that waits for confirmation.
+    /// Accept the hit that is waiting for confirmation.
     Accept,
-    /// Reject the hit that waits for confirmation.
+    /// Reject the hit that is waiting for confirmation.
     Reject,
-    /// Forget all hits of the DOF in hand and measure it again.
+    /// Discard all hits of the current DOF and measure it again.
     Redo,
-    /// Leave the DOF in hand out.
+    /// Leave out the current DOF.
     Skip,
-    /// Go on with the hits that this DOF has.
+    /// Continue with the next DOF, using the hits accepted so far.
     Finish,
-    /// Interrupt: stop sampling, keep everything accepted.
+    /// Interrupt the campaign: stop sampling, but keep all accepted hits.
     Pause,
-    /// Go on after an interruption.
+    /// Continue after an interruption.
     Resume,
     /// End the campaign without a result.
     Abort,
@@ -66,9 +66,9 @@ impl Command {
 /// Why a command was not executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CommandError {
-    /// It has no meaning now.
+    /// The command is not possible in this phase.
     WrongPhase,
-    /// The layout has no hit DOF, or more than a rig has memory for.
+    /// The layout has no hit DOF, or more than the rig has memory for.
     NoDofs,
 }
 

@@ -1,54 +1,55 @@
-//! How far a campaign has come.
+//! Progress of a campaign.
 
 use heapless::Vec;
 
 use super::command::Start;
 use crate::layout::RIG_HITS;
 
-/// How a DOF stands.
+/// State of a DOF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Outcome {
     /// Not finished.
     Open,
-    /// Has all the hits that were wanted.
+    /// The DOF has all the hits that were wanted.
     Complete,
-    /// The operator went on with fewer hits.
+    /// The operator continued with fewer hits.
     Early,
-    /// Left out by the operator.
+    /// The operator left out the DOF.
     Skipped,
 }
 
-/// One DOF of the campaign.
+/// Progress of one DOF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DofProgress {
-    /// Hits averaged.
+    /// Number of hits averaged.
     pub accepted: u8,
-    /// How it stands.
+    /// State of the DOF.
     pub outcome: Outcome,
 }
 
 impl DofProgress {
-    /// Nothing measured.
+    /// A DOF without measured hits.
     pub const OPEN: Self = Self { accepted: 0, outcome: Outcome::Open };
 
-    /// True when it is not measured any more.
+    /// True when the DOF needs no more hits.
     pub fn is_finished(&self) -> bool {
         self.outcome != Outcome::Open
     }
 }
 
-/// What outlives a cut of the power: the finished DOFs. Hits of the DOF in hand do not.
+/// Checkpoint of a campaign that survives a power failure: the finished DOFs. Hits of the current DOF are not
+/// included.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CampaignProgress {
-    /// How it was started.
+    /// Options with which the campaign was started.
     pub start: Start,
     /// All DOFs, in the order of the layout; without hits unless finished.
     pub dofs: Vec<DofProgress, RIG_HITS>,
     /// Accepted hits wanted at each DOF.
     pub wanted: u8,
-    /// Hits rejected.
+    /// Number of hits rejected.
     pub rejected: u16,
 }

@@ -41,7 +41,7 @@ fn a_rejected_hit_is_asked_for_again_under_a_new_arming() {
     assert_eq!(campaign.phase(), Phase::Armed);
 }
 
-/// Carries a campaign over a cut of the power.
+/// Restores a campaign as after a power failure.
 fn cut(campaign: &Campaign) -> Campaign {
     Campaign::resume(campaign.progress().unwrap()).unwrap()
 }
@@ -115,7 +115,7 @@ fn what_has_ended_or_is_no_campaign_is_not_restored() {
     assert_eq!(Campaign::resume(nothing).unwrap_err(), CommandError::NoDofs);
 }
 
-/// A good hit up to its analysis.
+/// Runs a good hit up to its analysis.
 fn hit_to_analyse(campaign: &mut Campaign) {
     campaign.armed();
     campaign.triggered();
@@ -238,8 +238,8 @@ fn a_result_that_could_not_be_kept_is_tried_again_on_resume() {
 }
 
 proptest! {
-    /// Whatever the operator and the hammer do, the counts stay within what was asked for and a
-    /// campaign that says `Identify` has no open DOF.
+    /// For any sequence of commands and hits, the counts stay within the requested number, and a campaign at
+    /// `Identify` has no open DOF.
     #[test]
     fn no_order_of_words_and_hits_breaks_the_counts(words in proptest::collection::vec(0_u8..16, 0..200)) {
         let mut campaign = started(3, 2);
@@ -271,7 +271,7 @@ fn a_result_that_is_being_stored_is_not_aborted() {
     assert_eq!(campaign.command(C::Abort), Err(CommandError::WrongPhase));
     campaign.not_stored();
     assert_eq!(campaign.command(C::Abort), Ok(()));
-    // What comes of its storing does not wake it.
+    // Reports on the storing of its result do not restart it.
     assert_eq!(campaign.phase(), Phase::Idle);
     campaign.not_stored();
     assert_eq!(campaign.phase(), Phase::Idle);

@@ -1,54 +1,54 @@
-//! One channel of a record: its rest, its extremes, what is before the hit and at the end.
+//! One channel of a record: rest value, extremes, and its level before the hit and at the end.
 
 use crate::Real;
 use crate::signal::Samples;
 
-/// A channel as the grading sees it.
+/// Properties of a channel that the grading needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelRange<R> {
-    /// N or m/s² per reading.
+    /// Scale, N or m/s² per reading.
     pub scale: R,
-    /// Lowest and highest reading of the converter; infinite when not known.
+    /// Lowest and highest reading of the converter; infinite when unknown.
     pub rails: [R; 2],
-    /// From this distance from rest on the sensor is certainly at the end of its range, N or m/s²;
-    /// infinite when not known.
+    /// Distance from the rest value at which the sensor is certainly at the end of its range, N or m/s²;
+    /// infinite when unknown.
     pub range: R,
     /// Smallest step of the readings, N or m/s².
     pub resolution: R,
-    /// Standard deviation that the channel has while nothing moves, at most, N or m/s².
+    /// Largest standard deviation of the channel without motion, N or m/s².
     pub noise: R,
 }
 
 /// An extreme of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Extreme<R> {
-    /// The first scan at which it stands.
+    /// Index of the first scan with this reading.
     pub at: usize,
     pub reading: R,
-    /// From rest, N or m/s².
+    /// Value relative to the rest value, N or m/s².
     pub value: R,
 }
 
-/// What two passes over a channel tell.
+/// Statistics of a channel from two passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Survey<R> {
-    /// Mean reading before the hit.
+    /// Rest value: mean reading before the hit.
     pub rest: R,
     /// Standard deviation before the hit, N or m/s².
     pub spread: R,
     pub highest: Extreme<R>,
     pub lowest: Extreme<R>,
-    /// Mean from rest over the end of the record, N or m/s².
+    /// Mean over the end of the record relative to the rest value, N or m/s².
     pub end_mean: R,
     /// Standard deviation over the end of the record, N or m/s².
     pub end_spread: R,
 }
 
 impl<R: Real> Survey<R> {
-    /// The last sixteenth of a record is its end.
+    /// The end of a record is its last sixteenth.
     const END: usize = 16;
 
-    /// Of a channel whose first `before` readings make its rest.
+    /// Statistics of a channel whose rest value is the mean of the first `before` readings.
     pub fn of<D: Samples<R> + ?Sized>(record: &D, channel: usize, scale: R, before: usize) -> Self {
         let (rest, spread) = moments(record.readings(channel, 0).take(before.max(1)));
         let [low, high] = record.extremes(channel).unwrap_or([(0, rest); 2]);
@@ -68,14 +68,14 @@ impl<R: Real> Survey<R> {
         }
     }
 
-    /// Largest distance from rest, N or m/s².
+    /// Largest distance from the rest value, N or m/s².
     pub fn peak(&self) -> R {
         self.highest.value.max(-self.lowest.value)
     }
 }
 
-/// Mean and standard deviation; the first reading is taken off before squaring, so that single
-/// precision suffices for codes.
+/// Mean and standard deviation. The first reading is subtracted before squaring, so single precision suffices
+/// for codes.
 fn moments<R: Real>(mut readings: impl Iterator<Item = R>) -> (R, R) {
     let Some(first) = readings.next() else { return (R::zero(), R::zero()) };
     let (mut count, mut sum, mut squares) = (R::one(), R::zero(), R::zero());
@@ -90,20 +90,20 @@ fn moments<R: Real>(mut readings: impl Iterator<Item = R>) -> (R, R) {
     (first + mean, variance.sqrt())
 }
 
-/// Readings within this share of the extreme are at its level, and more where there is noise.
+/// Readings within this fraction of the extreme count as its level; noise widens it.
 const LEVEL: f64 = 0.003;
-/// Noise widens the level to at most this share.
+/// Largest fraction to which noise widens the level.
 const NOISY_LEVEL: f64 = 0.01;
-/// Readings at the level, one after the other, that make a plateau.
+/// Smallest number of consecutive readings at the level that form a plateau.
 const PLATEAU_SCANS: usize = 3;
-/// A plateau is this share of the time that the signal spends above half the extreme. A half sine is
-/// within 0.3 % of its peak for 7 % of that time and within 1 % for 13 %; cut at 90 % of its peak it
-/// stays there for 41 %.
+/// Smallest ratio of the length of a plateau to the time that the signal spends above half the extreme. A
+/// half sine is within 0.3 % of its peak for 7 % of that time and within 1 % for 13 %; clipped at 90 % of its
+/// peak, it stays at that level for 41 %.
 const PLATEAU_SHARE: f64 = 0.25;
-/// A signal of fewer steps than this has plateaus by nature: noise of a step is half a percent.
+/// A signal of fewer steps than this always has plateaus: one step is half a percent.
 const STEPS: f64 = 200.0;
 
-/// True when the signal stands on a plateau at its extreme, as one does that was clipped.
+/// True when the signal has a plateau at its extreme, like a clipped one.
 pub(super) fn flat_top<R: Real, D: Samples<R> + ?Sized>(
     record: &D,
     channel: usize,
@@ -117,7 +117,7 @@ pub(super) fn flat_top<R: Real, D: Samples<R> + ?Sized>(
     }
     let noise = (survey.spread * R::of(3.0)).min(height * R::of(NOISY_LEVEL));
     let level = height - noise.max(height * R::of(LEVEL));
-    // The extreme may be negative; seen from its side it is positive.
+    // Makes the extreme positive even when it is below the rest value.
     let side = if extreme.value < R::zero() { -range.scale } else { range.scale };
     let above = |scan: usize, bound: R| {
         record.reading(channel, scan).is_some_and(|reading| (reading - survey.rest) * side >= bound)

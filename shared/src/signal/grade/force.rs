@@ -1,25 +1,25 @@
-//! The force of a hit: did the hammer touch twice, and does it excite the whole band?
+//! Checks the force of a hit for double hits and for excitation of the whole band.
 
 use super::channel::Survey;
 use crate::Real;
 use crate::signal::Samples;
 use crate::signal::chain::HAMMER;
 
-/// A second peak of this share of the greatest is a double hit.
+/// Smallest ratio of a second peak to the largest one in a double hit.
 pub(super) const SECOND_PEAK: f64 = 0.1;
-/// The force has fallen back when it is below this share of the peak before.
+/// The force has fallen back when it is below this fraction of the previous peak.
 const FALLEN_BACK: f64 = 0.5;
-/// A hammer cannot pull: what swings below rest is ringing of hammer or filter, and what swings above
-/// it by less than this many times that may be ringing, too.
+/// A hammer cannot pull: a swing below the rest value is ringing of hammer or filter, and a swing above it of
+/// less than this multiple may be ringing, too.
 const ABOVE_RINGING: f64 = 2.0;
-/// A second peak is above this many standard deviations of the noise.
+/// A second peak exceeds the noise by this number of standard deviations.
 const ABOVE_NOISE: f64 = 6.0;
 
-/// The greatest peak of the force beside the main one, before or after it, over the main one; 0 when
+/// The largest peak of the force besides the main one, before or after it, relative to the main one; 0 when
 /// there is none.
 ///
-/// A second peak rises by [`SECOND_PEAK`] of the main one after the force has fallen back, and more
-/// than the force rings.
+/// A second peak rises by [`SECOND_PEAK`] of the main one after the force has fallen back, and exceeds the
+/// ringing of the force.
 pub(super) fn second_peak<R: Real, D: Samples<R> + ?Sized>(
     record: &D,
     scale: R,
@@ -37,7 +37,7 @@ pub(super) fn second_peak<R: Real, D: Samples<R> + ?Sized>(
     second / main.value
 }
 
-/// The greatest peak after which the force has fallen back, before it rises to the main peak.
+/// The largest peak before the main one from which the force has fallen back.
 fn peak_before<R: Real>(force: impl Iterator<Item = R>, least: R) -> R {
     let (mut peak, mut fallen, mut greatest) = (R::zero(), false, R::zero());
     let mut close = |peak: R, fallen: bool| {
@@ -57,7 +57,7 @@ fn peak_before<R: Real>(force: impl Iterator<Item = R>, least: R) -> R {
     greatest
 }
 
-/// The greatest peak after the main one.
+/// The largest peak after the main one.
 fn peak_after<R: Real>(force: impl Iterator<Item = R>, main: R, least: R) -> R {
     let (mut lowest, mut greatest) = (main, R::zero());
     for value in force {
@@ -71,8 +71,8 @@ fn peak_after<R: Real>(force: impl Iterator<Item = R>, main: R, least: R) -> R {
     greatest
 }
 
-/// Level of the force's spectrum at `frequency` against that at 0 Hz, dB; of the force within
-/// `half_width` scans of its peak, at `rate` scans per second. `None` without an impulse.
+/// Level of the force's spectrum at `frequency` relative to 0 Hz, dB, for the force within `half_width` scans
+/// of its peak at `rate` scans per second. `None` without an impulse.
 pub(super) fn spectrum_drop<R: Real, D: Samples<R> + ?Sized>(
     record: &D,
     survey: &Survey<R>,
@@ -83,8 +83,8 @@ pub(super) fn spectrum_drop<R: Real, D: Samples<R> + ?Sized>(
     let start = survey.highest.at.saturating_sub(half_width);
     let count = survey.highest.at + half_width + 1 - start;
     let (sin, cos) = (R::two_pi() * frequency / rate).sin_cos();
-    // The window is a hundred scans on the rig: the recursion of the phase loses a few digits of
-    // the last kind.
+    // The window has about a hundred scans on the rig, so the recursion of the phase loses only the last few
+    // digits.
     let (mut re, mut im) = (R::one(), R::zero());
     let (mut impulse, mut x, mut y) = (R::zero(), R::zero(), R::zero());
     for reading in record.readings(HAMMER, start).take(count) {

@@ -1,4 +1,4 @@
-//! Grading of records as the rig would take them, and of signals.
+//! Tests of grading with records as the rig takes them, and with other signals.
 
 use super::*;
 use crate::layout::Verdict;
@@ -9,7 +9,7 @@ use std::vec::Vec;
 
 const G: f32 = crate::STANDARD_GRAVITY as f32;
 
-/// A record of `value(channel, scan)` in N and m/s², as the rig's ADC would read it.
+/// A record of `value(channel, scan)` in N and m/s², as digitised by the rig's ADC.
 fn record(value: impl Fn(usize, usize) -> f32) -> Box<Record> {
     let mut record = Box::new(Record::new());
     for i in 0..RECORD_SCANS {
@@ -31,13 +31,13 @@ fn codes(report: &HitReport) -> Vec<(Code, Subject)> {
     report.findings.iter().map(|f| (f.code, f.subject)).collect()
 }
 
-/// A half sine over scans 80 to 100.
+/// A half sine from scan 80 to scan 100.
 fn half_sine(peak: f32, i: usize) -> f32 {
     let t = i as f32 - 80.0;
     if (0.0..=20.0).contains(&t) { peak * (core::f32::consts::PI * t / 20.0).sin() } else { 0.0 }
 }
 
-/// A hit of 30 N to which channel 4 answers with `peak`, cut at `limit`.
+/// A hit of 30 N with a response of the peak `peak` on channel 4, clipped at `limit`.
 fn answered(peak: f32, limit: f32) -> HitReport {
     graded(|k, i| match k {
         HAMMER => half_sine(30.0, i),
@@ -50,7 +50,7 @@ fn answered(peak: f32, limit: f32) -> HitReport {
 fn a_good_hit_has_no_findings_and_its_peaks() {
     let report = answered(-90.0, f32::MAX);
     assert!(report.good() && report.findings.is_empty());
-    // Half a code: 0.016 N and 0.06 m/s².
+    // The tolerance covers half a code: 0.016 N and 0.06 m/s².
     assert!((report.peak_force.0 - 30.0).abs() < 0.02);
     assert!((report.peak_acceleration.0 - 90.0).abs() < 0.07);
 }
@@ -98,7 +98,7 @@ fn a_sensor_that_clips_at_its_range_is_an_overload() {
 
 #[test]
 fn a_sensor_that_feels_gravity_clips_nearer_to_rest() {
-    // It stands at 1 g: 15 g more are its end, wherever its zero is.
+    // The rest value is 1 g, so the sensor is at its end 15 g from it, whatever its zero.
     for sign in [1.0, -1.0] {
         assert_eq!(
             codes(&answered(sign * 25.0 * G, 15.0 * G)),
@@ -109,7 +109,7 @@ fn a_sensor_that_feels_gravity_clips_nearer_to_rest() {
 
 #[test]
 fn a_sensor_that_clips_early_shows_by_its_flat_top() {
-    // Its gain is 10 % less than its calibration says: it stops at 13.5 g from rest.
+    // The true gain is 10 % below the calibration, so the output stops at 13.5 g from the rest value.
     assert_eq!(codes(&answered(16.0 * G, 13.5 * G)), [(Code::Overload, Subject::Channel(4))]);
 }
 
@@ -120,12 +120,12 @@ fn a_strong_hit_that_does_not_clip_is_good() {
     }
 }
 
-/// A hit whose force is `force(scan)`, N, and which every response follows with 5/30 m/s² per N.
+/// A hit with the force `force(scan)`, N, which every response follows with 5/30 m/s² per N.
 fn tapped(force: impl Fn(usize) -> f32) -> HitReport {
     graded(|k, i| if k == HAMMER { force(i) } else { force(i) / 6.0 })
 }
 
-/// A half sine of `peak` from `start` on for `length` scans.
+/// A half sine of the peak `peak` that starts at `start` and lasts `length` scans.
 fn pulse(start: f32, length: f32, peak: f32, i: usize) -> f32 {
     let phase = (i as f32 - start) / length;
     if (0.0..=1.0).contains(&phase) { peak * (core::f32::consts::PI * phase).sin() } else { 0.0 }
@@ -133,7 +133,7 @@ fn pulse(start: f32, length: f32, peak: f32, i: usize) -> f32 {
 
 #[test]
 fn a_second_touch_is_a_double_hit_before_or_after_the_main_one() {
-    // 5 ms each, 12 to 75 ms apart; the second a seventh of the first and more.
+    // Pulses of 5 ms, 12 to 75 ms apart; the second is at least a seventh of the first.
     for (gap, share) in [(30.0, 0.15), (50.0, 0.5), (100.0, 0.9), (300.0, 0.2)] {
         for swapped in [false, true] {
             let (first, second) = if swapped { (share, 1.0) } else { (1.0, share) };
@@ -154,13 +154,13 @@ fn a_second_touch_is_a_double_hit_before_or_after_the_main_one() {
 
 #[test]
 fn ringing_of_hammer_or_filter_is_no_double_hit() {
-    // A damped swing of up to 30 % of the peak after the hit, at 250 Hz and at 1.2 kHz, starting
-    // below rest as a filter does.
+    // A damped oscillation of up to 30 % of the peak after the hit, at 250 Hz and at 1.2 kHz, that first goes
+    // below the rest value like that of a filter.
     for per_scan in [0.39_f32, 1.9] {
         for size in [0.05, 0.15, 0.3] {
             let report = tapped(|i| {
                 let t = (i as f32 - 100.0).max(0.0);
-                // 30 N of 100: with more the ringing would reach the lower rail, 4.4 N below rest.
+                // 12 N only: with more, the ringing would reach the lower rail, 4.4 N below the rest value.
                 12.0 * (half_sine(1.0, i) - size * (per_scan * t).sin() * (-0.03 * t).exp())
             });
             assert!(
@@ -173,14 +173,14 @@ fn ringing_of_hammer_or_filter_is_no_double_hit() {
 
 #[test]
 fn a_shoulder_of_the_pulse_is_no_double_hit() {
-    // Two overlapping pulses: between them the force does not fall below half.
+    // Two overlapping pulses, between which the force does not fall below half.
     let report = tapped(|i| pulse(80.0, 20.0, 30.0, i) + pulse(92.0, 20.0, 20.0, i));
     assert!(report.good() && report.findings.is_empty(), "{report:?}");
 }
 
 #[test]
 fn a_hit_near_the_end_of_a_range_warns() {
-    // The hammer shows (3 V − 0.1 V) / 22.5 mV/N = 128.9 N; a sensor 14.7 g from rest.
+    // The hammer reads up to (3 V − 0.1 V) / 22.5 mV/N = 128.9 N, a sensor up to 14.7 g from its rest value.
     let report = tapped(|i| half_sine(120.0, i));
     assert_eq!(codes(&report), [(Code::TooHard, Subject::Channel(0))]);
     assert!(report.good() && (report.findings[0].value - 120.0 / 128.9).abs() < 1e-3);
@@ -192,7 +192,7 @@ fn a_hit_near_the_end_of_a_range_warns() {
 
 #[test]
 fn a_flat_top_is_an_overload_wherever_it_was_clipped() {
-    // Clipped at 80 and 95 % of its peak far from any range: a charge amplifier, a file.
+    // Clipped at 80 and 95 % of the peak, far from any range, as by a charge amplifier or in a file.
     for limit in [0.8_f32, 0.95] {
         for channel in [HAMMER, 3] {
             let report = graded(|k, i| {
@@ -207,7 +207,7 @@ fn a_flat_top_is_an_overload_wherever_it_was_clipped() {
 
 #[test]
 fn a_small_smooth_response_has_no_flat_top() {
-    // Of 24 m/s² and 190 codes down to 3 codes, where each code is a plateau.
+    // Peaks from 24 m/s² and 190 codes down to 3 codes, where each code is a plateau.
     for peak in [24.0_f32, 6.0, 2.0, 0.4] {
         for length in [20.0, 200.0, 1900.0] {
             let report = graded(|k, i| match k {
@@ -221,12 +221,12 @@ fn a_small_smooth_response_has_no_flat_top() {
 
 #[test]
 fn a_soft_tip_does_not_excite_the_band() {
-    // A half sine of T has its first zero at 1.5/T: at 20 ms that is 75 Hz, and at 120 Hz
-    // 20 lg |cos(2.4 π)/(1 − 4·2.4²)| = −37 dB are left. The force window holds all of it.
+    // A half sine of length T has its first zero at 1.5/T, 75 Hz for 20 ms; at 120 Hz the level is 20 lg
+    // |cos(2.4 π)/(1 − 4·2.4²)| = −37 dB. The force window includes all of it.
     let report = tapped(|i| pulse(80.0, 80.0, 30.0, i));
     assert_eq!(codes(&report), [(Code::ForceSpectrumLow, Subject::Whole)]);
     assert!(report.good());
-    // Codes of 0.03 N over 30 N, and a sum instead of an integral.
+    // The tolerance covers codes of 0.03 N of 30 N, and a sum instead of an integral.
     assert!((report.findings[0].value + 37.0).abs() < 1.0, "{report:?}");
 }
 
@@ -239,7 +239,7 @@ fn a_body_that_moves_before_the_hit_is_not_quiet() {
         _ => half_sine(40.0, i),
     });
     assert_eq!(codes(&report), [(Code::PreTriggerNotQuiet, Subject::Channel(5))]);
-    // 5/√2 of 40, over eleven of its periods, with quantisation.
+    // The value is 5/√2 of 40, over eleven periods, with quantisation.
     assert!((report.findings[0].value - 0.088).abs() < 3e-3, "{report:?}");
     let report = tapped(|i| half_sine(30.0, i) + 2.0 * swing(i));
     assert_eq!(codes(&report), [(Code::PreTriggerNotQuiet, Subject::Channel(0))]);
@@ -271,7 +271,7 @@ fn a_response_that_is_not_over_clips_the_record_unless_a_window_ends_it() {
     };
     let report = graded(1.0);
     assert_eq!(codes(&report), [(Code::ClippedRecord, Subject::Channel(1))]);
-    // 1/√2 e^{−0.49}, over three periods.
+    // The value is 1/√2 e^{−0.49}, over three periods.
     assert!((report.findings[0].value - 0.433).abs() < 0.02, "{report:?}");
     assert!(graded(10.0).findings.is_empty());
 }
@@ -283,7 +283,7 @@ fn the_record_of_the_hit_before_is_a_duplicate() {
     let again = graded_after(Some(first.fingerprint), hit);
     assert_eq!(codes(&again), [(Code::DuplicateHit, Subject::Whole)]);
     assert!(!again.good());
-    // One code of one scan makes another record.
+    // A difference of one code in one scan makes another record.
     let other = graded_after(Some(first.fingerprint), |k, i| {
         hit(k, i) + if (k, i) == (1, 2000) { 0.2 } else { 0.0 }
     });
@@ -325,7 +325,7 @@ fn signals_in_units_are_graded_without_ranges() {
     assert!(grader(80).grade(&hit).findings.is_empty());
     let early = [&force[70..], &response[70..]];
     assert_eq!(codes(&grader(10).grade(&early)), [(Code::TriggerTooEarly, Subject::Whole)]);
-    // Whatever is in a signal, there is a report.
+    // A report is returned for any signal.
     for wild in [f64::NAN, f64::INFINITY, 0.0, -1e308] {
         let _ = grader(80).grade(&[[wild; 100].as_slice(), &[wild; 90]]);
         let _ = grader(80).grade(&[[].as_slice(), &[]] as &[&[f64]; 2]);
