@@ -32,7 +32,7 @@ fn memories(board: &Board) -> Result<(), Error> {
     }
 }
 
-/// Checks that the store consists of whole sectors that hold nothing else.
+/// Checks that the store consists of whole sectors, because the rig erases whole sectors.
 fn store(board: &Board) -> Result<(), Error> {
     let Some(store) = board.flash.store.map(|store| store.range()) else { return Ok(()) };
     let starts = board.flash.each_sector().any(|sector| sector.start == store.start);

@@ -37,10 +37,10 @@ pub enum Error {
         path: PathBuf,
         /// The key.
         key: &'static str,
-        /// What is wrong with its value.
+        /// Why its value is wrong.
         why: String,
     },
-    /// Two boards that cannot be told apart.
+    /// Two boards that cannot be distinguished.
     #[error(
         "boards/{part} and boards/{whole}: the name of the one is part of the other's, and firmware is known by \
          the name that it holds; rename one folder"
