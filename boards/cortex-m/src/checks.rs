@@ -13,7 +13,7 @@ use crate::{last_words, stack};
 const BLOCK: usize = 20;
 /// I²C address of the screen.
 const SCREEN: u8 = 0x3C;
-/// Switches it off and on again.
+/// Command that switches the screen off.
 const OFF: [u8; 2] = [0x00, 0xAE];
 
 /// Samples for a second; no scan may be lost, and the rate must be the one that the board states.

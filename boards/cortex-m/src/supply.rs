@@ -7,7 +7,7 @@
 //! and the manufacturer has stored its reading at 3.3 V in the chip:
 //!
 //! ```text
-//! supply = 3.3 V · noted / read
+//! supply = 3.3 V · stored / read
 //! corrected = code · supply / 3.0 V
 //! ```
 //!
@@ -78,7 +78,7 @@ impl Supply {
         if hammer == 0 || hammer >= full || self.mean == 0 {
             return hammer;
         }
-        // Corrected = hammer · 1.1 · noted · 2^(bits - 12) / read.
+        // Corrected = hammer · 1.1 · stored · 2^(bits - 12) / read.
         let noted = u64::from(self.noted.0) << (u32::from(self.bits - NOTED_BITS) + FRACTION_BITS);
         let numerator = u64::from(hammer) * noted * 11;
         let denominator = u64::from(self.mean) * 10;

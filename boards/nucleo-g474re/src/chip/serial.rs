@@ -77,7 +77,7 @@ impl ErrorType for SerialRx {
 }
 
 impl Read for SerialRx {
-    /// After an error, such as a break on the line, the next call starts afresh.
+    /// After an error, such as from a disconnected line, the next call starts afresh.
     async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, Error> {
         self.0.read(bytes).await
     }

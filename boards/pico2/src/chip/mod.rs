@@ -35,7 +35,7 @@ pub struct Parts {
     pub watchdog: WholeWatchdog,
 }
 
-/// The handle that restarts the whole chip.
+/// A watchdog that resets the whole chip.
 pub struct WholeWatchdog(Watchdog);
 
 impl rig::Watchdog for WholeWatchdog {

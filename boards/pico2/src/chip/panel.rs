@@ -52,7 +52,7 @@ impl Tone for Buzzer {
     }
 }
 
-/// Sets a duty cycle of one half, or zero.
+/// PWM settings for a tone, with a duty cycle of one half, or for silence.
 fn config(hertz: Option<u32>) -> pwm::Config {
     let mut config = pwm::Config::default();
     config.divider = DIVIDER.into();
