@@ -1,8 +1,8 @@
 //! The external converter, TI's ADS7953: its commands and its frames.
 //!
 //! *Frame*: 16 clocks while the chip is selected. A command is sent and a conversion is received: four bits
-//! of channel (the *tag*) and twelve of code. An input is sampled at the start of a frame. In the mode
-//! *Auto-2* the chip cycles from channel 0 to the last without further commands. SLAS605, "Device
+//! of channel (the *tag*) and twelve of code. The sampling of an input ends at the start of a frame. In the
+//! mode *Auto-2* the chip cycles from channel 0 to the last without further commands. SLAS605, "Device
 //! functional modes".
 
 use massline_shared::signal::CHANNELS;

@@ -11,7 +11,7 @@ pub fn program() -> Program<RP2040_MAX_PROGRAM_SIZE> {
         ".side_set 2", // The clock, and above it CS, which selects when it is low.
         "    set x, 0        side 0b10",
         ".wrap_target",
-        "    pull noblock    side 0b10 [7]", // A command, or X: go on.
+        "    pull noblock    side 0b10 [7]", // A command, or X: continue.
         "    set y, 15       side 0b10 [7]",
         "    nop             side 0b10 [7]",
         "    nop             side 0b10 [3]",

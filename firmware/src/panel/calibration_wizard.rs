@@ -33,7 +33,7 @@ pub enum WizardProblem {
     Tumble {
         /// Index of the sensor, from 0.
         sensor: u8,
-        /// What is wrong with it.
+        /// The problem of the reading.
         problem: TumbleProblem<f32>,
     },
     /// The hits of the block test are unusable.
