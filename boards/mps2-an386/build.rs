@@ -1,4 +1,4 @@
-//! The constants of the firmware, how it is linked, and the commit that it is built from.
+//! Sets the constants of the firmware, its linking, and the commit that it is built from.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -11,7 +11,7 @@ mod commit;
 fn main() {
     build::board(&[Program::Firmware], &["link.x"]);
     if build::bare_metal() {
-        // A device crate names weak handlers here; this board's vector table names its own.
+        // A device crate would supply this file with weak handlers; this board's vector table names its own.
         let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
         fs::write(out.join("device.x"), "").expect("OUT_DIR is writable");
     }

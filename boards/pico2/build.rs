@@ -1,4 +1,4 @@
-//! The constants of the firmware, and how it is linked.
+//! Sets the constants of the firmware and its linking.
 
 use massline_boards::build::{self, Program};
 

@@ -11,12 +11,12 @@ pub use crate::info::{BoardInfo, StackUse};
 pub use crate::panel::Panel;
 pub use massline_protocol::BootReason;
 
-/// Why a block of scans did not come.
+/// Why a block of scans could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleError {
     /// Scans were lost because they were not read in time; sampling has restarted.
     Overrun {
-        /// How many.
+        /// Number of lost scans.
         lost: u32,
     },
     /// The converter does not answer.
@@ -39,16 +39,17 @@ pub trait Sampler {
     /// Rate, resolution, channel delay.
     fn adc(&self) -> AdcProperties;
 
-    /// Starts sampling; scans of an earlier run are gone. Cancel-safe: `stop` follows.
+    /// Starts sampling and discards scans of an earlier run. Cancel-safe: the caller calls `stop` next.
     fn start(&mut self) -> impl Future<Output = Result<(), SampleError>>;
 
-    /// Waits until `block` is full of consecutive scans; gives the index of its first.
+    /// Waits until `block` is full of consecutive scans; returns the index of the first.
     ///
     /// Deadline: the board buffers at least 40 ms of scans between two calls.
     /// Cancel-safe: dropping the future loses at most the scans of this block.
     ///
     /// # Errors
-    /// When scans were lost: never a silent gap.
+    /// [`SampleError::Overrun`] when scans were lost: a gap is always reported. [`SampleError::Stopped`]
+    /// when the converter does not answer.
     fn read(&mut self, block: &mut [Scan]) -> impl Future<Output = Result<ScanIndex, SampleError>>;
 
     /// Stops sampling.
@@ -57,35 +58,36 @@ pub trait Sampler {
 
 /// A stream of bytes to and from the host.
 pub trait Link {
-    /// From the host. Its `read` waits for bytes and loses none when its future is dropped; while
-    /// the link is gone it waits, or gives `Ok(0)` or an error.
+    /// From the host. Its `read` waits for bytes and loses none when its future is dropped. While the
+    /// link is disconnected it waits, or returns `Ok(0)` or an error.
     type Rx: Read;
-    /// To the host. `flush` returns when the bytes have left, as far as the board can tell.
+    /// To the host. `flush` returns when the bytes have been sent, as far as the board can determine.
     type Tx: Write;
 
     /// True when the link carries [`AdcProperties::rate`] scans of 20 bytes per second.
     const STREAMS: bool;
 
-    /// Both directions, to be used at the same time.
+    /// Splits the link into its two directions, which can be used concurrently.
     fn split(self) -> (Self::Rx, Self::Tx);
 }
 
-/// Everything that the application needs of a board.
+/// Everything that the application needs from a board.
 pub struct Board<S: Sampler, L: Link, F: NorFlash, P: Panel> {
-    /// What it says of itself.
+    /// What the board reports about itself.
     pub info: BoardInfo,
-    /// Samples.
+    /// Source of the scans.
     pub sampler: S,
-    /// Host.
+    /// Link to the host.
     pub link: L,
-    /// A region of flash that belongs to the store alone: three pages or more of 1 KiB or more, words of
-    /// up to 16 bytes. A word is written once between two erases. A word that cannot be read, as
-    /// a torn one of flash with an error correcting code, is an error of `read`, which the board survives.
+    /// A region of flash for the exclusive use of the store: three pages or more of 1 KiB or more, words
+    /// of up to 16 bytes. A word is written once between two erases. `read` returns an error for a word
+    /// that cannot be read, such as a torn word in flash with an error correcting code; the board
+    /// survives that.
     ///
-    /// Latency: an erase may stop the core, and is asked for only while the sampler is stopped: between two
-    /// hits, or at rest. By the data sheets 0.25 to 0.5 s for 16 KiB of an STM32F411, 25 ms for 2 KiB of an
-    /// STM32G474, 0.05 to 0.4 s for 4 KiB of a serial flash. No watchdog may be shorter. A campaign of three
-    /// DOFs writes about 3.5 KiB.
+    /// Latency: an erase may stop the core. It is requested only while the sampler is stopped: between
+    /// two hits, or while the rig is idle. By the data sheets it takes 0.25 to 0.5 s for 16 KiB of an
+    /// STM32F411, 25 ms for 2 KiB of an STM32G474, 0.05 to 0.4 s for 4 KiB of a serial flash. The period
+    /// of a watchdog must be longer. A campaign of three DOFs writes about 3.5 KiB.
     pub flash: F,
     /// Screen and buttons.
     pub panel: P,

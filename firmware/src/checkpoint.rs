@@ -1,7 +1,7 @@
-//! The finished DOFs of the campaign that is under way, kept so that it goes on after a cut of the power.
+//! The finished DOFs of the current campaign, stored so that it can be resumed after a power cut.
 //!
-//! Flash is written between two hits, while the sampler is stopped. What could not be kept is tried
-//! again when the next DOF is finished; measuring goes on meanwhile.
+//! Flash is written between two hits, while the sampler is stopped. A write that failed is tried again when
+//! the next DOF is finished; measuring continues meanwhile.
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
@@ -17,36 +17,36 @@ use crate::outcome::checksum_of;
 use crate::rig::Rig;
 use crate::store::{MAX_DOF, Store};
 
-/// What finished DOFs and the progress of a campaign are encoded in for the flash.
+/// Buffer in which a finished DOF or the progress of a campaign is encoded for the flash.
 pub(crate) type Room = [u8; MAX_DOF];
 
-/// How far a campaign has come, as it is kept.
+/// The progress of a campaign as it is stored.
 #[derive(Debug, Serialize, Deserialize)]
 struct ProgressCheckpoint {
-    /// Hash of its layout.
+    /// Hash of the campaign's layout.
     layout: u32,
-    /// Checksum of its calibration.
+    /// Checksum of the campaign's calibration.
     calibration: u32,
-    /// Bit by bit the DOFs that have mass lines.
+    /// Bit mask of the DOFs that have mass lines.
     measured: u16,
     campaign: CampaignProgress,
     #[serde(with = "massline_protocol::diagnostic")]
     diagnostics: Diagnostics,
 }
 
-/// What the store has of the campaign that is under way.
+/// What the store holds of the current campaign.
 #[derive(Debug, Default)]
 pub(crate) struct Checkpoint {
-    /// The campaign, as counted by the measurement; 0 when nothing is kept.
+    /// The campaign's number, as counted by the measurement; 0 when nothing is stored.
     campaign: u32,
     dofs: Vec<DofProgress, RIG_HITS>,
-    /// Bit by bit the DOFs whose mass lines are kept.
+    /// Bit mask of the DOFs whose mass lines are stored.
     measured: u16,
 }
 
 impl Checkpoint {
-    /// Keeps what has been finished since the last call, and forgets a campaign that has ended. To be
-    /// called only while the sampler is stopped: a page of flash may be erased.
+    /// Stores what has been finished since the last call, and deletes the progress of a campaign that has
+    /// ended. To be called only while the sampler is stopped, because a page of flash may be erased.
     pub async fn update<F: NorFlash>(
         &mut self,
         rig: &Rig<'_>,
@@ -58,7 +58,7 @@ impl Checkpoint {
             (measurement.campaigns(), measurement.progress())
         };
         if self.campaign != 0 && (self.campaign != campaign || progress.is_none()) {
-            // A campaign that the flash does not let go of is offered again at the next start.
+            // If this fails, the campaign is offered again after the next start.
             let _ = store.lock().await.clear_progress().await;
             *self = Self::default();
         }
@@ -71,12 +71,12 @@ impl Checkpoint {
             let mut store = store.lock().await;
             self.keep_dofs(rig, &mut store, room).await;
             let length = encode(rig, progress, room);
-            // Tried again, with all that is new, after the next DOF.
+            // If this fails, it is tried again with the newer progress after the next DOF.
             let _ = store.put_progress(room.get(..length).unwrap_or_default()).await;
         }
     }
 
-    /// Keeps the mass lines of the DOFs that have been closed.
+    /// Stores the mass lines of the DOFs that have been closed.
     async fn keep_dofs<F: NorFlash>(
         &mut self,
         rig: &Rig<'_>,
@@ -93,8 +93,8 @@ impl Checkpoint {
         }
     }
 
-    /// Takes up the campaign that a cut of the power has ended, when it belongs to the layout and the
-    /// calibration in force: paused, as after an interruption.
+    /// Restores the campaign that a power cut has interrupted, if it belongs to the layout and the
+    /// calibration in force. The campaign is paused, as after any interruption.
     pub async fn recall<F: NorFlash>(rig: &Rig<'_>, store: &mut Store<F>, room: &mut Room) -> Self {
         let mut dofs = Vec::<DofResult, RIG_HITS>::new();
         for place in 0..RIG_HITS {
@@ -104,16 +104,16 @@ impl Checkpoint {
                 let _ = dofs.push(dof);
             }
         }
-        // What cannot be taken up is forgotten as soon as the rig measures.
+        // A campaign that cannot be restored is deleted as soon as the rig measures.
         let nothing = Self { campaign: u32::from(store.has_progress()), ..Self::default() };
         let kept = store.progress(room).await;
         kept.and_then(|bytes| take_up(rig, &dofs, bytes)).unwrap_or(nothing)
     }
 }
 
-// Plain functions: what they hold is not held while the flash is written.
+// Plain functions: their locals take no memory in the futures that wait for the flash.
 
-/// The progress of the campaign that is under way as bytes; gives their number.
+/// Encodes the progress of the current campaign; returns the number of bytes.
 fn encode(rig: &Rig<'_>, campaign: CampaignProgress, room: &mut Room) -> usize {
     let measurement = rig.measurement.borrow();
     let progress = ProgressCheckpoint {
@@ -126,7 +126,7 @@ fn encode(rig: &Rig<'_>, campaign: CampaignProgress, room: &mut Room) -> usize {
     postcard::to_slice(&progress, room).map_or(0, |bytes| bytes.len())
 }
 
-/// The DOF at a place of the result as bytes; gives its index in the layout and their number.
+/// Encodes the DOF at a place of the result; returns its index in the layout and the number of bytes.
 fn encode_dof(rig: &Rig<'_>, place: usize, room: &mut Room) -> Option<(u8, usize)> {
     let measurement = rig.measurement.borrow();
     let result = measurement.result();
@@ -134,7 +134,7 @@ fn encode_dof(rig: &Rig<'_>, place: usize, room: &mut Room) -> Option<(u8, usize
     Some((stored.index, postcard::to_slice(&stored, room).ok()?.len()))
 }
 
-/// Takes up the campaign whose DOFs and whose progress were kept.
+/// Restores the campaign from its stored DOFs and progress.
 fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpoint> {
     let kept = postcard::from_bytes::<ProgressCheckpoint>(progress).ok()?;
     let mut measurement = rig.measurement.borrow_mut();

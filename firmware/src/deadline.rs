@@ -1,23 +1,23 @@
-//! Counts the deadlines that are missed. Each is stated on the function that must meet it.
+//! Counts missed deadlines. Each deadline is stated on the function that must meet it.
 //!
-//! While a part of the application computes between two awaits everything else waits: the sampler's
-//! buffer fills, the link is not served, a watchdog is not fed. The longest parts, as budgets of
-//! `tests/budgets.toml` (a Cortex-M4F in QEMU counts instructions, not cycles) and at 100 MHz
-//! with one and a half cycles each:
+//! While a part of the application computes between two awaits, everything else waits: the sampler's buffer
+//! fills, the link is not served, a watchdog is not fed. The table lists the longest computations with
+//! their budgets in instructions from `tests/budgets.toml` (QEMU's Cortex-M4F counts instructions, not
+//! cycles), and the time at 100 MHz with one and a half cycles per instruction:
 //!
 //! | part | while | budget | at 100 MHz |
 //! | --- | --- | --- | --- |
-//! | a block of 20 scans | sampling | not measured apart | far below 1 ms |
+//! | a block of 20 scans | sampling | not measured separately | far below 1 ms |
 //! | `hit_step`: one channel of a hit | sampler stopped | 0.25 M | 4 ms |
 //! | `hit_grading`: a record | sampler stopped | 0.48 M | 7 ms |
 //! | `dof_closing`: all mass lines of a DOF | sampler stopped | 0.45 M | 7 ms |
 //! | `ml_step_12`: a step of the fit, twelve hit DOFs | sampler stopped | 1.0 M | 15 ms |
-//! | the bytes of a result, once for every piece of it | sampler stopped | not measured apart | not measured |
-//! | `layout_check` | whenever a layout comes | 0.45 M | 7 ms |
-//! | `record_checksum`: the host asks for a record | any time but sampling | 0.6 M | 9 ms |
+//! | the bytes of a result, for each piece of it | sampler stopped | not measured separately | not measured |
+//! | `layout_check` | whenever a layout arrives | 0.45 M | 7 ms |
+//! | `record_checksum`: the host requests a record | any time except sampling | 0.6 M | 9 ms |
 //! | `rest_statistics`: six of them make a tumble test | idle | 0.25 M | 4 ms |
 //!
-//! A page of flash that is erased or a word that is written stops the whole core of most chips: see
+//! On most chips, erasing a page of flash or writing a word stops the core: see
 //! [`crate::board::Board::flash`]. That happens only while the sampler is stopped, and is not counted here.
 
 use core::cell::RefCell;
@@ -25,10 +25,10 @@ use core::cell::RefCell;
 use embassy_time::{Duration, Instant};
 use massline_protocol::message::{STEP_LIMIT_MS, Stats};
 
-/// The longest that any part computes between two awaits: as long as every board buffers scans.
+/// Longest permitted computation between two awaits: every board buffers scans for this time.
 pub(crate) const DEADLINE: Duration = Duration::from_millis(STEP_LIMIT_MS);
 
-/// Runs while a part computes, until it is dropped; not to be held across an await.
+/// Measures a computation until it is dropped; not to be held across an await.
 pub(crate) struct Deadline<'a> {
     stats: &'a RefCell<Stats>,
     began: Instant,

@@ -1,30 +1,30 @@
-//! What a board says of itself.
+//! What a board reports about itself.
 
 use massline_protocol::BootReason;
 
-/// What a board says of itself.
+/// What a board reports about itself.
 #[derive(Clone, Copy, Debug)]
 pub struct BoardInfo {
-    /// The folder under `boards/`.
+    /// Name of its folder under `boards/`.
     pub name: &'static str,
     /// Version of the firmware.
     pub firmware: &'static str,
-    /// Commit that it was built from.
+    /// Commit that the firmware was built from.
     pub git_hash: &'static str,
-    /// True when that commit had been changed before the build.
+    /// True when the working tree differed from that commit.
     pub git_dirty: bool,
-    /// Why it started.
+    /// Why the board started.
     pub boot_reason: BootReason,
-    /// The last words of a panic before this start.
+    /// Message of the panic that ended the previous run; empty without one.
     pub last_panic: &'static str,
-    /// Most stack ever used and stack that there is, bytes.
+    /// Returns the stack's high-water mark and its size.
     pub stack: fn() -> StackUse,
 }
 
-/// Stack of the board, bytes; zeros when it does not measure.
+/// Stack of the board, bytes; zeros when the board does not measure it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StackUse {
-    /// Most ever used.
+    /// Most bytes ever used.
     pub high_water: u32,
     /// Size.
     pub size: u32,

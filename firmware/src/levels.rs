@@ -1,8 +1,8 @@
-//! How much each channel moves while the rig waits for a hit: what the panel's level bars show.
+//! The range of each channel while the rig waits for a hit, which the panel shows as level bars.
 
 use massline_shared::signal::{CHANNELS, Scan};
 
-/// Collects the range of the codes of every channel over a while.
+/// Collects the range of the codes of every channel over a window of scans.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Levels {
     low: [u16; CHANNELS],
@@ -18,8 +18,8 @@ impl Levels {
         Self { low: [u16::MAX; CHANNELS], high: [0; CHANNELS], missing: window, window }
     }
 
-    /// Takes a scan; gives the levels when the while is over and begins the next: the bits of the range
-    /// of each channel, 0 at rest.
+    /// Adds a scan. At the end of a window, returns the level of each channel and starts the next window.
+    /// A level is the number of bits of the channel's range; 0 means that the code did not change.
     pub fn feed(&mut self, scan: &Scan) -> Option<[u8; CHANNELS]> {
         for ((low, high), &code) in self.low.iter_mut().zip(&mut self.high).zip(scan) {
             *low = code.min(*low);
@@ -53,7 +53,7 @@ mod tests {
         let mut expected = [0; CHANNELS];
         expected[..3].copy_from_slice(&[11, 1, 16]);
         assert_eq!(levels.feed(&scan), Some(expected));
-        // What was before the while does not count.
+        // Scans of the window before do not count.
         assert!((0..2).all(|_| levels.feed(&scan).is_none()));
         assert_eq!(levels.feed(&scan), Some([0; CHANNELS]));
     }

@@ -1,5 +1,6 @@
-//! The rig's application: wires measuring, storing, talking and showing together over the four seams of
-//! [`board`]. What is measured and computed is in [`massline_shared::measurement`]. Nothing here knows a chip.
+//! The rig's application: it connects measuring, storage, the host session and the panel over the four
+//! seams of [`board`]. What is measured and computed is in [`massline_shared::measurement`]. Nothing here
+//! depends on a chip.
 //!
 //! ```text
 //!        Sampler ─▶ measure ─▶ Measurement ─▶ outcome ─▶ store ◀─▶ session ◀─▶ Link
@@ -48,8 +49,7 @@ use crate::rig::Rig;
 use crate::session::{Session, SessionMemory};
 use crate::store::{MAX_DOF, Store};
 
-/// All large memory of the application, about 80 KiB. Its initial value is all zeros, so that it
-/// lies in `.bss`.
+/// All large memory of the application, about 80 KiB. It starts as all zeros, so that it lies in `.bss`.
 pub struct Memory {
     measurement: measurement::Memory<f32>,
     room: Room,
@@ -75,7 +75,7 @@ impl Memory {
     }
 }
 
-/// Runs the rig on a board, for ever.
+/// Runs the rig on a board; never returns.
 pub async fn run<S, L, F, P>(board: Board<S, L, F, P>, memory: &mut Memory) -> Infallible
 where
     S: Sampler,
@@ -102,7 +102,7 @@ where
     .0
 }
 
-/// Takes up what the store has kept over a restart.
+/// Restores the layout, the calibration, the last mass and an interrupted campaign from the store.
 async fn recall<F: NorFlash>(
     rig: &Rig<'_>,
     store: &Mutex<NoopRawMutex, Store<F>>,
@@ -111,7 +111,7 @@ async fn recall<F: NorFlash>(
     let mut store = store.lock().await;
     store.open().await;
     if let Some(layout) = store.layout(&mut [0; MAX_LAYOUT]).await {
-        // What the store keeps was a layout when it was kept; without one the rig asks for one.
+        // The bytes were checked before they were stored. If they are refused, the rig asks for a layout.
         let _ = rig.use_layout(layout);
     }
     if let Some(calibration) = store.calibration().await.filter(|kept| kept.is_usable()) {

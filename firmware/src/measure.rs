@@ -1,7 +1,7 @@
-//! The measuring loop: does what the measurement wishes, from sampling to the stored result.
+//! The measuring loop: carries out what the measurement requests, from sampling to the stored result.
 //!
-//! Measuring never waits for link or panel, and for flash only between two hits, while the sampler is
-//! stopped. The sampler runs only while the measurement wants scans.
+//! Measuring never waits for the link or the panel. It waits for flash only between two hits, while the
+//! sampler is stopped. The sampler runs only while the measurement requests scans.
 
 use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
@@ -23,7 +23,7 @@ use crate::store::Store;
 /// Scans fetched at a time: 5 ms at 4 kS/s.
 const BLOCK: usize = 20;
 
-/// The level bars of the panel show the last this long.
+/// Window of the panel's level bars.
 const LEVEL_WINDOW_S: f32 = 0.1;
 
 /// The measuring loop and what it works on.
@@ -36,7 +36,7 @@ pub(crate) struct Measuring<'a, 'm, S: Sampler, F: NorFlash> {
 }
 
 impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
-    /// Measures for ever.
+    /// Runs the measuring loop; never returns.
     pub async fn run(mut self) -> ! {
         loop {
             self.checkpoint.update(self.rig, self.store, self.room).await;
@@ -47,7 +47,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
                 Wish::Scans => self.sample().await,
                 Wish::Work => {
                     self.work();
-                    // Link and watchdog live while the rig computes.
+                    // Lets the link and the watchdog run between two steps of a computation.
                     yield_now().await;
                 }
                 Wish::Keep => self.keep_result().await,
@@ -62,7 +62,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
         self.rig.measurement.borrow_mut().work();
     }
 
-    /// Samples until no more scans are wanted, or something else than before.
+    /// Samples until the measurement requests no more scans or a command arrives.
     async fn sample(&mut self) {
         let rig = self.rig;
         let ended = select(self.feed(), rig.wake.wait()).await;
@@ -75,7 +75,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
         }
     }
 
-    /// Feeds the measurement with scans until no more are wanted. A stream goes on behind lost scans.
+    /// Feeds the measurement with scans until it requests no more. A stream continues after lost scans.
     ///
     /// Deadline: [`crate::deadline::DEADLINE`] between two reads.
     async fn feed(&mut self) -> Result<(), SampleError> {
@@ -107,7 +107,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
         }
     }
 
-    /// Passes a block on to the measurement, and tells the others what came of it.
+    /// Passes a block to the measurement, and signals the session and the panel when something has changed.
     fn take(&self, first: ScanIndex, block: &[Scan], levels: &mut Levels) {
         let rig = self.rig;
         let _deadline = Deadline::begin(&rig.stats);
@@ -126,7 +126,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
         }
     }
 
-    /// Stores the result; when the flash does not keep it the campaign pauses.
+    /// Stores the result. The campaign pauses when that fails.
     async fn keep_result(&mut self) {
         let rig = self.rig;
         let mut store = self.store.lock().await;

@@ -1,5 +1,6 @@
-//! What a measurement has brought, as the bytes that are stored: from the domain to the wire's objects, one at a
-//! time. A whole result is never in memory twice: the store reads it piece by piece.
+//! The result of a measurement as the bytes that are stored. Domain values are converted to the wire's
+//! objects one at a time, and the store reads the bytes piece by piece, so a whole result is never in
+//! memory twice.
 
 use massline_protocol::diagnostic::DiagnosticList;
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
@@ -12,7 +13,7 @@ use crate::deadline::Deadline;
 use crate::rig::{Rig, cut};
 use crate::store::Source;
 
-/// The result of a measurement as a [`MeasurementResult`] is encoded.
+/// The result of a measurement, encoded as a [`MeasurementResult`].
 ///
 /// [`MeasurementResult`]: massline_protocol::object::MeasurementResult
 pub(crate) struct StoredResult<'a, 'm> {
@@ -23,7 +24,7 @@ pub(crate) struct StoredResult<'a, 'm> {
 }
 
 impl<'a, 'm> StoredResult<'a, 'm> {
-    /// The result that is to be kept under this number. Deadline: [`crate::deadline::DEADLINE`].
+    /// The result to be stored under this number. Deadline: [`crate::deadline::DEADLINE`].
     pub fn new(rig: &'a Rig<'m>, number: u32) -> Self {
         let _deadline = Deadline::begin(&rig.stats);
         let (mut length, mut checksum) = (0, crc32_of_chunks());
@@ -35,7 +36,7 @@ impl<'a, 'm> StoredResult<'a, 'm> {
         Self { length, checksum: checksum.finalize(), ..counted }
     }
 
-    /// Gives all bytes, one after the other.
+    /// Passes all bytes to `take`, one at a time.
     fn write(&self, take: &mut dyn FnMut(u8)) {
         let measurement = self.rig.measurement.borrow();
         let result = measurement.result();
@@ -84,19 +85,19 @@ impl Source for StoredResult<'_, '_> {
     }
 }
 
-/// Names a calibration in the results.
+/// Checksum by which a result identifies its calibration.
 pub(crate) fn checksum_of(calibration: &Calibration) -> u32 {
-    // Numbers of four bytes, which take as much encoded.
+    // A calibration consists of four-byte floats, and postcard encodes each in four bytes.
     let mut bytes = [0; size_of::<Calibration>()];
     postcard::to_slice(calibration, &mut bytes).map_or(0, |bytes| crc32(bytes))
 }
 
-/// Where the bytes of one thing after the other go.
+/// A serialization flavor that passes each byte to a closure.
 struct Bytes<'t>(&'t mut dyn FnMut(u8));
 
 impl Bytes<'_> {
     fn put(&mut self, value: &impl Serialize) {
-        // Nothing that takes every byte fails.
+        // Cannot fail: the closure accepts every byte.
         let _ = postcard::serialize_with_flavor(value, Bytes(self.0));
     }
 }

@@ -1,6 +1,6 @@
-//! What the parts of the application share: the measurement, what is counted, and the signals that wake them.
+//! What the parts of the application share: the measurement, counters, and the signals that wake them.
 //!
-//! All parts run in one executor, so cells suffice. Nobody holds a borrow across an await.
+//! All parts run in one executor, so cells suffice. No part holds a borrow across an await.
 
 use core::cell::{Cell, RefCell};
 
@@ -28,17 +28,17 @@ pub(crate) struct Rig<'m> {
     pub measurement: RefCell<Measurement<'m, f32>>,
     /// Hash of the layout in use, 0 without one.
     pub layout_hash: Cell<u32>,
-    /// What is counted besides what the measurement counts; the store has its own part.
+    /// Counters other than those of the measurement and of the store.
     pub stats: RefCell<Stats>,
-    /// How much each channel has moved lately, as [`crate::levels::Levels`] counts it.
+    /// Level of each channel over the last window: see [`crate::levels::Levels`].
     pub levels: Cell<[u8; CHANNELS]>,
-    /// Mass by the best answer of the last result.
+    /// Mass according to the best estimate of the last result.
     pub last_mass: Cell<Option<EstimatedMass>>,
-    /// Wakes the measuring loop: a command came.
+    /// Wakes the measuring loop when a command has arrived.
     pub wake: Signal<NoopRawMutex, ()>,
-    /// Wakes the session: there is something to tell.
+    /// Wakes the session when there is something to report to the host.
     pub news: Signal<NoopRawMutex, ()>,
-    /// Wakes the panel: there is something to show.
+    /// Wakes the panel when there is something to show.
     pub show: Signal<NoopRawMutex, ()>,
 }
 
@@ -63,22 +63,22 @@ impl<'m> Rig<'m> {
         }
     }
 
-    /// Tells session and panel that something has changed.
+    /// Signals the session and the panel that something has changed.
     pub fn changed(&self) {
         self.news.signal(());
         self.show.signal(());
     }
 
-    /// Tells everybody that the measurement was given another direction.
+    /// Signals the measuring loop, the session and the panel that the measurement was given a command.
     pub fn steered(&self) {
         self.wake.signal(());
         self.changed();
     }
 
-    /// Takes a layout into use, given by its postcard bytes.
+    /// Puts a layout into use, given by its postcard bytes.
     ///
     /// # Errors
-    /// [`StoreError::Malformed`] when they are none; nothing has changed then.
+    /// [`StoreError::Malformed`] when the bytes are not a layout; nothing changes then.
     pub fn use_layout(&self, encoded: &[u8]) -> Result<(), StoreError> {
         let layout = decode_layout(encoded).ok_or(StoreError::Malformed)?;
         self.measurement.borrow_mut().set_layout(layout);
@@ -87,12 +87,13 @@ impl<'m> Rig<'m> {
         Ok(())
     }
 
-    /// DOFs of the layout in use.
+    /// Number of DOFs of the layout in use.
     pub fn dofs(&self) -> usize {
         self.measurement.borrow().layout().map_or(0, |layout| layout.hits.len())
     }
 
-    /// Starts a campaign; `room` says that the store has room for it. Deadline: [`crate::deadline::DEADLINE`].
+    /// Starts a campaign; `room` is true when the store has room for it. Deadline:
+    /// [`crate::deadline::DEADLINE`].
     pub fn start(&self, start: Start, force: bool, room: bool) -> Result<(), StartError> {
         let _deadline = Deadline::begin(&self.stats);
         self.measurement.borrow_mut().start(start, force, room)?;
@@ -100,24 +101,24 @@ impl<'m> Rig<'m> {
         Ok(())
     }
 
-    /// Executes a command of the operator.
+    /// Executes a command from the operator.
     pub fn command(&self, command: Command) -> Result<(), CommandError> {
         self.measurement.borrow_mut().command(command)?;
         self.steered();
         Ok(())
     }
 
-    /// Wants a reading of the channels without a hit.
+    /// Requests a reading of the channels without a hit.
     pub fn take_reading(&self) -> Result<(), CommandError> {
         self.measurement.borrow_mut().take_reading()?;
         self.steered();
         Ok(())
     }
 
-    /// Keeps everything from being started while layout or calibration are written to the flash.
+    /// Runs `write`, which stores a layout or a calibration. Until it returns, no measurement can be started.
     ///
     /// # Errors
-    /// As `write`, and when something is measured.
+    /// Those of `write`, and a [`StartError`] when a measurement is running.
     pub async fn changing<T, E: From<StartError>>(
         &self,
         write: impl AsyncFnOnce() -> Result<T, E>,
@@ -128,7 +129,7 @@ impl<'m> Rig<'m> {
         done
     }
 
-    /// What the rig is doing.
+    /// State of the rig.
     pub fn status(&self) -> Status {
         let measurement = self.measurement.borrow();
         let campaign = measurement.campaign();
@@ -148,7 +149,7 @@ impl<'m> Rig<'m> {
         }
     }
 
-    /// Who the rig is.
+    /// Identity of the rig.
     pub fn identity(&self) -> Identity {
         Identity {
             protocol_major: PROTOCOL_MAJOR,
@@ -168,7 +169,7 @@ impl<'m> Rig<'m> {
         }
     }
 
-    /// What has been counted.
+    /// Counters of the rig without those of the store.
     pub fn stats(&self) -> Stats {
         let (stack, counts) = ((self.info.stack)(), self.measurement.borrow().counts());
         let stats = self.stats.borrow();
@@ -187,12 +188,12 @@ impl<'m> Rig<'m> {
     }
 }
 
-/// The mass of an answer.
+/// The mass of an estimate.
 pub(crate) fn mass_of(estimate: &Estimate<f32>) -> EstimatedMass {
     EstimatedMass { value: estimate.body.mass, sigma: estimate.sigma().map(|sigma| sigma[0]) }
 }
 
-/// As much of a text as fits.
+/// The beginning of a text, as much as fits.
 pub(crate) fn cut<const N: usize>(text: &str) -> String<N> {
     let mut out = String::new();
     for c in text.chars() {

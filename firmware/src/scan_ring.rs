@@ -1,8 +1,8 @@
-//! From a converter that writes in circles to scans: what a board's sampler does, without a chip.
+//! Turns the codes of a circular transfer into scans: the chip-independent part of a board's sampler.
 //!
 //! ```text
-//!  ADC ═ DMA ═▶ [ first half | second half ]      a small buffer, written in circles
-//!                    │ interrupt: [`Halves`] says which half is whole and not yet overwritten
+//!  ADC ═ DMA ═▶ [ first half | second half ]      a small circular buffer
+//!                    │ interrupt: [`Halves`] determines which half is complete and not yet overwritten
 //!                    ▼
 //!               ScanRing::feed   alignment, mean of `ratio` raw scans, rails
 //!                    ▼
@@ -11,10 +11,10 @@
 //!
 //! * *Raw scan*: one pass of the converter through its sequence of `RANKS` inputs: the channels of
 //!   a scan first, and among the rest the sentinel.
-//! * *Sentinel*: an input whose code is known within narrow bounds, as the chip's own voltage
-//!   reference. Where it reads anything else the buffer and the sequence are no longer in step, and
-//!   every channel would be taken for another one.
-//! * *Lap*: the writer has come round to what was not read yet.
+//! * *Sentinel*: an input whose code is known within narrow bounds, such as the chip's own voltage
+//!   reference. A code outside these bounds shows that the buffer and the sequence are out of step, so that
+//!   every channel would be mistaken for another one.
+//! * *Overrun*: the writer has overwritten scans that were not read yet.
 //!
 //! Indices of scans count from power-on and do not wrap: 2⁶⁴ scans outlast the rig.
 
@@ -33,19 +33,19 @@ use decimation::Sums;
 pub use decimation::{Decimated, Decimation};
 pub use halves::{Half, HalfFlags, Halves, Overrun};
 
-/// Faults in a row, without one block read between them, after which a converter is given up.
+/// A converter counts as stopped after this many faults without a block read between them.
 pub const FAULTS_TO_STOP: u8 = 3;
 
-/// What the raw scans are.
+/// How raw scans are checked and averaged.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RingSettings {
     /// Resolution and averaging.
     pub decimation: Decimation,
-    /// The rank of the sentinel, behind the channels.
+    /// The rank of the sentinel, after the channels.
     pub sentinel: usize,
-    /// Its raw codes.
+    /// Valid raw codes of the sentinel.
     pub sentinel_codes: RangeInclusive<u16>,
-    /// Raw scans at the start that are thrown away: the first may be one that no timer has asked for.
+    /// Raw scans discarded at the start: the first may not have been triggered by the timer.
     pub skip: u16,
 }
 
@@ -59,17 +59,17 @@ impl RingSettings {
     };
 }
 
-/// Why the converter must be started again.
+/// Why the converter must be restarted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Fault {
-    /// The sentinel is not where it belongs. Not zero, so that no fault is zero.
+    /// The sentinel's code is out of bounds. Starts at 1, so that `None` is all zeros.
     Misaligned = 1,
-    /// The converter says that it has overwritten a code before it was fetched.
+    /// The converter reports that it has overwritten a code before it was fetched.
     ConverterOverrun = 2,
 }
 
-/// The scans between the interrupt that makes them and the task that reads them: the last `N`.
+/// Buffers the last `N` scans between the interrupt that makes them and the task that reads them.
 ///
 /// All zeros when new, so that it lies in `.bss`.
 #[derive(Debug)]
@@ -77,19 +77,20 @@ pub struct ScanRing<const RANKS: usize, const N: usize> {
     settings: RingSettings,
     running: bool,
     fault: Option<Fault>,
-    /// Faults since a block was read.
+    /// Faults since the last block was read.
     faults: u8,
     skip: u16,
     sums: Sums<RANKS>,
     scans: [Scan; N],
-    /// Index of the scan that is made next.
+    /// Index of the next scan to be made.
     written: u64,
-    /// Index of the scan that is read next.
+    /// Index of the next scan to be read.
     read: u64,
-    /// Scans lost and not yet told.
+    /// Lost scans that were not reported yet.
     lost: u32,
-    /// Raw scans that ever came, and how many they were when the reader last saw a new one.
+    /// Raw scans received since power-on.
     came: u64,
+    /// Value of `came` when the reader last found it changed, and the time of that.
     seen: (u64, u64),
 }
 
@@ -102,7 +103,7 @@ impl<const RANKS: usize, const N: usize> Default for ScanRing<RANKS, N> {
 impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
     const CHANNELS: usize = if RANKS < CHANNELS { RANKS } else { CHANNELS };
 
-    /// Takes nothing before [`Self::start`].
+    /// A ring that ignores raw scans until [`Self::start`].
     pub const fn new() -> Self {
         const { assert!(RANKS > 0 && N > 0, "a ring of nothing") };
         Self {
@@ -121,8 +122,8 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         }
     }
 
-    /// Begins a run at `now`; what was not read of an earlier one is gone. To be called before the
-    /// converter is started. RingSettings that make no sense make a ring that reads as stopped.
+    /// Starts a run at `now` and discards unread scans of an earlier run. To be called before the
+    /// converter is started. With unusable settings, [`Self::read`] returns [`SampleError::Stopped`].
     pub fn start(&mut self, settings: RingSettings, now: u64) {
         self.faults = 0;
         self.lost = 0;
@@ -130,7 +131,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         self.begin(settings, now);
     }
 
-    /// Goes on at `now` after a fault, with the converter started anew.
+    /// Resumes at `now` after a fault, with the converter restarted.
     pub fn restart(&mut self, now: u64) {
         if self.running {
             self.begin(self.settings.clone(), now);
@@ -152,18 +153,18 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         self.seen = (self.came, now);
     }
 
-    /// Why the converter must be started again, if it must. Until [`Self::restart`] nothing is taken.
+    /// Why the converter must be restarted, if it must. Raw scans are ignored until [`Self::restart`].
     pub fn fault(&self) -> Option<Fault> {
         self.fault
     }
 
-    /// Scans made and not yet read, the lost ones included.
+    /// Number of scans made and not yet read, including lost ones.
     pub fn unread(&self) -> u64 {
         self.written - self.read
     }
 
-    /// Takes whole raw scans in the order in which they were made. `finish` may correct each scan by
-    /// what its sentinel reads, which has the bits of the scan's codes.
+    /// Adds whole raw scans in the order in which they were made. `finish` may correct each scan by the
+    /// code of its sentinel, which has the same resolution as the scan's codes.
     pub fn feed(&mut self, raw: &[u16], mut finish: impl FnMut(&mut Scan, u16)) {
         for raw_scan in raw.as_chunks::<RANKS>().0 {
             self.came += 1;
@@ -192,7 +193,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         self.written += 1;
     }
 
-    /// The converter has failed: what has not been read is lost with it.
+    /// Records a fault of the converter; unread scans are lost.
     pub fn fail(&mut self, fault: Fault) {
         if !self.running || self.fault.is_some() {
             return;
@@ -203,7 +204,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         self.lose(1);
     }
 
-    /// At least this many raw scans were overwritten before [`Self::feed`] could take them.
+    /// Records that at least this many raw scans were overwritten before [`Self::feed`] could take them.
     pub fn overrun(&mut self, raw_scans: u32) {
         if !self.running {
             return;
@@ -218,15 +219,16 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
         self.lost = self.lost.saturating_add(scans);
     }
 
-    /// Fills `block` and gives the index of its first scan, or `None` when that many are not there yet.
+    /// Fills `block` and returns the index of its first scan, or `None` if not enough scans are available
+    /// yet.
     ///
     /// `now` and `patience` are in any one unit of time.
     ///
     /// # Errors
-    /// [`SampleError::Overrun`] once for each gap: nothing before it is given any more. Reading goes on
-    /// behind it; after a [`Self::fault`] the converter must be started again for that.
-    /// [`SampleError::Stopped`] when no raw scan has come for longer than `patience`, after
-    /// [`FAULTS_TO_STOP`] faults in a row, without a start, and for a block that can never be full.
+    /// [`SampleError::Overrun`] once for each gap: scans from before the gap are discarded, and reading
+    /// continues after it. After a [`Self::fault`] the converter must be restarted first.
+    /// [`SampleError::Stopped`] when no raw scan has arrived for longer than `patience`, after
+    /// [`FAULTS_TO_STOP`] faults in a row, before [`Self::start`], and for a block longer than `N`.
     pub fn read(
         &mut self,
         block: &mut [Scan],

@@ -1,4 +1,4 @@
-//! What is converted when: clocks, inputs, times. The arithmetic is checked when this compiles.
+//! Timing of the sampling: clocks, inputs, times. The arithmetic is checked at compile time.
 
 use massline_cortex_m::sequence::Input;
 use massline_firmware::scan_ring::Decimation;
@@ -7,15 +7,15 @@ use massline_shared::units::{Hertz, Seconds, Volts};
 
 use crate::sequence::SampleTime;
 
-/// The core, and the timers behind both buses: 25 MHz / 25 · 192 / 2.
+/// Clock of the core and of the timers on both buses: 25 MHz / 25 · 192 / 2.
 pub const CORE_HZ: u32 = 96_000_000;
-/// The ADC: a quarter of its bus. Up to 36 MHz are allowed, a half would be 48.
+/// Clock of the ADC: a quarter of its bus clock. The limit is 36 MHz; a half would be 48 MHz.
 pub const ADC_HZ: u32 = CORE_HZ / 4;
-/// Scans a second.
+/// Scans per second.
 pub const RATE_HZ: u32 = 4000;
-/// Raw scans of one scan: with one more the sequence would take longer than there is time.
+/// Raw scans per scan: with one more, there would not be enough time for the sequence.
 pub const RATIO: u32 = 6;
-/// Cycles of the core between two raw scans: what the timer counts.
+/// Core cycles between two raw scans, which the timer counts.
 pub const TIMER_CYCLES: u32 = CORE_HZ / (RATE_HZ * RATIO);
 
 /// The channels, then the reference.
@@ -25,12 +25,12 @@ pub const SENTINEL: usize = CHANNELS;
 /// The internal reference.
 const VREFINT: u32 = 17;
 
-/// 1.17 µs. By the data sheet that is enough for sources of up to 10 kΩ; the 10 nF at each input are less
-/// than that at these frequencies.
+/// Sample time of a channel, 1.17 µs. By the data sheet that is enough for sources of up to 10 kΩ; the
+/// impedance of the 10 nF at each input is lower at these frequencies.
 const CHANNEL_TIME: SampleTime = SampleTime::Cycles28;
-/// 20 µs; the reference needs 10.
+/// Sample time of the reference, 20 µs; it needs 10 µs.
 const SENTINEL_TIME: SampleTime = SampleTime::Cycles480;
-/// Cycles that a conversion takes after sampling.
+/// Cycles of a conversion after sampling.
 const CONVERSION: u32 = 12;
 
 /// PA0 to PA7 and PB0, PB1 are the inputs 0 to 9, hammer first.
@@ -44,10 +44,10 @@ pub const INPUTS: [Input; RANKS] = {
     inputs
 };
 
-/// Cycles of the ADC that a raw scan takes.
+/// ADC cycles per raw scan.
 const SCAN_CYCLES: u32 =
     CHANNELS as u32 * (CHANNEL_TIME.cycles() + CONVERSION) + SENTINEL_TIME.cycles() + CONVERSION;
-/// Cycles of the ADC between two raw scans.
+/// ADC cycles between the starts of two raw scans.
 const SCAN_ROOM: u32 = ADC_HZ / (RATE_HZ * RATIO);
 
 const _: () = assert!(TIMER_CYCLES * RATE_HZ * RATIO == CORE_HZ, "the rate is exact");
@@ -56,20 +56,20 @@ const _: () = assert!(SCAN_CYCLES + 20 <= SCAN_ROOM, "a raw scan ends before the
 const _: () = assert!(SCAN_CYCLES > ADC_HZ / (RATE_HZ * (RATIO + 1)), "one more would not fit");
 const _: () = assert!(SENTINEL_TIME.cycles() * 100_000 >= ADC_HZ, "the reference takes 10 µs");
 
-/// Six codes of 12 bits make one of 14.
+/// Six codes of 12 bits are averaged into one of 14.
 pub const DECIMATION: Decimation =
     Decimation { raw_bits: 12, raw_full: 4095, ratio: RATIO as u16, fraction_bits: 2 };
 const _: () = assert!(DECIMATION.is_usable());
 
-/// Raw scans of half the buffer: an interrupt every quarter of a millisecond, for each scan.
+/// Raw scans per half of the buffer: one interrupt per scan, every quarter of a millisecond.
 pub const HALF_SCANS: usize = 6;
-/// Values of the buffer.
+/// Values in the buffer.
 pub const RAW_LENGTH: usize = 2 * HALF_SCANS * RANKS;
-/// Scans that wait to be read: 40 ms, a block of 20 that is not full yet, and some more.
+/// Scans that can wait to be read: 40 ms, a block of 20 that is not full yet, and a margin.
 pub const RING_SCANS: usize = 184;
 const _: () = assert!(RING_SCANS >= RATE_HZ as usize * 40 / 1000 + 20);
 
-/// What the sampler states; `reference` is the voltage to which codes are corrected.
+/// Properties that the sampler states; `reference` is the voltage to which codes are corrected.
 pub const fn properties(reference: Volts) -> AdcProperties {
     AdcProperties {
         rate: Hertz(RATE_HZ as f32),
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!((SCAN_CYCLES, SCAN_ROOM), (892, 1000));
         let properties = properties(Volts(3.0));
         assert_eq!((properties.bits, properties.rate.0), (14, 4000.0));
-        // 40 cycles of 24 MHz.
+        // 40 cycles at 24 MHz.
         assert!((properties.channel_delay.0 - 1.6667e-6).abs() < 1e-10);
     }
 }

@@ -2,7 +2,7 @@
 
 use massline_cortex_m::sequence::Layout;
 
-/// How long an input is sampled, in cycles of the ADC's clock; the value is the register's.
+/// Sample time of an input, in ADC cycles; the discriminant is the register's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum SampleTime {
@@ -25,13 +25,13 @@ pub enum SampleTime {
 }
 
 impl SampleTime {
-    /// Cycles.
+    /// Number of ADC cycles.
     pub const fn cycles(self) -> u32 {
         [3, 15, 28, 56, 84, 112, 144, 480][self as usize]
     }
 }
 
-/// SQR3, SQR2, SQR1: ranks of five bits, six in a register; the length is `L` of SQR1.
+/// SQR3, SQR2, SQR1: ranks of five bits, six per register; the length is `L` of SQR1.
 pub const LAYOUT: Layout = Layout { bits: 5, per_word: 6, first: 0, length: (2, 20) };
 
 #[cfg(test)]
@@ -41,9 +41,9 @@ mod tests {
     use super::*;
     use crate::plan::INPUTS;
 
-    /// What the chip reads out of the registers, by the manual's tables: `SQRn` of five bits each, from
-    /// SQ1 in the lowest bits of SQR3, SQ7 in SQR2, SQ13 in SQR1; `L` in bits 23:20 of SQR1; `SMPn` of
-    /// three bits each, channel 10 in the lowest of SMPR1, channel 0 in the lowest of SMPR2.
+    /// Decodes the registers as the chip does, by the manual's tables: `SQn` of five bits each, from SQ1
+    /// in the lowest bits of SQR3, SQ7 in SQR2, SQ13 in SQR1; `L` in bits 23:20 of SQR1; `SMPn` of three
+    /// bits each, channel 10 in the lowest of SMPR1, channel 0 in the lowest of SMPR2.
     fn decode(registers: &Registers) -> Vec<(u32, u32)> {
         let ranks = (registers.ranks[2] >> 20 & 0xF) + 1;
         (0..ranks)

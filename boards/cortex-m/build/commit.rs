@@ -3,7 +3,7 @@
 
 use std::process::Command;
 
-/// Tells the crate its commit.
+/// Passes the commit to the crate as environment variables.
 pub fn name_the_commit() {
     let hash = git(&["rev-parse", "--short=12", "HEAD"]);
     let dirty =

@@ -1,26 +1,27 @@
-//! Why the rig has started, and the words of a panic that memory keeps over a reset.
+//! Why the rig has started, and a panic message in memory that survives a reset.
 
 use core::fmt;
 
 use massline_firmware::board::BootReason;
 
-/// What the chip's reset flags say, several at a time: the pin is pulled down by every reset.
+/// Reset flags of the chip. Several may be set, because every reset pulls the pin low.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ResetFlags {
-    /// The supply came up or broke down.
+    /// The supply was switched on or broke down.
     pub power: bool,
     /// The reset pin was low.
     pub pin: bool,
-    /// A watchdog ran out.
+    /// A watchdog expired.
     pub watchdog: bool,
-    /// The firmware asked for it.
+    /// The firmware requested the reset.
     pub software: bool,
 }
 
-/// The most telling of the flags; `panicked` when the run before has left its last words.
+/// The boot reason by the most specific flag; `panicked` is true when the previous run has left a panic
+/// message.
 pub fn reason(flags: ResetFlags, panicked: bool) -> BootReason {
     match flags {
-        // Memory without power has forgotten everything, so the words are noise.
+        // Memory was without power, so any message is noise.
         ResetFlags { power: true, .. } => BootReason::PowerOn,
         ResetFlags { watchdog: true, .. } => BootReason::Watchdog,
         ResetFlags { software: true, .. } if panicked => BootReason::Panic,
@@ -30,7 +31,7 @@ pub fn reason(flags: ResetFlags, panicked: bool) -> BootReason {
     }
 }
 
-/// Text in memory that nobody initialises. Whatever is in it, it is safe to look at.
+/// Text in memory that is not initialised at the start. Any content is safe to read.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Words {
@@ -41,25 +42,25 @@ pub struct Words {
 }
 
 impl Words {
-    /// As many bytes as a rig tells of a panic.
+    /// Most bytes of a panic message that a rig reports.
     pub const CAPACITY: usize = 96;
     const MAGIC: u32 = u32::from_le_bytes(*b"last");
 
-    /// No words.
+    /// An empty text.
     pub const fn none() -> Self {
         Self { magic: 0, length: 0, sum: 0, text: [0; Self::CAPACITY] }
     }
 
-    /// Keeps as much of `words` as there is room for, cut between two characters.
+    /// Stores as much of `words` as there is room for, cut between two characters.
     pub fn write(&mut self, words: fmt::Arguments<'_>) {
         *self = Self::none();
-        // A writer that has no more room has kept what fitted.
+        // On an error the text is full and holds what fitted.
         let _ = fmt::write(self, words);
         self.sum = self.checksum();
         self.magic = Self::MAGIC;
     }
 
-    /// The words, once: `None` when there are none or memory has forgotten them.
+    /// Returns the text and clears it; `None` when there is none or it did not survive.
     pub fn take(&mut self) -> Option<heapless::String<{ Self::CAPACITY }>> {
         let magic = core::mem::take(&mut self.magic);
         let text = self.text.get(..self.length as usize)?;
@@ -98,7 +99,7 @@ mod tests {
             BootReason::PowerOn
         );
         assert_eq!(reason(pin, false), BootReason::ResetPin);
-        // Words that were not taken before someone pressed reset.
+        // A message that was not read before the reset button was pressed.
         assert_eq!(reason(pin, true), BootReason::ResetPin);
         assert_eq!(reason(ResetFlags { watchdog: true, ..pin }, false), BootReason::Watchdog);
         assert_eq!(reason(ResetFlags { software: true, ..pin }, true), BootReason::Panic);

@@ -1,4 +1,4 @@
-//! What the suites of hardware tests ask of every board; an answer that is wrong panics.
+//! Checks of the hardware tests that every board must pass; a failed check panics.
 
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal_async::i2c::I2c;
@@ -9,14 +9,14 @@ use massline_shared::signal::CHANNELS;
 use crate::rig::{WATCHDOG, Watchdog};
 use crate::{last_words, stack};
 
-/// Scans of a block, as the rig reads them.
+/// Scans per block, as the rig reads them.
 const BLOCK: usize = 20;
-/// The screen's address.
+/// I²C address of the screen.
 const SCREEN: u8 = 0x3C;
-/// Switches it off and on again.
+/// Command that switches the screen off.
 const OFF: [u8; 2] = [0x00, 0xAE];
 
-/// Scans come for a second, none of them lost, at the rate that the board states.
+/// Samples for a second; no scan may be lost, and the rate must be the one that the board states.
 pub async fn scans_come_at_their_rate(sampler: &mut impl Sampler) {
     let adc = sampler.adc();
     let blocks = adc.rate.0 as u64 / BLOCK as u64;
@@ -34,12 +34,12 @@ pub async fn scans_come_at_their_rate(sampler: &mut impl Sampler) {
     let elapsed = start.elapsed().as_micros() as f32 / 1e6;
     let expected = (blocks * BLOCK as u64) as f32 / adc.rate.0;
     sampler.stop();
-    // A block may wait for the half of the transfer's buffer in which it ends: 3.5 ms at most, at either end
-    // of the second. Clocks of crystals differ by 0.01 %.
+    // At either end of the second, a block may wait up to 3.5 ms until the half of the transfer's buffer
+    // in which it ends is complete. Crystal clocks differ by 0.01 %.
     assert!((elapsed - expected).abs() < 0.008, "{elapsed} s instead of {expected} s");
 }
 
-/// A sampler that was stopped starts again, and counts on.
+/// A sampler that was stopped starts again, and its indices continue.
 pub async fn a_stopped_sampler_starts_again(sampler: &mut impl Sampler) {
     let mut block = [[0; CHANNELS]; BLOCK];
     let mut next = 0;
@@ -52,13 +52,13 @@ pub async fn a_stopped_sampler_starts_again(sampler: &mut impl Sampler) {
     }
 }
 
-/// A page of the store is erased and written, word for word, and then has again what was in it. `keep` has the
+/// Erases a page of the store, writes it word for word, and restores its content. `keep` is a buffer of the
 /// length of a page. The content is lost only if the power fails meanwhile.
 pub async fn a_page_is_erased_and_written<F: NorFlash>(flash: &mut F, keep: &mut [u8]) {
     assert_eq!(keep.len(), F::ERASE_SIZE);
     let mut pages = (0..flash.capacity() as u32).step_by(F::ERASE_SIZE);
     let page = loop {
-        // A page with a word that was torn cannot be read as a whole, and is left alone.
+        // A page with a torn word cannot be read as a whole, and is skipped.
         let page = pages.next().expect("a page that can be read");
         if flash.read(page, keep).await.is_ok() {
             break page;
@@ -77,7 +77,7 @@ pub async fn a_page_is_erased_and_written<F: NorFlash>(flash: &mut F, keep: &mut
     }
     flash.erase(page, end).await.expect("the page is erased again");
     for (at, word) in words::<F>().zip(keep.as_chunks::<WORD>().0) {
-        // A word that stays as it is must stay writable.
+        // A blank word is not written, so that it can still be written later.
         if word != &[0xFF; WORD] {
             flash.write(page + at, word).await.expect("a word is written again");
         }
@@ -87,14 +87,14 @@ pub async fn a_page_is_erased_and_written<F: NorFlash>(flash: &mut F, keep: &mut
     }
 }
 
-/// Bytes that every board's flash writes and reads at a time.
+/// Word size that the flash of every board can write and read.
 const WORD: usize = 8;
 
 fn words<F: NorFlash>() -> impl Iterator<Item = u32> {
     (0..F::ERASE_SIZE as u32).step_by(WORD)
 }
 
-/// Another one for each address of 64 KiB.
+/// A pattern that differs for each address within 64 KiB.
 fn pattern(at: u32) -> [u8; WORD] {
     let [low, high, ..] = at.to_le_bytes();
     [low, high, 0x5A, 0xA5, !low, !high, 0x0F, 0xF0]
@@ -106,12 +106,12 @@ async fn read<F: NorFlash>(flash: &mut F, at: u32) -> [u8; WORD] {
     word
 }
 
-/// The length of a page of this flash.
+/// Bytes of a page of this flash.
 pub const fn page<F: NorFlash>() -> usize {
     F::ERASE_SIZE
 }
 
-/// A screen answers, or its absence is told; the bus does not hang.
+/// A screen acknowledges, or its absence is detected; the bus does not hang.
 pub async fn the_screen_answers_or_is_absent(bus: &mut impl I2c) {
     for _ in 0..3 {
         let answer = with_timeout(Duration::from_millis(50), bus.write(SCREEN, &OFF)).await;
@@ -119,7 +119,7 @@ pub async fn the_screen_answers_or_is_absent(bus: &mut impl I2c) {
     }
 }
 
-/// The probe has started the board, not its watchdog and no panic, and the stack was painted.
+/// The board was started by the probe, not by its watchdog or a panic, and the stack was painted.
 pub fn the_reason_of_the_start_is_known(info: &BoardInfo) {
     let harmless = [BootReason::Unknown, BootReason::PowerOn, BootReason::ResetPin];
     assert!(harmless.contains(&info.boot_reason), "{:?}", info.boot_reason);
@@ -128,14 +128,14 @@ pub fn the_reason_of_the_start_is_known(info: &BoardInfo) {
     assert!(used.high_water > 0 && used.high_water < used.size, "{used:?}");
 }
 
-/// An STM32 holds what its ADC reads of the reference, at 12 bits and 3.3 V; that it reads so is asked of every
-/// scan.
+/// An STM32 stores the ADC's reading of the reference, at 12 bits and 3.3 V. The sampler compares every
+/// scan with it.
 pub fn the_maker_has_noted_the_reference(noted: u16) {
-    // The reference has 1.18 to 1.24 V by the data sheets of both families.
+    // By the data sheets of both families the reference is 1.18 to 1.24 V.
     assert!((1464..=1539).contains(&noted), "{noted}");
 }
 
-/// A watchdog that is fed does nothing for longer than one waits that is not fed.
+/// A watchdog that is fed does not reset the chip, even after more than its period.
 pub async fn a_watchdog_that_is_fed_sleeps(watchdog: &mut impl Watchdog) {
     watchdog.start();
     for _ in 0..=2 * WATCHDOG.as_secs() {
@@ -144,7 +144,7 @@ pub async fn a_watchdog_that_is_fed_sleeps(watchdog: &mut impl Watchdog) {
     }
 }
 
-/// Words are kept in memory that nobody initialises.
+/// A panic message can be stored in memory that the start-up code does not initialise.
 pub fn last_words_are_kept() {
     last_words::keep(format_args!("word {}", 7));
     assert_eq!(last_words::take(), "word 7");

@@ -1,9 +1,9 @@
-//! A press of a button whose contacts bounce.
+//! Detects presses of a button whose contacts bounce.
 
-/// Follows one button. Times are in any one unit and never run backwards.
+/// Tracks one button. Times are in any one unit and never decrease.
 #[derive(Clone, Copy, Debug)]
 pub struct Debounce {
-    /// Contacts are at rest when they have not changed for so long.
+    /// Contacts have settled when they have not changed for this time.
     settle: u64,
     pressed: bool,
     seen: bool,
@@ -16,7 +16,8 @@ impl Debounce {
         Self { settle, pressed: false, seen: false, since: 0 }
     }
 
-    /// Takes what the contact shows at `now`; true once for each press, when it has settled.
+    /// Adds the state of the contact at `now`; returns true once for each press, when the contact has
+    /// settled.
     pub fn feed(&mut self, down: bool, now: u64) -> bool {
         if down != self.seen {
             self.seen = down;

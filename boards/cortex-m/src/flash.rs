@@ -1,18 +1,18 @@
-//! A part of the chip's own flash as the store sees it.
+//! A part of the chip's internal flash, as the region of the store.
 //!
-//! Reading, writing and erasing are over when they return: on a chip with one bank of flash the core
-//! stands still meanwhile. The application erases only while it is idle.
+//! Reading, writing and erasing block until they are complete; on a chip with one bank of flash the core
+//! stalls meanwhile. The application erases only while it is idle.
 
 use embedded_storage::nor_flash::{self as blocking, NorFlashErrorKind};
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, ReadNorFlash};
 
-/// What else a chip knows of a read: flash with a code for errors finds words that were torn.
+/// Checks reads by the means of the chip: flash with an error correcting code detects torn words.
 pub trait Check {
-    /// True when a read since the last call has given something else than was written.
+    /// True when a read since the last call has returned something other than what was written.
     fn take_error(&mut self) -> bool;
 }
 
-/// A chip that knows nothing.
+/// The check of a chip that cannot detect errors.
 #[derive(Clone, Copy, Debug)]
 pub struct Unchecked;
 
@@ -22,7 +22,7 @@ impl Check for Unchecked {
     }
 }
 
-/// A window of `size` bytes from `start` on, both multiples of a page.
+/// A window of `size` bytes from `start` on; both are multiples of a page.
 #[derive(Debug)]
 pub struct Window<F, C = Unchecked> {
     flash: F,
@@ -32,14 +32,14 @@ pub struct Window<F, C = Unchecked> {
 }
 
 impl<F: blocking::NorFlash> Window<F> {
-    /// The window belongs to the store alone.
+    /// A window for the exclusive use of the store.
     pub fn new(flash: F, start: u32, size: u32) -> Self {
         Self::checked(flash, start, size, Unchecked)
     }
 }
 
 impl<F: blocking::NorFlash, C: Check> Window<F, C> {
-    /// The window belongs to the store alone; every read is checked.
+    /// A window for the exclusive use of the store; every read is checked.
     pub fn checked(flash: F, start: u32, size: u32, check: C) -> Self {
         Self { flash, start, size, check }
     }
@@ -54,14 +54,14 @@ impl<F: blocking::NorFlash, C: Check> Window<F, C> {
     }
 }
 
-/// Why flash refused.
+/// Why an operation on the flash failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WindowError<E> {
-    /// Beyond the end of the window.
+    /// The range goes beyond the end of the window.
     OutOfBounds,
     /// The content has decayed or was torn by a loss of power.
     Unreadable,
-    /// The chip's own reason.
+    /// An error of the chip's driver.
     Flash(E),
 }
 
@@ -84,7 +84,7 @@ impl<F: blocking::NorFlash, C: Check> ReadNorFlash for Window<F, C> {
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         let at = self.at(offset, bytes.len())?;
-        // An error of somebody else's read is not this one's.
+        // Discards the error of an earlier read by other code.
         self.check.take_error();
         self.flash.read(at, bytes).map_err(WindowError::Flash)?;
         if self.check.take_error() { Err(WindowError::Unreadable) } else { Ok(()) }
@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(window.flash.0, expected);
     }
 
-    /// Errors, one a call.
+    /// Results of the check, one per call.
     struct Errors(Vec<bool>);
 
     impl Check for Errors {

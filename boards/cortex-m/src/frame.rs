@@ -1,6 +1,6 @@
-//! What is drawn for a screen of 128 × 64 pixels, page by page.
+//! The framebuffer of a screen of 128 × 64 pixels, organised in pages.
 //!
-//! *Page*: a stripe of eight rows; a byte is a column of it, the topmost pixel its lowest bit.
+//! *Page*: a stripe of eight rows; each byte is a column of it, with the topmost pixel in the lowest bit.
 
 use core::convert::Infallible;
 
@@ -15,17 +15,17 @@ pub const WIDTH: usize = 128;
 /// Stripes of eight rows.
 pub const PAGES: usize = 8;
 
-/// One stripe.
+/// The pixels of one page.
 pub type Page = [u8; WIDTH];
 
-/// The picture, and which of its pages differ from what was sent. A picture may be drawn anew as a whole:
-/// pages that come out the same are not sent again.
+/// The picture, and which of its pages differ from what was sent. A picture may be redrawn as a whole:
+/// pages that end up unchanged are not sent again.
 #[derive(Clone, Debug)]
 pub struct Frame {
     pages: [Page; PAGES],
-    /// Pages drawn on since they were sent.
+    /// Bit mask of the pages drawn on since they were sent.
     touched: u8,
-    /// Checksums of the pages as they were sent; none of a page that never was.
+    /// Checksums of the pages as they were sent; `None` for a page that was never sent.
     sent: [Option<u32>; PAGES],
 }
 
@@ -36,18 +36,18 @@ impl Default for Frame {
 }
 
 impl Frame {
-    /// Black; every page is to be sent, because a screen shows noise when it is switched on.
+    /// A black picture. Every page is to be sent, because a screen shows noise when it is switched on.
     pub const fn new() -> Self {
         Self { pages: [[0; WIDTH]; PAGES], touched: u8::MAX, sent: [None; PAGES] }
     }
 
-    /// Every page is to be sent again.
+    /// Marks every page to be sent again.
     pub fn change_all(&mut self) {
         self.touched = u8::MAX;
         self.sent = [None; PAGES];
     }
 
-    /// A page that is not what was sent, and its number.
+    /// Number and content of a page that differs from what was sent.
     pub fn changed(&mut self) -> Option<(u8, &Page)> {
         while let Some(page) = self.pages.get(self.touched.trailing_zeros() as usize) {
             let number = self.touched.trailing_zeros() as usize;
@@ -59,7 +59,7 @@ impl Frame {
         None
     }
 
-    /// The page is on its way.
+    /// Marks a page as sent.
     pub fn sent(&mut self, number: u8) {
         let number = usize::from(number);
         let Some(page) = self.pages.get(number) else { return };

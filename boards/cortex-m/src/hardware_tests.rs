@@ -1,7 +1,8 @@
-//! The suite of tests on the chip, the same on every board.
+//! The test suite that runs on the chip, common to all boards.
 
-/// All of a board's `tests/hardware.rs`, after the attributes of the program. `$board` is the board's library;
-/// what follows are tests of the board's own, which may use its `chip`, `Parts` and [`checks`](crate::checks).
+/// The content of a board's `tests/hardware.rs`, after the program's attributes. `$board` is the board's
+/// library. Tests that follow it are specific to the board; they may use its `chip`, `Parts` and
+/// [`checks`](crate::checks).
 #[macro_export]
 macro_rules! hardware_tests {
     ($board:ident $($own:tt)*) => {

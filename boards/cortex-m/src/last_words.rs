@@ -1,5 +1,5 @@
-//! The end of a run: the words go into memory that a reset leaves alone, then the chip starts again.
-//! A program has its handlers by [`crate::last_words!`].
+//! Ends a run after a panic or a fault: stores a message in memory that survives a reset, then restarts the
+//! chip. [`crate::last_words!`] defines a program's handlers.
 
 use core::fmt;
 use core::mem::MaybeUninit;
@@ -14,16 +14,16 @@ use crate::boot::Words;
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
 static mut LAST_WORDS: MaybeUninit<Words> = MaybeUninit::uninit();
 
-/// The words of the run before, or "". To be called once, before interrupts are enabled.
+/// The message of the previous run, or "". To be called once, before interrupts are enabled.
 pub fn take() -> &'static str {
     static KEPT: StaticCell<heapless::String<{ Words::CAPACITY }>> = StaticCell::new();
-    // SAFETY: any bytes are `Words`, and nothing else runs yet.
+    // SAFETY: any bytes are valid `Words`, and nothing else runs yet.
     let words = unsafe { (*addr_of_mut!(LAST_WORDS)).assume_init_mut() };
     words.take().map_or("", |words| KEPT.init(words).as_str())
 }
 
-/// What a program must say when it ends: how a panic, a hard fault and an interrupt without a handler are
-/// kept, and that `$restart` starts the chip again.
+/// Defines the handlers for a panic, a hard fault and an interrupt without a handler. Each stores a message
+/// and calls `$restart`, which restarts the chip.
 #[macro_export]
 macro_rules! last_words {
     ($restart:path) => {
@@ -46,7 +46,7 @@ macro_rules! last_words {
     };
 }
 
-/// The panic of a board.
+/// Stores the message of a panic.
 pub fn panicked(info: &PanicInfo<'_>) {
     match info.location() {
         Some(place) => {
@@ -57,7 +57,7 @@ pub fn panicked(info: &PanicInfo<'_>) {
     }
 }
 
-/// The hard fault of a board.
+/// Stores the message of a hard fault.
 pub fn hard_fault(frame: &ExceptionFrame) {
     // SAFETY: reading the fault status has no side effect.
     let status = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
@@ -68,9 +68,9 @@ pub fn hard_fault(frame: &ExceptionFrame) {
     ));
 }
 
-/// Keeps the words for the next run; this one has ended, so nothing interrupts it any more.
+/// Stores the message for the next run. This run has ended, so nothing interrupts it.
 pub fn keep(words: fmt::Arguments<'_>) {
     cortex_m::interrupt::disable();
-    // SAFETY: nothing else runs any more, and `say` sets every field.
+    // SAFETY: nothing else runs any more, and `Words::none` sets every field.
     unsafe { (*addr_of_mut!(LAST_WORDS)).write(Words::none()).write(words) };
 }

@@ -1,5 +1,5 @@
-//! What the boards with a Cortex-M have in common. The parts that are mere logic build and are tested
-//! on the host; the rest needs the chip.
+//! Code common to the boards with a Cortex-M. The parts without hardware access also build on the host and
+//! are tested there; the rest needs the chip.
 #![cfg_attr(not(test), no_std)]
 
 pub mod boot;

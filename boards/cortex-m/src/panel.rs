@@ -1,7 +1,7 @@
-//! The panel: an OLED of 128 × 64 pixels with an SSD1306, three buttons, a buzzer with a light.
+//! The panel: an OLED of 128 × 64 pixels with an SSD1306, three buttons, a buzzer, and a light.
 //!
-//! The application's part never waits for a wire: pages, presses and cues go over channels to tasks of
-//! their own, so whatever the application gives up leaves no transfer half done.
+//! The application never accesses the hardware itself: pages, presses and cues pass through channels to
+//! separate tasks, so that a future dropped by the application leaves no transfer unfinished.
 
 use embassy_futures::join::join3;
 use embassy_futures::select::{Either, select};
@@ -25,24 +25,24 @@ use crate::frame::{Frame, Page, WIDTH};
 
 type DisplayError = display_interface::DisplayError;
 
-/// Contacts have settled after this.
+/// Time after which contacts have settled.
 const SETTLE: Duration = Duration::from_millis(20);
-/// Buttons are looked at so often.
+/// Interval at which the buttons are polled.
 const LOOK: Duration = Duration::from_millis(5);
-/// A page takes 3 ms at 400 kHz; a bus that takes longer hangs.
+/// A page takes 3 ms at 400 kHz; a bus that exceeds this timeout hangs.
 const BUS_TIMEOUT: Duration = Duration::from_millis(50);
-/// A screen that did not answer is tried again after this, and each time after twice as long: its supply
-/// may rise more slowly than the chip's.
+/// Pause before a screen that did not answer is tried again, doubled after each attempt: its supply may
+/// rise more slowly than the chip's.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(100);
-/// After at most this.
+/// Longest pause between two attempts.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
-/// Between the application and the tasks of the panel.
+/// Channels between the application and the tasks of the panel.
 struct Wires {
     pages: Channel<CriticalSectionRawMutex, (u8, Page), 1>,
     presses: Channel<CriticalSectionRawMutex, Button, 4>,
     cues: Channel<CriticalSectionRawMutex, Cue, 4>,
-    /// The screen has been switched on: it shows nothing that was sent before.
+    /// Signals that the screen has been switched on and has lost what was sent before.
     woken: Signal<CriticalSectionRawMutex, ()>,
 }
 
@@ -53,32 +53,32 @@ static WIRES: Wires = Wires {
     woken: Signal::new(),
 };
 
-/// The application's end.
+/// The application's side of the panel.
 pub struct RigPanel {
     frame: &'static mut Frame,
 }
 
 impl RigPanel {
-    /// A black screen. To be called once.
+    /// Opens the panel with a black screen. To be called once.
     pub fn open() -> Self {
         static FRAME: StaticCell<Frame> = StaticCell::new();
         Self { frame: FRAME.init_with(Frame::new) }
     }
 }
 
-/// What the panel is wired to.
+/// The hardware of the panel.
 pub struct Wiring<I, P, T, L> {
     /// The bus of the screen.
     pub bus: I,
-    /// Ok, back, next: each to ground while pressed.
+    /// The buttons OK, Back and Next; each connects its pin to ground while pressed.
     pub buttons: [P; 3],
     /// The buzzer.
     pub tone: T,
-    /// The light that shines while the buzzer sounds.
+    /// The light that is on while the buzzer sounds.
     pub light: L,
 }
 
-/// A light that shines when its pin is low.
+/// A light that is on when its pin is low.
 pub struct ActiveLow<P>(pub P);
 
 impl<P: OutputPin> ErrorType for ActiveLow<P> {
@@ -95,14 +95,14 @@ impl<P: OutputPin> OutputPin for ActiveLow<P> {
     }
 }
 
-/// Something that sounds.
+/// A buzzer.
 pub trait Tone {
-    /// Sounds until it is told something else; `None` is silence.
+    /// Sounds at this frequency until the next call; `None` is silence.
     fn sound(&mut self, hertz: Option<u32>);
 }
 
 impl<I: I2c, P: InputPin, T: Tone, L: OutputPin> Wiring<I, P, T, L> {
-    /// Serves the screen, the buttons and the buzzer, for ever.
+    /// Serves the screen, the buttons and the buzzer; never returns.
     pub async fn run(self) {
         join3(
             drive_screen(self.bus),
@@ -120,7 +120,7 @@ impl Panel for RigPanel {
         self.frame
     }
 
-    // A page is sent whole or again.
+    // A page that was not sent completely is sent again.
     async fn flush(&mut self) {
         while let Some((number, page)) = self.frame.changed() {
             WIRES.pages.send((number, *page)).await;
@@ -128,8 +128,8 @@ impl Panel for RigPanel {
         }
     }
 
-    // The application waits here whenever it has nothing to draw: what a screen that has just woken
-    // missed is sent meanwhile. When that is given up, the next flush sends the rest.
+    // The application waits here whenever it has nothing to draw. If the screen is switched on meanwhile,
+    // the pages are sent again; if this future is dropped, the next flush sends the rest.
     async fn button(&mut self) -> Button {
         loop {
             match select(WIRES.presses.receive(), WIRES.woken.wait()).await {
@@ -143,15 +143,15 @@ impl Panel for RigPanel {
     }
 
     fn cue(&mut self, cue: Cue) {
-        // One too many is not heard.
+        // A cue that does not fit the queue is dropped.
         let _ = WIRES.cues.try_send(cue);
     }
 }
 
 type Screen<I> = Ssd1306Async<I2CInterface<I>, DisplaySize128x64, BasicMode>;
 
-/// Brings pages to the screen, for ever. While the screen does not answer its pages are thrown away; it is
-/// asked again later.
+/// Sends pages to the screen; never returns. While the screen does not answer, pages are discarded, and the
+/// screen is tried again later.
 async fn drive_screen<I: I2c>(bus: I) -> ! {
     let interface = I2CDisplayInterface::new(bus);
     let mut screen = Ssd1306Async::new(interface, DisplaySize128x64, DisplayRotation::Rotate0);
@@ -167,7 +167,7 @@ async fn drive_screen<I: I2c>(bus: I) -> ! {
     }
 }
 
-/// Switches the screen on, as soon as it answers.
+/// Switches the screen on as soon as it answers.
 async fn wake<I: I2c>(screen: &mut Screen<I>) {
     let mut pause = SHORTEST_PAUSE;
     loop {
@@ -191,7 +191,7 @@ async fn send_page<I: I2c>(
     screen.draw(page).await
 }
 
-/// Tells presses, for ever. A contact that cannot be read is not pressed.
+/// Reports presses; never returns. A contact that cannot be read counts as not pressed.
 async fn watch_buttons<P: InputPin>(mut contacts: [P; 3]) -> ! {
     let mut buttons = [Debounce::new(SETTLE.as_ticks()); 3];
     let mut ticker = Ticker::every(LOOK);
@@ -201,19 +201,19 @@ async fn watch_buttons<P: InputPin>(mut contacts: [P; 3]) -> ! {
         let meanings = [Button::Ok, Button::Back, Button::Next];
         for ((button, contact), meaning) in buttons.iter_mut().zip(&mut contacts).zip(meanings) {
             if button.feed(contact.is_low().unwrap_or(false), now) {
-                // Four presses that nobody has answered yet are enough.
+                // If four presses are already waiting, further ones are dropped.
                 let _ = WIRES.presses.try_send(meaning);
             }
         }
     }
 }
 
-/// Plays cues, for ever.
+/// Plays cues; never returns.
 async fn play_cues(mut buzzer: impl Tone, mut light: impl OutputPin) -> ! {
     loop {
         for &(hertz, milliseconds) in score(WIRES.cues.receive().await) {
             buzzer.sound(Some(hertz));
-            // A light that cannot be switched is only a light.
+            // An error of the light is harmless.
             let _ = light.set_high();
             Timer::after_millis(milliseconds).await;
             buzzer.sound(None);
@@ -223,7 +223,7 @@ async fn play_cues(mut buzzer: impl Tone, mut light: impl OutputPin) -> ! {
     }
 }
 
-/// Tones and how long they last: rising is good, falling is bad.
+/// Frequencies and durations of the tones of a cue: rising for success, falling for failure.
 fn score(cue: Cue) -> &'static [(u32, u64)] {
     match cue {
         Cue::Armed => &[(2000, 60)],

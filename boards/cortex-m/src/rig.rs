@@ -1,4 +1,4 @@
-//! The application and what runs beside it, as one future: a board's program is a task that awaits it.
+//! The application and the tasks beside it, as one future, which the task of a board's program awaits.
 
 use embassy_futures::join::join4;
 use embassy_time::{Duration, Timer};
@@ -13,23 +13,23 @@ use crate::boot::{ResetFlags, reason};
 use crate::panel::{RigPanel, Tone, Wiring};
 use crate::{last_words, stack};
 
-/// Longer than anything takes during which nothing runs, even where its clock is half as fast again as
-/// stated. The longest is the erasure of a sector of an STM32F411's store, 0.8 s; between two of them the
-/// store lets the rest run.
+/// Period of the watchdog: longer than any operation that blocks everything else, even if the watchdog's
+/// clock is half as fast again as stated. The longest is the erase of a sector of an STM32F411's store, 0.8
+/// s; the store yields between two erases.
 pub const WATCHDOG: Duration = Duration::from_secs(8);
 const WATCHDOG_FED: Duration = Duration::from_secs(1);
 
-/// Starts the chip again when it has not been fed for [`WATCHDOG`].
+/// Resets the chip when it has not been fed for [`WATCHDOG`].
 pub trait Watchdog {
-    /// From now on it wants to be fed.
+    /// Starts the watchdog; from now on it must be fed.
     fn start(&mut self);
 
-    /// Calms it for another while.
+    /// Restarts its period.
     fn feed(&mut self);
 }
 
-/// What the board of this name says of itself, and what the run before has left. To be called once,
-/// before anything else.
+/// Information about the board with this name, including the panic message of the previous run. To be
+/// called once, before anything else.
 pub fn info(name: &'static str, flags: ResetFlags) -> BoardInfo {
     let last_panic = last_words::take();
     BoardInfo {
@@ -43,15 +43,15 @@ pub fn info(name: &'static str, flags: ResetFlags) -> BoardInfo {
     }
 }
 
-/// What a board has for the application.
+/// The parts of a board that the application uses.
 pub struct Rig<S, L, F, W> {
-    /// What the board says of itself.
+    /// What the board reports about itself.
     pub info: BoardInfo,
-    /// Samples.
+    /// Source of the scans.
     pub sampler: S,
-    /// Host.
+    /// Link to the host.
     pub link: L,
-    /// The store's.
+    /// Flash of the store.
     pub flash: F,
     /// Screen, buttons, buzzer.
     pub panel: W,
@@ -67,7 +67,7 @@ where
     T: Tone,
     O: OutputPin,
 {
-    /// The rig, for ever, with `beside` it, which serves the link.
+    /// Runs the rig, and concurrently `beside`, which serves the link; never returns.
     pub async fn run(self, watchdog: impl Watchdog, beside: impl Future) {
         static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::new());
         let Self { info, sampler, link, flash, panel } = self;
@@ -77,7 +77,7 @@ where
     }
 }
 
-/// The executor comes round: the rig is alive.
+/// Feeds the watchdog; never returns. It runs only while the executor does.
 async fn guard(mut watchdog: impl Watchdog) -> ! {
     watchdog.start();
     loop {

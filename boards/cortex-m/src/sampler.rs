@@ -1,4 +1,4 @@
-//! The sampler over a converter whose codes a circular transfer writes: the same for every chip.
+//! The sampler for a converter whose codes are written by a circular transfer: common to all chips.
 
 use core::cell::RefCell;
 use core::cell::UnsafeCell;
@@ -16,61 +16,60 @@ use massline_shared::units::ScanIndex;
 
 use crate::supply::{Noted, Supply};
 
-/// A converter that says nothing for so long has stopped: many times what half a buffer takes.
+/// A converter without scans for this time has stopped: it is many times the time of half a buffer.
 const PATIENCE: Duration = Duration::from_millis(20);
 
 /// The circular transfer and the converter that feeds it.
 pub trait Converter {
-    /// Starts both, the transfer at the start of its buffer.
+    /// Starts the transfer, at the start of its buffer, and the converter.
     fn start(&mut self);
-    /// Stops both; no interrupt comes any more.
+    /// Stops transfer and converter; no further interrupts occur.
     fn stop(&mut self);
-    /// True when the converter has overwritten a code before the transfer fetched it; then it has
-    /// stopped.
+    /// True when the converter has overwritten a code before the transfer fetched it; it has stopped then.
     fn overrun(&self) -> bool;
 }
 
-/// What an interrupt needs to know of the transfer.
+/// Access to the transfer for its interrupt handler.
 pub trait Transfer {
-    /// Values of its buffer.
+    /// Number of values of the buffer.
     const LENGTH: usize;
-    /// Raw scans of half of it.
+    /// Raw scans per half of the buffer.
     const HALF_SCANS: usize;
 
-    /// Which halves are done.
+    /// Flags of the completed halves.
     fn flags(&self) -> HalfFlags;
-    /// Takes these flags back.
+    /// Clears these flags.
     fn clear(&self, flags: HalfFlags);
-    /// Values still to be written before it is at the start again.
+    /// Values still to be written before the transfer wraps to the start.
     fn remaining(&self) -> u16;
 }
 
-/// The buffer that the transfer writes.
+/// The buffer of the transfer.
 #[repr(transparent)]
 pub struct RawBuffer<const LENGTH: usize>(UnsafeCell<[u16; LENGTH]>);
 
-// SAFETY: it is read by volatile reads only.
+// SAFETY: the buffer is read by volatile reads only.
 unsafe impl<const LENGTH: usize> Sync for RawBuffer<LENGTH> {}
 
 impl<const LENGTH: usize> RawBuffer<LENGTH> {
-    /// Zeros.
+    /// A buffer of zeros.
     pub const fn new() -> Self {
         const { assert!(LENGTH.is_multiple_of(2) && LENGTH <= u16::MAX as usize) };
         Self(UnsafeCell::new([0; LENGTH]))
     }
 
-    /// For the transfer.
+    /// Address of the buffer, for the transfer.
     pub fn address(&self) -> u32 {
         self.0.get() as u32
     }
 
-    /// Copies a raw scan of so many values out of a half.
+    /// Copies a raw scan of `VALUES` values out of a half.
     pub fn raw_scan<const VALUES: usize>(&self, half: Half, index: usize) -> [u16; VALUES] {
         let start = if half == Half::First { 0 } else { LENGTH / 2 } + VALUES * index;
         assert!(start + VALUES <= LENGTH, "outside of the buffer");
         let first = self.0.get().cast::<u16>();
-        // SAFETY: within the buffer, as was just asserted. The transfer may write at the same time; a
-        // value is read whole, and the caller finds out afterwards that it was too late.
+        // SAFETY: the assertion above keeps the reads within the buffer. The transfer may write at the
+        // same time; each value is read whole, and the caller detects an overrun afterwards.
         core::array::from_fn(|rank| unsafe { first.add(start + rank).read_volatile() })
     }
 }
@@ -81,7 +80,7 @@ impl<const LENGTH: usize> Default for RawBuffer<LENGTH> {
     }
 }
 
-/// What interrupt and task share.
+/// State shared by the interrupt handler and the task.
 pub struct Shared<const RANKS: usize, const SCANS: usize> {
     pipeline: Mutex<RefCell<Pipeline<RANKS, SCANS>>>,
     news: Signal<CriticalSectionRawMutex, ()>,
@@ -91,7 +90,7 @@ struct Pipeline<const RANKS: usize, const SCANS: usize> {
     ring: ScanRing<RANKS, SCANS>,
     halves: Halves,
     supply: Option<Supply>,
-    /// Scans that the task waits for.
+    /// Number of scans that the task waits for.
     wanted: usize,
 }
 
@@ -102,7 +101,7 @@ impl<const RANKS: usize, const SCANS: usize> Default for Shared<RANKS, SCANS> {
 }
 
 impl<const RANKS: usize, const SCANS: usize> Shared<RANKS, SCANS> {
-    /// Not sampling. All zeros, so that it lies in `.bss`.
+    /// State of a stopped sampler: all zeros, so that it lies in `.bss`.
     pub const fn new() -> Self {
         let (ring, halves) = (ScanRing::new(), Halves::new());
         let pipeline = Pipeline { ring, halves, supply: None, wanted: 0 };
@@ -113,9 +112,9 @@ impl<const RANKS: usize, const SCANS: usize> Shared<RANKS, SCANS> {
         critical_section::with(|cs| work(&mut self.pipeline.borrow_ref_mut(cs)))
     }
 
-    /// The transfer's interrupt; `raw_scan` copies one out of a half.
+    /// Handles the transfer's interrupt; `raw_scan` copies a raw scan out of a half.
     ///
-    /// Deadline: the time that the transfer takes for half the buffer. A missed one is an overrun.
+    /// Deadline: the time that the transfer takes for half the buffer. Missing it causes an overrun.
     pub fn on_interrupt(
         &self,
         transfer: &impl Transfer,
@@ -156,37 +155,38 @@ impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
     }
 }
 
-/// What the sentinel is.
+/// Kind of the sentinel.
 #[derive(Clone, Copy, Debug)]
 pub enum Sentinel {
-    /// The chip's voltage reference, which tells the supply as well: the hammer is corrected for it.
+    /// The chip's voltage reference, which also measures the supply, for which the hammer's codes are
+    /// corrected.
     Reference(Noted),
-    /// Always this code.
+    /// A constant code.
     Code(u16),
 }
 
-/// What a converter makes.
+/// Properties of a converter's scans.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// What the scans are.
+    /// Properties of the scans.
     pub adc: AdcProperties,
-    /// What the raw scans are.
+    /// Resolution and averaging of the raw scans.
     pub decimation: Decimation,
-    /// The sentinel, and its rank.
+    /// The sentinel and its rank.
     pub sentinel: (Sentinel, usize),
 }
 
-/// A [`Sampler`] over a converter and what its interrupt shares.
+/// A [`Sampler`] for a converter, and the state shared with its interrupt handler.
 pub struct RingSampler<C, const RANKS: usize, const SCANS: usize> {
     /// The converter, halted.
     converter: C,
-    /// What its interrupt shares.
+    /// State shared with the interrupt handler.
     shared: &'static Shared<RANKS, SCANS>,
     plan: Plan,
 }
 
 impl<C: Converter, const RANKS: usize, const SCANS: usize> RingSampler<C, RANKS, SCANS> {
-    /// Over a converter that is halted.
+    /// A sampler for a converter that is halted.
     pub const fn new(converter: C, shared: &'static Shared<RANKS, SCANS>, plan: Plan) -> Self {
         Self { converter, shared, plan }
     }
@@ -251,7 +251,7 @@ impl<C: Converter, const RANKS: usize, const SCANS: usize> Sampler
                 Ok(None) => {}
                 Err(error) => return Err(error),
             }
-            // In time or not, the next look tells.
+            // Whether this timed out or not, the next read determines the outcome.
             let _ = with_timeout(PATIENCE, self.shared.news.wait()).await;
         }
     }

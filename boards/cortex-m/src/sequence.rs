@@ -1,4 +1,4 @@
-//! The registers of an STM32's ADC sequence, whose families differ in where the fields lie.
+//! The registers of an STM32's ADC sequence. The families differ in the positions of the fields.
 //!
 //! *Rank*: a place in the sequence, from 0.
 
@@ -10,31 +10,31 @@ const INPUTS: u32 = 19;
 /// An input of the ADC and how long it is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Input {
-    /// 0 to 18.
+    /// Number of the channel, 0 to 18.
     pub channel: u32,
-    /// The code of the sample time; the same wherever the channel occurs.
+    /// Code of the sample time; the same for every occurrence of the channel.
     pub time: u32,
 }
 
-/// Where a family has the ranks.
+/// Positions of the ranks in the registers of a family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Bits from one rank to the next.
+    /// Bits per rank.
     pub bits: u32,
-    /// Ranks of a register.
+    /// Ranks per register.
     pub per_word: usize,
-    /// The place of rank 0 in the first register.
+    /// Position of rank 0 in the first register, in ranks.
     pub first: usize,
-    /// Register and lowest bit of the length, which is held less 1.
+    /// Register and lowest bit of the length, which is stored less 1.
     pub length: (usize, u32),
 }
 
 /// Values of the registers that define a sequence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Registers {
-    /// Ranks, from that of rank 0 on, and the length.
+    /// Registers of the ranks, beginning with that of rank 0, and the length.
     pub ranks: [u32; 4],
-    /// Sample times of three bits: of channels 0 to 9, and 10 to 18.
+    /// Sample times of three bits each: channels 0 to 9, and 10 to 18.
     pub times: [u32; 2],
 }
 

@@ -1,4 +1,4 @@
-//! How much of the stack was ever used: the start-up code paints it.
+//! Measures how much of the stack was ever used: the start-up code fills it with a pattern.
 
 use core::ptr::{addr_of, read_volatile};
 
@@ -6,12 +6,12 @@ use cortex_m_rt::STACK_PAINT_VALUE;
 use massline_firmware::board::StackUse;
 
 unsafe extern "C" {
-    // Of the linker script: the lowest word of the stack, and the word after the highest.
+    // Symbols of the linker script: the lowest word of the stack, and the word after the highest.
     static _stack_end: u32;
     static _stack_start: u32;
 }
 
-/// Counts the words that still wear the paint.
+/// Counts the words that still hold the pattern.
 pub fn measure() -> StackUse {
     let (bottom, top) = (addr_of!(_stack_end) as usize, addr_of!(_stack_start) as usize);
     let untouched = (bottom..top)

@@ -1,51 +1,52 @@
-//! The hammer's voltage in the unit of the sensors: corrected for the supply that the chip runs on.
+//! Corrects the hammer's codes for the chip's supply voltage, so that they have the same unit as the
+//! sensors' codes.
 //!
-//! The converter measures in fractions of its supply. A sensor that runs on the same supply puts out a
-//! fraction of it as well, so its codes do not depend on the supply at all. The hammer's conditioner
-//! puts out volts of its own; its codes fall when the supply rises. The chip's internal reference is
-//! such a voltage too, and its maker has noted in the chip what it reads at 3.3 V:
+//! The converter measures fractions of its supply. A sensor on the same supply has an output that is a
+//! fraction of it as well, so its codes do not depend on the supply. The hammer's conditioner has an output
+//! in volts, so its codes fall when the supply rises. The chip's internal reference is a fixed voltage too,
+//! and the manufacturer has stored its reading at 3.3 V in the chip:
 //!
 //! ```text
-//! supply = 3.3 V · noted / read
+//! supply = 3.3 V · stored / read
 //! corrected = code · supply / 3.0 V
 //! ```
 //!
-//! So all codes are of a converter whose reference is 3.0 V: the supply for which the sensors' data
-//! sheet states volts.
+//! After the correction all codes are those of a converter with a reference of 3.0 V, which is the supply
+//! for which the sensors' data sheet states volts.
 
 use core::ops::RangeInclusive;
 
 use massline_shared::units::Volts;
 
-/// What a code means once it is corrected: the voltage of one above the largest.
+/// Full scale of corrected codes: the voltage of one code above the largest.
 pub const REFERENCE: Volts = Volts(3.0);
-/// Supply at which the reading of the internal reference was noted, mV.
+/// Supply at which the manufacturer read the internal reference, mV.
 const NOTED_AT: u32 = 3300;
-/// What typical chips read, 1.21 V; taken where nothing plausible is noted.
+/// Reading of a typical chip (1.21 V), used when the stored one is implausible.
 const TYPICAL: u16 = 1502;
-/// Bits of a noted reading.
+/// Bits of the stored reading.
 const NOTED_BITS: u8 = 12;
-/// The supply is followed over the last 256 scans or so: slower than any hit, faster than it drifts.
+/// The supply is averaged over about the last 256 scans: slower than any hit, faster than its drift.
 const MEMORY_BITS: u32 = 8;
 const FRACTION_BITS: u32 = 16;
 
-/// The internal reference as the maker has noted it: 12 bits at 3.3 V.
+/// The manufacturer's reading of the internal reference: 12 bits at 3.3 V.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Noted(u16);
 
 impl Noted {
-    /// Believed when it is within the specified 1.18 to 1.24 V.
+    /// The stored reading if it is within the specified 1.18 to 1.24 V, else that of a typical chip.
     pub const fn new(noted: u16) -> Self {
         Self(if noted >= 1464 && noted <= 1539 { noted } else { TYPICAL })
     }
 
-    /// The reading at 3.3 V by a maker who notes it at 3.0 V.
+    /// The reading at 3.3 V of a chip whose manufacturer stores the reading at 3.0 V.
     pub const fn code_at_three_volts(noted: u16) -> u16 {
         (noted as u32 * 3000 / NOTED_AT) as u16
     }
 
-    /// Codes of `bits` bits that the reference reads on a supply of 3.0 to 3.6 V. Nothing else that the
-    /// rig converts stays within them: a sensor rests higher, a hammer lower.
+    /// Range of the reference's codes, of `bits` bits, on a supply of 3.0 to 3.6 V. No other input stays
+    /// in this range: a sensor without motion reads higher, a hammer lower.
     pub fn codes(self, bits: u8) -> RangeInclusive<u16> {
         let at = |millivolts| {
             ((u32::from(self.0) << (bits - NOTED_BITS)) * NOTED_AT / millivolts) as u16
@@ -54,7 +55,7 @@ impl Noted {
     }
 }
 
-/// Follows the supply and corrects the hammer's codes.
+/// Tracks the supply and corrects the hammer's codes.
 #[derive(Clone, Copy, Debug)]
 pub struct Supply {
     noted: Noted,
@@ -69,15 +70,15 @@ impl Supply {
         Self { noted, bits, mean: 0 }
     }
 
-    /// Takes what the reference has read with this scan and corrects the hammer's code of it. A code at
-    /// either end of the range stays there, so that an overload remains one.
+    /// Adds the reference's code of this scan and returns the hammer's code, corrected. A code at either
+    /// end of the range stays there, so that an overload remains visible.
     pub fn correct(&mut self, hammer: u16, reference: u16) -> u16 {
         self.follow(reference);
         let full = ((1_u32 << self.bits) - 1) as u16;
         if hammer == 0 || hammer >= full || self.mean == 0 {
             return hammer;
         }
-        // Corrected = hammer · 1.1 · noted · 2^(bits - 12) / read.
+        // Corrected = hammer · 1.1 · stored · 2^(bits - 12) / read.
         let noted = u64::from(self.noted.0) << (u32::from(self.bits - NOTED_BITS) + FRACTION_BITS);
         let numerator = u64::from(hammer) * noted * 11;
         let denominator = u64::from(self.mean) * 10;
@@ -90,7 +91,7 @@ impl Supply {
         self.mean = if self.mean == 0 {
             reading
         } else {
-            // Never beyond either: a share of one is taken away and the same share of the other added.
+            // A weighted mean, so it stays between the old mean and the reading.
             self.mean - (self.mean >> MEMORY_BITS) + (reading >> MEMORY_BITS)
         };
     }
@@ -118,8 +119,8 @@ mod tests {
                 let corrected =
                     followed.correct(code(volts, supply), code(reference_volts, supply));
                 let expected = volts / 3.0 * 16384.0;
-                // Half a code of rounding each: of the hammer's code, scaled by up to 1.2, of the
-                // result, and of the reference's code, which is 1 in 10 900 at least.
+                // Half a code of rounding for each of the hammer's code (scaled by up to 1.2), the
+                // result, and the reference's code, which is 1 in 10 900 at least.
                 let tolerance = 0.5 * 1.2 + 0.5 + expected * 0.5 / 5000.0;
                 let error = f64::from(corrected) - expected;
                 assert!(error.abs() <= tolerance, "{supply} V, {volts} V: {error} codes");
@@ -142,8 +143,8 @@ mod tests {
     fn the_noise_of_the_reference_does_not_become_noise_of_the_hammer() {
         let mut followed = Supply::new(Noted::new(TYPICAL), BITS);
         let steady = followed.correct(8000, 6008);
-        // 40 codes up and down: 0.7 % of the reading. The mean over 256 lets 1/256 of it through, 0.0026 %
-        // or a quarter of a code, and rounds.
+        // The reading alternates by 40 codes, 0.7 %. The mean over 256 scans passes 1/256 of that, 0.0026
+        // % or a quarter of a code, and rounds.
         for k in 0..2000 {
             let noisy = if k % 2 == 0 { 6048 } else { 5968 };
             assert!(followed.correct(8000, noisy).abs_diff(steady) <= 1, "{k}");
@@ -154,7 +155,7 @@ mod tests {
     fn after_a_step_of_the_supply_the_correction_settles_on_the_new_supply() {
         let mut followed = Supply::new(Noted::new(TYPICAL), BITS);
         followed.correct(8000, 6008);
-        // Eight times the memory: e^-8 of a step of 5 % is 1/6 of a code.
+        // After eight time constants, e^-8 of a step of 5 % is 1/6 of a code.
         let last = (0..8 * 256).map(|_| followed.correct(8000, 6308)).last().unwrap();
         let direct = Supply::new(Noted::new(TYPICAL), BITS).correct(8000, 6308);
         assert!(last.abs_diff(direct) <= 1, "{last} {direct}");
@@ -176,7 +177,8 @@ mod tests {
         for noted in [1464, TYPICAL, 1539] {
             let codes = Noted::new(noted).codes(12);
             assert!(codes.contains(&noted), "at 3.3 V");
-            // At rest: a sensor's typical half of the range, a hammer's 0.1 V, a half-driven 1.0 V.
+            // Other inputs: a sensor at its typical half of the range, a hammer at 0.1 V, a half-driven
+            // input at 1.0 V.
             for other in [2048, 124, 1240] {
                 assert!(!codes.contains(&other), "{noted}: {other}");
             }

@@ -1,4 +1,4 @@
-//! Two links at a time, of which the host uses one: that over which it has sent something last.
+//! Two links, of which the host uses one: the link over which it has last sent something.
 
 use core::fmt;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -7,24 +7,24 @@ use embassy_futures::select::{Either, select};
 use embedded_io_async::{Error, ErrorKind, ErrorType, Read, Write};
 use massline_firmware::board::Link;
 
-/// Ends whatever frame of the other link was under way.
+/// Ends an unfinished frame from the other link.
 const DELIMITER: u8 = 0;
 
-/// Both links, the first of which is used until the host says otherwise.
+/// Both links. The first is used until the host sends something over the second.
 pub struct TwinLink<A, B> {
     first: A,
     second: B,
     used: &'static Used,
 }
 
-/// Which of the links is used.
+/// The link that is in use.
 #[derive(Debug, Default)]
 pub struct Used {
     second: AtomicBool,
 }
 
 impl Used {
-    /// The first.
+    /// The first link is in use.
     pub const fn new() -> Self {
         Self { second: AtomicBool::new(false) }
     }
@@ -33,7 +33,7 @@ impl Used {
         self.second.load(Ordering::Relaxed) == (side == Side::Second)
     }
 
-    /// True when the other one was used before.
+    /// Puts this link into use; returns true when the other one was used before.
     fn switch(&self, side: Side) -> bool {
         let second = side == Side::Second;
         self.second.swap(second, Ordering::Relaxed) != second
@@ -47,7 +47,7 @@ enum Side {
 }
 
 impl<A, B> TwinLink<A, B> {
-    /// Of two links.
+    /// A link that combines two links.
     pub const fn new(first: A, second: B, used: &'static Used) -> Self {
         Self { first, second, used }
     }
@@ -81,7 +81,7 @@ pub struct TwinTx<A, B> {
     used: &'static Used,
 }
 
-/// What kind of error the link that is used has had.
+/// Error of the link in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TwinError(ErrorKind);
 
@@ -108,11 +108,12 @@ impl<A, B> ErrorType for TwinRx<A, B> {
 }
 
 impl<A: Read, B: Read> Read for TwinRx<A, B> {
-    /// Bytes of either; of the one that is used also that it is gone. Needs room for four bytes.
+    /// Reads bytes from either link. Reports a disconnection only of the link in use. Needs room for four
+    /// bytes.
     async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, TwinError> {
         let middle = bytes.len() / 2;
         loop {
-            // One byte before each part for a delimiter.
+            // One byte before each part is for a delimiter.
             let (left, right) = bytes.split_at_mut(middle);
             let (left, right) = (&mut left[1..], &mut right[1..]);
             let (side, read, start) =
@@ -170,7 +171,7 @@ mod tests {
 
     use super::*;
 
-    /// What a host sends, piece by piece; an empty piece says that it is gone.
+    /// What a host sends, piece by piece; an empty piece stands for a disconnection.
     #[derive(Clone, Default)]
     struct Wire {
         to_rig: Rc<RefCell<VecDeque<Vec<u8>>>>,
@@ -240,7 +241,7 @@ mod tests {
             Self { first, second, rx, tx }
         }
 
-        /// What comes now, or `None` when there is nothing.
+        /// The next piece, or `None` when there is nothing.
         fn read(&mut self) -> Option<Vec<u8>> {
             let mut bytes = [0xEE; 8];
             match poll_once(self.rx.read(&mut bytes)) {

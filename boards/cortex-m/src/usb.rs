@@ -1,8 +1,7 @@
 //! The link over USB: a serial port of class CDC-ACM.
 //!
-//! Nobody may be reading: then a packet waits for ever, and the session gives the write up after its
-//! own timeout. When the host closes the port the reader says so once, and the session forgets that it
-//! was listened to.
+//! If no host reads, a packet waits forever, and the session gives the write up after its own timeout. When
+//! the host closes the port, `read` returns 0 once, and the session stops sending events.
 
 use core::fmt;
 
@@ -14,13 +13,13 @@ use embedded_io_async::{ErrorKind, ErrorType, Read, Write};
 use massline_firmware::board::Link;
 use static_cell::StaticCell;
 
-/// Of pid.codes, for devices that are not sold.
+/// Vendor of pid.codes, with a product for devices that are not sold.
 const VENDOR: u16 = 0x1209;
 const PRODUCT: u16 = 0x0001;
-/// Bytes of a packet at full speed.
+/// Bytes of a full-speed packet.
 const PACKET: usize = 64;
 
-/// The device, which is to be run, and its link. To be called once.
+/// Creates the device, which the caller must run, and its link. To be called once.
 pub fn open<D: Driver<'static>>(
     driver: D,
     serial_number: &'static str,
@@ -57,17 +56,17 @@ pub struct UsbRx<D: Driver<'static>> {
     control: ControlChanged<'static>,
     /// The host has configured the device.
     configured: bool,
-    /// The host has the port open, as far as it says.
+    /// The host reports that the port is open.
     open: bool,
     packet: [u8; PACKET],
-    /// What of the packet is still to be read.
+    /// The part of the packet that is still to be read.
     rest: core::ops::Range<usize>,
 }
 
 /// To the host.
 pub struct UsbTx<D: Driver<'static>> {
     sender: Sender<'static, D>,
-    /// The last packet was full: the host waits for another one.
+    /// The last packet was full, so the host waits for another one.
     full: bool,
 }
 
@@ -93,7 +92,7 @@ impl<D: Driver<'static>> Link for UsbLink<D> {
     type Rx = UsbRx<D>;
     type Tx = UsbTx<D>;
 
-    /// At full speed, some hundred kilobytes a second.
+    /// USB at full speed carries several hundred kilobytes per second.
     const STREAMS: bool = true;
 
     fn split(self) -> (UsbRx<D>, UsbTx<D>) {
@@ -128,7 +127,7 @@ impl<D: Driver<'static>> Read for UsbRx<D> {
 }
 
 impl<D: Driver<'static>> UsbRx<D> {
-    /// Waits for the next packet that is not empty; 0, once, when the host has gone.
+    /// Waits for the next packet that is not empty; returns 0, once, when the host has disconnected.
     async fn receive(&mut self) -> usize {
         loop {
             if !self.configured {
@@ -167,7 +166,7 @@ impl<D: Driver<'static>> Write for UsbTx<D> {
         Ok(count)
     }
 
-    /// A full packet tells the host that more comes: an empty one ends the transfer.
+    /// After a full packet the host expects more, so an empty packet ends the transfer.
     async fn flush(&mut self) -> Result<(), NotConnected> {
         if self.full {
             self.sender.write_packet(&[]).await.map_err(|_| NotConnected)?;

@@ -1,5 +1,5 @@
-//! For the boards with an STM32, each of which includes this file, because a chip is a feature of the HAL: what of
-//! the panel's wires does not depend on the pins.
+//! The part of the panel's wiring that does not depend on the pins. Each board with an STM32 includes this
+//! file, because the chip is a feature of the HAL.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Input, Pin, Pull};
@@ -14,17 +14,17 @@ use massline_cortex_m::panel::Tone;
 /// The bus of the screen.
 pub type Bus = I2c<'static, Async, Master>;
 
-/// How the bus of the screen is run.
+/// Configuration of the screen's bus.
 pub fn bus_config() -> i2c::Config {
     let mut config = i2c::Config::default();
     config.frequency = khz(400);
-    // Modules have their own; without a module these keep the bus quiet.
+    // Screen modules have their own pull-ups; without a module these keep the bus idle.
     config.scl_pullup = true;
     config.sda_pullup = true;
     config
 }
 
-/// A button to ground.
+/// Input for a button to ground.
 pub fn button(pin: Peri<'static, impl Pin>) -> Input<'static> {
     Input::new(pin, Pull::Up)
 }
@@ -36,7 +36,7 @@ pub struct Buzzer {
 }
 
 impl Buzzer {
-    /// Silent.
+    /// A silent buzzer.
     pub fn new(pwm: SimplePwm<'static, TIM4>, channel: Channel) -> Self {
         Self { pwm, channel }
     }

@@ -1,4 +1,4 @@
-//! For the boards with an STM32, each of which includes this file: the independent watchdog.
+//! The independent watchdog. Each board with an STM32 includes this file.
 
 use embassy_stm32::Peri;
 use embassy_stm32::peripherals::IWDG;
@@ -9,7 +9,7 @@ use massline_cortex_m::rig::{self, WATCHDOG};
 pub struct Watchdog(IndependentWatchdog<'static, IWDG>);
 
 impl Watchdog {
-    /// Sleeps.
+    /// A watchdog that is not started.
     pub fn new(watchdog: Peri<'static, IWDG>) -> Self {
         Self(IndependentWatchdog::new(watchdog, WATCHDOG.as_micros() as u32))
     }

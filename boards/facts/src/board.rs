@@ -1,4 +1,4 @@
-//! The facts of a board as they stand in its file.
+//! The facts of a board as its file states them.
 
 use std::ops::Range;
 
@@ -14,23 +14,23 @@ pub struct Board {
     /// The folder under `boards/`; also the value of `--board` and the name in the rig's identity.
     #[serde(skip)]
     pub name: String,
-    /// What people call it.
+    /// Name of the board in texts for people.
     pub title: String,
     /// The target of the Rust compiler.
     pub target: String,
     /// `None` for a board that is emulated.
     pub chip: Option<Chip>,
-    /// All flash that there is.
+    /// All flash of the board.
     pub flash: Flash,
-    /// All RAM that there is in one piece.
+    /// The largest contiguous RAM.
     pub ram: Ram,
-    /// How much of both the firmware may use.
+    /// How much of flash and RAM the firmware may use.
     pub image: Image,
-    /// `massline-budgets` fails above these.
+    /// Limits above which `massline-budgets` fails.
     pub budget: Budget,
-    /// How firmware gets into the chip without a debug probe.
+    /// How the chip is flashed without a debug probe.
     pub boot_loader: Option<BootLoader>,
-    /// Which pin goes where.
+    /// Use of the pins.
     pub wiring: Option<Wiring>,
 }
 
@@ -38,9 +38,9 @@ pub struct Board {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Chip {
-    /// As printed on it, without package and temperature range.
+    /// Name printed on the chip, without package and temperature range.
     pub name: String,
-    /// As probe-rs calls it.
+    /// Name of the chip in probe-rs.
     pub probe_rs: String,
 }
 
@@ -50,7 +50,7 @@ pub struct Chip {
 pub struct Flash {
     /// Address of the first byte.
     pub origin: u32,
-    /// What is erased at once, from the origin on.
+    /// Units of erasing, from the origin on.
     pub sectors: Vec<Sectors>,
     /// The part that the rig itself writes.
     pub store: Option<Region>,
@@ -83,9 +83,10 @@ pub type Ram = Region;
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Image {
-    /// Of flash. A store that lies within is left out: the vector table comes before it, the code behind it.
+    /// Bytes of flash. A store within this range is left out: the vector table comes before it, the code
+    /// after it.
     pub flash_bytes: u32,
-    /// Of RAM, for statics and stack.
+    /// Bytes of RAM, for statics and stack.
     pub ram_bytes: u32,
     /// A linker script in the board's folder that is added to the memory map.
     pub sections: Option<String>,
@@ -95,21 +96,21 @@ pub struct Image {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budget {
-    /// Everything that is loaded.
+    /// All loaded sections, bytes.
     pub flash_bytes: u64,
-    /// Statics, the stack as measured on the emulated board and a quarter more, 2 KiB for interrupts.
+    /// Statics, plus 1.25 times the stack measured on the emulated board, plus 2 KiB for interrupts.
     pub ram_bytes: u64,
 }
 
 impl Region {
-    /// From the first address to the one behind the last.
+    /// The addresses of the region.
     pub fn range(&self) -> Range<u32> {
         self.origin..self.origin + self.bytes
     }
 }
 
 impl Flash {
-    /// All of it.
+    /// The addresses of the whole flash.
     pub fn range(&self) -> Range<u32> {
         self.origin..self.origin + self.bytes()
     }

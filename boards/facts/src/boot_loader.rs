@@ -1,12 +1,12 @@
-//! The ways into a chip that need nothing but a cable.
+//! Boot loaders: the ways to flash a chip that need only a cable.
 
 use serde::Deserialize;
 
-/// What takes the firmware, and how it is found.
+/// The boot loader of a board, and how the host finds it.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum BootLoader {
-    /// In the chip, over USB: DFU with ST's extensions.
+    /// A boot loader in the chip that speaks DFU over USB, with ST's extensions.
     Dfu(Dfu),
     /// A drive that takes a UF2 file.
     Uf2(Uf2),
@@ -18,11 +18,11 @@ pub enum BootLoader {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dfu {
-    /// What to do so that it shows itself.
+    /// What the user must do so that it appears.
     pub steps: String,
-    /// What to try when it does not.
+    /// What to try when it does not appear.
     pub remedy: String,
-    /// By this it is found.
+    /// USB identifiers by which it is found.
     pub usb: UsbId,
 }
 
@@ -30,13 +30,13 @@ pub struct Dfu {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Uf2 {
-    /// What to do so that it shows itself.
+    /// What the user must do so that it appears.
     pub steps: String,
-    /// The label of its file system.
+    /// Label of its file system.
     pub label: String,
-    /// A word of its `INFO_UF2.TXT` by which it is told from others.
+    /// A word of its `INFO_UF2.TXT` that distinguishes it from others.
     pub model: String,
-    /// The family that the blocks of the file are for.
+    /// Family ID of the blocks of the file.
     pub family: u32,
 }
 
@@ -44,24 +44,24 @@ pub struct Uf2 {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StLink {
-    /// What to do so that it shows itself.
+    /// What the user must do so that it appears.
     pub steps: String,
-    /// How the label of its file system ends.
+    /// End of the label of its file system.
     pub label: String,
 }
 
-/// What a USB device calls itself.
+/// Identifiers of a USB device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UsbId {
-    /// Who has made it.
+    /// Vendor ID.
     pub vendor: u16,
-    /// What it is.
+    /// Product ID.
     pub product: u16,
 }
 
 impl BootLoader {
-    /// What to do so that it shows itself.
+    /// What the user must do so that it appears.
     pub fn steps(&self) -> &str {
         match self {
             Self::Dfu(dfu) => &dfu.steps,

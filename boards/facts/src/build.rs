@@ -1,4 +1,4 @@
-//! For build scripts. A fact that is missing or wrong is an error of the build.
+//! Functions for build scripts. A missing or wrong fact fails the build.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -15,16 +15,16 @@ use crate::list::boards;
 pub enum Program {
     /// The firmware.
     Firmware,
-    /// Tests on the chip, by embedded-test.
+    /// Tests on the chip, with embedded-test.
     HardwareTest,
 }
 
-/// In the build script of a board: writes the constants of the firmware, `facts.rs`, and for the chip the
-/// memory map, `memory.x`, and has these programs linked by `scripts`, in this order.
+/// For the build script of a board: writes the constants of the firmware, `facts.rs`. For a chip it also
+/// writes the memory map, `memory.x`, and links these programs with `scripts`, in this order.
 pub fn board(programs: &[Program], scripts: &[&str]) {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed={FILE}");
-    // The macro of the hardware tests asks for it.
+    // The macro of the hardware tests checks for it.
     println!("cargo::rustc-check-cfg=cfg(rust_analyzer)");
     reported(|| {
         let board = Board::read(&folder())?;
@@ -40,8 +40,8 @@ pub fn board(programs: &[Program], scripts: &[&str]) {
     });
 }
 
-/// In the build script of the host: writes `boards.rs`, a table of the name and the facts of every board of
-/// the workspace at `root`.
+/// For the build script of the host: writes `boards.rs`, a table of the name and the facts of every board
+/// of the workspace at `root`.
 pub fn table(root: &Path) {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed={}", root.join("Cargo.toml").display());
@@ -82,13 +82,13 @@ fn own_script(name: &str) -> Result<String, Error> {
     fs::read_to_string(&path).map_err(|source| Error::NotRead { path, source })
 }
 
-/// Writes a file among those that the build makes.
+/// Writes a file to the build's output directory.
 fn written(name: &str, text: &str) -> Result<(), Error> {
     let path = out_dir().join(name);
     fs::write(&path, text).map_err(|source| Error::NotWritten { path, source })
 }
 
-/// Ends the build with the error in words.
+/// Runs `work`; fails the build with a message on an error.
 fn reported(work: impl FnOnce() -> Result<(), Error>) {
     if let Err(error) = work() {
         for line in error.to_string().lines() {

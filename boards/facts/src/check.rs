@@ -1,12 +1,13 @@
-//! What the types of the facts do not say: sizes that fit each other, and what a board with a chip must state.
+//! Checks that the types of the facts do not enforce: consistent sizes, and the facts that a board with a
+//! chip must state.
 
 use crate::board::Board;
 use crate::error::Error;
 
-/// The first contradiction.
+/// Returns the first contradiction as an error.
 ///
 /// # Errors
-/// Names the key.
+/// The error names the key.
 pub fn check(board: &Board) -> Result<(), Error> {
     memories(board)?;
     store(board)?;
@@ -14,7 +15,8 @@ pub fn check(board: &Board) -> Result<(), Error> {
     chip(board)
 }
 
-/// Nothing goes beyond the last address, so that sums of addresses and sizes do not overflow later.
+/// Checks that no region exceeds the address space, so that sums of addresses and sizes do not overflow
+/// later.
 fn memories(board: &Board) -> Result<(), Error> {
     let too_large =
         |key| Err(Error::contradiction(key, "must end before the address 0xffff_ffff".into()));
@@ -30,7 +32,7 @@ fn memories(board: &Board) -> Result<(), Error> {
     }
 }
 
-/// The rig erases whole sectors, and only its own.
+/// Checks that the store consists of whole sectors, because the rig erases whole sectors.
 fn store(board: &Board) -> Result<(), Error> {
     let Some(store) = board.flash.store.map(|store| store.range()) else { return Ok(()) };
     let starts = board.flash.each_sector().any(|sector| sector.start == store.start);
@@ -73,7 +75,7 @@ fn within(key: &'static str, value: u64, whole: &str, limit: u64) -> Result<(), 
     Err(Error::contradiction(key, format!("{value} bytes are more than {whole}, {limit} bytes")))
 }
 
-/// What is flashed and drawn.
+/// Checks the facts for flashing and for the schematic.
 fn chip(board: &Board) -> Result<(), Error> {
     let missing = |key| Err(Error::contradiction(key, "a board with a chip must state it".into()));
     match board {
@@ -176,7 +178,7 @@ pub mod tests {
     fn the_image_fits_its_memories_and_its_budget_the_image() {
         refused(|board| board.image.flash_bytes = 0x8_0001, "image.flash_bytes");
         refused(|board| board.image.ram_bytes = 0x2_0001, "image.ram_bytes");
-        // 0x6_4000 less the store's 0xC000 are 360 448.
+        // 0x6_4000 less the store's 0xC000 is 360 448.
         refused(|board| board.budget.flash_bytes = 360_449, "budget.flash_bytes");
         refused(|board| board.budget.ram_bytes = 0x2_0001, "budget.ram_bytes");
     }

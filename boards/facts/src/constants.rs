@@ -1,8 +1,8 @@
-//! What the firmware knows of its board's facts.
+//! The board's facts as constants for the firmware.
 
 use crate::board::Board;
 
-/// The constants as Rust.
+/// The constants as Rust source.
 pub fn constants(board: &Board) -> String {
     let Board { name, target, flash, .. } = board;
     let mut text = format!(

@@ -1,9 +1,9 @@
-//! What can be wrong with the facts of a board.
+//! Errors in the facts of a board.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What is wrong with the facts of a board, and where.
+/// An error in the facts of a board, and its place.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file that cannot be read.
@@ -11,7 +11,7 @@ pub enum Error {
     NotRead {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// A file that cannot be written.
@@ -19,10 +19,10 @@ pub enum Error {
     NotWritten {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// No TOML, a key that is missing or unknown, or a value of another type.
+    /// Invalid TOML, a missing or unknown key, or a value of the wrong type.
     #[error("{}: {source}", path.display())]
     Syntax {
         /// The file; empty if the text came without one.
@@ -37,10 +37,10 @@ pub enum Error {
         path: PathBuf,
         /// The key.
         key: &'static str,
-        /// What is wrong with its value.
+        /// Why its value is wrong.
         why: String,
     },
-    /// Two boards that cannot be told apart.
+    /// Two boards that cannot be distinguished.
     #[error(
         "boards/{part} and boards/{whole}: the name of the one is part of the other's, and firmware is known by \
          the name that it holds; rename one folder"

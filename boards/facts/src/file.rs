@@ -14,7 +14,7 @@ impl Board {
     /// Reads and checks the facts in the folder of a board.
     ///
     /// # Errors
-    /// Names the file and the key.
+    /// The error names the file and the key.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(FILE);
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
@@ -23,10 +23,10 @@ impl Board {
         Self::parse(&name, &text).map_err(|error| error.in_file(&path))
     }
 
-    /// The board of this name by the text of its file.
+    /// Parses and checks the facts of the board with this name from the text of its file.
     ///
     /// # Errors
-    /// Names the key.
+    /// The error names the key.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let board: Self = toml::from_str(text).map_err(Error::syntax)?;
         let board = Self { name: name.to_owned(), ..board };

@@ -1,11 +1,11 @@
-//! What is known of each board before its firmware runs: `boards/<name>/board.toml`, read and checked.
+//! The static facts of each board: `boards/<name>/board.toml`, read and checked.
 //!
 //! ```text
 //!  board.toml ─ Board ─┬─ build   memory.x and the constants of the firmware, by its build script
 //!                      ├─ build   the table of `massline flash`, by the build script of the host
-//!                      └─ list    budgets, schematics, the gate: every board by itself
+//!                      └─ list    budgets, schematics, the gate: each board separately
 //! ```
-//! This is for build scripts, the host and tests; the firmware sees the constants only.
+//! This crate is for build scripts, the host and tests; the firmware uses only the constants.
 
 pub mod board;
 pub mod boot_loader;

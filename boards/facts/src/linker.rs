@@ -1,4 +1,4 @@
-//! The memory map that the linker is given.
+//! The memory map for the linker.
 
 use crate::board::Board;
 

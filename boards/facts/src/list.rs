@@ -1,4 +1,4 @@
-//! The one list of boards: `members` of the workspace.
+//! The list of boards, from the `members` of the workspace.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ struct Workspace {
 /// The members of the workspace at `root` that have facts, by name.
 ///
 /// # Errors
-/// When the manifest or the facts of a board cannot be read, naming file and key.
+/// When the manifest or the facts of a board cannot be read. The error names the file and the key.
 pub fn boards(root: &Path) -> Result<Vec<Board>, Error> {
     let folders = folders(root)?;
     let mut boards =
@@ -45,7 +45,8 @@ fn folders(root: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(folders.filter(|folder| folder.join(FILE).is_file()).collect())
 }
 
-/// An image is known by the name of its board, which it holds.
+/// Checks that no board's name is a part of another's: an image is identified by the board name that it
+/// contains.
 fn check_names_differ(boards: &[Board]) -> Result<(), Error> {
     let names = || boards.iter().map(|board| &board.name);
     let mut pairs = names().flat_map(|part| names().map(move |whole| (part, whole)));
@@ -87,7 +88,7 @@ mod tests {
         }
     }
 
-    /// Cargo reads the target and the chip of a board from a file of its own.
+    /// Target and chip of a board are also in a file for Cargo, which must agree.
     #[test]
     fn the_cargo_settings_in_the_folder_of_a_chip_agree_with_its_facts() {
         let mut seen = 0;
@@ -101,7 +102,7 @@ mod tests {
             assert_eq!(runner, Some(&*expected), "{path:?}");
             seen += 1;
         }
-        // The three boards of the guides.
+        // At least the three boards of the guides have a chip.
         assert!(seen >= 3, "{seen} boards with a chip");
     }
 

@@ -1,4 +1,4 @@
-//! Prints the boards, one on a line: package, target, and the folder's name. For scripts.
+//! Prints the boards for scripts, one per line: package, target, and the folder's name.
 //!
 //! ```text
 //! cargo run -p massline-boards            every board

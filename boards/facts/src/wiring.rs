@@ -1,32 +1,32 @@
-//! Which pin goes where, and what else of a board is drawn.
+//! Use of the pins, and the other parts of a board in its schematic.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-/// The table `wiring` of a board; `boards/parts.toml` says what is at the other end.
+/// The table `wiring` of a board; `boards/parts.toml` describes what the pins are connected to.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wiring {
-    /// The pin that supplies what is around the board.
+    /// The pin that supplies the parts around the board.
     pub supply: String,
-    /// Of the sensors, where it is another.
+    /// The sensors' supply, if it is another one.
     pub sensor_supply: Option<String>,
-    /// Hammer, then x, y, z of each sensor: pins of the board, or of the converter beside it.
+    /// Inputs of the hammer, then x, y, z of each sensor: pins of the board or of its external converter.
     pub channels: Vec<String>,
     /// The bus of the screen.
     pub screen: ScreenPins,
-    /// Each to ground while pressed.
+    /// Pins of the buttons, connected to ground while pressed.
     pub buttons: Buttons,
-    /// A passive piezo buzzer.
+    /// Pin of a passive piezo buzzer.
     pub buzzer: String,
-    /// The light on the board.
+    /// Pin of the light on the board.
     pub light: String,
     /// Sockets and headers.
     pub plug: Vec<Plug>,
-    /// A converter beside the board.
+    /// External converter.
     pub adc: Option<Adc>,
-    /// Where a pin comes out of the board, if that has another name.
+    /// Label of a pin on the board's header, where it differs from the pin's name.
     #[serde(default)]
     pub connector: BTreeMap<String, String>,
 }
@@ -53,15 +53,15 @@ pub struct Buttons {
     pub next: String,
 }
 
-/// A converter beside the board, and the reference that supplies the sensors too.
+/// An external converter, and its reference, which also supplies the sensors.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Adc {
     /// The converter.
     pub part: String,
-    /// What is done with the pins that are not used.
+    /// How the unused pins are connected.
     pub note: String,
-    /// Its pins and those of the board.
+    /// Pairs of a pin of the converter and a pin of the board.
     pub wires: Vec<[String; 2]>,
     /// Pins at the board's supply.
     pub supply: String,
@@ -69,7 +69,7 @@ pub struct Adc {
     pub reference: String,
     /// Pins at ground.
     pub ground: String,
-    /// Two pins that are joined.
+    /// Two pins that are connected to each other.
     pub joined: [String; 2],
     /// The reference.
     pub reference_part: String,
@@ -81,7 +81,7 @@ pub struct Adc {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plug {
-    /// What is printed beside it.
+    /// Label printed beside it.
     pub name: String,
     /// A remark.
     pub note: String,
@@ -90,7 +90,7 @@ pub struct Plug {
 }
 
 impl Wiring {
-    /// What the sensors run on.
+    /// The sensors' supply.
     pub fn sensor_rail(&self) -> &str {
         self.sensor_supply.as_deref().unwrap_or(&self.supply)
     }
@@ -100,7 +100,7 @@ impl Wiring {
         let ScreenPins { scl, sda } = &self.screen;
         let Buttons { ok, back, next } = &self.buttons;
         let single = [scl, sda, ok, back, next, &self.buzzer, &self.light];
-        // SWD is the debugger's.
+        // The SWD pins are used by the debugger.
         let plugs = self.plug.iter().filter(|plug| !plug.name.contains("SWD"));
         let plugs = plugs.flat_map(|plug| &plug.pins);
         let channels = self.channels.iter().filter(|_| self.adc.is_none());

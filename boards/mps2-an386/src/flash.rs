@@ -1,6 +1,6 @@
-//! Flash with the rules of NOR flash, in memory that outlives a reset.
+//! Simulated NOR flash in memory that survives a reset.
 //!
-//! A page of 4 KiB is erased to ones as a whole; a word of 4 bytes is written once after an erase.
+//! A page of 4 KiB is erased to ones as a whole. A word of 4 bytes can be written once after an erase.
 
 use core::fmt;
 use core::ops::Range;
@@ -9,26 +9,26 @@ use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 
-/// Bytes of a page.
+/// Bytes per page.
 pub const PAGE: usize = 4096;
-/// Bytes of a word.
+/// Bytes per word.
 pub const WORD: usize = 4;
 const ERASED: u8 = 0xFF;
 
-/// A region of flash over plain memory.
+/// A region of flash in plain memory.
 #[derive(Debug)]
 pub struct MemoryFlash<'a> {
     bytes: &'a mut [u8],
 }
 
 impl<'a> MemoryFlash<'a> {
-    /// Over `bytes` with what they hold; whole pages.
+    /// Flash in `bytes`, which keep their content and must be whole pages.
     pub fn new(bytes: &'a mut [u8]) -> Self {
         debug_assert_eq!(bytes.len() % PAGE, 0);
         Self { bytes }
     }
 
-    /// Erases everything: the flash of a machine that starts for the first time.
+    /// Erases everything, for a machine that starts for the first time.
     pub fn erase_all(&mut self) {
         self.bytes.fill(ERASED);
     }
@@ -44,12 +44,12 @@ impl<'a> MemoryFlash<'a> {
     }
 }
 
-/// Why the flash refused.
+/// Why an operation on the flash was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashError {
-    /// An address is not that of a word or page, or lies outside.
+    /// An address is not aligned to a word or page, or lies outside the region.
     Address(NorFlashErrorKind),
-    /// A word was written that had not been erased.
+    /// The word to be written had not been erased.
     NotErased,
 }
 

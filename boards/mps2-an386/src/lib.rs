@@ -1,26 +1,26 @@
-//! What the emulated rig and the host that feeds it have in common.
+//! Code shared by the emulated rig and the host that feeds it.
 //!
-//! QEMU keeps the machine's PSRAM in a file that the host maps too. At its start lies the [`ring`]
-//! of scans, where the analogue front end of a real board would be; further up lies the [`flash`].
+//! QEMU backs the machine's PSRAM with a file that the host maps too. At its start is the [`ring`] of
+//! scans, in place of the analogue front end of a real board; the [`flash`] is at a higher address.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
 pub mod flash;
 pub mod ring;
 
-/// What `board.toml` states.
+/// The facts from `board.toml`.
 pub mod facts {
     include!(concat!(env!("OUT_DIR"), "/facts.rs"));
 }
 
-/// Where the PSRAM starts in the machine's address space.
+/// Start of the PSRAM in the machine's address space.
 pub const PSRAM_ADDRESS: usize = 0x2100_0000;
-/// Bytes of PSRAM: the size of the file.
+/// Bytes of PSRAM, which is the size of the file.
 pub const PSRAM_SIZE: usize = 16 << 20;
 
-/// Where the ring starts in the PSRAM.
+/// Offset of the ring in the PSRAM.
 pub const RING_OFFSET: usize = 0;
-/// Where the flash starts in the PSRAM.
+/// Offset of the flash in the PSRAM.
 pub const FLASH_OFFSET: usize = 8 << 20;
 /// Bytes of flash.
 pub const FLASH_SIZE: usize = 64 << 10;

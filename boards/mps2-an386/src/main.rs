@@ -1,5 +1,4 @@
-//! The rig on the machine `mps2-an386` of QEMU: the application over UART0, the ring of scans and the
-//! flash in PSRAM.
+//! The rig on QEMU's machine `mps2-an386`: the link is UART0; the ring of scans and the flash are in PSRAM.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

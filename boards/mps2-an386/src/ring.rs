@@ -1,12 +1,12 @@
 //! The ring of scans between the host and the emulated rig.
 //!
-//! The rig says up to which scan it wants to read, and the host writes up to there: no scan is lost,
-//! none is made in vain, and neither the emulator's speed nor the host's matters. Time is the index
-//! of a scan.
+//! The rig states up to which scan it wants to read, and the host writes scans up to there. No scan is lost
+//! or made unnecessarily, and the speeds of the emulator and the host do not matter. Time is the index of a
+//! scan.
 //!
-//! A *run* is what the rig reads between two starts of its sampler. The rig counts its runs; the
-//! host answers a new run, once it knows what the rig is armed for, with the index where the run's
-//! scans begin. What the host had written before that, for an earlier run, is never seen.
+//! A *run* is what the rig reads between two starts of its sampler. The rig counts its runs. The host
+//! answers a new run, once it knows for which hit the rig is armed, with the index of the run's first scan.
+//! Scans that the host wrote before that, for an earlier run, are never read.
 //!
 //! Each word of the header is written by one side only. Indices count scans modulo 2³².
 
@@ -15,14 +15,14 @@ use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 use massline_shared::signal::{AdcProperties, CHANNELS, Scan};
 use massline_shared::units::{Hertz, ScanIndex, Seconds, Volts};
 
-/// Scans that the ring holds, the most that are read at once.
+/// Scans that the ring holds, which is also the most that can be read at once.
 pub const CAPACITY: u32 = 4096;
 const _: () = assert!(CAPACITY.is_power_of_two());
 
 const MAGIC: u32 = u32::from_le_bytes(*b"mlsc");
 const VERSION: u32 = 1;
 
-/// The ring as it lies in the PSRAM. All zeros is a ring that no host has opened.
+/// The ring in the PSRAM. All zeros is a ring that no host has opened.
 #[repr(C, align(64))]
 #[derive(Debug)]
 pub struct Ring {
@@ -31,7 +31,7 @@ pub struct Ring {
     scans: [[AtomicU16; CHANNELS]; CAPACITY as usize],
 }
 
-/// What only the host writes.
+/// Words that only the host writes.
 #[repr(C, align(64))]
 #[derive(Debug, Default)]
 struct HostWords {
@@ -48,7 +48,7 @@ struct HostWords {
     run_start: AtomicU32,
 }
 
-/// What only the rig writes.
+/// Words that only the rig writes.
 #[repr(C, align(64))]
 #[derive(Debug, Default)]
 struct RigWords {
@@ -67,7 +67,7 @@ impl Ring {
         }
     }
 
-    /// Opens the ring before the rig starts: states what the scans are.
+    /// Opens the ring before the rig starts, and states the properties of the scans.
     pub fn open(&self, adc: &AdcProperties) {
         let host = &self.host;
         for (word, value) in [
@@ -84,7 +84,7 @@ impl Ring {
         host.magic.store(MAGIC, Ordering::Release);
     }
 
-    /// What the scans are, or `None` when no host has opened the ring or its words make no sense.
+    /// Properties of the scans; `None` when no host has opened the ring or its words are invalid.
     pub fn adc(&self) -> Option<AdcProperties> {
         let host = &self.host;
         let word = |word: &AtomicU32| word.load(Ordering::Relaxed);
@@ -113,7 +113,7 @@ impl Default for Ring {
     }
 }
 
-/// The host's end. There is to be one.
+/// The host's side of the ring. There must be only one.
 #[derive(Debug)]
 pub struct Writer<'a> {
     ring: &'a Ring,
@@ -121,12 +121,12 @@ pub struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// Goes on where a writer before stopped.
+    /// A writer that continues where a previous one stopped.
     pub fn new(ring: &'a Ring) -> Self {
         Self { ring, written: ring.host.written.load(Ordering::Relaxed) }
     }
 
-    /// Answers the rig's run: its scans begin with the next that is pushed.
+    /// Answers the rig's run: its first scan is the next one pushed.
     pub fn begin_run(&mut self) {
         let run = self.ring.rig.run.load(Ordering::Acquire);
         self.publish();
@@ -134,15 +134,15 @@ impl<'a> Writer<'a> {
         self.ring.host.run.store(run, Ordering::Release);
     }
 
-    /// Scans that the rig waits for.
+    /// Number of scans that the rig waits for.
     pub fn wanted(&self) -> u32 {
         let missing = self.ring.rig.wanted.load(Ordering::Acquire).wrapping_sub(self.written);
-        // What an old run wanted may lie behind the start of the new one.
+        // The index that an old run wanted may be before the start of the new run.
         if missing <= CAPACITY { missing } else { 0 }
     }
 
-    /// Writes one scan; false when the rig does not want it. The rig sees it after
-    /// [`Self::publish`].
+    /// Writes one scan, which the rig can read after [`Self::publish`]; returns false when the rig does
+    /// not want it.
     pub fn push(&mut self, scan: &Scan) -> bool {
         if self.wanted() == 0 {
             return false;
@@ -154,26 +154,26 @@ impl<'a> Writer<'a> {
         true
     }
 
-    /// Lets the rig see everything that was pushed.
+    /// Makes everything that was pushed readable for the rig.
     pub fn publish(&self) {
         self.ring.host.written.store(self.written, Ordering::Release);
     }
 }
 
-/// The rig's end. There is to be one.
+/// The rig's side of the ring. There must be only one.
 #[derive(Debug)]
 pub struct Reader<'a> {
     ring: &'a Ring,
     read: u32,
     run: u32,
-    /// Extends `read` to the count since power-on.
+    /// Upper bits that extend `read` to the count since power-on.
     index: u64,
     running: bool,
     in_run: bool,
 }
 
 impl<'a> Reader<'a> {
-    /// Not yet running.
+    /// A reader that is not running.
     pub fn new(ring: &'a Ring) -> Self {
         Self {
             ring,
@@ -185,7 +185,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Starts a run: nothing can be read until the host has answered it.
+    /// Starts a run. Nothing can be read until the host has answered it.
     pub fn start(&mut self) {
         self.run = self.run.wrapping_add(1);
         self.in_run = false;
@@ -203,8 +203,8 @@ impl<'a> Reader<'a> {
         self.running
     }
 
-    /// Fills `block` and gives the index of its first scan, or asks for its scans and leaves it as
-    /// it is when they are not there yet; also when it is longer than [`CAPACITY`].
+    /// Fills `block` and returns the index of its first scan. If the scans are not available yet,
+    /// requests them and leaves `block` unchanged; also when it is longer than [`CAPACITY`].
     pub fn read(&mut self, block: &mut [Scan]) -> Option<ScanIndex> {
         if !self.running || !self.enter_run() {
             return None;
@@ -265,7 +265,7 @@ mod tests {
         core::array::from_fn(|channel| (n as u16).wrapping_mul(10).wrapping_add(channel as u16))
     }
 
-    /// Pushes scans from number `next` on while the rig wants them; gives the number after.
+    /// Pushes scans from number `next` on while the rig wants them; returns the number after the last.
     fn serve(writer: &mut Writer<'_>, mut next: u32) -> u32 {
         while writer.push(&scan(next)) {
             next += 1;
@@ -358,7 +358,7 @@ mod tests {
         assert_eq!(reader.read(&mut block), None);
         reader.stop();
         reader.start();
-        // The host does not know yet that there is a new run.
+        // The host has not seen the new run yet.
         assert_eq!(serve(&mut writer, 100), 108);
         assert_eq!(reader.read(&mut block), None);
         writer.begin_run();

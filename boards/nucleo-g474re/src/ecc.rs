@@ -1,4 +1,4 @@
-//! What the flash says of an error that its code could not correct: RM0440, FLASH_ECCR.
+//! Decodes the flash's report of an uncorrectable error: RM0440, FLASH_ECCR.
 
 use core::ops::Range;
 
@@ -8,31 +8,31 @@ const ADDRESS: u32 = 0x0007_FFFF;
 const BANK_2: u32 = 1 << 21;
 /// The error is in system memory.
 const SYSTEM: u32 = 1 << 22;
-/// Corrected, in the lower and in the upper word of a pair.
+/// Corrected errors in the lower and in the upper word of a pair.
 const CORRECTED: u32 = 1 << 28 | 1 << 30;
-/// Detected and not corrected, likewise.
+/// Uncorrectable errors in the lower and in the upper word of a pair.
 const DETECTED: u32 = 1 << 29 | 1 << 31;
 
-/// Bits which go out when they are written: while one is on, the address is that of the first error.
+/// Bits that are cleared by writing ones: while one is set, the address is that of the first error.
 pub const FLAGS: u32 = CORRECTED | DETECTED;
 
-/// What an interrupt that cannot be masked was about.
+/// Cause of a non-maskable interrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NmiSource {
-    /// A word of the store that was torn: the reader is told.
+    /// A torn word of the store; it is reported to the reader.
     Store,
-    /// A word that nothing should have torn, at this offset from the start of its bank.
+    /// A damaged word outside the store, at this offset from the start of its bank.
     Elsewhere {
-        /// 1 or 2; 0 is system memory.
+        /// Number of the bank, 1 or 2; 0 is system memory.
         bank: u8,
-        /// Bytes from there.
+        /// Offset in the bank, bytes.
         offset: u32,
     },
-    /// Not the flash.
+    /// The flash is not the cause.
     Other,
 }
 
-/// The cause by what the register holds; `store` is a part of bank 2.
+/// The cause by the register's value; `store` is a part of bank 2.
 pub fn nmi_source(register: u32, store: &Range<u32>) -> NmiSource {
     if register & DETECTED == 0 {
         return NmiSource::Other;
@@ -70,7 +70,7 @@ mod tests {
         for (register, bank, offset) in [
             (ECCD | BK_ECC | (STORE.start - 8), 2, STORE.start - 8),
             (ECCD | BK_ECC | STORE.end, 2, STORE.end),
-            // The same offset in bank 1, where the code lies.
+            // The same offset in bank 1, which holds the code.
             (ECCD | STORE.start, 1, STORE.start),
             (ECCD | BK_ECC | 1 << 22 | STORE.start, 0, STORE.start),
         ] {

@@ -1,7 +1,7 @@
-//! What is converted when: clocks, inputs, times. The arithmetic is checked when this compiles.
+//! Timing of the sampling: clocks, inputs, times. The arithmetic is checked at compile time.
 //!
-//! ADC1 and ADC2 convert at the same time, so the channels come in pairs, and a pair of codes is one word
-//! of the transfer: in memory they lie in the order of the channels.
+//! ADC1 and ADC2 convert at the same time, so the channels are converted in pairs. A pair of codes is one
+//! word of the transfer, and in memory the codes are in the order of the channels.
 
 use massline_cortex_m::sequence::Input;
 use massline_firmware::scan_ring::Decimation;
@@ -10,52 +10,52 @@ use massline_shared::units::{Hertz, Seconds, Volts};
 
 use crate::sequence::SampleTime;
 
-/// The core and the timers: 24 MHz / 6 · 85 / 2.
+/// Clock of the core and the timers: 24 MHz / 6 · 85 / 2.
 pub const CORE_HZ: u32 = 170_000_000;
-/// Both ADCs: a quarter. Up to 52 MHz are allowed for two at a time.
+/// Clock of both ADCs: a quarter of the core clock. The limit for two ADCs at a time is 52 MHz.
 pub const ADC_HZ: u32 = CORE_HZ / 4;
-/// Scans a second.
+/// Scans per second.
 pub const RATE_HZ: u32 = 4000;
-/// Raw scans of one scan.
+/// Raw scans per scan.
 pub const RATIO: u32 = 4;
-/// Conversions that an ADC adds up by itself for one raw code; its register holds the exponent less 1.
+/// Conversions that an ADC sums in hardware for one raw code; its register holds the exponent less 1.
 pub const ADDED_UP: u32 = 4;
-/// Cycles of the core between two raw scans: what the timer counts.
+/// Core cycles between two raw scans, which the timer counts.
 pub const TIMER_CYCLES: u32 = CORE_HZ / (RATE_HZ * RATIO);
 
-/// Codes that come at the same time.
+/// Codes that are converted at the same time.
 pub const PAIR: usize = 2;
-/// Pairs of a raw scan: the channels, then the reference.
+/// Pairs per raw scan: the channels, then the reference.
 pub const PAIRS: usize = CHANNELS / PAIR + 1;
-/// Codes of a raw scan.
+/// Codes per raw scan.
 pub const RANKS: usize = PAIR * PAIRS;
 /// The rank of the reference: the first of the last pair.
 pub const SENTINEL: usize = CHANNELS;
 
-/// 0.58 µs, four times over.
+/// Sample time of a channel, 0.58 µs, for each of the four conversions.
 const CHANNEL_TIME: SampleTime = SampleTime::Cycles24;
-/// 5.8 µs; the reference needs 4.
+/// Sample time of the reference, 5.8 µs; it needs 4 µs.
 const SENTINEL_TIME: SampleTime = SampleTime::Cycles247;
 
 const fn input(channel: u32) -> Input {
     Input { channel, time: CHANNEL_TIME as u32 }
 }
 
-/// PA0 hammer, PC0, PC2, PB0, PB14, the internal reference.
+/// Inputs of ADC1: PA0 hammer, PC0, PC2, PB0, PB14, the internal reference.
 pub const ADC1: [Input; PAIRS] = {
     let reference = Input { channel: 18, time: SENTINEL_TIME as u32 };
     [input(1), input(6), input(8), input(15), input(5), reference]
 };
-/// PA1, PC1, PC3, PA4, PA6, and that once more beside the reference. Both of a pair take equally long, so
-/// there it is ADC1 that is waited for, and this code is not used.
+/// Inputs of ADC2: PA1, PC1, PC3, PA4, PA6, and PA6 once more beside the reference. Both ADCs of a pair
+/// must finish together, so ADC1 determines the time of the last pair, and this code is not used.
 pub const ADC2: [Input; PAIRS] = [input(2), input(7), input(9), input(17), input(3), input(3)];
 
-/// Cycles of the ADCs that a raw scan takes.
+/// ADC cycles per raw scan.
 const SCAN_CYCLES: u32 = {
     let channels = (PAIRS as u32 - 1) * CHANNEL_TIME.with_conversion();
     ADDED_UP * (channels + SENTINEL_TIME.with_conversion())
 };
-/// Cycles of the ADCs between two raw scans.
+/// ADC cycles between the starts of two raw scans.
 const SCAN_ROOM: u32 = ADC_HZ / (RATE_HZ * RATIO);
 
 const _: () = assert!(CHANNELS.is_multiple_of(PAIR));
@@ -63,7 +63,7 @@ const _: () = assert!(TIMER_CYCLES * RATE_HZ * RATIO == CORE_HZ, "the rate is ex
 const _: () = assert!(SCAN_CYCLES + 20 <= SCAN_ROOM, "a raw scan ends before the next trigger");
 const _: () = assert!(SENTINEL_TIME.with_conversion() * 250_000 >= ADC_HZ, "4 µs");
 
-/// Four sums of four codes of 12 bits make one of 16.
+/// Four sums of four codes of 12 bits are averaged into one code of 16 bits.
 pub const DECIMATION: Decimation = Decimation {
     raw_bits: 14,
     raw_full: (ADDED_UP * 4095) as u16,
@@ -72,16 +72,17 @@ pub const DECIMATION: Decimation = Decimation {
 };
 const _: () = assert!(DECIMATION.is_usable());
 
-/// Raw scans of half the buffer: an interrupt every quarter of a millisecond, for each scan.
+/// Raw scans per half of the buffer: one interrupt per scan, every quarter of a millisecond.
 pub const HALF_SCANS: usize = 4;
-/// Values of the buffer.
+/// Values in the buffer.
 pub const RAW_LENGTH: usize = 2 * HALF_SCANS * RANKS;
-/// Scans that wait to be read: 40 ms, a block of 20 that is not full yet, and some more.
+/// Scans that can wait to be read: 40 ms, a block of 20 that is not full yet, and a margin.
 pub const RING_SCANS: usize = 184;
 const _: () = assert!(RING_SCANS >= RATE_HZ as usize * 40 / 1000 + 20);
 
-/// What the sampler states; `reference` is the voltage to which codes are corrected. The second channel of
-/// a pair comes with the first, so half the time between pairs is right to within that half.
+/// Properties that the sampler states; `reference` is the voltage to which codes are corrected. Both
+/// channels of a pair are sampled together, so stating half the time between pairs as the channel delay is
+/// accurate to within that half.
 pub const fn properties(reference: Volts) -> AdcProperties {
     let pair = ADDED_UP * CHANNEL_TIME.with_conversion();
     AdcProperties {
@@ -102,7 +103,7 @@ mod tests {
         assert_eq!((SCAN_CYCLES, SCAN_ROOM, TIMER_CYCLES), (1780, 2656, 10_625));
         let properties = properties(Volts(3.0));
         assert_eq!((properties.bits, properties.rate.0), (16, 4000.0));
-        // 74 cycles of 42.5 MHz.
+        // 74 cycles at 42.5 MHz.
         assert!((properties.channel_delay.0 - 1.7412e-6).abs() < 1e-10);
     }
 }

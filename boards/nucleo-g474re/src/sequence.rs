@@ -2,7 +2,7 @@
 
 use massline_cortex_m::sequence::Layout;
 
-/// How long an input is sampled, in cycles of the ADC's clock; the value is the register's.
+/// Sample time of an input, in ADC cycles; the discriminant is the register's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum SampleTime {
@@ -25,13 +25,13 @@ pub enum SampleTime {
 }
 
 impl SampleTime {
-    /// Cycles with the 12.5 that a conversion of 12 bits takes.
+    /// Number of ADC cycles, including the 12.5 of a 12-bit conversion.
     pub const fn with_conversion(self) -> u32 {
         [15, 19, 25, 37, 60, 105, 260, 653][self as usize]
     }
 }
 
-/// SQR1 to SQR4: ranks of six bits, five in a register; the lowest place of SQR1 is the length's.
+/// SQR1 to SQR4: ranks of six bits, five per register; the lowest position of SQR1 holds the length.
 pub const LAYOUT: Layout = Layout { bits: 6, per_word: 5, first: 1, length: (0, 0) };
 
 #[cfg(test)]
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
     use crate::plan::{ADC1, ADC2};
 
-    /// What the chip reads out of the registers, by the manual's tables: where each `SQn` begins.
+    /// Decodes the registers as the chip does, by the manual's tables of the position of each `SQn`.
     fn decode(registers: &Registers) -> Vec<(u32, u32)> {
         const PLACES: [(usize, u32); MOST_RANKS] = [
             (0, 6),

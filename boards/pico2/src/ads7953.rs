@@ -1,8 +1,9 @@
-//! The external converter, TI's ADS7953: what it is told, and what its frames say.
+//! The external converter, TI's ADS7953: its commands and its frames.
 //!
-//! *Frame*: 16 clocks while the chip is selected: a command goes in and a conversion comes out, four bits
-//! of channel (the *tag*) and twelve of code. Its sampling ends where a frame begins. In the mode *Auto-2* the chip goes
-//! from channel 0 to the last and begins again, without being told. SLAS605, "Device functional modes".
+//! *Frame*: 16 clocks while the chip is selected. A command is sent and a conversion is received: four bits
+//! of channel (the *tag*) and twelve of code. The sampling of an input ends at the start of a frame. In the
+//! mode *Auto-2* the chip cycles from channel 0 to the last without further commands. SLAS605, "Device
+//! functional modes".
 
 use massline_shared::signal::CHANNELS;
 
@@ -11,40 +12,40 @@ use crate::plan::{IN_STEP, OUT_OF_STEP, RANKS, SENTINEL};
 /// The last channel of a pass.
 const LAST: u16 = CHANNELS as u16 - 1;
 
-/// Program Auto-2: this is the last channel.
+/// Command: program Auto-2 with the last channel.
 const PROGRAM_AUTO_2: u16 = 0b1001 << 12 | LAST << 6;
-/// Go on with Auto-2 from channel 0 (bit 10); what follows bit 11 counts: the range of the reference,
-/// no sleep, tags.
+/// Command: continue in Auto-2 from channel 0 (bit 10). Bit 11 makes the bits below it valid: the range of
+/// the reference, no sleep, tags.
 const ENTER_AUTO_2: u16 = 0b0011 << 12 | 1 << 11 | 1 << 10;
-/// What the chip is told first; all zeros after that is "go on".
+/// The first commands; after them, all zeros means "continue".
 pub const COMMANDS: [u16; 2] = [PROGRAM_AUTO_2, ENTER_AUTO_2];
 
-/// Frames after the commands within which a whole pass must have begun: two of them are still of what the
-/// chip did before, and a pass follows that begins anywhere.
+/// Frames after the commands within which a whole pass must end: two frames are still of the chip's
+/// previous mode, and the pass after them may start at any channel.
 pub const FRAMES_TO_START: usize = 4 * CHANNELS;
 
 const CODE_BITS: u32 = 12;
 const CODE: u16 = (1 << CODE_BITS) - 1;
 
-/// The channel that a frame says it is of.
+/// The channel in a frame's tag.
 const fn tag(frame: u16) -> u16 {
     frame >> CODE_BITS
 }
 
-/// Looks for the end of a pass among the first frames, so that what follows begins with channel 0.
+/// Finds the end of a pass in the first frames, so that the frame after it is of channel 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Start {
-    /// Frames in order, up to the last one.
+    /// Number of consecutive frames in order so far.
     in_order: u16,
 }
 
 impl Start {
-    /// Nothing seen.
+    /// A search before the first frame.
     pub const fn new() -> Self {
         Self { in_order: 0 }
     }
 
-    /// Takes a frame; true when it was the last of a whole pass.
+    /// Adds a frame; returns true when it was the last of a whole pass.
     pub fn ends_with(&mut self, frame: u16) -> bool {
         self.in_order = match tag(frame) {
             tag if tag == self.in_order => tag + 1,
@@ -55,7 +56,7 @@ impl Start {
     }
 }
 
-/// The codes of a pass, and as the sentinel whether every frame is of the channel that it should be of.
+/// The codes of a pass, and the sentinel, which shows whether every frame is of the expected channel.
 pub fn ranks(frames: [u16; CHANNELS]) -> [u16; RANKS] {
     let in_step = (0..).zip(frames).all(|(channel, frame)| tag(frame) == channel);
     let mut ranks = [0; RANKS];
@@ -74,13 +75,13 @@ mod tests {
     use super::*;
     use crate::plan::DECIMATION;
 
-    /// The chip by its data sheet: a channel that is chosen in one frame is sampled at the end of the next
-    /// and comes out in the one after. The code names frame and channel.
+    /// A simulation of the chip by its data sheet: a channel that is selected in one frame is sampled at
+    /// the end of the next and sent in the one after. The code identifies the channel.
     struct Chip {
         connected: bool,
         last: u16,
         auto: bool,
-        /// Chosen for the frame to come, sampled, coming out.
+        /// Channels selected for the next frame, sampled, and being sent.
         pipeline: [u16; 3],
         frames: u16,
     }
@@ -92,7 +93,7 @@ mod tests {
 
         fn frame(&mut self, command: u16) -> u16 {
             if !self.connected {
-                // A pull-up.
+                // The pull-up keeps the line high.
                 return 0xFFFF;
             }
             let [chosen, sampled, _] = self.pipeline;
@@ -116,7 +117,7 @@ mod tests {
         }
     }
 
-    /// In the middle of the range.
+    /// The code of a channel, not at either end of the range.
     fn code(channel: u16) -> u16 {
         1000 + 100 * channel
     }
@@ -130,7 +131,7 @@ mod tests {
         }
     }
 
-    /// What the board does at a start: commands, then frames until a pass has ended.
+    /// Starts the chip as the board does: commands, then frames until the end of a pass.
     fn start(chip: &mut Chip) -> bool {
         let mut start = Start::new();
         let frames = COMMANDS.into_iter().chain([0; FRAMES_TO_START]);
@@ -145,7 +146,7 @@ mod tests {
     }
 
     fn expected() -> [u16; CHANNELS] {
-        // Codes of 14 bits out of equal ones of 12.
+        // The mean, in 14 bits, of equal codes of 12 bits.
         core::array::from_fn(|channel| 4 * code(channel as u16))
     }
 
@@ -176,7 +177,7 @@ mod tests {
         let mut chip = Chip::new();
         chip.connected = false;
         assert!(!start(&mut chip));
-        // A line that is stuck at zero says "channel 0" for ever.
+        // Frames on a line that is stuck at zero always have the tag of channel 0.
         let mut begin = Start::new();
         assert!((0..FRAMES_TO_START).all(|_| !begin.ends_with(0)));
     }

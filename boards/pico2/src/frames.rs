@@ -1,17 +1,17 @@
-//! What the state machine does for ever: frame after frame, in the times of the plan.
+//! The program of the PIO's state machine: it makes frames continuously, with the timing of the plan.
 
 use pio::{Program, RP2040_MAX_PROGRAM_SIZE, pio_asm};
 
-/// The program. It gives the converter the upper half of a word that waits to be sent, or zeros, and what
-/// comes back as the lower half of a word.
+/// The program. It sends the converter the upper half of a word from the FIFO, or zeros, and returns the
+/// received frame as the lower half of a word.
 pub fn program() -> Program<RP2040_MAX_PROGRAM_SIZE> {
-    // A gap of 8 + 8 + 8 + 4 + 1 cycles, then sixteen clocks of 3 low and 3 high; a bit is taken where its
-    // clock rises.
+    // A gap of 8 + 8 + 8 + 4 + 1 cycles, then sixteen clocks of 3 cycles low and 3 high; a bit is sampled
+    // at the rising edge of its clock.
     pio_asm!(
         ".side_set 2", // The clock, and above it CS, which selects when it is low.
         "    set x, 0        side 0b10",
         ".wrap_target",
-        "    pull noblock    side 0b10 [7]", // A command, or X: go on.
+        "    pull noblock    side 0b10 [7]", // A command, or X: continue.
         "    set y, 15       side 0b10 [7]",
         "    nop             side 0b10 [7]",
         "    nop             side 0b10 [3]",
@@ -37,7 +37,7 @@ mod tests {
     use super::*;
     use crate::plan::{CORE_HZ, DIVIDER, FRAME_BITS, GAP, HIGH, LOW, RATE_HZ, RATIO};
 
-    /// What the pins are for one cycle.
+    /// State of the pins in one cycle.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     struct Pins {
         clock: bool,
@@ -45,7 +45,7 @@ mod tests {
         data: bool,
     }
 
-    /// A state machine as far as this program goes, and a line that says what the converter answers.
+    /// A simulation of the state machine, as far as this program needs, with a data line from the converter.
     #[derive(Default)]
     struct Machine {
         at: u8,
@@ -60,7 +60,7 @@ mod tests {
     }
 
     impl Machine {
-        /// Carries one instruction out; `line` is asked by the number of the cycle.
+        /// Executes one instruction; `line` returns the level of the data line in a cycle.
         fn step(&mut self, line: impl Fn(usize) -> bool) {
             let program = program();
             let word = program.code[usize::from(self.at)];
@@ -75,7 +75,7 @@ mod tests {
                 Op::PULL { if_empty: false, block: false } => {
                     self.out = self.to_send.pop_front().unwrap_or(self.x);
                 }
-                // A `nop` moves Y to itself.
+                // A `nop` is encoded as a move of Y to itself.
                 Op::MOV { destination: MovDestination::Y, .. } => {}
                 Op::OUT { destination: OutDestination::PINS, bit_count: 1 } => {
                     self.data = self.out >> 31 == 1;
@@ -114,14 +114,14 @@ mod tests {
     #[test]
     fn clocks_and_gaps_are_those_of_the_plan_and_the_rate_is_exact() {
         let machine = run(&[], 3, |_| false);
-        // The cycle of `set x` comes once.
+        // `set x` runs in one cycle per frame.
         let frame = (GAP + FRAME_BITS * (LOW + HIGH)) as usize;
         let cycles = &machine.cycles[1..];
         assert_eq!(cycles.len(), 3 * frame);
         let per_second = u64::from(RATE_HZ * RATIO) * 10 * frame as u64 * u64::from(DIVIDER);
         assert_eq!(per_second, u64::from(CORE_HZ));
         for frame in cycles.chunks(frame) {
-            // `push`, the last of them, belongs to the gap of the next frame.
+            // `push`, the last instruction, belongs to the gap before the next frame.
             let (gap, rest) = frame.split_at(GAP as usize - 1);
             let (clocks, push) = rest.split_at(rest.len() - 1);
             assert!(gap.iter().chain(push).all(|pins| !pins.select && !pins.clock));
@@ -139,7 +139,7 @@ mod tests {
         let mut sent = Vec::new();
         for pair in machine.cycles.windows(2) {
             if !pair[0].clock && pair[1].clock {
-                // The converter takes a bit where its clock rises.
+                // The converter samples a bit at the rising edge of the clock.
                 sent.push(u64::from(pair[1].data));
                 assert_eq!(pair[0].data, pair[1].data, "it holds over the edge");
             }
@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn the_answer_is_taken_highest_bit_first_where_the_clock_rises() {
         const ANSWER: u16 = 0x7A35;
-        // The line as a converter drives it that changes it where its clock falls.
+        // The data line of a converter that changes it at the falling edge of the clock.
         let quiet = run(&[], 1, |_| false);
         let rises: Vec<_> = (1..quiet.cycles.len())
             .filter(|&k| quiet.cycles[k].clock && !quiet.cycles[k - 1].clock)

@@ -1,4 +1,4 @@
-//! The board: what of it is mere arithmetic is tested on the host, the rest needs the chip.
+//! The board. The parts without hardware access are tested on the host; the rest needs the chip.
 #![cfg_attr(not(test), no_std)]
 
 pub mod ads7953;
@@ -7,7 +7,7 @@ pub mod chip;
 pub mod frames;
 pub mod plan;
 
-/// What `board.toml` states.
+/// The facts from `board.toml`.
 pub mod facts {
     include!(concat!(env!("OUT_DIR"), "/facts.rs"));
 }

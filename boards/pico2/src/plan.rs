@@ -1,32 +1,32 @@
-//! What is converted when: clocks, frames, times. The arithmetic is checked when this compiles.
+//! Timing of the sampling: clocks, frames, times. The arithmetic is checked at compile time.
 //!
-//! The state machine of a PIO makes frame after frame and never waits, so its clock alone, which comes
-//! from the crystal, says when a channel is sampled.
+//! The state machine of a PIO makes frames continuously and never waits, so the sampling times depend only
+//! on its clock, which is derived from the crystal.
 
 use massline_firmware::scan_ring::Decimation;
 use massline_shared::signal::{AdcProperties, CHANNELS};
 use massline_shared::units::{Hertz, Seconds, Volts};
 
-/// The core: 12 MHz · 125 / 5 / 2.
+/// Clock of the core: 12 MHz · 125 / 5 / 2.
 pub const CORE_HZ: u32 = 150_000_000;
-/// Cycles of the core to one of the state machine.
+/// Core cycles per cycle of the state machine.
 pub const DIVIDER: u32 = 5;
-/// Scans a second.
+/// Scans per second.
 pub const RATE_HZ: u32 = 4000;
-/// Passes of the converter that make one scan.
+/// Passes of the converter per scan.
 pub const RATIO: u32 = 6;
 
-/// Clocks of a frame.
+/// Clocks per frame.
 pub const FRAME_BITS: u32 = 16;
-/// Cycles of the state machine that a clock is low, and high: 0.1 µs each. The converter allows 20 MHz; at 5
-/// wires of a hand's length do no harm.
+/// Cycles of the state machine for which a clock is low: 0.1 µs, as for high. The converter allows a clock
+/// of 20 MHz; at 5 MHz, wires of a hand's length are harmless.
 pub const LOW: u32 = 3;
-/// See [`LOW`].
+/// Cycles for which a clock is high: see [`LOW`].
 pub const HIGH: u32 = 3;
-/// Cycles before the first clock of a frame while the converter is not selected: 0.97 µs, of which it needs
-/// 0.325 to sample.
+/// Cycles before the first clock of a frame, in which the converter is not selected: 0.97 µs. The converter
+/// needs 0.325 µs of these to sample.
 pub const GAP: u32 = 29;
-/// Cycles of a frame.
+/// Cycles per frame.
 const FRAME: u32 = FRAME_BITS * (LOW + HIGH) + GAP;
 
 const PASS_CYCLES: u32 = FRAME * CHANNELS as u32 * DIVIDER;
@@ -36,40 +36,39 @@ const _: () = assert!(CORE_HZ / (FRAME * DIVIDER) <= 1_000_000, "a million conve
 const _: () =
     assert!(GAP as u64 * 1_000_000 >= (CORE_HZ / DIVIDER) as u64 * 325 / 1000, "it samples");
 
-/// The channels, then whether they came in step.
+/// The channels, then the sentinel, which shows whether the frames were in step.
 pub const RANKS: usize = CHANNELS + 1;
-/// The rank of the latter.
+/// The rank of the sentinel.
 pub const SENTINEL: usize = CHANNELS;
-/// Every frame was of the channel that it should be of.
+/// Sentinel code: every frame was of the expected channel.
 pub const IN_STEP: u16 = 1;
-/// One was not.
+/// Sentinel code: a frame was of another channel.
 pub const OUT_OF_STEP: u16 = 0;
 
-/// Six codes of 12 bits make one of 14.
+/// Six codes of 12 bits are averaged into one of 14.
 pub const DECIMATION: Decimation =
     Decimation { raw_bits: 12, raw_full: 4095, ratio: RATIO as u16, fraction_bits: 2 };
 const _: () = assert!(DECIMATION.is_usable());
 
-/// What the converter and the sensors have as their supply: a reference of this voltage.
+/// Voltage of the reference that supplies the converter and the sensors.
 const REFERENCE: Volts = Volts(3.0);
 
-/// Passes of half the buffer: 3.5 ms. While a page of the flash is written nothing runs and no interrupt
-/// comes, for 3 ms at most (W25Q32: t_PP) and what it takes to leave the flash and come back: the transfer
-/// goes on by itself and is read in time. While a sector is erased, for 45 ms typically and 400 at most, it
-/// laps and says so: the application does that while it is idle only.
+/// Passes per half of the buffer: 3.5 ms. While a page of the flash is written, nothing runs and no
+/// interrupt is handled, for 3 ms at most (W25Q32: t_PP) and the time to leave the flash and return: the
+/// transfer continues and is read in time. While a sector is erased, for 45 ms typically and 400 ms at
+/// most, an overrun occurs and is reported; the application erases only while it is idle.
 pub const HALF_PASSES: usize = 84;
-/// Frames of the buffer.
+/// Frames in the buffer.
 pub const RAW_LENGTH: usize = 2 * HALF_PASSES * CHANNELS;
 const HALF_US: u32 = HALF_PASSES as u32 * 1_000_000 / (RATE_HZ * RATIO);
 const _: () = assert!(HALF_US >= 3000 + 500, "a page is written, and half the buffer read");
 
-/// Scans that wait to be read: 40 ms, as many as half the buffer gives at a time, and a block of 20 that
-/// is not full yet.
+/// Scans that can wait to be read: 40 ms, those of half the buffer, and a block of 20 that is not full yet.
 pub const RING_SCANS: usize = 194;
 const _: () =
     assert!(RING_SCANS >= RATE_HZ as usize * 40 / 1000 + HALF_PASSES / RATIO as usize + 20);
 
-/// What the sampler states.
+/// Properties that the sampler states.
 pub const PROPERTIES: AdcProperties = AdcProperties {
     rate: Hertz(RATE_HZ as f32),
     channels: CHANNELS as u8,
@@ -86,7 +85,7 @@ mod tests {
     fn the_figures_of_the_readme_are_those_of_the_plan() {
         assert_eq!((FRAME, HALF_US, RAW_LENGTH), (125, 3500, 1680));
         assert_eq!((PROPERTIES.bits, PROPERTIES.rate.0), (14, 4000.0));
-        // 625 cycles of 150 MHz.
+        // 625 cycles at 150 MHz.
         assert!((PROPERTIES.channel_delay.0 - 4.1667e-6).abs() < 1e-10);
     }
 }

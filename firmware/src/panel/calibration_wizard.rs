@@ -1,4 +1,4 @@
-//! A calibration on its way: the tumble test with six readings, or a block of known mass.
+//! A calibration in progress: the tumble test with six readings, or a block of known mass.
 
 use massline_shared::calibration::block::{BlockError, ForceRatio};
 use massline_shared::calibration::tumble::{
@@ -9,47 +9,47 @@ use massline_shared::signal::{AdcProperties, RestStatistics};
 
 use super::refused::Refused;
 
-/// How far a calibration is.
+/// State of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CalibrationWizard {
-    /// There is none.
+    /// No calibration is in progress.
     Off,
-    /// The sensors are to be laid in this one of all positions of a tumble test.
+    /// The operator is to lay the sensors in this position of the tumble test, by its index.
     Wanted(u8),
-    /// They are being read in it.
+    /// The sensors are being read in this position.
     Reading(u8),
-    /// That did not work.
+    /// The calibration has failed.
     Wrong(WizardProblem),
-    /// It waits to be kept.
+    /// A calibration was computed and waits for the operator to confirm it.
     Proposed(Proposal),
-    /// It is kept and in force.
+    /// The calibration is stored and in force.
     Stored,
 }
 
-/// Why there is no calibration.
+/// Why a calibration has failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WizardProblem {
-    /// A reading of the tumble test.
+    /// A reading of the tumble test is unusable.
     Tumble {
-        /// Of which sensor, 0-based.
+        /// Index of the sensor, from 0.
         sensor: u8,
-        /// What is wrong with it.
+        /// The problem of the reading.
         problem: TumbleProblem<f32>,
     },
-    /// The hits of the block test.
+    /// The hits of the block test are unusable.
     Block(BlockError),
-    /// The block test needs sensors whose sensitivity is known.
+    /// The block test needs calibrated sensors.
     SensorsUnknown,
-    /// The mass of the block was not typed in at this rig.
+    /// The mass of the block was not entered at this rig.
     NoMass,
-    /// The numbers make no calibration that a rig can work with.
+    /// The computed calibration is not usable.
     NotUsable,
-    /// The rig could not do it.
+    /// The rig has refused a step.
     Refused(Refused),
 }
 
 impl WizardProblem {
-    /// True when the position in hand only has to be read again.
+    /// True when only the current position has to be read again.
     pub fn read_again(&self) -> bool {
         use TumbleProblem as T;
         matches!(
@@ -60,19 +60,18 @@ impl WizardProblem {
     }
 }
 
-/// What a calibration would bring.
+/// What a computed calibration would change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proposal {
-    /// True when all positions of the tumble test were level, or all directions of the block test
-    /// agree.
+    /// True when all positions of the tumble test were level, or all directions of the block test agree.
     pub sound: bool,
-    /// The hammer's gain against what it was, of a block test.
+    /// New hammer gain divided by the old one, of a block test.
     pub hammer_ratio: Option<f32>,
-    /// What has been achieved.
+    /// Standard deviations that were achieved.
     pub sigma: CalibrationSigma,
 }
 
-/// Takes what the channels of `adc` read in the position that is wanted; true when it was the last.
+/// Adds the reading of `adc`'s channels in the current position; returns true after the last position.
 pub(super) fn add_reading(
     test: &mut TumbleTest<f32>,
     reading: &RestStatistics,
@@ -86,7 +85,7 @@ pub(super) fn add_reading(
     Ok(test.wanted().next().is_none())
 }
 
-/// The calibration that the six readings make of the one in force, with what it is worth.
+/// The calibration in force, updated from the six readings, and its proposal.
 pub(super) fn of_tumble(
     test: &TumbleTest<f32>,
     record: &mut CalibrationRecord,
@@ -106,7 +105,7 @@ impl From<SensorProblem<f32>> for WizardProblem {
     }
 }
 
-/// The calibration in force with the hammer as a block of known mass has shown it.
+/// The calibration in force, with the hammer's gain updated from a block of known mass.
 pub(super) fn of_block(
     ratio: &ForceRatio<f32>,
     record: &mut CalibrationRecord,
@@ -143,7 +142,7 @@ mod tests {
         channel_delay: Seconds(1e-5),
     };
 
-    /// Two nominal sensors at rest, and a hammer at 0.12 V.
+    /// Two nominal sensors without motion, and a hammer at 0.12 V.
     fn reading(position: Position, deviation: f32) -> RestStatistics {
         let up = position.up::<f32>();
         let mut mean = [0.0; CHANNELS];
@@ -172,15 +171,15 @@ mod tests {
         for k in 1..7 {
             let ratio =
                 record.calibration.channels[k].sensitivity / nominal.channels[k].sensitivity;
-            // Codes in single precision: 1e-7 of 2 V, over 0.1 V, a few roundings.
+            // Single-precision rounding of the codes: 1e-7 of 2 V, divided by 0.1 V, several times.
             assert!((ratio - 1.0).abs() < 2e-5, "{ratio}");
         }
         assert!((record.calibration.channels[0].zero.0 - 0.12).abs() < 1e-5);
         assert_eq!(record.method, CalibrationMethod::Tumble);
         assert!(proposal.sound);
-        // 0.65 codes over 2048 scans of which every 2.7th is independent, of 78 codes per g.
+        // 0.65 codes of noise, 2048 scans of which one in 2.7 is independent, 78 codes per g.
         assert!((1e-4..4e-4).contains(&proposal.sigma.gain), "{}", proposal.sigma.gain);
-        // Bound to the tumble test, the hammer is as unknown as its data sheet says.
+        // The tumble test leaves the hammer's uncertainty at that of its data sheet.
         assert_eq!(proposal.sigma.hammer_gain, CalibrationSigma::default().hammer_gain);
     }
 

@@ -1,8 +1,8 @@
-//! Which screen there is, and what a button means on it. A pure state machine: it sees a
-//! [`PanelModel`], gives an [`Action`], and draws nothing.
+//! Which screen is shown, and what a button does on it. A pure state machine: it reads a [`PanelModel`],
+//! returns an [`Action`], and draws nothing.
 //!
-//! `Back` leads towards home from everywhere, `Ok` goes in or does it, `Next` moves on. What a campaign
-//! does decides what the screen [`Screen::Measure`] shows:
+//! `Back` leads towards home from every screen, `Ok` enters or confirms, `Next` moves to the next item. The
+//! campaign's phase decides what the screen [`Screen::Measure`] shows:
 //!
 //! ```text
 //! Home ─┬─ Measure ─┬─ Findings          ┌ Ok: start
@@ -25,40 +25,40 @@ use super::{Button, PanelModel};
 /// What is on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Screen {
-    /// The list of everything.
+    /// The main list.
     Home,
-    /// What the campaign does.
+    /// The phase of the campaign.
     Measure,
-    /// What is to be said about the campaign or about a layout that was refused, page by page.
+    /// The diagnostics of the campaign or of a refused layout, page by page.
     Findings,
-    /// The layouts that are kept.
+    /// The stored layouts.
     Layouts,
-    /// The results that are kept.
+    /// The stored results.
     Results,
     /// The pages of the open result.
     Result,
     /// What can be calibrated.
     Calibration,
-    /// The mass of the block, digit by digit.
+    /// Entry of the block's mass, digit by digit.
     BlockMass,
-    /// A calibration on its way: positions, what is wrong, what is proposed.
+    /// A calibration in progress: positions, problems, the proposal.
     CalibrationWizard,
-    /// How full the flash is and what it has cost.
+    /// How full the flash is, and its wear.
     Storage,
-    /// Who the rig is.
+    /// Identity of the rig.
     About,
-    /// A question before something is lost.
+    /// A question before something is deleted.
     Sure(Question),
-    /// Why the rig does not do it.
+    /// Why the rig has refused an action.
     Refused(Refused),
 }
 
-/// What would be lost.
+/// What would be deleted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
     /// The campaign.
     End,
-    /// The hits of the DOF in hand.
+    /// The hits of the current DOF.
     Redo,
     /// The open result.
     Delete,
@@ -67,33 +67,33 @@ pub enum Question {
 /// One line of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entry {
-    /// To the campaign.
+    /// Opens the campaign's screen.
     Measure,
-    /// To the results.
+    /// Opens the list of results.
     Results,
-    /// To the layouts.
+    /// Opens the list of layouts.
     Layouts,
-    /// To the calibration.
+    /// Opens the list of calibrations.
     Calibration,
-    /// To the storage.
+    /// Opens the screen about the flash.
     Storage,
-    /// To the rig itself.
+    /// Opens the pages about the rig.
     About,
-    /// Go on with a paused campaign.
+    /// Resume a paused campaign.
     Resume,
-    /// Measure the DOF in hand again.
+    /// Measure the current DOF again.
     Redo,
-    /// Leave the DOF in hand out.
+    /// Skip the current DOF.
     Skip,
-    /// Go on with the hits that the DOF in hand has.
+    /// Finish the current DOF with the hits that it has.
     Finish,
-    /// What is to be said about the campaign.
+    /// Show the campaign's diagnostics.
     Findings,
     /// End the campaign without a result.
     End,
-    /// Accept the hit that waits.
+    /// Accept the hit that waits for confirmation.
     Accept,
-    /// Reject the hit that waits.
+    /// Reject the hit that waits for confirmation.
     Reject,
     /// Calibrate the sensors by gravity.
     Tumble,
@@ -102,7 +102,7 @@ pub enum Entry {
 }
 
 impl Entry {
-    /// As it stands in the list.
+    /// Its text in the list.
     pub fn label(self, model: &PanelModel) -> &'static str {
         match self {
             Self::Measure if model.phase == Phase::Paused => "Measure (paused)",
@@ -128,35 +128,35 @@ impl Entry {
     }
 }
 
-/// What the rig is to do.
+/// An action that the rig is to perform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Steer the campaign.
+    /// Pass a command to the campaign.
     Command(Command),
     /// Start a campaign.
     Start,
     /// Start a campaign on a block of known mass.
     StartBlock {
-        /// Mass of the block with what is glued to it.
+        /// Mass of the block, including what is glued to it.
         decigrams: u32,
     },
-    /// Use the layout at this place of the list.
+    /// Use the layout at this position of the list.
     UseLayout(u8),
-    /// Open the result at this place of the list, the newest first.
+    /// Open the result at this position of the list, newest first.
     OpenResult(u8),
     /// Open the result of this campaign.
     OpenLast,
-    /// Forget the open result for good.
+    /// Delete the open result permanently.
     DeleteResult,
     /// Begin a tumble test.
     StartTumble,
-    /// Read the sensors in the position that is asked for.
+    /// Read the sensors in the current position.
     ReadPosition,
     /// Compute a calibration from the result of the block test.
     SolveBlock,
-    /// Keep the calibration that is proposed.
+    /// Store the proposed calibration.
     KeepCalibration,
-    /// Forget readings and proposals.
+    /// Discard readings and proposals.
     CancelCalibration,
 }
 
@@ -170,13 +170,13 @@ pub const DIGITS: u8 = 6;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Menu {
     screen: Screen,
-    /// Line, page or digit.
+    /// Index of the current line, page or digit.
     cursor: u8,
-    /// Line of the home list to come back to.
+    /// Line of the main list to return to.
     home: u8,
     /// Mass of the block.
     decigrams: u32,
-    /// What the campaign did when it was last looked at.
+    /// The campaign's phase at the last [`Menu::follow`].
     phase: Phase,
 }
 
@@ -187,7 +187,7 @@ impl Default for Menu {
 }
 
 impl Menu {
-    /// At home; a block of 1 kg.
+    /// The menu at home, with a block mass of 1 kg.
     pub const fn new() -> Self {
         Self { screen: Screen::Home, cursor: 0, home: 0, decigrams: 10_000, phase: Phase::Idle }
     }
@@ -197,7 +197,7 @@ impl Menu {
         self.screen
     }
 
-    /// Which line, page or digit is in hand.
+    /// Index of the current line, page or digit.
     pub fn cursor(&self) -> u8 {
         self.cursor
     }
@@ -207,7 +207,7 @@ impl Menu {
         self.decigrams
     }
 
-    /// The lines of the list that is on the screen, none where there is another thing.
+    /// The lines of the list on the screen; empty when the screen shows no list.
     pub fn entries(&self, model: &PanelModel) -> Entries {
         let mut entries = Entries::new();
         let list: &[Entry] = match (self.screen, model.phase) {
@@ -238,12 +238,12 @@ impl Menu {
             Entry::Findings => model.findings > 0,
             _ => true,
         };
-        // Eight is more than any list has.
+        // No list has more than eight lines.
         entries.extend(list.iter().filter(there).copied().take(8));
         entries
     }
 
-    /// How many lines, pages or digits there are.
+    /// Number of lines, pages or digits.
     fn length(&self, model: &PanelModel) -> u8 {
         match self.screen {
             Screen::Findings => model.findings,
@@ -256,8 +256,8 @@ impl Menu {
         }
     }
 
-    /// Takes note of what has changed: a campaign that begins or is interrupted comes to the front, and
-    /// no cursor stands beyond the end of its list.
+    /// Updates the menu after a change: a campaign that starts or is interrupted is brought to the front,
+    /// and the cursor is kept within its list.
     pub fn follow(&mut self, model: &PanelModel) {
         let before = core::mem::replace(&mut self.phase, model.phase);
         let held = matches!(before, Phase::Idle | Phase::Done | Phase::Paused);
@@ -287,7 +287,7 @@ impl Menu {
         self.cursor = self.cursor.min(self.length(model).saturating_sub(1));
     }
 
-    /// What could not be done is said.
+    /// Shows why an action was refused.
     pub fn refuse(&mut self, reason: Refused) {
         self.go(match reason {
             Refused::LayoutRefused => Screen::Findings,
@@ -295,12 +295,13 @@ impl Menu {
         });
     }
 
-    /// Something has been opened.
+    /// Shows a screen whose content has been loaded.
     pub fn open(&mut self, screen: Screen) {
         self.go(screen);
     }
 
-    /// What a button means now; `model` is what has been [followed](Self::follow) last.
+    /// Handles a button; returns the action for the rig, if any. `model` is the one last passed to
+    /// [`Self::follow`].
     pub fn press(&mut self, button: Button, model: &PanelModel) -> Option<Action> {
         match button {
             Button::Ok => self.ok(model),
@@ -424,7 +425,7 @@ impl Menu {
         None
     }
 
-    /// The digit in hand counts on, and from nine to zero.
+    /// Increments the current digit; nine becomes zero.
     fn turn_digit(&mut self) {
         let unit = 10_u32.pow(u32::from(DIGITS - 1 - self.cursor.min(DIGITS - 1)));
         let digit = self.decigrams / unit % 10;
@@ -437,7 +438,7 @@ impl Menu {
                 self.home = 0;
                 (Screen::Home, None)
             }
-            // Whoever leaves does not hit.
+            // An operator who leaves the screen does not hit.
             Screen::Measure if matches!(model.phase, Phase::Armed | Phase::Busy) => {
                 (Screen::Home, Some(Action::Command(Command::Pause)))
             }
@@ -460,7 +461,7 @@ impl Menu {
     }
 }
 
-/// Pages about the rig.
+/// Number of pages about the rig.
 pub const ABOUT_PAGES: u8 = 3;
 
 fn runs(model: &PanelModel) -> bool {

@@ -1,12 +1,12 @@
-//! What the person at the rig sees and presses.
+//! Screen, buttons and cues of the rig.
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | [`menu`] | which screen there is, and what a button means on it: pure, without pixels |
+//! | [`menu`] | which screen is shown, and what a button does on it: pure, without pixels |
 //! | [`mod@draw`] | the screens as pixels, on any `DrawTarget` |
-//! | [`words`] | a short text for everything that a rig can say |
+//! | [`words`] | a short text for everything that the rig can report |
 //! | [`number`] | numbers as text, without the float formatter of `core`, which takes 20 KB |
-//! | [`summary`] | what is shown of a stored result |
+//! | [`summary`] | the part of a stored result that is shown |
 //!
 //! ```text
 //! rig, store ─▶ PanelModel ─▶ Menu::follow ─▶ draw ─▶ Panel::screen, flush
@@ -40,59 +40,59 @@ use massline_shared::signal::CHANNELS;
 use self::calibration_wizard::CalibrationWizard;
 use crate::rig::Rig;
 
-/// What can be shown and what decides about the meaning of a button.
+/// Everything that can be shown and that decides what a button does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PanelModel {
     /// What the campaign is doing.
     pub phase: Phase,
-    /// The DOF in hand, its index and its name; none without a layout.
+    /// Index and name of the current DOF; `None` without a layout.
     pub dof: Option<(u8, Dof)>,
-    /// Counts every arming since power-on.
+    /// Number of armings since power-on.
     pub armings: u32,
-    /// Accepted hits at this DOF.
+    /// Accepted hits at the current DOF.
     pub accepted: u8,
     /// Accepted hits wanted at each DOF.
     pub wanted: u8,
-    /// DOFs of the layout.
+    /// Number of DOFs of the layout.
     pub dofs: u8,
-    /// Hits that have been accepted, of all DOFs.
+    /// Accepted hits of all DOFs.
     pub averaged: u16,
-    /// Hits that are accepted or no longer wanted, of all DOFs.
+    /// Hits that are accepted or no longer needed, of all DOFs.
     pub hits_done: u16,
     /// Hits of the whole campaign.
     pub hits: u16,
     /// Hits rejected in this campaign.
     pub rejected: u16,
-    /// What was found of the last hit of this campaign.
+    /// Verdict on the last hit of this campaign.
     pub verdict: Option<HitVerdict>,
-    /// How much each channel has moved lately: bits of the range of its codes.
+    /// Level of each channel over the last window: number of bits of the range of its codes.
     pub levels: [u8; CHANNELS],
-    /// Time that the campaign will take still, s; none before the first hit.
+    /// Estimated time until the end of the campaign, s; `None` before the first hit.
     pub seconds_left: Option<u16>,
-    /// True when a block of known mass is hit.
+    /// True when the object is a block of known mass.
     pub block: bool,
-    /// Number of the result of the campaign that has ended, 0 when there is none.
+    /// Number of the finished campaign's result, 0 when there is none.
     pub result: u32,
-    /// Mass by the best answer of the last result, kg.
+    /// Mass according to the best estimate of the last result, kg.
     pub mass: Option<EstimatedMass>,
-    /// True when a campaign that is interrupted was so by the rig itself.
+    /// True when the campaign was interrupted by the rig itself.
     pub interrupted: bool,
-    /// True when nothing is measured: layout and calibration may be changed.
+    /// True when nothing is being measured, so that layout and calibration may be changed.
     pub idle: bool,
-    /// Findings about the campaign, or about the layout that was refused.
+    /// Number of diagnostics of the campaign or of a refused layout.
     pub findings: u8,
-    /// Layouts that are kept.
+    /// Number of stored layouts.
     pub layouts: u8,
-    /// Results that are kept.
+    /// Number of stored results.
     pub results: u8,
-    /// Pages of the result that is open; 0 when none is.
+    /// Pages of the open result; 0 when none is open.
     pub pages: u8,
-    /// How far the calibration is.
+    /// State of the calibration.
     pub calibration_wizard: CalibrationWizard,
 }
 
 impl PanelModel {
-    /// What a rig shows that has just started.
+    /// The model of a rig that has just started.
     pub const START: Self = Self {
         phase: Phase::Idle,
         dof: None,
@@ -121,7 +121,7 @@ impl PanelModel {
 }
 
 impl PanelModel {
-    /// What there is to show of the rig. Lists, pages and the calibration are the panel's own.
+    /// The model from the rig's state. The panel itself fills in lists, pages and the calibration.
     pub(crate) fn of(rig: &Rig<'_>) -> Self {
         let measurement = rig.measurement.borrow();
         let campaign = measurement.campaign();
@@ -166,51 +166,51 @@ impl From<&GradedHit> for HitVerdict {
     }
 }
 
-/// What was found of a hit.
+/// Verdict on a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HitVerdict {
     /// Peak force, N.
     pub peak_force: f32,
-    /// Why it was rejected; none of a good hit.
+    /// Why the hit was rejected; `None` for an accepted one.
     pub reason: Option<Diagnostic>,
 }
 
 /// A screen of 128 × 64 pixels, three buttons, a sound or light.
 pub trait Panel {
-    /// What is drawn on: 128 × 64 pixels, buffered by the board (1 KiB).
+    /// Framebuffer of the board: 128 × 64 pixels (1 KiB).
     type Screen: DrawTarget<Color = BinaryColor, Error = Infallible>;
 
-    /// What is drawn on. Every picture is drawn as a whole.
+    /// The framebuffer. Every picture is drawn as a whole.
     fn screen(&mut self) -> &mut Self::Screen;
 
-    /// Brings what was drawn to the screen; returns at once when no screen is connected. Cancel-safe.
+    /// Transfers the framebuffer to the screen; returns at once when no screen is connected. Cancel-safe.
     ///
-    /// Latency: the others go on while it waits. A screen of 1 KiB takes 24 ms over I²C at 400 kHz, nine
-    /// bits a byte; what is done in one go is at most a page of 128 bytes, 3 ms.
+    /// Latency: other tasks run while it waits. A screen of 1 KiB takes 24 ms over I²C at 400 kHz, nine
+    /// bits a byte; a single transfer is at most a page of 128 bytes, 3 ms.
     fn flush(&mut self) -> impl Future<Output = ()>;
 
-    /// Waits for a press. Cancel-safe.
+    /// Waits until a button is pressed. Cancel-safe.
     fn button(&mut self) -> impl Future<Output = Button>;
 
     /// Starts a cue of sound or light and returns.
     fn cue(&mut self, cue: Cue);
 
-    /// What the next picture shows, for a board whose screen is looked at by a program.
+    /// Receives the model of the next picture, for a board whose screen is read by a program.
     fn report(&mut self, _model: &PanelModel) {}
 }
 
 /// A button of the rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Button {
-    /// Do it, go in.
+    /// Confirm, or enter.
     Ok,
-    /// Go out, towards home.
+    /// Leave, towards home.
     Back,
-    /// The next entry, page or digit; pause.
+    /// Next entry, page or digit; pause.
     Next,
 }
 
-/// What a person hears or sees whose hands are busy with the hammer.
+/// A sound or light for an operator whose hands are busy with the hammer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cue {
     /// The rig waits for a hit.
@@ -225,12 +225,12 @@ pub enum Cue {
     Failed,
 }
 
-/// What is to be heard when `after` follows `before`, in this order.
+/// The cues to be played, in this order, when the model changes from `before` to `after`.
 pub fn cues(before: &PanelModel, after: &PanelModel) -> Vec<Cue, 3> {
     let mut cues = Vec::new();
     let mut play = |cue, when: bool| {
         if when {
-            // There are three at most: an end is neither armed nor interrupted.
+            // There are three at most: a campaign that has ended is neither armed nor interrupted.
             let _ = cues.push(cue);
         }
     };
@@ -260,7 +260,7 @@ mod tests {
         assert_eq!(cues(&ARMED, &accepted), [Cue::Accepted, Cue::Armed]);
         let rejected = PanelModel { armings: 3, rejected: 1, ..accepted };
         assert_eq!(cues(&accepted, &rejected), [Cue::Rejected, Cue::Armed]);
-        // The DOF is left out: its hits are no longer wanted, but there was none.
+        // The DOF is skipped: its hits are no longer needed, and none was accepted.
         let skipped = PanelModel { armings: 4, hits_done: 5, ..rejected };
         assert_eq!(cues(&rejected, &skipped), [Cue::Armed]);
     }

@@ -1,4 +1,4 @@
-//! What the panel keeps between two screens: one thing at a time, in the memory of the largest.
+//! State of the panel between two screens: one variant at a time, in one piece of memory.
 
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::tumble::TumbleTest;
@@ -8,7 +8,7 @@ use super::calibration_wizard::{CalibrationWizard, Proposal, WizardProblem};
 use super::menu::{Question, Screen};
 use super::summary::Summary;
 
-/// The one thing. The first is all zero bytes, so that the rig's memory is.
+/// The state. The first variant is all zero bytes, so that the rig's memory lies in `.bss`.
 #[repr(u8)]
 pub(super) enum ModalState {
     Nothing,
@@ -16,20 +16,20 @@ pub(super) enum ModalState {
     Result(Summary),
     /// Why the layout was refused.
     Refusal(Diagnostics),
-    /// The tumble test; true while a reading is being taken.
+    /// The tumble test; the flag is true while a reading is being taken.
     Tumble(TumbleTest<f32>, bool),
-    /// What went wrong with the last reading; the test goes on.
+    /// The last reading failed and can be repeated; the test continues.
     Retry(TumbleTest<f32>, WizardProblem),
-    /// A calibration that did not come about.
+    /// A calibration that has failed.
     Failed(WizardProblem),
-    /// A calibration that waits to be kept.
+    /// A calibration that waits to be stored.
     Proposal(CalibrationRecord, Proposal),
-    /// It is kept.
+    /// The calibration is stored.
     CalibrationStored,
 }
 
 impl ModalState {
-    /// How far the calibration is.
+    /// State of the calibration.
     pub fn calibration_wizard(&self) -> CalibrationWizard {
         match self {
             Self::Tumble(readings, false) => {
@@ -45,7 +45,7 @@ impl ModalState {
         }
     }
 
-    /// True when it is about what is on the screen: else nobody can see it any longer.
+    /// True when the state belongs to this screen; otherwise it is no longer shown.
     pub fn belongs_to(&self, screen: Screen) -> bool {
         match self {
             Self::Nothing => true,

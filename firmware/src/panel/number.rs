@@ -4,16 +4,16 @@ use core::fmt::Write as _;
 
 use heapless::String;
 
-/// A number or a line of the screen.
+/// A number as text, or a line of the screen.
 pub type Text = String<32>;
 
 /// The most decimals that are shown.
 const MOST_DECIMALS: u8 = 6;
-/// The largest count of last digits that is shown as such: what an `f32` holds.
+/// Largest number that is shown, in units of the last decimal: an `f32` holds seven digits.
 const LARGEST: f32 = 9_999_999.0;
 
-/// A number with so many decimals; fewer when there are more than seven digits, none of a number that
-/// is not finite or beyond all digits.
+/// A number with this many decimals, or fewer if it would have more than seven digits. A number that is
+/// NaN, infinite or too large is shown as `?` or `>max`.
 pub fn fixed(value: f32, decimals: u8) -> Text {
     let mut text = Text::new();
     let mut decimals = decimals.min(MOST_DECIMALS);
@@ -29,7 +29,7 @@ pub fn fixed(value: f32, decimals: u8) -> Text {
     let digits = scaled as u32;
     let unit = 10_u32.pow(u32::from(decimals));
     let sign = if value < 0.0 && digits > 0 { "-" } else { "" };
-    // There is room for a sign, seven digits, a point and leading zeros.
+    // The text has room for a sign, seven digits, a point and leading zeros.
     let _ = write!(text, "{sign}{}", digits / unit);
     if decimals > 0 {
         let width = usize::from(decimals);
@@ -38,11 +38,11 @@ pub fn fixed(value: f32, decimals: u8) -> Text {
     text
 }
 
-/// As many decimals as give `value` so many significant digits.
+/// Number of decimals that show `value` with this many significant digits.
 pub fn decimals_for(value: f32, significant: u8) -> u8 {
     let mut decimals = 0;
     let mut limit = power(significant.saturating_sub(1));
-    // False for NaN and at once for infinity.
+    // The condition is false for NaN and infinity.
     while decimals < MOST_DECIMALS && value.abs() < limit && value != 0.0 {
         limit /= 10.0;
         decimals += 1;
@@ -66,7 +66,7 @@ pub fn fitting(value: f32, decimals: u8, width: usize) -> Text {
 pub fn percent(share: f32) -> Text {
     let percent = 100.0 * share;
     let mut text = fitting(percent, decimals_for(percent, 2), 5);
-    // There is room: five characters and two.
+    // There is room for five characters and two more.
     let _ = text.push_str(" %");
     text
 }

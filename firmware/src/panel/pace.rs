@@ -1,23 +1,23 @@
-//! How long the campaign will take still.
+//! Estimates the remaining time of a campaign.
 
 use embassy_time::{Duration, Instant};
 use massline_shared::measurement::campaign::Phase;
 
 use super::PanelModel;
 
-/// The pace of the person with the hammer: how long a hit takes that counts, rejected ones and the way
-/// to the next node included, pauses not.
+/// The operator's pace: mean time per accepted hit, including rejected hits and the way to the next node,
+/// but not pauses.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
-    /// The last hit that counted, or when measuring began or went on.
+    /// Time of the last accepted hit, or of the start or resumption of measuring.
     since: Instant,
-    /// Mean time of a hit; none before the first.
+    /// Mean time of a hit; `None` before the first.
     hit: Option<Duration>,
     averaged: u16,
     measuring: bool,
 }
 
-/// A new hit counts for one part in so many of the mean.
+/// A new hit has the weight `1 / MEMORY` in the mean.
 const MEMORY: u32 = 4;
 
 impl Pace {
@@ -25,7 +25,7 @@ impl Pace {
         Self { since: now, hit: None, averaged: 0, measuring: false }
     }
 
-    /// Takes note of what is shown now.
+    /// Updates the pace from the current model.
     pub fn follow(&mut self, model: &PanelModel, now: Instant) {
         let measuring = matches!(model.phase, Phase::Armed | Phase::Busy | Phase::Confirming);
         if !measuring {
@@ -42,7 +42,7 @@ impl Pace {
         (self.measuring, self.averaged) = (measuring, model.averaged);
     }
 
-    /// Time that the rest of the campaign will take, s.
+    /// Estimated time for the rest of the campaign, s.
     pub fn seconds_left(&self, model: &PanelModel) -> Option<u16> {
         let hits = u32::from(model.hits.saturating_sub(model.hits_done));
         let seconds = (self.hit? * hits).as_millis().div_ceil(1000);
@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(pace.seconds_left(&at(0, ARMED)), None);
         pace.follow(&at(1, ARMED), Instant::from_secs(4));
         assert_eq!(pace.seconds_left(&at(1, ARMED)), Some(36));
-        // Eight seconds in the next: a quarter of the way from 4 to 8.
+        // The next hit takes eight seconds: the mean moves a quarter of the way from 4 to 8.
         pace.follow(&at(2, ARMED), Instant::from_secs(12));
         assert_eq!(pace.seconds_left(&at(2, ARMED)), Some(40));
     }

@@ -1,26 +1,26 @@
-//! Why the rig does not do what a button asks for.
+//! Why the rig refuses an action of the panel.
 
 use massline_shared::measurement::StartError;
 use massline_shared::measurement::campaign::CommandError;
 
 use crate::store::StoreError;
 
-/// Why the rig does not do it.
+/// Why the rig refuses an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refused {
-    /// It is there no longer.
+    /// The item no longer exists.
     NotFound,
-    /// Something else is going on.
+    /// The rig is doing something else.
     WrongPhase,
-    /// No layout is kept.
+    /// No layout is stored.
     NoLayout,
     /// The layout cannot determine the ten properties.
     LayoutRefused,
     /// The store is full.
     StoreFull,
-    /// The flash did not keep it.
+    /// Writing or reading the flash failed.
     StoreFailed,
-    /// The flash is at work.
+    /// The flash is being written.
     Busy,
     /// The converter does not answer.
     SamplerStopped,

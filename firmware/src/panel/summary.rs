@@ -1,5 +1,5 @@
-//! What is shown of a stored result, read from the flash piece by piece: a whole result does not fit
-//! beside what the rig holds already.
+//! The part of a stored result that is shown, read from the flash piece by piece, because there is no
+//! memory for a whole result.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::diagnostic::DiagnosticList;
@@ -10,37 +10,37 @@ use serde::de::DeserializeOwned;
 
 use crate::store::{ResultHandle, Store, StoreError};
 
-/// What is shown of a result.
+/// The part of a result that is shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Number of the result.
     pub number: u32,
     /// Hash of the layout that it was measured with.
     pub layout_hash: u32,
-    /// The best answer.
+    /// The best estimate.
     pub answer: Option<Estimate<f32>>,
-    /// What is to be said about the answer and the campaign.
+    /// Diagnostics of the estimate and of the campaign.
     pub findings: Diagnostics,
 }
 
-/// Pages of an answer before the findings.
+/// Number of pages of an estimate, before the diagnostics.
 pub const ANSWER_PAGES: u8 = 5;
 
 impl Summary {
-    /// Pages of this result.
+    /// Number of pages of this result.
     pub fn pages(&self) -> u8 {
         let answer = if self.answer.is_some() { ANSWER_PAGES } else { 1 };
         answer + self.findings.len() as u8
     }
 }
 
-/// The most bytes of a piece: an estimate, or the mass lines of a DOF.
+/// Most bytes of a piece: an estimate, or the mass lines of a DOF.
 pub(super) const PIECE: usize = 512;
 
-/// Reads what is shown of a result, through `piece`.
+/// Reads the summary of a result; `piece` is a buffer.
 ///
 /// # Errors
-/// [`StoreError::Failed`] when the flash does not give it back whole.
+/// [`StoreError::Failed`] when a part of the result cannot be read or decoded.
 pub(super) async fn open<F: NorFlash>(
     store: &mut Store<F>,
     kept: &ResultHandle,
@@ -54,20 +54,20 @@ pub(super) async fn open<F: NorFlash>(
     Ok(walk.summary)
 }
 
-/// What comes next in the bytes of a result.
+/// The next item in the bytes of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Head,
     /// The number of DOFs.
     Counted,
-    /// So many DOFs, then the number of estimates.
+    /// This many DOFs, then the number of estimates.
     Dofs(u32),
-    /// So many estimates, then the findings.
+    /// This many estimates, then the diagnostics.
     Estimates(u32),
     Done,
 }
 
-/// Walks through the bytes of a result.
+/// Parses the bytes of a result step by step.
 struct Walk {
     stage: Stage,
     at: usize,
@@ -81,8 +81,8 @@ impl Walk {
         Self { stage: Stage::Head, at: 0, summary }
     }
 
-    /// Takes what stands at the front of the piece, which begins at `at`.
-    // Never inlined: 0.5 KB less of the firmware's deepest stack.
+    /// Parses the item at the front of the piece, which begins at offset `at`.
+    // Never inlined: this saves 0.5 KB of the firmware's deepest stack.
     #[inline(never)]
     fn take(&mut self, piece: &[u8]) -> Result<(), StoreError> {
         self.stage = match self.stage {
@@ -100,7 +100,8 @@ impl Walk {
             Stage::Estimates(0) | Stage::Done => {
                 let DiagnosticList(campaign) = self.decode(piece)?;
                 let findings = &mut self.summary.findings;
-                // What does not fit beside what is said of the answer is left to the host.
+                // The campaign's diagnostics that do not fit after those of the estimate are shown by the
+                // host only.
                 let room = findings.capacity() - findings.len();
                 findings.extend(campaign.into_iter().take(room));
                 Stage::Done

@@ -1,6 +1,6 @@
-//! The panel's loop: shows what changes, turns presses into actions, plays cues.
+//! The panel's loop: redraws the screen after changes, turns presses into actions, plays cues.
 //!
-//! Measuring never waits for it. It waits for the store where an action needs the flash.
+//! Measuring never waits for the panel. The panel waits for the store if an action needs the flash.
 
 use massline_shared::signal::{AdcProperties, RestStatistics};
 
@@ -30,15 +30,15 @@ use crate::deadline::Deadline;
 use crate::rig::Rig;
 use crate::store::{LAYOUTS, LayoutHandle, RESULTS, ResultHandle, Store};
 
-/// What the panel keeps.
+/// Memory of the panel.
 pub(crate) struct PanelMemory {
     modal: ModalState,
-    /// A piece of a result that is read, or an encoded calibration.
+    /// Buffer for a piece of a result, or for an encoded calibration.
     piece: [u8; PIECE],
 }
 
 impl PanelMemory {
-    /// All zero bytes.
+    /// Memory of all zero bytes.
     pub const fn new() -> Self {
         Self { modal: ModalState::Nothing, piece: [0; PIECE] }
     }
@@ -51,7 +51,7 @@ pub(crate) struct PanelTask<'a, 'm, F: NorFlash> {
     pub memory: &'a mut PanelMemory,
 }
 
-/// Shows and listens for ever.
+/// Runs the panel; never returns.
 pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, '_, F>) -> ! {
     let PanelTask { rig, store, memory: PanelMemory { modal, piece } } = task;
     let (menu, pace, before) = (Menu::new(), Pace::new(Instant::now()), PanelModel::START);
@@ -83,10 +83,10 @@ pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, 
     }
 }
 
-/// What needs the flash.
+/// An action that needs the flash.
 #[derive(Clone, Copy)]
 enum PendingAction {
-    /// A campaign.
+    /// Start a campaign; the store is asked whether it has room.
     Start(Object),
     Open(ResultHandle),
     Delete(u32),
@@ -110,7 +110,7 @@ async fn run_pending<F: NorFlash>(
             store.delete_result(number).await?;
             *controller.modal = ModalState::Nothing;
         }
-        // Not here: nothing is changed in the flash.
+        // Handled by the caller, because it does not change the flash.
         PendingAction::Start(_) => {}
         PendingAction::UseLayout(hash) => {
             store.use_layout(hash).await?;
@@ -130,20 +130,20 @@ async fn run_pending<F: NorFlash>(
     Ok(())
 }
 
-/// All of the loop that does not wait. Plain functions: what an async function computes is compiled with
-/// the board.
+/// The parts of the loop that do not wait. They are plain functions, because the code of an async function
+/// is compiled with the board.
 struct PanelController<'a, 'm, F: NorFlash> {
     rig: &'a Rig<'m>,
     store: &'a Mutex<NoopRawMutex, Store<F>>,
     menu: Menu,
     modal: &'a mut ModalState,
     pace: Pace,
-    /// What was shown last.
+    /// The model that was shown last.
     before: PanelModel,
 }
 
 impl<F: NorFlash> PanelController<'_, '_, F> {
-    /// Takes note of what has changed; gives what is to be heard of it.
+    /// Updates the panel after a change; returns the cues to be played.
     fn follow(&mut self) -> Vec<Cue, 3> {
         self.take_reading();
         let mut model = self.model();
@@ -160,7 +160,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         heard
     }
 
-    /// What can be shown now. While the flash is at work its lists are those of before.
+    /// The current model. While the flash is being written it has the previous lists.
     fn model(&self) -> PanelModel {
         let mut model = PanelModel::of(self.rig);
         let lists = |store: &Store<F>| (store.results().len() as u8, store.layouts().len() as u8);
@@ -175,7 +175,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         model
     }
 
-    /// Draws what there is to see.
+    /// Draws the current screen.
     fn draw(&self, store: &Store<F>, screen: &mut impl canvas::Screen) {
         let rig = self.rig;
         let _deadline = Deadline::begin(&rig.stats);
@@ -201,7 +201,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         draw(&view, screen);
     }
 
-    /// Does what a button means, as far as that needs no flash; gives the rest.
+    /// Handles a button; returns the action that needs the flash, if any.
     fn press(&mut self, button: Button) -> Option<PendingAction> {
         let action = self.menu.press(button, &self.before)?;
         match self.act(action) {
@@ -213,7 +213,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         }
     }
 
-    /// What has come of a pending action.
+    /// Handles the outcome of a pending action.
     fn answer(&mut self, done: Result<(), Refused>) {
         if let Err(reason) = done {
             self.menu.refuse(reason);
@@ -276,7 +276,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         }
     }
 
-    /// Starts a campaign; `room` when the store has room for it.
+    /// Starts a campaign; `room` is true when the store has room for it.
     fn start(&mut self, object: Object, room: bool) -> Result<(), Refused> {
         let started = self.rig.start(Start { object, confirm: false }, false, room);
         if started == Err(StartError::LayoutRefused) {
@@ -296,13 +296,13 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             ModalState::Tumble(readings, _) | ModalState::Retry(readings, _) => readings.clone(),
             _ => return Err(Refused::NotFound),
         };
-        // A request that is refused leaves what was read before, which is no reading of this position.
+        // If the request is refused, the record still holds an older reading, not one of this position.
         self.rig.take_reading()?;
         *self.modal = ModalState::Tumble(readings, true);
         Ok(())
     }
 
-    /// Forgets the calibration on its way, and the reading that it waits for.
+    /// Cancels the calibration in progress and the reading that it waits for.
     fn cancel_calibration(&mut self) {
         if matches!(self.modal, ModalState::Tumble(_, true)) {
             self.rig.measurement.borrow_mut().drop_reading();
@@ -311,7 +311,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         *self.modal = ModalState::Nothing;
     }
 
-    /// Takes a reading that has come into the tumble test; after the last one it is solved.
+    /// Adds a finished reading to the tumble test, and solves the test after the last one.
     fn take_reading(&mut self) {
         let ModalState::Tumble(readings, true) = &mut *self.modal else { return };
         let measurement = self.rig.measurement.borrow();
@@ -339,7 +339,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         };
     }
 
-    /// What the block test says of the hammer, against the calibration `kept`.
+    /// Computes the hammer's gain from the block test, relative to the calibration `kept`.
     fn solve_block(&mut self, kept: CalibrationRecord) {
         let measurement = self.rig.measurement.borrow();
         let mut record = CalibrationRecord { calibration: *measurement.calibration(), ..kept };
@@ -355,14 +355,14 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         self.menu.open(Screen::CalibrationWizard);
     }
 
-    /// The bytes of the calibration that is proposed.
+    /// Encodes the proposed calibration.
     fn encode_calibration<'p>(&self, piece: &'p mut [u8; PIECE]) -> Result<&'p [u8], Refused> {
         let ModalState::Proposal(record, _) = &*self.modal else { return Err(Refused::NotFound) };
         let encoded = postcard::to_slice(record, piece);
         encoded.map(|bytes| &*bytes).map_err(|_| Refused::StoreFailed)
     }
 
-    /// The calibration that was proposed is kept.
+    /// Puts the proposed calibration, which has been stored, into force.
     fn calibrated(&mut self) {
         let ModalState::Proposal(record, _) = &*self.modal else { return };
         self.rig.measurement.borrow_mut().set_calibration(record.calibration);
@@ -370,7 +370,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
     }
 }
 
-/// The layouts that are kept.
+/// The stored layouts.
 fn layouts<F: NorFlash>(store: &Store<F>) -> Vec<LayoutLine, LAYOUTS> {
     let line = |kept: &LayoutHandle| LayoutLine {
         hash: kept.hash,
@@ -380,7 +380,8 @@ fn layouts<F: NorFlash>(store: &Store<F>) -> Vec<LayoutLine, LAYOUTS> {
     store.layouts().iter().map(line).collect()
 }
 
-/// The converter with the sensors that are calibrated: those of the layout, else all that there are inputs for.
+/// Properties of the converter, with the channels of the sensors to be calibrated: those of the layout, or
+/// without one, all that have inputs.
 fn calibrated(measurement: &Measurement<'_, f32>) -> AdcProperties {
     match measurement.layout() {
         Some(_) => measurement.adc_in_use(),

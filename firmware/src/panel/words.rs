@@ -1,4 +1,4 @@
-//! A short text for everything that a rig can say: at most three lines of 21 characters.
+//! A short text for everything that the rig can report: at most three lines of 21 characters.
 
 use core::fmt::Write as _;
 
@@ -18,10 +18,10 @@ pub const WIDTH: usize = 21;
 /// Lines of a text.
 pub const LINES: usize = 3;
 
-/// What a diagnostic is about, and the number that decided where the line has room for it.
+/// The subject of a diagnostic, and the number that triggered it if the line has room.
 pub fn subject(diagnostic: &Diagnostic, layout: Option<&RigLayout>) -> Text {
     let mut text = Text::new();
-    // A text has room for every subject and a number.
+    // The text has room for every subject and a number.
     let _ = write_subject(&mut text, diagnostic, layout);
     let value = fitting(diagnostic.value, decimals_for(diagnostic.value, 3), 7);
     let spaces = WIDTH.saturating_sub(text.len() + value.len());
@@ -66,7 +66,7 @@ fn write_channel(text: &mut Text, channel: usize) -> core::fmt::Result {
     write!(text, "sensor {} {axis}", response / 3 + 1)
 }
 
-/// Why the rig does not do what was asked for.
+/// Why the rig has refused an action.
 pub fn of_reason(reason: Refused) -> &'static str {
     match reason {
         Refused::NotFound => "It is there no\nlonger.",
@@ -80,7 +80,7 @@ pub fn of_reason(reason: Refused) -> &'static str {
     }
 }
 
-/// What is wrong with a calibration.
+/// Why a calibration has failed.
 pub fn of_problem(problem: &WizardProblem) -> &'static str {
     match problem {
         WizardProblem::Tumble { problem, .. } => match problem {

@@ -1,15 +1,16 @@
-//! Several raw scans become one whose codes have more bits.
+//! Averages several raw scans into one scan with a higher resolution.
 
 /// Resolution of the raw codes, and how they are averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Decimation {
     /// Bits of a raw code.
     pub raw_bits: u8,
-    /// The largest raw code: less than the bits could hold where the converter adds several up itself.
+    /// The largest raw code. It is less than `2^raw_bits - 1` if the converter itself sums several
+    /// conversions.
     pub raw_full: u16,
-    /// Raw scans that make one scan.
+    /// Number of raw scans averaged into one scan.
     pub ratio: u16,
-    /// Bits behind the point that the mean keeps.
+    /// Fractional bits of the mean.
     pub fraction_bits: u8,
 }
 
@@ -32,10 +33,10 @@ impl Decimation {
     }
 }
 
-/// The codes of a scan and of what else the converter reads.
+/// The codes of a scan and of the other inputs of the sequence.
 pub type Decimated<const RANKS: usize> = [u16; RANKS];
 
-/// Sums of the raw scans taken so far.
+/// Sums of the raw scans added so far.
 #[derive(Debug)]
 pub(super) struct Sums<const RANKS: usize> {
     sums: [u32; RANKS],
@@ -54,8 +55,8 @@ impl<const RANKS: usize> Sums<RANKS> {
     pub const ZERO: Self =
         Self { sums: [0; RANKS], clipped: [Clipped { low: false, high: false }; RANKS], count: 0 };
 
-    /// Takes a raw scan; gives the mean with the last one of the ratio. An input that clipped in any
-    /// of them reads as clipped, because a mean would hide it.
+    /// Adds a raw scan; returns the mean with the last one of `ratio`. An input that clipped in any of
+    /// them reads as clipped, because a mean would hide it.
     pub fn add(&mut self, raw: &[u16; RANKS], decimation: &Decimation) -> Option<Decimated<RANKS>> {
         let full = decimation.raw_full;
         for ((sum, clipped), &code) in self.sums.iter_mut().zip(&mut self.clipped).zip(raw) {
@@ -77,7 +78,8 @@ impl<const RANKS: usize> Sums<RANKS> {
     }
 }
 
-/// Rounded to the nearest. Less than 2¹⁶ codes, shifted to at most 16 bits each, sum up to 32 bits.
+/// The mean, rounded to nearest. The sum fits 32 bits: there are fewer than 2¹⁶ codes, of at most 16 bits
+/// after the shift.
 fn mean(sum: u32, decimation: &Decimation) -> u16 {
     let ratio = u32::from(decimation.ratio);
     (((sum << decimation.fraction_bits) + ratio / 2) / ratio) as u16

@@ -1,6 +1,6 @@
-//! Which half of a circular transfer can be read.
+//! Determines which half of a circular transfer's buffer can be read.
 
-/// A half of the buffer that a circular transfer writes.
+/// One half of the buffer of a circular transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Half {
     /// The lower one.
@@ -18,7 +18,7 @@ impl Half {
         }
     }
 
-    /// Its part of the buffer.
+    /// This half of a buffer.
     pub fn of<T>(self, buffer: &[T]) -> &[T] {
         let (first, second) = buffer.split_at(buffer.len() / 2);
         match self {
@@ -28,7 +28,7 @@ impl Half {
     }
 }
 
-/// What the transfer's interrupt finds and clears.
+/// Flags that the transfer's interrupt reads and clears.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HalfFlags {
     /// The first half has been written: "half transfer".
@@ -37,14 +37,14 @@ pub struct HalfFlags {
     pub second: bool,
 }
 
-/// The writer has come round to what was not read yet.
+/// The transfer has overwritten values that were not read yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overrun {
-    /// Halves lost, at least.
+    /// Least number of halves that were lost.
     pub halves: u32,
 }
 
-/// Follows a circular transfer of two halves by what its interrupt finds.
+/// Tracks a circular transfer of two halves from the flags that its interrupt reads.
 #[derive(Debug)]
 pub struct Halves {
     next: Half,
@@ -57,18 +57,19 @@ impl Default for Halves {
 }
 
 impl Halves {
-    /// The transfer begins with the first half.
+    /// A transfer that begins with the first half.
     pub const fn new() -> Self {
         Self { next: Half::First }
     }
 
-    /// Says which half is to be read now, `None` when the interrupt came for another reason.
+    /// Returns the half to be read now, or `None` when the interrupt had another reason.
     ///
-    /// `remaining` is how many of `length` values the transfer still writes before it is at the start
-    /// again, read after the flags.
+    /// `remaining` is how many of the buffer's `length` values the transfer still writes before it wraps
+    /// to the start. It must be read after the flags.
     ///
     /// # Errors
-    /// When a half was not read before it was overwritten. What is whole next is expected again.
+    /// [`Overrun`] when a half was overwritten before it was read. Tracking resumes with the half that is
+    /// being written.
     pub fn finished(
         &mut self,
         flags: HalfFlags,
@@ -91,11 +92,11 @@ impl Halves {
         Ok(Some(done))
     }
 
-    /// Asks once more after `half` has been read: the flags that have come up meanwhile, which stay for
-    /// the next interrupt, tell whether it was overwritten under the reader's hands.
+    /// Checks after `half` has been read that it was not overwritten meanwhile. `flags` are those that
+    /// were set since; they are not cleared, and the next interrupt handles them.
     ///
     /// # Errors
-    /// When it was. The other half may still be whole.
+    /// [`Overrun`] when `half` was overwritten. The other half may still be intact.
     pub fn was_read(
         &self,
         half: Half,
@@ -117,7 +118,7 @@ impl Halves {
     }
 }
 
-/// Where the transfer writes. With nothing remaining it is at the start again.
+/// The half that the transfer is writing. With nothing remaining it is back at the start.
 fn writing(remaining: u16, length: u16) -> Half {
     let position = length.saturating_sub(remaining);
     if remaining != 0 && position >= length / 2 { Half::Second } else { Half::First }

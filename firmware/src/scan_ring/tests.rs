@@ -1,5 +1,5 @@
-//! The ring against a converter in a few lines, with every fault that a chip has: late interrupts, laps,
-//! a halt, a sequence out of step.
+//! Tests the ring against a simulated converter with every fault that a chip can have: late interrupts,
+//! overruns, a halt, a sequence out of step.
 
 use proptest::prelude::*;
 
@@ -7,13 +7,13 @@ use super::*;
 
 const RANKS: usize = 11;
 const SENTINEL: usize = 10;
-/// Raw scans of a half.
+/// Raw scans per half.
 const HALF: usize = 4;
 const LENGTH: usize = 2 * HALF * RANKS;
 const RATIO: u16 = 3;
 const CAPACITY: usize = 8;
 const REFERENCE: u16 = 1500;
-/// So many numbers of raw scans are told apart.
+/// Raw scans have distinct codes modulo this number.
 const NUMBERS: u64 = 4000;
 const PATIENCE: u64 = 100;
 
@@ -28,7 +28,7 @@ fn settings() -> RingSettings {
     }
 }
 
-/// A code that names its raw scan and rank, within 1 to 4000 + 9: neither end of the range.
+/// A code that identifies its raw scan and rank, from 1 to 4000 + 9, so that it never clips.
 fn code(raw_scan: u64, rank: usize) -> u16 {
     if rank == SENTINEL { REFERENCE } else { (1 + raw_scan % NUMBERS) as u16 + rank as u16 }
 }
@@ -36,9 +36,9 @@ fn code(raw_scan: u64, rank: usize) -> u16 {
 /// The converter, its transfer and its interrupt.
 struct Chip {
     buffer: [u16; LENGTH],
-    /// Values ever written.
+    /// Values written so far.
     written: u64,
-    /// Rank of the first value: not zero when out of step.
+    /// Rank of the first value; nonzero when the sequence is out of step.
     shift: usize,
     flags: HalfFlags,
     halves: Halves,
@@ -65,7 +65,8 @@ impl Chip {
         LENGTH as u16 - (self.written % LENGTH as u64) as u16
     }
 
-    /// The interrupt; the transfer goes on under its hands.
+    /// Runs the interrupt handler. The transfer writes `before` values before the half is read, and
+    /// `after` after it.
     fn interrupt(&mut self, ring: &mut Ring, before: usize, after: usize) {
         let flags = core::mem::take(&mut self.flags);
         let length = LENGTH as u16;
@@ -86,7 +87,7 @@ impl Chip {
         }
     }
 
-    /// As many halves as `halves`, each read in time.
+    /// Transfers this many halves, each read in time.
     fn run(&mut self, ring: &mut Ring, halves: usize) {
         for _ in 0..halves {
             self.write(LENGTH / 2);
@@ -101,7 +102,7 @@ fn started() -> (Ring, Chip) {
     (ring, Chip::new())
 }
 
-/// The scan made of the raw scans from `first` on.
+/// The scan averaged from the raw scans from `first` on.
 fn mean_of(first: u64) -> Scan {
     core::array::from_fn(|rank| {
         let sum: u32 = (0..u64::from(RATIO)).map(|k| u32::from(code(first + k, rank))).sum();
@@ -167,10 +168,10 @@ fn an_interrupt_that_comes_a_whole_lap_late_is_an_overrun_at_every_phase() {
         let (mut ring, mut chip) = started();
         chip.write(LENGTH / 2 + late);
         chip.interrupt(&mut ring, 0, 0);
-        // The first half is whole until the second is full.
+        // The first half is intact until the second is full.
         let whole = late < LENGTH / 2;
         assert_eq!(read::<1>(&mut ring).is_ok(), whole, "{late}");
-        // Whatever has been lost, reading goes on in step.
+        // Whatever was lost, reading continues in step.
         chip.flags = HalfFlags::default();
         chip.write(LENGTH - (chip.written % LENGTH as u64) as usize);
         chip.interrupt(&mut ring, 0, 0);
@@ -227,7 +228,7 @@ fn a_step_lost_in_mid_run_ends_it_before_a_wrong_scan_is_read() {
     for values in 1..RANKS {
         let (mut ring, mut chip) = started();
         chip.run(&mut ring, 3);
-        // The converter converts, the transfer does not follow.
+        // The converter converts, but the transfer misses some values.
         chip.shift += values;
         chip.run(&mut ring, 1);
         assert_eq!(ring.fault(), Some(Fault::Misaligned), "{values}");
@@ -270,7 +271,7 @@ fn a_converter_that_halts_is_told_after_the_patience_of_the_caller() {
     let mut block = [[0; CHANNELS]; 2];
     assert_eq!(ring.read(&mut block, PATIENCE, PATIENCE), Ok(None));
     chip.run(&mut ring, 1);
-    // Seen now for the first time, so it counts from now on.
+    // The reader sees the new scans now, so its patience starts now.
     assert_eq!(ring.read(&mut block, 500, PATIENCE), Ok(None));
     assert_eq!(ring.read(&mut block, 500 + PATIENCE, PATIENCE), Ok(None));
     assert_eq!(ring.read(&mut block, 501 + PATIENCE, PATIENCE), Err(SampleError::Stopped));
@@ -319,7 +320,7 @@ fn an_input_that_clipped_once_reads_as_clipped() {
 
 #[test]
 fn a_converter_that_adds_up_itself_clips_below_its_bits() {
-    // Four conversions of 12 bits.
+    // The converter sums four conversions of 12 bits.
     let decimation = Decimation { raw_bits: 14, raw_full: 16380, ratio: 1, fraction_bits: 2 };
     let mut sums = Sums::<3>::ZERO;
     assert_eq!(sums.add(&[16380, 16379, 0], &decimation), Some([65535, 65516, 0]));
@@ -346,7 +347,7 @@ fn codes_of_sixteen_bits_and_the_longest_mean_do_not_wrap() {
     assert_eq!(sums.add(&[4094], &decimation), Some([4094 * 16]));
 }
 
-/// What happens to chip and reader.
+/// An action of the converter, the interrupt or the reader.
 #[derive(Clone, Debug)]
 enum Event {
     Write(usize),
@@ -365,12 +366,12 @@ fn event() -> impl Strategy<Value = Event> {
 }
 
 proptest! {
-    // The oracle: a scan that is read is the mean of RATIO consecutive raw scans, and as long as no
-    // overrun is told, the next one is made of the raw scans right behind them and has the next index.
+    // The oracle: a scan that is read is the mean of RATIO consecutive raw scans. As long as no overrun
+    // is reported, the next scan is made from the raw scans right after them and has the next index.
     #[test]
     fn no_gap_is_silent_and_no_scan_is_torn(events in prop::collection::vec(event(), 1..200)) {
         let (mut ring, mut chip) = started();
-        // Index and first raw scan of the scan to come.
+        // Index and first raw scan of the next scan.
         let (mut index, mut raw) = (0, Some(0));
         for event in events {
             match event {
@@ -383,7 +384,8 @@ proptest! {
                         let begin = match raw {
                             Some(begin) => begin,
                             None => {
-                                // In the last raw scans there is one that it begins with.
+                                // After a gap, search the recent raw scans for the one that the block
+                                // starts with.
                                 let newest = chip.written / RANKS as u64;
                                 let all = newest.saturating_sub(NUMBERS - 10)..=newest;
                                 let found = all.rev().find(|&from| block[0] == mean_of(from));

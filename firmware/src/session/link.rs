@@ -1,4 +1,4 @@
-//! The link: bytes that come and frames that leave, as far as they are counted.
+//! The link: sends frames, and counts the bytes that arrive and the frames that are sent.
 
 use embassy_time::{Duration, with_timeout};
 use embedded_io_async::Write;
@@ -6,30 +6,30 @@ use massline_protocol::{Frame, FrameError};
 
 use crate::rig::Rig;
 
-/// A frame that has not left after this long is given up: nobody reads.
+/// A frame that could not be sent within this time is given up: no host is reading.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// What has come in, as far as it is counted by the byte and by the plug.
+/// Counts received bytes and reconnections.
 #[derive(Default)]
 pub(super) struct Intake {
-    /// Bytes since the end of the last frame.
+    /// Bytes received since the end of the last frame.
     pending: u32,
-    /// The link is gone.
+    /// The link is disconnected.
     lost: bool,
 }
 
 impl Intake {
-    /// The link is gone.
+    /// The link is disconnected.
     pub fn lost(&mut self) {
         self.lost = true;
     }
 
-    /// Bytes have come: the link is there.
+    /// Called when bytes have arrived: the link is connected.
     pub fn heard(&mut self, rig: &Rig<'_>) {
         rig.stats.borrow_mut().reconnects += u32::from(core::mem::take(&mut self.lost));
     }
 
-    /// The deframer took these bytes and found this in them.
+    /// Called with the bytes that the deframer has consumed, and the frame that it has found in them.
     pub fn took(
         &mut self,
         rig: &Rig<'_>,
@@ -42,30 +42,30 @@ impl Intake {
             let mut stats = rig.stats.borrow_mut();
             stats.bytes_dropped = stats.bytes_dropped.saturating_add(self.pending);
         }
-        // A zero without a frame is padding.
+        // A zero byte outside a frame is padding.
         if bytes.last() == Some(&0) {
             self.pending = 0;
         }
     }
 }
 
-/// Writes whole frames to the link, never for longer than [`WRITE_TIMEOUT`].
+/// Writes whole frames to the link, each within [`WRITE_TIMEOUT`].
 pub(super) struct Sender<'r, 'm, W> {
     tx: W,
-    /// The last frame did not leave whole: the next begins with a zero, which ends the torn one.
+    /// The last frame was not sent completely: the next is preceded by a zero, which ends the torn one.
     broken: bool,
-    /// A host has been heard and does read; news is sent to nobody else.
+    /// A host has sent something and reads what it is sent; without one, no events are sent.
     pub listened: bool,
     rig: &'r Rig<'m>,
 }
 
 impl<'r, 'm, W: Write> Sender<'r, 'm, W> {
-    /// Nobody has been heard.
+    /// A sender that has not heard from a host yet.
     pub fn new(tx: W, rig: &'r Rig<'m>) -> Self {
         Self { tx, broken: true, listened: false, rig }
     }
 
-    /// Sends a frame; what does not leave in time is given up.
+    /// Sends a frame, or gives it up after [`WRITE_TIMEOUT`].
     pub async fn send(&mut self, frame: Option<&[u8]>) {
         let Some(frame) = frame.filter(|frame| !frame.is_empty()) else { return };
         let torn = self.broken;

@@ -1,12 +1,12 @@
-//! Answers the host and tells it the news. Whatever arrives is checked; nothing that arrives can
-//! block measuring: the session only changes shared state and wakes the measuring loop.
+//! Answers requests from the host and sends it events. Whatever arrives is checked, and nothing that
+//! arrives can block measuring: the session only changes shared state and wakes the measuring loop.
 //!
 //! | module | subject |
 //! | --- | --- |
-//! | `link` | bytes that come and frames that leave, as far as they are counted |
-//! | `requests` | what the host asks for |
-//! | `objects` | long things as bytes, a piece at a time |
-//! | `news` | what the host is told without asking |
+//! | `link` | sends frames, and counts the bytes that arrive and the frames that are sent |
+//! | `requests` | requests from the host |
+//! | `objects` | large objects as bytes, a piece at a time |
+//! | `news` | events that are sent to the host without a request |
 
 mod link;
 mod news;
@@ -29,12 +29,12 @@ use link::{Intake, Sender};
 use news::News;
 use requests::Reply;
 
-/// Events sent before the host is listened to again.
+/// Most events sent before the link is read again.
 const NEWS_AT_ONCE: usize = 8;
-/// A link that is gone, or says that it is empty, is asked again after this long.
+/// Pause before a link that is disconnected, or reports that it is empty, is read again.
 const LINK_PAUSE: Duration = Duration::from_millis(10);
 
-/// What the session keeps between two frames.
+/// State of the session between two frames.
 pub(crate) struct SessionMemory {
     deframer: Deframer,
     /// The answer or the event that is being sent.
@@ -48,8 +48,8 @@ impl SessionMemory {
     }
 }
 
-/// The last request when it changed the rig, and its answer: kept so that it is executed once however
-/// often it arrives.
+/// The last request, if it changes the rig, and its answer: stored so that the request is executed once
+/// even if it arrives several times.
 struct Done {
     /// Kind, sequence and body checksum of the request.
     request: Option<(u16, u16, u32)>,
@@ -60,14 +60,14 @@ impl Done {
     const NOTHING: Self = Self { request: None, answer: Vec::new() };
 }
 
-/// What the session sees of the rest of the rig.
+/// The session's access to the rest of the rig.
 pub(crate) struct Session<'a, 'm, F: NorFlash> {
     pub rig: &'a Rig<'m>,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
 }
 
 impl<F: NorFlash> Session<'_, '_, F> {
-    /// Serves the link for ever.
+    /// Serves the link; never returns.
     pub async fn run(&self, mut rx: impl Read, tx: impl Write, memory: &mut SessionMemory) -> ! {
         let SessionMemory { deframer, out, done } = memory;
         let mut sender = Sender::new(tx, self.rig);
@@ -76,7 +76,7 @@ impl<F: NorFlash> Session<'_, '_, F> {
         let mut intake = Intake::default();
         loop {
             match select(rx.read(&mut bytes), self.rig.news.wait()).await {
-                // The link is gone.
+                // The link is disconnected.
                 Either::First(Ok(0) | Err(_)) => {
                     sender.listened = false;
                     intake.lost();
@@ -123,11 +123,11 @@ impl<F: NorFlash> Session<'_, '_, F> {
                 length => sender.send(out.get(..length)).await,
             }
         }
-        // The rest after the next look at what the host wants.
+        // More events may be waiting: they are sent after the next read of the link.
         self.rig.news.signal(());
     }
 
-    /// Executes a request; gives its framed answer.
+    /// Executes a request; returns its framed answer.
     async fn answer<'m>(
         &self,
         frame: Frame<'_>,
@@ -146,10 +146,10 @@ impl<F: NorFlash> Session<'_, '_, F> {
         }
         let length = reply.length();
         let answer = out.get(..length)?;
-        // A refusal counts as well: what was refused must not be executed when it is sent again.
+        // Refusals are stored as well: a refused request must not be executed when it is repeated.
         done.request = changes(frame.kind).then_some(request);
         if done.request.is_some() {
-            // Every answer to a change fits, which a test of the protocol proves.
+            // Every answer to a change fits; a test of the protocol proves it.
             done.answer = Vec::from_slice(answer).unwrap_or_default();
         }
         Some(answer)

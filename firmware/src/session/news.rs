@@ -1,4 +1,4 @@
-//! What the host is told without asking: hits, scans of a stream, the status when it has changed.
+//! Events that are sent to the host without a request: hits, scans of a stream, a changed status.
 
 use heapless::Vec;
 use massline_protocol::event::{HIT, HitEvent, SCAN_BLOCK_BYTES, SCANS, STATUS_CHANGED, ScanBlock};
@@ -9,19 +9,19 @@ use massline_shared::signal::Record;
 
 use crate::rig::Rig;
 
-/// What the host has been told.
+/// What the host has been sent.
 #[derive(Default)]
 pub(super) struct News {
     status: Option<Status>,
-    /// Next scan of the stream to be sent, none while there is no stream.
+    /// Next scan of the stream to be sent; `None` while there is no stream.
     next_scan: Option<u64>,
     sequence: u16,
 }
 
 impl News {
-    /// Writes the next event as a frame; gives its length, zero without news. An event is not held while its
-    /// frame is sent.
-    // Never inlined: 1.5 KB less of the firmware's deepest stack.
+    /// Writes the next event as a frame; returns its length, zero when there is none. The event takes no
+    /// memory while its frame is sent.
+    // Never inlined: this saves 1.5 KB of the firmware's deepest stack.
     #[inline(never)]
     pub fn next(&mut self, rig: &Rig<'_>, out: &mut [u8; MAX_FRAME]) -> usize {
         let hit = rig.measurement.borrow_mut().next_hit();
@@ -40,7 +40,7 @@ impl News {
         length
     }
 
-    /// The next scans of the stream, when there are enough to be sent.
+    /// The next scans of the stream, if there are enough for a block.
     fn scans(&mut self, rig: &Rig<'_>) -> Option<ScanBlock> {
         const SCANS: u64 = (SCAN_BLOCK_BYTES / Record::SCAN_BYTES) as u64;
         let measurement = rig.measurement.borrow();
@@ -50,12 +50,14 @@ impl News {
         };
         let record = measurement.record();
         let oldest = end.checked_sub(held.min(record.len() as u64))?;
-        // Scans that have left the record before they were sent are missing: the host sees the jump.
+        // Scans that were overwritten in the record before they were sent are missing; the host sees the
+        // gap from the index.
         let first = self.next_scan.map_or(oldest, |next| next.max(oldest));
         if first + SCANS > end {
             return None;
         }
-        // A stream that has not filled the record yet has jumped because scans were lost, or begins.
+        // If the stream has not filled the record yet, the gap has another reason: scans were lost, or
+        // the stream has just begun.
         if held > record.len() as u64 {
             let gone = self.next_scan.map_or(0, |next| first - next);
             rig.stats.borrow_mut().stream_scans_dropped += gone as u32;

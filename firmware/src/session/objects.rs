@@ -1,4 +1,4 @@
-//! Long things as bytes: results from the store, the record and the spectra from memory.
+//! Large objects as bytes: results from the store, the record and the spectra from memory.
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
@@ -14,13 +14,13 @@ use crate::deadline::Deadline;
 use crate::rig::Rig;
 use crate::store::{ResultHandle, Store};
 
-/// Bytes of the record that are summed at a time.
+/// Bytes of the record that are checksummed at a time.
 const PIECE: usize = 4 * Record::SCAN_BYTES;
 /// Words of the spectra object: a header of four, G_FF, G_XF (re, im), G_XX.
 const HEADER_WORDS: usize = 4;
 const SPECTRA_WORDS: usize = HEADER_WORDS + SPECTRUM_BINS * (1 + 3 * RESPONSES);
 
-/// Where the objects are.
+/// Access to the objects.
 pub(crate) struct Objects<'a, 'm, F: NorFlash> {
     pub rig: &'a Rig<'m>,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
@@ -51,10 +51,10 @@ impl<F: NorFlash> Objects<'_, '_, F> {
         Ok(ObjectInfo { length, crc })
     }
 
-    /// Reads a piece of an object into the front of `room`; gives how many bytes there were.
+    /// Reads a piece of an object into the front of `room`; returns the number of bytes read.
     ///
     /// # Errors
-    /// Why there is no such object or piece now.
+    /// The reason why this object or piece is not available now.
     pub async fn read(&self, request: ChunkRequest, room: &mut [u8]) -> Result<usize, Reason> {
         let ChunkRequest { object, offset, length } = request;
         let offset = offset as usize;
@@ -91,7 +91,7 @@ impl<F: NorFlash> Objects<'_, '_, F> {
     }
 }
 
-/// The record, when it holds the hit that is asked for and is not being written.
+/// The record, if it holds the requested hit and is not being written.
 fn record<'r>(
     measurement: &'r Measurement<'_, f32>,
     object: ObjectId,
@@ -104,8 +104,8 @@ fn record<'r>(
     }
 }
 
-/// The averaged spectra of the DOF that is asked for, with their header: dof, hits, responses, 0; lines u16, 0;
-/// resolution f32; decay f32.
+/// The averaged spectra of the requested DOF, with their header: dof, hits, responses, 0; number of bins
+/// u16, 0; resolution f32; decay f32.
 fn spectra<'r>(
     measurement: &'r Measurement<'_, f32>,
     object: ObjectId,

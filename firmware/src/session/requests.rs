@@ -1,4 +1,4 @@
-//! What the host asks for.
+//! Executes requests from the host.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
@@ -21,7 +21,7 @@ use crate::deadline::Deadline;
 use crate::store::{StoreError, decode_layout};
 
 impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
-    /// Executes a request; the answer is in `reply`.
+    /// Executes a request and writes the answer into `reply`.
     pub(super) async fn execute(&self, reply: &mut Reply<'_, '_>) -> Result<(), Reason> {
         let rig = self.rig;
         match reply.frame.kind {
@@ -98,7 +98,8 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
         }
     }
 
-    /// Takes a layout. It is decoded after the flash is written, so that it needs no memory meanwhile.
+    /// Stores a layout and puts it into use. The decoded layout takes no memory while the flash is
+    /// written: it is decoded again afterwards.
     async fn put_layout(&self, body: &[u8]) -> Result<LayoutAnswer, Reason> {
         let hash = crc32(body);
         let rig = self.rig;
@@ -131,7 +132,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
         self.rig.changing(write).await
     }
 
-    /// The calibration in force; where it comes from is kept in the store alone.
+    /// The calibration in force. Its origin is stored in flash only, so it is read from there.
     async fn calibration(&self) -> CalibrationRecord {
         let kept = self.store.lock().await.calibration().await;
         let calibration = *self.rig.measurement.borrow().calibration();
@@ -141,7 +142,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
     fn set_stream(&self, on: bool) -> Result<(), Reason> {
         let mut measurement = self.rig.measurement.borrow_mut();
         if on == measurement.streamed().is_some() {
-            // Nothing changes: a record that is being taken is not disturbed.
+            // Nothing to change; a record that is being taken is not disturbed.
             return Ok(());
         }
         if on && !self.rig.streams {
@@ -153,7 +154,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
         Ok(())
     }
 
-    /// Starts or steers the campaign.
+    /// Starts a campaign, or passes a command to it.
     async fn command(&self, request: CommandRequest) -> Result<(), Reason> {
         let command = CampaignCommand::try_from(request.command).map_err(|_| Reason::Malformed)?;
         if let Some(command) = command.steering() {
@@ -183,7 +184,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
     }
 }
 
-/// A request and where its answer goes.
+/// A request and the buffer for its answer.
 pub(super) struct Reply<'f, 'o> {
     frame: Frame<'f>,
     out: &'o mut [u8; MAX_FRAME],
@@ -191,7 +192,7 @@ pub(super) struct Reply<'f, 'o> {
 }
 
 impl<'f, 'o> Reply<'f, 'o> {
-    /// Not answered yet.
+    /// A reply without an answer yet.
     pub fn new(frame: Frame<'f>, out: &'o mut [u8; MAX_FRAME]) -> Self {
         Self { frame, out, length: 0 }
     }
@@ -210,7 +211,7 @@ impl<'f, 'o> Reply<'f, 'o> {
         Ok(())
     }
 
-    /// Answers with the bytes of an object that stand at the front of `out`.
+    /// Answers with the `read` bytes of an object at the front of `out`.
     fn with_chunk(&mut self, request: ChunkRequest, read: usize) {
         let bytes = self.out.get(..read).unwrap_or_default();
         let chunk = ChunkRef { object: request.object, offset: request.offset, bytes };
@@ -219,7 +220,7 @@ impl<'f, 'o> Reply<'f, 'o> {
     }
 
     pub fn encode<T: serde::Serialize>(&mut self, kind: u16, body: &T) {
-        // Every message fits a frame, which a test of the protocol proves.
+        // Every message fits a frame; a test of the protocol proves it.
         self.length = encode_frame(kind, self.frame.sequence, body, self.out).unwrap_or(0);
     }
 }
@@ -235,7 +236,7 @@ impl From<StoreError> for Reason {
     }
 }
 
-/// The message of a whole body.
+/// Decodes a body, which must hold one message and nothing after it.
 fn decode<T: DeserializeOwned>(body: &[u8]) -> Result<T, Reason> {
     match postcard::take_from_bytes(body) {
         Ok((message, [])) => Ok(message),

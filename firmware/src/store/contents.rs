@@ -1,9 +1,9 @@
-//! What a store holds: the sum of all changes in its log.
+//! What a store holds: the result of all changes in its log.
 //!
-//! The pages of the log move what is still wanted, so changes are not met in the order in which they
-//! were made. They are put in order by their serials: of two changes of the same thing the later one
-//! holds. A change that does away with something (a deletion, the end of a campaign) always lies after
-//! all that it does away with, as nothing that is gone is ever moved.
+//! The log moves live records between its pages, so changes are not read in the order in which they were
+//! made. Their serials restore the order: of two changes of the same item the later one holds. A change
+//! that removes something (a deletion, the end of a campaign) always comes after everything that it
+//! removes, because records of removed items are never moved.
 
 use heapless::{String, Vec};
 use massline_protocol::message::{EstimatedMass, ResultEntry};
@@ -12,48 +12,48 @@ use serde::{Deserialize, Serialize};
 
 use super::{LAYOUTS, RESULTS};
 
-/// The most bytes of an encoded change, which is that of a layout: six integers of at most five bytes, three
-/// more bytes, a title.
+/// Most bytes of an encoded change. The longest is that of a layout: six integers of at most five bytes,
+/// three more bytes, a title.
 pub(super) const MAX_CHANGE: usize = 6 * 5 + 3 + 49;
 
-/// The bytes of something that is kept: pieces in the log with this serial.
+/// The bytes of a stored item: the pieces in the log with this serial.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Object {
     pub serial: u32,
     pub length: u16,
-    /// Bytes found whole in the log when the store was opened.
+    /// Intact bytes found in the log when the store was opened.
     #[serde(skip)]
     pub found: u16,
 }
 
-/// A layout that is kept.
+/// A stored layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayoutHandle {
-    /// Its name: CRC-32 of its bytes.
+    /// CRC-32 of its bytes, which identifies it.
     pub hash: u32,
     /// Its title.
     pub title: String<48>,
-    /// True for the one in use.
+    /// True for the layout in use.
     pub in_use: bool,
-    /// Serial of the change that took it into use last.
+    /// Serial of the change that last put it into use.
     used: u32,
     object: Object,
 }
 
-/// A result that is kept.
+/// A stored result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResultHandle {
-    /// What the list of results shows.
+    /// Its entry in the list of results.
     pub entry: ResultEntry,
-    /// CRC-32 over the result's bytes.
+    /// CRC-32 of the result's bytes.
     pub crc: u32,
     pub(super) object: Object,
 }
 
-/// A change of what is kept. Its bytes are those of the store's format.
+/// A change of the contents. Its postcard encoding is a part of the store's format.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Change {
-    /// A layout was taken into use, kept before or not; another one gave way for it.
+    /// A layout was put into use, whether new or already stored; `gave_way` was removed for it.
     Layout {
         hash: u32,
         title: String<48>,
@@ -63,7 +63,7 @@ pub(super) enum Change {
     Calibration {
         object: Object,
     },
-    /// A result, which ends its campaign.
+    /// A result was stored, which ends its campaign.
     Result {
         object: Object,
         number: u32,
@@ -75,7 +75,7 @@ pub(super) enum Change {
     Deleted {
         number: u32,
     },
-    /// How far a campaign has come. Campaigns are named by a serial.
+    /// The progress of a campaign. A campaign is identified by a serial.
     Progress {
         object: Object,
         campaign: u32,
@@ -94,14 +94,14 @@ pub(super) enum Change {
 /// The campaign that has not ended.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StoredCampaign {
-    /// Its name, 0 when there is none.
+    /// Serial that identifies it, 0 without a campaign.
     pub serial: u32,
     pub progress: Option<Object>,
     /// Its finished DOFs by their index in the layout.
     pub dofs: Vec<(u8, Object), RIG_HITS>,
 }
 
-/// Everything that is kept.
+/// Everything that is stored.
 #[derive(Debug, Default)]
 pub(super) struct Contents {
     pub layouts: Vec<LayoutHandle, LAYOUTS>,
@@ -115,7 +115,7 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    /// Takes a change in.
+    /// Applies a change.
     pub fn apply(&mut self, serial: u32, change: Change) {
         match change {
             Change::Layout { hash, title, object, gave_way } => {
@@ -125,7 +125,7 @@ impl Contents {
                 }
                 self.layouts.retain(|kept| !gone(kept) || kept.used > serial);
                 let kept = LayoutHandle { hash, title, in_use: false, used: serial, object };
-                // There is room: one has given way, else there were fewer.
+                // There is room: either one was removed or the list was not full.
                 let _ = self.layouts.push(kept);
                 self.mark_layout_in_use();
             }
@@ -137,10 +137,11 @@ impl Contents {
             Change::Result { object, number, layout, mass, crc, campaign } => {
                 let length = object.length.into();
                 let entry = ResultEntry { number, layout_hash: layout, mass, length };
-                // Kept twice when it was whole although the flash had said that it was not.
+                // The log may hold a result twice: if the flash reported a failure although the write was
+                // complete.
                 self.results.retain(|kept| kept.entry.number != number);
                 let at = self.results.iter().take_while(|kept| kept.entry.number < number).count();
-                // There is room, else the result would not have been kept.
+                // There is room, else the result would not have been stored.
                 let _ = self.results.insert(at, ResultHandle { entry, crc, object });
                 self.last_number = self.last_number.max(number);
                 self.end(campaign);
@@ -171,13 +172,13 @@ impl Contents {
         }
     }
 
-    /// Takes note of a piece that was found whole in the log.
+    /// Counts a piece that was found intact in the log.
     pub fn found(&mut self, serial: u32, length: u16) {
         let objects = self.objects().filter(|object| object.serial == serial);
         objects.for_each(|object| object.found = object.found.saturating_add(length));
     }
 
-    /// Forgets what was not found whole; gives how much that was.
+    /// Drops every object that was not found complete; returns how many.
     pub fn drop_torn(&mut self) -> u32 {
         let count = |contents: &mut Self| contents.objects().count();
         let before = count(self);
@@ -191,7 +192,7 @@ impl Contents {
         (before - count(self)) as u32
     }
 
-    /// True for the serial of something that is kept, and of its change.
+    /// True for the serial of a stored object and of its change.
     pub fn is_live(&self, serial: u32) -> bool {
         let layouts = self.layouts.iter().flat_map(|kept| [kept.used, kept.object.serial]);
         let results = self.results.iter().map(|kept| kept.object.serial);
@@ -201,18 +202,18 @@ impl Contents {
         layouts.chain(results).chain(dofs).chain(others).any(|live| live == serial)
     }
 
-    /// The layout of this hash, its bytes, and its title.
+    /// The object and the title of the layout with this hash.
     pub fn layout(&self, hash: u32) -> Option<(Object, &String<48>)> {
         let kept = self.layouts.iter().find(|kept| kept.hash == hash)?;
         Some((kept.object, &kept.title))
     }
 
-    /// The bytes of the layout in use.
+    /// The object of the layout in use.
     pub fn layout_in_use(&self) -> Option<Object> {
         self.layouts.iter().find(|kept| kept.in_use).map(|kept| kept.object)
     }
 
-    /// The layout that gives way for one more.
+    /// Hash of the layout to be removed for a new one; `None` while there is room.
     pub fn gives_way(&self) -> Option<u32> {
         let oldest = self.layouts.iter().min_by_key(|kept| kept.used);
         oldest.filter(|_| self.layouts.is_full()).map(|kept| kept.hash)
@@ -231,7 +232,8 @@ impl Contents {
         self.layouts.iter_mut().for_each(|kept| kept.in_use = Some(kept.used) == last);
     }
 
-    /// The campaign of this name, when it is the last one and has not ended.
+    /// The campaign with this serial, started if it is newer than the current one; `None` if it has ended
+    /// or is older.
     fn enter(&mut self, campaign: u32) -> Option<&mut StoredCampaign> {
         if campaign <= self.ended || campaign < self.campaign.serial {
             return None;

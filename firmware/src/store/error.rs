@@ -1,17 +1,17 @@
-//! Why the store did not do it.
+//! Errors of the store.
 
 use core::fmt;
 
-/// Why the store did not do it.
+/// Why an operation of the store failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreError {
-    /// There is no such thing.
+    /// The requested item is not stored.
     NotFound,
-    /// The bytes are not what was to be kept.
+    /// The bytes cannot be decoded as what was to be stored.
     Malformed,
-    /// There is no room.
+    /// There is not enough room.
     Full,
-    /// The flash did not keep it or did not give it back.
+    /// Writing or reading the flash failed.
     Failed,
 }
 

@@ -1,14 +1,14 @@
-//! What survives a restart: layouts, calibration, results, and the finished DOFs of the campaign that
-//! is under way.
+//! Stores what survives a restart: layouts, calibration, results, and the finished DOFs of the current
+//! campaign.
 //!
-//! Everything lies in a log of records in the board's flash region (`log`, `record`), which is safe
-//! against a cut of the power at any word. An *object* is the bytes of one thing that is kept, as
-//! pieces that share a serial. It is there from the moment when the *change* that names it (`contents`)
-//! stands in the log, which is written after the last piece has been read back: a torn write shows as
-//! nothing, or as what was there before, and never as half of something.
+//! Everything is written to a log of records in the board's flash region (`log`, `record`), which is safe
+//! against a power cut at any word. An *object* is the bytes of one stored item, written as pieces that
+//! share a serial. An object exists once the *change* that names it (`contents`) has been written to the
+//! log, and the change is written after the last piece has been read back. After a torn write the store
+//! therefore holds the previous state, and never half of an object.
 //!
-//! Flash is erased only by the functions that keep or delete something, which are called only while
-//! nothing is sampled.
+//! Flash is erased only by the functions that store or delete something; they are called only while the
+//! sampler is stopped.
 
 mod contents;
 mod error;
@@ -32,27 +32,27 @@ pub use error::StoreError;
 use log::{Checkpoint, Log, Work};
 pub use source::Source;
 
-/// Results that the store holds, if the flash has room for them.
+/// Most results that the store holds, if the flash has room for them.
 pub const RESULTS: usize = 24;
-/// Layouts that the store holds.
+/// Most layouts that the store holds.
 pub const LAYOUTS: usize = 4;
-/// The most bytes of one finished DOF, by itself and as a part of a result.
+/// Most bytes of one finished DOF, stored separately or as a part of a result.
 pub const MAX_DOF: usize = 306;
-/// The most bytes of one answer in a result.
+/// Most bytes of one estimate in a result.
 pub const MAX_ESTIMATE: usize = 424;
-/// The most bytes of one result: what is said of it and of its campaign, its DOFs and its answers.
+/// Most bytes of one result: its head and diagnostics, its DOFs and its estimates.
 pub const MAX_RESULT: usize = 184 + RIG_HITS * MAX_DOF + MASS_LINE_METHODS * MAX_ESTIMATE;
-/// The most bytes of the progress of a campaign.
+/// Most bytes of the progress of a campaign.
 pub const MAX_PROGRESS: usize = 272;
 
-/// Room for an encoded calibration: numbers and texts take less encoded, and a length each.
+/// Room for an encoded calibration: numbers and texts are not longer encoded, except for the lengths.
 const CALIBRATION_ROOM: usize = size_of::<CalibrationRecord>() + 16;
 
-/// The store over a flash region that belongs to it alone.
+/// The store, over a flash region for its exclusive use.
 pub struct Store<F: NorFlash> {
     log: Log<F>,
     contents: Contents,
-    /// The last serial that was given.
+    /// The last serial that was assigned.
     serial: u32,
     /// Serial of the object that is being written.
     writing: u32,
@@ -61,9 +61,9 @@ pub struct Store<F: NorFlash> {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// A store over the whole of `flash`, to be opened. Until then, and for ever over a region that a store
-    /// cannot use, it refuses every write with [`StoreError::Failed`].
-    // Always inlined, so that it is built where it stays: 1.1 KB less of the firmware's deepest stack.
+    /// A store over the whole of `flash`. Every write returns [`StoreError::Failed`] until
+    /// [`Store::open`] has succeeded, and always if the region is unusable for a store.
+    // Always inlined, so that it is built in place: this saves 1.1 KB of the firmware's deepest stack.
     #[inline(always)]
     pub fn new(flash: F) -> Self {
         Self {
@@ -76,12 +76,11 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Finds out what is kept; to be called once before anything else. Writes nothing.
+    /// Reads what is stored; to be called once before anything else. Writes nothing.
     ///
-    /// * What other firmware has kept in another format is passed over; it gives way to what is kept
-    ///   from now on.
-    /// * Flash of which not a single page answers: the content may be whole. Until the next start the
-    ///   store shows nothing and refuses every write with [`StoreError::Failed`].
+    /// * Data in the format of other firmware is ignored, and is overwritten from now on.
+    /// * If not a single page can be read, the content may still be intact. Until the next start the
+    ///   store shows nothing, and every write returns [`StoreError::Failed`].
     pub async fn open(&mut self) {
         if !self.log.is_usable() {
             return;
@@ -100,13 +99,13 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Writes that failed verification, things that were kept and have been found torn, and one when
-    /// the flash did not answer at the start.
+    /// Number of failures: writes that failed, stored objects found torn, and one if the flash could not
+    /// be read at the start.
     pub fn failures(&self) -> u32 {
         self.failures
     }
 
-    /// What has been counted, with the part of the store.
+    /// Adds the store's counters to `stats`.
     pub fn counted(&self, stats: Stats) -> Stats {
         let Work { erases, bytes, not_kept } = self.log.work();
         Stats {
@@ -118,25 +117,25 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// The kept layouts.
+    /// The stored layouts.
     pub fn layouts(&self) -> &[LayoutHandle] {
         &self.contents.layouts
     }
 
-    /// The layout in use as postcard bytes, read into `room`: a decoded one would stay in the memory of
-    /// whoever waits for the flash.
+    /// The layout in use as postcard bytes, read into `room`. It is not decoded here, because a decoded
+    /// layout would take memory in every future that waits for the flash.
     pub async fn layout<'r>(&mut self, room: &'r mut [u8; MAX_LAYOUT]) -> Option<&'r [u8]> {
         let object = self.contents.layout_in_use()?;
         self.read_whole(object, room).await
     }
 
-    /// Keeps a layout and takes it into use, given by its postcard bytes: a decoded one would stay in
-    /// memory beside them while the flash is written. The layout that was in use the longest ago gives
-    /// way when there are [`LAYOUTS`].
+    /// Stores a layout, given by its postcard bytes, and puts it into use. If there are already
+    /// [`LAYOUTS`], the least recently used one is removed. The parameter is not a decoded layout, which
+    /// would take memory beside the bytes while the flash is written.
     ///
     /// # Errors
-    /// [`StoreError::Malformed`] when the bytes are no layout, [`StoreError::Full`], or
-    /// [`StoreError::Failed`] when the flash does not keep it.
+    /// [`StoreError::Malformed`] when the bytes are not a layout, [`StoreError::Full`], or
+    /// [`StoreError::Failed`] when the write fails.
     pub async fn put_layout(&mut self, encoded: &[u8]) -> Result<(), StoreError> {
         let hash = crc32(encoded);
         if self.contents.layout(hash).is_some() {
@@ -148,7 +147,7 @@ impl<F: NorFlash> Store<F> {
             .await
     }
 
-    /// Takes a kept layout into use.
+    /// Puts a stored layout into use.
     ///
     /// # Errors
     /// [`StoreError::NotFound`], or [`StoreError::Failed`].
@@ -158,16 +157,16 @@ impl<F: NorFlash> Store<F> {
         self.note(Change::Layout { hash, title, object, gave_way: None }).await
     }
 
-    /// The kept calibration.
+    /// The stored calibration.
     pub async fn calibration(&mut self) -> Option<CalibrationRecord> {
         let object = self.contents.calibration?;
         self.decode(object, &mut [0; CALIBRATION_ROOM]).await
     }
 
-    /// Keeps a calibration, given by its postcard bytes.
+    /// Stores a calibration, given by its postcard bytes.
     ///
     /// # Errors
-    /// [`StoreError::Full`], or [`StoreError::Failed`] when the flash does not keep it.
+    /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
     pub async fn put_calibration(&mut self, encoded: &[u8]) -> Result<(), StoreError> {
         self.keep(encoded, |object| Change::Calibration { object }).await
     }
@@ -177,12 +176,12 @@ impl<F: NorFlash> Store<F> {
         &self.contents.results
     }
 
-    /// The result of this number.
+    /// The result with this number.
     pub fn find(&self, number: u32) -> Option<ResultHandle> {
         self.contents.results.iter().copied().find(|kept| kept.entry.number == number)
     }
 
-    /// True when there is no room for another campaign over `dofs` DOFs, all of its progress and its result.
+    /// True when there is no room for another campaign of `dofs` DOFs with all its progress and its result.
     pub async fn is_full(&mut self, dofs: usize) -> bool {
         let dofs = dofs.min(RIG_HITS);
         let longest_result = MAX_RESULT - (RIG_HITS - dofs) * MAX_DOF;
@@ -191,15 +190,15 @@ impl<F: NorFlash> Store<F> {
         self.contents.results.is_full() || !self.has_room(campaign).await
     }
 
-    /// The number that the next result gets. Numbers are never used again.
+    /// The number of the next result. Numbers are never reused.
     pub fn next_number(&self) -> u32 {
         self.contents.last_number + 1
     }
 
-    /// Keeps a result under [`Store::next_number`]. The campaign that is under way has ended with it.
+    /// Stores a result under [`Store::next_number`]; this ends the current campaign. Returns the number.
     ///
     /// # Errors
-    /// [`StoreError::Full`], or [`StoreError::Failed`] when the flash does not keep it.
+    /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
     pub async fn put_result(
         &mut self,
         result: &(impl Source + ?Sized),
@@ -216,7 +215,7 @@ impl<F: NorFlash> Store<F> {
         Ok(number)
     }
 
-    /// Forgets a result.
+    /// Deletes a result.
     ///
     /// # Errors
     /// [`StoreError::NotFound`], or [`StoreError::Failed`].
@@ -225,10 +224,10 @@ impl<F: NorFlash> Store<F> {
         self.note(Change::Deleted { number }).await
     }
 
-    /// Reads part of a result into `out`, from `offset` on; gives how many bytes there were.
+    /// Reads part of a result into `out`, starting at `offset`; returns the number of bytes read.
     ///
     /// # Errors
-    /// [`StoreError::Failed`] when some of it cannot be read.
+    /// [`StoreError::Failed`] when a part of it cannot be read.
     pub async fn read_result(
         &mut self,
         kept: &ResultHandle,
@@ -238,38 +237,38 @@ impl<F: NorFlash> Store<F> {
         self.read(kept.object, offset, out).await.ok_or(StoreError::Failed)
     }
 
-    /// Keeps a finished DOF of the campaign that is under way, by its index in the layout.
-    /// [`Store::put_progress`] follows: without it nothing is known of the campaign.
+    /// Stores a finished DOF of the current campaign, by its index in the layout. The caller calls
+    /// [`Store::put_progress`] next: without the progress a campaign cannot be restored.
     ///
     /// # Errors
-    /// [`StoreError::Full`], or [`StoreError::Failed`] when the flash does not keep it.
+    /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
     pub async fn put_dof(&mut self, index: u8, bytes: &[u8]) -> Result<(), StoreError> {
         let campaign = self.campaign();
         self.keep(bytes, |object| Change::Dof { object, campaign, index }).await
     }
 
-    /// Keeps how far the campaign has come.
+    /// Stores the progress of the current campaign.
     ///
     /// # Errors
-    /// [`StoreError::Full`], or [`StoreError::Failed`] when the flash does not keep it.
+    /// [`StoreError::Full`], or [`StoreError::Failed`] when the write fails.
     pub async fn put_progress(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
         let campaign = self.campaign();
         self.keep(bytes, |object| Change::Progress { object, campaign }).await
     }
 
-    /// True when the progress of a campaign is kept that has not ended.
+    /// True when the progress of a campaign that has not ended is stored.
     pub fn has_progress(&self) -> bool {
         self.contents.campaign.serial != 0
     }
 
-    /// How far the campaign had come, read into `room`.
+    /// The stored progress of the campaign, read into `room`.
     pub async fn progress<'r>(&mut self, room: &'r mut [u8]) -> Option<&'r [u8]> {
         let object = self.contents.campaign.progress?;
         self.read_whole(object, room).await
     }
 
-    /// The `i`th finished DOF of the campaign in the order of their keeping, read into `room`; `None` behind
-    /// the last.
+    /// The `i`th finished DOF of the campaign in the order of storing, read into `room`; `None` after the
+    /// last.
     pub async fn dof<'r>(&mut self, i: usize, room: &'r mut [u8]) -> Option<&'r [u8]> {
         let dofs = &self.contents.campaign.dofs;
         let place = |serial: u32| dofs.iter().filter(|(_, other)| other.serial < serial).count();
@@ -277,11 +276,11 @@ impl<F: NorFlash> Store<F> {
         self.read_whole(object, room).await
     }
 
-    /// Forgets the progress of the campaign: what is kept from now on belongs to another one.
+    /// Deletes the progress of the campaign: whatever is stored from now on belongs to another one.
     ///
     /// # Errors
-    /// [`StoreError::Failed`] when the flash does not keep that; then, as long as no other campaign is
-    /// kept, the next start finds it again.
+    /// [`StoreError::Failed`] when the write fails. In that case the next start finds the campaign again,
+    /// unless another one has been stored meanwhile.
     pub async fn clear_progress(&mut self) -> Result<(), StoreError> {
         let campaign = self.contents.campaign.serial;
         if campaign == 0 {
@@ -292,7 +291,7 @@ impl<F: NorFlash> Store<F> {
         noted
     }
 
-    /// The name of the campaign that is under way, a new one when nothing is kept of it.
+    /// The serial of the current campaign; a new one when nothing of it is stored yet.
     fn campaign(&mut self) -> u32 {
         match self.contents.campaign.serial {
             0 => self.next_serial(),
@@ -306,12 +305,12 @@ impl<F: NorFlash> Store<F> {
     }
 }
 
-/// The title of an encoded layout; `None` when the bytes are no layout.
+/// The title of an encoded layout; `None` when the bytes are not a layout.
 fn title_of(encoded: &[u8]) -> Option<String<48>> {
     decode_layout(encoded).map(|layout| layout.title)
 }
 
-/// The layout that the bytes are, whole and without a rest; `None` when they are none.
+/// Decodes a layout; `None` when the bytes are not exactly one layout.
 pub(crate) fn decode_layout(encoded: &[u8]) -> Option<RigLayout> {
     match postcard::take_from_bytes(encoded) {
         Ok((layout, [])) if encoded.len() <= MAX_LAYOUT => Some(layout),

@@ -1,4 +1,4 @@
-//! How the store finds what it keeps.
+//! Finds and reads stored objects.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use serde::de::DeserializeOwned;
@@ -8,7 +8,7 @@ use super::contents::{MAX_CHANGE, Object};
 use super::record::Kind;
 
 impl<F: NorFlash> Store<F> {
-    /// Takes in every change of the log.
+    /// Applies every change in the log.
     pub(super) async fn read_changes(&mut self) {
         let mut cursor = self.log.records();
         while let Some(record) = self.log.next(&mut cursor).await {
@@ -23,7 +23,7 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Looks for all pieces of what is kept.
+    /// Counts the intact pieces of all stored objects.
     pub(super) async fn find_objects(&mut self) {
         let mut cursor = self.log.records();
         while let Some(record) = self.log.next(&mut cursor).await {
@@ -37,7 +37,8 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Reads part of an object into `out`; `None` when some of it is not whole.
+    /// Reads part of an object into `out`; returns the number of bytes, or `None` when a piece is missing
+    /// or torn.
     pub(super) async fn read(
         &mut self,
         object: Object,

@@ -1,9 +1,8 @@
-//! Records: what a page of the log consists of.
+//! Records, of which a page of the log consists.
 //!
-//! A record is a header of [`HEADER`] bytes and its payload, both filled up to whole words of the
-//! flash. The header has a check of its own, so that the next record is found past a payload that was
-//! torn; header and check belong to one page, so that what an earlier use of the page has left is
-//! never taken for a record.
+//! A record is a header of [`HEADER`] bytes and its payload, both padded to whole words of the flash. The
+//! header has its own check, so that the next record can be found after a torn payload. The check includes
+//! the page's number, so that remains of an earlier use of the page are never mistaken for a record.
 
 use massline_protocol::crc32_of_chunks;
 use num_enum::{IntoPrimitive, TryFromPrimitive};
@@ -11,17 +10,17 @@ use num_enum::{IntoPrimitive, TryFromPrimitive};
 /// Bytes of a header.
 pub(super) const HEADER: usize = 16;
 
-/// What a record is.
+/// Kind of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoPrimitive, TryFromPrimitive)]
 #[repr(u8)]
 pub(super) enum Kind {
-    /// The first of its page; the serial is the page's number.
+    /// First record of a page; its serial is the page's number.
     Page = 1,
-    /// The page holds all that it takes over: from here on it is part of the log.
+    /// The page holds all records moved into it, and is a part of the log from here on.
     Opened = 2,
     /// A piece of an object.
     Data = 3,
-    /// An object is whole, or something else has changed.
+    /// An object is complete, or something else has changed.
     Change = 4,
 }
 
@@ -31,16 +30,16 @@ pub(super) struct Header {
     pub kind: Kind,
     /// Bytes of the payload.
     pub length: u16,
-    /// Which object; serials are given once.
+    /// Serial of the object or change. Serials are never reused.
     pub serial: u32,
-    /// Where the payload stands in its object.
+    /// Offset of the payload in its object.
     pub offset: u16,
     /// CRC-32 of the payload.
     pub crc: u32,
 }
 
 impl Header {
-    /// As it lies in the page of this number.
+    /// Encodes the header for the page with this number.
     pub fn encode(&self, page: u32) -> [u8; HEADER] {
         let mut bytes = [0; HEADER];
         let (kind, length) = (self.kind.into(), self.length.to_le_bytes());
@@ -55,7 +54,7 @@ impl Header {
         bytes
     }
 
-    /// A header that lies in the page of this number; `None` when these bytes are none.
+    /// Decodes a header from the page with this number; `None` when the bytes are not a header.
     pub fn decode(bytes: &[u8; HEADER], page: u32) -> Option<Self> {
         let &[kind, zero, l0, l1, s0, s1, s2, s3, o0, o1, k0, k1, c0, c1, c2, c3] = bytes;
         let kind = Kind::try_from(kind).ok().filter(|_| zero == 0)?;
@@ -69,7 +68,7 @@ impl Header {
         (check(bytes, page) == u16::from_le_bytes([k0, k1])).then_some(header)
     }
 
-    /// The number of the page that begins with these bytes.
+    /// The number of the page that starts with these bytes.
     pub fn page_number(bytes: &[u8; HEADER]) -> Option<u32> {
         let &[_, _, _, _, s0, s1, s2, s3, ..] = bytes;
         let number = u32::from_le_bytes([s0, s1, s2, s3]);
@@ -77,7 +76,7 @@ impl Header {
     }
 }
 
-/// Guards a header, itself left out, in its page.
+/// Check of a header (without the check itself) and its page's number.
 fn check(bytes: &[u8; HEADER], page: u32) -> u16 {
     let mut crc = crc32_of_chunks();
     crc.update(&bytes[..10]);

@@ -1,17 +1,17 @@
-//! Where the bytes come from that are to be kept.
+//! Source of the bytes that are to be stored.
 
 use massline_protocol::crc32;
 
-/// Bytes that are to be kept. They are read piece by piece, so that a long thing need not be encoded as a whole;
-/// they are the same however often they are read.
+/// Bytes that are to be stored. They are read piece by piece, so that a long object need not be encoded as
+/// a whole, and must be the same each time they are read.
 pub trait Source {
-    /// How many there are.
+    /// Number of bytes.
     fn length(&self) -> usize;
 
-    /// CRC-32 over all of them.
+    /// CRC-32 of all bytes.
     fn checksum(&self) -> u32;
 
-    /// Writes the bytes from `offset` on into `out`, which they fill.
+    /// Fills `out` with the bytes from `offset` on.
     fn read(&self, offset: usize, out: &mut [u8]);
 }
 

@@ -1,4 +1,4 @@
-//! How the store keeps things: pieces first, and then the change that names them.
+//! Writes objects: the pieces first, then the change that names them.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -7,23 +7,24 @@ use super::log::{Checkpoint, Log};
 use super::record::Kind;
 use super::{Source, Store, StoreError};
 
-/// Shortest piece of an object that goes on in another page.
+/// Shortest piece of an object that continues in another page.
 const MIN_PIECE: usize = 128;
-/// Longest piece of an object: what is held in memory on its way to the flash.
+/// Longest piece of an object, which is buffered in memory before it is written.
 const MAX_PIECE: usize = 512;
-/// How often a write is tried that the flash does not keep.
+/// Number of attempts at a write that fails.
 const ATTEMPTS: usize = 3;
-/// Deletions and the like that have room in a full store.
+/// Changes without an object, such as deletions, for which a full store still has room.
 const SMALL_CHANGES: u32 = 4;
 
 impl<F: NorFlash> Store<F> {
-    /// The most flash that an object of this length takes with its change, in whatever pieces.
+    /// Most bytes of flash that an object of this length takes with its change, however it is divided
+    /// into pieces.
     pub(super) fn cost(length: usize) -> u32 {
         let pieces = length / MIN_PIECE + 1;
         Log::<F>::size(length) + pieces as u32 * Log::<F>::size(1) + Log::<F>::size(MAX_CHANGE)
     }
 
-    /// True when so many bytes fit beside everything that is kept.
+    /// True when this many bytes fit beside everything that is stored.
     pub(super) async fn has_room(&mut self, bytes: u32) -> bool {
         let mut taken = SMALL_CHANGES * Log::<F>::size(MAX_CHANGE);
         let mut cursor = self.log.records();
@@ -37,7 +38,7 @@ impl<F: NorFlash> Store<F> {
         taken + bytes <= self.log.capacity(MIN_PIECE.max(MAX_CHANGE))
     }
 
-    /// Keeps an object and the change that names it.
+    /// Writes an object and the change that names it.
     pub(super) async fn keep(
         &mut self,
         source: &(impl Source + ?Sized),
@@ -50,7 +51,7 @@ impl<F: NorFlash> Store<F> {
         self.write(source, |serial| change(Object { serial, length, found: length })).await
     }
 
-    /// Makes a change that needs no object.
+    /// Writes a change that has no object.
     pub(super) async fn note(&mut self, change: Change) -> Result<(), StoreError> {
         self.write(&[][..], |_| change.clone()).await
     }
@@ -65,7 +66,7 @@ impl<F: NorFlash> Store<F> {
         }
         let mut written = Err(StoreError::Failed);
         for _ in 0..ATTEMPTS {
-            // A serial of its own, so that the pieces of a failed attempt belong to nothing.
+            // Each attempt has a new serial, so that the pieces of a failed one belong to no object.
             self.writing = self.next_serial();
             written = self.try_write(source, &change).await;
             if written.is_ok() {
@@ -114,8 +115,8 @@ impl<F: NorFlash> Store<F> {
         self.log.append(kind, serial, offset, payload).await.map_err(|_| StoreError::Failed)
     }
 
-    /// Opens pages until the head has room for so many bytes. What is kept has been moved out of all
-    /// other pages after as many as there are.
+    /// Opens pages until the head has room for this many bytes. After one round over all pages, every
+    /// live record has been moved, so the store is full if there is still no room.
     async fn make_room(&mut self, bytes: usize) -> Result<(), StoreError> {
         let mut pages = self.log.pages();
         while self.log.room() < bytes {

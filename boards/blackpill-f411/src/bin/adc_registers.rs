@@ -1,5 +1,5 @@
-//! Runs the part of the firmware that writes the ADC's sequence and reads the registers back, field by
-//! field. For QEMU's machine `netduinoplus2`, whose ADC is that of the family; the gate runs it.
+//! Runs the part of the firmware that writes the ADC's sequence, and reads the registers back field by
+//! field. It is for QEMU's machine `netduinoplus2`, which has the ADC of the same family; the gate runs it.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

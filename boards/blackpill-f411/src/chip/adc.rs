@@ -1,7 +1,7 @@
-//! The ADC: TIM3 starts a raw scan, DMA2's stream 0 writes it into a buffer in circles.
+//! The ADC: TIM3 starts a raw scan, and stream 0 of DMA2 writes it into a circular buffer.
 //!
-//! The HAL puts every rank into SQR3, where only six have room, and does not look for overruns; so the
-//! registers are written here.
+//! The HAL writes every rank to SQR3, which has room for only six, and does not check for overruns, so the
+//! registers are accessed here.
 
 use embassy_stm32::interrupt::typelevel::{self, Handler};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -35,22 +35,22 @@ pub type AdcSampler = RingSampler<TimedAdc, RANKS, RING_SCANS>;
 static SHARED: Shared<RANKS, RING_SCANS> = Shared::new();
 static RAW: RawBuffer<RAW_LENGTH> = RawBuffer::new();
 
-/// What the maker has noted of this chip's reference, 12 bits.
+/// Address of the manufacturer's reading of this chip's reference, 12 bits.
 const VREFINT_CAL: *const u16 = 0x1FFF_7A2A as *const u16;
-/// TIM3's update is the trigger: RM0383, EXTSEL.
+/// Trigger on TIM3's update: RM0383, EXTSEL.
 const TIM3_TRGO: u8 = 0b1000;
-/// The stream, and the ADC's channel of it.
+/// The DMA stream, and the ADC's channel of it.
 const STREAM: usize = 0;
 const CHANNEL: u8 = 0;
 
-/// What belongs to the sampler alone, and is held because its registers are written here.
+/// Peripherals for the exclusive use of the sampler, which accesses their registers directly.
 #[allow(dead_code, reason = "owned, not used through the HAL")]
 pub struct Parts {
     /// The converter.
     pub adc: Peri<'static, peripherals::ADC1>,
     /// The transfer.
     pub dma: Peri<'static, DMA2_CH0>,
-    /// What starts a raw scan.
+    /// The timer that starts a raw scan.
     pub timer: Peri<'static, peripherals::TIM3>,
     /// The inputs.
     pub channels: Channels,
@@ -70,13 +70,13 @@ pub type Channels = (
     Peri<'static, PB1>,
 );
 
-/// What the reference reads at 3.3 V, as the maker has noted it.
+/// The manufacturer's reading of the reference at 3.3 V.
 pub fn noted_code() -> u16 {
-    // SAFETY: a word of system memory that is always there.
+    // SAFETY: the address is a word of system memory that is always readable.
     unsafe { VREFINT_CAL.read_volatile() }
 }
 
-/// The sampler, halted.
+/// Creates the sampler, halted.
 pub fn sampler(parts: Parts) -> AdcSampler {
     let plan = Plan {
         adc: properties(supply::REFERENCE),
@@ -104,7 +104,7 @@ impl TimedAdc {
         let _ = Interrupts;
         interrupt::DMA2_STREAM0.set_priority(Priority::P0);
         interrupt::DMA2_STREAM0.unpend();
-        // SAFETY: its handler looks at what lies in statics only.
+        // SAFETY: the interrupt handler accesses statics only.
         unsafe { interrupt::DMA2_STREAM0.enable() };
         Self { _parts: parts }
     }
@@ -130,7 +130,7 @@ impl Converter for TimedAdc {
             w.set_tcie(true);
             w.set_en(true);
         });
-        // The converter is ready after 3 µs; the first trigger comes after 42.
+        // The converter is ready after 3 µs; the first trigger occurs after 42 µs.
         ADC1.cr2().write(|w| {
             w.set_adon(true);
             w.set_dma(true);
@@ -144,7 +144,7 @@ impl Converter for TimedAdc {
 
     fn stop(&mut self) {
         TIM3.cr1().modify(|w| w.set_cen(false));
-        // Switched off it forgets how far in its sequence it was.
+        // Switching the converter off resets its position in the sequence.
         ADC1.cr2().write(|_| {});
         let stream = DMA2.st(STREAM);
         stream.cr().modify(|w| w.set_en(false));
@@ -164,7 +164,7 @@ fn clear(flags: HalfFlags) {
     });
 }
 
-/// The interrupt of the stream.
+/// Interrupt handler of the stream.
 struct HalfInterrupt;
 
 impl Handler<typelevel::DMA2_STREAM0> for HalfInterrupt {

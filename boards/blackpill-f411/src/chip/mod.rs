@@ -1,4 +1,4 @@
-//! What runs on the chip.
+//! The part of the board's code that accesses the chip.
 
 pub mod adc;
 mod panel;
@@ -21,21 +21,21 @@ use crate::facts::{NAME, STORE};
 
 /// The store's part of the flash.
 pub type Store = Window<flash::Bank1Region1<'static, flash::Blocking>>;
-/// The panel's wires.
+/// The panel's hardware.
 pub type PanelWiring =
     Wiring<panel::Bus, Input<'static>, panel::Buzzer, ActiveLow<Output<'static>>>;
 
-/// Everything that the board has.
+/// The parts of the board.
 pub struct Parts {
-    /// What the application needs.
+    /// The parts that the application uses.
     pub rig: Rig<adc::AdcSampler, usb::Link, Store, PanelWiring>,
-    /// Answers the host's bus.
+    /// The USB device, which must be run.
     pub usb: usb::Device,
-    /// Sleeps.
+    /// The watchdog, not started.
     pub watchdog: Watchdog,
 }
 
-/// Runs the rig.
+/// Runs the rig; never returns.
 pub fn main() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
     let parts = parts();
@@ -51,7 +51,7 @@ async fn run(parts: Parts) {
     rig.run(watchdog, usb.run()).await;
 }
 
-/// Starts the chip. To be called once.
+/// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
     let info = rig::info(NAME, reset_flags());
     let p: Peripherals = embassy_stm32::init(clocks());
@@ -73,7 +73,7 @@ pub fn parts() -> Parts {
     Parts { rig: Rig { info, sampler, link, flash, panel }, usb, watchdog: Watchdog::new(p.IWDG) }
 }
 
-/// Reads and clears what the reset has left.
+/// Reads and clears the reset flags.
 fn reset_flags() -> ResetFlags {
     let csr = pac::RCC.csr().read();
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
@@ -85,7 +85,7 @@ fn reset_flags() -> ResetFlags {
     }
 }
 
-/// A crystal of 25 MHz makes 96 MHz for the core and 48 MHz for USB.
+/// Derives 96 MHz for the core and 48 MHz for USB from a crystal of 25 MHz.
 fn clocks() -> Config {
     use rcc::{
         AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,

@@ -1,4 +1,4 @@
-//! The panel's wires: screen on PB6 and PB7, buttons on PB12 to PB14, buzzer on PB8, light on PC13.
+//! The panel's pins: screen on PB6 and PB7, buttons on PB12 to PB14, buzzer on PB8, light on PC13.
 
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::i2c::{self, I2c};

@@ -7,7 +7,7 @@ use embassy_stm32::pac::adccommon::vals::Adcpre;
 use embassy_stm32::pac::{ADC1, ADC1_COMMON};
 use massline_cortex_m::sequence::sequence;
 
-/// Clock, sequence and sample times.
+/// Sets clock, sequence and sample times.
 pub fn configure() {
     ADC1_COMMON.ccr().modify(|w| {
         w.set_adcpre(Adcpre::DIV4);

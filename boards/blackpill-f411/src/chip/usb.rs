@@ -14,13 +14,13 @@ bind_interrupts!(struct Interrupts {
 /// The serial port.
 pub type Link = UsbLink<Driver<'static, USB_OTG_FS>>;
 
-/// What answers the host's bus.
+/// The USB device, which must be run.
 pub type Device = UsbDevice<'static, Driver<'static, USB_OTG_FS>>;
 
-/// Packets that have come and wait: one of control and one of data, 64 bytes each.
+/// Buffer for received packets: one control and one data packet, 64 bytes each.
 const RECEIVE_BUFFER: usize = 128;
 
-/// The device, which is to be run, and its link.
+/// Creates the device, which the caller must run, and its link.
 pub fn open(
     usb: Peri<'static, USB_OTG_FS>,
     dp: Peri<'static, PA12>,
@@ -28,7 +28,7 @@ pub fn open(
 ) -> (Device, Link) {
     static RECEIVED: StaticCell<[u8; RECEIVE_BUFFER]> = StaticCell::new();
     let mut config = Config::default();
-    // The board has no wire for it, and is powered by the host anyway.
+    // The board has no wire for VBUS detection, and is powered by the host anyway.
     config.vbus_detection = false;
     let received = RECEIVED.init([0; RECEIVE_BUFFER]);
     let driver = Driver::new_fs(usb, Interrupts, dp, dm, received, config);

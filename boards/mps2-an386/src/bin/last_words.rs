@@ -1,5 +1,5 @@
-//! Firmware that panics at once: with it the tests prove that a panic of the rig ends QEMU with a
-//! failure, and that the host tells its words.
+//! Firmware that panics at once. Tests use it to verify that a panic of the rig makes QEMU exit with a
+//! failure, and that the host reports the panic message.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -17,7 +17,7 @@ mod firmware {
         panic!("these are the last words")
     }
 
-    // The linker script wants the table, though no interrupt is ever enabled.
+    // The linker script requires the table, although no interrupt is ever enabled.
     #[unsafe(link_section = ".vector_table.interrupts")]
     #[unsafe(no_mangle)]
     static __INTERRUPTS: [usize; 32] = [0; 32];

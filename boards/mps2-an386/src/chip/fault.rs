@@ -1,4 +1,5 @@
-//! The end: last words on UART1, then a lockup of the core, which ends QEMU with a failure.
+//! Ends a run after a panic or a fault: sends a message over UART1, then locks the core up, which makes
+//! QEMU exit with a failure.
 
 use core::fmt::{self, Write};
 use core::panic::PanicInfo;
@@ -34,7 +35,7 @@ unsafe fn DefaultHandler(number: i16) {
     panic!("interrupt {number} has no handler");
 }
 
-/// Says the first thing that went wrong; what follows is its consequence.
+/// Sends the message of the first failure; further ones are its consequences.
 fn print(words: fmt::Arguments<'_>) {
     if !SPOKEN.swap(true, Ordering::Relaxed) {
         UART1.enable_sending();
@@ -43,7 +44,7 @@ fn print(words: fmt::Arguments<'_>) {
     }
 }
 
-/// An undefined instruction is a hard fault; within a hard fault it locks the core up.
+/// An undefined instruction causes a hard fault; within a hard fault it locks the core up.
 fn lock_up() -> ! {
     cortex_m::asm::udf()
 }

@@ -1,4 +1,4 @@
-//! The vector table behind the exceptions of the core.
+//! The part of the vector table after the exceptions of the core.
 
 use super::{link, time};
 
@@ -9,7 +9,7 @@ unsafe extern "C" {
     fn DefaultHandler();
 }
 
-// The linker script puts this section behind the exceptions.
+// The linker script puts this section after the exceptions.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [Vector; 32] = {

@@ -1,5 +1,5 @@
-//! The link over UART0, by interrupts, with exact back-pressure: while the buffer is full its
-//! interrupt is masked, the UART keeps its byte, and QEMU keeps the rest.
+//! The link over UART0, driven by interrupts, with back-pressure: while the buffer is full the interrupt is
+//! masked, the UART holds one byte, and QEMU holds the rest.
 
 use core::convert::Infallible;
 use core::future::poll_fn;
@@ -23,7 +23,7 @@ static ALL_SENT: AtomicWaker = AtomicWaker::new();
 /// Starts the UART.
 pub fn start() -> UartLink {
     UART0.enable();
-    // SAFETY: their handlers are in the vector table.
+    // SAFETY: the interrupts' handlers are in the vector table.
     unsafe {
         NVIC::unmask(Interrupt::Uart0Rx);
         NVIC::unmask(Interrupt::Uart0Tx);
@@ -31,7 +31,7 @@ pub fn start() -> UartLink {
     UartLink
 }
 
-/// A byte has come.
+/// A byte has arrived.
 pub fn on_receive() {
     loop {
         if RECEIVED.is_full() {
@@ -39,12 +39,12 @@ pub fn on_receive() {
             return;
         }
         let Some(byte) = UART0.take() else { return };
-        // There is room: nobody else writes.
+        // There is room: nothing else writes to the buffer.
         let _ = RECEIVED.try_write(&[byte]);
     }
 }
 
-/// A byte has left, or there is something to send.
+/// A byte has been sent, or there is something to send.
 pub fn on_sent() {
     UART0.clear_sent();
     while UART0.can_send() {
@@ -75,7 +75,7 @@ impl Link for UartLink {
     type Rx = UartRx;
     type Tx = UartTx;
 
-    /// The ring can give scans faster than any rate, a UART cannot follow.
+    /// The ring can supply scans faster than a UART can send them.
     const STREAMS: bool = false;
 
     fn split(self) -> (UartRx, UartTx) {
@@ -90,7 +90,7 @@ impl ErrorType for UartRx {
 impl Read for UartRx {
     async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, Infallible> {
         let count = RECEIVED.read(bytes).await;
-        // SAFETY: its handler is in the vector table; a byte that waits raises it again.
+        // SAFETY: the interrupt's handler is in the vector table; a waiting byte raises the interrupt again.
         unsafe { NVIC::unmask(Interrupt::Uart0Rx) };
         Ok(count)
     }

@@ -1,4 +1,4 @@
-//! What runs on the Cortex-M4F.
+//! The part of the board's code that runs on the emulated Cortex-M4F.
 
 mod executor;
 mod fault;
@@ -7,7 +7,7 @@ mod link;
 mod panel;
 mod registers;
 mod sampler;
-// The one part that the boards with a chip share as it is.
+// The only module that is shared unchanged with the boards that have a chip.
 #[path = "../../../cortex-m/src/stack.rs"]
 mod stack;
 mod time;
@@ -28,7 +28,7 @@ const INFO: BoardInfo = BoardInfo {
     git_hash: env!("MASSLINE_GIT_HASH"),
     git_dirty: matches!(env!("MASSLINE_GIT_DIRTY").as_bytes(), b"true"),
     boot_reason: BootReason::PowerOn,
-    // A panic ends the emulator, so there is never a start after one.
+    // A panic ends the emulator, so no start follows one.
     last_panic: "",
     stack: stack::measure,
 };
@@ -48,7 +48,7 @@ async fn rig() {
     let ring = ring();
     let mut flash = flash();
     if ring.adc().is_none() {
-        // Nobody has prepared the PSRAM.
+        // No host has prepared the PSRAM.
         flash.erase_all();
     }
     let board = Board {
@@ -62,12 +62,13 @@ async fn rig() {
 }
 
 fn ring() -> &'static Ring {
-    // SAFETY: PSRAM is there from power-on, `Ring` consists of atomics, and any bytes are a ring.
+    // SAFETY: PSRAM is accessible from power-on, `Ring` consists of atomics, and any bytes are a valid
+    // `Ring`.
     unsafe { &*((PSRAM_ADDRESS + RING_OFFSET) as *const Ring) }
 }
 
 fn flash() -> MemoryFlash<'static> {
     let start = (PSRAM_ADDRESS + FLASH_OFFSET) as *mut u8;
-    // SAFETY: this part of the PSRAM is for the flash alone, and the one task calls this once.
+    // SAFETY: this part of the PSRAM is used for the flash only, and the only task calls this once.
     MemoryFlash::new(unsafe { core::slice::from_raw_parts_mut(start, FLASH_SIZE) })
 }

@@ -1,4 +1,4 @@
-//! There is no panel: the machine has neither screen nor buttons that a test could see.
+//! A panel without hardware: the machine has neither screen nor buttons that a test could access.
 
 use core::convert::Infallible;
 use core::future::pending;
@@ -9,11 +9,11 @@ use embedded_graphics::prelude::{DrawTarget, OriginDimensions, Size};
 use massline_firmware::board::Panel;
 use massline_firmware::panel::{Button, Cue};
 
-/// Shows nothing; no button ever comes.
+/// A panel that shows nothing and never reports a press.
 #[derive(Debug, Default)]
 pub struct NoPanel(NoScreen);
 
-/// As large as a screen, and dark.
+/// A target of the size of a screen that discards what is drawn.
 #[derive(Debug, Default)]
 pub struct NoScreen;
 
@@ -31,7 +31,7 @@ impl DrawTarget for NoScreen {
         &mut self,
         pixels: I,
     ) -> Result<(), Infallible> {
-        // Looked at one by one, so that the code which draws is that of a board with a screen.
+        // Each pixel is evaluated, so that the drawing code is the same as on a board with a screen.
         for Pixel(at, color) in pixels {
             core::hint::black_box((at, color));
         }
@@ -49,7 +49,8 @@ impl Panel for NoPanel {
     async fn flush(&mut self) {}
 
     async fn button(&mut self) -> Button {
-        // Not known to the compiler, so that what a press leads to is linked, as on a board with buttons.
+        // Opaque to the compiler, so that the code that handles a press is linked, as on a board with
+        // buttons.
         if core::hint::black_box(false) {
             return Button::Ok;
         }

@@ -14,7 +14,7 @@ pub enum Interrupt {
     Timer1 = 9,
 }
 
-// SAFETY: these are the machine's numbers, all below the 32 of its vector table.
+// SAFETY: these are the machine's interrupt numbers, all below the 32 of its vector table.
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {
         self as u16
@@ -27,12 +27,12 @@ struct Block(usize);
 
 impl Block {
     fn read(self, offset: usize) -> u32 {
-        // SAFETY: only the constants below make a block, each at a peripheral of the machine.
+        // SAFETY: only the constants below create a block, each at a peripheral of the machine.
         unsafe { read_volatile((self.0 + offset) as *const u32) }
     }
 
     fn write(self, offset: usize, value: u32) {
-        // SAFETY: as above; no register of these peripherals touches memory.
+        // SAFETY: as above; no register of these peripherals accesses memory.
         unsafe { write_volatile((self.0 + offset) as *mut u32, value) }
     }
 }
@@ -43,7 +43,7 @@ pub struct Uart(Block);
 
 /// The link to the host.
 pub const UART0: Uart = Uart(Block(0x4000_4000));
-/// Last words.
+/// The output of panic messages.
 pub const UART1: Uart = Uart(Block(0x4000_5000));
 
 impl Uart {
@@ -53,13 +53,13 @@ impl Uart {
     const INTERRUPT: usize = 0x0C;
     const DIVIDER: usize = 0x10;
 
-    /// Sends, receives, and raises both interrupts.
+    /// Enables sending, receiving, and both interrupts.
     pub fn enable(self) {
         self.0.write(Self::DIVIDER, 16);
         self.0.write(Self::CONTROL, 0b1111);
     }
 
-    /// Sends only, without interrupts.
+    /// Enables sending only, without interrupts.
     pub fn enable_sending(self) {
         self.0.write(Self::DIVIDER, 16);
         self.0.write(Self::CONTROL, 0b0001);
@@ -75,8 +75,8 @@ impl Uart {
         self.0.write(Self::DATA, u32::from(byte));
     }
 
-    /// Takes the byte that came. The interrupt is cleared before the byte is taken: with the byte
-    /// gone the next may come at once and raise it again.
+    /// Reads the received byte. The interrupt is cleared before the byte is read: as soon as it is read,
+    /// the next may arrive and raise the interrupt again.
     pub fn take(self) -> Option<u8> {
         if self.0.read(Self::STATE) & 2 == 0 {
             return None;
@@ -106,17 +106,17 @@ impl Timer {
     const RELOAD: usize = 0x08;
     const INTERRUPT: usize = 0x0C;
 
-    /// Counts down from `cycles`, raises the interrupt at zero, then counts 2³² cycles a lap.
+    /// Counts down from `cycles`, raises the interrupt at zero, then wraps every 2³² cycles.
     pub fn start(self, cycles: u32) {
         self.stop();
-        // A timer with a zero here stands still.
+        // A timer with a zero in this register does not run.
         self.0.write(Self::RELOAD, u32::MAX);
         self.0.write(Self::VALUE, cycles);
         self.clear();
         self.0.write(Self::CONTROL, 0b1001);
     }
 
-    /// Stands still.
+    /// Stops the timer.
     pub fn stop(self) {
         self.0.write(Self::CONTROL, 0);
     }
@@ -126,7 +126,7 @@ impl Timer {
         self.0.read(Self::VALUE)
     }
 
-    /// True when it has reached zero since the last [`Self::clear`].
+    /// True when the timer has reached zero since the last [`Self::clear`].
     pub fn raised(self) -> bool {
         self.0.read(Self::INTERRUPT) & 1 != 0
     }

@@ -1,4 +1,4 @@
-//! The sampler: scans from the ring in PSRAM.
+//! The sampler: reads scans from the ring in PSRAM.
 
 use embassy_time::{Duration, Timer};
 use massline_firmware::board::{SampleError, Sampler};
@@ -6,7 +6,7 @@ use massline_mps2_an386::ring::{CAPACITY, Reader, Ring};
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::{Hertz, ScanIndex, Seconds, Volts};
 
-/// What the rig states while no host has opened the ring.
+/// Properties that the rig states while no host has opened the ring.
 const UNOPENED: AdcProperties = AdcProperties {
     rate: Hertz(4000.0),
     channels: massline_shared::signal::CHANNELS as u8,
@@ -15,10 +15,10 @@ const UNOPENED: AdcProperties = AdcProperties {
     channel_delay: Seconds(10e-6),
 };
 
-/// How often the ring is looked at: the host cannot raise an interrupt.
+/// Interval at which the ring is polled, because the host cannot raise an interrupt.
 const POLL: Duration = Duration::from_micros(100);
 
-/// Reads the ring. Nothing is ever lost, for the host writes only what is asked for.
+/// Reads the ring. No scan is ever lost, because the host writes only requested scans.
 #[derive(Debug)]
 pub struct RingSampler {
     ring: &'static Ring,
@@ -26,7 +26,7 @@ pub struct RingSampler {
 }
 
 impl RingSampler {
-    /// Over the ring as the host left it.
+    /// A sampler for the ring in the state in which the host left it.
     pub fn new(ring: &'static Ring) -> Self {
         Self { ring, reader: Reader::new(ring) }
     }

@@ -13,7 +13,7 @@ const CYCLES_PER_TICK: u64 = 25_000_000 / TICK_HZ;
 const _: () = assert!(CYCLES_PER_TICK * TICK_HZ == 25_000_000);
 
 struct Timers {
-    /// Laps of TIMER0, of 2³² cycles each.
+    /// Wraps of TIMER0, of 2³² cycles each.
     laps: Mutex<Cell<u32>>,
     queue: Mutex<RefCell<Queue>>,
 }
@@ -23,17 +23,17 @@ embassy_time_driver::time_driver_impl!(static TIMERS: Timers = Timers {
     queue: Mutex::new(RefCell::new(Queue::new())),
 });
 
-/// Starts the clock. Before that it is always zero o'clock.
+/// Starts the clock, which reads zero before that.
 pub fn start() {
     TIMER0.start(u32::MAX);
-    // SAFETY: their handlers are in the vector table.
+    // SAFETY: the interrupts' handlers are in the vector table.
     unsafe {
         cortex_m::peripheral::NVIC::unmask(Interrupt::Timer0);
         cortex_m::peripheral::NVIC::unmask(Interrupt::Timer1);
     }
 }
 
-/// TIMER0 begins a lap.
+/// TIMER0 has wrapped.
 pub fn on_lap() {
     critical_section::with(|cs| {
         if TIMER0.raised() {
@@ -58,7 +58,7 @@ impl Timers {
         let mut laps = self.laps.borrow(cs).get();
         let mut value = TIMER0.value();
         if TIMER0.raised() {
-            // The lap ended and was not counted yet.
+            // The timer has wrapped, but the wrap was not counted yet.
             laps = laps.wrapping_add(1);
             value = TIMER0.value();
         }
@@ -75,7 +75,7 @@ impl Timers {
                 return;
             }
             if next > now {
-                // An alarm beyond the timer's range comes early and is set again.
+                // An alarm beyond the timer's range fires early and is set again.
                 let cycles = (next - now).saturating_mul(CYCLES_PER_TICK);
                 TIMER1.start(u32::try_from(cycles).unwrap_or(u32::MAX));
                 return;

@@ -1,5 +1,5 @@
-//! The ADCs: TIM6 starts a raw scan of ADC1 and ADC2 at the same time, channel 1 of DMA1 writes the pairs
-//! of codes into a buffer in circles.
+//! The ADCs: TIM6 starts a raw scan of ADC1 and ADC2 at the same time, and channel 1 of DMA1 writes the
+//! pairs of codes into a circular buffer.
 
 use embassy_stm32::interrupt::typelevel::{self, Handler};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -39,25 +39,25 @@ pub type AdcSampler = RingSampler<PairedAdcs, RANKS, RING_SCANS>;
 static SHARED: Shared<RANKS, RING_SCANS> = Shared::new();
 static RAW: RawBuffer<RAW_LENGTH> = RawBuffer::new();
 
-/// What the maker has noted of this chip's reference at 3.0 V, 12 bits.
+/// Address of the manufacturer's reading of this chip's reference at 3.0 V, 12 bits.
 const VREFINT_CAL: *const u16 = 0x1FFF_75AA as *const u16;
-/// TIM6's update is the trigger: RM0440, external triggers of ADC1 and ADC2.
+/// Trigger on TIM6's update: RM0440, external triggers of ADC1 and ADC2.
 const TIM6_TRGO: u8 = 13;
-/// ADC1 asks for a transfer: RM0440, DMAMUX inputs.
+/// DMA request of ADC1: RM0440, DMAMUX inputs.
 const ADC1_REQUEST: u8 = 5;
 /// Channel 1 of DMA1 is the first of both.
 const STREAM: usize = 0;
-/// An ADC's regulator is up after this.
+/// Start-up time of an ADC's regulator.
 const REGULATOR_CYCLES: u32 = CORE_HZ / 1_000_000 * 20;
 
-/// What belongs to the sampler alone, and is held because its registers are written here.
+/// Peripherals for the exclusive use of the sampler, which accesses their registers directly.
 #[allow(dead_code, reason = "owned, not used through the HAL")]
 pub struct Parts {
     /// The converters.
     pub adcs: (Peri<'static, peripherals::ADC1>, Peri<'static, peripherals::ADC2>),
     /// The transfer.
     pub dma: Peri<'static, DMA1_CH1>,
-    /// What starts a raw scan.
+    /// The timer that starts a raw scan.
     pub timer: Peri<'static, peripherals::TIM6>,
     /// The inputs.
     pub channels: Channels,
@@ -77,13 +77,13 @@ pub type Channels = (
     Peri<'static, PA6>,
 );
 
-/// What the reference reads at 3.3 V, as the maker has noted it.
+/// The reference's reading at 3.3 V, converted from the manufacturer's at 3.0 V.
 pub fn noted_code() -> u16 {
-    // SAFETY: a word of system memory that is always there.
+    // SAFETY: the address is a word of system memory that is always readable.
     Noted::code_at_three_volts(unsafe { VREFINT_CAL.read_volatile() })
 }
 
-/// The sampler, halted.
+/// Creates the sampler, halted.
 pub fn sampler(parts: Parts) -> AdcSampler {
     let plan = Plan {
         adc: properties(supply::REFERENCE),
@@ -114,7 +114,7 @@ impl PairedAdcs {
         });
         switch_on(ADC1, &plan::ADC1);
         switch_on(ADC2, &plan::ADC2);
-        // The other one follows it.
+        // ADC2 follows ADC1.
         ADC1.cfgr().modify(|w| {
             w.set_extsel(TIM6_TRGO);
             w.set_exten(Exten::RISING_EDGE);
@@ -126,7 +126,7 @@ impl PairedAdcs {
         let _ = Interrupts;
         interrupt::DMA1_CHANNEL1.set_priority(Priority::P0);
         interrupt::DMA1_CHANNEL1.unpend();
-        // SAFETY: its handler looks at what lies in statics only.
+        // SAFETY: the interrupt handler accesses statics only.
         unsafe { interrupt::DMA1_CHANNEL1.enable() };
         Self { _parts: parts }
     }
@@ -136,7 +136,7 @@ fn analog(port: Gpio, pins: &[usize]) {
     port.moder().modify(|w| pins.iter().for_each(|&pin| w.set_moder(pin, Moder::ANALOG)));
 }
 
-/// Regulator, calibration, sequence and adding up; then the ADC is ready.
+/// Sets up the regulator, calibration, sequence and oversampling; then the ADC is ready.
 fn switch_on(adc: Adc, inputs: &[Input; PAIRS]) {
     adc.cr().modify(|w| {
         w.set_deeppwd(false);
@@ -146,7 +146,7 @@ fn switch_on(adc: Adc, inputs: &[Input; PAIRS]) {
     adc.cr().modify(|w| w.set_adcaldif(Adcaldif::SINGLE_ENDED));
     adc.cr().modify(|w| w.set_adcal(true));
     while adc.cr().read().adcal() {}
-    // Four cycles of the ADC must pass before it may be enabled.
+    // Four ADC cycles must pass before the ADC may be enabled.
     cortex_m::asm::delay(64);
     let registers = sequence(inputs, &LAYOUT);
     adc.sqr1().write_value(Sqr1(registers.ranks[0]));
@@ -211,7 +211,7 @@ fn clear(flags: HalfFlags) {
     });
 }
 
-/// The interrupt of the transfer.
+/// Interrupt handler of the transfer.
 struct HalfInterrupt;
 
 impl Handler<typelevel::DMA1_CHANNEL1> for HalfInterrupt {
@@ -220,7 +220,7 @@ impl Handler<typelevel::DMA1_CHANNEL1> for HalfInterrupt {
     }
 }
 
-/// The transfer, which counts words of a pair.
+/// The transfer; it counts words, each of a pair of codes.
 struct Words;
 
 impl Transfer for Words {

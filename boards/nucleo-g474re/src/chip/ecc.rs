@@ -1,5 +1,5 @@
-//! Flash with a code for errors: a word of eight bytes that a loss of power has torn cannot be read, and
-//! the chip says so by the interrupt that cannot be masked.
+//! Flash with an error correcting code: a word of eight bytes that was torn by a loss of power cannot be
+//! read, and the chip reports it by a non-maskable interrupt.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,18 +13,18 @@ use crate::ecc::{FLAGS, NmiSource, nmi_source};
 
 static UNREADABLE: AtomicBool = AtomicBool::new(false);
 
-/// What the interrupt has found.
+/// Error that the interrupt has found.
 pub struct Ecc;
 
 impl Check for Ecc {
-    /// Forgets what was corrected, too, so that the register is free for the next address.
+    /// Clears the flags of corrected errors too, so that the register is free for the next address.
     fn take_error(&mut self) -> bool {
         clear();
         UNREADABLE.swap(false, Ordering::Relaxed)
     }
 }
 
-/// The flags go out when ones are written to them; while one is on, the interrupt comes again.
+/// The flags are cleared by writing ones; while one is set, the interrupt is raised again.
 fn clear() {
     FLASH.eccr().modify(|w| *w = Eccr(w.0 | FLAGS));
 }

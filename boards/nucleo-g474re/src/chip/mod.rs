@@ -1,4 +1,4 @@
-//! What runs on the chip.
+//! The part of the board's code that accesses the chip.
 
 pub mod adc;
 mod ecc;
@@ -25,22 +25,22 @@ use crate::facts::NAME;
 
 /// The store's part of the flash.
 pub type Store = Window<flash::Bank2Region<'static, flash::Blocking>, ecc::Ecc>;
-/// The ST-LINK's serial port until the host says something over USB.
+/// The link: the ST-LINK's serial port, until the host sends something over USB.
 pub type Link = TwinLink<serial::SerialLink, usb::Link>;
-/// The panel's wires.
+/// The panel's hardware.
 pub type PanelWiring = Wiring<panel::Bus, Input<'static>, panel::Buzzer, Output<'static>>;
 
-/// Everything that the board has.
+/// The parts of the board.
 pub struct Parts {
-    /// What the application needs.
+    /// The parts that the application uses.
     pub rig: Rig<adc::AdcSampler, Link, Store, PanelWiring>,
-    /// Answers the host's bus.
+    /// The USB device, which must be run.
     pub usb: usb::Device,
-    /// Sleeps.
+    /// The watchdog, not started.
     pub watchdog: Watchdog,
 }
 
-/// Runs the rig.
+/// Runs the rig; never returns.
 pub fn main() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
     let parts = parts();
@@ -61,7 +61,7 @@ async fn run(parts: Parts) {
     rig.run(watchdog, usb.run()).await;
 }
 
-/// Starts the chip. To be called once.
+/// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
     static USED: Used = Used::new();
     let info = rig::info(NAME, reset_flags());
@@ -100,7 +100,7 @@ pub fn parts() -> Parts {
     }
 }
 
-/// Reads and clears what the reset has left.
+/// Reads and clears the reset flags.
 fn reset_flags() -> ResetFlags {
     let csr = pac::RCC.csr().read();
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
@@ -112,7 +112,8 @@ fn reset_flags() -> ResetFlags {
     }
 }
 
-/// The board's crystal of 24 MHz makes 170 MHz; USB has its own 48 MHz, held by the host's frames.
+/// Derives 170 MHz from the board's crystal of 24 MHz. USB has its own 48 MHz oscillator, synchronised to
+/// the host's frames.
 fn clocks() -> Config {
     use rcc::mux::Clk48sel;
     use rcc::{Hse, HseMode, Hsi48Config, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};

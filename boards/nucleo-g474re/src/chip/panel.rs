@@ -1,4 +1,4 @@
-//! The panel's wires: screen on PA15 and PB7, buttons on PB4, PB5 and PB10, buzzer on PB6, light on PA5.
+//! The panel's pins: screen on PA15 and PB7, buttons on PB4, PB5 and PB10, buzzer on PB6, light on PA5.
 
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::i2c::{self, I2c};

@@ -1,6 +1,6 @@
-//! The link: LPUART1 on PA2 and PA3, which the ST-LINK of the board makes a serial port of the host.
+//! The link: LPUART1 on PA2 and PA3, which the board's ST-LINK presents to the host as a serial port.
 //!
-//! The ST-LINK always takes what is sent, whether anybody reads or not, and does not tell.
+//! The ST-LINK accepts everything that is sent, and does not report whether a host reads it.
 
 use embassy_stm32::mode::Async;
 use embassy_stm32::peripherals::{DMA1_CH2, DMA1_CH3, LPUART1, PA2, PA3};
@@ -18,12 +18,12 @@ bind_interrupts!(struct Interrupts {
     DMA1_CHANNEL3 => dma::InterruptHandler<DMA1_CH3>;
 });
 
-/// What the host opens the port with.
+/// Baud rate with which the host opens the port.
 const BAUD: u32 = 921_600;
-/// A whole request, the longest there is: it may come while a page of flash is erased, 22 ms.
+/// Buffer for the longest request, which may arrive while a page of flash is erased, 22 ms.
 const RECEIVE_BUFFER: usize = 1280;
 
-/// What belongs to the link alone.
+/// Peripherals for the exclusive use of the link.
 pub struct Parts {
     pub uart: Peri<'static, LPUART1>,
     pub tx: Peri<'static, PA2>,
@@ -47,7 +47,7 @@ pub struct SerialTx(UartTx<'static, Async>);
 /// Opens the port.
 ///
 /// # Errors
-/// When the clocks allow no such rate.
+/// When the clocks do not permit this baud rate.
 pub fn open(parts: Parts) -> Result<SerialLink, ConfigError> {
     static RECEIVED: StaticCell<[u8; RECEIVE_BUFFER]> = StaticCell::new();
     let mut config = Config::default();
@@ -63,7 +63,8 @@ impl Link for SerialLink {
     type Rx = SerialRx;
     type Tx = SerialTx;
 
-    /// 80 kB of scans a second and their frames leave no room beside them in 92 kB.
+    /// The port carries 92 kB per second; 80 kB of scans and their framing would leave no room for
+    /// anything else.
     const STREAMS: bool = false;
 
     fn split(self) -> (SerialRx, SerialTx) {
@@ -76,7 +77,7 @@ impl ErrorType for SerialRx {
 }
 
 impl Read for SerialRx {
-    /// After an error, as of a line that is torn off, the next call begins anew.
+    /// After an error, such as from a disconnected line, the next call starts afresh.
     async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, Error> {
         self.0.read(bytes).await
     }

@@ -1,4 +1,4 @@
-//! The other link: the chip's own USB, where a socket is wired to PA11 and PA12.
+//! The other link: the chip's USB, if a socket is wired to PA11 and PA12.
 
 use embassy_stm32::peripherals::{PA11, PA12, USB};
 use embassy_stm32::usb::{Driver, InterruptHandler};
@@ -12,10 +12,10 @@ bind_interrupts!(struct Interrupts {
 
 /// The serial port.
 pub type Link = UsbLink<Driver<'static, USB>>;
-/// What answers the host's bus.
+/// The USB device, which must be run.
 pub type Device = UsbDevice<'static, Driver<'static, USB>>;
 
-/// The device, which is to be run, and its link.
+/// Creates the device, which the caller must run, and its link.
 pub fn open(
     usb: Peri<'static, USB>,
     dp: Peri<'static, PA12>,

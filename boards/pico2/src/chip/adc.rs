@@ -1,8 +1,8 @@
-//! The converter: a state machine of PIO0 makes its frames, two channels of the DMA write them into the
-//! halves of a buffer in turn, and two more set these back to the start of their halves.
+//! The converter: a state machine of PIO0 makes its frames, two channels of the DMA write them alternately
+//! into the halves of a buffer, and two more reset these channels to the start of their halves.
 //!
 //! ```text
-//!  A, first half ─▶ A back ─▶ B, second half ─▶ B back ─▶ A
+//!  A, first half ─▶ reset A ─▶ B, second half ─▶ reset B ─▶ A
 //! ```
 
 use embassy_rp::interrupt::typelevel::{self, Handler};
@@ -40,24 +40,24 @@ pub type AdcSampler = RingSampler<Ads7953, RANKS, RING_SCANS>;
 static SHARED: Shared<RANKS, RING_SCANS> = Shared::new();
 static RAW: RawBuffer<RAW_LENGTH> = RawBuffer::new();
 
-/// Frames of half the buffer.
+/// Frames per half of the buffer.
 const HALF: u32 = RAW_LENGTH as u32 / 2;
-/// Channels of the DMA: those that write frames, and those that set them back.
+/// Channels of the DMA: those that write frames, and those that reset them.
 const WRITERS: [usize; 2] = [0, 2];
 const SETTERS: [usize; 2] = [1, 3];
 const ALL: u16 = 0b1111;
-/// The line of the DMA's interrupt that is the sampler's.
+/// The DMA interrupt line that the sampler uses.
 const LINE: usize = 1;
-/// The state machine that is used.
+/// The state machine that the sampler uses.
 const MACHINE: usize = 0;
-/// Looks for a frame, of which one comes every 625 cycles, before it is given up.
+/// Number of polls for a frame, which takes 625 cycles, before the converter is given up.
 const LOOKS: usize = 10_000;
 
-/// What belongs to the sampler alone.
+/// Peripherals for the exclusive use of the sampler.
 pub struct Parts {
-    /// Makes the frames.
+    /// The PIO, which makes the frames.
     pub pio: Peri<'static, PIO0>,
-    /// The transfer, which is written by registers.
+    /// The transfer; its registers are accessed directly.
     pub dma: Dma,
     /// SDO of the converter.
     pub data_out: Peri<'static, PIN_16>,
@@ -69,7 +69,7 @@ pub struct Parts {
     pub data_in: Peri<'static, PIN_17>,
 }
 
-/// Channels 0 to 3.
+/// Channels 0 to 3 of the DMA.
 pub type Dma = (
     Peri<'static, DMA_CH0>,
     Peri<'static, DMA_CH1>,
@@ -77,7 +77,7 @@ pub type Dma = (
     Peri<'static, DMA_CH3>,
 );
 
-/// The sampler, halted.
+/// Creates the sampler, halted.
 pub fn sampler(parts: Parts) -> AdcSampler {
     let plan = Plan {
         adc: PROPERTIES,
@@ -87,11 +87,11 @@ pub fn sampler(parts: Parts) -> AdcSampler {
     RingSampler::new(Ads7953::new(parts), &SHARED, plan)
 }
 
-/// Converter, state machine and transfer.
+/// The converter, its state machine and its transfer.
 pub struct Ads7953 {
     machine: StateMachine<'static, PIO0, MACHINE>,
     program: LoadedProgram<'static, PIO0>,
-    /// Where the halves begin: the DMA reads it, so it lies in RAM.
+    /// Start addresses of the halves, in RAM because the DMA reads them.
     starts: &'static [u32; 2],
     _dma: Dma,
 }
@@ -104,7 +104,7 @@ impl Ads7953 {
         let program = common.load_program(&frames::program());
         let [mut data_out, data_in] = [common.make_pio_pin(data_out), common.make_pio_pin(data_in)];
         let [clock, select] = [common.make_pio_pin(clock), common.make_pio_pin(select)];
-        // Without a converter the line is high, which is no channel of the rig's.
+        // Without a converter the line is high, which is not a channel that the rig uses.
         data_out.set_pull(gpio::Pull::Up);
         let mut config = Config::default();
         config.use_program(&program, &[&clock, &select]);
@@ -122,12 +122,12 @@ impl Ads7953 {
         let starts = STARTS.init([RAW.address(), RAW.address() + half]);
         interrupt::DMA_IRQ_1.set_priority(Priority::P0);
         interrupt::DMA_IRQ_1.unpend();
-        // SAFETY: its handler looks at what lies in statics only.
+        // SAFETY: the interrupt handler accesses statics only.
         unsafe { interrupt::DMA_IRQ_1.enable() };
         Self { machine, program, starts, _dma: dma }
     }
 
-    /// Reads frames until a pass has ended.
+    /// Reads frames until the end of a pass.
     fn find_start(&mut self) -> bool {
         let mut start = Start::new();
         for _ in 0..COMMANDS.len() + FRAMES_TO_START {
@@ -177,11 +177,11 @@ impl Ads7953 {
 }
 
 impl Converter for Ads7953 {
-    /// Takes 0.2 ms. A converter that does not answer as it should leaves the transfer halted.
+    /// Takes 0.2 ms. If the converter does not answer correctly, the transfer stays halted.
     fn start(&mut self) {
         self.machine.restart();
         self.machine.clear_fifos();
-        // SAFETY: the machine is halted, and its program begins there.
+        // SAFETY: the machine is halted, and its program starts at this address.
         unsafe { self.machine.exec_jmp(self.program.origin) };
         for command in COMMANDS {
             self.machine.tx().push(u32::from(command) << u16::BITS);
@@ -191,14 +191,14 @@ impl Converter for Ads7953 {
         if self.find_start() {
             self.start_transfer();
         }
-        // Whatever waited before the transfer has begun.
+        // Discards frames that arrived before the transfer was started.
         self.machine.rx().stalled();
     }
 
     fn stop(&mut self) {
         self.machine.set_enable(false);
         pac::DMA.inte(LINE).write_value(0);
-        // A channel that is aborted must not be started by another one meanwhile: RP2350-E5.
+        // Another channel must not start a channel while it is being aborted: RP2350-E5.
         for channel in WRITERS.into_iter().chain(SETTERS) {
             pac::DMA.ch(channel).al1_ctrl().write_value(0);
         }
@@ -207,7 +207,7 @@ impl Converter for Ads7953 {
         clear(HalfFlags { first: true, second: true });
     }
 
-    /// True when the machine has waited for room: then frames came late.
+    /// True when the machine had to wait for room in its FIFO, so that frames were late.
     fn overrun(&self) -> bool {
         pac::PIO0.fdebug().read().rxstall() & 1 << MACHINE != 0
     }
@@ -221,7 +221,7 @@ fn clear(flags: HalfFlags) {
     pac::DMA.ints(LINE).write_value(bits(flags));
 }
 
-/// The interrupt of the transfer.
+/// Interrupt handler of the transfer.
 struct HalfInterrupt;
 
 impl Handler<typelevel::DMA_IRQ_1> for HalfInterrupt {
@@ -230,7 +230,7 @@ impl Handler<typelevel::DMA_IRQ_1> for HalfInterrupt {
     }
 }
 
-/// The transfer, which counts frames.
+/// The transfer; it counts frames.
 struct Frames;
 
 impl Transfer for Frames {
@@ -246,8 +246,8 @@ impl Transfer for Frames {
         clear(flags);
     }
 
-    /// Between the two halves neither channel is busy, for as long as it takes to set one back: a few
-    /// cycles, after which the other one is.
+    /// Between the two halves neither channel is busy for a few cycles while one is reset; then the other
+    /// is busy.
     fn remaining(&self) -> u16 {
         let [first, second] = WRITERS.map(|channel| pac::DMA.ch(channel));
         for _ in 0..LOOKS {

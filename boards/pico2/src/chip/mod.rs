@@ -1,4 +1,4 @@
-//! What runs on the chip.
+//! The part of the board's code that accesses the chip.
 
 pub mod adc;
 mod panel;
@@ -18,24 +18,24 @@ use static_cell::StaticCell;
 
 use crate::facts::{FLASH_BYTES, NAME, STORE};
 
-/// The store's part of the flash. Words are bytes, pages 4 KiB. While something is written (3 ms at most for
-/// what the store writes at a time) or erased (400 ms at most) nothing else runs, because code is fetched
-/// from the same chip.
+/// The store's part of the flash. A word is a byte, a page 4 KiB. During a write (3 ms at most for what the
+/// store writes at a time) or an erase (400 ms at most) nothing else runs, because code is fetched from the
+/// same chip.
 pub type Store = Window<Flash<'static, FLASH, Blocking, { FLASH_BYTES as usize }>>;
-/// The panel's wires.
+/// The panel's hardware.
 pub type PanelWiring = Wiring<panel::Bus, Input<'static>, panel::Buzzer, Output<'static>>;
 
-/// Everything that the board has.
+/// The parts of the board.
 pub struct Parts {
-    /// What the application needs.
+    /// The parts that the application uses.
     pub rig: Rig<adc::AdcSampler, usb::Link, Store, PanelWiring>,
-    /// Answers the host's bus.
+    /// The USB device, which must be run.
     pub usb: usb::Device,
-    /// Sleeps.
+    /// The watchdog, not started.
     pub watchdog: WholeWatchdog,
 }
 
-/// Starts the whole chip again.
+/// A watchdog that resets the whole chip.
 pub struct WholeWatchdog(Watchdog);
 
 impl rig::Watchdog for WholeWatchdog {
@@ -49,7 +49,7 @@ impl rig::Watchdog for WholeWatchdog {
     }
 }
 
-/// Runs the rig.
+/// Runs the rig; never returns.
 pub fn main() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
     let parts = parts();
@@ -65,7 +65,7 @@ async fn run(parts: Parts) {
     rig.run(watchdog, usb.run()).await;
 }
 
-/// Starts the chip. To be called once.
+/// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
     let info = rig::info(NAME, reset_flags());
     let p = embassy_rp::init(Default::default());
@@ -92,7 +92,8 @@ pub fn parts() -> Parts {
     }
 }
 
-/// Starts the whole chip again, by the watchdog: the core's own request would leave all else as it is.
+/// Restarts the whole chip through the watchdog: a reset requested by the core would not reset the rest of
+/// the chip.
 pub fn restart() -> ! {
     watchdog_resets_all();
     pac::WATCHDOG.ctrl().write(|w| w.set_trigger(true));
@@ -101,7 +102,7 @@ pub fn restart() -> ! {
     }
 }
 
-/// All but the oscillators.
+/// Makes the watchdog reset everything except the oscillators.
 fn watchdog_resets_all() {
     let mut stages = pac::psm::regs::Wdsel(0x01FF_FFFF);
     stages.set_rosc(false);
@@ -109,8 +110,8 @@ fn watchdog_resets_all() {
     pac::PSM.wdsel().write_value(stages);
 }
 
-/// What the reset has left. What is said of the supply and the pin is of the last reset of the whole chip,
-/// and stays when the watchdog, of which `restart` makes use, starts it again.
+/// Reads the reset flags. Those of the supply and the pin are from the last reset of the whole chip; they
+/// persist when the watchdog, which `restart` uses, resets the chip.
 fn reset_flags() -> ResetFlags {
     let watchdog = pac::WATCHDOG.reason().read();
     let whole = !watchdog.timer() && !watchdog.force();

@@ -1,4 +1,4 @@
-//! The panel's wires: I2C0 for the screen, a slice of the PWM for the buzzer.
+//! The panel's hardware: I2C0 for the screen, a slice of the PWM for the buzzer.
 
 use embassy_rp::gpio::{Input, Pin, Pull};
 use embassy_rp::i2c::{self, Async, I2c};
@@ -13,13 +13,13 @@ bind_interrupts!(struct Interrupts {
     I2C0_IRQ => i2c::InterruptHandler<I2C0>;
 });
 
-/// Cycles of the core to one of the PWM, so that a tone of 100 Hz can be counted.
+/// Core cycles per PWM cycle, so that the period of a 100 Hz tone fits the counter.
 const DIVIDER: u8 = 100;
 
 /// The bus of the screen.
 pub type Bus = I2c<'static, I2C0, Async>;
 
-/// Opens it.
+/// Opens the bus of the screen.
 pub fn screen(
     i2c: Peri<'static, I2C0>,
     clock: Peri<'static, PIN_5>,
@@ -27,13 +27,13 @@ pub fn screen(
 ) -> Bus {
     let mut config = i2c::Config::default();
     config.frequency = 400_000;
-    // Modules have their own; without a module these keep the bus quiet.
+    // Screen modules have their own pull-ups; without a module these keep the bus idle.
     config.scl_pullup = true;
     config.sda_pullup = true;
     I2c::new_async(i2c, clock, data, Interrupts, config)
 }
 
-/// A button to ground.
+/// Input for a button to ground.
 pub fn button(pin: Peri<'static, impl Pin>) -> Input<'static> {
     Input::new(pin, Pull::Up)
 }
@@ -41,7 +41,7 @@ pub fn button(pin: Peri<'static, impl Pin>) -> Input<'static> {
 /// A passive piezo buzzer.
 pub struct Buzzer(Pwm<'static>);
 
-/// Silent.
+/// A silent buzzer.
 pub fn buzzer(slice: Peri<'static, PWM_SLICE7>, pin: Peri<'static, PIN_14>) -> Buzzer {
     Buzzer(Pwm::new_output_a(slice, pin, config(None)))
 }
@@ -52,7 +52,7 @@ impl Tone for Buzzer {
     }
 }
 
-/// Half the time high, or never.
+/// PWM settings for a tone, with a duty cycle of one half, or for silence.
 fn config(hertz: Option<u32>) -> pwm::Config {
     let mut config = pwm::Config::default();
     config.divider = DIVIDER.into();

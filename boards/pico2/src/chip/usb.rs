@@ -15,17 +15,17 @@ bind_interrupts!(struct Interrupts {
 
 /// The serial port.
 pub type Link = UsbLink<Driver<'static, USB>>;
-/// What answers the host's bus.
+/// The USB device, which must be run.
 pub type Device = UsbDevice<'static, Driver<'static, USB>>;
 
-/// Digits of the chip's number.
+/// Digits of the serial number.
 const DIGITS: usize = 16;
 
-/// The device, which is to be run, and its link. To be called once.
+/// Creates the device, which the caller must run, and its link. To be called once.
 pub fn open(usb: Peri<'static, USB>) -> (Device, Link) {
     static SERIAL: StaticCell<Text> = StaticCell::new();
     let serial = SERIAL.init(Text { bytes: [0; DIGITS], length: 0 });
-    // A chip whose number cannot be read is number 0; sixteen digits have room.
+    // If the chip's number cannot be read, the serial number is 0; there is room for sixteen digits.
     let _ = write!(serial, "{:016X}", otp::get_chipid().unwrap_or_default());
     let text = core::str::from_utf8(&serial.bytes[..serial.length]).unwrap_or_default();
     massline_cortex_m::usb::open(Driver::new(usb, Interrupts), text)

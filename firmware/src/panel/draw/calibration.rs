@@ -9,20 +9,20 @@ use crate::panel::menu::DIGITS;
 use crate::panel::number::{fixed, percent};
 use crate::panel::words;
 
-/// The mass of the block, a digit in hand.
+/// Entry of the block's mass, with the current digit underlined.
 pub(super) fn block_mass<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.title("Mass of the block", "");
     let decigrams = view.menu.decigrams();
     canvas.big(10, top(0) + 1, &text(format_args!("{:05}.{} g", decigrams / 10, decigrams % 10)));
     let digit = i32::from(view.menu.cursor().min(DIGITS - 1));
-    // The point stands before the last digit.
+    // The decimal point comes before the last digit.
     let column = digit + i32::from(digit + 1 == i32::from(DIGITS));
     canvas.fill(10 + 10 * column, top(2), 9, 2);
     canvas.line(3, "Next: count  OK: on");
     canvas.line(4, "(with what is on it)");
 }
 
-/// A calibration on its way.
+/// A calibration in progress.
 pub(super) fn calibration_wizard<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     match view.model.calibration_wizard {
         CalibrationWizard::Off => {}

@@ -1,4 +1,4 @@
-//! What is seen while a campaign is prepared, runs and ends.
+//! The screens of a campaign.
 
 use core::fmt::Write as _;
 use massline_shared::measurement::campaign::Phase;
@@ -13,12 +13,12 @@ use super::{lists, sketch};
 use crate::panel::number::{Text, decimals_for, fitting};
 use crate::panel::{PanelModel, words};
 
-/// Where the sketch is.
+/// Position and size of the sketch.
 const SKETCH: (Point, Size) = (Point::new(80, 12), Size::new(48, 40));
 /// Height of the tallest level bar.
 const TALLEST: i32 = 9;
 
-/// The screen of the phase.
+/// Draws the screen of the current phase.
 pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let model = view.model;
     match model.phase {
@@ -35,7 +35,7 @@ pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
         }
         Phase::Paused => {
             let mut title = Text::new();
-            // There is room: a DOF has eight characters at most.
+            // There is room: the name of a DOF has eight characters at most.
             let _ = write!(title, "Paused {} {}/{}", place(model), model.accepted, model.wanted);
             lists::entries(canvas, view, &title);
         }
@@ -61,7 +61,7 @@ fn prepared<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     sketch::draw(canvas, layout, None, SKETCH.0, SKETCH.1);
 }
 
-/// Where to hit next.
+/// Shows where to hit next.
 fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let model = view.model;
     let said = match model.verdict {
@@ -80,7 +80,7 @@ fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     }
 }
 
-/// Why the last hit does not count, and where to hit again.
+/// Shows why the last hit was rejected, and where to hit again.
 fn rejected<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, reason: &Diagnostic) {
     let model = view.model;
     let again = text(format_args!("AGAIN {}", place(model)));
@@ -91,13 +91,13 @@ fn rejected<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, reason: &Dia
     canvas.text(0, 43, &words::subject(reason, view.layout));
 }
 
-/// The share of the campaign that is done, under the title.
+/// Progress bar of the campaign, under the title.
 fn progress<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
     let share = u32::from(model.hits_done) * SIZE.width / u32::from(model.hits.max(1));
     canvas.fill(0, 12, share as i32, 1);
 }
 
-/// How much each channel moves, the hammer first; while a record is taken or analysed, that it is so.
+/// Level bars of all channels, the hammer first; or a text while a record is taken or analysed.
 fn levels<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
     if model.phase == Phase::Busy {
         return canvas.bar(53, "measuring");
@@ -138,7 +138,7 @@ fn done<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
     canvas.line(4, "Next: measure again");
 }
 
-/// The node and the direction in hand.
+/// Node and direction of the current DOF.
 fn place(model: &PanelModel) -> Text {
     let mut place = Text::new();
     if let Some((_, dof)) = model.dof {
@@ -148,7 +148,7 @@ fn place(model: &PanelModel) -> Text {
     place.chars().map(|c| if c == ':' { ' ' } else { c }).collect()
 }
 
-/// The hit that is wanted, counted from 1.
+/// Number of the next hit, from 1.
 fn next_hit(model: &PanelModel) -> u8 {
     model.accepted.saturating_add(1).min(model.wanted)
 }
@@ -158,7 +158,7 @@ fn peak(model: &PanelModel) -> Text {
     text(format_args!("{} N", fitting(force, 0, 6)))
 }
 
-/// Minutes and seconds that the campaign will take still.
+/// Remaining time of the campaign in minutes and seconds.
 fn time_left(model: &PanelModel) -> Text {
     let Some(seconds) = model.seconds_left else { return Text::new() };
     text(format_args!("{}:{:02}", seconds / 60, seconds % 60))

@@ -1,6 +1,7 @@
 //! Text, bars and lists on a screen of 128 × 64 pixels.
 //!
-//! A title bar of 11 rows, then five lines of ten. Everything is cut at the edge of the screen.
+//! The screen has a title bar of 11 rows, then five lines of ten rows. Drawing is clipped at the screen's
+//! edge.
 
 use core::convert::Infallible;
 use core::fmt::{self, Write as _};
@@ -21,10 +22,10 @@ const WIDTH: i32 = SIZE.width as i32;
 const TITLE: i32 = 11;
 /// Rows of a line.
 pub const LINE: i32 = 10;
-/// Lines under the title.
+/// Number of lines under the title.
 pub const LINES: usize = 5;
 
-/// What a screen is.
+/// A drawing target that is black and white and cannot fail.
 pub trait Screen: DrawTarget<Color = BinaryColor, Error = Infallible> {}
 impl<D: DrawTarget<Color = BinaryColor, Error = Infallible>> Screen for D {}
 
@@ -32,42 +33,42 @@ impl<D: DrawTarget<Color = BinaryColor, Error = Infallible>> Screen for D {}
 pub(in crate::panel) struct Canvas<'a, D>(pub &'a mut D);
 
 impl<D: Screen> Canvas<'_, D> {
-    /// An empty screen.
+    /// Clears the screen.
     pub fn clear(&mut self) {
         let Ok(()) = self.0.clear(BinaryColor::Off);
     }
 
-    /// The title bar: bright, with one text at the left and one at the right.
+    /// Draws the title bar: bright, with one text at the left and one at the right.
     pub fn title(&mut self, left: &str, right: &str) {
         self.fill(0, 0, WIDTH, TITLE);
         self.write(&FONT_6X10, left, 1, 1, Alignment::Left, BinaryColor::Off);
         self.write(&FONT_6X10, right, WIDTH - 2, 1, Alignment::Right, BinaryColor::Off);
     }
 
-    /// A line under the title, counted from 0.
+    /// Draws a line under the title; lines are counted from 0.
     pub fn line(&mut self, line: usize, text: &str) {
         self.text(0, top(line), text);
     }
 
-    /// A line with one text at the left and one at the right.
+    /// Draws a line with one text at the left and one at the right.
     pub fn pair(&mut self, line: usize, left: &str, right: &str) {
         self.line(line, left);
         self.text_right(WIDTH - 1, top(line), right);
     }
 
-    /// A line that is made.
+    /// Draws a formatted line.
     pub fn format(&mut self, line: usize, arguments: fmt::Arguments<'_>) {
         self.line(line, &text(arguments));
     }
 
-    /// Lines from this one on.
+    /// Draws the lines of a text, the first at this line.
     pub fn lines(&mut self, first: usize, text: &str) {
         for (line, text) in (first..).zip(text.split('\n')) {
             self.line(line, text);
         }
     }
 
-    /// A list of which one line is in hand and always to be seen.
+    /// Draws a list and marks the line at the cursor, which is always visible.
     pub fn list<'t>(&mut self, texts: impl ExactSizeIterator<Item = &'t str>, cursor: usize) {
         let first = (cursor + 1).saturating_sub(LINES);
         let count = texts.len();
@@ -84,7 +85,7 @@ impl<D: Screen> Canvas<'_, D> {
         self.scroll_bar(first, count);
     }
 
-    /// How much of a list is seen, at the right edge; nothing when it is all.
+    /// Draws a scroll bar at the right edge, if the list is longer than the screen.
     fn scroll_bar(&mut self, first: usize, count: usize) {
         if count > LINES {
             let rows = |places: usize| (places * LINES * LINE as usize / count) as i32;
@@ -92,36 +93,36 @@ impl<D: Screen> Canvas<'_, D> {
         }
     }
 
-    /// Small text from its upper left corner.
+    /// Draws small text; the position is its upper left corner.
     pub fn text(&mut self, x: i32, y: i32, text: &str) {
         self.write(&FONT_6X10, text, x, y, Alignment::Left, BinaryColor::On);
     }
 
-    /// Small text up to its upper right corner.
+    /// Draws small text; the position is its upper right corner.
     pub fn text_right(&mut self, x: i32, y: i32, text: &str) {
         self.write(&FONT_6X10, text, x, y, Alignment::Right, BinaryColor::On);
     }
 
-    /// Large text from its upper left corner.
+    /// Draws large text; the position is its upper left corner.
     pub fn big(&mut self, x: i32, y: i32, text: &str) {
         self.write(&ascii::FONT_10X20, text, x, y, Alignment::Left, BinaryColor::On);
     }
 
-    /// A bright bar with dark text, as wide as the screen.
+    /// Draws a bright bar with dark text, as wide as the screen.
     pub fn bar(&mut self, y: i32, text: &str) {
         self.fill(0, y, WIDTH, TITLE);
         self.write(&FONT_6X10, text, WIDTH / 2, y + 1, Alignment::Center, BinaryColor::Off);
     }
 
-    /// A filled rectangle; nothing when it is empty.
+    /// Draws a filled rectangle; nothing if it is empty.
     pub fn fill(&mut self, x: i32, y: i32, width: i32, height: i32) {
         let size = Size::new(width.max(0) as u32, height.max(0) as u32);
         let Ok(()) = self.0.fill_solid(&Rectangle::new(Point::new(x, y), size), BinaryColor::On);
     }
 
-    /// A thin line.
+    /// Draws a thin line.
     pub fn stroke(&mut self, from: Point, to: Point) {
-        // Point by point: a styled line can be thick, which costs 1 KB of flash.
+        // Drawn point by point: code for styled lines, which can be thick, costs 1 KB of flash.
         let points = Line::new(from, to).points();
         let Ok(()) = self.0.draw_iter(points.map(|point| Pixel(point, BinaryColor::On)));
     }
@@ -146,7 +147,7 @@ pub(in crate::panel) fn top(line: usize) -> i32 {
     TITLE + 2 + LINE * line as i32
 }
 
-/// A text in `width` characters: of a longer one two points say that there is more.
+/// A text in at most `width` characters; a longer one is cut and ends with two points.
 pub(in crate::panel) fn clipped(text: &str, width: usize) -> number::Text {
     let more = text.chars().count() > width;
     let kept = if more { width.saturating_sub(2) } else { width };
@@ -154,10 +155,10 @@ pub(in crate::panel) fn clipped(text: &str, width: usize) -> number::Text {
     text.chars().take(kept).chain(points.chars()).collect()
 }
 
-/// A text that is made; what does not fit a line is cut.
+/// A formatted text, cut to the length of a line.
 pub(in crate::panel) fn text(arguments: fmt::Arguments<'_>) -> number::Text {
     let mut text = number::Text::new();
-    // What does not fit the text does not fit the screen either.
+    // Text beyond the buffer would not fit the screen either.
     let _ = text.write_fmt(arguments);
     text
 }

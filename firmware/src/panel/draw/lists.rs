@@ -1,4 +1,4 @@
-//! Lists, messages, and what the rig says of itself.
+//! Lists, messages, and the pages about the rig.
 
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::layout::RigLayout;
@@ -10,12 +10,12 @@ use crate::panel::refused::Refused;
 use crate::panel::words;
 use crate::store::RESULTS;
 
-/// The list of everything.
+/// The main list.
 pub(super) fn home<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     entries(canvas, view, "massline");
 }
 
-/// The list that the menu has here.
+/// The list of the current screen.
 pub(super) fn entries<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, title: &str) {
     canvas.title(title, "");
     let entries = view.menu.entries(view.model);
@@ -23,7 +23,7 @@ pub(super) fn entries<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, ti
     canvas.list(labels, usize::from(view.menu.cursor()));
 }
 
-/// What is to be said about the campaign, or about the layout that was refused.
+/// The diagnostics of the campaign or of a refused layout.
 pub(super) fn findings<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let page = usize::from(view.menu.cursor());
     let pages = text(format_args!("{}/{}", page + 1, view.findings.len()));
@@ -32,7 +32,7 @@ pub(super) fn findings<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     }
 }
 
-/// One diagnostic: how grave, about what, and what to do.
+/// One diagnostic: its severity, its subject, and what to do.
 pub(super) fn finding<D: Screen>(
     canvas: &mut Canvas<'_, D>,
     diagnostic: &Diagnostic,
@@ -49,7 +49,7 @@ pub(super) fn finding<D: Screen>(
     canvas.lines(1, diagnostic.code.words());
 }
 
-/// The layouts that are kept; the one in use has a mark.
+/// The stored layouts; the one in use is marked.
 pub(super) fn layouts<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.title("Layouts", &text(format_args!("{}", view.layouts.len())));
     if view.layouts.is_empty() {
@@ -64,7 +64,7 @@ pub(super) fn layouts<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.list(lines.iter().map(|line| line.as_str()), usize::from(view.menu.cursor()));
 }
 
-/// How full the flash is and what it has cost.
+/// How full the flash is, and its wear.
 pub(super) fn storage<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.title("Storage", "");
     let results = view.results.len();
@@ -76,7 +76,7 @@ pub(super) fn storage<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     }
 }
 
-/// Who the rig is.
+/// Identity of the rig.
 pub(super) fn about<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let page = view.menu.cursor();
     let pages = text(format_args!("{}/{ABOUT_PAGES}", page + 1));
@@ -110,7 +110,7 @@ pub(super) fn about<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     }
 }
 
-/// A long text over the lines that are left; what does not fit is cut.
+/// A long text, wrapped over the remaining lines and cut at the end of the screen.
 fn wrapped<D: Screen>(canvas: &mut Canvas<'_, D>, first: usize, text: &str) {
     let mut rest = text;
     for line in first..super::canvas::LINES {
@@ -121,7 +121,7 @@ fn wrapped<D: Screen>(canvas: &mut Canvas<'_, D>, first: usize, text: &str) {
     }
 }
 
-/// A question before something is lost.
+/// A question before something is deleted.
 pub(super) fn sure<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, question: Question) {
     canvas.title("Sure?", "");
     match question {
@@ -138,7 +138,7 @@ pub(super) fn sure<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>, quest
     canvas.line(4, "Back: no");
 }
 
-/// Why the rig does not do it.
+/// Why the rig has refused an action.
 pub(super) fn refused<D: Screen>(canvas: &mut Canvas<'_, D>, reason: Refused) {
     canvas.title("Not possible", "");
     canvas.lines(0, words::of_reason(reason));

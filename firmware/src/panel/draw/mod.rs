@@ -1,4 +1,4 @@
-//! The screens as pixels. One file for each group of screens; [`draw`] finds the right one.
+//! The screens as pixels. Each group of screens has a file; [`draw`] calls the right one.
 
 mod calibration;
 mod campaign;
@@ -17,37 +17,37 @@ use super::menu::{Menu, Screen};
 use super::summary::Summary;
 use crate::info::BoardInfo;
 
-/// Everything that may be seen.
+/// Everything that a screen may show.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// Which screen.
+    /// State of the menu, which selects the screen.
     pub menu: &'a Menu,
-    /// What the rig is doing.
+    /// State of the rig.
     pub model: &'a PanelModel,
     /// The layout in use.
     pub layout: Option<&'a RigLayout>,
-    /// The layouts that are kept.
+    /// The stored layouts.
     pub layouts: &'a [LayoutLine],
-    /// The results that are kept, the newest first.
+    /// The stored results, newest first.
     pub results: &'a [ResultEntry],
     /// The open result.
     pub summary: Option<&'a Summary>,
-    /// What is to be said about the campaign or a layout that was refused.
+    /// The diagnostics of the campaign or of a refused layout.
     pub findings: &'a [Diagnostic],
-    /// What the board says of itself.
+    /// What the board reports about itself.
     pub info: &'a BoardInfo,
-    /// What has been counted.
+    /// Counters of the rig.
     pub stats: &'a Stats,
 }
 
 /// One line of the list of layouts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LayoutLine {
-    /// Names it in the store.
+    /// Hash that identifies it in the store.
     pub hash: u32,
-    /// Free text, as much as fits a line.
+    /// Title, cut to the length of a line.
     pub title: heapless::String<24>,
-    /// True for the one that is measured with.
+    /// True for the layout in use.
     pub in_use: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The results that are kept, and the pages of one.
+//! The list of stored results, and the pages of one result.
 
 use massline_protocol::LayoutHash;
 use massline_protocol::message::ResultEntry;
@@ -80,7 +80,7 @@ fn finding_page<D: Screen>(
     pages: &str,
 ) {
     let Some(diagnostic) = summary.findings.get(usize::from(finding)) else { return };
-    // The names of another layout would mislead.
+    // The names of nodes of another layout would mislead.
     let layout = view.layout.filter(|layout| layout.hash() == summary.layout_hash);
     lists::finding(canvas, diagnostic, layout, pages);
 }
@@ -97,14 +97,14 @@ fn property<D: Screen>(
     quantity(canvas, line, &symbol(k), answer.theta()[k] * scale, sigma, unit);
 }
 
-/// The symbol of one of the ten, its subscript on the line.
+/// Symbol of an inertial parameter, with its subscript on the line.
 fn symbol(k: usize) -> Text {
     let symbol = INERTIAL_PARAMETERS[k].symbol;
     let (letter, subscript) = symbol.split_once('_').unwrap_or((symbol, ""));
     text(format_args!("{letter}{subscript}"))
 }
 
-/// A name, a number whose standard deviation has two digits, that deviation, and a unit.
+/// Draws a name, a value, its standard deviation with two significant digits, and a unit.
 fn quantity<D: Screen>(
     canvas: &mut Canvas<'_, D>,
     line: usize,
@@ -135,8 +135,8 @@ fn principal<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>) {
     }
 }
 
-/// What limits the accuracy: the method, whether the data agree with what was stated, how well the
-/// equations are conditioned, and what is known least.
+/// What limits the accuracy: the method, whether the data agree with the stated uncertainties, the
+/// condition number of the equations, and the least known parameter.
 fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, pages: &str) {
     canvas.title("What limits it", pages);
     canvas.line(0, answer.method.entry().title);

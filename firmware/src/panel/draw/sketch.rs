@@ -1,23 +1,23 @@
-//! A small picture of the object: its sensors, its hit places, and an arrow at the one in hand.
+//! A sketch of the object: its sensors, its hit points, and an arrow at the current hit.
 //!
-//! The body frame is seen from the direction (1, 1, 1), z upwards. Lines run from the middle of all
-//! places to each of them, so that the eye sees a body.
+//! The body frame is seen from the direction (1, 1, 1), z upwards. Lines run from the middle of all points
+//! to each of them, to suggest a body.
 
 use embedded_graphics::prelude::*;
 use massline_shared::layout::RigLayout;
 
 use super::canvas::{Canvas, Screen};
 
-/// Cosine of 30°: x and y of the body run 30° below the horizontal.
+/// Cosine of 30°: the body's x and y axes run 30° below the horizontal.
 const ACROSS: f32 = 0.866_025_4;
-/// Its sine.
+/// Sine of 30°.
 const DOWN: f32 = 0.5;
-/// Rows and columns at the edge, for the marks of places and for the arrow.
+/// Margin for the marks and the arrow, pixels.
 const MARGIN: f32 = 9.0;
 /// Length of the arrow, pixels.
 const ARROW: f32 = 11.0;
 
-/// A point or a direction as it is seen: right and down, m or of length one.
+/// A projected point (m) or unit direction: components to the right and downwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Seen(f32, f32);
 
@@ -25,7 +25,7 @@ fn seen([x, y, z]: [f32; 3]) -> Seen {
     Seen((y - x) * ACROSS, (x + y) * DOWN - z)
 }
 
-/// Meters to pixels.
+/// Conversion from meters to pixels.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     middle: Seen,
@@ -34,7 +34,7 @@ struct Frame {
 }
 
 impl Frame {
-    /// The largest scale at which all places lie within the box; `None` without places that are numbers.
+    /// The largest scale at which all points fit the box; `None` if no point is finite.
     fn around(places: impl Iterator<Item = Seen>, at: Point, size: Size) -> Option<Self> {
         let (mut low, mut high) = (Seen(f32::MAX, f32::MAX), Seen(f32::MIN, f32::MIN));
         for Seen(x, y) in places.filter(|p| p.0.is_finite() && p.1.is_finite()) {
@@ -42,7 +42,7 @@ impl Frame {
             high = Seen(high.0.max(x), high.1.max(y));
         }
         let room = |pixels: u32| (pixels as f32 - 2.0 * MARGIN).max(1.0);
-        // Infinite along an axis in which all places are one.
+        // The scale is infinite along an axis on which all points coincide.
         let across = room(size.width) / (high.0 - low.0);
         let down = room(size.height) / (high.1 - low.1);
         let scale = across.min(down);
@@ -51,12 +51,12 @@ impl Frame {
         if !(middle.0.is_finite() && middle.1.is_finite()) || low.0 > high.0 {
             return None;
         }
-        // One single place is drawn in the middle.
+        // A single point is drawn in the middle.
         let scale = if scale.is_finite() { scale } else { 0.0 };
         Some(Self { middle, scale, center })
     }
 
-    /// The pixel of a place; one that is no number or too far away is in the middle.
+    /// The pixel of a point. A coordinate that is not finite is put in the middle.
     fn pixel(&self, Seen(x, y): Seen) -> Point {
         self.center + pixels((x - self.middle.0) * self.scale, (y - self.middle.1) * self.scale)
     }
@@ -71,7 +71,7 @@ fn pixels(x: f32, y: f32) -> Point {
     Point::new(near(x), near(y))
 }
 
-/// Draws the layout into a box; the hit `in_hand` has an arrow.
+/// Draws the layout into a box, with an arrow at the hit `in_hand`.
 pub(super) fn draw<D: Screen>(
     canvas: &mut Canvas<'_, D>,
     layout: &RigLayout,
@@ -94,7 +94,7 @@ pub(super) fn draw<D: Screen>(
     arrow(canvas, frame.pixel(seen(hit.position)), seen(hit.direction));
 }
 
-/// An arrow whose tip is where the hammer lands; a ring where it comes straight at the eye.
+/// Draws an arrow whose tip is at the hit point, or a square for a hit along the line of sight.
 fn arrow<D: Screen>(canvas: &mut Canvas<'_, D>, tip: Point, Seen(x, y): Seen) {
     let length = nalgebra::ComplexField::sqrt(x * x + y * y);
     if length.is_nan() || length <= 0.1 {
@@ -106,7 +106,7 @@ fn arrow<D: Screen>(canvas: &mut Canvas<'_, D>, tip: Point, Seen(x, y): Seen) {
         return;
     }
     let (x, y) = (x / length, y / length);
-    // Twice beside each other, so that it stands out from the body.
+    // Two lines side by side, so that the arrow stands out from the body.
     let aside = if x.abs() > y.abs() { Point::new(0, 1) } else { Point::new(1, 0) };
     let tail = tip - pixels(x * ARROW, y * ARROW);
     for offset in [Point::zero(), aside] {
@@ -127,7 +127,7 @@ mod tests {
 
     const SIDE: Size = Size::new(48, 39);
 
-    /// A screen on which pixels may be drawn twice and beside it.
+    /// A mock display that permits overdrawing and drawing out of bounds.
     fn screen() -> MockDisplay<BinaryColor> {
         let mut screen = MockDisplay::new();
         screen.set_allow_overdraw(true);

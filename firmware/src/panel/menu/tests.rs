@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use std::collections::{BTreeSet, VecDeque};
 use std::string::{String, ToString};
 
-/// The deepest screen is a question about a page of a list of home.
+/// Presses of Back from the deepest screen: a question about a page of a list of home.
 const DEEPEST: usize = 4;
 
 fn model(phase: Phase) -> PanelModel {
@@ -52,7 +52,7 @@ prop_compose! {
         let of_phase = model(phase);
         PanelModel {
             accepted, hits_done, findings, layouts, results, pages, interrupted, block, calibration_wizard,
-            // The rig is not idle either while it streams or takes a reading.
+            // The rig is not idle while it streams or takes a reading either.
             idle: of_phase.idle && !streaming,
             ..of_phase
         }
@@ -63,7 +63,7 @@ fn buttons() -> impl Strategy<Value = Button> {
     prop::sample::select(std::vec![Button::Ok, Button::Back, Button::Next])
 }
 
-/// True when the rig would take the action in this phase, whatever else may be against it.
+/// True when the phase permits the action; the rig may still refuse it for other reasons.
 fn suits(action: Action, model: &PanelModel) -> bool {
     use Command as C;
     let phase = model.phase;
@@ -123,7 +123,7 @@ proptest! {
         menu.follow(&last);
         for _ in 0..DEEPEST {
             menu.press(Button::Back, &last);
-            // The rig does what a Back means: it forgets what was on its way.
+            // The rig carries out what Back requests: it discards the calibration in progress.
             menu.follow(&PanelModel { calibration_wizard: CalibrationWizard::Off, ..last });
         }
         prop_assert_eq!(menu.screen(), Screen::Home);
@@ -140,7 +140,7 @@ proptest! {
     }
 }
 
-/// The name of a screen and, where it matters, of what is shown on it.
+/// Name of a screen and, where it matters, of what it shows.
 fn name(menu: &Menu, model: &PanelModel) -> String {
     let screen = std::format!("{:?}", menu.screen());
     match menu.screen() {
@@ -149,7 +149,7 @@ fn name(menu: &Menu, model: &PanelModel) -> String {
     }
 }
 
-/// Presses everything everywhere and does what the rig would do, until nothing new is found.
+/// Presses every button on every screen and simulates the rig's reaction, until no new state is found.
 #[test]
 fn every_screen_is_reached_by_buttons_alone() {
     let mut seen = BTreeSet::new();
@@ -195,7 +195,7 @@ fn every_screen_is_reached_by_buttons_alone() {
     }
 }
 
-/// What may come of an action.
+/// Possible outcomes of an action.
 fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Menu, PanelModel)> {
     use Command as C;
     let with = |phase| PanelModel {
@@ -263,7 +263,8 @@ fn a_campaign_that_the_host_starts_comes_to_the_front() {
     let mut menu = Menu { screen: Screen::About, ..Menu::new() };
     menu.follow(&model(Phase::Armed));
     assert_eq!(menu.screen(), Screen::Measure);
-    // Whoever leaves is not fetched back, but the rig does not wait for a hit meanwhile.
+    // The menu does not return by itself to an operator who has left, but the rig does not wait for a hit
+    // meanwhile.
     let action = menu.press(Button::Back, &model(Phase::Armed));
     assert_eq!(action, Some(Action::Command(Command::Pause)));
     menu.follow(&model(Phase::Paused));
@@ -296,7 +297,7 @@ fn nothing_is_lost_without_a_question() {
 fn a_mass_is_typed_in_digit_by_digit() {
     let idle = model(Phase::Idle);
     let mut menu = Menu { screen: Screen::BlockMass, decigrams: 0, ..Menu::new() };
-    // 2 at the thousands of grams, 9 and over to 1 at the hundreds of milligrams.
+    // Sets the thousands of grams to 2, and the tenths of a gram to 1, past 9.
     let presses = "on count count on on on on count count count count count count count count count \
                    count count on";
     let mut action = None;

@@ -16,7 +16,7 @@ fn estimate(method: Method) -> StoredEstimate {
         properties: [
             1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
         ],
-        // One part in a hundred of a kilogram, and of a gram square meter.
+        // Standard deviations: 0.01 kg, 2 mm for z, 0.01 g·m².
         covariance: (0..COVARIANCE)
             .map(|k| match k {
                 0 => 1e-4,
@@ -68,7 +68,7 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
     }
 }
 
-/// Walks through the result in pieces, as it is read from the flash.
+/// Parses the result in pieces, as it is read from the flash.
 fn walk(result: &MeasurementResult) -> Result<Summary, StoreError> {
     let mut bytes = std::vec![0; 8192];
     let length = postcard::to_slice(result, &mut bytes).unwrap().len();
@@ -88,7 +88,7 @@ fn the_largest_result_is_read_in_pieces() {
     let summary = walk(&result(RIG_HITS, 2, 16)).unwrap();
     assert_eq!((summary.number, summary.layout_hash), (u32::MAX, 7));
     assert_eq!(summary.answer.unwrap().method, Method::MaximumLikelihood);
-    // Those of the answer come first and fill the list.
+    // The diagnostics of the estimate come first and fill the list.
     assert_eq!(summary.findings.len(), 16);
 }
 
@@ -118,7 +118,7 @@ fn principal_moments_are_those_of_the_body() {
     let theta = SVector::from(stored.properties.map(f64::from));
     let expected = RigidBody::from_theta(&theta).principal().unwrap().moments;
     for (found, moment) in answer.body.principal().unwrap().moments.iter().zip(expected.iter()) {
-        // Single precision of the largest moment, a few roundings.
+        // Single-precision rounding of the largest moment, several times.
         assert!((f64::from(*found) - moment).abs() < 1e-6 * expected[2]);
     }
     assert_eq!(answer.sigma().unwrap()[0], 0.01);
@@ -127,7 +127,7 @@ fn principal_moments_are_those_of_the_body() {
 
 #[test]
 fn the_least_known_property_is_the_one_with_the_largest_share() {
-    // Shares: mass 0.8 %, x by 2 mm of a radius of gyration of 114 mm, moments 0.1 %.
+    // Relative standard deviations: mass 0.8 %, z 2 mm of a radius of gyration of 114 mm, moments 0.1 %.
     let answer = estimate(Method::MaximumLikelihood).estimate().unwrap();
     let (k, share) = answer.least_known().unwrap();
     assert_eq!(k, 3);

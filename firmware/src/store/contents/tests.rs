@@ -31,7 +31,7 @@ fn of_two_changes_the_later_one_holds_wherever_they_lie() {
 
 #[test]
 fn a_layout_that_gave_way_and_came_back_stays_when_the_other_change_was_moved_behind_it() {
-    // As written: 7 gives way for 9 at 20, and is kept again at 30. Then 20 was moved.
+    // As written: 7 is removed for 9 at serial 20, and stored again at 30. Then the record of 20 was moved.
     let mut contents = Contents::default();
     for (serial, change) in
         [layout(7, 10, None), layout(7, 30, None), layout(9, 20, Some(7)), layout(5, 15, None)]

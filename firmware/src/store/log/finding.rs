@@ -1,4 +1,4 @@
-//! Finds the window of a log that was left by a cut of the power.
+//! Finds the window of a log, even after a power cut.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -7,7 +7,7 @@ use super::{Checkpoint, Cursor, Fault, GEOMETRY, Log, OPENED};
 use crate::store::record::{Header, Kind};
 
 impl<F: NorFlash> Log<F> {
-    /// The highest number below `below` of all pages, in use or not.
+    /// The highest page number below `below`, whether the page is in use or not.
     pub(super) async fn highest_page(&mut self, below: u32) -> Result<Option<u32>, Fault> {
         let (mut answered, mut highest) = (false, None);
         for place in 0..self.pages() {
@@ -34,7 +34,7 @@ impl<F: NorFlash> Log<F> {
         self.read(&record, 0, &mut found).await == Some(GEOMETRY) && found == self.geometry()
     }
 
-    /// Tail and checkpoint of a page that is in use.
+    /// Tail and checkpoint of a page; `None` when the page is not in use.
     pub(super) async fn opened(&mut self, number: u32) -> Option<(u32, Checkpoint)> {
         let mut cursor = Cursor { page: number, at: 0, end: number + 1 };
         while let Some(record) = self.next(&mut cursor).await {
@@ -50,8 +50,8 @@ impl<F: NorFlash> Log<F> {
         None
     }
 
-    /// Where the next record of a page goes: its end when anything but blank words follows the last
-    /// whole header.
+    /// Offset of the next record of a page. It is the end of the page if anything but blank words follows
+    /// the last record with an intact header.
     pub(super) async fn end_of(&mut self, number: u32) -> u32 {
         let mut cursor = Cursor { page: number, at: 0, end: number + 1 };
         let mut end = 0;

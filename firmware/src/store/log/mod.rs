@@ -1,20 +1,21 @@
 //! The log: a ring of flash pages that records are appended to.
 //!
-//! Pages are numbered from the first ever opened; page `n` lies at place `n` modulo the number of
-//! places, so all wear alike. The *window* is the pages from the *tail* to the *head*, always fewer than there
-//! are places. Records are appended to the head. When it is full, the next page is opened over a
-//! place outside of the window:
+//! Pages are numbered from the first ever opened. Page `n` lies at place `n` modulo the number of places,
+//! so that all places wear evenly. The *window* is the pages from the *tail* to the *head*; it always has
+//! fewer pages than there are places. Records are appended to the head. When the head is full, the next
+//! page is opened at a place outside the window:
 //!
-//! 1. its place is erased and its first record says its number;
-//! 2. what is still wanted of the tail, when that must leave the window, is copied into it;
-//! 3. a record [`Kind::Opened`] makes it the head, and names the new tail.
+//! 1. its place is erased, and its first record states its number;
+//! 2. if the tail must leave the window, the tail's live records are copied into the new page;
+//! 3. a record [`Kind::Opened`] makes the new page the head, and states the new tail.
 //!
-//! Before 3 the old window is whole, and after it the new one: there is no instant in between. A page
-//! without a whole `Opened` is not in use, whatever else it holds. Opening a log only reads.
+//! Until step 3 is complete the old window is valid, and from then on the new one: no intermediate state
+//! exists. A page without an intact `Opened` is not in use, whatever else it holds. Opening a log only
+//! reads.
 //!
-//! A record is believed when its CRC fits, and every write is read back. Words that cannot be read (a torn
-//! word of flash with an error correcting code) are passed over. After a record whose header is torn
-//! nothing is appended to its page any more.
+//! A record is valid if its CRC matches, and every write is read back. Words that cannot be read (a torn
+//! word of flash with an error correcting code) are skipped. After a record with a torn header nothing more
+//! is appended to its page.
 
 mod finding;
 mod transfer;
@@ -26,23 +27,23 @@ use massline_protocol::crc32;
 use super::record::{HEADER, Header, Kind};
 use transfer::{Found, PIECE, Source};
 
-/// Fewest pages that a log works in: tail, head, and the one that is opened next.
+/// Fewest pages that a log needs: tail, head, and the page that is opened next.
 const MIN_PAGES: u32 = 3;
-/// Smallest page that a log works in.
+/// Smallest page size that a log supports.
 const MIN_PAGE: u32 = 1024;
 const GEOMETRY: usize = 12;
 const OPENED: usize = 12;
 
-/// The flash did not do what it was told to.
+/// An operation on the flash failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Fault;
 
-/// What every page remembers of the pages before it.
+/// State that every page takes over from the pages before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Checkpoint {
-    /// The last serial that was given.
+    /// The last serial that was assigned.
     pub serial: u32,
-    /// The last number of a result that was given.
+    /// The last result number that was assigned.
     pub last_number: u32,
 }
 
@@ -50,11 +51,11 @@ pub(super) struct Checkpoint {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Record {
     pub header: Header,
-    /// Where its header lies in the flash.
+    /// Address of its header in the flash.
     address: u32,
 }
 
-/// A place in a walk through pages.
+/// Position in an iteration over pages.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cursor {
     page: u32,
@@ -69,22 +70,22 @@ struct Window {
     head: Page,
 }
 
-/// A page that is written.
+/// A page that is being written.
 #[derive(Clone, Copy, Debug)]
 struct Page {
     number: u32,
-    /// Where the next record goes, from the start of the page.
+    /// Offset of the next record from the start of the page.
     end: u32,
 }
 
-/// What a log has done to its flash since the start.
+/// Counts the operations on the flash since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Work {
     /// Pages erased.
     pub erases: u32,
     /// Bytes written.
     pub bytes: u32,
-    /// Records that did not read back as they were written.
+    /// Records that did not read back as written.
     pub not_kept: u32,
 }
 
@@ -96,30 +97,30 @@ pub(super) struct Log<F> {
 }
 
 impl<F: NorFlash> Log<F> {
-    /// Bytes that payloads are filled up to.
+    /// Payloads are padded to multiples of this many bytes.
     const UNIT: usize = {
         let larger = if F::WRITE_SIZE > F::READ_SIZE { F::WRITE_SIZE } else { F::READ_SIZE };
         if larger > 4 { larger } else { 4 }
     };
     const PAGE: u32 = F::ERASE_SIZE as u32;
-    /// What a store writes that knows this layout of the log.
+    /// Version of the log's format.
     pub const FORMAT: u32 = 4;
 
     pub fn new(flash: F) -> Self {
         Self { flash, work: Work::default(), window: None }
     }
 
-    /// What has been done to the flash.
+    /// Operations on the flash since the start.
     pub fn work(&self) -> Work {
         self.work
     }
 
-    /// Places for pages.
+    /// Number of places for pages.
     pub fn pages(&self) -> u32 {
         (self.flash.capacity() / F::ERASE_SIZE) as u32
     }
 
-    /// True when the flash is one that a log can work in.
+    /// True when the geometry of the flash is one that a log supports.
     pub fn is_usable(&self) -> bool {
         let words = PIECE.is_multiple_of(Self::UNIT)
             && Self::UNIT.is_multiple_of(F::WRITE_SIZE)
@@ -128,22 +129,22 @@ impl<F: NorFlash> Log<F> {
         words && Self::PAGE >= MIN_PAGE && self.pages() >= MIN_PAGES
     }
 
-    /// Bytes of flash that a record with a payload of `length` takes.
+    /// Bytes of flash that a record with a payload of `length` bytes takes.
     pub const fn size(length: usize) -> u32 {
         (HEADER.next_multiple_of(Self::UNIT) + length.next_multiple_of(Self::UNIT)) as u32
     }
 
-    /// Bytes of records that fit whatever the order of writing, when none is longer than `longest` and
-    /// what does not fit a page's rest goes to the next page.
+    /// Bytes of records that fit in any order of writing, if no record is longer than `longest` and one
+    /// that does not fit the rest of a page goes to the next page.
     pub fn capacity(&self, longest: usize) -> u32 {
         let taken = Self::size(GEOMETRY) + Self::size(OPENED) + Self::size(longest);
         (self.pages() - 1) * (Self::PAGE - taken)
     }
 
-    /// Finds the window; nothing is written. `None` when there is no log of this format.
+    /// Finds the window; writes nothing. Returns `None` when there is no log of this format.
     ///
     /// # Errors
-    /// When not a single page answers.
+    /// [`Fault`] when not a single page can be read.
     pub async fn open(&mut self) -> Result<Option<Checkpoint>, Fault> {
         let mut below = u32::MAX;
         loop {
@@ -157,7 +158,7 @@ impl<F: NorFlash> Log<F> {
         }
     }
 
-    /// A walk through all records.
+    /// A cursor over all records.
     pub fn records(&self) -> Cursor {
         match self.window {
             Some(Window { tail, head }) => Cursor { page: tail, at: 0, end: head.number + 1 },
@@ -165,7 +166,7 @@ impl<F: NorFlash> Log<F> {
         }
     }
 
-    /// The next record whose header is whole; its payload may be torn.
+    /// The next record with an intact header; its payload may be torn.
     pub async fn next(&mut self, cursor: &mut Cursor) -> Option<Record> {
         while cursor.page < cursor.end {
             let limit = match self.window {
@@ -183,7 +184,7 @@ impl<F: NorFlash> Log<F> {
                     cursor.at += Self::size(header.length.into());
                     return Some(Record { header, address });
                 }
-                // The place has been used for another page.
+                // The place holds another page.
                 Found::Nothing(_) if cursor.at == 0 => cursor.at = Self::PAGE,
                 Found::Nothing(bytes) => cursor.at += bytes,
             }
@@ -191,7 +192,7 @@ impl<F: NorFlash> Log<F> {
         None
     }
 
-    /// Bytes of payload that the head still takes in one record.
+    /// Bytes of payload that still fit the head in one record.
     pub fn room(&self) -> usize {
         let end = self.window.map_or(Self::PAGE, |window| window.head.end);
         let rest = (Self::PAGE - end).saturating_sub(Self::size(0)) as usize;
@@ -201,7 +202,7 @@ impl<F: NorFlash> Log<F> {
     /// Appends a record to the head, which must have [`Log::room`] for it.
     ///
     /// # Errors
-    /// When the flash does not keep it; nothing more is appended to this page then.
+    /// [`Fault`] when the write fails; nothing more is appended to this page then.
     pub async fn append(
         &mut self,
         kind: Kind,
@@ -219,11 +220,11 @@ impl<F: NorFlash> Log<F> {
         written
     }
 
-    /// Opens the next page as the head; of what leaves the window the records with a `live` serial are taken
-    /// along. Erases a page.
+    /// Opens the next page as the head, and copies the records with a `live` serial from the pages that
+    /// leave the window. Erases a page.
     ///
     /// # Errors
-    /// When the flash does not keep it; the window is as before then.
+    /// [`Fault`] when the flash fails; the window does not change then.
     pub async fn rotate(
         &mut self,
         checkpoint: Checkpoint,
@@ -235,7 +236,8 @@ impl<F: NorFlash> Log<F> {
         let start = self.address(number);
         self.work.erases += 1;
         let erased = self.flash.erase(start, start + Self::PAGE).await;
-        // Nothing else runs while a chip erases its own flash: the watchdog is fed between two times.
+        // Nothing else runs while a chip erases its own flash; this lets the watchdog be fed between two
+        // erases.
         yield_now().await;
         erased.map_err(|_| Fault)?;
         let mut page = Page { number, end: 0 };
@@ -262,7 +264,7 @@ impl<F: NorFlash> Log<F> {
         page % self.pages() * Self::PAGE
     }
 
-    /// What the first record of every page says.
+    /// Payload of the first record of every page.
     fn geometry(&self) -> [u8; GEOMETRY] {
         words([Self::FORMAT, Self::PAGE, self.pages()])
     }

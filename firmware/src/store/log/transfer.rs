@@ -1,4 +1,4 @@
-//! Reads and writes records: in pieces of whole words, and with every write read back.
+//! Reads and writes records in pieces of whole words; every write is read back.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::{crc32, crc32_of_chunks};
@@ -9,7 +9,7 @@ use crate::store::record::{Header, Kind};
 /// Bytes read or written at a time.
 pub(super) const PIECE: usize = 64;
 
-/// Where a payload comes from.
+/// Source of a payload.
 #[derive(Clone, Copy)]
 pub(super) enum Source<'a> {
     Memory(&'a [u8]),
@@ -19,13 +19,13 @@ pub(super) enum Source<'a> {
 /// What lies at an address.
 pub(super) enum Found {
     Record(Header),
-    /// No header, and none in these bytes from there.
+    /// No header at the address; none starts within this many bytes from there.
     Nothing(u32),
 }
 
 impl<F: NorFlash> Log<F> {
-    /// Reads the payload from `from` on into `out`, as much as there is, and checks all of it; `None`
-    /// when it is torn.
+    /// Reads the payload from `from` on into `out` and checks the whole payload. Returns the number of
+    /// bytes copied, or `None` when the payload is torn.
     pub async fn read(&mut self, record: &Record, from: usize, out: &mut [u8]) -> Option<usize> {
         let length = usize::from(record.header.length);
         let start = record.address + Self::size(0);
@@ -80,7 +80,7 @@ impl<F: NorFlash> Log<F> {
         self.write(page, header, Source::Memory(payload)).await
     }
 
-    /// Appends a record to a page and reads it back; when that fails the page takes no more.
+    /// Appends a record to a page and reads it back. If that fails, the page accepts no more records.
     pub(super) async fn write(
         &mut self,
         page: &mut Page,
@@ -104,7 +104,7 @@ impl<F: NorFlash> Log<F> {
         Ok(())
     }
 
-    /// True when this record stands there whole.
+    /// True when this record can be read back intact from the address.
     async fn reads_back(&mut self, address: u32, page: u32, header: Header) -> bool {
         let size = Self::size(header.length.into()) as usize;
         match self.look(address, page, size).await {
@@ -115,7 +115,7 @@ impl<F: NorFlash> Log<F> {
         }
     }
 
-    /// Writes `length` bytes, filled up with ones to whole words.
+    /// Writes `length` bytes, padded with ones to whole words.
     async fn write_flash(
         &mut self,
         address: u32,
@@ -139,7 +139,7 @@ impl<F: NorFlash> Log<F> {
         Ok(())
     }
 
-    /// Reads whole words; once more when that fails.
+    /// Reads whole words; tries once more when that fails.
     pub(super) async fn read_flash(&mut self, address: u32, out: &mut [u8]) -> Result<(), Fault> {
         if self.flash.read(address, out).await.is_ok() {
             return Ok(());
