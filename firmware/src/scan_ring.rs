@@ -105,7 +105,7 @@ impl<const RANKS: usize, const N: usize> ScanRing<RANKS, N> {
 
     /// A ring that ignores raw scans until [`Self::start`].
     pub const fn new() -> Self {
-        const { assert!(RANKS > 0 && N > 0, "a ring of nothing") };
+        const { assert!(RANKS > 0 && N > 0, "RANKS and N must be nonzero") };
         Self {
             settings: RingSettings::NONE,
             running: false,

@@ -196,7 +196,7 @@ fn rig_that_fails(
 }
 
 #[test]
-fn a_converter_that_stops_is_no_ctrl_c_and_the_campaign_goes_on_afterwards() {
+fn a_converter_that_stops_is_not_taken_for_ctrl_c_and_the_campaign_can_be_resumed() {
     let file = layout_file(THREE_BAR_TESTS[0]);
     let bench = Bench::named("ideal").unwrap();
     let source = BenchSource::new(&bench, &file.layout, 1).unwrap();

@@ -320,7 +320,7 @@ fn a_store_of_another_format_is_passed_over() {
 }
 
 #[test]
-fn of_the_layouts_the_one_used_longest_ago_gives_way() {
+fn a_new_layout_replaces_the_one_used_longest_ago() {
     let flash = FlashBacking::default();
     let mut store = open(&flash);
     let titles = ["a", "b", "c", "d", "e"];

@@ -120,7 +120,7 @@ pub async fn the_screen_answers_or_is_absent(bus: &mut impl I2c) {
 }
 
 /// The board was started by the probe, not by its watchdog or a panic, and the stack was painted.
-pub fn the_reason_of_the_start_is_known(info: &BoardInfo) {
+pub fn the_reason_of_the_start_is_reported(info: &BoardInfo) {
     let harmless = [BootReason::Unknown, BootReason::PowerOn, BootReason::ResetPin];
     assert!(harmless.contains(&info.boot_reason), "{:?}", info.boot_reason);
     assert_eq!(info.last_panic, "");
@@ -130,7 +130,7 @@ pub fn the_reason_of_the_start_is_known(info: &BoardInfo) {
 
 /// An STM32 stores the ADC's reading of the reference, at 12 bits and 3.3 V. The sampler compares every
 /// scan with it.
-pub fn the_maker_has_noted_the_reference(noted: u16) {
+pub fn the_reference_reading_of_the_factory_is_plausible(noted: u16) {
     // By the data sheets of both families the reference is 1.18 to 1.24 V.
     assert!((1464..=1539).contains(&noted), "{noted}");
 }
@@ -145,7 +145,7 @@ pub async fn a_watchdog_that_is_fed_sleeps(watchdog: &mut impl Watchdog) {
 }
 
 /// A panic message can be stored in memory that the start-up code does not initialise.
-pub fn last_words_are_kept() {
+pub fn the_message_of_a_panic_survives() {
     last_words::keep(format_args!("word {}", 7));
     assert_eq!(last_words::take(), "word 7");
 }

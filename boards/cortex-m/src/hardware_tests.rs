@@ -41,13 +41,13 @@ macro_rules! hardware_tests {
             }
 
             #[test]
-            fn the_reason_of_the_start_is_known(board: Parts) {
-                checks::the_reason_of_the_start_is_known(&board.rig.info);
+            fn the_reason_of_the_start_is_reported(board: Parts) {
+                checks::the_reason_of_the_start_is_reported(&board.rig.info);
             }
 
             #[test]
-            fn last_words_are_kept(_board: Parts) {
-                checks::last_words_are_kept();
+            fn the_message_of_a_panic_survives(_board: Parts) {
+                checks::the_message_of_a_panic_survives();
             }
 
             #[test]

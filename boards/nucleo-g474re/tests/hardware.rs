@@ -5,7 +5,7 @@ massline_cortex_m::hardware_tests! {
     massline_nucleo_g474re
 
     #[test]
-    fn the_maker_has_noted_the_reference(_board: Parts) {
-        checks::the_maker_has_noted_the_reference(chip::adc::noted_code());
+    fn the_reference_reading_of_the_factory_is_plausible(_board: Parts) {
+        checks::the_reference_reading_of_the_factory_is_plausible(chip::adc::noted_code());
     }
 }

@@ -69,12 +69,12 @@ fn write_channel(text: &mut Text, channel: usize) -> core::fmt::Result {
 /// Why the rig has refused an action.
 pub fn of_reason(reason: Refused) -> &'static str {
     match reason {
-        Refused::NotFound => "It is there no\nlonger.",
+        Refused::NotFound => "It no longer\nexists.",
         Refused::WrongPhase => "Not now: the rig is\nbusy. End or finish\nwhat runs first.",
-        Refused::NoLayout => "No layout is kept:\nsend one from a PC\n(massline measure).",
+        Refused::NoLayout => "No layout stored:\nsend one from a PC\n(massline measure).",
         Refused::LayoutRefused => "This layout cannot\ngive an answer.",
         Refused::StoreFull => "The store is full:\ndelete a result\n(Results).",
-        Refused::StoreFailed => "The flash did not\nkeep it: try again.",
+        Refused::StoreFailed => "Writing the flash\nfailed: try again.",
         Refused::Busy => "The flash is busy:\ntry again.",
         Refused::SamplerStopped => Code::SamplerStopped.words(),
     }
@@ -85,25 +85,23 @@ pub fn of_problem(problem: &WizardProblem) -> &'static str {
     match problem {
         WizardProblem::Tumble { problem, .. } => match problem {
             TumbleProblem::Missing(_) | TumbleProblem::Repeated(_) => {
-                "Position missing:\nbegin anew."
+                "Position missing:\nstart again."
             }
-            TumbleProblem::NotFinite(_) => "The reading is no\nnumber: read again.",
-            TumbleProblem::NotAtRest { .. } => "Not at rest: lay it\ndown, hands off, read\nagain.",
-            TumbleProblem::ReadsAs { .. } => {
-                "Turned otherwise, or\ntwo wires swapped:\nbegin anew."
-            }
+            TumbleProblem::NotFinite(_) => "The reading is not\na number: read again.",
+            TumbleProblem::NotAtRest { .. } => "It moved: lay it\ndown, hands off, read\nagain.",
+            TumbleProblem::ReadsAs { .. } => "Wrong position, or\ntwo wires swapped:\nstart again.",
             TumbleProblem::WrongLength { .. } => {
-                "Far from 1 g: cable\noff or other sensor.\nBegin anew."
+                "Far from 1 g: cable\noff or other sensor.\nStart again."
             }
         },
         WizardProblem::Block(error) => match error {
             BlockError::TooFewHits => "Under 2 hits along a\ndirection: take 5.",
             BlockError::DirectionsMissing => "Hit along x, y and z:\nthree directions are\nneeded.",
-            BlockError::NotFinite => "A mass line is no\nnumber: measure\nagain.",
+            BlockError::NotFinite => "A mass line is not\na number: measure\nagain.",
             BlockError::Dead { .. } => "A sensor does not\nanswer to the hits:\ncheck its cable.",
         },
         WizardProblem::NoMass => "The mass was not\ngiven here: ask the\nhost for the result.",
-        WizardProblem::NotUsable => "The numbers make no\nusable calibration:\nbegin anew.",
+        WizardProblem::NotUsable => "The numbers make no\nusable calibration:\nstart again.",
         WizardProblem::SensorsUnknown => {
             "First calibrate the\nsensors by gravity,\nthen hit the block."
         }

@@ -53,12 +53,12 @@ pub struct ResultHandle {
 /// A change of the contents. Its postcard encoding is a part of the store's format.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Change {
-    /// A layout was put into use, whether new or already stored; `gave_way` was removed for it.
+    /// A layout was put into use, whether new or already stored; `evicted` was removed for it.
     Layout {
         hash: u32,
         title: String<48>,
         object: Object,
-        gave_way: Option<u32>,
+        evicted: Option<u32>,
     },
     Calibration {
         object: Object,
@@ -118,8 +118,8 @@ impl Contents {
     /// Applies a change.
     pub fn apply(&mut self, serial: u32, change: Change) {
         match change {
-            Change::Layout { hash, title, object, gave_way } => {
-                let gone = |kept: &LayoutHandle| Some(kept.hash) == gave_way || kept.hash == hash;
+            Change::Layout { hash, title, object, evicted } => {
+                let gone = |kept: &LayoutHandle| Some(kept.hash) == evicted || kept.hash == hash;
                 if self.layouts.iter().any(|kept| kept.hash == hash && kept.used > serial) {
                     return;
                 }
@@ -214,7 +214,7 @@ impl Contents {
     }
 
     /// Hash of the layout to be removed for a new one; `None` while there is room.
-    pub fn gives_way(&self) -> Option<u32> {
+    pub fn layout_to_evict(&self) -> Option<u32> {
         let oldest = self.layouts.iter().min_by_key(|kept| kept.used);
         oldest.filter(|_| self.layouts.is_full()).map(|kept| kept.hash)
     }

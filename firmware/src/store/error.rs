@@ -18,10 +18,10 @@ pub enum StoreError {
 impl fmt::Display for StoreError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NotFound => "the store has no such thing",
-            Self::Malformed => "the bytes are not what was to be kept",
+            Self::NotFound => "not found in the store",
+            Self::Malformed => "the data cannot be decoded",
             Self::Full => "the store is full",
-            Self::Failed => "the flash did not keep it or did not give it back",
+            Self::Failed => "writing or reading the flash failed",
         })
     }
 }

@@ -142,8 +142,8 @@ impl<F: NorFlash> Store<F> {
             return self.use_layout(hash).await;
         }
         let title = &title_of(encoded).ok_or(StoreError::Malformed)?;
-        let gave_way = self.contents.gives_way();
-        self.keep(encoded, |object| Change::Layout { hash, title: title.clone(), object, gave_way })
+        let evicted = self.contents.layout_to_evict();
+        self.keep(encoded, |object| Change::Layout { hash, title: title.clone(), object, evicted })
             .await
     }
 
@@ -154,7 +154,7 @@ impl<F: NorFlash> Store<F> {
     pub async fn use_layout(&mut self, hash: u32) -> Result<(), StoreError> {
         let (object, title) = self.contents.layout(hash).ok_or(StoreError::NotFound)?;
         let title = title.clone();
-        self.note(Change::Layout { hash, title, object, gave_way: None }).await
+        self.note(Change::Layout { hash, title, object, evicted: None }).await
     }
 
     /// The stored calibration.

@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_missed_has_no_cost_without_it() {
+    fn an_indispensable_sensor_or_hit_has_no_cost_without_it() {
         let (criterion, layout) = bar();
         let memory = &mut [0.0; WORKSPACE];
         let present = criterion.cost(&layout, memory).unwrap();

@@ -16,7 +16,7 @@ pub const DEFAULT_NOISE: f64 = 0.005;
 
 /// A standard deviation of this many times the scale comes from rounding in a singular information matrix:
 /// the layout does not determine the inertial parameters.
-const UNTOLD: f64 = 100.0;
+const UNDETERMINED: f64 = 100.0;
 
 /// A body with the noise to predict its uncertainty with, and scales to compare the inertial parameters by.
 /// Theory, section 8.
@@ -72,7 +72,7 @@ impl<R: Real> Criterion<R> {
     ) -> Option<R> {
         let bound = self.bound(layout, workspace)?;
         let cost = relative_variance(&bound, &self.scale);
-        (cost.finite() && total(cost) < R::of(UNTOLD)).then_some(cost)
+        (cost.finite() && total(cost) < R::of(UNDETERMINED)).then_some(cost)
     }
 }
 

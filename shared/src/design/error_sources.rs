@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cause_that_is_not_there_has_no_part() {
+    fn an_absent_error_source_has_no_share() {
         let mut layout = bar_layout();
         layout.hammer_gain = 0.0;
         layout.sensors.iter_mut().for_each(|s| s.uncertainty.rotation = 0.0);

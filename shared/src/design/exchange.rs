@@ -94,7 +94,7 @@ impl fmt::Display for SearchError {
         f.write_str(match self {
             Self::TooManySensors => "more sensors are wanted than there are places for them",
             Self::TooManyHits => "more hits are wanted than there are DOFs to hit",
-            Self::NothingFound => "no choice of these candidates will do",
+            Self::NothingFound => "no choice of these candidates is good enough",
         })
     }
 }

@@ -96,7 +96,7 @@ codes! {
          lines";
     /// Fewer than three accepted hits, so there is neither scatter nor a standard deviation.
     TooFewHitsForSigma = 35, "too_few_hits_for_sigma", Whole, None;
-        "Under 3 hits: no +-\nis known. Hit more\noften.";
+        "Under 3 hits: no +-\ncan be given. Hit\nmore often.";
         "the scatter of at least three hits is not known for every DOF, so no standard deviation is given; \
          hit at least three times";
     /// The standard deviations cover the scatter between hits only.
@@ -107,7 +107,7 @@ codes! {
     /// The estimate is not a physical body: the mass is not positive or a triangle inequality is violated.
     /// Value: the margin, kg m².
     NotPhysicallyConsistent = 37, "not_physically_consistent", Whole, KilogramSquareMeters;
-        "No body is like this:\ncheck places, signs;\nhit more.";
+        "Not a physical body:\ncheck places, signs;\nhit more.";
         "no body has these ten properties: the mass or a principal moment is negative, or one moment \
          exceeds the sum of the others; check positions, directions and signs, and hit more often";
     /// The regression matrix is nearly rank deficient. Value: its condition.
@@ -130,12 +130,12 @@ codes! {
          mass line";
     /// The flash did not store the result. Make room or try again, then resume.
     ResultNotStored = 42, "result_not_stored", Whole, None;
-        "Flash kept no result:\ndelete an old one,\nthen go on.";
-        "the flash of the rig did not keep the result; delete old results (massline results delete) and \
+        "Result not stored:\ndelete an old one,\nthen resume.";
+        "the rig could not store the result in its flash; delete old results (massline results delete) and \
          resume";
     /// The converter of the rig does not respond.
     SamplerStopped = 43, "sampler_stopped", Whole, None;
-        "The converter is\nsilent: switch off\nand on again.";
+        "No answer from the\nconverter: switch off\nand on again.";
         "the converter of the rig does not answer; switch the rig off and on again";
     /// The residuals are larger than the stated uncertainties allow; chance alone does this in one test of a
     /// thousand. Value: χ² over its degrees of freedom.
@@ -158,14 +158,14 @@ codes! {
     /// The best fit was not a physical body, so the best physically consistent one is given. Value: the
     /// margin of the best fit, kg m².
     HeldToConsistency = 47, "held_to_consistency", Whole, KilogramSquareMeters;
-        "Best fit was no body:\nnearest body shown,\n+- is rough.";
-        "the best fit was no physical body; the best physical one is given, at the edge of what a body can \
-         be: its standard deviations are rough";
+        "Best fit: not a body.\nNearest body shown,\n+- is rough.";
+        "the best fit was not a physical body; the best physical one is given, on the boundary of what a \
+         body can be: its standard deviations are rough";
     /// The fit did not converge. Value: the number of steps; zero when the computation left the range of
     /// numbers.
     NotConverged = 48, "not_converged", Whole, Count;
         "No fit: check nodes,\naxes and signs of all\nsensors and hits.";
-        "the fit did not converge, so there is no number: the data contradict the layout, its uncertainties \
+        "the fit did not converge, so there is no estimate: the data contradict the layout, its uncertainties \
          or its [prior]; check nodes, axes and signs of sensors and hits";
     /// The object would have no mass without the attached bodies. Value: the remaining mass, kg.
     AttachedTooHeavy = 49, "attached_too_heavy", Whole, SignedKilograms;

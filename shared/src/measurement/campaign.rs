@@ -206,7 +206,7 @@ impl Campaign {
 
     /// True when another campaign may replace this one: it has ended, or it is paused between two hits or
     /// after its result could not be stored.
-    pub fn gives_way(&self) -> bool {
+    pub fn can_be_replaced(&self) -> bool {
         let held = matches!(self.state, State::Waiting | State::Identifying);
         !self.is_running() || (self.paused && held)
     }

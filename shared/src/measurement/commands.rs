@@ -30,7 +30,7 @@ impl core::fmt::Display for StartError {
             Self::NoLayout => "there is no layout",
             Self::LayoutRefused => "the layout has an error",
             Self::NoRoom => "there is no room for the result",
-            Self::WrongPhase => "something else is going on",
+            Self::WrongPhase => "the rig is busy with something else",
         })
     }
 }
@@ -64,7 +64,7 @@ impl<R: RealFft> Measurement<'_, R> {
         }
         match &self.activity {
             Activity::Idle => {}
-            Activity::Measuring(campaign, _) if campaign.gives_way() => {}
+            Activity::Measuring(campaign, _) if campaign.can_be_replaced() => {}
             _ => return Err(StartError::WrongPhase),
         }
         let campaign = Campaign::new(layout.hits.len(), layout.test.hits_per_dof, start);

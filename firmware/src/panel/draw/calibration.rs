@@ -41,7 +41,7 @@ pub(super) fn calibration_wizard<D: Screen>(canvas: &mut Canvas<'_, D>, view: &V
         CalibrationWizard::Proposed(proposal) => proposed(canvas, &proposal),
         CalibrationWizard::Stored => {
             canvas.title("Calibrated", "");
-            canvas.lines(1, "The new calibration\nis kept and in force.");
+            canvas.lines(1, "The new calibration\nis stored and in use.");
             canvas.line(4, "OK");
         }
     }

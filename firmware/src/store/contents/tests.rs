@@ -4,9 +4,9 @@ fn object(serial: u32) -> Object {
     Object { serial, length: 9, found: 0 }
 }
 
-fn layout(hash: u32, serial: u32, gave_way: Option<u32>) -> (u32, Change) {
+fn layout(hash: u32, serial: u32, evicted: Option<u32>) -> (u32, Change) {
     let object = object(serial);
-    (serial, Change::Layout { hash, title: String::new(), object, gave_way })
+    (serial, Change::Layout { hash, title: String::new(), object, evicted })
 }
 
 #[test]
@@ -30,7 +30,7 @@ fn of_two_changes_the_later_one_holds_wherever_they_lie() {
 }
 
 #[test]
-fn a_layout_that_gave_way_and_came_back_stays_when_the_other_change_was_moved_behind_it() {
+fn a_layout_that_was_evicted_and_stored_again_stays_when_the_other_change_was_moved_behind_it() {
     // As written: 7 is removed for 9 at serial 20, and stored again at 30. Then the record of 20 was moved.
     let mut contents = Contents::default();
     for (serial, change) in
@@ -79,7 +79,7 @@ fn the_longest_change_fits_its_room() {
     let mass = Some(EstimatedMass { value: 1.0, sigma: Some(1.0) });
     let number = u32::MAX;
     let longest = [
-        Change::Layout { hash, title, object: all, gave_way: Some(hash) },
+        Change::Layout { hash, title, object: all, evicted: Some(hash) },
         Change::Result { object: all, number, layout: hash, mass, crc: hash, campaign: hash },
     ];
     for change in longest {

@@ -61,7 +61,7 @@ fn mistakes_with_axes_are_three_mirrors_three_swaps_and_23_turns() {
 }
 
 #[test]
-fn every_mistake_of_a_test_is_thought_of_once() {
+fn every_single_mistake_is_listed_once() {
     let layout = five_hits();
     let nodes = nodes();
     // Three sensors, their three pairs, and each of five hits at three other nodes or reversed.

@@ -210,9 +210,9 @@ fn a_pause_while_a_hit_is_analysed_keeps_that_hit() {
 #[test]
 fn a_start_does_not_run_over_a_campaign_that_is_measuring() {
     let mut campaign = started(1, 2);
-    assert!(!campaign.gives_way());
+    assert!(!campaign.can_be_replaced());
     campaign.command(C::Pause).unwrap();
-    assert!(campaign.gives_way());
+    assert!(campaign.can_be_replaced());
 }
 
 #[test]
@@ -241,11 +241,11 @@ proptest! {
     /// For any sequence of commands and hits, the counts stay within the requested number, and a campaign at
     /// `Identify` has no open DOF.
     #[test]
-    fn no_order_of_words_and_hits_breaks_the_counts(words in proptest::collection::vec(0_u8..16, 0..200)) {
+    fn counts_stay_valid_for_any_order_of_commands_and_hits(words in proptest::collection::vec(0_u8..16, 0..200)) {
         let mut campaign = started(3, 2);
         for word in words {
             match word {
-                0 => if campaign.gives_way() { campaign = started(3, 2) },
+                0 => if campaign.can_be_replaced() { campaign = started(3, 2) },
                 1..=8 => { let _ = campaign.command(C::ALL[usize::from(word) - 1]); }
                 10 => campaign.armed(),
                 11 => campaign.triggered(),
