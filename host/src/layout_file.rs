@@ -7,6 +7,7 @@
 
 mod entry;
 mod error;
+mod exact;
 mod gains;
 mod known;
 mod policy;

@@ -16,9 +16,12 @@ const INCOMPLETE: [ErrorKind; 2] =
 fn guides() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let boards = fs::read_dir(root.join("boards")).unwrap();
-    let folders = boards.map(|entry| entry.unwrap().path()).filter(|path| path.is_dir());
-    let all = folders.chain([root.clone(), root.join("boards")]);
-    all.map(|folder| folder.join("README.md")).filter(|path| path.is_file()).collect()
+    let boards = boards.map(|entry| entry.unwrap().path()).filter(|path| path.is_dir());
+    let packages = ["boards", "firmware", "host", "shared", "tests"].map(|name| root.join(name));
+    let guides = boards.chain(packages).map(|folder| folder.join("README.md"));
+    let entrance = ["README", "ARCHITECTURE", "CONTRIBUTING", "CHANGELOG"];
+    let entrance = entrance.map(|name| root.join(name).with_extension("md"));
+    guides.filter(|path| path.is_file()).chain(entrance).collect()
 }
 
 /// Commands in a guide: between backquotes or on lines of their own, up to a comment.

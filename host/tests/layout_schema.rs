@@ -93,6 +93,11 @@ fn what_the_reader_refuses_the_schema_refuses() {
         ("center_of_mass_m = [0.1, 0, 0]", "center_of_mass = [0.1, 0, 0]"),
         ("mass_kg = 1.23", "mass_kg = 0"),
         ("[0, 1, 0], [0, 0, 1]]\n", "[0, 1, 0]]\n"),
+        ("[0, 1, 0], [0, 0, 1]]\n", "[0, 1, 0], [0, 0, 1], [0, 0, 1]]\n"),
+        ("position_m = [0.2, 0, 0.1]", "position_m = [0.2, 0, 0.1, 0]"),
+        ("gravity = [0.0, 0.0, -9.80665]", "gravity = [0.0, 0.0, -9.80665, 0.0]"),
+        ("axes = [[1, 0, 0], [0, 1, 0]] }", "axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }"),
+        ("band_hz = \"auto\"", "band_hz = [10, 100, 120]"),
     ] {
         assert!(FULL.contains(from), "{from}");
         let text = FULL.replacen(from, to, 1);

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
+use super::exact::optional_array;
 use super::values::{DofText, NodeNumber, RawAxes, RawMass};
 
 /// An entry of `sensors`: a node number or a table.
@@ -24,8 +25,8 @@ pub(super) struct RawSensorTable {
     pub(super) node: i64,
     /// The sensor's own x and y axes, unit vectors of the body frame; z = x × y. Default: the axes of its
     /// node.
-    #[serde(default)]
     #[schemars(with = "RawAxes")]
+    #[serde(default, deserialize_with = "optional_array")]
     pub(super) axes: Option<RawAxes>,
     /// False for a sensor that does not sense gravity, such as a laser or a camera.
     #[serde(default)]
@@ -78,8 +79,8 @@ pub(super) struct RawHitTable {
     #[schemars(with = "DofText")]
     pub(super) dof: String,
     /// Local x and y of this hit, unit vectors of the body frame; z = x × y. Default: the axes of its node.
-    #[serde(default)]
     #[schemars(with = "RawAxes")]
+    #[serde(default, deserialize_with = "optional_array")]
     pub(super) axes: Option<RawAxes>,
     /// Uncertainty of this hit, which overrides `[uncertainty]`.
     #[serde(default)]

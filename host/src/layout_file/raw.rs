@@ -8,6 +8,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::entry::{RawHit, RawSensor};
+use super::exact::{optional_spanned, spanned};
 use super::values::{NodeNumber, RawAxes, RawBand, RawKnown, TITLE_BYTES};
 
 /// Where the sensors sit and where the hammer lands. SI units; positions and directions in the body frame.
@@ -20,8 +21,8 @@ pub(super) struct RawLayout {
     #[schemars(with = "String", length(max = TITLE_BYTES))]
     pub(super) title: Option<Spanned<String>>,
     /// Gravity in the body frame with the object hanging as in the test, m/s².
-    #[serde(default)]
     #[schemars(with = "[f64; 3]")]
+    #[serde(default, deserialize_with = "optional_spanned")]
     pub(super) gravity: Option<Spanned<[f64; 3]>>,
     /// Triaxial accelerometers in the order of the rig's inputs.
     #[serde(default)]
@@ -71,10 +72,11 @@ pub(super) struct RawNode {
     pub(super) id: Spanned<i64>,
     /// Position in the body frame, m.
     #[schemars(with = "[f64; 3]")]
+    #[serde(deserialize_with = "spanned")]
     pub(super) position_m: Spanned<[f64; 3]>,
     /// Local x and y, unit vectors of the body frame; z = x × y. Default: the body frame.
-    #[serde(default)]
     #[schemars(with = "RawAxes")]
+    #[serde(default, deserialize_with = "optional_spanned")]
     pub(super) axes: Option<Spanned<RawAxes>>,
     /// False where no sensor can be glued: `massline layout suggest` places none there.
     #[serde(default)]
@@ -250,10 +252,11 @@ pub(super) struct RawAttached {
     pub(super) mass_kg: Spanned<RawKnown>,
     /// Centre of mass in the body frame, m.
     #[schemars(with = "[f64; 3]")]
+    #[serde(deserialize_with = "spanned")]
     pub(super) center_of_mass_m: Spanned<[f64; 3]>,
     /// Inertia tensor about its own centre of mass, kg m², J_xy = −∫xy dm. Default: a point mass.
-    #[serde(default)]
     #[schemars(with = "[[f64; 3]; 3]")]
+    #[serde(default, deserialize_with = "optional_spanned")]
     pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
 }
 
@@ -267,8 +270,10 @@ pub(super) struct RawReference {
     pub(super) mass_kg: Option<Spanned<f64>>,
     /// Centre of mass in the body frame, m.
     #[schemars(with = "[f64; 3]")]
+    #[serde(default, deserialize_with = "optional_spanned")]
     pub(super) center_of_mass_m: Option<Spanned<[f64; 3]>>,
     /// Inertia tensor about the centre of mass, kg m², J_xy = −∫xy dm.
     #[schemars(with = "[[f64; 3]; 3]")]
+    #[serde(default, deserialize_with = "optional_spanned")]
     pub(super) inertia_kg_m2: Option<Spanned<[[f64; 3]; 3]>>,
 }

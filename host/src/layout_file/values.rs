@@ -5,6 +5,8 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
+use super::exact::array;
+
 /// Largest length of a title, bytes.
 pub(super) const TITLE_BYTES: usize = 48;
 
@@ -18,7 +20,7 @@ pub(super) enum RawBand {
     /// The band is determined from the data.
     Named(RawBandName),
     /// Lower and upper end, Hz.
-    Ends([f64; 2]),
+    Ends(#[serde(deserialize_with = "array")] [f64; 2]),
 }
 
 /// A band that is not a pair of numbers.

@@ -73,7 +73,7 @@ fn no_hits_to_keep_and_no_runs_are_refused_with_what_to_give() {
     let (code, said) = refusal(&["hits", &recording(), "--keep", "0"]);
     assert!(code == 2 && said.contains("at least 1; leave --keep out"), "{said}");
     let (code, said) = refusal(&["simulate", LAYOUT, "--runs", "0"]);
-    assert!(code == 2 && said.contains("at least 1; 100 or more"), "{said}");
+    assert!(code == 2 && said.contains("at least 1; use 100 or more"), "{said}");
 }
 
 #[test]
