@@ -1,5 +1,6 @@
 //! Divides long computations into numbered pieces that run on the threads of rayon.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
@@ -9,7 +10,8 @@ use crate::interrupt::Interrupt;
 /// Calls `act` for each number below `count` and returns the results in the order of the numbers, however
 /// many threads there are. `act` may overwrite the memory that it gets, which `memory` allocates.
 ///
-/// After Ctrl-C no further piece is started, and the results so far are returned. `progress` is called after
+/// Pieces are started in the order of their numbers. After Ctrl-C no further piece is started, and the results of
+/// the first ones are returned: a computation that was interrupted can be repeated with a smaller `count`. `progress` is called after
 /// each piece with the number of pieces done.
 pub(crate) fn pieces<M, T: Send>(
     count: u64,
@@ -20,16 +22,20 @@ pub(crate) fn pieces<M, T: Send>(
 ) -> Vec<T> {
     let _guard = interrupt.guard();
     let done = Mutex::new((0, progress));
-    let piece = |memory: &mut M, number| {
+    let next = AtomicU64::new(0);
+    let piece = |memory: &mut M, _| {
+        let number = next.fetch_add(1, Ordering::Relaxed);
         let made = act(memory, number);
         let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
         let (count, progress) = &mut *done;
         *count += 1;
         progress(*count);
-        made
+        (number, made)
     };
-    let numbers = (0..count).into_par_iter().take_any_while(|_| !interrupt.pressed());
-    numbers.map_init(memory, piece).collect()
+    let turns = (0..count).into_par_iter().take_any_while(|_| !interrupt.pressed());
+    let mut made: Vec<_> = turns.map_init(memory, piece).collect();
+    made.sort_unstable_by_key(|(number, _)| *number);
+    made.into_iter().map(|(_, made)| made).collect()
 }
 
 #[cfg(test)]

@@ -165,9 +165,9 @@ fn a_misplaced_tap_is_hit_again_where_the_policy_wants_it() {
     let mut bench = Bench::named("default").unwrap();
     bench.operator.too_weak_rate = 0.0;
     bench.operator.too_hard_rate = 0.0;
-    let measured = |astray: f64, seed: u64| {
+    let measured = |misplaced_rate: f64, seed: u64| {
         let mut bench = bench.clone();
-        bench.operator.misplaced_rate = astray;
+        bench.operator.misplaced_rate = misplaced_rate;
         campaign(Box::new(BenchSource::new(&bench, &host, seed).unwrap()), &rig)
     };
     let codes = [Code::HitInconsistent, Code::HitsDisagree];

@@ -44,7 +44,7 @@ fn single(dofs: &Dofs<f64>) -> Dofs<f32> {
 fn the_fit_agrees_with_the_check_of_a_layout_without_inertia_restraint() {
     let bench = Bench::named("default").expect("bundled");
     let truth = bench.truth().theta();
-    let mut promised = 0;
+    let mut predicted = 0;
     for test in TESTS {
         for sensors in SENSORS {
             let file = with_sensors(test, sensors);
@@ -57,7 +57,7 @@ fn the_fit_agrees_with_the_check_of_a_layout_without_inertia_restraint() {
             {
                 continue;
             }
-            promised += 1;
+            predicted += 1;
             let mut source = BenchSource::new(&bench, &file.layout, 1).expect("fits the bench");
             let dofs = measure(&mut source, &layout, &nominal_calibration(&bench)).expect("lines");
             let wide = fit(&layout, &dofs.dofs)
@@ -75,5 +75,5 @@ fn the_fit_agrees_with_the_check_of_a_layout_without_inertia_restraint() {
             }
         }
     }
-    assert_eq!(promised, TESTS.len() * SENSORS.len());
+    assert_eq!(predicted, TESTS.len() * SENSORS.len());
 }

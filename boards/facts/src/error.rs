@@ -42,8 +42,8 @@ pub enum Error {
     },
     /// Two boards that cannot be distinguished.
     #[error(
-        "boards/{part} and boards/{whole}: the name of the one is part of the other's, and firmware is known by \
-         the name that it holds; rename one folder"
+        "boards/{part} and boards/{whole}: the name of the one is part of the other's, and an image is identified by \
+         the board name that it contains; rename one folder"
     )]
     Ambiguous {
         /// The shorter name.

@@ -42,7 +42,12 @@ fn folders(root: &Path) -> Result<Vec<PathBuf>, Error> {
         toml::from_str(&text).map_err(|error| Error::syntax(error).in_file(&path))?;
     let members = manifest.workspace.members.iter().filter(|member| member.starts_with("boards/"));
     let folders = members.map(|member| root.join(member));
-    Ok(folders.filter(|folder| folder.join(FILE).is_file()).collect())
+    let folders: Vec<_> = folders.filter(|folder| folder.join(FILE).is_file()).collect();
+    if folders.is_empty() {
+        let why = format!("no folder under boards/ with a {FILE} is listed by name");
+        return Err(Error::contradiction("workspace.members", why).in_file(&path));
+    }
+    Ok(folders)
 }
 
 /// Checks that no board's name is a part of another's: an image is identified by the board name that it

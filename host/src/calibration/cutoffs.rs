@@ -93,7 +93,7 @@ impl NoCutoff {
             Self::HammerUnknown => "hammer_unknown",
             Self::NotPushed => "not_pushed",
             Self::SpectraGone => "spectra_gone",
-            Self::Undetermined => "lines_undetermined",
+            Self::Undetermined => "undetermined",
             Self::NoLowPass => "no_low_pass",
         }
     }
@@ -103,7 +103,7 @@ impl fmt::Display for NoCutoff {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::HammerUnknown => {
-                "the calibration has no RC cutoff for the hammer, against which it would be"
+                "the calibration has no RC cutoff for the hammer, relative to which this one would be determined"
             }
             Self::NotPushed => "no hit of the layout pushes along it",
             Self::SpectraGone => {

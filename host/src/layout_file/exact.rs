@@ -40,7 +40,7 @@ where
     checked(T::Listed::deserialize(deserializer)?)
 }
 
-/// As [`array`], where the key may be left out.
+/// As [`array()`], where the key may be left out.
 pub(super) fn optional_array<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
 where
     D: Deserializer<'de>,

@@ -76,7 +76,7 @@ pub fn details_text(
     }
     let hammer = nuisances.hammer_gain;
     let mut text = format!(
-        "What the fit found out (± what is left unknown; pull: in units of the stated uncertainty)\n\
+        "Estimated nuisance parameters (± posterior standard deviation; pull in units of the stated uncertainty)\n\
          {sensors}\n{hits}\nhammer gain: {:+.2} ± {:.2} %\n",
         100.0 * hammer.value,
         100.0 * hammer.sigma

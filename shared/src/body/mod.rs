@@ -264,16 +264,16 @@ pub(crate) mod tests {
     /// Bodies of six to nine point masses within a cube of 0.4 m about a point up to 0.3 m away; they are
     /// physically consistent by construction.
     pub(crate) fn bodies() -> impl Strategy<Value = RigidBody<f64>> {
-        let cutoff = prop::array::uniform3(-0.3..0.3_f64);
+        let offset = prop::array::uniform3(-0.3..0.3_f64);
         let points = prop::collection::vec((0.1..1.0_f64, prop::array::uniform3(-0.2..0.2)), 6..10);
-        (cutoff, points).prop_filter_map("nearly flat", |(cutoff, points)| {
+        (offset, points).prop_filter_map("nearly flat", |(offset, points)| {
             let mass: f64 = points.iter().map(|p| p.0).sum();
             let c: Vector3<f64> =
                 points.iter().map(|p| Vector3::from(p.1) * p.0).sum::<Vector3<f64>>() / mass;
             let inertia = points.iter().fold(Matrix3::zeros(), |sum, p| {
                 sum + point_inertia(p.0, &(Vector3::from(p.1) - c))
             });
-            let body = RigidBody { mass, center_of_mass: c + Vector3::from(cutoff), inertia };
+            let body = RigidBody { mass, center_of_mass: c + Vector3::from(offset), inertia };
             (body.physical_margin()? > 0.02 * inertia.trace()).then_some(body)
         })
     }

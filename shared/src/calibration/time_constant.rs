@@ -147,10 +147,10 @@ mod tests {
 
     const BAND: [f64; 2] = [10.0, 120.0];
     const RECORD: f64 = 0.512;
-    const CORNERS: [f64; 2] = [497.36, 482.44];
+    const CUTOFFS_HZ: [f64; 2] = [497.36, 482.44];
 
     fn how<R: Real>(band: [f64; 2]) -> SpectraSettings<R> {
-        let lag = (TAU * CORNERS[0]).recip();
+        let lag = (TAU * CUTOFFS_HZ[0]).recip();
         let [lag, decay, record] = [lag, 10.0, RECORD].map(R::of);
         SpectraSettings { band: band.map(R::of), lag, decay, record }
     }
@@ -158,7 +158,7 @@ mod tests {
     /// A block of 2 kg on a suspension of 2 Hz with 2 % damping, measured through low-passes of 497 Hz, the
     /// sensor's 3 % lower; `noise` alternates in sign from line to line.
     fn measured<R: Real>(noise: f64) -> Vec<(Bin<R>, Complex<R>)> {
-        let [hammer, sensor] = CORNERS.map(|cutoff| (TAU * cutoff).recip());
+        let [hammer, sensor] = CUTOFFS_HZ.map(|cutoff| (TAU * cutoff).recip());
         (0..128)
             .map(|k| {
                 let frequency = f64::from(k) / RECORD;
@@ -182,7 +182,7 @@ mod tests {
     /// band, 0.75 %. Without the damping term the result would be 26 % off.
     #[test]
     fn the_difference_of_two_low_passes_is_found() {
-        let truth = (TAU * CORNERS[0]).recip() - (TAU * CORNERS[1]).recip();
+        let truth = (TAU * CUTOFFS_HZ[0]).recip() - (TAU * CUTOFFS_HZ[1]).recip();
         for value in [found::<f64>(0.0).value, found::<f32>(0.0).value] {
             assert!((value / truth - 1.0).abs() < 0.0075, "{value:e} {truth:e}");
         }

@@ -177,10 +177,10 @@ impl<R: Real> SingleFault<R> {
     /// let mistake = SingleFault::HitReversed { hit: 1 };
     /// let dofs = frame::mass_lines(&mistake.applied(&nominal).unwrap());
     /// let mut memory = vec![0.0; workspace(nominal.sensors.len())];
-    /// let as_meant = solve(&nominal, &dofs, Start::Crude, &mut memory);
+    /// let nominal_fit = solve(&nominal, &dofs, Start::Crude, &mut memory);
     /// let explained = mistake.test(&nominal, &dofs, &mut memory).unwrap().consistency.chi_squared;
     /// assert!(explained < 0.1);
-    /// assert!(as_meant.is_err() || as_meant.unwrap().estimate.consistency.unwrap().chi_squared > DECISIVE);
+    /// assert!(nominal_fit.is_err() || nominal_fit.unwrap().estimate.consistency.unwrap().chi_squared > DECISIVE);
     /// ```
     pub fn test<const S: usize, const H: usize>(
         &self,

@@ -36,11 +36,11 @@ fn hits_through(layout: &mut Layout<f64, 3, 4>, point: [f64; 3]) {
 fn nodes_in_a_plane_are_no_reason_to_refuse_an_unknown_body() {
     // The paper's test 3: all sensors and hits on nodes 1 to 3.
     let mut layout = bar_layout();
-    let cutoff = layout.sensors[1].position;
+    let corner = layout.sensors[1].position;
     for (hit, (name, position, direction)) in layout.hits.iter_mut().zip([
         ("1:+X", [0.0; 3], [1.0, 0.0, 0.0]),
-        ("2:+Z", cutoff, [0.0, 0.0, 1.0]),
-        ("2:+Y", cutoff, [0.0, 1.0, 0.0]),
+        ("2:+Z", corner, [0.0, 0.0, 1.0]),
+        ("2:+Y", corner, [0.0, 1.0, 0.0]),
     ]) {
         *hit = Hit::new(name.parse().unwrap(), position, direction);
     }

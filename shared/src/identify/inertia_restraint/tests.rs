@@ -222,11 +222,11 @@ fn weights_do_not_move_an_exact_answer() {
 #[test]
 fn weights_make_the_answer_better_when_hits_are_badly_placed() {
     let (mut layout, body) = (bar_layout(), bar_body());
-    let cutoff = layout.hits[1].position;
+    let corner = layout.hits[1].position;
     for (hit, (position, direction)) in layout.hits.iter_mut().zip([
         ([0.0; 3], [1.0, 0.0, 0.0]),
-        (cutoff, [0.0, 0.0, 1.0]),
-        (cutoff, [0.0, 1.0, 0.0]),
+        (corner, [0.0, 0.0, 1.0]),
+        (corner, [0.0, 1.0, 0.0]),
     ]) {
         (hit.position, hit.direction) = (position, direction);
     }
