@@ -2,7 +2,7 @@
 //! `cargo run -p massline-shared --example solve_frfs`.
 //!
 //! The responses are simulated from a known body on soft springs, so the answer can be compared with the
-//! truth. Replace them with your own: accelerances in (m/s²)/N, one for each spectral line, response and hit.
+//! truth. Replace them with your own: accelerances in (m/s²)/N, one for each bin, response and hit.
 
 use std::error::Error;
 

@@ -7,7 +7,7 @@
 //! elastic modes. The coefficients are real; σ is that of the exponential window. Theory, section 5.
 //!
 //! The design matrix is the same for all channels of a hit, so [`MassLineBasis`] factors it once, and
-//! [`MassLineBasis::fit`] costs about twenty multiplications per line and channel.
+//! [`MassLineBasis::fit`] costs about twenty multiplications per bin and channel.
 #![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
 mod band;
@@ -60,7 +60,7 @@ impl Terms {
     }
 }
 
-/// One spectral line.
+/// One bin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bin<R> {
     /// Frequency, Hz.
@@ -80,7 +80,7 @@ pub enum MassLineError {
     NotFinite,
     /// The frequencies are not in ascending order.
     NotAscending,
-    /// The workspace has fewer rows than the band has lines.
+    /// The workspace has fewer rows than the band has bins.
     WorkspaceTooSmall,
     /// The accelerances end before the band does.
     LinesMissing,
@@ -89,10 +89,10 @@ pub enum MassLineError {
 impl core::fmt::Display for MassLineError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::BandTooNarrow => "the band holds too few lines for the mass line",
-            Self::NotFinite => "a spectral line is not finite",
+            Self::BandTooNarrow => "the band holds too few bins for the mass line",
+            Self::NotFinite => "a bin is not finite",
             Self::NotAscending => "the frequencies do not ascend",
-            Self::WorkspaceTooSmall => "the band holds more lines than there is memory for",
+            Self::WorkspaceTooSmall => "the band holds more bins than there is memory for",
             Self::LinesMissing => "the accelerance ends before the band does",
         })
     }
@@ -100,11 +100,11 @@ impl core::fmt::Display for MassLineError {
 
 impl core::error::Error for MassLineError {}
 
-/// One line of the factored design; the workspace of [`MassLineBasis`] is a slice of these.
+/// One bin of the factored design; the workspace of [`MassLineBasis`] is a slice of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BasisRow<R> {
-    /// Real parts, orthonormal over the real and imaginary rows of all lines. The first is the square root of
-    /// the line's weight over a constant.
+    /// Real parts, orthonormal over the real and imaginary rows of all bins. The first is the square root of
+    /// the bin's weight over a constant.
     re: [R; MAX_TERMS],
     /// Imaginary parts of the second and third term; the constant is real.
     im: [R; MAX_TERMS - 1],
@@ -132,17 +132,17 @@ impl BasisRow<f64> {
 /// ```
 /// # use massline_shared::mass_line::{BasisRow, Bin, MassLineBasis, Terms};
 /// # use massline_shared::nalgebra::Complex;
-/// // Lines 2 Hz apart; A = 0.8 (m/s²)/N on a suspension mode below 3 Hz.
+/// // Bins 2 Hz apart; A = 0.8 (m/s²)/N on a suspension mode below 3 Hz.
 /// let frequencies = || (1..80).map(|k| 2.0 * f64::from(k));
 /// let h = |f: f64| {
 ///     let s = Complex::new(10.0, std::f64::consts::TAU * f);
 ///     Complex::new(0.8, 0.0) + Complex::new(250.0, 0.0) / (s * s)
 /// };
-/// let lines = frequencies().map(|frequency| Bin { frequency, weight: 1.0 });
+/// let bins = frequencies().map(|frequency| Bin { frequency, weight: 1.0 });
 /// let mut memory = [BasisRow::<f64>::EMPTY; 80];
-/// let basis = MassLineBasis::new(lines, [10.0, 120.0], 10.0, Terms::Abc, &mut memory)?;
-/// let line = basis.fit(frequencies().map(h))?;
-/// assert!((line.accelerance() - 0.8).abs() < 1e-12);
+/// let basis = MassLineBasis::new(bins, [10.0, 120.0], 10.0, Terms::Abc, &mut memory)?;
+/// let fitted = basis.fit(frequencies().map(h))?;
+/// assert!((fitted.accelerance() - 0.8).abs() < 1e-12);
 /// // The plain mean of the real parts is biased by the suspension.
 /// assert!((basis.mean_real(frequencies().map(h)).unwrap() - 0.8).abs() > 1e-3);
 /// # Ok::<(), massline_shared::mass_line::MassLineError>(())
@@ -156,9 +156,9 @@ pub struct MassLineBasis<'a, R> {
 /// A [`MassLineBasis`] without its rows, which stay in the workspace: the part stored between two steps.
 #[derive(Clone, Copy, Debug)]
 pub struct MassLineDesign<R> {
-    /// Number of lines within the band.
-    lines: usize,
-    /// Number of lines before the band.
+    /// Number of bins within the band.
+    bins: usize,
+    /// Number of bins before the band.
     skipped: usize,
     terms: usize,
     /// True when the imaginary parts are fitted as well.
@@ -176,7 +176,7 @@ pub struct MassLineDesign<R> {
 pub struct MassLine<R> {
     /// A in (m/s²)/N, B in (m/s⁴)/N, C in m/N.
     pub coefficients: [R; MAX_TERMS],
-    /// Formal standard deviations from the scatter of the lines about the model, in the same units.
+    /// Formal standard deviations from the scatter of the bins about the model, in the same units.
     /// With an exponential window they are too small by the factor [`window_correlation`].
     pub sigma: [R; MAX_TERMS],
 }
@@ -197,16 +197,16 @@ impl<R: Real> MassLine<R> {
 }
 
 impl<'a, R: Real> MassLineBasis<'a, R> {
-    /// Factors the design matrix of all `lines` within `band` (Hz, both ends included).
+    /// Factors the design matrix of all `bins` within `band` (Hz, both ends included).
     ///
     /// `decay` is σ in 1/s. When it is zero or only A is fitted, only the real parts are used, otherwise real
-    /// and imaginary parts. The lines must be in ascending order. `workspace` needs a row for every line of
+    /// and imaginary parts. The bins must be in ascending order. `workspace` needs a row for every bin of
     /// the band.
     ///
     /// # Errors
     /// See [`MassLineError`].
     pub fn new(
-        lines: impl IntoIterator<Item = Bin<R>>,
+        bins: impl IntoIterator<Item = Bin<R>>,
         band: [R; 2],
         decay: R,
         terms: Terms,
@@ -217,7 +217,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         }
         // With the constant alone, the imaginary parts contain no unknown.
         let complex = decay != R::zero() && terms != Terms::A;
-        let (skipped, count, reference) = fill(lines, band, decay, workspace)?;
+        let (skipped, count, reference) = fill(bins, band, decay, workspace)?;
         let terms = terms.count();
         let equations = if complex { 2 * count } else { count };
         if equations <= terms {
@@ -227,13 +227,13 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         let inverse = orthonormalise(rows, terms, complex).ok_or(MassLineError::BandTooNarrow)?;
         let scale = [R::one(), reference, R::one() / reference];
         let root_weight = R::one() / inverse[0][0];
-        let lines = rows.len();
-        let design = MassLineDesign { lines, skipped, terms, complex, root_weight, inverse, scale };
+        let bins = rows.len();
+        let design = MassLineDesign { bins, skipped, terms, complex, root_weight, inverse, scale };
         Ok(Self { rows, design })
     }
 
-    /// Number of lines within the band.
-    pub fn lines(&self) -> usize {
+    /// Number of bins within the band.
+    pub fn bins(&self) -> usize {
         self.rows.len()
     }
 
@@ -242,7 +242,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         self.design
     }
 
-    /// Fits one channel. `h` is its accelerance at all lines passed to [`MassLineBasis::new`], in the same
+    /// Fits one channel. `h` is its accelerance at all bins passed to [`MassLineBasis::new`], in the same
     /// order; it is iterated over twice.
     ///
     /// # Errors
@@ -278,9 +278,9 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
                 residual += im * im;
             }
         }
-        let line = self.coefficients(&projection, residual);
-        let finite = line.coefficients.iter().chain(&line.sigma).all(|v| v.finite());
-        if finite { Ok(line) } else { Err(MassLineError::NotFinite) }
+        let fitted = self.coefficients(&projection, residual);
+        let finite = fitted.coefficients.iter().chain(&fitted.sigma).all(|v| v.finite());
+        if finite { Ok(fitted) } else { Err(MassLineError::NotFinite) }
     }
 
     /// Plain mean of the real parts over the band, (m/s²)/N: the traditional way to read a mass line. `None`
@@ -295,7 +295,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         (count == self.rows.len()).then(|| sum / R::of(count as f64))
     }
 
-    /// An accelerance times the square root of its line's weight.
+    /// An accelerance times the square root of its bin's weight.
     fn weighted(&self, row: &BasisRow<R>, h: Complex<R>) -> (R, R) {
         let root = row.re[0] * self.design.root_weight;
         (root * h.re, root * h.im)
@@ -305,7 +305,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         let zero = R::zero();
         let equations = self.rows.len() * if self.design.complex { 2 } else { 1 };
         let spread = (residual / R::of((equations - self.design.terms) as f64)).sqrt();
-        let mut line = MassLine { coefficients: [zero; MAX_TERMS], sigma: [zero; MAX_TERMS] };
+        let mut fitted = MassLine { coefficients: [zero; MAX_TERMS], sigma: [zero; MAX_TERMS] };
         for i in 0..self.design.terms {
             let mut value = zero;
             let mut variance = zero;
@@ -313,22 +313,22 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
                 value += self.design.inverse[i][k] * projection[k];
                 variance += self.design.inverse[i][k] * self.design.inverse[i][k];
             }
-            line.coefficients[i] = value * self.design.scale[i];
-            line.sigma[i] = variance.sqrt() * spread * self.design.scale[i];
+            fitted.coefficients[i] = value * self.design.scale[i];
+            fitted.sigma[i] = variance.sqrt() * spread * self.design.scale[i];
         }
-        line
+        fitted
     }
 }
 
 impl<R: Real> MassLineDesign<R> {
     /// Restores the basis over the workspace in which it was computed; `None` when that is too small.
     pub fn over<'a>(&self, workspace: &'a [BasisRow<R>]) -> Option<MassLineBasis<'a, R>> {
-        Some(MassLineBasis { rows: workspace.get(..self.lines)?, design: *self })
+        Some(MassLineBasis { rows: workspace.get(..self.bins)?, design: *self })
     }
 }
 
 /// Factor by which the formal standard deviation of a mass line is too small, because an exponential window
-/// `e^(−σt)` over a record correlates neighbouring lines: `√(B_n T)` with `B_n = ∫w⁴ / (∫w²)²`. `decay` is σ
+/// `e^(−σt)` over a record correlates neighbouring bins: `√(B_n T)` with `B_n = ∫w⁴ / (∫w²)²`. `decay` is σ
 /// in 1/s, `record` T in s; one without a window.
 ///
 /// Theory, section 5.
@@ -350,10 +350,10 @@ pub fn window_correlation<R: Real>(decay: R, record: R) -> R {
     (x * (R::one() + e) / (R::one() - e)).sqrt()
 }
 
-/// Writes the scaled and weighted design of the lines within the band; returns the number of lines before the
+/// Writes the scaled and weighted design of the bins within the band; returns the number of bins before the
 /// band, the number within it, and `ω_r²`, the product of the first and the last `|s|`.
 fn fill<R: Real>(
-    lines: impl IntoIterator<Item = Bin<R>>,
+    bins: impl IntoIterator<Item = Bin<R>>,
     band: [R; 2],
     decay: R,
     workspace: &mut [BasisRow<R>],
@@ -362,27 +362,27 @@ fn fill<R: Real>(
     let mut sum = R::zero();
     let mut previous: Option<R> = None;
     let mut first = R::zero();
-    for line in lines {
-        if previous.is_some_and(|before| line.frequency <= before) {
+    for bin in bins {
+        if previous.is_some_and(|before| bin.frequency <= before) {
             return Err(MassLineError::NotAscending);
         }
-        previous = Some(line.frequency);
-        if !(line.frequency.finite() && line.weight.finite() && line.weight >= R::zero()) {
+        previous = Some(bin.frequency);
+        if !(bin.frequency.finite() && bin.weight.finite() && bin.weight >= R::zero()) {
             return Err(MassLineError::NotFinite);
         }
-        if line.frequency < band[0] {
+        if bin.frequency < band[0] {
             skipped += 1;
-        } else if line.frequency <= band[1] {
+        } else if bin.frequency <= band[1] {
             let row = workspace.get_mut(count).ok_or(MassLineError::WorkspaceTooSmall)?;
-            let omega = line.frequency * R::two_pi();
+            let omega = bin.frequency * R::two_pi();
             if count == 0 {
                 first = omega;
             }
-            row.re[0] = line.weight.sqrt();
+            row.re[0] = bin.weight.sqrt();
             // Unscaled s², until the scale is known.
             row.re[1] = decay * decay - omega * omega;
             row.im[0] = decay * omega * R::of(2.0);
-            sum += line.weight;
+            sum += bin.weight;
             count += 1;
         } else {
             break;
@@ -395,7 +395,7 @@ fn fill<R: Real>(
     if sum <= R::zero() || !sum.finite() {
         return Err(MassLineError::NotFinite);
     }
-    // A band that starts at s = 0 is scaled by its last line alone.
+    // A band that starts at s = 0 is scaled by its last bin alone.
     let last = (last.re[1] * last.re[1] + last.im[0] * last.im[0]).sqrt();
     let from = (decay * decay + first * first).sqrt();
     let reference = if from > R::zero() { from * last.sqrt() } else { last };

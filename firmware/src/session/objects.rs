@@ -113,11 +113,11 @@ fn spectra<'r>(
     let found = measurement.spectra().filter(|(dof, _)| u32::from(*dof) == object.number);
     let (dof, spectra) = found.ok_or(Reason::NotFound)?;
     let decay = measurement.layout().map_or(0.0, |layout| layout.test.exponential_decay);
-    let lines = (SPECTRUM_BINS as u16).to_le_bytes();
+    let bins = (SPECTRUM_BINS as u16).to_le_bytes();
     let adc = measurement.adc();
     let header = [
         [dof, spectra.hits() as u8, adc.responses() as u8, 0],
-        [lines[0], lines[1], 0, 0],
+        [bins[0], bins[1], 0, 0],
         resolution::<f32>(adc).to_le_bytes(),
         decay.to_le_bytes(),
     ];

@@ -29,8 +29,8 @@ pub enum ObjectKind {
     Record = 2,
     /// Averaged spectra of the current DOF or of the last one finished; `number` is the DOF's index. It
     /// consists of little-endian words of four bytes: DOF, hits, responses (u8 each) and a zero; number of
-    /// lines (u16) and a zero; line spacing in Hz (f32); σ of the exponential window in 1/s (f32); then as
-    /// f32: G_FF by line, G_XF of each response by line (re, im), G_XX of each response by line. There is
+    /// bins (u16) and a zero; bin spacing in Hz (f32); σ of the exponential window in 1/s (f32); then as
+    /// f32: G_FF by bin, G_XF of each response by bin (re, im), G_XX of each response by bin. There is
     /// space for [`RESPONSES`] responses; the header gives the number in use.
     Spectra = 3,
 }
@@ -104,7 +104,7 @@ pub struct DofResult {
     pub band_hz: [f32; 2],
     /// Mass line accelerance of each response from the averaged spectra, (m/s²)/N.
     pub accelerance: [f32; RESPONSES],
-    /// Standard deviation of each accelerance from the scatter of the spectral lines about the model,
+    /// Standard deviation of each accelerance from the scatter of the bins about the model,
     /// corrected for the window, (m/s²)/N.
     pub noise: [f32; RESPONSES],
     /// Sample covariance of the single hits' mass lines, lower triangle row by row, ((m/s²)/N)²; empty when

@@ -35,7 +35,7 @@ const TERMS: usize = 5;
 /// Index of D among them.
 const ODD: usize = 3;
 
-/// Determines `τ_F − τ` from the accelerance along the driven axis of a block; `lines` are spectral lines
+/// Determines `τ_F − τ` from the accelerance along the driven axis of a block; `lines` are bins
 /// with their accelerances, in any order.
 ///
 /// # Errors

@@ -89,11 +89,11 @@ codes! {
     FrfMissing = 33, "frf_missing", Hit, None;
         "This hit place was\nnot measured.";
         "{subject} has no frequency response; measure it or take it out of the layout";
-    /// The band contains too few lines for the fit. Subject: the DOF. Value: the number of lines.
+    /// The band contains too few bins for the fit. Subject: the DOF. Value: the number of bins.
     BandTooNarrow = 34, "band_too_narrow", Hit, Count;
         "Band too narrow:\nwiden test.band_hz.";
-        "the band holds {value} spectral lines, too few for the mass line; widen test.band_hz or take more \
-         lines";
+        "the band holds {value} bins of the spectrum, too few for the mass line; widen test.band_hz or take more \
+         bins";
     /// Fewer than three accepted hits, so there is neither scatter nor a standard deviation.
     TooFewHitsForSigma = 35, "too_few_hits_for_sigma", Whole, None;
         "Under 3 hits: no +-\ncan be given. Hit\nmore often.";

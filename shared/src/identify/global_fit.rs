@@ -49,24 +49,24 @@ pub const ENTRY: Entry = Entry {
     name: "global-fit",
     short_name: "global-fit",
     title: "Global fit",
-    summary: "Body and suspension fitted to all lines of the band",
+    summary: "Body and suspension fitted to all bins of the band",
     observes: Observable::SpectrumBins,
     on_request: true,
     // The method starts from the answer of the inertia restraint method.
     is_blocked: |_, _| true,
-    workspace: |_, lines| workspace(lines),
+    workspace: |_, bins| workspace(bins),
 };
 
 /// Real numbers in a complex 6 × 6 matrix.
 const INVERSE: usize = 72;
 
-/// Size of the workspace for this number of lines.
-pub const fn workspace(lines: usize) -> usize {
-    INVERSE * lines
+/// Size of the workspace for this number of bins.
+pub const fn workspace(bins: usize) -> usize {
+    INVERSE * bins
 }
 
 /// Runs the method behind [`identify`](super::identify). Its single step is the whole fit, since spectral
-/// lines are stored only where there is time for it.
+/// bins are stored only where there is time for it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solver<R> {
     start: RigidBody<R>,
@@ -127,7 +127,7 @@ pub struct GlobalFitSettings {
 /// Result of the global fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlobalFitSolution<R> {
-    /// The ten properties; their covariance comes from the scatter of the lines about the model.
+    /// The ten properties; their covariance comes from the scatter of the bins about the model.
     pub estimate: Estimate<R>,
     /// K₀ about the origin: N/m, N/rad, N m/m, N m/rad.
     pub stiffness: Matrix6<R>,
@@ -163,7 +163,7 @@ pub struct GlobalFitSolution<R> {
 /// #         measured.extend(layout.hits.iter().map(|hit| response.dot(&(inverse * force(hit)))));
 /// #     }
 /// # }
-/// // 55 lines, nine channels and three hits of a body on springs of 2 N/m and 2 N m/rad.
+/// // 55 bins, nine channels and three hits of a body on springs of 2 N/m and 2 N m/rad.
 /// let responses = FrequencyResponses::new(&frequencies, &measured, 9, 3).unwrap();
 /// let mut start = frame::body();
 /// start.mass *= 1.02;
@@ -180,7 +180,7 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     settings: &GlobalFitSettings,
     workspace: &mut [R],
 ) -> Result<GlobalFitSolution<R>, Diagnostics> {
-    let lines = responses.frequencies().len();
+    let bins = responses.frequencies().len();
     if !is_finite(layout) {
         return Err(fatal(Code::LayoutNotFinite, 0.0));
     }
@@ -191,8 +191,8 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
         return Err(fatal(Code::FrfMissing, 0.0));
     }
     let (inverses, _) = workspace.as_chunks_mut::<INVERSE>();
-    let Some(inverses) = inverses.get_mut(..lines) else {
-        return Err(fatal(Code::BandTooNarrow, lines as f32));
+    let Some(inverses) = inverses.get_mut(..bins) else {
+        return Err(fatal(Code::BandTooNarrow, bins as f32));
     };
     let problem = GlobalFitProblem { layout, responses, settings };
     if settings.damping {
@@ -311,15 +311,15 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         for (hit, dof) in self.layout.hits.iter().enumerate() {
             let force = dof.unit_force(&Vector3::zeros()).map(real);
             for channel in 0..self.responses.channels() {
-                let reading = |line: usize| {
-                    self.reading::<N>(line, channel, hit, &force, &inverse_in(&inverses[line]))
+                let reading = |bin: usize| {
+                    self.reading::<N>(bin, channel, hit, &force, &inverse_in(&inverses[bin]))
                 };
-                let lines = 0..inverses.len();
-                let elastic = self.elastic(lines.clone(), reading);
-                for line in lines {
-                    let (mut slopes, mut left) = reading(line);
+                let bins = 0..inverses.len();
+                let elastic = self.elastic(bins.clone(), reading);
+                for bin in bins {
+                    let (mut slopes, mut left) = reading(bin);
                     if let Some(elastic) = &elastic {
-                        elastic.remove(self.s(line), &mut slopes, &mut left);
+                        elastic.remove(self.s(bin), &mut slopes, &mut left);
                     }
                     cost += left.re * left.re;
                     equation(slopes.map(|v| v.re), left.re);
@@ -333,7 +333,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         cost.finite().then_some(cost)
     }
 
-    /// Computes `(M₀ + C₀/s + K₀/s²)⁻¹` for every line.
+    /// Computes `(M₀ + C₀/s + K₀/s²)⁻¹` for every bin.
     fn invert<const N: usize>(
         &self,
         unknowns: &SVector<R, N>,
@@ -342,8 +342,8 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         let mass = body_of(unknowns)?.mass_matrix();
         let stiffness = symmetric_of(unknowns, 0);
         let damping = (N == WITH_DAMPING).then(|| symmetric_of(unknowns, SYMMETRIC));
-        for (line, inverse) in inverses.iter_mut().enumerate() {
-            let over = real(R::one()) / self.s(line);
+        for (bin, inverse) in inverses.iter_mut().enumerate() {
+            let over = real(R::one()) / self.s(bin);
             let mut dynamic =
                 Matrix6::from_fn(|i, j| real(mass[(i, j)]) + over * over * real(stiffness[(i, j)]));
             if let Some(damping) = &damping {
@@ -360,29 +360,29 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
     /// Derivatives of one reading with respect to the unknowns, and its residual.
     fn reading<const N: usize>(
         &self,
-        line: usize,
+        bin: usize,
         channel: usize,
         hit: usize,
         force: &Vector6<Complex<R>>,
         inverse: &Matrix6<Complex<R>>,
     ) -> ([Complex<R>; N], Complex<R>) {
-        let s = self.s(line);
+        let s = self.s(bin);
         let response = self.layout.response_row_at(channel, s);
         let motion = inverse * force;
         // D is symmetric, so `g D⁻¹` is the transpose of this.
         let adjoint = inverse * response;
-        let left = self.responses.at(line, channel, hit) - response.dot(&motion);
+        let left = self.responses.at(bin, channel, hit) - response.dot(&motion);
         (slopes(&adjoint, &motion, real(R::one()) / s), left)
     }
 
-    fn s(&self, line: usize) -> Complex<R> {
-        Complex::new(self.responses.decay, self.responses.frequencies()[line] * R::two_pi())
+    fn s(&self, bin: usize) -> Complex<R> {
+        Complex::new(self.responses.decay, self.responses.frequencies()[bin] * R::two_pi())
     }
 
     /// The component of a channel's derivatives and residuals along `s²`.
     fn elastic<const N: usize>(
         &self,
-        lines: core::ops::Range<usize>,
+        bins: core::ops::Range<usize>,
         reading: impl Fn(usize) -> ([Complex<R>; N], Complex<R>),
     ) -> Option<Elastic<R, N>> {
         if !self.settings.elastic {
@@ -394,10 +394,10 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
         };
         let mut part = Elastic { slopes: [R::zero(); N], left: R::zero() };
         let mut norm = R::zero();
-        for line in lines {
-            let s = self.s(line);
+        for bin in bins {
+            let s = self.s(bin);
             let column = s * s;
-            let (slopes, left) = reading(line);
+            let (slopes, left) = reading(bin);
             for (sum, slope) in part.slopes.iter_mut().zip(slopes) {
                 *sum += along(column, slope);
             }
@@ -448,7 +448,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
     }
 }
 
-/// The matrix of a line in the workspace, column by column.
+/// The matrix of a bin in the workspace, column by column.
 fn inverse_in<R: Real>(numbers: &[R; INVERSE]) -> Matrix6<Complex<R>> {
     let (pairs, _) = numbers.as_chunks::<2>();
     Matrix6::from_iterator(pairs.iter().map(|[re, im]| Complex::new(*re, *im)))

@@ -94,9 +94,9 @@ pub const MASS_LINE_METHODS: usize = {
     count
 };
 
-/// Size of the workspace that these methods need for this number of sensors and spectral lines.
-pub fn workspace(methods: &[Method], sensors: usize, lines: usize) -> usize {
-    let of = |method: &Method| (method.entry().workspace)(sensors, lines);
+/// Size of the workspace that these methods need for this number of sensors and bins.
+pub fn workspace(methods: &[Method], sensors: usize, bins: usize) -> usize {
+    let of = |method: &Method| (method.entry().workspace)(sensors, bins);
     methods.iter().map(of).max().unwrap_or(0)
 }
 

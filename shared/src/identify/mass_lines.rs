@@ -15,7 +15,7 @@ use crate::responses::{ResponseSquare, Responses};
 pub struct MassLines<R, const S: usize> {
     /// Accelerance A of every response, averaged over the hits, (m/s²)/N; zero beyond the last.
     pub accelerance: Responses<R, S>,
-    /// Standard deviation of each averaged accelerance due to the noise of the spectral lines about the fit,
+    /// Standard deviation of each averaged accelerance due to the noise of the bins about the fit,
     /// corrected by [`window_correlation`](crate::mass_line::window_correlation), (m/s²)/N. It does not
     /// include placement errors, which change all lines together. Zero when unknown.
     pub noise: Responses<R, S>,

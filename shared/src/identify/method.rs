@@ -12,7 +12,7 @@ use super::{Estimate, IdentifySettings};
 pub enum Observable {
     /// One accelerance for each response and hit DOF.
     MassLines,
-    /// Frequency responses at every spectral line.
+    /// Frequency responses at every bin.
     SpectrumBins,
 }
 
@@ -34,8 +34,8 @@ pub struct Entry {
     /// Whether a layout with this code rules out the method; the flag is true when priors compensate for the
     /// hits.
     pub is_blocked: fn(Code, bool) -> bool,
-    /// Size of the workspace for this number of sensors and spectral lines.
-    pub workspace: fn(sensors: usize, lines: usize) -> usize,
+    /// Size of the workspace for this number of sensors and bins.
+    pub workspace: fn(sensors: usize, bins: usize) -> usize,
 }
 
 /// Whether another step is needed.

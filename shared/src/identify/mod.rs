@@ -41,7 +41,7 @@ method::methods! {
     MaximumLikelihood = 2 in maximum_likelihood;
     /// The linear inertia restraint method (IRM).
     InertiaRestraint = 1 in inertia_restraint;
-    /// Body and suspension fitted to all spectral lines.
+    /// Body and suspension fitted to all bins.
     GlobalFit = 3 in global_fit;
 }
 

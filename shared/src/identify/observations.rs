@@ -13,12 +13,12 @@ pub struct Observations<'a, R, const S: usize, const H: usize, L = NoSpectrumBin
     pub layout: &'a Layout<R, S, H>,
     /// Mass lines of the measured hit DOFs, with their index in the layout.
     pub mass_lines: &'a [DofMassLines<R, S>],
-    /// Spectral lines, where they are stored.
+    /// Spectral bins, where they are stored.
     pub spectrum_bins: L,
 }
 
 impl<'a, R, const S: usize, const H: usize> Observations<'a, R, S, H> {
-    /// Observations with mass lines and without spectral lines, as on a rig.
+    /// Observations with mass lines and without bins, as on a rig.
     pub fn of_mass_lines(
         layout: &'a Layout<R, S, H>,
         mass_lines: &'a [DofMassLines<R, S>],
@@ -27,13 +27,13 @@ impl<'a, R, const S: usize, const H: usize> Observations<'a, R, S, H> {
     }
 }
 
-/// Source of spectral lines. A program that uses only [`NoSpectrumBins`] contains no code for fitting them.
+/// Source of bins. A program that uses only [`NoSpectrumBins`] contains no code for fitting them.
 pub trait SpectrumBins<R> {
     /// The frequency responses of the test, if there are any.
     fn responses(&self) -> Option<&FrequencyResponses<'_, R>>;
 }
 
-/// Source without spectral lines.
+/// Source without bins.
 #[derive(Clone, Copy, Debug)]
 pub struct NoSpectrumBins;
 
@@ -55,7 +55,7 @@ pub struct FrequencyResponses<'a, R> {
     hits: usize,
     /// σ of the exponential window on the records, 1/s.
     pub decay: R,
-    /// Factor on standard deviations because the window correlates neighbouring lines:
+    /// Factor on standard deviations because the window correlates neighbouring bins:
     /// [`window_correlation`](crate::mass_line::window_correlation).
     pub correlation: R,
 }
@@ -67,9 +67,9 @@ impl<R> SpectrumBins<R> for FrequencyResponses<'_, R> {
 }
 
 impl<'a, R: Real> FrequencyResponses<'a, R> {
-    /// Frequency responses from accelerances `[line][channel][hit]` in (m/s²)/N and the frequencies of the
-    /// lines in Hz, for records without a window. `None` when the number of accelerances is not that of
-    /// lines, channels and hits.
+    /// Frequency responses from accelerances `[bin][channel][hit]` in (m/s²)/N and the frequencies of the
+    /// bins in Hz, for records without a window. `None` when the number of accelerances is not that of
+    /// bins, channels and hits.
     pub fn new(
         frequencies: &'a [R],
         accelerance: &'a [Complex<R>],
@@ -82,12 +82,12 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
     }
 
     /// The same for records with an exponential window of this decay rate, 1/s, which correlates neighbouring
-    /// lines by this factor.
+    /// bins by this factor.
     pub fn windowed(self, decay: R, correlation: R) -> Self {
         Self { decay, correlation, ..self }
     }
 
-    /// Frequencies of the lines, Hz.
+    /// Frequencies of the bins, Hz.
     pub fn frequencies(&self) -> &[R] {
         self.frequencies
     }
@@ -103,8 +103,8 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
     }
 
     /// One accelerance, (m/s²)/N.
-    pub(super) fn at(&self, line: usize, channel: usize, hit: usize) -> Complex<R> {
-        self.accelerance[(line * self.channels + channel) * self.hits + hit]
+    pub(super) fn at(&self, bin: usize, channel: usize, hit: usize) -> Complex<R> {
+        self.accelerance[(bin * self.channels + channel) * self.hits + hit]
     }
 
     /// True when no number is NaN or infinite.

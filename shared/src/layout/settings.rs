@@ -32,17 +32,17 @@ impl FrfEstimator {
     }
 }
 
-/// Errors for every setting outside its range ([`Setting`]) and for a band with too few lines for
+/// Errors for every setting outside its range ([`Setting`]) and for a band with too few bins for
 /// the three terms of the mass line.
 ///
-/// `rate` is in scans per second, `record` in scans; `lines` is the number of stored spectral lines, the
+/// `rate` is in scans per second, `record` in scans; `bins` is the number of stored bins, the
 /// first at 0 Hz.
 ///
 /// ```
 /// # use massline_shared::layout::{TestSettings, check_settings};
 /// let good = TestSettings::<f32>::default();
 /// assert!(check_settings(&good, 4000.0, 2048, 128).is_empty());
-/// // 128 lines of 1.95 Hz end at 248 Hz.
+/// // 128 bins of 1.95 Hz end at 248 Hz.
 /// let beyond = TestSettings { band_hz: Some([10.0, 300.0]), ..good };
 /// assert_eq!(check_settings(&beyond, 4000.0, 2048, 128).len(), 1);
 /// ```
@@ -50,14 +50,14 @@ pub fn check_settings<R: Real>(
     settings: &TestSettings<R>,
     rate: R,
     record: usize,
-    lines: usize,
+    bins: usize,
 ) -> Diagnostics {
     let mut found = Diagnostics::new();
     let resolution = rate / R::of(record.max(1) as f64);
     // A band found from the data is always suitable.
     let [lower, upper] = settings.band_hz.unwrap_or_else(|| [resolution, resolution + resolution]);
-    let last_line = resolution * R::of(lines.saturating_sub(1) as f64);
-    let highest = (rate / R::of(2.5)).min(last_line);
+    let last_bin = resolution * R::of(bins.saturating_sub(1) as f64);
+    let highest = (rate / R::of(2.5)).min(last_bin);
     let duration = R::of(record as f64) / rate;
     let hits = R::of(f64::from(settings.hits_per_dof));
     let zero = R::zero();
@@ -83,8 +83,8 @@ pub fn check_settings<R: Real>(
         }
     }
     if found.is_empty() && settings.band_hz.is_some() {
-        let inside = (0..lines)
-            .map(|line| resolution * R::of(line as f64))
+        let inside = (0..bins)
+            .map(|bin| resolution * R::of(bin as f64))
             .filter(|&f| lower <= f && f <= upper)
             .count();
         if inside < 4 {
@@ -130,7 +130,7 @@ mod tests {
         for band in [[0.0, 100.0], [-1.0, 100.0], [100.0, 100.0], [120.0, 10.0], [bad, 100.0]] {
             assert_eq!(wrong(&TestSettings { band_hz: Some(band), ..good }), [Setting::BandLower]);
         }
-        // 128 lines of 1.95 Hz end at 248 Hz.
+        // 128 bins of 1.95 Hz end at 248 Hz.
         for band in [[10.0, 260.0], [10.0, f32::INFINITY], [10.0, bad]] {
             assert_eq!(wrong(&TestSettings { band_hz: Some(band), ..good }), [Setting::BandUpper]);
         }

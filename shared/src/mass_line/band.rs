@@ -18,10 +18,10 @@ const HIDDEN: f64 = 1.7;
 pub struct FoundBand<R> {
     /// Lower and upper end, Hz.
     pub ends: [R; 2],
-    /// The highest suspension mode, Hz; `None` when none is visible because it lies below the first line or
+    /// The highest suspension mode, Hz; `None` when none is visible because it lies below the first bin or
     /// is hidden by the window.
     pub suspension: Option<R>,
-    /// The first elastic mode, Hz; `None` when none is visible up to the last line, which then takes its
+    /// The first elastic mode, Hz; `None` when none is visible up to the last bin, which then takes its
     /// place.
     pub elastic: Option<R>,
 }
@@ -31,24 +31,24 @@ pub struct FoundBand<R> {
 ///
 /// The modes are the peaks of the sum. The plateau lies in the widest gap between two neighbouring modes on a
 /// logarithmic scale: rigid body modes on soft cords lie within an octave or two, neighbouring elastic modes
-/// differ by factors below three, and a usable plateau is wider than both. The first and the last line limit
+/// differ by factors below three, and a usable plateau is wider than both. The first and the last bin limit
 /// the gap where no mode does. Theory, section 5, has the factors.
 ///
-/// `squares[k]` belongs to the line at `frequency(k)`, Hz, ascending; `decay` is σ of the exponential window,
-/// 1/s. `None` when there are no lines, or when the gap leaves no band between three times its lower and 0.4
+/// `squares[k]` belongs to the bin at `frequency(k)`, Hz, ascending; `decay` is σ of the exponential window,
+/// 1/s. `None` when there are no bins, or when the gap leaves no band between three times its lower and 0.4
 /// times its upper end.
 ///
 /// ```
 /// # use massline_shared::mass_line::{ABOVE_SUSPENSION, BELOW_ELASTIC, find_band};
 /// # use massline_shared::nalgebra::Complex;
-/// // A suspension mode at 4 Hz and an elastic one at 200 Hz, lines 0.5 Hz apart.
-/// let frequency = |line: usize| 0.5 * line as f64;
+/// // A suspension mode at 4 Hz and an elastic one at 200 Hz, bins 0.5 Hz apart.
+/// let frequency = |bin: usize| 0.5 * bin as f64;
 /// let mode = |f: f64, f0: f64| {
 ///     let ratio = f / f0;
 ///     ratio * ratio / Complex::new(1.0 - ratio * ratio, 0.02 * ratio)
 /// };
 /// let squares: Vec<f64> = (0..500)
-///     .map(|line| (mode(frequency(line), 4.0) + mode(frequency(line), 200.0)).norm_sqr())
+///     .map(|bin| (mode(frequency(bin), 4.0) + mode(frequency(bin), 200.0)).norm_sqr())
 ///     .collect();
 /// let found = find_band(&squares, frequency, 0.0).unwrap();
 /// assert!((found.ends[0] - ABOVE_SUSPENSION * 4.0).abs() < 0.5);
@@ -93,7 +93,7 @@ pub fn find_band<R: Real>(
 #[derive(Clone, Copy)]
 struct Edge<R> {
     frequency: R,
-    /// False for the first and the last line.
+    /// False for the first and the last bin.
     mode: bool,
 }
 
@@ -103,14 +103,14 @@ fn is_mode<R: Real>(squares: &[R], k: usize) -> bool {
     if !(peak > squares[k - 1] && peak >= squares[k + 1]) {
         return false;
     }
-    // The valley on a side ends at the next higher line.
+    // The valley on a side ends at the next higher bin.
     let valley = |lowest: R, v: &R| lowest.min(*v);
     let left = squares[..k].iter().rev().take_while(|v| **v <= peak).fold(peak, valley);
     let right = squares[k + 1..].iter().take_while(|v| **v <= peak).fold(peak, valley);
     peak > left.max(right) * R::of(PROMINENCE)
 }
 
-/// Frequency of a peak between the lines: the vertex of the parabola through the logarithms.
+/// Frequency of a peak between the bins: the vertex of the parabola through the logarithms.
 fn summit<R: Real>(squares: &[R], frequency: &impl Fn(usize) -> R, k: usize) -> R {
     let [before, at, after] = [k - 1, k, k + 1].map(|k| squares[k].ln());
     let half = R::of(0.5);
@@ -133,7 +133,7 @@ mod tests {
 
     /// Sum over three channels of `Σ a s²/(s² + 2ζω₀ s + ω₀²)`; the signs of `a` differ, so that the
     /// channels have antiresonances.
-    fn squares(modes_hz: &[f64], lines: usize, decay: f64, noise: f64) -> Vec<f64> {
+    fn squares(modes_hz: &[f64], bins: usize, decay: f64, noise: f64) -> Vec<f64> {
         let mut state = 5_u64;
         let mut random = || {
             state = state
@@ -141,7 +141,7 @@ mod tests {
                 .wrapping_add(1_442_695_040_888_963_407);
             ((state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * noise
         };
-        (0..lines)
+        (0..bins)
             .map(|k| {
                 let s = Complex::new(decay, std::f64::consts::TAU * frequency(k));
                 (0..3)
@@ -159,8 +159,8 @@ mod tests {
             .collect()
     }
 
-    fn found(modes_hz: &[f64], lines: usize, noise: f64) -> FoundBand<f64> {
-        find_band(&squares(modes_hz, lines, 10.0, noise), frequency, 10.0).unwrap()
+    fn found(modes_hz: &[f64], bins: usize, noise: f64) -> FoundBand<f64> {
+        find_band(&squares(modes_hz, bins, 10.0, noise), frequency, 10.0).unwrap()
     }
 
     #[test]
@@ -170,7 +170,7 @@ mod tests {
         for noise in [0.0, 0.1] {
             let band = found(&modes, 512, noise);
             // The highest is at 7.66 Hz. Two modes half a hertz apart are one peak at this resolution, and
-            // the window moves peaks of accelerances up: half a line each.
+            // the window moves peaks of accelerances up: half a bin each.
             let suspension = band.suspension.unwrap();
             assert!((6.7..9.7).contains(&suspension), "{band:?}");
             assert!((band.elastic.unwrap() / 314.0 - 1.0).abs() < 0.01, "{band:?}");

@@ -42,15 +42,15 @@ pub struct Fitting<R> {
 /// # use massline_shared::mass_line::*;
 /// # use massline_shared::nalgebra::Complex;
 /// // Two responses, of which the second bends at the lower end of the band.
-/// let lines = (0..64).map(|k| Bin { frequency: 2.0 * f64::from(k), weight: 1.0 });
-/// let h = |response: usize, line: usize| {
-///     let omega = std::f64::consts::TAU * 2.0 * line as f64;
+/// let bins = (0..64).map(|k| Bin { frequency: 2.0 * f64::from(k), weight: 1.0 });
+/// let h = |response: usize, bin: usize| {
+///     let omega = std::f64::consts::TAU * 2.0 * bin as f64;
 ///     let mode = [0.0_f64, std::f64::consts::TAU * 9.0][response];
 ///     Complex::new(1.0 / (1.0 - (mode / omega).powi(2)), 0.0)
 /// };
 /// let fitting = Fitting { band: [10.0, 120.0], decay: 0.0, terms: Terms::Abc, correlation: 1.0 };
 /// let mut memory = [BasisRow::<f64>::EMPTY; 64];
-/// let fits = ResponseFits::<f64, 1>::new(lines, &fitting, 2, h, &mut memory)?;
+/// let fits = ResponseFits::<f64, 1>::new(bins, &fitting, 2, h, &mut memory)?;
 /// assert!((fits.accelerance[0] - 1.0).abs() < 1e-9);
 /// assert_eq!(fits.unsteady().map(|(response, _)| response).collect::<Vec<_>>(), [1]);
 /// # Ok::<(), MassLineError>(())
@@ -69,13 +69,13 @@ pub struct ResponseFits<R, const S: usize> {
 }
 
 impl<R: Real, const S: usize> ResponseFits<R, S> {
-    /// Fits `responses` responses. `lines` as for [`MassLineBasis::new`]; `h(response, line)` is the
-    /// accelerance of a response at a line, by the same index as in `lines`.
+    /// Fits `responses` responses. `bins` as for [`MassLineBasis::new`]; `h(response, bin)` is the
+    /// accelerance of a response at a bin, by the same index as in `bins`.
     ///
     /// # Errors
     /// See [`MassLineError`].
     pub fn new<I>(
-        lines: I,
+        bins: I,
         fitting: &Fitting<R>,
         responses: usize,
         h: impl Fn(usize, usize) -> Complex<R>,
@@ -84,16 +84,16 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
     where
         I: Iterator<Item = Bin<R>> + Clone,
     {
-        let count = lines.clone().count();
+        let count = bins.clone().count();
         let responses = responses.min(3 * S);
         let mut fit = |band: [R; 2]| {
             let Fitting { decay, terms, correlation, .. } = *fitting;
-            let basis = MassLineBasis::new(lines.clone(), band, decay, terms, workspace)?;
+            let basis = MassLineBasis::new(bins.clone(), band, decay, terms, workspace)?;
             let (mut accelerance, mut noise) = (Responses::zeros(), Responses::zeros());
             for response in 0..responses {
-                let line = basis.fit((0..count).map(|line| h(response, line)))?;
-                accelerance[response] = line.accelerance();
-                noise[response] = line.sigma[0] * correlation;
+                let fitted = basis.fit((0..count).map(|bin| h(response, bin)))?;
+                accelerance[response] = fitted.accelerance();
+                noise[response] = fitted.sigma[0] * correlation;
             }
             Ok::<(Responses<R, S>, Responses<R, S>), MassLineError>((accelerance, noise))
         };
@@ -182,11 +182,11 @@ mod tests {
 
     fn fits(suspension: f64, band: [f64; 2], noise: f64, terms: Terms) -> ResponseFits<f64, 3> {
         let h = responses(suspension, noise);
-        let lines = (0..BINS).map(|k| Bin { frequency: RESOLUTION * k as f64, weight: 1.0 });
+        let bins = (0..BINS).map(|k| Bin { frequency: RESOLUTION * k as f64, weight: 1.0 });
         let fitting = Fitting { band, decay: 10.0, terms, correlation: 2.26 };
         let mut workspace = [BasisRow::default(); BINS];
-        let at = |response: usize, line: usize| h[line][response];
-        ResponseFits::new(lines, &fitting, 3, at, &mut workspace).unwrap()
+        let at = |response: usize, bin: usize| h[bin][response];
+        ResponseFits::new(bins, &fitting, 3, at, &mut workspace).unwrap()
     }
 
     #[test]

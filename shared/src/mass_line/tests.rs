@@ -4,10 +4,10 @@ use super::*;
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// The rig's lines: 4 kS/s over 2048 scans.
+/// The rig's bins: 4 kS/s over 2048 scans.
 const RESOLUTION: f64 = 4000.0 / 2048.0;
 
-fn lines<R: Real>() -> impl Iterator<Item = Bin<R>> + Clone {
+fn bins<R: Real>() -> impl Iterator<Item = Bin<R>> + Clone {
     // The force spectrum of a soft tap falls with the frequency.
     (0..128).map(|k| {
         let frequency = RESOLUTION * f64::from(k);
@@ -16,13 +16,13 @@ fn lines<R: Real>() -> impl Iterator<Item = Bin<R>> + Clone {
 }
 
 fn model<R: Real>(abc: [f64; 3], decay: f64) -> Vec<Complex<R>> {
-    let line = MassLine { coefficients: abc, sigma: [0.0; 3] };
+    let fitted = MassLine { coefficients: abc, sigma: [0.0; 3] };
     let at = |l: Bin<f64>| {
         let s = Complex::new(decay, 2.0 * core::f64::consts::PI * l.frequency);
-        let h = line.at(s);
+        let h = fitted.at(s);
         Complex::new(R::of(h.re), R::of(h.im))
     };
-    lines::<f64>().map(at).collect()
+    bins::<f64>().map(at).collect()
 }
 
 fn fit<R: Real + Default>(
@@ -32,7 +32,7 @@ fn fit<R: Real + Default>(
 ) -> Result<MassLine<R>, MassLineError> {
     let mut workspace = [BasisRow::default(); 64];
     let band = [R::of(10.0), R::of(120.0)];
-    MassLineBasis::new(lines(), band, R::of(decay), terms, &mut workspace)?.fit(h.iter().copied())
+    MassLineBasis::new(bins(), band, R::of(decay), terms, &mut workspace)?.fit(h.iter().copied())
 }
 
 proptest! {
@@ -75,16 +75,16 @@ fn the_standard_deviation_is_that_of_many_fits() {
     };
     let clean = model::<f64>([1.0, 100.0, 1e-7], 10.0);
     let mut workspace = [BasisRow::default(); 64];
-    let flat = lines::<f64>().map(|l| Bin { weight: 1.0, ..l });
+    let flat = bins::<f64>().map(|l| Bin { weight: 1.0, ..l });
     let basis = MassLineBasis::new(flat, [10.0, 120.0], 10.0, Terms::Abc, &mut workspace).unwrap();
     let (mut sum, mut squares, mut formal) = (0.0, 0.0, 0.0);
     let runs = 2000;
     for _ in 0..runs {
         let noisy: Vec<_> = clean.iter().map(|h| h + Complex::new(noise(), noise())).collect();
-        let line = basis.fit(noisy).unwrap();
-        sum += line.accelerance();
-        squares += line.accelerance() * line.accelerance();
-        formal += line.sigma[0];
+        let fitted = basis.fit(noisy).unwrap();
+        sum += fitted.accelerance();
+        squares += fitted.accelerance() * fitted.accelerance();
+        formal += fitted.sigma[0];
     }
     let runs = f64::from(runs);
     let mean: f64 = sum / runs;
@@ -98,7 +98,7 @@ fn the_standard_deviation_is_that_of_many_fits() {
 fn a_band_with_as_many_equations_as_unknowns_is_too_narrow() {
     let mut workspace = [BasisRow::default(); 64];
     let mut with = |band: [f64; 2], decay| {
-        MassLineBasis::new(lines(), band, decay, Terms::Abc, &mut workspace).map(|b| b.lines())
+        MassLineBasis::new(bins(), band, decay, Terms::Abc, &mut workspace).map(|b| b.bins())
     };
     let upto = |k: f64| [RESOLUTION, RESOLUTION * k];
     assert_eq!(with(upto(3.0), 0.0), Err(MassLineError::BandTooNarrow));
@@ -112,7 +112,7 @@ fn a_band_with_as_many_equations_as_unknowns_is_too_narrow() {
 #[test]
 fn a_line_at_zero_hertz_says_nothing_about_the_suspension() {
     let mut workspace = [BasisRow::default(); 64];
-    let basis = MassLineBasis::new(lines(), [0.0, 100.0], 0.0, Terms::Ab, &mut workspace).unwrap();
+    let basis = MassLineBasis::new(bins(), [0.0, 100.0], 0.0, Terms::Ab, &mut workspace).unwrap();
     let h: Vec<_> = model::<f64>([1.0, 0.0, 0.0], 1e-9);
     assert!((basis.fit(h).unwrap().accelerance() - 1.0).abs() < 1e-12);
 }
@@ -127,25 +127,25 @@ fn lines_that_are_not_finite_or_missing_are_refused() {
     assert_eq!(fit(&h[..40], 10.0, Terms::Abc), Err(MassLineError::LinesMissing));
     let mut workspace = [BasisRow::default(); 64];
     let mut with = |spoil: fn(&mut Bin<f32>)| {
-        let lines = lines().enumerate().map(|(k, mut line)| {
+        let bins = bins().enumerate().map(|(k, mut bin)| {
             if k == 20 {
-                spoil(&mut line);
+                spoil(&mut bin);
             }
-            line
+            bin
         });
         let band = [10.0, 120.0];
-        MassLineBasis::new(lines, band, 10.0, Terms::Abc, &mut workspace).err()
+        MassLineBasis::new(bins, band, 10.0, Terms::Abc, &mut workspace).err()
     };
     assert_eq!(with(|_| {}), None);
     assert_eq!(with(|l| l.weight = f32::NAN), Some(MassLineError::NotFinite));
     assert_eq!(with(|l| l.weight = -1.0), Some(MassLineError::NotFinite));
     assert_eq!(with(|l| l.frequency = 1.0), Some(MassLineError::NotAscending));
-    let nothing = lines::<f32>().map(|l| Bin { weight: 0.0, ..l });
+    let nothing = bins::<f32>().map(|l| Bin { weight: 0.0, ..l });
     let band = [10.0, 120.0];
     let found = MassLineBasis::new(nothing, band, 10.0, Terms::Abc, &mut workspace).err();
     assert_eq!(found, Some(MassLineError::NotFinite));
     let small = &mut [BasisRow::default(); 8];
-    let found = MassLineBasis::new(lines::<f32>(), band, 10.0, Terms::Abc, small).err();
+    let found = MassLineBasis::new(bins::<f32>(), band, 10.0, Terms::Abc, small).err();
     assert_eq!(found, Some(MassLineError::WorkspaceTooSmall));
 }
 
@@ -175,7 +175,7 @@ fn corrected_for_the_window_the_deviation_is_that_of_many_records() {
         (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
     };
     let mut workspace = [BasisRow::default(); 64];
-    let flat = lines::<f64>().map(|l| Bin { weight: 1.0, ..l });
+    let flat = bins::<f64>().map(|l| Bin { weight: 1.0, ..l });
     let basis = MassLineBasis::new(flat, [10.0, 120.0], 10.0, Terms::Abc, &mut workspace).unwrap();
     let (mut squares, mut formal) = (0.0, 0.0);
     let runs = 400;
@@ -186,14 +186,14 @@ fn corrected_for_the_window_the_deviation_is_that_of_many_records() {
         samples.fill_with(&mut noise);
         window::exponential(&mut samples, 0.0, 1.0, 10.0 / 4000.0);
         f64::real_fft(&mut samples, &mut spectrum).unwrap();
-        let line = basis.fit(spectrum).unwrap();
-        squares += line.accelerance().powi(2);
-        formal += line.sigma[0];
+        let fitted = basis.fit(spectrum).unwrap();
+        squares += fitted.accelerance().powi(2);
+        formal += fitted.sigma[0];
     }
     let runs = f64::from(runs);
     let formal = formal / runs / (squares / runs).sqrt();
     let corrected = formal * window_correlation(10.0, RECORD as f64 / 4000.0);
-    // A standard deviation over 400 runs is known to 3.5 %. The correction is that of a mean over many lines;
+    // A standard deviation over 400 runs is known to 3.5 %. The correction is that of a mean over many bins;
     // at the ends of the band, which determine B and C, there are fewer neighbours: 10 % too much.
     assert!((0.9..1.2).contains(&corrected), "{corrected}");
     assert!(formal < 0.5, "{formal}");

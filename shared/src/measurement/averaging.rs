@@ -32,7 +32,7 @@ pub struct ProcessingSettings<'a, R> {
     pub test: &'a TestSettings<R>,
 }
 
-/// Spacing of the rig's spectral lines, Hz.
+/// Spacing of the rig's bins, Hz.
 pub fn resolution<R: RealFft>(adc: &AdcProperties) -> R {
     R::of(f64::from(adc.rate.0)) / R::of(RECORD_SCANS as f64)
 }
@@ -197,7 +197,7 @@ pub fn fit_responses<R: RealFft>(
     ResponseFits::new(lines, &fitting, adc.responses(), frf, basis)
 }
 
-/// The rig's spectral lines with their weights.
+/// The rig's bins with their weights.
 fn lines<R: RealFft>(
     resolution: R,
     weight: impl Fn(usize) -> R + Clone,

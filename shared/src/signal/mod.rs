@@ -42,7 +42,7 @@ pub type Scan = [u16; CHANNELS];
 pub const RECORD_SCANS: usize = 2048;
 /// Number of scans in a record before the trigger.
 pub const PRE_TRIGGER_SCANS: usize = 80;
-/// Number of lines in the averaged spectra of the rig, the first at 0 Hz.
+/// Number of bins in the averaged spectra of the rig, the first at 0 Hz.
 pub const SPECTRUM_BINS: usize = 128;
 
 #[cfg(test)]

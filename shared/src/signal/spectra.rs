@@ -14,7 +14,7 @@ use crate::layout::FrfEstimator;
 /// alone and on the force alone; `Hv = √(G_XX/G_FF) · G_XF/|G_XF|` is their geometric mean. The coherence is
 /// `γ² = |G_XF|²/(G_FF G_XX) = H1/H2`.
 ///
-/// Takes 14 KiB for nine responses, 128 lines and `f32`. It is all zero bytes when empty, so a static one is
+/// Takes 14 KiB for nine responses, 128 bins and `f32`. It is all zero bytes when empty, so a static one is
 /// in `.bss`.
 ///
 /// ```
@@ -97,13 +97,13 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
 
     /// Adds the spectrum of one response to the hit started last; `force` is the spectrum passed then. A
     /// response that does not exist is ignored.
-    pub fn add_response(&mut self, response: usize, force: &[Complex<R>], lines: &[Complex<R>]) {
+    pub fn add_response(&mut self, response: usize, force: &[Complex<R>], bins: &[Complex<R>]) {
         let (Some(cross), Some(auto)) =
             (self.cross.get_mut(response), self.response.get_mut(response))
         else {
             return;
         };
-        for (((cross, auto), f), x) in cross.iter_mut().zip(auto).zip(force).zip(lines) {
+        for (((cross, auto), f), x) in cross.iter_mut().zip(auto).zip(force).zip(bins) {
             *cross += x * f.conj();
             *auto += x.norm_sqr();
         }
@@ -119,44 +119,44 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
     }
 
     /// Removes the spectrum of one response.
-    pub fn remove_response(&mut self, response: usize, force: &[Complex<R>], lines: &[Complex<R>]) {
+    pub fn remove_response(&mut self, response: usize, force: &[Complex<R>], bins: &[Complex<R>]) {
         let (Some(cross), Some(auto)) =
             (self.cross.get_mut(response), self.response.get_mut(response))
         else {
             return;
         };
-        for (((cross, auto), f), x) in cross.iter_mut().zip(auto).zip(force).zip(lines) {
+        for (((cross, auto), f), x) in cross.iter_mut().zip(auto).zip(force).zip(bins) {
             *cross -= x * f.conj();
             *auto = (*auto - x.norm_sqr()).max(R::zero());
         }
     }
 
-    /// `G_FF` at a line, N² s²; 0 beyond the last line.
-    pub fn force_auto(&self, line: usize) -> R {
-        self.mean(self.force.get(line))
+    /// `G_FF` at a bin, N² s²; 0 beyond the last bin.
+    pub fn force_auto(&self, bin: usize) -> R {
+        self.mean(self.force.get(bin))
     }
 
-    /// `G_XF` at a line, N (m/s²) s²; 0 beyond the last response or line.
-    pub fn cross(&self, response: usize, line: usize) -> Complex<R> {
-        let sum = self.cross.get(response).and_then(|lines| lines.get(line));
+    /// `G_XF` at a bin, N (m/s²) s²; 0 beyond the last response or bin.
+    pub fn cross(&self, response: usize, bin: usize) -> Complex<R> {
+        let sum = self.cross.get(response).and_then(|bins| bins.get(bin));
         let count = self.count();
         sum.map_or(Complex::new(R::zero(), R::zero()), |sum| sum.unscale(count))
     }
 
-    /// `G_XX` at a line, (m/s²)² s²; 0 beyond the last response or line.
-    pub fn response_auto(&self, response: usize, line: usize) -> R {
-        self.mean(self.response.get(response).and_then(|lines| lines.get(line)))
+    /// `G_XX` at a bin, (m/s²)² s²; 0 beyond the last response or bin.
+    pub fn response_auto(&self, response: usize, bin: usize) -> R {
+        self.mean(self.response.get(response).and_then(|bins| bins.get(bin)))
     }
 
-    /// `H1 = G_XF/G_FF`, (m/s²)/N; 0 where there is no force (such a line has no weight either).
-    pub fn h1(&self, response: usize, line: usize) -> Complex<R> {
-        ratio(self.cross(response, line), self.force_auto(line))
+    /// `H1 = G_XF/G_FF`, (m/s²)/N; 0 where there is no force (such a bin has no weight either).
+    pub fn h1(&self, response: usize, bin: usize) -> Complex<R> {
+        ratio(self.cross(response, bin), self.force_auto(bin))
     }
 
     /// H by one of the estimators, (m/s²)/N; 0 where there is no force.
-    pub fn frf(&self, estimator: FrfEstimator, response: usize, line: usize) -> Complex<R> {
-        let h1 = self.h1(response, line);
-        let coherence = self.coherence(response, line);
+    pub fn frf(&self, estimator: FrfEstimator, response: usize, bin: usize) -> Complex<R> {
+        let h1 = self.h1(response, bin);
+        let coherence = self.coherence(response, bin);
         match estimator {
             FrfEstimator::H1 => h1,
             FrfEstimator::H2 => ratio(h1, coherence),
@@ -164,36 +164,36 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
         }
     }
 
-    /// Adds the squared accelerances of the first `responses` responses to `squares`, line by line: the input
+    /// Adds the squared accelerances of the first `responses` responses to `squares`, bin by bin: the input
     /// of [`find_band`](crate::mass_line::find_band).
     pub fn add_squares(&self, responses: usize, squares: &mut [R]) {
-        for (line, sum) in squares.iter_mut().enumerate() {
+        for (bin, sum) in squares.iter_mut().enumerate() {
             for response in 0..responses {
-                *sum += self.h1(response, line).norm_sqr();
+                *sum += self.h1(response, bin).norm_sqr();
             }
         }
     }
 
     /// `γ²`, from 0 to 1; 0 where there is no force or no response.
-    pub fn coherence(&self, response: usize, line: usize) -> R {
-        let cross = self.cross(response, line);
-        let to_force = ratio(cross, self.force_auto(line));
-        let to_response = ratio(cross, self.response_auto(response, line));
+    pub fn coherence(&self, response: usize, bin: usize) -> R {
+        let cross = self.cross(response, bin);
+        let to_force = ratio(cross, self.force_auto(bin));
+        let to_response = ratio(cross, self.response_auto(response, bin));
         let squared = (to_force * to_response.conj()).re;
         if squared.finite() { squared.min(R::one()) } else { R::zero() }
     }
 
-    /// Mean coherence of a response over those of the lines that exist; 0 when none does. `None` with fewer
+    /// Mean coherence of a response over those of the bins that exist; 0 when none does. `None` with fewer
     /// than two hits, for which the coherence is always one.
-    pub fn mean_coherence(&self, response: usize, lines: RangeInclusive<usize>) -> Option<R> {
+    pub fn mean_coherence(&self, response: usize, bins: RangeInclusive<usize>) -> Option<R> {
         if self.hits < 2 {
             return None;
         }
         let (mut sum, mut count) = (R::zero(), R::zero());
-        // A band may extend far beyond the last line.
-        let end = if lines.is_empty() { 0 } else { lines.end().saturating_add(1).min(BINS) };
-        for line in *lines.start()..end {
-            sum += self.coherence(response, line);
+        // A band may extend far beyond the last bin.
+        let end = if bins.is_empty() { 0 } else { bins.end().saturating_add(1).min(BINS) };
+        for bin in *bins.start()..end {
+            sum += self.coherence(response, bin);
             count += R::one();
         }
         Some(if count > R::zero() { sum / count } else { R::zero() })
@@ -208,9 +208,9 @@ impl<R: Real, const RESPONSES: usize, const BINS: usize> Spectra<R, RESPONSES, B
     }
 }
 
-/// The lines within a band, Hz, both ends included: `[low, high]` with a line spacing of `resolution` Hz.
+/// The bins within a band, Hz, both ends included: `[low, high]` with a bin spacing of `resolution` Hz.
 ///
-/// An end that coincides with a line within rounding includes it. Empty when there is no line inside.
+/// An end that coincides with a bin within rounding includes it. Empty when there is no bin inside.
 pub fn bins_of_band<R: Real>(band: [R; 2], resolution: R) -> RangeInclusive<usize> {
     let ends = band.map(|end| end.to_f64() / resolution.to_f64());
     let slack = 1e-4;
@@ -241,17 +241,17 @@ mod tests {
     use proptest::prelude::*;
 
     type Small = Spectra<f64, 1, 4>;
-    type Lines = [Complex<f64>; 4];
+    type Bins = [Complex<f64>; 4];
 
     fn complex() -> impl Strategy<Value = Complex<f64>> {
         (-10.0..10.0_f64, -10.0..10.0_f64).prop_map(|(re, im)| Complex::new(re, im))
     }
 
-    fn lines() -> impl Strategy<Value = Lines> {
+    fn bins() -> impl Strategy<Value = Bins> {
         prop::array::uniform4(complex())
     }
 
-    fn averaged(hits: &[(Lines, Lines)]) -> Small {
+    fn averaged(hits: &[(Bins, Bins)]) -> Small {
         let mut spectra = Small::new();
         for (force, response) in hits {
             spectra.add_force(force);
@@ -263,20 +263,20 @@ mod tests {
     proptest! {
         #[test]
         fn h1_of_a_pure_gain_is_that_gain_with_coherence_one(
-            forces in prop::collection::vec(lines(), 1..6),
+            forces in prop::collection::vec(bins(), 1..6),
             gain in complex(),
         ) {
             prop_assume!(gain.norm() > 1e-3);
             let hits: std::vec::Vec<_> = forces.iter().map(|f| (*f, f.map(|f| f * gain))).collect();
             let spectra = averaged(&hits);
             prop_assert_eq!(usize::from(spectra.hits()), hits.len());
-            for line in 0..4 {
+            for bin in 0..4 {
                 // The tolerance covers rounding; the sums have few terms.
                 for estimator in FrfEstimator::ALL {
-                    let h = spectra.frf(estimator, 0, line);
+                    let h = spectra.frf(estimator, 0, bin);
                     prop_assert!((h - gain).norm() < 1e-13 * gain.norm(), "{estimator:?}");
                 }
-                prop_assert!((spectra.coherence(0, line) - 1.0).abs() < 1e-13);
+                prop_assert!((spectra.coherence(0, bin) - 1.0).abs() < 1e-13);
             }
             match spectra.mean_coherence(0, 0..=3) {
                 Some(mean) => prop_assert!((mean - 1.0).abs() < 1e-13),
@@ -286,22 +286,22 @@ mod tests {
 
         #[test]
         fn noise_in_the_force_leaves_h2_at_the_least_squares_gain_and_hv_between(
-            hits in prop::collection::vec((lines(), lines()), 3..6),
+            hits in prop::collection::vec((bins(), bins()), 3..6),
         ) {
             let spectra = averaged(&hits);
-            for line in 0..4 {
-                prop_assume!(spectra.coherence(0, line) > 1e-3);
+            for bin in 0..4 {
+                prop_assume!(spectra.coherence(0, bin) > 1e-3);
                 // The definition of H2: it minimises Σ|F − X/H|².
                 let left = |h: Complex<f64>| -> f64 {
-                    hits.iter().map(|(f, x)| (f[line] - x[line] / h).norm_sqr()).sum()
+                    hits.iter().map(|(f, x)| (f[bin] - x[bin] / h).norm_sqr()).sum()
                 };
-                let h2 = spectra.frf(FrfEstimator::H2, 0, line);
+                let h2 = spectra.frf(FrfEstimator::H2, 0, bin);
                 for aside in [Complex::new(1.01, 0.0), Complex::new(1.0, -0.01)] {
                     prop_assert!(left(h2) <= left(h2 * aside));
                     prop_assert!(left(h2) <= left(h2 / aside));
                 }
                 // Hv is the geometric mean with the common phase; the tolerance covers rounding.
-                let (h1, hv) = (spectra.h1(0, line), spectra.frf(FrfEstimator::Hv, 0, line));
+                let (h1, hv) = (spectra.h1(0, bin), spectra.frf(FrfEstimator::Hv, 0, bin));
                 prop_assert!((hv * hv - h1 * h2).norm() < 1e-12 * hv.norm_sqr());
                 prop_assert!((hv * h1.conj()).im.abs() < 1e-12 * hv.norm_sqr());
             }
@@ -309,25 +309,25 @@ mod tests {
 
         #[test]
         fn coherence_lies_between_zero_and_one(
-            hits in prop::collection::vec((lines(), lines()), 0..6),
+            hits in prop::collection::vec((bins(), bins()), 0..6),
         ) {
             let spectra = averaged(&hits);
-            for line in 0..6 {
-                prop_assert!((0.0..=1.0).contains(&spectra.coherence(0, line)));
+            for bin in 0..6 {
+                prop_assert!((0.0..=1.0).contains(&spectra.coherence(0, bin)));
             }
         }
 
         #[test]
         fn noise_in_the_response_lowers_coherence_and_leaves_h1_at_the_least_squares_gain(
-            hits in prop::collection::vec((lines(), lines()), 3..6),
+            hits in prop::collection::vec((bins(), bins()), 3..6),
         ) {
             // The definition of H1: it minimises Σ|X − H F|².
             let spectra = averaged(&hits);
-            for line in 0..4 {
+            for bin in 0..4 {
                 let left = |h: Complex<f64>| -> f64 {
-                    hits.iter().map(|(f, x)| (x[line] - h * f[line]).norm_sqr()).sum()
+                    hits.iter().map(|(f, x)| (x[bin] - h * f[bin]).norm_sqr()).sum()
                 };
-                let h1 = spectra.h1(0, line);
+                let h1 = spectra.h1(0, bin);
                 let total = left(Complex::new(0.0, 0.0));
                 for aside in [Complex::new(0.01, 0.0), Complex::new(0.0, -0.01)] {
                     prop_assert!(left(h1) <= left(h1 + aside));
@@ -335,7 +335,7 @@ mod tests {
                 }
                 // The coherence is the share of the response that H1 explains.
                 let explained = 1.0 - left(h1) / total;
-                prop_assert!((spectra.coherence(0, line) - explained).abs() < 1e-10);
+                prop_assert!((spectra.coherence(0, bin) - explained).abs() < 1e-10);
             }
         }
     }
@@ -352,10 +352,10 @@ mod tests {
         spectra.remove_response(0, &force, &response);
         let without = averaged(&[hit(1.0), hit(2.0)]);
         assert_eq!(spectra.hits(), 2);
-        for line in 0..4 {
+        for bin in 0..4 {
             // The tolerance covers rounding; the sums have few terms.
-            assert!((spectra.h1(0, line) - without.h1(0, line)).norm() < 1e-13);
-            assert!((spectra.coherence(0, line) - without.coherence(0, line)).abs() < 1e-13);
+            assert!((spectra.h1(0, bin) - without.h1(0, bin)).norm() < 1e-13);
+            assert!((spectra.coherence(0, bin) - without.coherence(0, bin)).abs() < 1e-13);
         }
     }
 

@@ -30,7 +30,7 @@ fn suspension(stiffness: f64) -> Matrix6<f64> {
     sum
 }
 
-/// Lines from `low` to 120 Hz, 2 Hz apart.
+/// Bins from `low` to 120 Hz, 2 Hz apart.
 fn frequencies(low: f64) -> Vec<f64> {
     (0..).map(|k| low + 2.0 * f64::from(k)).take_while(|f| *f <= 120.0).collect()
 }
