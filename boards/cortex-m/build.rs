@@ -1,9 +1,6 @@
-//! The commit that the firmware is built from.
-
-#[path = "build/commit.rs"]
-mod commit;
+//! Passes the commit that the firmware is built from to the compiler.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    commit::name_the_commit();
+    massline_boards::commit(&["..", "../../firmware", "../../shared", "../../Cargo.lock"]);
 }

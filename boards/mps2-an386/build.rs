@@ -5,9 +5,6 @@ use std::{env, fs};
 
 use massline_boards::build::{self, Program};
 
-#[path = "../cortex-m/build/commit.rs"]
-mod commit;
-
 fn main() {
     build::board(&[Program::Firmware], &["link.x"]);
     if build::bare_metal() {
@@ -15,5 +12,5 @@ fn main() {
         let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
         fs::write(out.join("device.x"), "").expect("OUT_DIR is writable");
     }
-    commit::name_the_commit();
+    massline_boards::commit(&["..", "../../firmware", "../../shared", "../../Cargo.lock"]);
 }

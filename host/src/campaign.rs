@@ -189,13 +189,9 @@ impl Follower<'_> {
             if interrupt.pressed() {
                 return self.leave();
             }
-            let steered = match self.observer.steer(self.client, &status)? {
+            status = match self.observer.steer(self.client, &status)? {
                 Some(Steer::Leave) => return self.leave(),
                 Some(Steer::Command(command)) => self.command(command)?,
-                None => None,
-            };
-            status = match steered {
-                Some(status) => status,
                 None => self.listen()?,
             };
             if let Some(patience) = patience.filter(|&p| self.changed.elapsed() > p) {
@@ -268,15 +264,15 @@ impl Follower<'_> {
     }
 
     /// Sends a command; returns the status after it, also when the command came at the wrong time.
-    fn command(&mut self, command: CampaignCommand) -> Result<Option<Status>> {
+    fn command(&mut self, command: CampaignCommand) -> Result<Status> {
         match self.client.command(command) {
             Ok(status) => {
                 self.client.forget_statuses();
-                Ok(Some(status))
+                Ok(status)
             }
             Err(e) if e.refusal() == Some(Reason::WrongPhase) => {
                 self.observer.refused(command);
-                self.ask().map(Some)
+                self.ask()
             }
             Err(e) => Err(e.into()),
         }
@@ -285,10 +281,7 @@ impl Follower<'_> {
     /// Interrupts the campaign; returns its ending if it has ended meanwhile.
     fn leave(&mut self) -> Result<Ending> {
         loop {
-            let status = match self.command(CampaignCommand::Pause)? {
-                Some(status) => status,
-                None => self.ask()?,
-            };
+            let status = self.command(CampaignCommand::Pause)?;
             if let Some(ending) = self.take(&status)? {
                 return Ok(ending);
             }

@@ -11,6 +11,7 @@ pub mod board;
 pub mod boot_loader;
 pub mod build;
 mod check;
+mod commit;
 mod constants;
 mod error;
 mod file;
@@ -20,6 +21,7 @@ pub mod wiring;
 
 pub use board::Board;
 pub use boot_loader::BootLoader;
+pub use commit::commit;
 pub use error::Error;
 pub use list::boards;
 pub use wiring::Wiring;

@@ -226,8 +226,8 @@ fn board_info(boot_reason: BootReason, last_panic: &'static str) -> BoardInfo {
     BoardInfo {
         name: "virtual",
         firmware: env!("CARGO_PKG_VERSION"),
-        git_hash: env!("GIT_HASH"),
-        git_dirty: env!("GIT_DIRTY") == "true",
+        git_hash: env!("MASSLINE_GIT_HASH"),
+        git_dirty: env!("MASSLINE_GIT_DIRTY") == "true",
         boot_reason,
         last_panic,
         stack: StackUse::default,

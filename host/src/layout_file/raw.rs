@@ -16,7 +16,7 @@ use super::values::{NodeNumber, RawAxes, RawBand, RawKnown, TITLE_BYTES};
 #[serde(deny_unknown_fields)]
 #[schemars(title = "massline layout")]
 pub(super) struct RawLayout {
-    /// Free text, at most 48 bytes.
+    /// Free text, at most 48 bytes: 48 letters, fewer if some are not ASCII.
     #[serde(default)]
     #[schemars(with = "String", length(max = TITLE_BYTES))]
     pub(super) title: Option<Spanned<String>>,

@@ -1,9 +1,10 @@
 //! The fit recovers body and suspension, and refuses bad input.
 
+use super::problem::real;
 use super::*;
 use crate::layout::tests::{bar_body, bar_layout};
 use crate::linalg::skew;
-use nalgebra::Matrix3;
+use nalgebra::{Complex, Matrix3, SMatrix, Vector3};
 use std::vec;
 use std::vec::Vec;
 
