@@ -69,7 +69,7 @@ impl Checkpoint {
             self.campaign = campaign;
             self.dofs.clone_from(&progress.dofs);
             let mut store = store.lock().await;
-            self.keep_dofs(rig, &mut store, room).await;
+            self.store_dofs(rig, &mut store, room).await;
             let length = encode(rig, progress, room);
             // If this fails, it is tried again with the newer progress after the next DOF.
             let _ = store.put_progress(room.get(..length).unwrap_or_default()).await;
@@ -77,7 +77,7 @@ impl Checkpoint {
     }
 
     /// Stores the mass lines of the DOFs that have been closed.
-    async fn keep_dofs<F: NorFlash>(
+    async fn store_dofs<F: NorFlash>(
         &mut self,
         rig: &Rig<'_>,
         store: &mut Store<F>,
@@ -106,8 +106,8 @@ impl Checkpoint {
         }
         // A campaign that cannot be restored is deleted as soon as the rig measures.
         let nothing = Self { campaign: u32::from(store.has_progress()), ..Self::default() };
-        let kept = store.progress(room).await;
-        kept.and_then(|bytes| take_up(rig, &dofs, bytes)).unwrap_or(nothing)
+        let stored = store.progress(room).await;
+        stored.and_then(|bytes| take_up(rig, &dofs, bytes)).unwrap_or(nothing)
     }
 }
 
@@ -136,16 +136,16 @@ fn encode_dof(rig: &Rig<'_>, place: usize, room: &mut Room) -> Option<(u8, usize
 
 /// Restores the campaign from its stored DOFs and progress.
 fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpoint> {
-    let kept = postcard::from_bytes::<ProgressCheckpoint>(progress).ok()?;
+    let stored = postcard::from_bytes::<ProgressCheckpoint>(progress).ok()?;
     let mut measurement = rig.measurement.borrow_mut();
-    let same = kept.layout == rig.layout_hash.get()
-        && kept.calibration == checksum_of(measurement.calibration());
+    let same = stored.layout == rig.layout_hash.get()
+        && stored.calibration == checksum_of(measurement.calibration());
     if !same {
         return None;
     }
-    let had_lines = |index: usize| kept.measured & bit_of(index) != 0;
+    let had_lines = |index: usize| stored.measured & bit_of(index) != 0;
     let dofs = dofs.iter().filter_map(DofResult::measured);
-    measurement.resume(kept.campaign, dofs, had_lines, kept.diagnostics).ok()?;
+    measurement.resume(stored.campaign, dofs, had_lines, stored.diagnostics).ok()?;
     Some(Checkpoint {
         campaign: measurement.campaigns(),
         dofs: measurement.progress()?.dofs,

@@ -114,9 +114,9 @@ async fn recall<F: NorFlash>(
         // The bytes were checked before they were stored. If they are refused, the rig asks for a layout.
         let _ = rig.use_layout(layout);
     }
-    if let Some(calibration) = store.calibration().await.filter(|kept| kept.is_usable()) {
+    if let Some(calibration) = store.calibration().await.filter(|stored| stored.is_usable()) {
         rig.measurement.borrow_mut().set_calibration(calibration.calibration);
     }
-    rig.last_mass.set(store.results().last().and_then(|kept| kept.entry.mass));
+    rig.last_mass.set(store.results().last().and_then(|stored| stored.entry.mass));
     Checkpoint::recall(rig, &mut store, room).await
 }

@@ -8,7 +8,7 @@ use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
-use massline_shared::measurement::Wish;
+use massline_shared::measurement::NextAction;
 use massline_shared::signal::{CHANNELS, Scan};
 use massline_shared::units::ScanIndex;
 
@@ -41,16 +41,16 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
         loop {
             self.checkpoint.update(self.rig, self.store, self.room).await;
             self.rig.wake.reset();
-            let wish = self.rig.measurement.borrow().wish();
-            match wish {
-                Wish::Rest => self.rig.wake.wait().await,
-                Wish::Scans => self.sample().await,
-                Wish::Work => {
+            let action = self.rig.measurement.borrow().next_action();
+            match action {
+                NextAction::Wait => self.rig.wake.wait().await,
+                NextAction::Sample => self.sample().await,
+                NextAction::Compute => {
                     self.work();
                     // Lets the link and the watchdog run between two steps of a computation.
                     yield_now().await;
                 }
-                Wish::Keep => self.keep_result().await,
+                NextAction::Store => self.keep_result().await,
             }
             self.rig.changed();
         }
@@ -101,7 +101,7 @@ impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {
                 }
                 Err(stopped) => return Err(stopped),
             }
-            if rig.measurement.borrow().wish() != Wish::Scans {
+            if rig.measurement.borrow().next_action() != NextAction::Sample {
                 return Ok(());
             }
         }

@@ -259,7 +259,7 @@ impl Follower<'_> {
 
     fn ask(&mut self) -> Result<Status> {
         let status = self.client.status()?;
-        self.client.forget_statuses();
+        self.client.discard_statuses();
         Ok(status)
     }
 
@@ -267,7 +267,7 @@ impl Follower<'_> {
     fn command(&mut self, command: CampaignCommand) -> Result<Status> {
         match self.client.command(command) {
             Ok(status) => {
-                self.client.forget_statuses();
+                self.client.discard_statuses();
                 Ok(status)
             }
             Err(e) if e.refusal() == Some(Reason::WrongPhase) => {
@@ -294,7 +294,8 @@ impl Follower<'_> {
         Error::device(
             "rig_stuck",
             format!(
-                "the rig has made no progress for {patience:?}: phase {}, DOF number {}, {} hits accepted and {} rejected; `massline device stats` may show why",
+                "the rig has made no progress for {patience:?}: phase {}, DOF number {}, {} hits \
+                 accepted and {} rejected; `massline device stats` may show why",
                 phase_name(status.phase),
                 u32::from(status.dof) + 1,
                 status.accepted.iter().map(|&n| u32::from(n)).sum::<u32>(),

@@ -10,9 +10,9 @@ use crate::interrupt::Interrupt;
 /// Calls `act` for each number below `count` and returns the results in the order of the numbers, however
 /// many threads there are. `act` may overwrite the memory that it gets, which `memory` allocates.
 ///
-/// Pieces are started in the order of their numbers. After Ctrl-C no further piece is started, and the results of
-/// the first ones are returned: a computation that was interrupted can be repeated with a smaller `count`. `progress` is called after
-/// each piece with the number of pieces done.
+/// Pieces are started in the order of their numbers. After Ctrl-C no further piece is started, and the
+/// results of the first ones are returned: a computation that was interrupted can be repeated with a
+/// smaller `count`. `progress` is called after each piece with the number of pieces done.
 pub(crate) fn pieces<M, T: Send>(
     count: u64,
     interrupt: &Interrupt,

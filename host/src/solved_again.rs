@@ -7,9 +7,12 @@
 //! | --- | --- |
 //! | `results` | the rig: its estimates with its diagnostics |
 //! | `diagnostics` | the rig; an entry with `"found_by": "host"` is the host's |
-//! | `not_applicable` | the methods without an answer by the rig, with the reasons and, in `found_by`, who found them: the host where it has no answer either, because a rig does not store to which method a reason belongs |
+//! | `not_applicable` | the methods without an answer by the rig, and why; `found_by` is `host` where the host found the reason [^1] |
 //! | `host` | the host: `results`, `not_applicable`, `details`, `diagnostics`, `mistakes` |
 //! | `details`, `single_faults` | the host, same contents as under `host` |
+//!
+//! [^1]: A rig does not store to which method a reason belongs. The host's reason is given where the host
+//!     has no answer either.
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::scale;

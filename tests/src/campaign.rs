@@ -6,19 +6,27 @@
 use std::time::{Duration, Instant};
 
 use massline::campaign::{Begin, Ending, Observer, begin, follow};
-use massline::client::{Client, PipeTransport};
+use massline::client::{Client, PipeTransport, Timing};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
-use massline_virtual::bench::Bench;
+use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
 /// A wall-clock limit that is reached only when something hangs.
 pub const LATE: Duration = Duration::from_secs(120);
+
+/// Retries soon and as often as needed: a rig in this process answers at once or not at all.
+pub const IMPATIENT: Timing = Timing {
+    answer: Duration::from_millis(50),
+    attempts: 10_000,
+    reconnect: LATE,
+    pause: Duration::from_millis(1),
+};
 
 /// The shipped layouts of the three-bar frame: the paper's four tests.
 pub const THREE_BAR_TESTS: [&str; 4] = [
@@ -34,9 +42,14 @@ pub fn layout_file(text: &str) -> LayoutFile {
     LayoutFile::parse(text, "test.toml").expect("the layout is well-formed")
 }
 
+/// The first of [`THREE_BAR_TESTS`].
+pub fn three_bar() -> LayoutFile {
+    layout_file(THREE_BAR_TESTS[0])
+}
+
 /// The first of [`THREE_BAR_TESTS`] with `hits` at each DOF instead of five.
 pub fn three_bar_with_hits(hits: u8) -> LayoutFile {
-    let mut file = layout_file(THREE_BAR_TESTS[0]);
+    let mut file = three_bar();
     file.layout.test.hits_per_dof = hits;
     file
 }
@@ -48,6 +61,18 @@ pub fn steady_hand(name: &str) -> Bench {
     bench.operator.too_hard_rate = 0.0;
     bench.operator.double_rate = 0.0;
     bench
+}
+
+/// The scans of `bench` while it is measured with the layout of `file`; every random number comes from
+/// `seed`.
+#[track_caller]
+pub fn scans(bench: &Bench, file: &LayoutFile, seed: u64) -> Box<BenchSource> {
+    Box::new(BenchSource::new(bench, &file.layout, seed).expect("the layout fits the bench"))
+}
+
+/// Connects one more client, which repeats its requests as [`IMPATIENT`] says.
+pub fn connect(rig: &VirtualRig) -> Client {
+    Client::with_timing(PipeTransport::new(rig.link()), IMPATIENT)
 }
 
 /// Starts a rig and connects a client, which has not sent a request yet.

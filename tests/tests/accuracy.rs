@@ -5,7 +5,7 @@ use massline_protocol::object::StoredEstimate;
 use massline_shared::body::{INERTIAL_PARAMETERS, scale};
 use massline_shared::identify::Method;
 use massline_tests::campaign::{self, THREE_BAR_TESTS};
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::bench::Bench;
 
 /// Characteristic length of the frame: errors are relative to m, L three times, and m L² six times.
 const LENGTH: f64 = 0.14;
@@ -29,9 +29,9 @@ fn allowed(of_20: f64) -> f64 {
 /// The ten inertial parameters from maximum likelihood on the rig in one campaign.
 fn measure(bench: &Bench, test: &str, seed: u64) -> [f64; 10] {
     let file = campaign::layout_file(test);
-    let source = BenchSource::new(bench, &file.layout, seed).expect("the bench takes it");
+    let source = campaign::scans(bench, &file, seed);
     let layout = file.rig_layout().expect("fits the rig");
-    let result = campaign::measure(Box::new(source), &layout, &mut ());
+    let result = campaign::measure(source, &layout, &mut ());
     let likelihood = |e: &&StoredEstimate| e.method == Method::MaximumLikelihood.number();
     result.estimates.iter().find(likelihood).expect("an estimate").properties.map(f64::from)
 }

@@ -4,8 +4,8 @@
 use massline::identification::{Selection, identify, lines_of};
 use massline::report::estimates_of;
 use massline_shared::identify::{IdentifySettings, Observations};
-use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure};
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure, scans};
+use massline_virtual::bench::Bench;
 
 /// The first test with other sensors, hits and further tables.
 fn first_with(sensors: &str, hits: &str, tables: &str) -> String {
@@ -68,9 +68,9 @@ fn bench() -> Bench {
 /// Every number of every method agrees to a hundredth of its standard deviation.
 fn agree(text: &str, bench: &Bench, seed: u64, methods: usize) {
     let file = layout_file(text);
-    let source = BenchSource::new(bench, &file.layout, seed).expect("the bench takes it");
+    let source = scans(bench, &file, seed);
     let layout = file.rig_layout().expect("fits the rig");
-    let result = measure(Box::new(source), &layout, &mut ());
+    let result = measure(source, &layout, &mut ());
     let lines = lines_of(&result);
     let observed = Observations::of_mass_lines(&file.layout, &lines);
     let host = identify(&observed, Selection::All, &IdentifySettings::default());

@@ -5,7 +5,7 @@ use massline_protocol::object::{DofResult, MeasurementResult, StoredEstimate};
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::{RigLayout, Verdict};
 use massline_shared::measurement::campaign::Start;
-use massline_shared::measurement::{Measurement, Memory, Wish};
+use massline_shared::measurement::{Measurement, Memory, NextAction};
 use massline_shared::units::ScanIndex;
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, measure};
 use massline_virtual::bench::{Bench, BenchSource};
@@ -26,21 +26,21 @@ fn directly(
     measurement.set_calibration(nominal_calibration(bench));
     measurement.start(Start::USUAL, false, true).unwrap();
     loop {
-        match measurement.wish() {
-            Wish::Scans => {
+        match measurement.next_action() {
+            NextAction::Sample => {
                 measurement.sampling_started();
                 let dof = measurement.campaign().unwrap().dof();
                 source.armed(measurement.armings(), dof);
                 for index in 0.. {
                     measurement.feed(ScanIndex(index), &[source.next_scan().unwrap()]);
-                    if measurement.wish() != Wish::Scans {
+                    if measurement.next_action() != NextAction::Sample {
                         break;
                     }
                 }
             }
-            Wish::Work => measurement.work(),
-            Wish::Keep => break,
-            Wish::Rest => panic!("the campaign was interrupted"),
+            NextAction::Compute => measurement.work(),
+            NextAction::Store => break,
+            NextAction::Wait => panic!("the campaign was interrupted"),
         }
     }
     let result = measurement.result();

@@ -14,8 +14,8 @@ use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_protocol::{MAX_FRAME, PROTOCOL_MAJOR, encode_frame};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
-use massline_tests::campaign::{LATE, three_bar_with_hits};
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_tests::campaign::{self, LATE, scans, three_bar_with_hits};
+use massline_virtual::bench::Bench;
 use massline_virtual::flash::{FlashBacking, FlashMemory};
 use massline_virtual::pipe::faults::{FaultRates, FaultyPipe};
 use massline_virtual::pipe::{Direction, Filter, HostEnd};
@@ -27,13 +27,8 @@ const FAULTS: u64 = 10_000;
 /// Number of rigs that share these faults and run in parallel, because a fault mostly costs waiting.
 const RIGS: u64 = 4;
 
-/// Retries soon and as often as needed: a rig in this process answers at once or not at all.
-const IMPATIENT: Timing = Timing {
-    answer: Duration::from_millis(6),
-    attempts: 5000,
-    reconnect: Duration::from_secs(10),
-    pause: Duration::from_millis(1),
-};
+/// A fault costs the wait for an answer, and there are thousands of faults.
+const IMPATIENT: Timing = Timing { answer: Duration::from_millis(6), ..campaign::IMPATIENT };
 
 fn layout_file() -> LayoutFile {
     // The smallest number of hits that gives a covariance.
@@ -46,10 +41,9 @@ fn rig_layout() -> RigLayout {
 
 /// A rig on the ideal bench; seed and layout are always the same.
 fn start(flash: &FlashMemory) -> VirtualRig {
-    let source =
-        BenchSource::new(&Bench::named("ideal").unwrap(), &layout_file().layout, 1).unwrap();
+    let source = scans(&Bench::named("ideal").unwrap(), &layout_file(), 1);
     let flash = FlashBacking::Memory(flash.clone());
-    let options = VirtualRigOptions { flash, ..VirtualRigOptions::new(Box::new(source)) };
+    let options = VirtualRigOptions { flash, ..VirtualRigOptions::new(source) };
     VirtualRig::start(options).unwrap()
 }
 

@@ -17,7 +17,7 @@ use massline_shared::calibration::tumble::Position;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{AdcProperties, Scan};
-use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file};
+use massline_tests::campaign::{LATE, layout_file, scans, three_bar};
 use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};
 use massline_virtual::framebuffer::Framebuffer;
@@ -28,13 +28,9 @@ use massline_virtual::source::ScanSource;
 /// The clock in the title and the level bars, which depend on the speed of this machine.
 const LIVE: [pictures::Mask; 2] = [(90..128, 0..11), (0..128, 52..64)];
 
-fn file() -> LayoutFile {
-    layout_file(THREE_BAR_TESTS[0])
-}
-
 /// Flash with the layout of the frame stored before a power cut.
 fn provisioned() -> FlashBacking {
-    provisioned_with(&file())
+    provisioned_with(&three_bar())
 }
 
 fn provisioned_with(file: &LayoutFile) -> FlashBacking {
@@ -118,7 +114,7 @@ use Button::{Back, Next, Ok as Yes};
 fn a_whole_measurement_by_buttons_alone() {
     let flash = provisioned();
     let bench = Bench::named("default").unwrap();
-    let source = BenchSource::new(&bench, &file().layout, 1).unwrap();
+    let source = *scans(&bench, &three_bar(), 1);
     let (hold, looked) = Hold::on(source);
     let (rig, person) = power_on(&flash, Box::new(hold));
     let (_, framebuffer) = person.sees(|model| model.layouts == 1);
@@ -169,8 +165,8 @@ fn a_bad_hit_is_heard_and_explained_and_the_campaign_can_be_ended() {
     // Every hit is so hard that it overloads a sensor.
     let mut bench = Bench::named("ideal").unwrap();
     bench.operator.too_hard_rate = 1.0;
-    let source = BenchSource::new(&bench, &file().layout, 1).unwrap();
-    let (rig, person) = power_on(&provisioned(), Box::new(source));
+    let source = scans(&bench, &three_bar(), 1);
+    let (rig, person) = power_on(&provisioned(), source);
     person.sees(|model| model.layouts == 1);
     person.presses(&[Yes, Yes]);
     let rejected = |model: &PanelModel| model.verdict.is_some_and(|v| v.reason.is_some());
@@ -258,8 +254,8 @@ fn the_hammer_is_calibrated_against_a_block_with_buttons_alone() {
     let (bench, file) = block();
     let flash = provisioned_with(&file);
     let (_, tumbled) = tumble(&flash, &bench, SEED);
-    let source = BenchSource::new(&bench, &file.layout, SEED).unwrap();
-    let (rig, person) = power_on(&flash, Box::new(source));
+    let source = scans(&bench, &file, SEED);
+    let (rig, person) = power_on(&flash, source);
     type_mass_and_start(&person);
     let (done, _) = person.sees(|model| model.phase == Phase::Done);
     assert!(done.block && done.mass.is_none(), "{done:?}");
@@ -296,8 +292,8 @@ fn the_hammer_is_calibrated_against_a_block_with_buttons_alone() {
 fn a_block_against_sensors_that_nobody_has_calibrated_is_refused_with_the_reason() {
     let (bench, file) = block();
     let flash = provisioned_with(&file);
-    let source = BenchSource::new(&bench, &file.layout, 2).unwrap();
-    let (rig, person) = power_on(&flash, Box::new(source));
+    let source = scans(&bench, &file, 2);
+    let (rig, person) = power_on(&flash, source);
     type_mass_and_start(&person);
     person.sees(|model| model.phase == Phase::Done);
     person.press(Yes);

@@ -361,7 +361,8 @@ fn cut_campaigns<C: Chip>(chip: &str, cut_ones: &[u32]) -> Count {
     assert!(life.deleted > 0, "the store was full");
     let Count { words, cuts, done, triples } = count;
     println!(
-        "{chip}: {cuts} cuts at {words} words; {triples} times three in a row; after {done} the new state was whole"
+        "{chip}: {cuts} cuts at {words} words; {triples} times three in a row; after {done} the \
+         new state was whole"
     );
     let erases = life.memory.erases();
     println!(

@@ -2,7 +2,6 @@
 //! requested again, and the campaign ends like an undisturbed one.
 
 use massline::client::{Client, Event, PipeTransport};
-use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
 use massline_firmware::scan_ring::FAULTS_TO_STOP;
 use massline_protocol::event::HitEvent;
@@ -10,24 +9,19 @@ use massline_protocol::message::{CampaignCommand, Reason, Stats, Status};
 use massline_shared::diagnosis::Code;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
-use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file, steady_hand};
+use massline_tests::campaign::{LATE, scans, steady_hand, three_bar};
 use massline_tests::faulty_sampler::{Strikes, rig_that_loses};
-use massline_virtual::bench::BenchSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
 /// Number of scans lost at a time.
 const LOST: u32 = 3;
 
-fn file() -> LayoutFile {
-    layout_file(THREE_BAR_TESTS[0])
-}
-
 /// A rig on the ideal bench with a steady hand; its converter loses scans in the blocks for which `loses`
 /// is true.
 fn rig_whose_converter(mut loses: impl FnMut(&[Scan]) -> bool + Send + 'static) -> VirtualRig {
-    let source = BenchSource::new(&steady_hand("ideal"), &file().layout, 1).unwrap();
+    let source = scans(&steady_hand("ideal"), &three_bar(), 1);
     let fault = move |block: &[Scan]| loses(block).then_some(SampleError::Overrun { lost: LOST });
-    rig_that_loses(VirtualRigOptions::new(Box::new(source)), fault).unwrap()
+    rig_that_loses(VirtualRigOptions::new(source), fault).unwrap()
 }
 
 /// Loses scans once, `blocks` blocks after the hammer's strike number `strike`.
@@ -47,7 +41,7 @@ struct Outcome {
 fn measure(rig: VirtualRig) -> Outcome {
     let mut client = Client::new(PipeTransport::new(rig.link()));
     client.identify().unwrap();
-    client.put_layout(&file().rig_layout().unwrap()).unwrap();
+    client.put_layout(&three_bar().rig_layout().unwrap()).unwrap();
     client.start(false, false).unwrap();
     let (mut hits, mut done) = (Vec::new(), None);
     while done.is_none() {
@@ -96,7 +90,7 @@ fn scans_that_are_lost_between_the_hits_cost_no_hit() {
 fn the_panel_says_which_hit_was_aborted_and_why() {
     let rig = rig_whose_converter(after(1, 20));
     let mut client = Client::new(PipeTransport::new(rig.link()));
-    client.put_layout(&file().rig_layout().unwrap()).unwrap();
+    client.put_layout(&three_bar().rig_layout().unwrap()).unwrap();
     client.start(false, false).unwrap();
     let why = |model: &massline_firmware::panel::PanelModel| {
         let reason = model.verdict.and_then(|verdict| verdict.reason);
@@ -112,7 +106,7 @@ fn a_converter_that_only_loses_scans_interrupts_the_campaign_by_name() {
     let rig = rig_whose_converter(|_| true);
     let mut client = Client::new(PipeTransport::new(rig.link()));
     client.identify().unwrap();
-    client.put_layout(&file().rig_layout().unwrap()).unwrap();
+    client.put_layout(&three_bar().rig_layout().unwrap()).unwrap();
     client.start(false, false).unwrap();
     let paused = |status: &Status| status.phase == u8::from(Phase::Paused);
     let mut status = client.status().unwrap();

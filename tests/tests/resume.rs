@@ -11,8 +11,8 @@ use massline_protocol::object::{DofResult, MeasurementResult, ObjectId, ObjectKi
 use massline_shared::diagnosis::{Code, Subject};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
-use massline_tests::campaign::{LATE, phase, start, three_bar_with_hits, wait_for};
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_tests::campaign::{LATE, phase, scans, start, three_bar_with_hits, wait_for};
+use massline_virtual::bench::Bench;
 use massline_virtual::flash::{Cut, FlashBacking, FlashMemory};
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
@@ -28,9 +28,8 @@ fn layout() -> RigLayout {
 /// A rig on a bench with noise; its results are the same bits every time.
 fn power_on(flash: &FlashBacking) -> (VirtualRig, Client) {
     let bench = Bench::named("default").unwrap();
-    let source = BenchSource::new(&bench, &layout_file().layout, 1).unwrap();
-    let options =
-        VirtualRigOptions { flash: flash.clone(), ..VirtualRigOptions::new(Box::new(source)) };
+    let source = scans(&bench, &layout_file(), 1);
+    let options = VirtualRigOptions { flash: flash.clone(), ..VirtualRigOptions::new(source) };
     start(options)
 }
 
@@ -232,7 +231,8 @@ fn wherever_the_power_is_cut_the_campaign_ends_with_the_dofs_that_were_finished(
         rig.stop().unwrap();
     }
     println!(
-        "{CUTS} cuts of a campaign of {steps} words: went on with {restored:?} finished DOFs, {stored} results were whole"
+        "{CUTS} cuts of a campaign of {steps} words: went on with {restored:?} finished DOFs, \
+         {stored} results were whole"
     );
     assert!(restored.iter().all(|&count| count > 0), "{restored:?}");
 }

@@ -11,19 +11,18 @@ use massline_shared::diagnosis::Code;
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::RECORD_SCANS;
-use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file, phase, start, wait_for};
+use massline_tests::campaign::{LATE, phase, scans, start, three_bar, wait_for};
 use massline_tests::faulty_sampler::rig_that_loses;
-use massline_virtual::bench::{Bench, BenchSource, TumbleSource};
+use massline_virtual::bench::{Bench, TumbleSource};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 
 fn rig(flash: &FlashBacking) -> (VirtualRig, Client, RigLayout) {
-    let file = layout_file(THREE_BAR_TESTS[0]);
+    let file = three_bar();
     let bench = Bench::named("ideal").unwrap();
-    let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
-    let options =
-        VirtualRigOptions { flash: flash.clone(), ..VirtualRigOptions::new(Box::new(source)) };
+    let source = scans(&bench, &file, 1);
+    let options = VirtualRigOptions { flash: flash.clone(), ..VirtualRigOptions::new(source) };
     let (rig, mut client) = start(options);
     client.identify().unwrap();
     let layout = file.rig_layout().unwrap();
@@ -197,13 +196,13 @@ fn rig_that_fails(
 
 #[test]
 fn a_converter_that_stops_is_not_taken_for_ctrl_c_and_the_campaign_can_be_resumed() {
-    let file = layout_file(THREE_BAR_TESTS[0]);
+    let file = three_bar();
     let bench = Bench::named("ideal").unwrap();
-    let source = BenchSource::new(&bench, &file.layout, 1).unwrap();
+    let source = scans(&bench, &file, 1);
     // A hit takes about 160 blocks of 20 scans, so this is in the sixth hit.
     let left = 900;
     let fault = SampleError::Stopped;
-    let (mut client, rig) = rig_that_fails(Box::new(source), left, fault);
+    let (mut client, rig) = rig_that_fails(source, left, fault);
     client.put_layout(&file.rig_layout().unwrap()).unwrap();
     let mut follow_one = |wanted: Begun| {
         assert_eq!(begin(&mut client, Begin::default()).unwrap(), wanted);

@@ -4,7 +4,8 @@ use massline::commands::bench_test::nominal_calibration;
 use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::measure;
 use massline::single_fault::{Examination, Verdict, examine};
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_tests::campaign::scans;
+use massline_virtual::bench::Bench;
 
 /// The frame with five hit DOFs.
 const FIVE_HITS: &str = r#"
@@ -26,7 +27,7 @@ fn examined(text: &str, faults: &[&str], seed: u64) -> (LayoutFile, Examination)
     let file = LayoutFile::parse(text, "five.toml").expect("a good layout");
     let mut bench = Bench::named("default").expect("bundled");
     bench.faults = faults.iter().map(|f| f.parse().expect("a fault")).collect();
-    let mut source = BenchSource::new(&bench, &file.layout, seed).expect("fits the bench");
+    let mut source = *scans(&bench, &file, seed);
     let layout = file.layout.cast().expect("fits the rig");
     let measured = measure(&mut source, &layout, &nominal_calibration(&bench)).expect("lines");
     let nodes: Vec<_> = file.nodes.iter().map(|node| (node.id, node.position)).collect();

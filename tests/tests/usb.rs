@@ -7,8 +7,7 @@ use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
-use massline::client::{Client, Event, PipeTransport, Timing};
-use massline::layout_file::LayoutFile;
+use massline::client::{Client, Event};
 use massline_protocol::event::{SCAN_BLOCK_BYTES, ScanBlock};
 use massline_protocol::message::{Identity, ResultEntry};
 use massline_protocol::object::{ObjectId, ObjectKind};
@@ -16,7 +15,7 @@ use massline_protocol::{MAX_FRAME, encode_frame};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{AdcProperties, Record, Scan};
-use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file, steady_hand};
+use massline_tests::campaign::{LATE, connect, scans, steady_hand, three_bar};
 use massline_tests::garbage::{garbage, question};
 use massline_virtual::bench::BenchSource;
 use massline_virtual::pipe::HostEnd;
@@ -25,36 +24,21 @@ use massline_virtual::{VirtualRig, VirtualRigOptions};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Retries soon: a rig in this process answers at once or not at all.
-const IMPATIENT: Timing = Timing {
-    answer: Duration::from_millis(50),
-    attempts: 1000,
-    reconnect: Duration::from_secs(10),
-    pause: Duration::from_millis(1),
-};
 /// Hits of a campaign: three DOFs with five each; with a steady hand none is rejected.
 const HITS: usize = 15;
 
-fn file() -> LayoutFile {
-    layout_file(THREE_BAR_TESTS[0])
-}
-
 fn layout() -> RigLayout {
-    file().rig_layout().unwrap()
+    three_bar().rig_layout().unwrap()
 }
 
-fn bench() -> BenchSource {
-    BenchSource::new(&steady_hand("ideal"), &file().layout, 1).unwrap()
+fn bench() -> Box<BenchSource> {
+    scans(&steady_hand("ideal"), &three_bar(), 1)
 }
 
 /// A rig whose link has this capacity in each direction; bench and seed are always the same.
 fn start(link_capacity: usize) -> VirtualRig {
-    let options = VirtualRigOptions { link_capacity, ..VirtualRigOptions::new(Box::new(bench())) };
+    let options = VirtualRigOptions { link_capacity, ..VirtualRigOptions::new(bench()) };
     VirtualRig::start(options).unwrap()
-}
-
-fn connect(rig: &VirtualRig) -> Client {
-    Client::with_timing(PipeTransport::new(rig.link()), IMPATIENT)
 }
 
 /// Sends the layout and starts a campaign.
@@ -107,12 +91,12 @@ fn nobody_reads_for_a_whole_campaign() {
     begin(&mut client);
     drop(client);
     finish(&rig);
-    // After the rest of a torn frame, a new client gets the true outcome.
+    // After the rest of a cut_frames frame, a new client gets the true outcome.
     let mut client = connect(&rig);
     assert_eq!(outcome(&mut client), *UNDISTURBED);
     let stats = client.stats().unwrap();
     assert!(stats.frames_unsent >= 1, "{stats:?}");
-    // The rig queues the last four hits for the next client; one more may be in the torn frame.
+    // The rig queues the last four hits for the next client; one more may be in the cut_frames frame.
     assert!((HITS - 5..=HITS - 4).contains(&(stats.events_dropped as usize)), "{stats:?}");
     rig.stop().unwrap();
 }
@@ -146,7 +130,7 @@ fn the_plug_is_pulled_in_the_middle_of_a_question_at_every_byte() {
     let mut link = rig.link();
     link.set_timeout(LATE);
     let whole = question(0xABCD);
-    let mut torn = 0;
+    let mut cut_frames = 0;
     // Everything but the last byte, the zero, is a complete frame, which the next zero would also end.
     let pulled = whole.len() - 2;
     for cut in 1..=pulled {
@@ -154,15 +138,15 @@ fn the_plug_is_pulled_in_the_middle_of_a_question_at_every_byte() {
         assert!(link.drained(), "the rig listens");
         link.unplug();
         link.plug();
-        torn += cut;
-        // The next request begins with a zero, which ends the torn one.
-        torn += 1;
+        cut_frames += cut;
+        // The next request begins with a zero, which ends the cut_frames one.
+        cut_frames += 1;
         connect(&rig).identify().unwrap();
     }
     let mut client = connect(&rig);
     let after = client.stats().unwrap();
     assert_eq!(after.frames_broken - before.frames_broken, pulled as u32);
-    assert_eq!(after.bytes_dropped - before.bytes_dropped, torn as u32);
+    assert_eq!(after.bytes_dropped - before.bytes_dropped, cut_frames as u32);
     assert_eq!(after.reconnects - before.reconnects, pulled as u32);
     finish(&rig);
     assert_eq!(outcome(&mut client), *UNDISTURBED);
@@ -255,7 +239,7 @@ struct Counted {
 impl Counted {
     fn new() -> (Self, Receiver<()>) {
         let (seconds, told) = sync_channel(1 << 16);
-        (Self { bench: bench(), scans: 0, seconds }, told)
+        (Self { bench: *bench(), scans: 0, seconds }, told)
     }
 }
 

@@ -8,7 +8,8 @@ use massline_shared::Real;
 use massline_shared::identify::maximum_likelihood::{RIG_WORKSPACE, Start, solve};
 use massline_shared::identify::{Applicability, DofMassLines, Estimate, Method};
 use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, assumed_body};
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_tests::campaign::scans;
+use massline_virtual::bench::Bench;
 
 const TESTS: [&str; 4] = [
     include_str!("../../host/examples/three-bar-test-1.toml"),
@@ -58,7 +59,7 @@ fn the_fit_agrees_with_the_check_of_a_layout_without_inertia_restraint() {
                 continue;
             }
             predicted += 1;
-            let mut source = BenchSource::new(&bench, &file.layout, 1).expect("fits the bench");
+            let mut source = *scans(&bench, &file, 1);
             let dofs = measure(&mut source, &layout, &nominal_calibration(&bench)).expect("lines");
             let wide = fit(&layout, &dofs.dofs)
                 .unwrap_or_else(|| panic!("{} {sensors}", file.layout.title));

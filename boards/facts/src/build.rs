@@ -33,9 +33,25 @@ pub fn board(programs: &[Program], scripts: &[&str]) {
             return Ok(());
         }
         let sections = board.image.sections.as_deref().map(own_script).transpose()?;
-        written("memory.x", &memory_map(&board, &sections.unwrap_or_default()))?;
-        println!("cargo::rustc-link-search={}", out_dir().display());
+        write_memory_map(&board, &sections.unwrap_or_default())?;
         programs.iter().for_each(|&program| link(program, scripts));
+        Ok(())
+    });
+}
+
+/// For the build script of programs that are not firmware but run on the machine of the board in `folder`:
+/// writes the memory map, `memory.x`, of all its flash and RAM, and links every program with `scripts`.
+pub fn whole_machine(folder: &Path, scripts: &[&str]) {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed={}", folder.join(FILE).display());
+    reported(|| {
+        let mut board = Board::read(folder)?;
+        board.image.flash_bytes = board.flash.bytes();
+        board.image.ram_bytes = board.ram.bytes;
+        if bare_metal() {
+            write_memory_map(&board, "")?;
+            link(Program::Firmware, scripts);
+        }
         Ok(())
     });
 }
@@ -62,6 +78,12 @@ pub fn table(root: &Path) {
 /// True when the package is built for a chip.
 pub fn bare_metal() -> bool {
     env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none")
+}
+
+/// Writes `memory.x` where the linker finds it.
+fn write_memory_map(board: &Board, sections: &str) -> Result<(), Error> {
+    println!("cargo::rustc-link-search={}", out_dir().display());
+    written("memory.x", &memory_map(board, sections))
 }
 
 fn link(program: Program, scripts: &[&str]) {

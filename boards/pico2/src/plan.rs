@@ -33,8 +33,10 @@ const PASS_CYCLES: u32 = FRAME * CHANNELS as u32 * DIVIDER;
 const _: () = assert!(PASS_CYCLES * RATIO * RATE_HZ == CORE_HZ, "the rate is exact");
 const _: () = assert!(CORE_HZ / DIVIDER / (LOW + HIGH) <= 20_000_000, "a clock of 20 MHz at most");
 const _: () = assert!(CORE_HZ / (FRAME * DIVIDER) <= 1_000_000, "a million conversions a second");
-const _: () =
-    assert!(GAP as u64 * 1_000_000 >= (CORE_HZ / DIVIDER) as u64 * 325 / 1000, "it samples");
+const _: () = assert!(
+    GAP as u64 * 1_000_000 >= (CORE_HZ / DIVIDER) as u64 * 325 / 1000,
+    "the gap is at least 325 ns"
+);
 
 /// The channels, then the sentinel, which shows whether the frames were in step.
 pub const RANKS: usize = CHANNELS + 1;

@@ -43,12 +43,12 @@ pub(super) const PIECE: usize = 512;
 /// [`StoreError::Failed`] when a part of the result cannot be read or decoded.
 pub(super) async fn open<F: NorFlash>(
     store: &mut Store<F>,
-    kept: &ResultHandle,
+    stored: &ResultHandle,
     piece: &mut [u8; PIECE],
 ) -> Result<Summary, StoreError> {
     let mut walk = Walk::new();
     while walk.stage != Stage::Done {
-        store.read_result(kept, walk.at, piece).await?;
+        store.read_result(stored, walk.at, piece).await?;
         walk.take(piece)?;
     }
     Ok(walk.summary)

@@ -102,8 +102,9 @@ async fn run_pending<F: NorFlash>(
 ) -> Result<(), Refused> {
     let mut store = controller.store.lock().await;
     match pending {
-        PendingAction::Open(kept) => {
-            *controller.modal = ModalState::Result(summary::open(&mut store, &kept, piece).await?);
+        PendingAction::Open(stored) => {
+            *controller.modal =
+                ModalState::Result(summary::open(&mut store, &stored, piece).await?);
             controller.menu.open(Screen::Result);
         }
         PendingAction::Delete(number) => {
@@ -119,8 +120,8 @@ async fn run_pending<F: NorFlash>(
             controller.rig.use_layout(layout)?;
         }
         PendingAction::SolveBlock => {
-            let kept = store.calibration().await;
-            controller.solve_block(kept.unwrap_or_default());
+            let stored = store.calibration().await;
+            controller.solve_block(stored.unwrap_or_default());
         }
         PendingAction::KeepCalibration => {
             store.put_calibration(controller.encode_calibration(piece)?).await?;
@@ -179,7 +180,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
     fn draw(&self, store: &Store<F>, screen: &mut impl canvas::Screen) {
         let rig = self.rig;
         let _deadline = Deadline::begin(&rig.stats);
-        let newest_first = store.results().iter().rev().map(|kept| kept.entry);
+        let newest_first = store.results().iter().rev().map(|stored| stored.entry);
         let results: Vec<ResultEntry, RESULTS> = newest_first.take(RESULTS).collect();
         let stats = &Stats { store_failures: store.failures(), ..rig.stats() };
         let measurement = rig.measurement.borrow();
@@ -236,13 +237,13 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             Action::CancelCalibration => self.cancel_calibration(),
             Action::OpenResult(place) => {
                 let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
-                let kept = store.results().iter().rev().nth(usize::from(place));
-                return Ok(Some(PendingAction::Open(*kept.ok_or(Refused::NotFound)?)));
+                let stored = store.results().iter().rev().nth(usize::from(place));
+                return Ok(Some(PendingAction::Open(*stored.ok_or(Refused::NotFound)?)));
             }
             Action::OpenLast => {
                 let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
-                let kept = store.find(self.before.result).ok_or(Refused::NotFound)?;
-                return Ok(Some(PendingAction::Open(kept)));
+                let stored = store.find(self.before.result).ok_or(Refused::NotFound)?;
+                return Ok(Some(PendingAction::Open(stored)));
             }
             Action::DeleteResult => {
                 let summary = self.modal.summary().ok_or(Refused::NotFound)?;
@@ -256,10 +257,10 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             }
             Action::UseLayout(place) => {
                 let store = self.store.try_lock().map_err(|_| Refused::Busy)?;
-                let kept = store.layouts().get(usize::from(place)).ok_or(Refused::NotFound)?;
-                return match kept.in_use {
+                let stored = store.layouts().get(usize::from(place)).ok_or(Refused::NotFound)?;
+                return match stored.in_use {
                     true => Ok(None),
-                    false => self.when_idle(PendingAction::UseLayout(kept.hash)),
+                    false => self.when_idle(PendingAction::UseLayout(stored.hash)),
                 };
             }
             Action::SolveBlock => return self.when_idle(PendingAction::SolveBlock),
@@ -339,10 +340,10 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
         };
     }
 
-    /// Computes the hammer's gain from the block test, relative to the calibration `kept`.
-    fn solve_block(&mut self, kept: CalibrationRecord) {
+    /// Computes the hammer's gain from the block test, relative to the calibration `stored`.
+    fn solve_block(&mut self, stored: CalibrationRecord) {
         let measurement = self.rig.measurement.borrow();
-        let mut record = CalibrationRecord { calibration: *measurement.calibration(), ..kept };
+        let mut record = CalibrationRecord { calibration: *measurement.calibration(), ..stored };
         let proposal = match measurement.result().block {
             Some(Ok(ratio)) => calibration_wizard::of_block(&ratio, &mut record),
             Some(Err(error)) => Err(WizardProblem::Block(error)),
@@ -372,10 +373,10 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
 
 /// The stored layouts.
 fn layouts<F: NorFlash>(store: &Store<F>) -> Vec<LayoutLine, LAYOUTS> {
-    let line = |kept: &LayoutHandle| LayoutLine {
-        hash: kept.hash,
-        title: crate::rig::cut(&kept.title),
-        in_use: kept.in_use,
+    let line = |stored: &LayoutHandle| LayoutLine {
+        hash: stored.hash,
+        title: crate::rig::cut(&stored.title),
+        in_use: stored.in_use,
     };
     store.layouts().iter().map(line).collect()
 }

@@ -31,8 +31,8 @@ impl<F: NorFlash> Objects<'_, '_, F> {
     pub async fn info(&self, object: ObjectId) -> Result<ObjectInfo, Reason> {
         let (length, crc) = match kind(object)? {
             ObjectKind::Result => {
-                let kept = self.kept(object).await?;
-                (kept.entry.length, kept.crc)
+                let stored = self.stored(object).await?;
+                (stored.entry.length, stored.crc)
             }
             ObjectKind::Record => {
                 let _deadline = Deadline::begin(&self.rig.stats);
@@ -62,9 +62,9 @@ impl<F: NorFlash> Objects<'_, '_, F> {
         let room = room.get_mut(..wanted).ok_or(Reason::OutOfRange)?;
         match kind(object)? {
             ObjectKind::Result => {
-                let kept = self.kept(object).await?;
-                in_range(offset, kept.entry.length as usize)?;
-                Ok(self.store.lock().await.read_result(&kept, offset, room).await?)
+                let stored = self.stored(object).await?;
+                in_range(offset, stored.entry.length as usize)?;
+                Ok(self.store.lock().await.read_result(&stored, offset, room).await?)
             }
             ObjectKind::Record => {
                 let measurement = self.rig.measurement.borrow();
@@ -86,7 +86,7 @@ impl<F: NorFlash> Objects<'_, '_, F> {
         }
     }
 
-    async fn kept(&self, object: ObjectId) -> Result<ResultHandle, Reason> {
+    async fn stored(&self, object: ObjectId) -> Result<ResultHandle, Reason> {
         self.store.lock().await.find(object.number).ok_or(Reason::NotFound)
     }
 }

@@ -134,9 +134,9 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
 
     /// The calibration in force. Its origin is stored in flash only, so it is read from there.
     async fn calibration(&self) -> CalibrationRecord {
-        let kept = self.store.lock().await.calibration().await;
+        let stored = self.store.lock().await.calibration().await;
         let calibration = *self.rig.measurement.borrow().calibration();
-        CalibrationRecord { calibration, ..kept.unwrap_or_default() }
+        CalibrationRecord { calibration, ..stored.unwrap_or_default() }
     }
 
     fn set_stream(&self, on: bool) -> Result<(), Reason> {
@@ -173,8 +173,8 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
     async fn list(&self, request: ListRequest) -> ResultPage {
         let store = self.store.lock().await;
         let mut page = ResultPage { entries: Vec::new(), more: false };
-        for kept in store.results().iter().filter(|kept| kept.entry.number > request.after) {
-            page.more |= page.entries.push(kept.entry).is_err();
+        for stored in store.results().iter().filter(|stored| stored.entry.number > request.after) {
+            page.more |= page.entries.push(stored.entry).is_err();
         }
         page
     }

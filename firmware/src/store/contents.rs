@@ -119,18 +119,19 @@ impl Contents {
     pub fn apply(&mut self, serial: u32, change: Change) {
         match change {
             Change::Layout { hash, title, object, evicted } => {
-                let gone = |kept: &LayoutHandle| Some(kept.hash) == evicted || kept.hash == hash;
-                if self.layouts.iter().any(|kept| kept.hash == hash && kept.used > serial) {
+                let gone =
+                    |stored: &LayoutHandle| Some(stored.hash) == evicted || stored.hash == hash;
+                if self.layouts.iter().any(|stored| stored.hash == hash && stored.used > serial) {
                     return;
                 }
-                self.layouts.retain(|kept| !gone(kept) || kept.used > serial);
-                let kept = LayoutHandle { hash, title, in_use: false, used: serial, object };
+                self.layouts.retain(|stored| !gone(stored) || stored.used > serial);
+                let stored = LayoutHandle { hash, title, in_use: false, used: serial, object };
                 // There is room: either one was removed or the list was not full.
-                let _ = self.layouts.push(kept);
+                let _ = self.layouts.push(stored);
                 self.mark_layout_in_use();
             }
             Change::Calibration { object } => {
-                if self.calibration.is_none_or(|kept| kept.serial < object.serial) {
+                if self.calibration.is_none_or(|stored| stored.serial < object.serial) {
                     self.calibration = Some(object);
                 }
             }
@@ -139,31 +140,32 @@ impl Contents {
                 let entry = ResultEntry { number, layout_hash: layout, mass, length };
                 // The log may hold a result twice: if the flash reported a failure although the write was
                 // complete.
-                self.results.retain(|kept| kept.entry.number != number);
-                let at = self.results.iter().take_while(|kept| kept.entry.number < number).count();
+                self.results.retain(|stored| stored.entry.number != number);
+                let at =
+                    self.results.iter().take_while(|stored| stored.entry.number < number).count();
                 // There is room, else the result would not have been stored.
                 let _ = self.results.insert(at, ResultHandle { entry, crc, object });
                 self.last_number = self.last_number.max(number);
                 self.end(campaign);
             }
             Change::Deleted { number } => {
-                self.results.retain(|kept| kept.entry.number != number);
+                self.results.retain(|stored| stored.entry.number != number);
                 self.last_number = self.last_number.max(number);
             }
             Change::Progress { object, campaign } => {
-                let progress = self.enter(campaign).map(|kept| &mut kept.progress);
-                if let Some(kept) = progress
-                    && kept.is_none_or(|kept| kept.serial < object.serial)
+                let progress = self.enter(campaign).map(|current| &mut current.progress);
+                if let Some(stored) = progress
+                    && stored.is_none_or(|stored| stored.serial < object.serial)
                 {
-                    *kept = Some(object);
+                    *stored = Some(object);
                 }
             }
             Change::Dof { object, campaign, index } => {
                 let Some(campaign) = self.enter(campaign) else { return };
                 let known = campaign.dofs.iter_mut().find(|(of, _)| *of == index);
                 match known {
-                    Some((_, kept)) if kept.serial > object.serial => {}
-                    Some((_, kept)) => *kept = object,
+                    Some((_, stored)) if stored.serial > object.serial => {}
+                    Some((_, stored)) => *stored = object,
                     // There is room for every DOF of a layout.
                     None => drop(campaign.dofs.push((index, object))),
                 }
@@ -183,9 +185,9 @@ impl Contents {
         let count = |contents: &mut Self| contents.objects().count();
         let before = count(self);
         let whole = |object: &Object| object.found == object.length;
-        self.layouts.retain(|kept| whole(&kept.object));
+        self.layouts.retain(|stored| whole(&stored.object));
         self.calibration = self.calibration.filter(whole);
-        self.results.retain(|kept| whole(&kept.object));
+        self.results.retain(|stored| whole(&stored.object));
         self.campaign.progress = self.campaign.progress.filter(whole);
         self.campaign.dofs.retain(|(_, object)| whole(object));
         self.mark_layout_in_use();
@@ -194,42 +196,42 @@ impl Contents {
 
     /// True for the serial of a stored object and of its change.
     pub fn is_live(&self, serial: u32) -> bool {
-        let layouts = self.layouts.iter().flat_map(|kept| [kept.used, kept.object.serial]);
-        let results = self.results.iter().map(|kept| kept.object.serial);
+        let layouts = self.layouts.iter().flat_map(|stored| [stored.used, stored.object.serial]);
+        let results = self.results.iter().map(|stored| stored.object.serial);
         let campaign = &self.campaign;
         let dofs = campaign.dofs.iter().map(|(_, object)| object.serial);
-        let others = self.calibration.iter().chain(&campaign.progress).map(|kept| kept.serial);
+        let others = self.calibration.iter().chain(&campaign.progress).map(|stored| stored.serial);
         layouts.chain(results).chain(dofs).chain(others).any(|live| live == serial)
     }
 
     /// The object and the title of the layout with this hash.
     pub fn layout(&self, hash: u32) -> Option<(Object, &String<48>)> {
-        let kept = self.layouts.iter().find(|kept| kept.hash == hash)?;
-        Some((kept.object, &kept.title))
+        let stored = self.layouts.iter().find(|stored| stored.hash == hash)?;
+        Some((stored.object, &stored.title))
     }
 
     /// The object of the layout in use.
     pub fn layout_in_use(&self) -> Option<Object> {
-        self.layouts.iter().find(|kept| kept.in_use).map(|kept| kept.object)
+        self.layouts.iter().find(|stored| stored.in_use).map(|stored| stored.object)
     }
 
     /// Hash of the layout to be removed for a new one; `None` while there is room.
     pub fn layout_to_evict(&self) -> Option<u32> {
-        let oldest = self.layouts.iter().min_by_key(|kept| kept.used);
-        oldest.filter(|_| self.layouts.is_full()).map(|kept| kept.hash)
+        let oldest = self.layouts.iter().min_by_key(|stored| stored.used);
+        oldest.filter(|_| self.layouts.is_full()).map(|stored| stored.hash)
     }
 
     fn objects(&mut self) -> impl Iterator<Item = &mut Object> {
         let Self { layouts, calibration, results, campaign, .. } = self;
-        let layouts = layouts.iter_mut().map(|kept| &mut kept.object);
-        let results = results.iter_mut().map(|kept| &mut kept.object);
+        let layouts = layouts.iter_mut().map(|stored| &mut stored.object);
+        let results = results.iter_mut().map(|stored| &mut stored.object);
         let dofs = campaign.dofs.iter_mut().map(|(_, object)| object);
         layouts.chain(results).chain(dofs).chain(calibration).chain(&mut campaign.progress)
     }
 
     fn mark_layout_in_use(&mut self) {
-        let last = self.layouts.iter().map(|kept| kept.used).max();
-        self.layouts.iter_mut().for_each(|kept| kept.in_use = Some(kept.used) == last);
+        let last = self.layouts.iter().map(|stored| stored.used).max();
+        self.layouts.iter_mut().for_each(|stored| stored.in_use = Some(stored.used) == last);
     }
 
     /// The campaign with this serial, started if it is newer than the current one; `None` if it has ended

@@ -107,12 +107,12 @@ impl<F: NorFlash> Store<F> {
 
     /// Adds the store's counters to `stats`.
     pub fn counted(&self, stats: Stats) -> Stats {
-        let Work { erases, bytes, not_kept } = self.log.work();
+        let Work { erases, bytes, read_back_failures } = self.log.work();
         Stats {
             store_failures: self.failures,
             flash_erases: erases,
             flash_bytes_written: bytes,
-            read_back_failures: not_kept,
+            read_back_failures,
             ..stats
         }
     }
@@ -178,7 +178,7 @@ impl<F: NorFlash> Store<F> {
 
     /// The result with this number.
     pub fn find(&self, number: u32) -> Option<ResultHandle> {
-        self.contents.results.iter().copied().find(|kept| kept.entry.number == number)
+        self.contents.results.iter().copied().find(|stored| stored.entry.number == number)
     }
 
     /// True when there is no room for another campaign of `dofs` DOFs with all its progress and its result.
@@ -230,11 +230,11 @@ impl<F: NorFlash> Store<F> {
     /// [`StoreError::Failed`] when a part of it cannot be read.
     pub async fn read_result(
         &mut self,
-        kept: &ResultHandle,
+        stored: &ResultHandle,
         offset: usize,
         out: &mut [u8],
     ) -> Result<usize, StoreError> {
-        self.read(kept.object, offset, out).await.ok_or(StoreError::Failed)
+        self.read(stored.object, offset, out).await.ok_or(StoreError::Failed)
     }
 
     /// Stores a finished DOF of the current campaign, by its index in the layout. The caller calls

@@ -30,8 +30,8 @@ impl<F: NorFlash> Store<F> {
         let mut cursor = self.log.records();
         while let Some(record) = self.log.next(&mut cursor).await {
             let header = record.header;
-            let kept = matches!(header.kind, Kind::Data | Kind::Change);
-            if kept && self.contents.is_live(header.serial) {
+            let of_object = matches!(header.kind, Kind::Data | Kind::Change);
+            if of_object && self.contents.is_live(header.serial) {
                 taken += Log::<F>::size(header.length.into());
             }
         }
@@ -123,7 +123,7 @@ impl<F: NorFlash> Store<F> {
             pages = pages.checked_sub(1).ok_or(StoreError::Full)?;
             let Self { log, contents, writing, serial, .. } = self;
             let checkpoint = Checkpoint { serial: *serial, last_number: contents.last_number };
-            let live = |kept: u32| kept == *writing || contents.is_live(kept);
+            let live = |serial: u32| serial == *writing || contents.is_live(serial);
             log.rotate(checkpoint, live).await.map_err(|_| StoreError::Failed)?;
         }
         Ok(())

@@ -103,7 +103,8 @@ impl fmt::Display for NoCutoff {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::HammerUnknown => {
-                "the calibration has no RC cutoff for the hammer, relative to which this one would be determined"
+                "the calibration has no RC cutoff for the hammer, relative to which this one would \
+                 be determined"
             }
             Self::NotPushed => "no hit of the layout pushes along it",
             Self::SpectraGone => {

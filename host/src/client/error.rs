@@ -35,7 +35,8 @@ pub enum ClientError {
     },
     /// The link was lost and did not come back.
     #[error(
-        "{port} was lost ({reason}) and did not come back within {waited:.0?}; connect the rig again and repeat the command: what the rig has accepted and stored is kept"
+        "{port} was lost ({reason}) and did not come back within {waited:.0?}; connect the rig \
+         again and repeat the command: what the rig has accepted and stored is kept"
     )]
     Lost {
         /// Path of the port.
@@ -47,7 +48,8 @@ pub enum ClientError {
     },
     /// The rig does not answer.
     #[error(
-        "{port} does not answer `{request}` ({attempts} attempts in {waited:?}); is it a massline rig, and does it run?"
+        "{port} does not answer `{request}` ({attempts} attempts in {waited:?}); is it a massline \
+         rig, and does it run?"
     )]
     NoAnswer {
         /// Path of the port.
@@ -61,7 +63,8 @@ pub enum ClientError {
     },
     /// The rig uses an incompatible protocol version.
     #[error(
-        "{port}: the rig (firmware {firmware}) speaks protocol {rig_major}.{rig_minor}, this program {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}; the first numbers must be equal: {advice}"
+        "{port}: the rig (firmware {firmware}) speaks protocol {rig_major}.{rig_minor}, this \
+         program {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}; the first numbers must be equal: {advice}"
     )]
     OtherProtocol {
         /// Path of the port.

@@ -180,7 +180,7 @@ impl Client {
     }
 
     /// Drops the statuses in the queue, because the caller has just received a newer one.
-    pub fn forget_statuses(&mut self) {
+    pub fn discard_statuses(&mut self) {
         self.events.retain(|event| !matches!(event, Event::Status(_)));
     }
 

@@ -136,7 +136,9 @@ fn only_one(mut ports: Vec<PortFacts>) -> crate::Result<String> {
         0 => Err(crate::Error::device(
             "no_port",
             format!(
-                "no rig is connected: this computer has no USB serial port; connect the rig, name another port with --port PATH or {PORT_VARIABLE}, or start a simulated rig with `massline virtual`"
+                "no rig is connected: this computer has no USB serial port; connect the rig, name \
+                 another port with --port PATH or {PORT_VARIABLE}, or start a simulated rig with \
+                 `massline virtual`"
             ),
         )),
         _ => {

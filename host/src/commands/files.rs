@@ -18,7 +18,8 @@ pub fn for_rig(file: &LayoutFile, path: &Path) -> Result<RigLayout> {
         Error::input(
             "layout_too_large",
             format!(
-                "{}: {} sensors and {} hits; a rig takes {RIG_SENSORS} and {RIG_HITS}, only `massline solve` takes more",
+                "{}: {} sensors and {} hits; a rig takes {RIG_SENSORS} and {RIG_HITS}, only \
+                 `massline solve` takes more",
                 path.display(),
                 file.layout.sensors.len(),
                 file.layout.hits.len(),

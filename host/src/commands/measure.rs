@@ -67,7 +67,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if args.confirm && !output.has_keyboard() {
         return Err(Error::input(
             "no_keyboard",
-            "--confirm asks for a verdict on each hit, and there is no keyboard: run it in a terminal or leave --confirm out",
+            "--confirm asks for a verdict on each hit, and there is no keyboard: run it in a \
+             terminal or leave --confirm out",
         ));
     }
     let (mut client, identity) = args.port.connect()?;
@@ -124,7 +125,8 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
         return Err(Error::device(
             "another_campaign",
             format!(
-                "the rig is {} in a campaign with another layout ({}); go on with it by `massline measure` with that layout, or forget it with --restart",
+                "the rig is {} in a campaign with another layout ({}); go on with it by `massline \
+                 measure` with that layout, or forget it with --restart",
                 phase_name(status.phase),
                 hash(status.layout_hash).unwrap_or_default(),
             ),
@@ -206,7 +208,8 @@ fn finish(
 pub(super) fn paused(status: &Status) -> Error {
     let accepted: u32 = status.accepted.iter().map(|&n| u32::from(n)).sum();
     Error::interrupted(format!(
-        "the campaign is interrupted; the rig keeps the {accepted} accepted hits: the same command resumes it, --restart starts over"
+        "the campaign is interrupted; the rig keeps the {accepted} accepted hits: the same command \
+         resumes it, --restart starts over"
     ))
 }
 

@@ -100,7 +100,7 @@ impl Player {
         if self.tape.exhausted() == Some(dof) {
             // The status may be older than the tape's state, so a new one is requested.
             let status = client.status()?;
-            client.forget_statuses();
+            client.discard_statuses();
             let armed = Phase::try_from(status.phase).ok() == Some(Phase::Armed);
             if armed && usize::from(status.dof) == dof {
                 return end(&status, dof, shown).map(Some);
@@ -131,7 +131,8 @@ fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<Steer> {
         return Err(Error::undetermined(
             "dof_without_hits",
             format!(
-                "the tape has no segment of {name} that the rig accepts; record {name} again, or leave it out of the layout if three others remain"
+                "the tape has no segment of {name} that the rig accepts; record {name} again, or \
+                 leave it out of the layout if three others remain"
             ),
         ));
     }

@@ -5,7 +5,7 @@ use massline_shared::diagnosis::{Code, Diagnostics};
 use massline_shared::identify::{DofMassLines, Estimate, Method};
 use massline_shared::layout::RIG_SENSORS;
 use massline_shared::measurement::campaign::Start;
-use massline_shared::measurement::{self, Measurement, Memory, StartError, Wish};
+use massline_shared::measurement::{self, Measurement, Memory, NextAction, StartError};
 use massline_shared::signal::Calibration;
 use massline_shared::units::ScanIndex;
 use massline_virtual::source::ScanSource;
@@ -69,10 +69,10 @@ pub fn measure(
     rig.start(Start::USUAL, true, true).map_err(|error| refused(&rig, error))?;
     let mut rejected_before = (0, 0);
     loop {
-        match rig.wish() {
-            Wish::Scans => take_record(&mut rig, source)?,
-            Wish::Work => rig.work(),
-            Wish::Keep | Wish::Rest => break,
+        match rig.next_action() {
+            NextAction::Sample => take_record(&mut rig, source)?,
+            NextAction::Compute => rig.work(),
+            NextAction::Store | NextAction::Wait => break,
         }
         let Some(campaign) = rig.campaign() else { break };
         let (dof, rejected) = (campaign.dof(), campaign.rejected());
@@ -108,7 +108,7 @@ fn take_record(
     for index in 0..MOST_SCANS {
         let Some(scan) = source.next_scan() else { break };
         rig.feed(ScanIndex(index), &[scan]);
-        if rig.wish() != Wish::Scans {
+        if rig.next_action() != NextAction::Sample {
             return Ok(());
         }
     }

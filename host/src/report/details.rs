@@ -52,7 +52,7 @@ fn influence_json(influence: &Influence<f64>, layout: &HostLayout) -> Value {
     json!({
         kind: name,
         "shift_sigma": influence.shift.as_slice(),
-        "sigma_ratio_without": influence.worth,
+        "sigma_ratio_without": influence.sigma_ratio,
         "chi_squared": influence.share.chi_squared,
         "equations": influence.share.degrees_of_freedom,
     })
@@ -70,13 +70,14 @@ pub fn details_text(
         sensors.add_row(sensor_row(found, sensor.node));
     }
     let mut hits = output::table();
-    hits.set_header(["hit", "position error, mm", "direction error, mrad", "pull"]);
+    hits.set_header(["hit", "position error, mm", "direction error, mrad", "pull", "residual"]);
     for found in &nuisances.hits {
         hits.add_row(hit_row(found, &hit_name(layout, found.index)));
     }
     let hammer = nuisances.hammer_gain;
     let mut text = format!(
-        "Estimated nuisance parameters (± posterior standard deviation; pull in units of the stated uncertainty)\n\
+        "Estimated nuisance parameters (± posterior standard deviation; pull in units of the stated \
+         uncertainty, residual in units of the noise)\n\
          {sensors}\n{hits}\nhammer gain: {:+.2} ± {:.2} %\n",
         100.0 * hammer.value,
         100.0 * hammer.sigma
@@ -98,9 +99,14 @@ fn sensor_row(found: &SensorNuisances<f64>, node: u16) -> [String; 5] {
     ]
 }
 
-fn hit_row(found: &HitNuisances<f64>, name: &str) -> [String; 4] {
-    let pull = found.pull.max(found.normalized_residual);
-    [name.into(), triple(&found.position, 1e3), triple(&found.direction, 1e3), format!("{pull:.2}")]
+fn hit_row(found: &HitNuisances<f64>, name: &str) -> [String; 5] {
+    [
+        name.into(),
+        triple(&found.position, 1e3),
+        triple(&found.direction, 1e3),
+        format!("{:.2}", found.pull),
+        format!("{:.2}", found.normalized_residual),
+    ]
 }
 
 /// Three values and the largest of their standard deviations.

@@ -259,7 +259,7 @@ fn a_tape_replaces_an_earlier_tape_and_nothing_else() {
         writer.finish().unwrap();
     }
     std::fs::remove_file(&layout).unwrap();
-    assert!(TapeWriter::create(&path, sidecar(&[])).is_err(), "an array of someone else");
+    assert!(TapeWriter::create(&path, sidecar(&[])).is_err(), "a foreign array is not overwritten");
     let nowhere = folder.path().join("none").join("frame.npy");
     assert!(TapeWriter::check(&nowhere).is_err());
 }

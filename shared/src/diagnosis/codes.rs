@@ -6,7 +6,8 @@
 pub(super) const UNKNOWN_WORDS: &str = "Update this rig: it\ndoes not know this\ncode.";
 
 /// Sentence for [`Code::Unknown`](super::Code::Unknown).
-pub(super) const UNKNOWN_SENTENCE: &str = "the rig reports code {code} ({severity}, {value}), which this program does not know; update it";
+pub(super) const UNKNOWN_SENTENCE: &str = "the rig reports code {code} ({severity}, {value}), which this \
+     program does not know; update it";
 
 macro_rules! codes {
     ($(

@@ -43,7 +43,7 @@ pub struct Applicability<R> {
     /// Condition of that derivative in balanced variables.
     pub condition: R,
     /// True when priors supply what the hits leave undetermined.
-    rescued: bool,
+    prior_of_inertia: bool,
 }
 
 impl<R: Real> Applicability<R> {
@@ -58,24 +58,25 @@ impl<R: Real> Applicability<R> {
         let (rank, condition) = spectrum.unwrap_or((0, R::zero()));
         let mut diagnostics = geometry.diagnostics.clone();
         let unknown = Code::TenParametersNotIdentifiable;
-        let said = [unknown, Code::LayoutNotFinite];
-        if rank < 10 && !diagnostics.iter().any(|d| said.contains(&d.code)) {
+        let reported = [unknown, Code::LayoutNotFinite];
+        if rank < 10 && !diagnostics.iter().any(|d| reported.contains(&d.code)) {
             // There is room for sixteen diagnostics; any others are dropped.
             let _ = diagnostics.push(Diagnostic::whole(unknown, Severity::Error, rank as f32));
         }
-        let rescued = rank == 10 && layout.priors.iter().any(Prior::is_of_inertia);
+        let prior_of_inertia = rank == 10 && layout.priors.iter().any(Prior::is_of_inertia);
         for found in &mut diagnostics {
-            let blocks = |method: &Method| (method.entry().is_blocked)(found.code, rescued);
+            let blocks =
+                |method: &Method| (method.entry().is_blocked)(found.code, prior_of_inertia);
             let blocked = methods.iter().all(blocks);
             found.severity = if blocked { Severity::Error } else { Severity::Warning };
         }
-        Self { diagnostics, geometry, rank, condition, rescued }
+        Self { diagnostics, geometry, rank, condition, prior_of_inertia }
     }
 
     /// The codes that rule out a method; empty when it is applicable.
     pub fn obstacles(&self, method: Method) -> impl Iterator<Item = Code> + '_ {
         let codes = self.diagnostics.iter().map(|d| d.code);
-        codes.filter(move |&code| (method.entry().is_blocked)(code, self.rescued))
+        codes.filter(move |&code| (method.entry().is_blocked)(code, self.prior_of_inertia))
     }
 
     /// True when nothing rules out the method.

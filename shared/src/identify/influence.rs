@@ -29,7 +29,7 @@ pub struct Influence<R> {
     /// The inertial parameters without it minus those with it, in standard deviations with it.
     pub shift: SVector<R, 10>,
     /// Largest ratio of a standard deviation without the subject to that with it: the benefit of the subject.
-    pub worth: R,
+    pub sigma_ratio: R,
     /// Reduction of χ² and of the number of equations without the subject.
     pub share: Consistency<R>,
 }
@@ -58,7 +58,7 @@ impl<R: Real> Influence<R> {
 /// influences(&layout, &dofs, &whole, &mut memory, |found| {
 ///     assert!(matches!(found.subject, Subject::Sensor(_)));
 ///     // The data are exact, and every subject contributes.
-///     assert!(found.largest_shift() < 0.01 && found.worth > 1.0);
+///     assert!(found.largest_shift() < 0.01 && found.sigma_ratio > 1.0);
 ///     sensors += 1;
 /// });
 /// assert_eq!(sensors, 3);
@@ -106,7 +106,7 @@ fn compare<R: Real, const S: usize, const H: usize>(
     Influence {
         subject,
         shift: (without.estimate.theta() - whole.estimate.theta()).component_div(&sigma),
-        worth: wider.component_div(&sigma).max(),
+        sigma_ratio: wider.component_div(&sigma).max(),
         share: Consistency { chi_squared: share, degrees_of_freedom: equations as u16 },
     }
 }
@@ -156,7 +156,7 @@ mod tests {
         let most = found.iter().max_by(|a, b| equivalent_z(a).total_cmp(&equivalent_z(b))).unwrap();
         assert_eq!(most.subject, Subject::Hit(3));
         assert!(most.largest_shift() > 1.0);
-        assert!(found.iter().all(|i| i.worth > 0.99), "nothing is gained by leaving out");
+        assert!(found.iter().all(|i| i.sigma_ratio > 0.99), "nothing is gained by leaving out");
     }
 
     #[test]

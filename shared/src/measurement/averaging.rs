@@ -56,7 +56,7 @@ pub struct HitInHand<R> {
     design: Result<MassLineDesign<R>, MassLineError>,
     single: Responses<R, RIG_SENSORS>,
     /// True when a response has no mass line of its own.
-    torn: bool,
+    incomplete: bool,
 }
 
 impl<R: RealFft> HitInHand<R> {
@@ -81,7 +81,7 @@ impl<R: RealFft> HitInHand<R> {
         let (band, decay) = (test.expected_band(), test.exponential_decay);
         let basis = MassLineBasis::new(lines, band, decay, test.terms, basis);
         let design = basis.map(|basis| basis.design());
-        Ok(Self { analysis, design, single: Responses::zeros(), torn: false })
+        Ok(Self { analysis, design, single: Responses::zeros(), incomplete: false })
     }
 
     /// Adds a response to the spectra, and to this hit's own mass lines.
@@ -105,7 +105,7 @@ impl<R: RealFft> HitInHand<R> {
         let fit = basis.and_then(|basis| basis.fit(lines).ok());
         match (fit, self.single.get_mut(response)) {
             (Some(fit), Some(own)) => *own = fit.accelerance(),
-            _ => self.torn = true,
+            _ => self.incomplete = true,
         }
         Ok(())
     }
@@ -115,7 +115,7 @@ impl<R: RealFft> HitInHand<R> {
     pub fn mass_lines(&self, calibration: &Calibration) -> Option<Responses<R, RIG_SENSORS>> {
         let mut single = self.single;
         calibration.undo_cross_axis(single.as_mut_slice());
-        (!self.torn).then_some(single)
+        (!self.incomplete).then_some(single)
     }
 
     /// Removes a response from the spectra. It is transformed again, as its spectrum is not stored.

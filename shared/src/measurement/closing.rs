@@ -45,7 +45,7 @@ impl<R: RealFft> Measurement<'_, R> {
             Ok(fits) => fits,
             // When one response has no mass line, the DOF has none.
             Err(error) => {
-                self.memory.forget_dof(dof);
+                self.memory.discard_dof(dof);
                 return self.push_diagnostic(Diagnostic::about(
                     code_of(error),
                     Severity::Error,
@@ -85,7 +85,7 @@ impl<R: RealFft> Measurement<'_, R> {
             })
         });
         let details = MeasuredDof { dof: name, band_hz: band, coherence };
-        self.memory.keep_dof(details, (dof, lines));
+        self.memory.store_dof(details, (dof, lines));
     }
 
     /// Reports the sensor with the largest residual, when the readings do not fit a rigid body.

@@ -2,7 +2,7 @@
 
 use super::campaign::{self, Campaign, CampaignProgress, Command, CommandError, Object, Start};
 use super::hits::Task;
-use super::{Activity, MeasuredDof, Measurement, Recorded, Streamed, Wish, note};
+use super::{Activity, MeasuredDof, Measurement, NextAction, Recorded, Streamed, note};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::DofMassLines;
 use crate::layout::RIG_SENSORS;
@@ -92,11 +92,11 @@ impl<R: RealFft> Measurement<'_, R> {
         if self.layout.as_ref().is_none_or(|layout| layout.hits.len() != progress.dofs.len()) {
             return Err(CommandError::NoDofs);
         }
-        self.memory.forget_campaign();
+        self.memory.discard_campaign();
         for (details, lines) in dofs {
             let finished = progress.dofs.get(lines.0).is_some_and(|dof| dof.is_finished());
             if finished {
-                self.memory.keep_dof(details, lines);
+                self.memory.store_dof(details, lines);
             }
         }
         for (index, dof) in progress.dofs.iter_mut().enumerate() {
@@ -126,7 +126,7 @@ impl<R: RealFft> Measurement<'_, R> {
         match command {
             Command::Redo => {
                 self.averaged = None;
-                self.memory.forget_dof(dof);
+                self.memory.discard_dof(dof);
             }
             // The rig tries again what had interrupted the campaign.
             Command::Resume => self.diagnostics.retain(|found| !found.interrupts()),
@@ -143,7 +143,7 @@ impl<R: RealFft> Measurement<'_, R> {
 
     /// Reports that the result is stored with this number.
     pub fn stored(&mut self, number: u32) {
-        if self.wish() != Wish::Keep {
+        if self.next_action() != NextAction::Store {
             return;
         }
         let Activity::Measuring(mut campaign, _) = self.take_activity() else { return };
@@ -161,7 +161,7 @@ impl<R: RealFft> Measurement<'_, R> {
     }
 
     fn begin(&mut self, campaign: Campaign, diagnostics: Diagnostics) {
-        self.memory.forget_campaign();
+        self.memory.discard_campaign();
         self.take_up(campaign, diagnostics);
     }
 

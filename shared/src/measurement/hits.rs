@@ -3,7 +3,8 @@
 use super::averaging::{self, HitInHand, ProcessingSettings};
 use super::campaign::{Campaign, Phase};
 use super::{
-    Activity, GradedHit, LOSSES_TO_STOP, Measurement, Recorded, ScanIndex, Streamed, Wish, note,
+    Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
+    note,
 };
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Verdict;
@@ -33,10 +34,10 @@ pub(super) enum Task<R> {
 }
 
 impl<R: RealFft> Measurement<'_, R> {
-    /// Reports that the sampler has started, as [`Wish::Scans`] requires; scans follow. No effect when the
-    /// wish has changed meanwhile.
+    /// Reports that the sampler has started, as [`NextAction::Sample`] requires; scans follow. No effect when the
+    /// next action has changed meanwhile.
     pub fn sampling_started(&mut self) {
-        if self.wish() != Wish::Scans {
+        if self.next_action() != NextAction::Sample {
             return;
         }
         self.recorded = Recorded::Nothing;
@@ -51,7 +52,7 @@ impl<R: RealFft> Measurement<'_, R> {
         }
     }
 
-    /// Takes consecutive scans; `first` is the index of the first of them. Scans after a change of the wish
+    /// Takes consecutive scans; `first` is the index of the first of them. Scans after a change of the next action
     /// are ignored.
     pub fn feed(&mut self, first: ScanIndex, scans: &[Scan]) {
         self.losses = 0;
@@ -99,7 +100,7 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             CaptureState::Broken => {
                 self.lost(1);
-                if self.wish() == Wish::Scans {
+                if self.next_action() == NextAction::Sample {
                     self.sampling_started();
                 }
                 return false;

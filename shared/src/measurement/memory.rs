@@ -71,7 +71,7 @@ impl<R> Memory<R> {
     }
 
     /// Discards the data of a campaign.
-    pub(super) fn forget_campaign(&mut self) {
+    pub(super) fn discard_campaign(&mut self) {
         self.single_hits = None;
         self.dofs.clear();
         self.mass_lines.clear();
@@ -79,7 +79,7 @@ impl<R> Memory<R> {
     }
 
     /// Stores the data of a DOF and replaces previous data of it.
-    pub(super) fn keep_dof(
+    pub(super) fn store_dof(
         &mut self,
         details: MeasuredDof<R>,
         mass_lines: DofMassLines<R, RIG_SENSORS>,
@@ -94,7 +94,7 @@ impl<R> Memory<R> {
     }
 
     /// Discards the data of a DOF.
-    pub(super) fn forget_dof(&mut self, dof: usize) {
+    pub(super) fn discard_dof(&mut self, dof: usize) {
         if let Some(place) = self.mass_lines.iter().position(|(index, _)| *index == dof) {
             self.mass_lines.remove(place);
             self.dofs.remove(place);

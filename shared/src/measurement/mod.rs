@@ -1,14 +1,14 @@
 //! A measurement from scans to a result: a state machine that does no input or output itself.
 //!
-//! The driver asks for a [`Wish`], does it, and reports the outcome; commands of the operator may come at any
+//! The driver asks for the [`NextAction`], does it, and reports the outcome; commands of the operator may come at any
 //! time. The machine waits for nothing and has no access to flash, link, screen or clock; each call does a
 //! bounded amount of work.
 //!
 //! ```text
-//!               start, command                     wish ──▶ Rest:  until a command comes
-//!                     │                                     Scans: sampling_started, feed, lost, stopped
-//! set_layout ──▶ Measurement ──▶ hits, status, result       Work:  work
-//!                     │                                     Keep:  keep the result; stored, not_stored
+//!               start, command               next_action ──▶ Wait:    until a command comes
+//!                     │                                      Sample:  sampling_started, feed, lost, stopped
+//! set_layout ──▶ Measurement ──▶ hits, status, result        Compute: work
+//!                     │                                      Store:   store the result; stored, not_stored
 //!                 Memory (lent)
 //!
 //! scans ─▶ capture ─▶ grade ─▶ spectra ─▶ average ─▶ mass lines ─▶ identify ─▶ result
@@ -58,16 +58,16 @@ pub const LOSSES_TO_STOP: u8 = 3;
 
 /// Next action of the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wish {
+pub enum NextAction {
     /// Do nothing until a command comes.
-    Rest,
-    /// Sample: start the sampler, report [`Measurement::sampling_started`], and feed scans until the wish
-    /// changes.
-    Scans,
-    /// Compute: call [`Measurement::work`].
-    Work,
+    Wait,
+    /// Start the sampler, report [`Measurement::sampling_started`], and feed scans until the next action is
+    /// another.
+    Sample,
+    /// Call [`Measurement::work`].
+    Compute,
     /// Store [`Measurement::result`], then report [`Measurement::stored`] or [`Measurement::not_stored`].
-    Keep,
+    Store,
 }
 
 /// Current activity of a rig; there is only one at a time.
@@ -138,23 +138,25 @@ impl<'m, R: RealFft> Measurement<'m, R> {
     }
 
     /// The next action of the driver.
-    pub fn wish(&self) -> Wish {
+    pub fn next_action(&self) -> NextAction {
         match &self.activity {
-            Activity::Idle | Activity::Changing => Wish::Rest,
-            Activity::Reading | Activity::Streaming(_) => Wish::Scans,
+            Activity::Idle | Activity::Changing => NextAction::Wait,
+            Activity::Reading | Activity::Streaming(_) => NextAction::Sample,
             Activity::Measuring(campaign, task) => match (campaign.step(), task) {
-                (_, Task::Capture { .. }) | (Step::AwaitHit { .. }, Task::None) => Wish::Scans,
-                (_, Task::Grade { .. }) => Wish::Work,
-                (Step::Rest | Step::AwaitHit { .. }, _) => Wish::Rest,
-                (Step::Identify, Task::Identified) => Wish::Keep,
-                _ => Wish::Work,
+                (_, Task::Capture { .. }) | (Step::AwaitHit { .. }, Task::None) => {
+                    NextAction::Sample
+                }
+                (_, Task::Grade { .. }) => NextAction::Compute,
+                (Step::Rest | Step::AwaitHit { .. }, _) => NextAction::Wait,
+                (Step::Identify, Task::Identified) => NextAction::Store,
+                _ => NextAction::Compute,
             },
         }
     }
 
     /// Does a bounded part of the computation. On a rig at most a million instructions.
     pub fn work(&mut self) {
-        if self.wish() != Wish::Work {
+        if self.next_action() != NextAction::Compute {
             return;
         }
         let Activity::Measuring(mut campaign, task) = self.take_activity() else { return };

@@ -38,7 +38,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.averaged = None;
         self.last_hit = None;
         self.block = None;
-        self.memory.forget_campaign();
+        self.memory.discard_campaign();
         self.layout = Some(layout);
     }
 

@@ -41,13 +41,13 @@ fn scans(first: usize, count: usize) -> std::vec::Vec<Scan> {
 }
 
 /// Runs the measurement until it rests or has a result to store.
-fn drive(measurement: &mut Measurement<'_, f64>) -> Wish {
+fn drive(measurement: &mut Measurement<'_, f64>) -> NextAction {
     let mut next = 0;
     loop {
-        match measurement.wish() {
-            Wish::Scans => {
+        match measurement.next_action() {
+            NextAction::Sample => {
                 measurement.sampling_started();
-                while measurement.wish() == Wish::Scans {
+                while measurement.next_action() == NextAction::Sample {
                     let block = scans(next, 20);
                     measurement.feed(ScanIndex(next as u64), &block);
                     next += 20;
@@ -56,8 +56,8 @@ fn drive(measurement: &mut Measurement<'_, f64>) -> Wish {
                 // Skips to the next hit.
                 next = next.div_ceil(4000) * 4000;
             }
-            Wish::Work => measurement.work(),
-            wish => return wish,
+            NextAction::Compute => measurement.work(),
+            action => return action,
         }
     }
 }
@@ -81,9 +81,9 @@ fn nothing_else_begins_while_something_is_measured() {
     assert_eq!(rig.set_stream(true), Err(CommandError::WrongPhase));
     assert_eq!(rig.start(Start::USUAL, false, true), Err(StartError::WrongPhase));
     rig.command(Command::Abort).unwrap();
-    assert_eq!((rig.phase(), rig.wish()), (Phase::Idle, Wish::Rest));
+    assert_eq!((rig.phase(), rig.next_action()), (Phase::Idle, NextAction::Wait));
     rig.take_reading().unwrap();
-    assert_eq!(rig.wish(), Wish::Scans);
+    assert_eq!(rig.next_action(), NextAction::Sample);
 }
 
 #[test]
@@ -95,13 +95,13 @@ fn a_reading_fills_the_record_and_a_converter_that_stops_ends_it() {
     rig.feed(ScanIndex(0), &scans(0, 1000));
     rig.lost(5);
     rig.feed(ScanIndex(1005), &scans(0, RECORD_SCANS));
-    assert_eq!((rig.recorded(), rig.wish()), (Recorded::Reading, Wish::Rest));
+    assert_eq!((rig.recorded(), rig.next_action()), (Recorded::Reading, NextAction::Wait));
     rig.take_reading().unwrap();
     rig.sampling_started();
     for _ in 0..LOSSES_TO_STOP {
         rig.lost(1);
     }
-    assert_eq!((rig.recorded(), rig.wish()), (Recorded::ReadingFailed, Wish::Rest));
+    assert_eq!((rig.recorded(), rig.next_action()), (Recorded::ReadingFailed, NextAction::Wait));
 }
 
 #[test]
@@ -109,14 +109,14 @@ fn a_campaign_goes_from_scans_to_a_result_to_be_kept() {
     let mut memory = memory();
     let mut rig = measurement(&mut memory);
     rig.start(Start::USUAL, false, true).unwrap();
-    assert_eq!(drive(&mut rig), Wish::Keep);
+    assert_eq!(drive(&mut rig), NextAction::Store);
     // Two hits at each of three DOFs, none of them rejected.
     assert_eq!((rig.hits(), rig.counts().triggers, rig.campaign().unwrap().rejected()), (6, 6, 0));
     assert_eq!(rig.result().dofs.len(), 3);
     rig.not_stored();
-    assert_eq!((rig.phase(), rig.wish()), (Phase::Paused, Wish::Rest));
+    assert_eq!((rig.phase(), rig.next_action()), (Phase::Paused, NextAction::Wait));
     rig.command(Command::Resume).unwrap();
-    assert_eq!(drive(&mut rig), Wish::Keep);
+    assert_eq!(drive(&mut rig), NextAction::Store);
     rig.stored(7);
     assert_eq!((rig.phase(), rig.campaign().unwrap().result()), (Phase::Done, 7));
     assert!(rig.is_idle());
@@ -130,7 +130,10 @@ fn scans_lost_after_the_trigger_reject_the_hit_and_before_it_only_arm_again() {
     rig.sampling_started();
     rig.feed(ScanIndex(0), &scans(0, 100));
     rig.lost(3);
-    assert_eq!((rig.wish(), rig.hits(), rig.campaign().unwrap().rejected()), (Wish::Scans, 0, 0));
+    assert_eq!(
+        (rig.next_action(), rig.hits(), rig.campaign().unwrap().rejected()),
+        (NextAction::Sample, 0, 0)
+    );
     rig.sampling_started();
     rig.feed(ScanIndex(103), &scans(100, 300));
     rig.lost(3);
@@ -148,10 +151,13 @@ fn a_gap_that_nobody_reports_aborts_the_hit_and_the_next_one_counts() {
     rig.sampling_started();
     rig.feed(ScanIndex(0), &scans(0, 300));
     rig.feed(ScanIndex(340), &scans(340, 20));
-    assert_eq!((rig.hits(), rig.counts().hits_aborted, rig.wish()), (1, 1, Wish::Scans));
+    assert_eq!(
+        (rig.hits(), rig.counts().hits_aborted, rig.next_action()),
+        (1, 1, NextAction::Sample)
+    );
     // The sampler continues without a restart.
     rig.feed(ScanIndex(360), &scans(360, 8000));
-    assert_eq!((rig.wish(), rig.counts().triggers), (Wish::Work, 2));
+    assert_eq!((rig.next_action(), rig.counts().triggers), (NextAction::Compute, 2));
 }
 
 #[test]
@@ -161,7 +167,10 @@ fn a_sampler_that_starts_after_the_campaign_was_interrupted_wakes_nothing() {
     rig.start(Start::USUAL, false, true).unwrap();
     rig.command(Command::Pause).unwrap();
     rig.sampling_started();
-    assert_eq!((rig.phase(), rig.wish(), rig.armings()), (Phase::Paused, Wish::Rest, 0));
+    assert_eq!(
+        (rig.phase(), rig.next_action(), rig.armings()),
+        (Phase::Paused, NextAction::Wait, 0)
+    );
     // Reports that were not requested have no effect.
     rig.command(Command::Abort).unwrap();
     rig.set_stream(true).unwrap();
@@ -186,7 +195,7 @@ fn a_block_test_resumed_after_a_power_cut_knows_its_mass() {
     assert_eq!(rig.phase(), Phase::Paused);
     assert_eq!(rig.campaign().unwrap().started(), start);
     rig.command(Command::Resume).unwrap();
-    assert_eq!(drive(&mut rig), Wish::Keep);
+    assert_eq!(drive(&mut rig), NextAction::Store);
     assert!(rig.result().block.is_some(), "the block is weighed");
     assert_eq!(rig.result().estimates, []);
 }

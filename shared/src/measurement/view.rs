@@ -2,7 +2,7 @@
 
 use super::averaging::DofSpectra;
 use super::campaign::{Campaign, Phase};
-use super::{Activity, Measurement, TestResult, Wish};
+use super::{Activity, Measurement, NextAction, TestResult};
 use crate::diagnosis::Diagnostics;
 use crate::signal::{RealFft, Record};
 
@@ -94,7 +94,8 @@ impl<R: RealFft> Measurement<'_, R> {
     /// True when nothing is sampled or computed: idle or paused.
     pub fn rests(&self) -> bool {
         let paused = |campaign: &Campaign| campaign.phase() == Phase::Paused;
-        self.is_idle() || (self.running().is_some_and(paused) && self.wish() == Wish::Rest)
+        self.is_idle()
+            || (self.running().is_some_and(paused) && self.next_action() == NextAction::Wait)
     }
 
     /// Progress of the stream of scans; `None` without a stream.

@@ -24,16 +24,15 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use massline::client::{Client, PipeTransport, Timing};
-use massline::layout_file::LayoutFile;
 use massline_firmware::board::SampleError;
 use massline_protocol::message::{Reason, Stats};
 use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
-use massline_tests::campaign::{LATE, THREE_BAR_TESTS, layout_file};
+use massline_tests::campaign::{IMPATIENT, LATE, scans, three_bar};
 use massline_tests::faulty_sampler::{Strikes, rig_that_loses};
-use massline_virtual::bench::{Bench, BenchSource};
+use massline_virtual::bench::Bench;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -65,13 +64,9 @@ fn wanted_s() -> f64 {
     hours * 3600.0
 }
 
-fn file() -> LayoutFile {
-    layout_file(THREE_BAR_TESTS[0])
-}
-
 /// The same test with another title, which makes it another layout.
 fn layout(campaign: usize) -> RigLayout {
-    let mut layout = file().rig_layout().unwrap();
+    let mut layout = three_bar().rig_layout().unwrap();
     let title = format!("frame {}", campaign % LAYOUTS);
     layout.title = title.as_str().try_into().unwrap();
     layout
@@ -104,20 +99,14 @@ impl Rig {
     /// A rig whose link has this capacity in bytes.
     fn start(link_capacity: usize) -> Self {
         let bench = Bench::named("default").unwrap();
-        let source = BenchSource::new(&bench, &file().layout, 1).unwrap();
-        let options =
-            VirtualRigOptions { link_capacity, ..VirtualRigOptions::new(Box::new(source)) };
+        let source = scans(&bench, &three_bar(), 1);
+        let options = VirtualRigOptions { link_capacity, ..VirtualRigOptions::new(source) };
         let rig = rig_that_loses(options, losses()).unwrap();
         Self { rig, results: BTreeMap::new(), next: 1, checked: 0, full: 0 }
     }
 
     fn client(&self) -> Client {
-        let timing = Timing {
-            answer: Duration::from_millis(10),
-            attempts: 10_000,
-            reconnect: LATE,
-            pause: Duration::from_millis(1),
-        };
+        let timing = Timing { answer: Duration::from_millis(10), ..IMPATIENT };
         Client::with_timing(PipeTransport::new(self.rig.link()), timing)
     }
 

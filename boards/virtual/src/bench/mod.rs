@@ -135,7 +135,8 @@ pub enum BenchError {
     },
     /// The layout has a node at another position than the bench.
     #[error(
-        "node {node} lies at {layout:?} m in the layout and at {bench:?} m on the bench, whose elastic modes are known there only"
+        "node {node} lies at {layout:?} m in the layout and at {bench:?} m on the bench, whose \
+         elastic modes are known there only"
     )]
     NodeElsewhere {
         /// The node.

@@ -150,9 +150,9 @@ pub(in crate::panel) fn top(line: usize) -> i32 {
 /// A text in at most `width` characters; a longer one is cut and ends with two points.
 pub(in crate::panel) fn clipped(text: &str, width: usize) -> number::Text {
     let more = text.chars().count() > width;
-    let kept = if more { width.saturating_sub(2) } else { width };
+    let length = if more { width.saturating_sub(2) } else { width };
     let points = if more { ".." } else { "" };
-    text.chars().take(kept).chain(points.chars()).collect()
+    text.chars().take(length).chain(points.chars()).collect()
 }
 
 /// A formatted text, cut to the length of a line.

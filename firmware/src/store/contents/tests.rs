@@ -38,9 +38,9 @@ fn a_layout_that_was_evicted_and_stored_again_stays_when_the_other_change_was_mo
     {
         contents.apply(serial, change);
     }
-    let mut kept: Vec<_, LAYOUTS> = contents.layouts.iter().map(|kept| kept.hash).collect();
-    kept.sort_unstable();
-    assert_eq!(kept, [5, 7, 9]);
+    let mut stored: Vec<_, LAYOUTS> = contents.layouts.iter().map(|stored| stored.hash).collect();
+    stored.sort_unstable();
+    assert_eq!(stored, [5, 7, 9]);
     assert_eq!(contents.layout_in_use(), Some(object(30)));
     assert!(!contents.is_live(10));
 }

@@ -86,7 +86,7 @@ pub(super) struct Work {
     /// Bytes written.
     pub bytes: u32,
     /// Records that did not read back as written.
-    pub not_kept: u32,
+    pub read_back_failures: u32,
 }
 
 /// A log over a flash region.

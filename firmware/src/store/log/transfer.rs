@@ -97,7 +97,7 @@ impl<F: NorFlash> Log<F> {
         self.write_flash(address, header.encode(page.number).len(), Source::Memory(&bytes)).await?;
         self.write_flash(address + Self::size(0), header.length.into(), source).await?;
         if !self.reads_back(address, page.number, header).await {
-            self.work.not_kept += 1;
+            self.work.read_back_failures += 1;
             return Err(Fault);
         }
         page.end = at + size;
@@ -108,7 +108,7 @@ impl<F: NorFlash> Log<F> {
     async fn reads_back(&mut self, address: u32, page: u32, header: Header) -> bool {
         let size = Self::size(header.length.into()) as usize;
         match self.look(address, page, size).await {
-            Found::Record(kept) if kept == header => {
+            Found::Record(stored) if stored == header => {
                 self.read(&Record { header, address }, 0, &mut []).await.is_some()
             }
             Found::Record(_) | Found::Nothing(_) => false,

@@ -107,6 +107,7 @@ fn store(client: &mut crate::client::Client, record: &CalibrationRecord) -> Resu
     }
     Err(crate::Error::device(
         "calibration_not_kept",
-        "the calibration read back from the rig differs from the one sent; `massline device stats` may show why",
+        "the calibration read back from the rig differs from the one sent; `massline device stats` \
+         may show why",
     ))
 }

@@ -36,7 +36,8 @@ pub struct Args {
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct NoiseArgs {
     /// Standard deviation of the noise of one accelerance of one hit, relative to 1/mass.
-    #[arg(long, value_name = "PART", default_value_t = DEFAULT_NOISE, allow_negative_numbers = true, value_parser = positive)]
+    #[arg(long, value_name = "PART", default_value_t = DEFAULT_NOISE,
+          allow_negative_numbers = true, value_parser = positive)]
     pub noise: f64,
 }
 

@@ -36,13 +36,16 @@ pub struct Args {
     /// The layout file with the candidate nodes.
     layout: PathBuf,
     /// Sensors wanted; default: as many as the file has, 3 when it has none.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=HOST_SENSORS as i64))]
+    #[arg(long, value_name = "N",
+          allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=HOST_SENSORS as i64))]
     sensors: Option<u8>,
     /// Hit DOFs wanted; default: as many as the file has, 5 when it has none.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=HOST_HITS as i64))]
+    #[arg(long, value_name = "N",
+          allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=HOST_HITS as i64))]
     hits: Option<u8>,
     /// Accepted hits at each DOF; default: the number in [test].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=50))]
+    #[arg(long, value_name = "N",
+          allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=50))]
     hits_per_dof: Option<u8>,
     /// Keep the sensors of the file, for example if they are glued already: choose only hits.
     #[arg(long, conflicts_with = "sensors")]
@@ -53,7 +56,8 @@ pub struct Args {
     #[command(flatten)]
     noise: NoiseArgs,
     /// Number of random starts of the search.
-    #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", default_value_t = 10,
+          allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     starts: u32,
     /// Seed of the random starts.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]

@@ -109,7 +109,8 @@ fn clear(client: &mut Client, restart: bool) -> Result<()> {
     if !restart {
         return Err(Error::device(
             "another_campaign",
-            "a campaign is under way or interrupted on the rig; finish it with `massline measure`, or forget it with --restart",
+            "a campaign is under way or interrupted on the rig; finish it with `massline measure`, \
+             or forget it with --restart",
         ));
     }
     client.command(CampaignCommand::Abort)?;

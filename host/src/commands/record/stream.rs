@@ -161,7 +161,8 @@ impl<'r> Stream<'r> {
             return Err(Error::device(
                 "scans_lost",
                 format!(
-                    "{missing} scans after scan {} are missing: the link or this computer was too slow; record again, with --triggered if it happens again",
+                    "{missing} scans after scan {} are missing: the link or this computer was too \
+                     slow; record again, with --triggered if it happens again",
                     next - base,
                 ),
             ));

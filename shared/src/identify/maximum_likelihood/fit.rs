@@ -235,7 +235,7 @@ impl<R: Real> Fit<R> {
                 self.parameters = moved;
                 self.damping = (self.damping * R::of(0.1)).max(R::of(1e-9));
                 self.stage = Stage::Arrived;
-                if self.parameters.is_held() && self.cost - cost < close + self.rounding {
+                if self.parameters.is_consistent() && self.cost - cost < close + self.rounding {
                     self.settle();
                 }
                 return Ok(());

@@ -57,14 +57,14 @@ pub const ENTRY: Entry = Entry {
 };
 
 /// The method compares readings, so the sensors need not determine all motions, and priors can replace hits.
-fn is_blocked(code: Code, rescued: bool) -> bool {
+fn is_blocked(code: Code, prior_of_inertia: bool) -> bool {
     match code {
         Code::FewerThanThreeSensors | Code::SensorsCollinear | Code::ResponseRankDeficient => false,
         Code::FewerThanThreeHits
         | Code::HitsAllParallel
         | Code::HitsConcurrent
         | Code::HitsThroughCentreOfMass
-        | Code::TenParametersNotIdentifiable => !rescued,
+        | Code::TenParametersNotIdentifiable => !prior_of_inertia,
         // Invalid numbers rule out every method.
         _ => true,
     }

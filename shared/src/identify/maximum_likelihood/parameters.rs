@@ -55,7 +55,7 @@ impl<R: Real> Parameters<R> {
     /// log-Cholesky parameters are comparable, and near the boundary of the physical bodies some of them
     /// carry no information (Levenberg).
     pub(super) fn levels(&self, information: &SMatrix<R, 10, 10>) -> SVector<R, 10> {
-        if self.is_held() {
+        if self.is_consistent() {
             SVector::from_element(information.trace() * R::of(0.1))
         } else {
             information.diagonal()
@@ -63,7 +63,7 @@ impl<R: Real> Parameters<R> {
     }
 
     /// True when only physical bodies are admitted.
-    pub(super) fn is_held(&self) -> bool {
+    pub(super) fn is_consistent(&self) -> bool {
         matches!(self, Self::Consistent { .. })
     }
 

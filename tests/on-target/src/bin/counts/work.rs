@@ -13,7 +13,7 @@ use massline_shared::identify::{
 };
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
 use massline_shared::measurement::campaign::{self, Step};
-use massline_shared::measurement::{Measurement, Memory, Wish};
+use massline_shared::measurement::{Measurement, Memory, NextAction};
 use massline_shared::responses::Responses;
 use massline_shared::signal::{
     AdcProperties, CHANNELS, Calibration, RECORD_SCANS, Record, RestStatistics, Scan,
@@ -77,7 +77,7 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     for (index, scan) in (0..).zip(hit(&truth)) {
         rig.feed(ScanIndex(index), &[scan]);
     }
-    assert_eq!(rig.wish(), Wish::Work, "the record is whole");
+    assert_eq!(rig.next_action(), NextAction::Compute, "the record is whole");
     report("hit_grading", measure(|| rig.work()));
     assert!(rig.last_hit().is_some_and(|hit| hit.findings.is_empty()), "{:?}", rig.last_hit());
     report("record_checksum", measure(|| assert_ne!(checksum(rig.record()), 0)));
