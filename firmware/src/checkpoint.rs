@@ -18,7 +18,7 @@ use crate::rig::Rig;
 use crate::store::{MAX_DOF, Store};
 
 /// Buffer in which a finished DOF or the progress of a campaign is encoded for the flash.
-pub(crate) type Room = [u8; MAX_DOF];
+pub(crate) type CheckpointBuffer = [u8; MAX_DOF];
 
 /// The progress of a campaign as it is stored.
 #[derive(Debug, Serialize, Deserialize)]
@@ -51,7 +51,7 @@ impl Checkpoint {
         &mut self,
         rig: &Rig<'_>,
         store: &Mutex<NoopRawMutex, Store<F>>,
-        room: &mut Room,
+        room: &mut CheckpointBuffer,
     ) {
         let (campaign, progress) = {
             let measurement = rig.measurement.borrow();
@@ -81,7 +81,7 @@ impl Checkpoint {
         &mut self,
         rig: &Rig<'_>,
         store: &mut Store<F>,
-        room: &mut Room,
+        room: &mut CheckpointBuffer,
     ) {
         for place in 0..RIG_HITS {
             let Some((index, length)) = encode_dof(rig, place, room) else { return };
@@ -95,7 +95,11 @@ impl Checkpoint {
 
     /// Restores the campaign that a power cut has interrupted, if it belongs to the layout and the
     /// calibration in force. The campaign is paused, as after any interruption.
-    pub async fn recall<F: NorFlash>(rig: &Rig<'_>, store: &mut Store<F>, room: &mut Room) -> Self {
+    pub async fn recall<F: NorFlash>(
+        rig: &Rig<'_>,
+        store: &mut Store<F>,
+        room: &mut CheckpointBuffer,
+    ) -> Self {
         let mut dofs = Vec::<DofResult, RIG_HITS>::new();
         for place in 0..RIG_HITS {
             let Some(bytes) = store.dof(place, room).await else { break };
@@ -114,7 +118,7 @@ impl Checkpoint {
 // Plain functions: their locals take no memory in the futures that wait for the flash.
 
 /// Encodes the progress of the current campaign; returns the number of bytes.
-fn encode(rig: &Rig<'_>, campaign: CampaignProgress, room: &mut Room) -> usize {
+fn encode(rig: &Rig<'_>, campaign: CampaignProgress, room: &mut CheckpointBuffer) -> usize {
     let measurement = rig.measurement.borrow();
     let progress = ProgressCheckpoint {
         layout: rig.layout_hash.get(),
@@ -127,7 +131,7 @@ fn encode(rig: &Rig<'_>, campaign: CampaignProgress, room: &mut Room) -> usize {
 }
 
 /// Encodes the DOF at a place of the result; returns its index in the layout and the number of bytes.
-fn encode_dof(rig: &Rig<'_>, place: usize, room: &mut Room) -> Option<(u8, usize)> {
+fn encode_dof(rig: &Rig<'_>, place: usize, room: &mut CheckpointBuffer) -> Option<(u8, usize)> {
     let measurement = rig.measurement.borrow();
     let result = measurement.result();
     let stored = DofResult::of(result.dofs.get(place)?, result.mass_lines.get(place)?);

@@ -41,7 +41,7 @@ use massline_protocol::MAX_LAYOUT;
 use massline_shared::measurement;
 
 use crate::board::{Board, Link, Panel, Sampler};
-use crate::checkpoint::{Checkpoint, Room};
+use crate::checkpoint::{Checkpoint, CheckpointBuffer};
 use crate::measure::Measuring;
 use crate::own_frame::poll_in_own_frame;
 use crate::panel::task::{PanelMemory, PanelTask};
@@ -52,7 +52,7 @@ use crate::store::{MAX_DOF, Store};
 /// All large memory of the application, about 80 KiB. It starts as all zeros, so that it lies in `.bss`.
 pub struct Memory {
     measurement: measurement::Memory<f32>,
-    room: Room,
+    room: CheckpointBuffer,
     session: SessionMemory,
     panel: PanelMemory,
 }
@@ -106,7 +106,7 @@ where
 async fn recall<F: NorFlash>(
     rig: &Rig<'_>,
     store: &Mutex<NoopRawMutex, Store<F>>,
-    room: &mut Room,
+    room: &mut CheckpointBuffer,
 ) -> Checkpoint {
     let mut store = store.lock().await;
     store.open().await;

@@ -13,7 +13,7 @@ use massline_shared::signal::{CHANNELS, Scan};
 use massline_shared::units::ScanIndex;
 
 use crate::board::{SampleError, Sampler};
-use crate::checkpoint::{Checkpoint, Room};
+use crate::checkpoint::{Checkpoint, CheckpointBuffer};
 use crate::deadline::Deadline;
 use crate::levels::Levels;
 use crate::outcome::StoredResult;
@@ -32,7 +32,7 @@ pub(crate) struct Measuring<'a, 'm, S: Sampler, F: NorFlash> {
     pub rig: &'a Rig<'m>,
     pub store: &'a Mutex<NoopRawMutex, Store<F>>,
     pub checkpoint: Checkpoint,
-    pub room: &'a mut Room,
+    pub room: &'a mut CheckpointBuffer,
 }
 
 impl<S: Sampler, F: NorFlash> Measuring<'_, '_, S, F> {

@@ -237,7 +237,11 @@ impl CalibrationTable {
         }
         if let Some(sigma) = self.sigma {
             if !sigma.is_usable() {
-                return Err(bad("sigma", format!("{sigma:?}"), "numbers that are not negative"));
+                return Err(bad(
+                    "sigma",
+                    serde_json::json!(sigma),
+                    "numbers that are not negative",
+                ));
             }
             record.sigma = sigma;
         }
@@ -273,7 +277,11 @@ impl SensorTable {
             && !cross_axis.is_usable()
         {
             let wanted = format!("numbers between -{0} and {0}", CrossAxis::LARGEST);
-            return Err(bad(&format!("{name}: cross_axis"), format!("{cross_axis:?}"), &wanted));
+            return Err(bad(
+                &format!("{name}: cross_axis"),
+                serde_json::json!(cross_axis),
+                &wanted,
+            ));
         }
         Ok(())
     }
@@ -316,7 +324,7 @@ fn check(of: &str, zero: f32, sensitivity: f32, cutoff: f32) -> Result<()> {
 }
 
 fn bad(key: &str, value: impl std::fmt::Display, wanted: &str) -> Error {
-    Error::input(MALFORMED, format!("{key} = {value} cannot be; give {wanted}"))
+    Error::input(MALFORMED, format!("{key} = {value} is not valid; use {wanted}"))
 }
 
 #[cfg(test)]

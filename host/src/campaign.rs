@@ -50,7 +50,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// An error makes `follow` end.
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
         let _ = (client, status);
         Ok(None)
     }
@@ -66,7 +66,7 @@ impl Observer for () {}
 
 /// The next action that an observer wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Steer {
+pub enum OperatorAction {
     /// A command to the rig.
     Command(CampaignCommand),
     /// Interrupt the campaign and stop following it; accepted hits stay accepted.
@@ -75,7 +75,7 @@ pub enum Steer {
 
 /// How following a campaign ended.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Ending {
+pub enum CampaignOutcome {
     /// The campaign completed with the result of this number.
     Done(u32),
     /// The rig interrupted the campaign itself; the diagnostics of the status give the reason. It can be
@@ -89,7 +89,7 @@ pub enum Ending {
 
 /// Options for the start of a campaign.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Begin {
+pub struct StartOptions {
     /// Every hit waits for a verdict.
     pub confirm: bool,
     /// Start although the layout has an error.
@@ -102,7 +102,7 @@ pub struct Begin {
 
 /// What [`begin`] did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Begun {
+pub enum StartOutcome {
     /// A new campaign.
     Started,
     /// An interrupted campaign was resumed.
@@ -116,29 +116,29 @@ pub enum Begun {
 ///
 /// # Errors
 /// When the rig refuses or cannot be reached.
-pub fn begin(client: &mut Client, how: Begin) -> Result<Begun, ClientError> {
+pub fn begin(client: &mut Client, how: StartOptions) -> Result<StartOutcome, ClientError> {
     let status = client.status()?;
     match Phase::try_from(status.phase).ok() {
         Some(Phase::Paused) if !how.restart => {
             client.command(CampaignCommand::Resume)?;
-            Ok(Begun::Resumed)
+            Ok(StartOutcome::Resumed)
         }
         Some(Phase::Armed | Phase::Busy | Phase::Confirming | Phase::Solving) if !how.restart => {
-            Ok(Begun::Joined)
+            Ok(StartOutcome::Joined)
         }
         Some(Phase::Armed | Phase::Busy | Phase::Confirming | Phase::Paused | Phase::Solving) => {
             client.command(CampaignCommand::Abort)?;
             start(client, how)?;
-            Ok(Begun::Started)
+            Ok(StartOutcome::Started)
         }
         _ => {
             start(client, how)?;
-            Ok(Begun::Started)
+            Ok(StartOutcome::Started)
         }
     }
 }
 
-fn start(client: &mut Client, how: Begin) -> Result<Status, ClientError> {
+fn start(client: &mut Client, how: StartOptions) -> Result<Status, ClientError> {
     match how.block_mass {
         Some(mass) => client.start_block(mass, how.confirm),
         None => client.start(how.confirm, how.force),
@@ -148,7 +148,7 @@ fn start(client: &mut Client, how: Begin) -> Result<Status, ClientError> {
 /// Follows the running campaign until it ends.
 ///
 /// `patience` is how long the status may stay unchanged before the rig counts as stuck; `None` where a person
-/// taps. Ctrl-C interrupts the campaign on the rig, and the function returns [`Ending::Paused`].
+/// taps. Ctrl-C interrupts the campaign on the rig, and the function returns [`CampaignOutcome::Paused`].
 ///
 /// # Errors
 /// When the link is lost for good, the rig is stuck, or the observer fails; the campaign is then interrupted
@@ -158,7 +158,7 @@ pub fn follow(
     interrupt: &Interrupt,
     patience: Option<Duration>,
     observer: &mut dyn Observer,
-) -> Result<Ending> {
+) -> Result<CampaignOutcome> {
     let _guard = interrupt.guard();
     let mut follower =
         Follower { client, observer, last: None, reported: None, changed: Instant::now() };
@@ -180,7 +180,11 @@ struct Follower<'a> {
 }
 
 impl Follower<'_> {
-    fn run(&mut self, interrupt: &Interrupt, patience: Option<Duration>) -> Result<Ending> {
+    fn run(
+        &mut self,
+        interrupt: &Interrupt,
+        patience: Option<Duration>,
+    ) -> Result<CampaignOutcome> {
         let mut status = self.ask()?;
         loop {
             if let Some(ending) = self.take(&status)? {
@@ -190,8 +194,8 @@ impl Follower<'_> {
                 return self.leave();
             }
             status = match self.observer.steer(self.client, &status)? {
-                Some(Steer::Leave) => return self.leave(),
-                Some(Steer::Command(command)) => self.command(command)?,
+                Some(OperatorAction::Leave) => return self.leave(),
+                Some(OperatorAction::Command(command)) => self.command(command)?,
                 None => self.listen()?,
             };
             if let Some(patience) = patience.filter(|&p| self.changed.elapsed() > p) {
@@ -201,7 +205,7 @@ impl Follower<'_> {
     }
 
     /// Processes a status; returns how the campaign ended, if it has.
-    fn take(&mut self, status: &Status) -> Result<Option<Ending>> {
+    fn take(&mut self, status: &Status) -> Result<Option<CampaignOutcome>> {
         if self.last.as_ref() != Some(status) {
             self.observer.status(status);
             self.last = Some(status.clone());
@@ -216,13 +220,13 @@ impl Follower<'_> {
             Some(Phase::Done) => {
                 // The observer gets the last hits before the campaign's end.
                 self.drain()?;
-                Ok(Some(Ending::Done(status.result)))
+                Ok(Some(CampaignOutcome::Done(status.result)))
             }
             Some(Phase::Paused) if status.diagnostics.iter().any(Diagnostic::interrupts) => {
-                Ok(Some(Ending::Stopped(Box::new(status.clone()))))
+                Ok(Some(CampaignOutcome::Stopped(Box::new(status.clone()))))
             }
-            Some(Phase::Paused) => Ok(Some(Ending::Paused(Box::new(status.clone())))),
-            Some(Phase::Idle) => Ok(Some(Ending::Aborted)),
+            Some(Phase::Paused) => Ok(Some(CampaignOutcome::Paused(Box::new(status.clone())))),
+            Some(Phase::Idle) => Ok(Some(CampaignOutcome::Aborted)),
             _ => Ok(None),
         }
     }
@@ -279,7 +283,7 @@ impl Follower<'_> {
     }
 
     /// Interrupts the campaign; returns its ending if it has ended meanwhile.
-    fn leave(&mut self) -> Result<Ending> {
+    fn leave(&mut self) -> Result<CampaignOutcome> {
         loop {
             let status = self.command(CampaignCommand::Pause)?;
             if let Some(ending) = self.take(&status)? {

@@ -28,7 +28,7 @@ pub fn build(package: &str, target: &str, otherwise: &str) -> Result<PathBuf> {
         return Err(Error::device(
             "firmware_build_failed",
             format!(
-                "cargo could not build {package} ({}); {otherwise} ELF takes a built one",
+                "cargo could not build {package} ({}); to use an existing image, pass {otherwise} ELF",
                 output.status
             ),
         ));

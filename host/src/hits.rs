@@ -7,7 +7,7 @@ mod report;
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::TestSettings;
 use massline_shared::signal::{
-    CHANNELS, ChannelRange, FftError, HitAnalysis, HitGrader, HitReport, Standing,
+    CHANNELS, ChannelRange, FftError, HitAgreement, HitAnalysis, HitGrader, HitReport,
 };
 use nalgebra::Complex;
 
@@ -160,7 +160,7 @@ fn compare(hits: &mut [Hit], cut: &[CutHit], rate: f64, options: &Options) -> Re
         let beside = repeats.beside_the_others(place);
         hit.distance = beside.distance();
         hit.kept = kept.contains(&place);
-        if let Standing::Outlier(far) | Standing::Inconsistent(far) = beside.standing() {
+        if let HitAgreement::Outlier(far) | HitAgreement::Inconsistent(far) = beside.standing() {
             let severity = options.test.policy.verdict(Code::HitInconsistent).severity();
             let found = Diagnostic::whole(Code::HitInconsistent, severity, far as f32);
             // There is room: a hit that is not rejected has few findings.

@@ -9,12 +9,13 @@
 //! | [`interrupt`] | Ctrl-C |
 //! | [`output`] | where a command writes: text or JSON, colour, progress |
 //! | [`layout_file`] | the layout TOML |
+//! | [`calibration`] | dates of calibrations, and the RC cutoffs from the spectra of a block test |
 //! | [`calibration_file`] | the calibration TOML |
 //! | [`uff`] | universal files, dataset 58 |
 //! | [`identification`] | the ten properties in double precision, and the nuisance parameters of the fit |
 //! | [`design`] | the predicted uncertainty of a layout, and better layouts |
 //! | [`solve`] | the offline solver |
-//! | [`solved_again`] | a rig's result, solved again on the host |
+//! | [`host_solution`] | a rig's result, solved again on the host |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
 //! | [`monte_carlo`] | many simulated tests, compared with the truth and the Cramér-Rao bound |
 //! | [`report`] | results as JSON and tables, diagnostics as sentences |
@@ -39,6 +40,7 @@ pub mod error;
 pub mod firmware;
 pub mod flash;
 pub mod hits;
+pub mod host_solution;
 pub mod identification;
 pub mod interrupt;
 pub mod layout_file;
@@ -52,7 +54,6 @@ pub mod report;
 pub mod rig;
 pub mod single_fault;
 pub mod solve;
-pub mod solved_again;
 pub mod spectra;
 pub mod tape;
 mod toml_file;

@@ -15,7 +15,7 @@ use massline_shared::diagnosis::Diagnostic;
 use serde_json::{Value, json};
 
 pub use details::{details_json, details_text};
-pub use estimate::{HALF_WIDTH_95, estimate_json};
+pub use estimate::estimate_json;
 pub use measurement::{estimates_of, measurement_json, measurement_text};
 pub use message::{code_name, message, message_in};
 pub use refusals::{refusals_json, refusals_text};

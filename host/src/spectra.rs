@@ -8,7 +8,7 @@ use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::message::{CampaignCommand, Reason, Status};
 use massline_shared::measurement::campaign::Phase;
 
-use crate::campaign::{Observer, Steer};
+use crate::campaign::{Observer, OperatorAction};
 use crate::client::{Client, ClientError, DofSpectra};
 use crate::error::Result;
 
@@ -75,12 +75,12 @@ impl Observer for Collecting<'_> {
         self.observer.scans(block);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
         // Before any command, because most commands make the rig discard the spectra.
         self.collection.collect(client, status)?;
         let steer = self.observer.steer(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
-        Ok(steer.or(waits.then_some(Steer::Command(CampaignCommand::Accept))))
+        Ok(steer.or(waits.then_some(OperatorAction::Command(CampaignCommand::Accept))))
     }
 
     fn refused(&mut self, command: CampaignCommand) {

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use massline::campaign::{Begin, Ending, Observer, begin, follow};
+use massline::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
 use massline::client::{Client, SerialTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
@@ -80,10 +80,10 @@ fn results_and_layout_survive_a_restart_of_the_rig() {
     let mut rig = EmulatedRig::start(&FIRMWARE, &source.adc()).unwrap();
     let mut client = connect(&rig);
     client.put_layout(&layout).unwrap();
-    begin(&mut client, Begin::default()).unwrap();
+    begin(&mut client, StartOptions::default()).unwrap();
     let mut operator = Operator(rig.feed(Box::new(source)));
     let ending = follow(&mut client, &Interrupt::new(), Some(LATE), &mut operator).unwrap();
-    let Ending::Done(number) = ending else { panic!("{ending:?}") };
+    let CampaignOutcome::Done(number) = ending else { panic!("{ending:?}") };
     let (before, stats) = (client.result(number).unwrap(), client.stats().unwrap());
     nothing_went_wrong(&stats);
     assert!(stats.triggers >= 15, "three DOFs of five hits: {stats:?}");

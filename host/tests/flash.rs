@@ -140,7 +140,7 @@ fn an_image_that_could_not_start_is_refused() {
 fn what_is_no_image_is_named() {
     let images = Images::new();
     refused("blackpill-f411", Path::new("/does/not/exist"), "image_not_read", "/does/not/exist");
-    refused("blackpill-f411", &images.write(b"UF2\n"), "image_malformed", "no 32-bit ELF");
+    refused("blackpill-f411", &images.write(b"UF2\n"), "image_malformed", "not a 32-bit ELF");
     refused("blackpill-f411", &images.elf(&[]), "image_malformed", "nothing");
     let whole = elf(&good());
     for length in [20, 60, 500, whole.len() - 1] {

@@ -8,6 +8,8 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`units`] | newtypes of the physical quantities that cross an interface |
+//! | [`Real`] | the floating-point type: `f32` on a rig, `f64` on the host |
+//! | [`responses`] | vectors and matrices of the readings of all sensors |
 //! | [`body`] | the ten rigid body properties and their transforms |
 //! | [`layout`] | where sensors sit and hits land; kinematics; diagnosis of a layout |
 //! | [`design`] | which sensors and hits to choose among candidates |

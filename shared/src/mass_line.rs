@@ -14,7 +14,7 @@ mod band;
 mod responses;
 
 pub use band::{ABOVE_SUSPENSION, BELOW_ELASTIC, FoundBand, find_band};
-pub use responses::{Fitting, ResponseFits, UNSTEADY};
+pub use responses::{Fitting, PLATEAU_LIMIT, ResponseFits};
 
 use nalgebra::Complex;
 

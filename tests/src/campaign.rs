@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use massline::campaign::{Begin, Ending, Observer, begin, follow};
+use massline::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
 use massline::client::{Client, PipeTransport, Timing};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
@@ -92,10 +92,12 @@ pub fn measure(
     let (rig, mut client) = start(VirtualRigOptions::new(source));
     client.identify().expect("the rig says who it is");
     client.put_layout(layout).expect("the rig takes the layout");
-    begin(&mut client, Begin::default()).expect("the campaign begins");
+    begin(&mut client, StartOptions::default()).expect("the campaign begins");
     let ending = follow(&mut client, &Interrupt::new(), None, observer);
     let ending = ending.expect("the rig answers to the end of the campaign");
-    let Ending::Done(number) = ending else { panic!("the campaign has no result: {ending:?}") };
+    let CampaignOutcome::Done(number) = ending else {
+        panic!("the campaign has no result: {ending:?}")
+    };
     let result = client.result(number).expect("the result can be read");
     rig.stop().expect("the rig has not panicked");
     result

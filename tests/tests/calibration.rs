@@ -5,13 +5,13 @@ use std::f64::consts::TAU;
 use std::io;
 use std::time::Duration;
 
-use massline::calibration::cutoffs::{NoCutoff, RcCutoff};
+use massline::calibration::cutoffs::{CutoffError, RcCutoff};
 use massline::calibration::tumble::TumbleFile;
 use massline::calibration::verify::{Verdict, drifts};
 use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::block::{BlockTest, LAYOUT};
 use massline::commands::calibrate::demo::{calibrate, error_of_scale, sensitivity_errors};
-use massline::commands::calibrate::rig::{InHand, OnBlock};
+use massline::commands::calibrate::rig::{BlockRig, TumbleRig};
 use massline::commands::calibrate::tumble::take;
 use massline::commands::demo::LAYOUTS;
 use massline::layout_file::LayoutFile;
@@ -86,7 +86,7 @@ fn block_test(hits: u8) -> BlockTest {
 fn a_block_alone_gives_the_sensors_against_the_hammer_within_its_stated_uncertainty() {
     let bench = Bench::named("block").unwrap();
     let test = block_test(5);
-    let mut rig = OnBlock::on_bench(&bench, &test.file.layout, 4, None).unwrap();
+    let mut rig = BlockRig::on_bench(&bench, &test.file.layout, 4, None).unwrap();
     let mut record = rig.client.calibration().unwrap();
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
     assert!(found.hammer.is_none());
@@ -115,7 +115,7 @@ fn a_drifted_sensor_is_found_by_a_quick_block_test() {
     let mut record = calibrate(seed, &mut output()).unwrap();
     let test = block_test(3);
     let verify = |record: &CalibrationRecord| {
-        let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();
+        let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
         rig.client.put_calibration(record).unwrap();
         let found = test.run(&mut rig, record, &mut output()).unwrap();
         drifts(&found.sensors, 0.03)
@@ -167,7 +167,7 @@ fn rc_cutoffs_are_found_against_the_hammers_and_a_second_test_confirms_them() {
     let (mut spread, mut errors, mut scaled) = (Vec::new(), Vec::new(), Vec::new());
     let (mut stated, mut left, mut left_scaled) = (Vec::new(), Vec::new(), Vec::new());
     for seed in 1..=3 {
-        let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();
+        let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
         let mut record = rig.client.calibration().unwrap();
         let hammer = record.calibration.channels[0].cutoff;
         let found = test.run(&mut rig, &record, &mut output()).unwrap();
@@ -217,7 +217,7 @@ fn rc_cutoffs_are_found_against_the_hammers_and_a_second_test_confirms_them() {
 }
 
 /// Runs a campaign on a block without reading its spectra until this many hits are accepted.
-fn accept(rig: &mut OnBlock, test: &BlockTest, hits: u32) {
+fn accept(rig: &mut BlockRig, test: &BlockTest, hits: u32) {
     rig.client.put_layout(&test.layout).unwrap();
     rig.client.start_block(test.mass.mass as f32, true).unwrap();
     loop {
@@ -239,7 +239,7 @@ fn accept(rig: &mut OnBlock, test: &BlockTest, hits: u32) {
 fn cutoffs_of_axes_without_spectra_are_reported_as_unknown() {
     let bench = Bench::named("block").unwrap();
     let (seed, test) = (6, block_test(2));
-    let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();
+    let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
     accept(&mut rig, &test, 5);
     let mut record = rig.client.calibration().unwrap();
     let before = record.calibration;
@@ -248,7 +248,7 @@ fn cutoffs_of_axes_without_spectra_are_reported_as_unknown() {
     for cutoff in &found.cutoffs {
         let channel = 1 + 3 * cutoff.sensor + cutoff.axis;
         if cutoff.axis == 0 {
-            assert_eq!(cutoff.found, Err(NoCutoff::SpectraGone));
+            assert_eq!(cutoff.found, Err(CutoffError::SpectraGone));
             assert_eq!(cutoff.verdict(), "undetermined");
             let cutoffs = [&record.calibration, &before].map(|c| c.channels[channel].cutoff);
             assert_eq!(cutoffs[0], cutoffs[1]);
@@ -274,7 +274,7 @@ fn assert_is_true(cutoff: &RcCutoff, bench: &Bench, seed: u64) {
 fn a_block_test_that_was_begun_without_confirmation_is_joined() {
     let bench = Bench::named("block").unwrap();
     let (seed, test) = (7, block_test(2));
-    let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();
+    let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
     let record = rig.client.calibration().unwrap();
     rig.client.put_layout(&test.layout).unwrap();
     rig.client.start_block(test.mass.mass as f32, false).unwrap();
@@ -283,7 +283,7 @@ fn a_block_test_that_was_begun_without_confirmation_is_joined() {
         match cutoff.found {
             Ok(_) => assert_is_true(cutoff, &bench, seed),
             Err(reason) => {
-                assert_eq!(reason, NoCutoff::SpectraGone);
+                assert_eq!(reason, CutoffError::SpectraGone);
                 assert_ne!(cutoff.axis, 2);
             }
         }
@@ -294,12 +294,12 @@ fn a_block_test_that_was_begun_without_confirmation_is_joined() {
 fn without_a_cutoff_of_the_hammer_none_is_determined_against_it() {
     let bench = Bench::named("block").unwrap();
     let test = block_test(2);
-    let mut rig = OnBlock::on_bench(&bench, &test.file.layout, 8, None).unwrap();
+    let mut rig = BlockRig::on_bench(&bench, &test.file.layout, 8, None).unwrap();
     let mut record = rig.client.calibration().unwrap();
     record.calibration.channels[0].cutoff = Hertz(0.0);
     rig.client.put_calibration(&record).unwrap();
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
-    assert!(found.cutoffs.iter().all(|cutoff| cutoff.found == Err(NoCutoff::HammerUnknown)));
+    assert!(found.cutoffs.iter().all(|cutoff| cutoff.found == Err(CutoffError::HammerUnknown)));
 }
 
 /// Sensors without a cutoff in use, as after an old calibration file: the full time constant is found.
@@ -307,7 +307,7 @@ fn without_a_cutoff_of_the_hammer_none_is_determined_against_it() {
 fn an_unknown_cutoff_is_found() {
     let bench = Bench::named("block").unwrap();
     let (seed, test) = (9, block_test(5));
-    let mut rig = OnBlock::on_bench(&bench, &test.file.layout, seed, None).unwrap();
+    let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
     let mut record = rig.client.calibration().unwrap();
     record.calibration.channels[1..].iter_mut().for_each(|channel| channel.cutoff = Hertz(0.0));
     rig.client.put_calibration(&record).unwrap();
@@ -329,7 +329,7 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
     let limits = TumbleLimits::default();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("tumble.toml");
-    let mut rig = InHand::on_bench(&bench, 3, 5, None).unwrap();
+    let mut rig = TumbleRig::on_bench(&bench, 3, 5, None).unwrap();
     let mut readings = TumbleFile::new(&path);
     take(&mut rig, &mut readings, &limits, &mut output()).unwrap();
     let whole = readings.solve(&limits).unwrap();

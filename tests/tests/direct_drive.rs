@@ -24,7 +24,7 @@ fn directly(
     let mut measurement = Measurement::new(source.adc(), &mut memory);
     measurement.set_layout(layout.clone());
     measurement.set_calibration(nominal_calibration(bench));
-    measurement.start(Start::USUAL, false, true).unwrap();
+    measurement.start(Start::DEFAULT, false, true).unwrap();
     loop {
         match measurement.next_action() {
             NextAction::Sample => {

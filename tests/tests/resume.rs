@@ -1,7 +1,9 @@
 //! A campaign continues after a power cut: the whole rig on a bench, with its flash in a file or cut at
 //! any word.
 
-use massline::campaign::{Begin, Begun, Ending, Observer, Steer, begin, follow};
+use massline::campaign::{
+    CampaignOutcome, Observer, OperatorAction, StartOptions, StartOutcome, begin, follow,
+};
 use massline::client::Client;
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
@@ -48,17 +50,21 @@ fn accept(client: &mut Client, dof: u8) {
 struct Accepting;
 
 impl Observer for Accepting {
-    fn steer(&mut self, _: &mut Client, status: &Status) -> massline::error::Result<Option<Steer>> {
+    fn steer(
+        &mut self,
+        _: &mut Client,
+        status: &Status,
+    ) -> massline::error::Result<Option<OperatorAction>> {
         let waits = phase(status) == Some(Phase::Confirming);
-        Ok(waits.then_some(Steer::Command(CampaignCommand::Accept)))
+        Ok(waits.then_some(OperatorAction::Command(CampaignCommand::Accept)))
     }
 }
 
 /// Resumes a campaign, or begins one, and runs it to its result.
-fn finish(client: &mut Client) -> (Begun, MeasurementResult) {
-    let begun = begin(client, Begin { confirm: true, ..Begin::default() }).unwrap();
+fn finish(client: &mut Client) -> (StartOutcome, MeasurementResult) {
+    let begun = begin(client, StartOptions { confirm: true, ..StartOptions::default() }).unwrap();
     let ending = follow(client, &Interrupt::new(), Some(LATE), &mut Accepting).unwrap();
-    let Ending::Done(number) = ending else { panic!("{ending:?}") };
+    let CampaignOutcome::Done(number) = ending else { panic!("{ending:?}") };
     (begun, read_result(client, number))
 }
 
@@ -72,7 +78,7 @@ fn undisturbed(flash: &FlashBacking) -> MeasurementResult {
     let (rig, mut client) = power_on(flash);
     client.put_layout(&layout()).unwrap();
     let (begun, result) = finish(&mut client);
-    assert_eq!((begun, result.dofs.len()), (Begun::Started, 3));
+    assert_eq!((begun, result.dofs.len()), (StartOutcome::Started, 3));
     rig.stop().unwrap();
     result
 }
@@ -102,7 +108,7 @@ fn a_rig_that_is_switched_off_goes_on_at_the_next_dof() {
     // One of two hits of the second DOF had been accepted: this DOF begins again.
     assert_eq!((status.dof, &status.accepted[..], status.hits_per_dof), (1, &[2, 0, 0][..], 2));
     let (begun, result) = finish(&mut client);
-    assert_eq!(begun, Begun::Resumed);
+    assert_eq!(begun, StartOutcome::Resumed);
     assert_eq!((result.dofs.len(), result.head.number), (3, 1));
     assert!(same_bits(&result.dofs[0], &whole.dofs[0]));
     assert_eq!(result.estimates.len(), whole.estimates.len());
@@ -223,7 +229,10 @@ fn wherever_the_power_is_cut_the_campaign_ends_with_the_dofs_that_were_finished(
         assert_eq!(phase(&status), Some(wanted), "cut {i}");
         restored[finished] += 1;
         let (begun, result) = finish(&mut client);
-        assert_eq!(begun, if finished == 0 { Begun::Started } else { Begun::Resumed });
+        assert_eq!(
+            begun,
+            if finished == 0 { StartOutcome::Started } else { StartOutcome::Resumed }
+        );
         assert_eq!((result.head.number, result.dofs.len()), (1, 3), "cut {i}");
         for dof in 0..finished {
             assert!(same_bits(&result.dofs[dof], &whole.dofs[dof]), "cut {i}, DOF {dof}");

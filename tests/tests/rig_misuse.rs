@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use massline::campaign::{Begin, Begun, Ending, begin, follow};
+use massline::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin, follow};
 use massline::client::{Client, Event, PipeTransport};
 use massline::interrupt::Interrupt;
 use massline_firmware::board::SampleError;
@@ -204,15 +204,19 @@ fn a_converter_that_stops_is_not_taken_for_ctrl_c_and_the_campaign_can_be_resume
     let fault = SampleError::Stopped;
     let (mut client, rig) = rig_that_fails(source, left, fault);
     client.put_layout(&file.rig_layout().unwrap()).unwrap();
-    let mut follow_one = |wanted: Begun| {
-        assert_eq!(begin(&mut client, Begin::default()).unwrap(), wanted);
+    let mut follow_one = |wanted: StartOutcome| {
+        assert_eq!(begin(&mut client, StartOptions::default()).unwrap(), wanted);
         follow(&mut client, &Interrupt::new(), Some(LATE), &mut ()).unwrap()
     };
-    let Ending::Stopped(status) = follow_one(Begun::Started) else { panic!("it has stopped") };
+    let CampaignOutcome::Stopped(status) = follow_one(StartOutcome::Started) else {
+        panic!("it has stopped")
+    };
     assert!(status.diagnostics.iter().any(|d| d.code == Code::SamplerStopped));
     let kept: u8 = status.accepted.iter().sum();
     assert!(kept >= 3, "{status:?}");
-    let Ending::Done(number) = follow_one(Begun::Resumed) else { panic!("it goes on") };
+    let CampaignOutcome::Done(number) = follow_one(StartOutcome::Resumed) else {
+        panic!("it goes on")
+    };
     let result = client.result(number).unwrap();
     assert_eq!(result.estimates.len(), 2);
     assert!(!result.diagnostics.iter().any(|d| d.interrupts()));

@@ -1,5 +1,7 @@
 //! The store on the flash of the virtual board, which follows the rules of NOR flash.
 
+use std::path::Path;
+
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use massline_firmware::store::{
@@ -10,7 +12,7 @@ use massline_protocol::{LayoutHash, MAX_LAYOUT, crc32};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
 use massline_virtual::flash::{
-    Chip, ChipFlash, F411, Flash, FlashBacking, FlashError, FlashMemory, G474, PAGE_BYTES,
+    Chip, ChipFlash, F411, Flash, FlashBacking, FlashError, FlashMemory, G474, PAGE_BYTES, W25q,
 };
 use serde::Serialize;
 
@@ -416,12 +418,29 @@ fn fill<C: Chip>(dofs: usize) -> usize {
 
 #[test]
 fn a_campaign_that_may_begin_has_room_for_its_result() {
-    // Both chips have 48 KiB, of which one page is free: 32 KiB and 46 KiB remain, minus the waste at the
-    // end of each page. On the second there is room for more short results than the list has.
-    for (dofs, f411, g474) in [(1, 19, RESULTS), (5, 8, 12), (RIG_HITS, 3, 5)] {
+    // 48 KiB and 64 KiB, of which one page is free: 32 KiB and 62 KiB remain, minus the waste at the end of
+    // each page. On the second there is room for more short results than the list has.
+    for (dofs, f411, g474) in [(1, 19, RESULTS), (5, 8, 16), (RIG_HITS, 3, 6)] {
         let results = (fill::<F411>(dofs), fill::<G474>(dofs));
         assert!(results.0 >= f411 && results.1 >= g474, "{dofs} DOFs: {results:?}");
     }
+}
+
+#[test]
+fn the_flash_of_the_tests_is_that_of_the_boards() {
+    fn check<C: Chip>(name: &str, boards: &[massline_boards::Board]) {
+        let board = boards.iter().find(|board| board.name == name).expect("the board exists");
+        let store = board.flash.store.expect("it has a store").range();
+        let pages =
+            board.flash.each_sector().filter(|s| store.start <= s.start && s.end <= store.end);
+        let pages: Vec<_> = pages.map(|sector| (sector.end - sector.start) as usize).collect();
+        assert_eq!(pages, vec![C::PAGE; C::BYTES / C::PAGE], "{name}");
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let boards = massline_boards::boards(&root).unwrap();
+    check::<F411>("blackpill-f411", &boards);
+    check::<G474>("nucleo-g474re", &boards);
+    check::<W25q>("pico2", &boards);
 }
 
 #[test]

@@ -14,7 +14,7 @@ use massline_firmware::scan_ring::{
 use massline_shared::signal::{AdcProperties, HAMMER, Scan};
 use massline_shared::units::ScanIndex;
 
-use crate::supply::{Noted, Supply};
+use crate::supply::{FactoryReading, Supply};
 
 /// A converter without scans for this time has stopped: it is many times the time of half a buffer.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -160,7 +160,7 @@ impl<const RANKS: usize, const SCANS: usize> Pipeline<RANKS, SCANS> {
 pub enum Sentinel {
     /// The chip's voltage reference, which also measures the supply, for which the hammer's codes are
     /// corrected.
-    Reference(Noted),
+    Reference(FactoryReading),
     /// A constant code.
     Code(u16),
 }

@@ -32,9 +32,9 @@ const FRACTION_BITS: u32 = 16;
 
 /// The manufacturer's reading of the internal reference: 12 bits at 3.3 V.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Noted(u16);
+pub struct FactoryReading(u16);
 
-impl Noted {
+impl FactoryReading {
     /// The stored reading if it is within the specified 1.18 to 1.24 V, else that of a typical chip.
     pub const fn new(noted: u16) -> Self {
         Self(if noted >= 1464 && noted <= 1539 { noted } else { TYPICAL })
@@ -58,7 +58,7 @@ impl Noted {
 /// Tracks the supply and corrects the hammer's codes.
 #[derive(Clone, Copy, Debug)]
 pub struct Supply {
-    noted: Noted,
+    noted: FactoryReading,
     bits: u8,
     /// Mean reading of the reference in 2^-16 codes; zero before the first.
     mean: u32,
@@ -66,7 +66,7 @@ pub struct Supply {
 
 impl Supply {
     /// For codes of `bits` bits, 12 to 16.
-    pub const fn new(noted: Noted, bits: u8) -> Self {
+    pub const fn new(noted: FactoryReading, bits: u8) -> Self {
         Self { noted, bits, mean: 0 }
     }
 
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn the_hammer_reads_the_same_volts_on_any_supply() {
-        let noted = Noted::new(1520);
+        let noted = FactoryReading::new(1520);
         let reference_volts = 1520.0 / 4096.0 * 3.3;
         for supply in [3.0, 3.1, 3.3, 3.45, 3.6] {
             for volts in [0.1, 0.7, 2.0, 2.9] {
@@ -131,17 +131,17 @@ mod tests {
     #[test]
     fn an_overload_remains_one_on_a_low_supply_and_becomes_one_beyond_the_range() {
         let low = code(1.21, 2.9);
-        let mut followed = Supply::new(Noted::new(TYPICAL), BITS);
+        let mut followed = Supply::new(FactoryReading::new(TYPICAL), BITS);
         assert_eq!(followed.correct(FULL, low), FULL);
         assert_eq!(followed.correct(0, low), 0);
         assert!(followed.correct(FULL - 1, low) < FULL);
-        let mut followed = Supply::new(Noted::new(TYPICAL), BITS);
+        let mut followed = Supply::new(FactoryReading::new(TYPICAL), BITS);
         assert_eq!(followed.correct(code(3.2, 3.3), code(1.21, 3.3)), FULL);
     }
 
     #[test]
     fn the_noise_of_the_reference_does_not_become_noise_of_the_hammer() {
-        let mut followed = Supply::new(Noted::new(TYPICAL), BITS);
+        let mut followed = Supply::new(FactoryReading::new(TYPICAL), BITS);
         let steady = followed.correct(8000, 6008);
         // The reading alternates by 40 codes, 0.7 %. The mean over 256 scans passes 1/256 of that, 0.0026
         // % or a quarter of a code, and rounds.
@@ -153,29 +153,32 @@ mod tests {
 
     #[test]
     fn after_a_step_of_the_supply_the_correction_settles_on_the_new_supply() {
-        let mut followed = Supply::new(Noted::new(TYPICAL), BITS);
+        let mut followed = Supply::new(FactoryReading::new(TYPICAL), BITS);
         followed.correct(8000, 6008);
         // After eight time constants, e^-8 of a step of 5 % is 1/6 of a code.
         let last = (0..8 * 256).map(|_| followed.correct(8000, 6308)).last().unwrap();
-        let direct = Supply::new(Noted::new(TYPICAL), BITS).correct(8000, 6308);
+        let direct = Supply::new(FactoryReading::new(TYPICAL), BITS).correct(8000, 6308);
         assert!(last.abs_diff(direct) <= 1, "{last} {direct}");
     }
 
     #[test]
     fn a_chip_without_a_note_is_a_typical_one() {
         for nothing in [0, 0xFFFF, 1463, 1540] {
-            assert_eq!(Noted::new(nothing), Noted(TYPICAL));
+            assert_eq!(FactoryReading::new(nothing), FactoryReading(TYPICAL));
         }
-        assert_eq!(Noted::new(1539), Noted(1539));
+        assert_eq!(FactoryReading::new(1539), FactoryReading(1539));
         // 1652 · 3.0 / 3.3
-        assert_eq!(Noted::code_at_three_volts(1652), 1501);
-        assert_eq!(Noted::new(Noted::code_at_three_volts(0xFFFF)), Noted(TYPICAL));
+        assert_eq!(FactoryReading::code_at_three_volts(1652), 1501);
+        assert_eq!(
+            FactoryReading::new(FactoryReading::code_at_three_volts(0xFFFF)),
+            FactoryReading(TYPICAL)
+        );
     }
 
     #[test]
     fn the_reference_is_told_from_sensors_and_hammer() {
         for noted in [1464, TYPICAL, 1539] {
-            let codes = Noted::new(noted).codes(12);
+            let codes = FactoryReading::new(noted).codes(12);
             assert!(codes.contains(&noted), "at 3.3 V");
             // Other inputs: a sensor at its typical half of the range, a hammer at 0.1 V, a half-driven
             // input at 1.0 V.
@@ -184,6 +187,6 @@ mod tests {
             }
         }
         // 6008 · 33 / 36 and 6008 · 33 / 30.
-        assert_eq!(Noted::new(TYPICAL).codes(14), 5507..=6608);
+        assert_eq!(FactoryReading::new(TYPICAL).codes(14), 5507..=6608);
     }
 }

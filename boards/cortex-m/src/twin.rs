@@ -14,16 +14,16 @@ const DELIMITER: u8 = 0;
 pub struct TwinLink<A, B> {
     first: A,
     second: B,
-    used: &'static Used,
+    used: &'static ActiveLink,
 }
 
 /// The link that is in use.
 #[derive(Debug, Default)]
-pub struct Used {
+pub struct ActiveLink {
     second: AtomicBool,
 }
 
-impl Used {
+impl ActiveLink {
     /// The first link is in use.
     pub const fn new() -> Self {
         Self { second: AtomicBool::new(false) }
@@ -48,7 +48,7 @@ enum Side {
 
 impl<A, B> TwinLink<A, B> {
     /// A link that combines two links.
-    pub const fn new(first: A, second: B, used: &'static Used) -> Self {
+    pub const fn new(first: A, second: B, used: &'static ActiveLink) -> Self {
         Self { first, second, used }
     }
 }
@@ -71,14 +71,14 @@ impl<A: Link, B: Link> Link for TwinLink<A, B> {
 pub struct TwinRx<A, B> {
     first: A,
     second: B,
-    used: &'static Used,
+    used: &'static ActiveLink,
 }
 
 /// To the host.
 pub struct TwinTx<A, B> {
     first: A,
     second: B,
-    used: &'static Used,
+    used: &'static ActiveLink,
 }
 
 /// Error of the link in use.
@@ -236,7 +236,7 @@ mod tests {
     impl Bench {
         fn new() -> Self {
             let (first, second) = (Wire::default(), Wire::default());
-            let used = Box::leak(Box::new(Used::new()));
+            let used = Box::leak(Box::new(ActiveLink::new()));
             let (rx, tx) = TwinLink::new(first.clone(), second.clone(), used).split();
             Self { first, second, rx, tx }
         }

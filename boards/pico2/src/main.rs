@@ -12,9 +12,10 @@ fn main() -> ! {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
+    use massline_pico2::facts::{NAME, TARGET};
     eprintln!(
-        "This is firmware. Build it with\n    cargo build -p massline-pico2 \
-         --target thumbv8m.main-none-eabihf --profile firmware\nand flash it as the board's README says."
+        "This is firmware. Build it with\n    cargo build -p massline-{NAME} --target {TARGET} \
+         --profile firmware\nand flash it as the board's README says."
     );
     std::process::exit(2);
 }

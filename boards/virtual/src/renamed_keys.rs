@@ -1,6 +1,6 @@
 //! TOML keys that have been renamed.
 //!
-//! Every reader of layout, calibration and bench files looks here when it cannot read a file, so that a
+//! Every reader of layout, calibration, bench and sidecar files looks here when it cannot read a file, so that a
 //! file with an old key is refused with the new name of that key, not with a list of all keys.
 
 use std::ops::Range;
@@ -9,7 +9,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Old and new name of each renamed key.
-const RENAMED: [(&str, &str); 4] = [
+const RENAMED: [(&str, &str); 5] = [
+    ("gravity_m_s2", "gravity_m_per_s2"),
     ("rc_corner_hz", "rc_cutoff_hz"),
     ("weakest_hit_n", "min_peak_force_n"),
     ("leaning_rate", "sustained_contact_rate"),

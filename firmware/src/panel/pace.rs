@@ -8,7 +8,7 @@ use super::PanelModel;
 /// The operator's pace: mean time per accepted hit, including rejected hits and the way to the next node,
 /// but not pauses.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pace {
+pub(super) struct TimeEstimator {
     /// Time of the last accepted hit, or of the start or resumption of measuring.
     since: Instant,
     /// Mean time of a hit; `None` before the first.
@@ -20,7 +20,7 @@ pub(super) struct Pace {
 /// A new hit has the weight `1 / MEMORY` in the mean.
 const MEMORY: u32 = 4;
 
-impl Pace {
+impl TimeEstimator {
     pub fn new(now: Instant) -> Self {
         Self { since: now, hit: None, averaged: 0, measuring: false }
     }
@@ -58,8 +58,8 @@ mod tests {
         PanelModel { phase, averaged: hits_done, hits_done, hits: 10, ..PanelModel::START }
     }
 
-    fn pace_of(seen: &[(u16, Phase, u64)]) -> Pace {
-        let mut pace = Pace::new(Instant::from_secs(0));
+    fn pace_of(seen: &[(u16, Phase, u64)]) -> TimeEstimator {
+        let mut pace = TimeEstimator::new(Instant::from_secs(0));
         for &(hits, phase, second) in seen {
             pace.follow(&at(hits, phase), Instant::from_secs(second));
         }

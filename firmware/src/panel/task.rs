@@ -22,7 +22,7 @@ use super::calibration_wizard::{self, WizardProblem};
 use super::draw::{LayoutLine, View, canvas, draw};
 use super::menu::{Action, Menu, Screen};
 use super::modal::ModalState;
-use super::pace::Pace;
+use super::pace::TimeEstimator;
 use super::refused::Refused;
 use super::summary::{self, PIECE};
 use super::{Button, Cue, Panel, PanelModel, cues};
@@ -54,7 +54,7 @@ pub(crate) struct PanelTask<'a, 'm, F: NorFlash> {
 /// Runs the panel; never returns.
 pub(crate) async fn run<F: NorFlash>(mut panel: impl Panel, task: PanelTask<'_, '_, F>) -> ! {
     let PanelTask { rig, store, memory: PanelMemory { modal, piece } } = task;
-    let (menu, pace, before) = (Menu::new(), Pace::new(Instant::now()), PanelModel::START);
+    let (menu, pace, before) = (Menu::new(), TimeEstimator::new(Instant::now()), PanelModel::START);
     let mut controller = PanelController { rig, store, menu, modal, pace, before };
     loop {
         for cue in controller.follow() {
@@ -138,7 +138,7 @@ struct PanelController<'a, 'm, F: NorFlash> {
     store: &'a Mutex<NoopRawMutex, Store<F>>,
     menu: Menu,
     modal: &'a mut ModalState,
-    pace: Pace,
+    pace: TimeEstimator,
     /// The model that was shown last.
     before: PanelModel,
 }

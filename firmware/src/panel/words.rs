@@ -2,7 +2,6 @@
 
 use core::fmt::Write as _;
 
-use massline_protocol::BootReason;
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
@@ -91,11 +90,11 @@ pub fn of_problem(problem: &WizardProblem) -> &'static str {
             TumbleProblem::NotAtRest { .. } => "It moved: lay it\ndown, hands off, read\nagain.",
             TumbleProblem::ReadsAs { .. } => "Wrong position, or\ntwo wires swapped:\nstart again.",
             TumbleProblem::WrongLength { .. } => {
-                "Far from 1 g: cable\noff or other sensor.\nStart again."
+                "Not 1 g: cable loose\nor wrong sensor type.\nStart again."
             }
         },
         WizardProblem::Block(error) => match error {
-            BlockError::TooFewHits => "Under 2 hits along a\ndirection: take 5.",
+            BlockError::TooFewHits => "Fewer than 2 hits in\na direction: take 5.",
             BlockError::DirectionsMissing => "Hit along x, y and z:\nthree directions are\nneeded.",
             BlockError::NotFinite => "A mass line is not\na number: measure\nagain.",
             BlockError::Dead { .. } => "A sensor does not\nanswer to the hits:\ncheck its cable.",
@@ -106,17 +105,6 @@ pub fn of_problem(problem: &WizardProblem) -> &'static str {
             "First calibrate the\nsensors by gravity,\nthen hit the block."
         }
         WizardProblem::Refused(reason) => of_reason(*reason),
-    }
-}
-
-/// Why the rig started.
-pub fn of_boot(reason: BootReason) -> &'static str {
-    match reason {
-        BootReason::PowerOn => "power on",
-        BootReason::ResetPin => "reset pin",
-        BootReason::Watchdog => "watchdog",
-        BootReason::Panic => "panic",
-        BootReason::Unknown => "unknown",
     }
 }
 

@@ -26,7 +26,7 @@ use massline_protocol::{Deframer, Frame, MAX_FRAME, crc32};
 use crate::rig::Rig;
 use crate::store::Store;
 use link::{Intake, Sender};
-use news::News;
+use news::EventSender;
 use requests::Reply;
 
 /// Most events sent before the link is read again.
@@ -71,7 +71,7 @@ impl<F: NorFlash> Session<'_, '_, F> {
     pub async fn run(&self, mut rx: impl Read, tx: impl Write, memory: &mut SessionMemory) -> ! {
         let SessionMemory { deframer, out, done } = memory;
         let mut sender = Sender::new(tx, self.rig);
-        let mut news = News::default();
+        let mut news = EventSender::default();
         let mut bytes = [0; 64];
         let mut intake = Intake::default();
         loop {
@@ -110,7 +110,7 @@ impl<F: NorFlash> Session<'_, '_, F> {
     /// Sends what has changed since the last call.
     async fn report(
         &self,
-        news: &mut News,
+        news: &mut EventSender,
         sender: &mut Sender<'_, '_, impl Write>,
         out: &mut [u8; MAX_FRAME],
     ) {

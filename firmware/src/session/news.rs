@@ -11,14 +11,14 @@ use crate::rig::Rig;
 
 /// What the host has been sent.
 #[derive(Default)]
-pub(super) struct News {
+pub(super) struct EventSender {
     status: Option<Status>,
     /// Next scan of the stream to be sent; `None` while there is no stream.
     next_scan: Option<u64>,
     sequence: u16,
 }
 
-impl News {
+impl EventSender {
     /// Writes the next event as a frame; returns its length, zero when there is none. The event takes no
     /// memory while its frame is sent.
     // Never inlined: this saves 1.5 KB of the firmware's deepest stack.

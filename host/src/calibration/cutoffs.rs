@@ -46,7 +46,7 @@ pub struct RcCutoff {
     /// Cutoff in force, Hz; zero where none is known.
     pub before_hz: f64,
     /// The result of the block test.
-    pub found: Result<FoundCutoff, NoCutoff>,
+    pub found: Result<FoundCutoff, CutoffError>,
 }
 
 impl RcCutoff {
@@ -73,7 +73,7 @@ pub struct FoundCutoff {
 
 /// Why a block test does not determine the cutoff of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoCutoff {
+pub enum CutoffError {
     /// The calibration has no cutoff for the hammer.
     HammerUnknown,
     /// No hit acts along this axis.
@@ -86,7 +86,7 @@ pub enum NoCutoff {
     NoLowPass,
 }
 
-impl NoCutoff {
+impl CutoffError {
     /// The stable identifier.
     pub fn name(self) -> &'static str {
         match self {
@@ -99,7 +99,7 @@ impl NoCutoff {
     }
 }
 
-impl fmt::Display for NoCutoff {
+impl fmt::Display for CutoffError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::HammerUnknown => {
@@ -108,8 +108,8 @@ impl fmt::Display for NoCutoff {
             }
             Self::NotPushed => "no hit of the layout pushes along it",
             Self::SpectraGone => {
-                "hit before this command began: the rig has no spectra of it any more; --restart hits \
-                 it again"
+                "hit before this command started, so the rig no longer has its spectra; use --restart \
+                 to hit it again"
             }
             Self::Undetermined => "the spectra show no steady response along it",
             Self::NoLowPass => {
@@ -172,28 +172,28 @@ impl Test<'_> {
         RcCutoff { sensor, axis, before_hz: f64::from(before.0), found }
     }
 
-    fn found(&self, sensor: usize, axis: usize) -> Result<FoundCutoff, NoCutoff> {
+    fn found(&self, sensor: usize, axis: usize) -> Result<FoundCutoff, CutoffError> {
         let channels = &self.calibration.channels;
         let hammer = time_constant(channels[HAMMER].cutoff);
         if hammer == 0.0 {
-            return Err(NoCutoff::HammerUnknown);
+            return Err(CutoffError::HammerUnknown);
         }
         let before = time_constant(channels[channel(sensor, axis)].cutoff);
         let expected = if before > 0.0 { before } else { hammer };
         let pushed: Vec<_> =
             self.result.dofs.iter().filter(|dof| self.pushes(dof, sensor, axis)).collect();
         if pushed.is_empty() {
-            return Err(NoCutoff::NotPushed);
+            return Err(CutoffError::NotPushed);
         }
         let kept: Vec<_> = pushed.iter().filter_map(|dof| Some((*dof, self.of(dof)?))).collect();
         if kept.is_empty() {
-            return Err(NoCutoff::SpectraGone);
+            return Err(CutoffError::SpectraGone);
         }
         let response = response(sensor, axis);
         let top_hz = kept.iter().map(|(_, spectra)| last_line(spectra)).fold(0.0, f64::max);
         let with = |lag: f64| {
             let parts = kept.iter().filter_map(|(dof, spectra)| part(dof, spectra, response, lag));
-            mean(&parts.collect::<Vec<_>>()).ok_or(NoCutoff::Undetermined)
+            mean(&parts.collect::<Vec<_>>()).ok_or(CutoffError::Undetermined)
         };
         let mut found = with(expected)?;
         // The model is exact when its time constant is the true one.
@@ -255,11 +255,11 @@ fn judge(
     before: f64,
     reach: f64,
     expected: f64,
-) -> Result<FoundCutoff, NoCutoff> {
+) -> Result<FoundCutoff, CutoffError> {
     let lag = before - found.value;
     let sigma = found.sigma.hypot(FLOOR_S);
     if lag <= SIGNIFICANT * sigma || (lag - expected).abs() > reach {
-        return Err(NoCutoff::NoLowPass);
+        return Err(CutoffError::NoLowPass);
     }
     let cutoff_hz = (TAU * lag).recip();
     let changed = found.value.abs() > SIGNIFICANT * sigma;
@@ -279,7 +279,7 @@ mod tests {
     const NOMINAL: f64 = 320e-6;
     const REACH: f64 = 320e-6;
 
-    fn judged(value: f64, sigma: f64) -> Result<FoundCutoff, NoCutoff> {
+    fn judged(value: f64, sigma: f64) -> Result<FoundCutoff, CutoffError> {
         judge(Estimated { value, sigma }, NOMINAL, REACH, NOMINAL)
     }
 
@@ -305,7 +305,7 @@ mod tests {
     #[test]
     fn no_time_at_all_or_far_too_much_is_no_low_pass() {
         for value in [321e-6, 500e-6, 318e-6, -330e-6] {
-            assert_eq!(judged(value, 1e-6), Err(NoCutoff::NoLowPass), "{value:e}");
+            assert_eq!(judged(value, 1e-6), Err(CutoffError::NoLowPass), "{value:e}");
         }
     }
 
@@ -346,7 +346,7 @@ mod tests {
         assert_eq!(found.len(), 9);
         for cutoff in &found {
             let pushed = cutoff.axis != 2;
-            let reason = if pushed { NoCutoff::SpectraGone } else { NoCutoff::NotPushed };
+            let reason = if pushed { CutoffError::SpectraGone } else { CutoffError::NotPushed };
             assert_eq!(cutoff.found, Err(reason), "{cutoff:?}");
             assert!((cutoff.before_hz - 497.36).abs() < 0.01, "{cutoff:?}");
         }

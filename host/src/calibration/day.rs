@@ -15,7 +15,7 @@ pub struct Day(Date);
 /// Why a text is not a date.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("\"{0}\" is no day of the calendar; give a day as yyyy-mm-dd")]
-pub struct NoDay(String);
+pub struct InvalidDate(String);
 
 impl Day {
     /// Today's date by the clock of this computer, in UTC.
@@ -36,12 +36,12 @@ impl fmt::Display for Day {
 }
 
 impl FromStr for Day {
-    type Err = NoDay;
+    type Err = InvalidDate;
 
     /// Only this one of the many notations of ISO 8601 is accepted, so that equal dates are equal texts.
-    fn from_str(text: &str) -> Result<Self, NoDay> {
+    fn from_str(text: &str) -> Result<Self, InvalidDate> {
         let day = text.parse().ok().map(Self).filter(|day| day.text() == text);
-        day.ok_or_else(|| NoDay(text.to_owned()))
+        day.ok_or_else(|| InvalidDate(text.to_owned()))
     }
 }
 
@@ -75,7 +75,7 @@ mod tests {
     #[test]
     fn other_notations_of_a_day_are_refused() {
         for text in ["20260314", "2026-03-14T00:00", "-002026-03-14", "2026-3-14", "2026-03-14 "] {
-            assert_eq!(text.parse::<Day>(), Err(NoDay(text.into())));
+            assert_eq!(text.parse::<Day>(), Err(InvalidDate(text.into())));
         }
     }
 }

@@ -100,7 +100,8 @@ pub enum ClientError {
     },
     /// An object was received completely but does not decode as its kind.
     #[error(
-        "object {kind}/{number} is whole, but this program cannot read it; is the rig's firmware newer?"
+        "object {kind}/{number} arrived intact but cannot be decoded; is the rig's firmware newer than \
+         this program?"
     )]
     Unreadable {
         /// Raw kind of the object.
@@ -187,7 +188,7 @@ fn explain(raw: u16) -> String {
         Some(Reason::UnknownMessage) => "its firmware does not know this request; update it",
         Some(Reason::Malformed) => "it could not read the request; is its firmware older?",
         Some(Reason::NotFound) => {
-            "it has nothing of that number; `massline results list` shows what it has"
+            "nothing is stored under that number; `massline results list` shows what is"
         }
         Some(Reason::WrongPhase) => {
             "not while the campaign is in this phase; `massline device identify` shows the phase"
@@ -196,8 +197,8 @@ fn explain(raw: u16) -> String {
         Some(Reason::LayoutRefused) => "its layout cannot determine the ten properties",
         Some(Reason::StoreFull) => "its store is full; `massline results delete` makes room",
         Some(Reason::StoreFailed) => "its flash does not keep what is written",
-        Some(Reason::OutOfRange) => "the piece that was asked for lies outside the object",
-        Some(Reason::Busy) => "it is writing that just now; try again",
+        Some(Reason::OutOfRange) => "the requested part lies outside the object",
+        Some(Reason::Busy) => "it is writing that object at the moment; try again",
         Some(Reason::SamplerStopped) => {
             "its converter does not answer; check its supply and wiring"
         }

@@ -88,9 +88,9 @@ impl DofSpectra {
         let decay = f64::from(f32::from_le_bytes([d0, d1, d2, d3]));
         for (sound, field) in [
             ((1..=RESPONSES).contains(&usize::from(responses)), "number of responses"),
-            (lines > 0, "number of lines"),
+            (lines > 0, "number of bins"),
             ([zero, z0, z1] == [0; 3], "padding"),
-            (resolution.is_finite() && resolution > 0.0, "distance of the lines"),
+            (resolution.is_finite() && resolution > 0.0, "spacing of the bins"),
             (decay.is_finite() && decay >= 0.0, "exponential window"),
         ] {
             if !sound {
@@ -216,9 +216,9 @@ mod tests {
             (2, &[10], "number of responses"),
             (3, &[1], "padding"),
             (7, &[1], "padding"),
-            (4, &[0, 0], "number of lines"),
-            (8, &nan, "distance of the lines"),
-            (8, &[0; 4], "distance of the lines"),
+            (4, &[0, 0], "number of bins"),
+            (8, &nan, "spacing of the bins"),
+            (8, &[0; 4], "spacing of the bins"),
             (12, &nan, "exponential window"),
         ] {
             let mut bytes = two_lines();

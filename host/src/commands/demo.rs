@@ -9,10 +9,10 @@ use super::bench_test::{BenchArgs, BenchTest};
 use super::compare::{Comparison, SIGMA_NOTE, summary};
 use super::simulated::RigArgs;
 use crate::error::Result;
+use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
-use crate::solved_again::SolvedAgain;
 
 /// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
 pub const LAYOUTS: [(&str, &str); 4] = [
@@ -72,7 +72,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             length: layout.characteristic_length(),
             result,
         };
-        let again = SolvedAgain::new(&comparison.result, &layout, Selection::All).without_details();
+        let again =
+            HostSolution::new(&comparison.result, &layout, Selection::All).without_details();
         if output.json() {
             let mut test = comparison.to_json()?;
             again.add_to(&mut test);

@@ -115,7 +115,7 @@ fn identity_json(port: &str, identity: &Identity, status: &Status) -> Value {
         "max_sensors": identity.max_sensors,
         "max_hits": identity.max_hits,
         "streams": identity.streams,
-        "boot_reason": boot_reason(identity.boot_reason.into()),
+        "boot_reason": BootReason::from(identity.boot_reason).name(),
         "last_panic": identity.last_panic.as_str(),
         "phase": phase_name(status.phase),
         "layout_hash": (status.layout_hash != 0).then_some(status.layout_hash),
@@ -145,7 +145,7 @@ fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
         identity.max_sensors,
         identity.max_hits,
         if identity.streams { "yes" } else { "no, the link is too slow" },
-        boot_reason(identity.boot_reason.into()),
+        BootReason::from(identity.boot_reason).name(),
         phase_name(status.phase),
         hash(status.layout_hash).unwrap_or_else(|| "none".into()),
         if status.result == 0 { "none".into() } else { status.result.to_string() },
@@ -160,15 +160,4 @@ fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
 /// The text of a layout hash or calibration checksum; `None` for 0, which means that there is none.
 pub(crate) fn hash(hash: u32) -> Option<String> {
     (hash != 0).then(|| format!("{hash:08x}"))
-}
-
-/// The text for a boot reason.
-fn boot_reason(reason: BootReason) -> &'static str {
-    match reason {
-        BootReason::PowerOn => "power-on",
-        BootReason::ResetPin => "reset pin",
-        BootReason::Watchdog => "watchdog",
-        BootReason::Panic => "panic",
-        BootReason::Unknown => "unknown",
-    }
 }

@@ -9,12 +9,12 @@ use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 use crate::firmware;
-use crate::flash::board::{BOARDS, Board, Way};
-use crate::flash::drive::{self, Kind, Taken};
+use crate::flash::board::{BOARDS, Board, FlashMethod};
+use crate::flash::drive::{self, DriveOutcome, Kind};
 use crate::flash::image::Image;
 use crate::flash::plan::Plan;
 use crate::flash::usb::DfuDevice;
-use crate::flash::{Step, Watch, dfuse};
+use crate::flash::{ProgressObserver, Step, dfuse};
 use crate::interrupt::Interrupt;
 use crate::output::Output;
 
@@ -30,7 +30,7 @@ pub struct Args {
     image: Option<PathBuf>,
     /// How to write the board's flash; default: the way that needs only a cable.
     #[arg(long, value_enum)]
-    via: Option<Way>,
+    via: Option<FlashMethod>,
     /// Mount point of the board's drive, if it is not found automatically.
     #[arg(long, value_name = "FOLDER")]
     drive: Option<PathBuf>,
@@ -65,9 +65,9 @@ fn after_help() -> String {
         "\
 Ways:
 {ways}
-Without --image the firmware is built from the sources that this program was built from. What the rig has
-stored is not written: layouts, calibration, results stay. Only the drive of an ST-LINK erases what its own
-firmware thinks right: fetch results first, or use --via probe.
+Without --image the firmware is built from the sources that this program was built from. What the
+rig has stored is not written: layouts, calibration, results stay. An ST-LINK drive may erase more
+than it writes: download your results first, or use --via probe.
 
 Examples:
   massline flash --board blackpill-f411
@@ -88,11 +88,11 @@ fn way_line(board: &Board) -> String {
     }
 }
 
-fn way(args: &Args, board: &Board) -> Result<Way> {
+fn way(args: &Args, board: &Board) -> Result<FlashMethod> {
     let ways = board.ways();
     let way = match args.via {
         Some(way) => way,
-        None if args.drive.is_some() => Way::Drive,
+        None if args.drive.is_some() => FlashMethod::Drive,
         None => ways[0],
     };
     let names: Vec<_> = ways.iter().map(|way| way.name()).collect();
@@ -102,7 +102,7 @@ fn way(args: &Args, board: &Board) -> Result<Way> {
             format!("{} is not flashed by {}; use {}", board.name, way.name(), names.join(" or ")),
         ));
     }
-    if args.drive.is_some() && way != Way::Drive {
+    if args.drive.is_some() && way != FlashMethod::Drive {
         return Err(Error::input("usage", "--drive goes with --via drive"));
     }
     Ok(way)
@@ -116,26 +116,26 @@ enum Done {
     Unverified,
 }
 
-fn flash(way: Way, args: &Args, plan: &Plan, output: &mut Output) -> Result<Done> {
+fn flash(way: FlashMethod, args: &Args, plan: &Plan, output: &mut Output) -> Result<Done> {
     let interrupt = output.interrupt().clone();
     let _guard = interrupt.guard();
     let mut watch = Bar::new(output, plan, interrupt.clone());
     match way {
-        Way::Dfu => {
+        FlashMethod::Dfu => {
             let Some(BootLoader::Dfu(loader)) = &plan.board.boot_loader else {
                 return Err(unknown("boot loader that speaks DFU", plan));
             };
             dfuse::flash(&DfuDevice::open(loader)?, plan, &mut watch).map(|()| Done::ReadBack)
         }
-        Way::Drive => {
+        FlashMethod::Drive => {
             let kind = Kind::of(plan.board).ok_or_else(|| unknown("drive", plan))?;
             let drive = drive::find(kind, args.drive.as_deref())?;
             drive::flash(kind, &drive, plan, &mut watch).map(|taken| match taken {
-                Taken::Whole => Done::Started,
-                Taken::Silently => Done::Unverified,
+                DriveOutcome::Started => Done::Started,
+                DriveOutcome::Unconfirmed => Done::Unverified,
             })
         }
-        Way::Probe => by_probe(plan, &mut watch),
+        FlashMethod::Probe => by_probe(plan, &mut watch),
     }
 }
 
@@ -145,12 +145,12 @@ fn unknown(what: &str, plan: &Plan) -> Error {
 }
 
 #[cfg(feature = "probe")]
-fn by_probe(plan: &Plan, watch: &mut dyn Watch) -> Result<Done> {
+fn by_probe(plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<Done> {
     crate::flash::probe::flash(plan, watch).map(|()| Done::ReadBack)
 }
 
 #[cfg(not(feature = "probe"))]
-fn by_probe(_: &Plan, _: &mut dyn Watch) -> Result<Done> {
+fn by_probe(_: &Plan, _: &mut dyn ProgressObserver) -> Result<Done> {
     Err(Error::input(
         "built_without_probe",
         "this massline was built without probes: cargo install --path host --features probe",
@@ -170,16 +170,17 @@ impl Bar {
     }
 }
 
-impl Watch for Bar {
+impl ProgressObserver for Bar {
     fn at(&mut self, step: Step, done: u64, of: u64) -> Result<()> {
         if self.interrupt.pressed() {
             return Err(Error::interrupted(match step {
                 Step::Erase if done == 0 => "stopped before anything was erased",
                 Step::Erase | Step::Write => {
-                    "stopped: the board holds no whole firmware now; run the same again"
+                    "stopped: the firmware on the board is incomplete; run the same command again"
                 }
                 Step::Verify => {
-                    "stopped: all is written, but not all of it read back; run the same again to be sure"
+                    "stopped: everything is written, but not all of it verified; run the same command \
+                     again to be sure"
                 }
             }));
         }
@@ -205,7 +206,7 @@ impl Drop for Bar {
 
 /// The answer of the command.
 struct Facts<'p> {
-    way: Way,
+    way: FlashMethod,
     plan: &'p Plan,
     path: String,
     /// `None` after a dry run.
@@ -255,7 +256,7 @@ impl Facts<'_> {
     /// What happens to the stored data.
     fn store_is(&self) -> &'static str {
         match Kind::of(self.plan.board) {
-            Some(Kind::StLink(_)) if self.way == Way::Drive => {
+            Some(Kind::StLink(_)) if self.way == FlashMethod::Drive => {
                 "not written; what the ST-LINK erases is up to its firmware: fetch results first"
             }
             _ => "not touched",

@@ -15,9 +15,10 @@ use crate::recording::Recording;
 /// Arguments of `massline hits`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Reads LabVIEW measurement (.lvm, decimal point or comma), CSV (; tab or comma, with or without names),
-UFF time records (dataset 58, type 1) and NumPy arrays ((segments,) samples, channels). A file of several
-segments has a hit in each; a continuous one is cut by the trigger. Force in N, responses in m/s².
+Reads LabVIEW measurement (.lvm, decimal point or comma), CSV (; tab or comma, with or without
+names), UFF time records (dataset 58, type 1) and NumPy arrays ((segments,) samples, channels). A
+file of several segments has a hit in each; a continuous one is cut by the trigger. Force in N,
+responses in m/s².
 
 Examples:
   massline hits impact.lvm
@@ -32,17 +33,17 @@ pub struct Args {
     /// Sampling rate, for a file that does not state it.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate_hz: Option<f64>,
-    /// Force from which on the hammer counts as overloaded, N.
+    /// Force above which the hammer counts as overloaded, N.
     #[arg(long, value_name = "N", value_parser = positive)]
     force_range_n: Option<f64>,
-    /// Deviation from the zero level from which on a response counts as overloaded, m/s².
-    #[arg(long, value_name = "M_S2", value_parser = positive)]
-    response_range_m_s2: Option<f64>,
+    /// Deviation from the zero level above which a response counts as overloaded, m/s².
+    #[arg(long, value_name = "M_PER_S2", value_parser = positive)]
+    response_range_m_per_s2: Option<f64>,
     /// Force at which a hit begins, N.
-    #[arg(long, value_name = "N", value_parser = positive, default_value_t = 3.0)]
+    #[arg(long, value_name = "N", value_parser = positive, default_value_t = test_defaults().trigger_n)]
     trigger_n: f64,
     /// Minimum peak force, N; a hit with a smaller peak is too weak.
-    #[arg(long, value_name = "N", value_parser = positive, default_value_t = 8.0)]
+    #[arg(long, value_name = "N", value_parser = positive, default_value_t = test_defaults().min_peak_force_n)]
     min_peak_force_n: f64,
     /// Quiet time before a hit of a continuous recording, s.
     #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.02)]
@@ -52,13 +53,13 @@ pub struct Args {
     record_s: f64,
     /// Ends of the band that the force must excite and in which hits are compared, Hz.
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = positive,
-          default_values_t = [10.0, 120.0])]
+          default_values_t = TestSettings::<f64>::default_band())]
     band_hz: Vec<f64>,
     /// Half width of the force window about the peak, s.
-    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.012)]
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = test_defaults().force_window_s)]
     force_window_s: f64,
     /// Decay rate of the exponential window, 1/s.
-    #[arg(long, value_name = "PER_S", value_parser = not_negative, default_value_t = 10.0)]
+    #[arg(long, value_name = "PER_S", value_parser = not_negative, default_value_t = test_defaults().exponential_decay)]
     exponential_decay_per_s: f64,
     /// Treatment of a fault: CODE=keep, warn or reject; may be repeated.
     #[arg(long, value_name = "CODE=VERDICT", value_parser = policy_entry)]
@@ -66,6 +67,11 @@ pub struct Args {
     /// Largest number of hits to keep: the most consistent ones.
     #[arg(long, value_name = "COUNT", value_parser = count)]
     keep: Option<NonZeroUsize>,
+}
+
+/// The settings of a test that states none.
+fn test_defaults() -> TestSettings<f64> {
+    TestSettings::default()
 }
 
 /// Runs the command.
@@ -94,7 +100,7 @@ fn options(args: &Args) -> Result<Options> {
         force: args.force.clone(),
         rate_hz: args.rate_hz,
         force_range_n: args.force_range_n,
-        response_range: args.response_range_m_s2,
+        response_range: args.response_range_m_per_s2,
         pre_trigger_s: args.pre_trigger_s,
         record_s: args.record_s,
         keep: args.keep.map(NonZeroUsize::get),

@@ -8,7 +8,7 @@ use crossterm::terminal;
 use massline_protocol::message::CampaignCommand;
 use massline_shared::measurement::campaign::Phase;
 
-use crate::campaign::Steer;
+use crate::campaign::OperatorAction;
 
 /// The help line for the keys.
 pub const HELP: &str = "keys: a accept  r reject  d redo this DOF  s skip it  f finish it with the hits it has  \
@@ -37,7 +37,7 @@ impl Keyboard {
     ///
     /// # Errors
     /// When the terminal cannot be read any more.
-    pub fn poll(&mut self, phase: Option<Phase>) -> io::Result<Option<Steer>> {
+    pub fn poll(&mut self, phase: Option<Phase>) -> io::Result<Option<OperatorAction>> {
         while event::poll(Duration::ZERO)? {
             let Event::Key(key) = event::read()? else { continue };
             if key.kind != KeyEventKind::Press {
@@ -51,12 +51,17 @@ impl Keyboard {
         Ok(None)
     }
 
-    fn meaning(&mut self, key: KeyCode, control: bool, phase: Option<Phase>) -> Option<Steer> {
+    fn meaning(
+        &mut self,
+        key: KeyCode,
+        control: bool,
+        phase: Option<Phase>,
+    ) -> Option<OperatorAction> {
         use CampaignCommand as C;
         let quit_once = std::mem::take(&mut self.quit_once);
         // In raw mode Ctrl-C arrives as an ordinary key.
         if control {
-            return (key == KeyCode::Char('c')).then_some(Steer::Leave);
+            return (key == KeyCode::Char('c')).then_some(OperatorAction::Leave);
         }
         let confirming = phase == Some(Phase::Confirming);
         let command = match key {
@@ -65,7 +70,7 @@ impl Keyboard {
             KeyCode::Char('d') => C::Redo,
             KeyCode::Char('s') => C::Skip,
             KeyCode::Char('f') => C::Finish,
-            KeyCode::Char('p') => return Some(Steer::Leave),
+            KeyCode::Char('p') => return Some(OperatorAction::Leave),
             KeyCode::Char('q') if quit_once => C::Abort,
             KeyCode::Char('q') => {
                 self.quit_once = true;
@@ -73,7 +78,7 @@ impl Keyboard {
             }
             _ => return None,
         };
-        Some(Steer::Command(command))
+        Some(OperatorAction::Command(command))
     }
 }
 
@@ -89,7 +94,7 @@ mod tests {
     use super::*;
 
     /// Feeds keys without a terminal; `forget` prevents the drop from changing one.
-    fn press(keys: &[(char, bool)], phase: Phase) -> Vec<Option<Steer>> {
+    fn press(keys: &[(char, bool)], phase: Phase) -> Vec<Option<OperatorAction>> {
         let mut keyboard = std::mem::ManuallyDrop::new(Keyboard { quit_once: false });
         keys.iter()
             .map(|&(c, control)| keyboard.meaning(KeyCode::Char(c), control, Some(phase)))
@@ -98,14 +103,14 @@ mod tests {
 
     #[test]
     fn a_hit_is_accepted_only_when_it_waits_for_it() {
-        let accept = Some(Steer::Command(CampaignCommand::Accept));
+        let accept = Some(OperatorAction::Command(CampaignCommand::Accept));
         assert_eq!(press(&[('a', false)], Phase::Confirming), [accept]);
         assert_eq!(press(&[('a', false)], Phase::Armed), [None]);
     }
 
     #[test]
     fn abort_needs_two_presses_in_a_row() {
-        let abort = Some(Steer::Command(CampaignCommand::Abort));
+        let abort = Some(OperatorAction::Command(CampaignCommand::Abort));
         assert_eq!(press(&[('q', false), ('q', false)], Phase::Armed), [None, abort]);
         let keys = [('q', false), ('x', false), ('q', false)];
         assert_eq!(press(&keys, Phase::Armed), [None, None, None]);
@@ -113,7 +118,7 @@ mod tests {
 
     #[test]
     fn control_c_interrupts_and_nothing_else_with_control_does_anything() {
-        assert_eq!(press(&[('c', true)], Phase::Armed), [Some(Steer::Leave)]);
+        assert_eq!(press(&[('c', true)], Phase::Armed), [Some(OperatorAction::Leave)]);
         assert_eq!(press(&[('d', true)], Phase::Armed), [None]);
     }
 }

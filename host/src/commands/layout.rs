@@ -117,7 +117,7 @@ fn show_json(file: &LayoutFile) -> Value {
     json!({
         "title": layout.title.as_str(),
         "layout_hash": file.hash(),
-        "gravity": layout.gravity,
+        "gravity_m_per_s2": layout.gravity,
         "characteristic_length_m": layout.characteristic_length(),
         "sensors": sensors,
         "hits": hits,
@@ -126,7 +126,7 @@ fn show_json(file: &LayoutFile) -> Value {
             "band_hz": layout.test.band_hz.map_or("auto".into(), |band| json!(band)),
             "frf_estimator": layout.test.frf_estimator.name(),
             "terms": layout.test.terms.name(),
-            "exponential_decay": layout.test.exponential_decay,
+            "exponential_decay_per_s": layout.test.exponential_decay,
             "force_window_s": layout.test.force_window_s,
             "trigger_n": layout.test.trigger_n,
             "min_peak_force_n": layout.test.min_peak_force_n,

@@ -15,7 +15,9 @@ use super::keyboard::{self, Keyboard};
 use super::progress::{Progress, Prompts};
 use super::{hash, show};
 use crate::campaign::phase_name;
-use crate::campaign::{Begin, Begun, Ending, Observer, Steer, begin, follow};
+use crate::campaign::{
+    CampaignOutcome, Observer, OperatorAction, StartOptions, StartOutcome, begin, follow,
+};
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
@@ -84,16 +86,16 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     {
         client.put_calibration(&calibration)?;
     }
-    let how = Begin {
+    let how = StartOptions {
         confirm: args.confirm,
         force: args.force,
         restart: args.restart,
-        ..Begin::default()
+        ..StartOptions::default()
     };
     match begin(&mut client, how)? {
-        Begun::Started => {}
-        Begun::Resumed => output.note("resuming the interrupted campaign"),
-        Begun::Joined => output.note("joins the campaign that is under way"),
+        StartOutcome::Started => {}
+        StartOutcome::Resumed => output.note("resuming the interrupted campaign"),
+        StartOutcome::Joined => output.note("joins the campaign that is under way"),
     }
     let ending = watch(&mut client, &layout, None, output)?;
     finish(&mut client, &ending, &NominalTest::of_file(&file), output)
@@ -160,7 +162,7 @@ pub(super) fn watch(
     layout: &RigLayout,
     collection: Option<&mut SpectraCollection>,
     output: &mut Output,
-) -> Result<Ending> {
+) -> Result<CampaignOutcome> {
     let interrupt = output.interrupt().clone();
     let keyboard = if output.has_keyboard() {
         let taken = Keyboard::take();
@@ -190,18 +192,20 @@ pub(super) fn watch(
 /// The result, or the reason why there is none.
 fn finish(
     client: &mut Client,
-    ending: &Ending,
+    ending: &CampaignOutcome,
     nominal: &NominalTest,
     output: &mut Output,
 ) -> Result<()> {
     match ending {
-        Ending::Done(number) => {
+        CampaignOutcome::Done(number) => {
             let result = client.result(*number)?;
             show::measurement(&result, Some(nominal), Selection::All, output)
         }
-        Ending::Stopped(status) => Err(show::stopped(status)),
-        Ending::Paused(status) => Err(paused(status)),
-        Ending::Aborted => Err(Error::interrupted("the campaign was aborted; it has no result")),
+        CampaignOutcome::Stopped(status) => Err(show::stopped(status)),
+        CampaignOutcome::Paused(status) => Err(paused(status)),
+        CampaignOutcome::Aborted => {
+            Err(Error::interrupted("the campaign was aborted; it has no result"))
+        }
     }
 }
 
@@ -228,7 +232,7 @@ impl Observer for Person<'_> {
         self.progress.hit(hit);
     }
 
-    fn steer(&mut self, _: &mut Client, status: &Status) -> Result<Option<Steer>> {
+    fn steer(&mut self, _: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
         let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
         keyboard
             .poll(Phase::try_from(status.phase).ok())

@@ -96,7 +96,18 @@ impl<'o> Progress<'o> {
 
     /// Reports that a command came at the wrong time.
     pub fn refused(&mut self, command: CampaignCommand) {
-        self.line(&format!("not possible now: {command:?}"));
+        let action = match command {
+            CampaignCommand::Start => "starting",
+            CampaignCommand::Pause => "pausing",
+            CampaignCommand::Resume => "resuming",
+            CampaignCommand::Accept => "accepting a hit",
+            CampaignCommand::Reject => "rejecting a hit",
+            CampaignCommand::Redo => "repeating the DOF",
+            CampaignCommand::Skip => "skipping the DOF",
+            CampaignCommand::Finish => "finishing the DOF",
+            CampaignCommand::Abort => "ending the campaign",
+        };
+        self.line(&format!("{action} is not possible now"));
     }
 }
 

@@ -11,7 +11,7 @@ use super::method::MethodArgs;
 use super::progress::Progress;
 use super::show;
 use super::simulated::{RigArgs, SimulatedCampaign};
-use crate::campaign::Steer;
+use crate::campaign::OperatorAction;
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
@@ -27,9 +27,9 @@ const GRACE: Duration = Duration::from_secs(1);
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 The tape is a NumPy array of raw ADC codes, little-endian u16, shape (scans, 10): the hammer, then
-sensor 1 x, y, z, sensor 2 ...; beside it a sidecar of the same name with .toml says how it was taken
-and where which DOF was hit. A rejected segment is not repeated: a DOF with at least one accepted hit
-goes on with a warning, with none the replay ends with exit 3.
+sensor 1 x, y, z, sensor 2 ...; a sidecar of the same name with .toml says how it was recorded and
+which DOF was hit in each segment. A rejected segment is not repeated: the replay warns of a DOF
+with too few accepted hits, and ends with exit 3 at a DOF with none.
 
 Examples:
   massline replay frame-tape.npy --layout frame.toml
@@ -91,7 +91,7 @@ impl Player {
         client: &mut Client,
         status: &Status,
         shown: &mut Progress,
-    ) -> Result<Option<Steer>> {
+    ) -> Result<Option<OperatorAction>> {
         if Phase::try_from(status.phase).ok() != Some(Phase::Armed) {
             self.silent_since = None;
             return Ok(None);
@@ -124,7 +124,7 @@ impl Player {
 }
 
 /// Finishes the DOF with the hits that it has; without any the data cannot determine the answer.
-fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<Steer> {
+fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<OperatorAction> {
     let name = shown.dof(dof).to_owned();
     let accepted = status.accepted.get(dof).copied().unwrap_or(0);
     if accepted == 0 {
@@ -140,5 +140,5 @@ fn end(status: &Status, dof: usize, shown: &mut Progress) -> Result<Steer> {
     shown.line(&format!(
         "warning: {name} is finished with {accepted} of {wanted} hits, because the tape has no more"
     ));
-    Ok(Steer::Command(CampaignCommand::Finish))
+    Ok(OperatorAction::Command(CampaignCommand::Finish))
 }

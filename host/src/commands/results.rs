@@ -74,7 +74,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Command::Get { number, port } => {
             let (mut client, _) = port.connect()?;
             let result = client.result(*number)?;
-            // The rig stores one layout, which may differ from that of an older result.
+            // The rig returns the layout in use, which may differ from that of an older result.
             let layout = client.layout().ok().filter(|kept| kept.hash() == result.head.layout_hash);
             let nominal = layout.and_then(|kept| kept.cast()).map(NominalTest::of_layout);
             show::measurement(&result, nominal.as_ref(), Selection::All, output)

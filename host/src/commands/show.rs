@@ -6,12 +6,12 @@ use massline_shared::diagnosis::{Diagnostic, Severity};
 use serde_json::json;
 
 use crate::error::{Error, Result};
+use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::output::{Output, Tone};
 use crate::report;
 use crate::single_fault::NominalTest;
 pub(crate) use crate::solve::first_error;
-use crate::solved_again::SolvedAgain;
 
 /// Prints a rig's result as the rig stored it. With the nominal test, also prints what the host finds when it
 /// solves the mass lines again in double precision.
@@ -34,7 +34,7 @@ pub fn measurement(
     let mut value = report::measurement_json(&result);
     let mut text = report::measurement_text(&result);
     if let Some(nominal) = nominal {
-        let again = SolvedAgain::examined(&result, nominal, selection);
+        let again = HostSolution::examined(&result, nominal, selection);
         again.add_to(&mut value);
         text += &format!("\n{}", again.to_text());
     }

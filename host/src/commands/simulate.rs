@@ -15,11 +15,11 @@ use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
 use super::simulated::{RigArgs, narrow};
 use crate::error::Result;
+use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
 use crate::single_fault::NominalTest;
-use crate::solved_again::SolvedAgain;
 use crate::tape::{Segment, Sidecar, TapeWriter};
 
 /// Arguments of `massline simulate`.
@@ -28,9 +28,10 @@ use crate::tape::{Segment, Sidecar, TapeWriter};
 The object hangs on the bench; the sensors and marks are where the layout says, up to the errors of
 the bench. The result is printed beside the truth.
 
-With --runs the test is repeated with other errors each time, on all cores, from ADC codes to the ten
-properties by every method: bias, rms error, rms error over the Cramér-Rao bound, and how often the
-95 % intervals hold the truth. A seed gives the same numbers on any machine and number of cores.
+With --runs the test is repeated with other errors each time, on all cores, from ADC codes to the
+ten properties by every method: bias, rms error, rms error over the Cramér-Rao bound, and how
+often the 95 % intervals hold the truth. A seed gives the same numbers on any machine and number
+of cores.
 
 Examples:
   massline simulate frame.toml
@@ -105,7 +106,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     value["tape"] = json!(args.tape);
     let nominal = NominalTest::of_file(&file);
     let again =
-        SolvedAgain::examined(&comparison.result, &nominal, Selection::All).without_details();
+        HostSolution::examined(&comparison.result, &nominal, Selection::All).without_details();
     again.add_to(&mut value);
     let (symbol, worst) = comparison.worst()?;
     let table = comparison.table()?;

@@ -12,7 +12,7 @@ use massline_shared::layout::{HostLayout, RigLayout};
 use super::measure::judge_layout;
 use super::progress::{Progress, Prompts};
 use super::show;
-use crate::campaign::{Begin, Ending, Observer, Steer, begin, follow};
+use crate::campaign::{CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow};
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::output::Output;
@@ -58,7 +58,8 @@ pub fn narrow(layout: &HostLayout) -> Result<RigLayout> {
 }
 
 /// Decides on the next action, as [`Observer::steer`].
-pub type Policy<'p> = dyn FnMut(&mut Client, &Status, &mut Progress) -> Result<Option<Steer>> + 'p;
+pub type Policy<'p> =
+    dyn FnMut(&mut Client, &Status, &mut Progress) -> Result<Option<OperatorAction>> + 'p;
 
 /// A campaign on a simulated rig.
 #[derive(Clone, Copy, Debug)]
@@ -95,14 +96,14 @@ impl SimulatedCampaign<'_> {
         let (mut client, _) = rig.connect()?;
         client.put_calibration(self.calibration)?;
         judge_layout(&client.put_layout(self.layout)?, self.layout, false, output)?;
-        begin(&mut client, Begin::default())?;
+        begin(&mut client, StartOptions::default())?;
         let interrupt = output.interrupt().clone();
         let progress = Progress::new(output, self.label, self.layout, Prompts::Nothing);
         let mut operator = Operator { progress, rig, policy, rejected: 0 };
         let ending = follow(&mut client, &interrupt, Some(PATIENCE), &mut operator)?;
         drop(operator);
         match ending {
-            Ending::Done(number) => {
+            CampaignOutcome::Done(number) => {
                 let result = client.result(number)?;
                 if let Err(error) = show::require_answer(&result) {
                     if let Some(layout) = self.layout.cast() {
@@ -112,8 +113,8 @@ impl SimulatedCampaign<'_> {
                 }
                 Ok(result)
             }
-            Ending::Stopped(status) => Err(show::stopped(&status)),
-            Ending::Paused(_) | Ending::Aborted => {
+            CampaignOutcome::Stopped(status) => Err(show::stopped(&status)),
+            CampaignOutcome::Paused(_) | CampaignOutcome::Aborted => {
                 Err(Error::interrupted("interrupted; the simulated rig is gone"))
             }
         }
@@ -152,7 +153,7 @@ impl Observer for Operator<'_, '_> {
         self.progress.hit(hit);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
         let steer = (self.policy)(client, status, &mut self.progress)?;
         self.rig.poke();
         Ok(steer)

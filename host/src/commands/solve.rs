@@ -14,11 +14,11 @@ use crate::uff::Quantity;
 /// Arguments of `massline solve`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Reads UFF dataset 58, ASCII and binary: frequency responses of every hit DOF at every sensor of the
-layout. Weights are equal; band and terms are those of [test], else 10 to 120 Hz and A, B/s², C s². The
-errors of placement are averaged over test.hits_per_dof hits. The method global-fit, which has to be asked
-for, fits body and suspension to all lines of the band: for objects whose suspension modes are near the
-band.
+Reads UFF dataset 58, ASCII and binary: frequency responses of every hit DOF at every sensor of
+the layout. Weights are equal; band and terms are those of [test], else 10 to 120 Hz and A, B/s²,
+C s². The errors of placement are averaged over test.hits_per_dof hits. The method global-fit,
+which has to be asked for, fits body and suspension to all bins of the band: for objects whose
+suspension modes are near the band.
 
 Examples:
   massline solve frame.toml frame.uff

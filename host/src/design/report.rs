@@ -176,11 +176,11 @@ fn advice_text(advice: &Advice, file: &LayoutFile) -> String {
         text += &format!("a further sensor helps most on node {node}: {total:.3} %{beyond}\n");
     }
     if let Some((hit, total)) = least(&layout.hits, &advice.without_hits) {
-        text += &format!("the hit worth least is {}: {total:.3} % without it\n", hit.dof);
+        text += &format!("least useful hit: {}; {total:.3} % without it\n", hit.dof);
     }
     if let Some((sensor, total)) = least(&layout.sensors, &advice.without_sensors) {
         let node = sensor.node;
-        text += &format!("the sensor worth least is on node {node}: {total:.3} % without it\n");
+        text += &format!("least useful sensor: on node {node}; {total:.3} % without it\n");
     }
     text
 }

@@ -33,7 +33,7 @@ pub struct Board {
 
 /// A way to write the flash of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Way {
+pub enum FlashMethod {
     /// The USB boot loader in the chip (DfuSe).
     Dfu,
     /// The drive that the board shows on USB.
@@ -42,7 +42,7 @@ pub enum Way {
     Probe,
 }
 
-impl Way {
+impl FlashMethod {
     /// Name, as in `--via`.
     pub fn name(self) -> &'static str {
         match self {
@@ -82,12 +82,12 @@ impl Board {
     }
 
     /// The ways to write its flash; the first is the default.
-    pub fn ways(&self) -> Vec<Way> {
+    pub fn ways(&self) -> Vec<FlashMethod> {
         let cable = self.boot_loader.as_ref().map(|boot_loader| match boot_loader {
-            BootLoader::Dfu(_) => Way::Dfu,
-            BootLoader::Uf2(_) | BootLoader::StLink(_) => Way::Drive,
+            BootLoader::Dfu(_) => FlashMethod::Dfu,
+            BootLoader::Uf2(_) | BootLoader::StLink(_) => FlashMethod::Drive,
         });
-        cable.into_iter().chain([Way::Probe]).collect()
+        cable.into_iter().chain([FlashMethod::Probe]).collect()
     }
 }
 
@@ -107,8 +107,8 @@ mod tests {
     #[test]
     fn the_way_by_a_cable_comes_before_the_probe() {
         let ways = |name| Board::named(name).unwrap().ways();
-        assert_eq!(ways("blackpill-f411"), [Way::Dfu, Way::Probe]);
-        assert_eq!(ways("nucleo-g474re"), [Way::Drive, Way::Probe]);
-        assert_eq!(ways("pico2"), [Way::Drive, Way::Probe]);
+        assert_eq!(ways("blackpill-f411"), [FlashMethod::Dfu, FlashMethod::Probe]);
+        assert_eq!(ways("nucleo-g474re"), [FlashMethod::Drive, FlashMethod::Probe]);
+        assert_eq!(ways("pico2"), [FlashMethod::Drive, FlashMethod::Probe]);
     }
 }

@@ -11,7 +11,7 @@ use dfu_core::functional_descriptor::FunctionalDescriptor;
 use dfu_core::{DfuIo, State, Status};
 
 use super::plan::Plan;
-use super::{Step, Watch};
+use super::{ProgressObserver, Step};
 use crate::error::{Error, Result};
 
 const OUT: u8 = 0b0010_0001;
@@ -36,7 +36,7 @@ const LATE: Duration = Duration::from_secs(20);
 /// # Errors
 /// `wrong_chip` when the boot loader describes another flash, `flash_refused` with its status,
 /// `flash_differs` when the data read back are different, `usb_failed`, and when `watch` stops it.
-pub fn flash<IO>(io: &IO, plan: &Plan, watch: &mut dyn Watch) -> Result<()>
+pub fn flash<IO>(io: &IO, plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<()>
 where
     IO: DfuIo<Read = usize>,
     IO::Error: std::fmt::Display,
@@ -97,7 +97,7 @@ where
     IO: DfuIo<Read = usize>,
     IO::Error: std::fmt::Display,
 {
-    fn erase(&self, plan: &Plan, watch: &mut dyn Watch) -> Result<()> {
+    fn erase(&self, plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<()> {
         let mut done = 0;
         watch.at(Step::Erase, done, plan.erased())?;
         for sector in &plan.erase {
@@ -109,7 +109,7 @@ where
         Ok(())
     }
 
-    fn write(&self, plan: &Plan, watch: &mut dyn Watch) -> Result<()> {
+    fn write(&self, plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<()> {
         let mut done = 0;
         for segment in &plan.image.segments {
             self.command(SET_ADDRESS, segment.address)?;
@@ -123,7 +123,7 @@ where
         Ok(())
     }
 
-    fn verify(&self, plan: &Plan, watch: &mut dyn Watch) -> Result<()> {
+    fn verify(&self, plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<()> {
         let mut done = 0;
         let mut read = vec![0; self.block];
         for segment in &plan.image.segments {

@@ -11,7 +11,7 @@ use massline_boards::boot_loader::{StLink, Uf2};
 
 use super::board::Board;
 use super::plan::Plan;
-use super::{Step, Watch, uf2};
+use super::{ProgressObserver, Step, uf2};
 use crate::error::{Error, Result};
 
 /// The file format of a drive, and how the drive is recognised.
@@ -25,11 +25,11 @@ pub enum Kind<'b> {
 
 /// What is known after the drive has taken the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Taken {
+pub enum DriveOutcome {
     /// The board has started the program, which it does only after receiving all of it.
-    Whole,
+    Started,
     /// The file was copied, and the board reported no failure.
-    Silently,
+    Unconfirmed,
 }
 
 /// Timeout for the board to process the file: 400 KiB take some 10 s over an ST-LINK.
@@ -124,7 +124,11 @@ pub fn find(kind: Kind<'_>, named: Option<&Path>) -> Result<PathBuf> {
         (Some(drive), None) => Ok(drive),
         (Some(one), Some(other)) => Err(Error::device(
             "several_drives",
-            format!("{} and {} would both do; name one by --drive", one.display(), other.display()),
+            format!(
+                "both {} and {} match; choose one with --drive",
+                one.display(),
+                other.display()
+            ),
         )),
         (None, _) => Err(kind.missing()),
     }
@@ -154,7 +158,12 @@ fn fat_drive(line: &str) -> Option<PathBuf> {
 ///
 /// # Errors
 /// `drive_not_written`, `drive_not_taken`, `flash_refused` with the board's message.
-pub fn flash(kind: Kind<'_>, drive: &Path, plan: &Plan, watch: &mut dyn Watch) -> Result<Taken> {
+pub fn flash(
+    kind: Kind<'_>,
+    drive: &Path,
+    plan: &Plan,
+    watch: &mut dyn ProgressObserver,
+) -> Result<DriveOutcome> {
     let bytes = kind.content(plan);
     let file = drive.join(kind.file_name());
     // A failure file that exists already is about an earlier attempt.
@@ -179,19 +188,19 @@ pub fn flash(kind: Kind<'_>, drive: &Path, plan: &Plan, watch: &mut dyn Watch) -
         thread::sleep(POLL);
     }
     match kind {
-        Kind::Uf2(_) => Ok(Taken::Whole),
+        Kind::Uf2(_) => Ok(DriveOutcome::Started),
         Kind::StLink(_) => {
             let start = Instant::now();
             while !kind.is(drive) && start.elapsed() < BACK {
                 thread::sleep(POLL);
             }
             refused(drive)?;
-            Ok(Taken::Silently)
+            Ok(DriveOutcome::Unconfirmed)
         }
     }
 }
 
-fn copy(path: &Path, bytes: &[u8], watch: &mut dyn Watch) -> Result<()> {
+fn copy(path: &Path, bytes: &[u8], watch: &mut dyn ProgressObserver) -> Result<()> {
     let failed = |error: io::Error| {
         Error::device("drive_not_written", format!("{}: {error}", path.display()))
     };
@@ -228,7 +237,7 @@ mod tests {
 
     struct Quiet;
 
-    impl Watch for Quiet {
+    impl ProgressObserver for Quiet {
         fn at(&mut self, _: Step, _: u64, _: u64) -> Result<()> {
             Ok(())
         }
@@ -281,7 +290,7 @@ mod tests {
         let kind = Kind::of(plan.board).unwrap();
         let rom = board(drive.clone(), kind, 20_000usize.div_ceil(256) * 512);
         assert_eq!(find(kind, Some(&drive)), Ok(drive.clone()));
-        assert_eq!(flash(kind, &drive, &plan, &mut Quiet), Ok(Taken::Whole));
+        assert_eq!(flash(kind, &drive, &plan, &mut Quiet), Ok(DriveOutcome::Started));
         let (bytes, _) = uf2_decode::convert_from_uf2(&rom.join().unwrap()).unwrap();
         assert_eq!(bytes[..20_000], plan.image.segments[0].bytes[..]);
     }

@@ -52,7 +52,7 @@ impl Image {
     pub fn parse(elf: &[u8]) -> Result<Self> {
         let header = FileHeader32::<Endianness>::parse(elf).map_err(|_| {
             malformed(
-                "is no 32-bit ELF file; give what cargo builds for the board, no .bin or .uf2",
+                "is not a 32-bit ELF file; pass the ELF that cargo builds for the board, not a .bin or .uf2",
             )
         })?;
         let endian = header.endian().map_err(|e| malformed(&e.to_string()))?;

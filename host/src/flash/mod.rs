@@ -34,7 +34,7 @@ pub enum Step {
 }
 
 /// Receives the progress, and may stop the work.
-pub trait Watch {
+pub trait ProgressObserver {
     /// `done` of `of` bytes of this step are complete.
     ///
     /// # Errors

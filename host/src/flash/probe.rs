@@ -5,14 +5,14 @@ use probe_rs::probe::list::Lister;
 use probe_rs::{Permissions, Session};
 
 use super::plan::Plan;
-use super::{Step, Watch};
+use super::{ProgressObserver, Step};
 use crate::error::{Error, Result};
 
 /// Erases, writes, reads back, and starts the program.
 ///
 /// # Errors
 /// `no_probe`, `several_probes`, `probe_failed`, and when `watch` stops it before anything is erased.
-pub fn flash(plan: &Plan, watch: &mut dyn Watch) -> Result<()> {
+pub fn flash(plan: &Plan, watch: &mut dyn ProgressObserver) -> Result<()> {
     let mut session = attach(plan)?;
     watch.at(Step::Erase, 0, plan.erased())?;
     let mut loader = session.target().flash_loader();
@@ -51,7 +51,7 @@ fn attach(plan: &Plan) -> Result<Session> {
     probe.attach(plan.board.chip.as_str(), Permissions::default()).map_err(failed)
 }
 
-fn progress<'w>(plan: &Plan, watch: &'w mut dyn Watch) -> FlashProgress<'w> {
+fn progress<'w>(plan: &Plan, watch: &'w mut dyn ProgressObserver) -> FlashProgress<'w> {
     let totals = (plan.erased(), plan.image.len());
     let mut done = 0;
     FlashProgress::new(move |event| {

@@ -4,7 +4,7 @@
 //!
 //! The middle is the median of every element. A few bad hits do not shift it as they shift a mean.
 
-use massline_shared::signal::{RepeatHits, Standing};
+use massline_shared::signal::{HitAgreement, RepeatHits};
 
 /// Hits as vectors of the responses per force, all of one length.
 pub(super) struct Repeats {
@@ -24,7 +24,7 @@ impl Repeats {
         let sum = vec![0.0; hits.first().map_or(0, Vec::len)];
         let mut repeats = Self { hits, agreeing: Vec::new(), sum, squares: 0.0 };
         for &hit in &order {
-            if repeats.beside_the_others(hit).standing() == Standing::Agrees {
+            if repeats.beside_the_others(hit).standing() == HitAgreement::Agrees {
                 repeats.join(hit);
             }
         }
@@ -138,7 +138,7 @@ mod tests {
         let distance = |hit| repeats.beside_the_others(hit).distance().unwrap();
         assert!(distance(2) > 0.8);
         assert!([0, 1, 3, 4].iter().all(|&hit| distance(hit) < 0.05));
-        assert!(matches!(repeats.beside_the_others(2).standing(), Standing::Outlier(_)));
+        assert!(matches!(repeats.beside_the_others(2).standing(), HitAgreement::Outlier(_)));
     }
 
     #[test]
@@ -169,11 +169,11 @@ mod tests {
         let repeats = with(&[0.0, 1.0]);
         for hit in [0, 1] {
             let standing = repeats.beside_the_others(hit).standing();
-            assert!(matches!(standing, Standing::Inconsistent(_)), "{standing:?}");
+            assert!(matches!(standing, HitAgreement::Inconsistent(_)), "{standing:?}");
         }
         assert_eq!(agreeing(&repeats), [0, 1]);
         let alone = with(&[0.3]).beside_the_others(0);
-        assert_eq!((alone.distance(), alone.standing()), (None, Standing::Agrees));
+        assert_eq!((alone.distance(), alone.standing()), (None, HitAgreement::Agrees));
     }
 
     #[test]

@@ -27,7 +27,7 @@ impl Hit {
             "findings": findings,
             "start_s": self.start_s,
             "peak_force_n": self.report.peak_force.0,
-            "peak_response_m_s2": self.report.peak_acceleration.0,
+            "peak_response_m_per_s2": self.report.peak_acceleration.0,
             "distance_relative": self.distance,
             "kept": self.kept,
         })
@@ -42,7 +42,7 @@ fn finding_json(found: &Diagnostic) -> Value {
     });
     let key = match found.code {
         Code::Overload if found.subject == Subject::Channel(0) => "extreme_n",
-        Code::Overload => "extreme_m_s2",
+        Code::Overload => "extreme_m_per_s2",
         Code::TooWeak => "peak_force_n",
         Code::ForceSpectrumLow => "level_db",
         Code::TriggerTooEarly => "pre_trigger_scans",
@@ -145,7 +145,7 @@ mod tests {
             finding_json(&Diagnostic::about(code, Severity::Error, subject, 0.5)).to_string()
         };
         let overload = json(Code::Overload, Subject::Channel(5));
-        let expected = r#""channel":5,"code":"overload","extreme_m_s2":0.5,"severity":"error""#;
+        let expected = r#""channel":5,"code":"overload","extreme_m_per_s2":0.5,"severity":"error""#;
         assert_eq!(overload, format!("{{{expected}}}"));
         assert!(json(Code::Overload, Subject::Channel(0)).contains(r#""extreme_n":0.5"#));
         // A finding about the force has the force's channel.

@@ -32,11 +32,11 @@ impl Identification {
     /// Every estimate as a table, why others are missing, and the details of the fit.
     pub fn to_text(&self, layout: &HostLayout, truth: Option<&Truth>) -> String {
         let tables = self.estimates.iter().map(|estimate| table(estimate, truth) + "\n");
-        tables.collect::<String>() + &self.found_out_text(layout)
+        tables.collect::<String>() + &self.nuisance_text(layout)
     }
 
     /// Why estimates are missing, and the details of the fit.
-    pub fn found_out_text(&self, layout: &HostLayout) -> String {
+    pub fn nuisance_text(&self, layout: &HostLayout) -> String {
         let message_of = |d: &Diagnostic| message_in(d, layout);
         let mut text = refusals_text(&self.not_applicable, message_of);
         text += &sentences(&self.priors, message_of);

@@ -1,7 +1,7 @@
 //! The layout file as serde reads it: nothing is checked beyond types. The comments are the descriptions in
 //! the JSON schema, which is generated from these types.
 
-use massline_shared::layout::{FrfEstimator, HOST_HITS, HOST_SENSORS};
+use massline_shared::layout::{FrfEstimator, HOST_HITS, HOST_SENSORS, MAX_HITS_PER_DOF};
 use massline_shared::mass_line::Terms;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -95,7 +95,7 @@ pub(super) struct RawNode {
 #[schemars(rename = "test")]
 pub(super) struct RawTest {
     /// Accepted hits required at each DOF.
-    #[schemars(with = "u8", range(min = 1))]
+    #[schemars(with = "u8", range(min = 1, max = MAX_HITS_PER_DOF))]
     pub(super) hits_per_dof: Option<Spanned<i64>>,
     /// Band of the mass line fit.
     #[schemars(with = "RawBand")]

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use massline_shared::layout::{
-    Axis, Dof, DofError, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout, Sensor,
-    SensorUncertainty, Sign, TestSettings,
+    Axis, Dof, DofError, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout,
+    MAX_HITS_PER_DOF, Sensor, SensorUncertainty, Sign, TestSettings,
 };
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
@@ -304,10 +304,11 @@ fn test(raw: Option<&RawTest>, source: &Source<'_>) -> Result<TestSettings<f64>,
     let mut test = TestSettings::default();
     let Some(raw) = raw else { return Ok(test) };
     if let Some(hits) = &raw.hits_per_dof {
+        let allowed = |hits: &u8| (1..=MAX_HITS_PER_DOF).contains(hits);
         test.hits_per_dof =
-            u8::try_from(*hits.get_ref()).ok().filter(|&h| h > 0).ok_or_else(|| {
+            u8::try_from(*hits.get_ref()).ok().filter(allowed).ok_or_else(|| {
                 let value = *hits.get_ref() as f64;
-                let fault = Fault::OutOfRange { value, wanted: "a whole number from 1 to 255" };
+                let fault = Fault::OutOfRange { value, wanted: "a whole number from 1 to 50" };
                 source.fault(hits.span(), "test.hits_per_dof", fault)
             })?;
     }

@@ -272,7 +272,7 @@ fn numbers_that_cannot_be_are_named() {
     assert_eq!(parse(&nan).unwrap_err().code(), Some(Code::LayoutNotFinite));
     assert!(message(&with("-9.80665", "-inf"), 4).contains("gravity"));
     assert!(message(&with("[10.0, 120.0]", "[120.0, 10.0]"), 26).contains("band_hz"));
-    assert!(message(&with("hits_per_dof = 5", "hits_per_dof = 0"), 25).contains("from 1 to 255"));
+    assert!(message(&with("hits_per_dof = 5", "hits_per_dof = 0"), 25).contains("from 1 to 50"));
     assert!(message(&with("[10.0, 120.0]", "\"wide\""), 26).contains("\"auto\""));
     assert_eq!(parse(&with("[10.0, 120.0]", "\"auto\"")).unwrap().layout.test.band_hz, None);
     let terms = with("hits_per_dof = 5", "terms = \"abcd\"");

@@ -35,7 +35,7 @@ pub struct SimulatedTest {
 
 /// Why a test yields no mass lines.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Unmeasured {
+pub enum MeasureError {
     /// No hit reaches the trigger level.
     #[error("no hit at DOF {} reaches test.trigger_n; lower it or hit harder", .0 + 1)]
     NeverTriggered(usize),
@@ -56,17 +56,17 @@ pub enum Unmeasured {
 /// Measures all hit DOFs of a layout on the scans of `source`, and identifies the ten properties.
 ///
 /// # Errors
-/// See [`Unmeasured`].
+/// See [`MeasureError`].
 pub fn measure(
     source: &mut dyn ScanSource,
     layout: &TestLayout,
     calibration: &Calibration,
-) -> Result<SimulatedTest, Unmeasured> {
+) -> Result<SimulatedTest, MeasureError> {
     let mut memory = Box::new(Memory::<f64>::new());
     let mut rig = Measurement::new(source.adc(), &mut memory);
     rig.set_layout(layout.clone());
     rig.set_calibration(*calibration);
-    rig.start(Start::USUAL, true, true).map_err(|error| refused(&rig, error))?;
+    rig.start(Start::DEFAULT, true, true).map_err(|error| refused(&rig, error))?;
     let mut rejected_before = (0, 0);
     loop {
         match rig.next_action() {
@@ -79,7 +79,7 @@ pub fn measure(
         if dof != rejected_before.0 {
             rejected_before = (dof, rejected);
         } else if rejected - rejected_before.1 >= MOST_REJECTED {
-            return Err(Unmeasured::AlwaysRejected(dof));
+            return Err(MeasureError::AlwaysRejected(dof));
         }
     }
     let result = rig.result();
@@ -87,7 +87,7 @@ pub fn measure(
     if let Some(found) = result.diagnostics.iter().find(|d| d.is_error() && no_line(d.code))
         && result.mass_lines.len() < layout.hits.len()
     {
-        return Err(Unmeasured::MassLine(report::message_in(found, layout)));
+        return Err(MeasureError::MassLine(report::message_in(found, layout)));
     }
     Ok(SimulatedTest {
         dofs: result.mass_lines.to_vec(),
@@ -101,7 +101,7 @@ pub fn measure(
 fn take_record(
     rig: &mut Measurement<'_, f64>,
     source: &mut dyn ScanSource,
-) -> Result<(), Unmeasured> {
+) -> Result<(), MeasureError> {
     rig.sampling_started();
     let dof = rig.campaign().map_or(0, |campaign| campaign.dof());
     source.armed(rig.armings(), dof);
@@ -112,14 +112,14 @@ fn take_record(
             return Ok(());
         }
     }
-    Err(Unmeasured::NeverTriggered(dof))
+    Err(MeasureError::NeverTriggered(dof))
 }
 
-fn refused(rig: &Measurement<'_, f64>, error: StartError) -> Unmeasured {
+fn refused(rig: &Measurement<'_, f64>, error: StartError) -> MeasureError {
     let found = rig.layout().map(|layout| (layout, rig.check(layout)));
     let sentences = found.iter().flat_map(|(layout, found)| {
         found.iter().filter(|d| d.is_error()).map(|d| report::message_in(d, layout))
     });
     let text = sentences.collect::<Vec<_>>().join("; ");
-    Unmeasured::Refused(if text.is_empty() { error.to_string() } else { text })
+    MeasureError::Refused(if text.is_empty() { error.to_string() } else { text })
 }

@@ -34,7 +34,7 @@ use rayon::ThreadPoolBuilder;
 use crate::Error;
 use crate::interrupt::Interrupt;
 use crate::parallel::pieces;
-use measurement::{SimulatedTest, TestLayout, Unmeasured, measure};
+use measurement::{MeasureError, SimulatedTest, TestLayout, measure};
 use statistics::MethodStatistics;
 
 /// The settings of a study.
@@ -62,7 +62,7 @@ pub struct Study {
     /// Number of runs completed: all, unless Ctrl-C was pressed.
     pub runs: u64,
     /// Number of runs without mass lines, and the reason in the first of them.
-    pub unmeasured: Option<(u64, Unmeasured)>,
+    pub unmeasured: Option<(u64, MeasureError)>,
     /// Number of hits in all runs that were rejected and repeated.
     pub rejected_hits: u64,
     /// Statistics of each method.
@@ -77,7 +77,7 @@ impl Study {
 }
 
 /// The result of one run.
-type Run = Result<SimulatedTest, Unmeasured>;
+type Run = Result<SimulatedTest, MeasureError>;
 
 impl MonteCarlo<'_> {
     /// Runs until all runs are done or the user presses Ctrl-C; `progress` is called after each run.

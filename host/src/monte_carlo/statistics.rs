@@ -1,10 +1,7 @@
 //! Statistics of a method over many runs: bias, error relative to the bound, coverage of the intervals.
 
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::identify::{Estimate, Method};
-
-/// Half of a 95 % interval, in standard deviations.
-pub const INTERVAL_95: f64 = 1.96;
+use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
 
 /// Statistics of a method over all runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,7 +109,7 @@ fn property(
     let held: Vec<bool> = answered
         .iter()
         .zip(errors)
-        .filter_map(|(a, error)| Some(error.abs() <= INTERVAL_95 * a.sigma()?[k]))
+        .filter_map(|(a, error)| Some(error.abs() <= HALF_WIDTH_95 * a.sigma()?[k]))
         .collect();
     let coverage95 = (many && !held.is_empty())
         .then(|| held.iter().filter(|&&holds| holds).count() as f64 / held.len() as f64);

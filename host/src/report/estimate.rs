@@ -1,14 +1,11 @@
 //! One estimate of the ten properties as JSON.
 
 use massline_shared::body::INERTIAL_PARAMETERS;
-use massline_shared::identify::Estimate;
+use massline_shared::identify::{Estimate, HALF_WIDTH_95};
 use nalgebra::Matrix3;
 use serde_json::{Map, Value, json};
 
 use super::{diagnostics_json, message};
-
-/// Half of a 95 % interval of a normal variable, in standard deviations.
-pub const HALF_WIDTH_95: f64 = 1.959_963_985;
 
 /// An entry of `results`.
 pub fn estimate_json(estimate: &Estimate<f64>) -> Value {

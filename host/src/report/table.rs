@@ -3,9 +3,9 @@
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
 
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter, scale};
-use massline_shared::identify::Estimate;
+use massline_shared::identify::{Estimate, HALF_WIDTH_95};
 
-use super::{HALF_WIDTH_95, message, sentences};
+use super::{message, sentences};
 
 /// Expected values to compare an estimate with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +65,7 @@ pub fn table(estimate: &Estimate<f64>, truth: Option<&Truth>) -> String {
         text += "sd: not known from these data\n";
     }
     if !estimate.body.is_physically_consistent() {
-        text += "not physically consistent: no body has these ten\n";
+        text += "not physically consistent: no real body has these properties\n";
     }
     text + &sentences(&estimate.diagnostics, message)
 }

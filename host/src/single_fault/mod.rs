@@ -15,7 +15,7 @@ mod words;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::Estimated;
 use massline_shared::identify::maximum_likelihood::{self, Start, workspace};
-use massline_shared::identify::single_fault::{DECISIVE, Explained, SingleFault};
+use massline_shared::identify::single_fault::{DECISIVE_CHI_SQUARED, SingleFault, SingleFaultFit};
 use massline_shared::identify::{Consistency, DofMassLines};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
 use rayon::prelude::*;
@@ -186,7 +186,8 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
             .filter(|fault| wanted(fault) && involves_measured(fault, self.lines));
         let faults: Vec<_> = faults.collect();
         self.in_parallel(&faults, |fault, room| {
-            let Explained { consistency, scale } = fault.test(self.layout, self.lines, room)?;
+            let SingleFaultFit { consistency, scale } =
+                fault.test(self.layout, self.lines, room)?;
             Some(Suspect { fault: *fault, consistency, scale })
         })
     }
@@ -229,12 +230,13 @@ fn split<'s>(
 ) -> (Vec<Suspect>, &'s [Suspect]) {
     let plain = plain.map_or(f64::INFINITY, |c| c.chi_squared);
     let explains = |best: &Suspect| {
-        plain - best.consistency.chi_squared >= DECISIVE && !best.consistency.rejects_budget()
+        plain - best.consistency.chi_squared >= DECISIVE_CHI_SQUARED
+            && !best.consistency.rejects_budget()
     };
     let Some(best) = ascending.first().filter(|best| explains(best)) else {
         return (Vec::new(), ascending);
     };
-    let limit = best.consistency.chi_squared + DECISIVE;
+    let limit = best.consistency.chi_squared + DECISIVE_CHI_SQUARED;
     let tied = ascending.iter().take_while(|s| s.consistency.chi_squared < limit).count();
     let (named, others) = ascending.split_at(tied);
     (named.to_vec(), others)

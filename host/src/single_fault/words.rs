@@ -41,7 +41,7 @@ pub(super) fn suspect_clause(suspect: &Suspect, layout: &HostLayout) -> String {
     match suspect.scale {
         Some(scale) => format!(
             "all accelerances are {:.4} ± {:.4} times what they should be; hammer and sensors cannot \
-             be clauses apart",
+             be distinguished",
             scale.value, scale.sigma
         ),
         None => clause(&suspect.fault, layout),
@@ -94,6 +94,9 @@ fn axes_clause(reads: &AxisMap) -> String {
 
 #[cfg(test)]
 mod tests {
+    use massline_shared::Estimated;
+    use massline_shared::identify::Consistency;
+
     use super::*;
 
     #[test]
@@ -111,6 +114,20 @@ mod tests {
         ] {
             assert_eq!(axes_clause(&AxisMap(reads)), expected);
         }
+    }
+
+    #[test]
+    fn a_common_scale_is_described_with_its_value_and_uncertainty() {
+        let suspect = Suspect {
+            fault: SingleFault::CommonScale,
+            consistency: Consistency { chi_squared: 20.0, degrees_of_freedom: 17 },
+            scale: Some(Estimated { value: 0.0254, sigma: 0.0003 }),
+        };
+        assert_eq!(
+            suspect_clause(&suspect, &HostLayout::default()),
+            "all accelerances are 0.0254 ± 0.0003 times what they should be; hammer and sensors \
+             cannot be distinguished"
+        );
     }
 
     #[test]

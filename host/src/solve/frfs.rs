@@ -42,7 +42,7 @@ impl LinesOfBand {
         let Self { frequencies, accelerance, channels, hits, .. } = self;
         let responses = FrequencyResponses::new(frequencies, accelerance, *channels, *hits);
         let responses =
-            responses.ok_or_else(|| Error::input("frf_missing", "a response has too few lines"))?;
+            responses.ok_or_else(|| Error::input("frf_missing", "a response has too few bins"))?;
         Ok(responses.windowed(self.decay, self.correlation))
     }
 }
@@ -163,8 +163,8 @@ impl LayoutResponses {
             Some(other) => Err(Error::input(
                 "frequencies_differ",
                 format!(
-                    "the frequency response of {} (dataset {}) has other lines than the first; export all \
-                     with the same lines, or set test.band_hz and use --method ml or irm",
+                    "the frequency response of {} (dataset {}) has other bins than the first; export all \
+                     with the same bins, or set test.band_hz and use --method ml or irm",
                     other.name, other.dataset
                 ),
             )),
@@ -187,8 +187,8 @@ impl Response {
             };
             let inside = self.points.iter().filter(|(f, _)| low <= *f && *f <= high).count();
             let message = format!(
-                "the frequency response of {} (dataset {}) has {inside} lines within {low} to {high} Hz: \
-                 {error}; change test.band_hz or export more lines",
+                "the frequency response of {} (dataset {}) has {inside} bins within {low} to {high} Hz: \
+                 {error}; change test.band_hz or export more bins",
                 self.name, self.dataset,
             );
             Error::input(code, message)

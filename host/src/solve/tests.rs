@@ -146,7 +146,7 @@ fn a_band_without_lines_is_named() {
     let text = text.to_owned() + "\n[test]\nband_hz = [10.0, 25.0]\n";
     let error = case(text.as_bytes(), data!("a_irm_01.binary.uff"), &ORIGIN).unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (2, "band_too_narrow"));
-    assert!(error.to_string().contains("2 lines within 10 to 25 Hz"), "{error}");
+    assert!(error.to_string().contains("2 bins within 10 to 25 Hz"), "{error}");
 }
 
 /// The error of solving a layout with the nodes of the frame and other sensors, hits and tables.
@@ -245,7 +245,7 @@ fn the_band_is_found_where_the_layout_leaves_it_to_the_data() {
     // of the upper end the bins of 30 and 40 Hz remain.
     let error = solved.unwrap_err();
     assert_eq!(error.code(), "band_too_narrow");
-    assert!(error.to_string().contains("2 lines within 30 to 48 Hz"), "{error}");
+    assert!(error.to_string().contains("2 bins within 30 to 48 Hz"), "{error}");
 }
 
 #[test]

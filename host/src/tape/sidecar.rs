@@ -80,7 +80,7 @@ impl Sidecar {
 impl SidecarTable {
     fn resolve(self) -> Result<Sidecar> {
         let bad = |key: &str, value: &dyn std::fmt::Display, wanted: &str| {
-            Error::input(MALFORMED, format!("{key} = {value} cannot be; give {wanted}"))
+            Error::input(MALFORMED, format!("{key} = {value} is not valid; use {wanted}"))
         };
         let positive = |v: f32| v.is_finite() && v > 0.0;
         if !positive(self.scan_rate_hz) {

@@ -6,8 +6,8 @@ use crate::program::success;
 
 /// Runs `calibrate` on the simulated block with its flash in this file.
 fn calibrate(arguments: &[&str], flash: &str) -> Value {
-    let on_block = ["--rig", "virtual", "--seed", "7", "--flash", flash];
-    success(&[&["calibrate"], arguments, &on_block].concat())
+    let block_rig = ["--rig", "virtual", "--seed", "7", "--flash", flash];
+    success(&[&["calibrate"], arguments, &block_rig].concat())
 }
 
 #[test]

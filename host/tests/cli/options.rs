@@ -25,7 +25,7 @@ fn numbers() -> Vec<(Vec<String>, &'static str)> {
     let hits = [
         "--rate-hz",
         "--force-range-n",
-        "--response-range-m-s2",
+        "--response-range-m-per-s2",
         "--trigger-n",
         "--min-peak-force-n",
         "--pre-trigger-s",

@@ -142,7 +142,7 @@ fn a_replay_of_recorded_hits_gives_what_the_rig_itself_had() {
     let (rig, host) = (mass(&own["results"]), mass(&own["host"]["results"]));
     assert!(rig != host && (rig - host).abs() < 1e-4, "{rig} {host}");
     // Output beside the rig's answer that was found by the host is marked so.
-    for (beside, of_host) in [("details", "details"), ("single_faults", "mistakes")] {
+    for (beside, of_host) in [("details", "details"), ("single_faults", "single_faults")] {
         let mut expected = own["host"][of_host].clone();
         if expected.is_object() {
             expected["found_by"] = "host".into();

@@ -20,6 +20,19 @@ pub enum BootReason {
     Panic = 4,
 }
 
+impl BootReason {
+    /// The name on the screen and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown",
+            Self::PowerOn => "power-on",
+            Self::ResetPin => "reset pin",
+            Self::Watchdog => "watchdog",
+            Self::Panic => "panic",
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::BootReason::{self, *};

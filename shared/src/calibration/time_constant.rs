@@ -20,7 +20,7 @@ use crate::{Estimated, Real};
 /// How the spectra were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectraSettings<R> {
-    /// Band of the fit, Hz, both ends included; lines outside are left out.
+    /// Band of the fit, Hz, both ends included; bins outside are left out.
     pub band: [R; 2],
     /// τ of the model, s: roughly the time constant of either low-pass.
     pub lag: R,

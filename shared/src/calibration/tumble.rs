@@ -22,6 +22,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::Real;
 use crate::layout::{Axis, Sign};
+use crate::signal::Calibration;
 
 pub use readings::{RestVoltages, SensorProblem, Tumble, TumbleTest};
 
@@ -104,7 +105,7 @@ pub struct SensorVoltages<R> {
 }
 
 /// Cutoff of the low-pass before the converter, Hz. It makes consecutive scans dependent.
-const CUTOFF_HZ: f64 = 497.36;
+const CUTOFF_HZ: f64 = Calibration::RC_CUTOFF.0;
 
 /// Standard deviation of the mean of `scans` codes with the standard deviation `deviation` at `rate` in Hz.
 ///

@@ -10,7 +10,7 @@ pub enum Setting {
     HitsPerDof = 0,
     /// Lower end of the band, Hz: above zero and below the upper end.
     BandLower = 1,
-    /// Upper end of the band, Hz: at most the rate over 2.5, and at most the last stored line.
+    /// Upper end of the band, Hz: at most the rate over 2.5, and at most the last stored bin.
     BandUpper = 2,
     /// σ of the exponential window, 1/s: zero or more.
     ExponentialDecay = 3,

@@ -10,8 +10,8 @@ codes! {
 
     /// Fewer than three triaxial sensors. Value: how many.
     FewerThanThreeSensors = 1, "fewer_than_three_sensors", Whole, Count;
-        "Under 3 sensors: IRM\ncannot, ML has wider\nintervals.";
-        "fewer than three triaxial sensors cannot tell the six motions of the body, which the inertia \
+        "Under 3 sensors: only\nML works, with wider\nintervals.";
+        "fewer than three triaxial sensors cannot resolve the six motions of the body, which the inertia \
          restraint method needs; put three on nodes that are not on one line, or rely on maximum \
          likelihood with its wider intervals";
     /// The second singular value of the centred sensor positions is below 2 % of the first. Value: the ratio.
@@ -23,7 +23,7 @@ codes! {
     /// `G diag(1,1,1,1/L,1/L,1/L)` has a rank below six (relative cut 1e-6). Value: the rank.
     ResponseRankDeficient = 3, "response_rank_deficient", Whole, Count;
         "Sensors do not see\nall six motions:\nspread or turn them.";
-        "the sensors do not tell all six motions of the body, which the inertia restraint method needs; \
+        "the sensors do not resolve all six motions of the body, which the inertia restraint method needs; \
          check their positions and axes, or spread them";
     /// Fewer than three hit degrees of freedom. Value: how many.
     FewerThanThreeHits = 4, "fewer_than_three_hits", Whole, Count;
@@ -43,8 +43,8 @@ codes! {
     /// L.
     HitsThroughCentreOfMass = 7, "hits_through_centre_of_mass", Whole, Share(1);
         "All hits go through\nthe centre of mass:\nhit further out.";
-        "the lines of all hits pass the centre of mass (within {value} of L), so they hardly turn the body \
-         and the inertia does not show; hit further out";
+        "the lines of all hits pass the centre of mass (within {value} of L), so they barely rotate \
+         the body and its inertia cannot be determined; hit further out";
     /// The balanced regression matrix, or the derivative of the readings with respect to the ten properties,
     /// has a rank below ten (relative cut 1e-6). Value: the rank.
     TenParametersNotIdentifiable = 8, "ten_parameters_not_identifiable", Whole, Count;
@@ -207,7 +207,7 @@ codes! {
     /// A channel reached the end of its range: ADC rail, sensor range, or a flat top from clipping in an
     /// earlier stage. Subject: the channel. Value: the extreme relative to the rest value, N or m/s².
     Overload = 64, "overload", Channel, OfChannel;
-        "Too hard: a channel\nwas at its end. Hit\nmore gently.";
+        "Too hard: a channel\nclipped. Hit more\ngently.";
         "{subject} reached the end of its range ({value}); hit more gently";
     /// The peak force is below the smallest that gives a usable response. Value: the peak, N.
     TooWeak = 65, "too_weak", Whole, Newtons;

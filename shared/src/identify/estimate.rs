@@ -11,6 +11,9 @@ use crate::diagnosis::Diagnostics;
 /// tests: when the equivalent z is above this value.
 pub const REJECTION_Z: f64 = 3.09;
 
+/// Half width of a 95 % interval, in standard deviations.
+pub const HALF_WIDTH_95: f64 = 1.959_963_984_540_054;
+
 /// The ten properties with their covariance and quality figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate<R> {

@@ -17,7 +17,7 @@ use crate::responses::Responses;
 ///
 /// Sensors with 1 % cross-axis sensitivity, 0.5 % gain error, 1 mm position error and 10 mrad rotation leave
 /// 1 %; a reversed axis or swapped cables leave 20 % and more.
-pub const NOT_RIGID: f64 = 0.08;
+pub const RIGIDITY_LIMIT: f64 = 0.08;
 
 /// The part of each sensor in the residual of the best rigid motion, `|(A − G G⁺ A)_i| / |A|`, of the mass
 /// lines `accelerance` of one hit DOF, (m/s²)/N. `None` when the sensors do not determine all six motions, or
@@ -25,14 +25,14 @@ pub const NOT_RIGID: f64 = 0.08;
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
-/// # use massline_shared::identify::{NOT_RIGID, rigid_residuals};
+/// # use massline_shared::identify::{RIGIDITY_LIMIT, rigid_residuals};
 /// let layout = frame::layout();
 /// let mut readings = layout.accelerance(&frame::body(), 0).unwrap();
 /// let rigid = rigid_residuals(&layout, &readings).unwrap();
 /// assert!(rigid.iter().all(|&part| part < 1e-12));
 /// readings[3] = -readings[3]; // the x axis of the second sensor is reversed
 /// let torn = rigid_residuals(&layout, &readings).unwrap();
-/// assert!(torn.iter().any(|&part| part > NOT_RIGID));
+/// assert!(torn.iter().any(|&part| part > RIGIDITY_LIMIT));
 /// ```
 pub fn rigid_residuals<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
@@ -82,7 +82,7 @@ mod tests {
                     rigid_residuals(&bar_layout(), &readings).unwrap()
                 })
                 .fold(0.0, f64::max);
-            assert_eq!(worst > NOT_RIGID, shows, "{axis}: {worst}");
+            assert_eq!(worst > RIGIDITY_LIMIT, shows, "{axis}: {worst}");
             assert!(shows || worst < 1e-13);
         }
     }

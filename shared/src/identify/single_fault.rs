@@ -17,7 +17,7 @@ use crate::layout::{Axis, Layout, Sign};
 
 /// χ² must fall by this much for a mistake to be accepted, and to exclude another one: the value that chance
 /// exceeds for one unknown in one of a thousand tests.
-pub const DECISIVE: f64 = 10.83;
+pub const DECISIVE_CHI_SQUARED: f64 = 10.83;
 /// Standard deviation of the hammer's gain that leaves a common scale free, relative.
 const ANY_SCALE: f64 = 1.0;
 
@@ -61,7 +61,7 @@ pub enum SingleFault<R> {
 
 /// How well a mistake explains the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Explained<R> {
+pub struct SingleFaultFit<R> {
     /// χ² of the fit under the mistake.
     pub consistency: Consistency<R>,
     /// For a common scale: the accelerances over their true values.
@@ -166,12 +166,12 @@ impl<R: Real> SingleFault<R> {
     /// Fits the layout with this mistake to the data. `workspace` as for [`maximum_likelihood::solve`].
     /// `None` when that fit has no answer.
     ///
-    /// The mistake is accepted when χ² falls by more than [`DECISIVE`].
+    /// The mistake is accepted when χ² falls by more than [`DECISIVE_CHI_SQUARED`].
     ///
     /// ```
     /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
     /// # use massline_shared::identify::maximum_likelihood::{Start, solve, workspace};
-    /// # use massline_shared::identify::single_fault::{DECISIVE, SingleFault};
+    /// # use massline_shared::identify::single_fault::{DECISIVE_CHI_SQUARED, SingleFault};
     /// let nominal = frame::layout();
     /// // The person hit 2:-Z and wrote 2:+Z.
     /// let mistake = SingleFault::HitReversed { hit: 1 };
@@ -180,19 +180,19 @@ impl<R: Real> SingleFault<R> {
     /// let nominal_fit = solve(&nominal, &dofs, Start::Crude, &mut memory);
     /// let explained = mistake.test(&nominal, &dofs, &mut memory).unwrap().consistency.chi_squared;
     /// assert!(explained < 0.1);
-    /// assert!(nominal_fit.is_err() || nominal_fit.unwrap().estimate.consistency.unwrap().chi_squared > DECISIVE);
+    /// assert!(nominal_fit.is_err() || nominal_fit.unwrap().estimate.consistency.unwrap().chi_squared > DECISIVE_CHI_SQUARED);
     /// ```
     pub fn test<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
         dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
-    ) -> Option<Explained<R>> {
+    ) -> Option<SingleFaultFit<R>> {
         let layout = self.applied(layout)?;
         let solution = fit(&layout, dofs, workspace)?;
         let gain = solution.nuisances.hammer_gain;
         let scale = Estimated { value: R::one() - gain.value, sigma: gain.sigma };
-        Some(Explained {
+        Some(SingleFaultFit {
             consistency: solution.estimate.consistency?,
             scale: (*self == Self::CommonScale).then_some(scale),
         })

@@ -12,7 +12,7 @@ use crate::linalg::{LeastSquares, Spectrum, symmetric_eigen3};
 
 /// Below this fraction of its scale a quantity counts as nearly zero: collinear, parallel, concurrent,
 /// through the centre of mass. 2 %.
-pub const NEARLY: f64 = 0.02;
+pub const DEGENERACY_RATIO: f64 = 0.02;
 /// Tolerance for unit length and right angles of axes: three digits of a typed direction. It costs 0.1 % of a
 /// reading.
 pub const AXES_TOLERANCE: f64 = 1e-3;
@@ -153,7 +153,7 @@ impl<R: Real> LayoutReport<R> {
             error(found, Code::FewerThanThreeSensors, R::of(layout.sensors.len() as f64));
         } else {
             let flatness = second_to_first(&sensor_spread(layout));
-            if flatness < R::of(NEARLY) {
+            if flatness < R::of(DEGENERACY_RATIO) {
                 error(found, Code::SensorsCollinear, flatness);
             }
         }
@@ -230,19 +230,19 @@ pub fn check_hits<'a, R: Real>(
         spread += d * d.transpose();
     }
     let parallel = second_to_first(&spread);
-    if parallel < R::of(NEARLY) {
+    if parallel < R::of(DEGENERACY_RATIO) {
         error(&mut found, Code::HitsAllParallel, parallel);
     }
     let distance = |point: &Vector3<R>| {
         hits.clone().map(|hit| lever(hit, point)).fold(R::zero(), |a, b| a.max(b)) / length
     };
     if let Some(distance) = nearest_point(hits.clone()).map(|point| distance(&point))
-        && distance < R::of(NEARLY)
+        && distance < R::of(DEGENERACY_RATIO)
     {
         error(&mut found, Code::HitsConcurrent, distance);
     }
     if let Some(distance) = body.map(|body| distance(&body.center_of_mass))
-        && distance < R::of(NEARLY)
+        && distance < R::of(DEGENERACY_RATIO)
     {
         error(&mut found, Code::HitsThroughCentreOfMass, distance);
     }

@@ -14,12 +14,13 @@ mod uncertainty;
 
 pub(crate) use check::is_finite;
 pub use check::{
-    AXES_TOLERANCE, LayoutReport, NEARLY, assumed_body, check_geometry, check_hits, extent,
+    AXES_TOLERANCE, DEGENERACY_RATIO, LayoutReport, assumed_body, check_geometry, check_hits,
+    extent,
 };
 pub use dof::{Axis, Dof, DofError, Sign};
 pub use kinematics::sensor_shift;
 pub use policy::{HitPolicy, Verdict};
-pub use settings::{FrfEstimator, check_settings};
+pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings};
 pub use uncertainty::{
     Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty,
 };
@@ -104,7 +105,7 @@ impl<R: Real> Default for TestSettings<R> {
     fn default() -> Self {
         Self {
             hits_per_dof: 5,
-            band_hz: Some(Self::usual_band()),
+            band_hz: Some(Self::default_band()),
             exponential_decay: R::of(10.0),
             force_window_s: R::of(0.012),
             trigger_n: R::of(3.0),
@@ -118,13 +119,13 @@ impl<R: Real> Default for TestSettings<R> {
 
 impl<R: Real> TestSettings<R> {
     /// The default band, used where none is given and the data show none: 10 to 120 Hz.
-    pub fn usual_band() -> [R; 2] {
+    pub fn default_band() -> [R; 2] {
         [R::of(10.0), R::of(120.0)]
     }
 
     /// The band before the data are known: the given one, otherwise the default.
     pub fn expected_band(&self) -> [R; 2] {
-        self.band_hz.unwrap_or_else(Self::usual_band)
+        self.band_hz.unwrap_or_else(Self::default_band)
     }
 
     /// The same settings in another precision.

@@ -4,6 +4,9 @@ use super::TestSettings;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Setting, Severity, Subject};
 
+/// Largest number of hits at a DOF.
+pub const MAX_HITS_PER_DOF: u8 = 50;
+
 /// How the averaged spectra of a DOF are turned into its frequency responses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -62,7 +65,7 @@ pub fn check_settings<R: Real>(
     let hits = R::of(f64::from(settings.hits_per_dof));
     let zero = R::zero();
     let ranges = [
-        (Setting::HitsPerDof, hits, (1..=50).contains(&settings.hits_per_dof)),
+        (Setting::HitsPerDof, hits, (1..=MAX_HITS_PER_DOF).contains(&settings.hits_per_dof)),
         (Setting::BandLower, lower, lower > zero && (lower < upper || !upper.finite())),
         (Setting::BandUpper, upper, upper > zero && upper <= highest),
         (Setting::ExponentialDecay, settings.exponential_decay, settings.exponential_decay >= zero),

@@ -17,7 +17,7 @@ const TRIMMED: f64 = 0.2;
 /// the motion of its DOF (root mean square of all A): twice the uncertainty of the sensors' gains. Bands from
 /// three times the suspension to 0.4 times the elastic modes stay below 0.6 %, bands that contain a mode are
 /// above 2.5 %.
-pub const UNSTEADY: f64 = 0.02;
+pub const PLATEAU_LIMIT: f64 = 0.02;
 /// A change counts only above this number of standard deviations of A over the inner band, so that noise does
 /// not.
 const SIGNIFICANT: f64 = 4.0;
@@ -136,7 +136,7 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
             let real = moved > self.moved_noise[k] * R::of(SIGNIFICANT);
             (k, self.noise[k].max(if real { moved } else { R::zero() }) / size)
         };
-        (0..self.responses).map(part).filter(|(_, part)| *part > R::of(UNSTEADY))
+        (0..self.responses).map(part).filter(|(_, part)| *part > R::of(PLATEAU_LIMIT))
     }
 }
 
@@ -208,7 +208,7 @@ mod tests {
             ([300.0, 480.0], 0.02),
         ] {
             let (_, part) = fits(8.0, band, noise, Terms::Abc).unsteady().next().unwrap();
-            assert!(part > UNSTEADY, "{band:?}: {part}");
+            assert!(part > PLATEAU_LIMIT, "{band:?}: {part}");
         }
     }
 

@@ -1,6 +1,6 @@
 //! Processes the hits of one DOF into its mass lines, in steps between which other work can be done.
 //!
-//! A record is processed with [`HitInHand`]: the force and then each response are added to the averaged
+//! A record is processed with [`HitAverager`]: the force and then each response are added to the averaged
 //! spectra; then [`join`] compares the hit's own mass lines with those of its repeat hits. [`band_of`] and
 //! [`fit_responses`] turn the averaged spectra into the mass lines of the DOF.
 
@@ -14,8 +14,8 @@ use crate::mass_line::{
 };
 use crate::responses::Responses;
 use crate::signal::{
-    AdcProperties, Calibration, FftError, HitAnalysis, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES,
-    RealFft, RepeatHits, SPECTRUM_BINS, Samples, Spectra, Standing,
+    AdcProperties, Calibration, FftError, HitAgreement, HitAnalysis, PRE_TRIGGER_SCANS,
+    RECORD_SCANS, RESPONSES, RealFft, RepeatHits, SPECTRUM_BINS, Samples, Spectra,
 };
 
 /// The averaged spectra of one DOF, as a rig stores them.
@@ -51,7 +51,7 @@ pub struct HitMemory<'m, R> {
 /// A hit that is being averaged. The spectrum of the force and the design stay in the [`HitMemory`] until the
 /// hit is finished.
 #[derive(Clone, Debug)]
-pub struct HitInHand<R> {
+pub struct HitAverager<R> {
     analysis: HitAnalysis<R>,
     design: Result<MassLineDesign<R>, MassLineError>,
     single: Responses<R, RIG_SENSORS>,
@@ -59,7 +59,7 @@ pub struct HitInHand<R> {
     incomplete: bool,
 }
 
-impl<R: RealFft> HitInHand<R> {
+impl<R: RealFft> HitAverager<R> {
     /// Adds the force of a record to the spectra.
     ///
     /// # Errors
@@ -138,13 +138,13 @@ impl<R: RealFft> HitInHand<R> {
 }
 
 /// Compares a hit with its repeat hits by their own mass lines, and adds it to them unless it disagrees and
-/// `verdict` is to reject such hits. The caller then has to remove an [`Standing::Outlier`] from the spectra,
-/// and to start the DOF again after [`Standing::Inconsistent`].
+/// `verdict` is to reject such hits. The caller then has to remove an [`HitAgreement::Outlier`] from the spectra,
+/// and to start the DOF again after [`HitAgreement::Inconsistent`].
 pub fn join<R: RealFft>(
     repeats: &mut ScatterAccumulator<R, RIG_SENSORS>,
     single: &Responses<R, RIG_SENSORS>,
     verdict: Verdict,
-) -> Standing<R> {
+) -> HitAgreement<R> {
     let mean = repeats.mean();
     let hit = RepeatHits {
         others: u32::from(repeats.hits()),
@@ -153,7 +153,7 @@ pub fn join<R: RealFft>(
         distance_squared: (single - mean).norm_squared(),
     };
     let standing = hit.standing();
-    if standing == Standing::Agrees || verdict != Verdict::Reject {
+    if standing == HitAgreement::Agrees || verdict != Verdict::Reject {
         repeats.add(single);
     }
     standing

@@ -7,7 +7,7 @@ use super::{BlockResult, MeasuredDof, Measurement};
 use crate::calibration::block::{BlockError, BlockMass, ForceRatio, force_ratio};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::{
-    IdentifySettings, MassLines, Method, NOT_RIGID, Observations, Progress, rigid_residuals,
+    IdentifySettings, MassLines, Method, Observations, Progress, RIGIDITY_LIMIT, rigid_residuals,
 };
 use crate::layout::{RIG_SENSORS, TestSettings};
 use crate::mass_line::MassLineError;
@@ -31,7 +31,7 @@ impl<R: RealFft> Measurement<'_, R> {
             ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
         let squares = &mut self.memory.scratch[..SPECTRUM_BINS];
         let found = band_of(settings, &self.memory.spectra, squares);
-        let band = found.unwrap_or_else(TestSettings::usual_band);
+        let band = found.unwrap_or_else(TestSettings::default_band);
         let fits = fit_responses(settings, &self.memory.spectra, band, &mut self.memory.basis);
         if found.is_none() {
             self.push_diagnostic(Diagnostic::about(
@@ -93,7 +93,7 @@ impl<R: RealFft> Measurement<'_, R> {
         let residuals = self.layout.as_ref().and_then(|layout| rigid_residuals(layout, readings));
         let numbers = residuals.iter().flatten().map(|left| left.to_f32()).enumerate();
         let worst = numbers.filter(|(_, left)| left.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((sensor, left)) = worst.filter(|(_, left)| *left > NOT_RIGID as f32) {
+        if let Some((sensor, left)) = worst.filter(|(_, left)| *left > RIGIDITY_LIMIT as f32) {
             // The finding concerns the sensor and not the hit. Hitting again would not help, so it is at most
             // a warning.
             let verdict = test.policy.verdict(Code::MotionNotRigid);

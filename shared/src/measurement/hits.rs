@@ -1,6 +1,6 @@
 //! Processes scans into averaged hits: capture, grading, averaging, comparison with the repeat hits.
 
-use super::averaging::{self, HitInHand, ProcessingSettings};
+use super::averaging::{self, HitAverager, ProcessingSettings};
 use super::campaign::{Campaign, Phase};
 use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
@@ -9,7 +9,7 @@ use super::{
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Verdict;
 use crate::signal::{
-    Capture, CaptureState, FftError, HitReport, RECORD_SCANS, RealFft, Scan, Standing, Trigger,
+    Capture, CaptureState, FftError, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan, Trigger,
     grade,
 };
 use crate::units::Newtons;
@@ -24,9 +24,9 @@ pub(super) enum Task<R> {
     /// The record is complete.
     Grade { trigger: ScanIndex },
     /// The responses before `next` are averaged.
-    Average { hit: HitInHand<R>, next: usize },
+    Average { hit: HitAverager<R>, next: usize },
     /// The hit is an outlier: the responses before `next` have been removed again.
-    Withdraw { hit: HitInHand<R>, next: usize, distance: R },
+    Withdraw { hit: HitAverager<R>, next: usize, distance: R },
     /// The identification methods are running.
     Identify,
     /// The result is complete.
@@ -241,7 +241,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 let settings =
                     ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
                 let (record, spectra, memory) = self.memory.of_hit();
-                let hit = HitInHand::begin(settings, record, memory, spectra)?;
+                let hit = HitAverager::begin(settings, record, memory, spectra)?;
                 Task::Average { hit, next: 0 }
             }
         })
@@ -249,18 +249,18 @@ impl<R: RealFft> Measurement<'_, R> {
 
     /// Compares the averaged hit with its repeat hits. A hit without mass lines of its own does not
     /// contribute to the scatter.
-    fn join(&mut self, campaign: &mut Campaign, dof: usize, hit: HitInHand<R>) -> Task<R> {
+    fn join(&mut self, campaign: &mut Campaign, dof: usize, hit: HitAverager<R>) -> Task<R> {
         let verdict = self.test().policy.verdict(Code::HitInconsistent);
         let standing = match hit.mass_lines(&self.calibration) {
-            None => Standing::Agrees,
+            None => HitAgreement::Agrees,
             Some(own) => {
                 let others = self.memory.single_hits.get_or_insert_default();
                 averaging::join(others, &own, verdict)
             }
         };
         match standing {
-            Standing::Agrees => campaign.analysed(),
-            Standing::Outlier(distance) | Standing::Inconsistent(distance)
+            HitAgreement::Agrees => campaign.analysed(),
+            HitAgreement::Outlier(distance) | HitAgreement::Inconsistent(distance)
                 if verdict != Verdict::Reject =>
             {
                 let code = Code::HitInconsistent;
@@ -273,12 +273,12 @@ impl<R: RealFft> Measurement<'_, R> {
                 ));
                 campaign.analysed();
             }
-            Standing::Outlier(distance) => {
+            HitAgreement::Outlier(distance) => {
                 self.memory.spectra.remove_force(&self.memory.force);
                 return Task::Withdraw { hit, next: 0, distance };
             }
             // The DOF starts again with the next hit.
-            Standing::Inconsistent(distance) => {
+            HitAgreement::Inconsistent(distance) => {
                 campaign.drop_inconsistent_pair();
                 self.averaged = None;
                 self.withdraw(Code::HitsDisagree, dof, distance);

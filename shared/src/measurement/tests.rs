@@ -67,19 +67,19 @@ fn nothing_else_begins_while_something_is_measured() {
     let mut memory = memory();
     let mut rig = measurement(&mut memory);
     rig.set_stream(true).unwrap();
-    assert_eq!(rig.start(Start::USUAL, false, true), Err(StartError::WrongPhase));
+    assert_eq!(rig.start(Start::DEFAULT, false, true), Err(StartError::WrongPhase));
     assert_eq!(rig.take_reading(), Err(CommandError::WrongPhase));
     assert_eq!(rig.begin_change(), Err(StartError::WrongPhase));
     rig.set_stream(false).unwrap();
     rig.begin_change().unwrap();
-    assert_eq!(rig.start(Start::USUAL, false, true), Err(StartError::Busy));
+    assert_eq!(rig.start(Start::DEFAULT, false, true), Err(StartError::Busy));
     assert_eq!(rig.set_stream(true), Err(CommandError::WrongPhase));
     rig.end_change();
-    assert_eq!(rig.start(Start::USUAL, false, false), Err(StartError::NoRoom));
-    rig.start(Start::USUAL, false, true).unwrap();
+    assert_eq!(rig.start(Start::DEFAULT, false, false), Err(StartError::NoRoom));
+    rig.start(Start::DEFAULT, false, true).unwrap();
     assert_eq!(rig.take_reading(), Err(CommandError::WrongPhase));
     assert_eq!(rig.set_stream(true), Err(CommandError::WrongPhase));
-    assert_eq!(rig.start(Start::USUAL, false, true), Err(StartError::WrongPhase));
+    assert_eq!(rig.start(Start::DEFAULT, false, true), Err(StartError::WrongPhase));
     rig.command(Command::Abort).unwrap();
     assert_eq!((rig.phase(), rig.next_action()), (Phase::Idle, NextAction::Wait));
     rig.take_reading().unwrap();
@@ -108,7 +108,7 @@ fn a_reading_fills_the_record_and_a_converter_that_stops_ends_it() {
 fn a_campaign_goes_from_scans_to_a_result_to_be_kept() {
     let mut memory = memory();
     let mut rig = measurement(&mut memory);
-    rig.start(Start::USUAL, false, true).unwrap();
+    rig.start(Start::DEFAULT, false, true).unwrap();
     assert_eq!(drive(&mut rig), NextAction::Store);
     // Two hits at each of three DOFs, none of them rejected.
     assert_eq!((rig.hits(), rig.counts().triggers, rig.campaign().unwrap().rejected()), (6, 6, 0));
@@ -126,7 +126,7 @@ fn a_campaign_goes_from_scans_to_a_result_to_be_kept() {
 fn scans_lost_after_the_trigger_reject_the_hit_and_before_it_only_arm_again() {
     let mut memory = memory();
     let mut rig = measurement(&mut memory);
-    rig.start(Start::USUAL, false, true).unwrap();
+    rig.start(Start::DEFAULT, false, true).unwrap();
     rig.sampling_started();
     rig.feed(ScanIndex(0), &scans(0, 100));
     rig.lost(3);
@@ -147,7 +147,7 @@ fn scans_lost_after_the_trigger_reject_the_hit_and_before_it_only_arm_again() {
 fn a_gap_that_nobody_reports_aborts_the_hit_and_the_next_one_counts() {
     let mut memory = memory();
     let mut rig = measurement(&mut memory);
-    rig.start(Start::USUAL, false, true).unwrap();
+    rig.start(Start::DEFAULT, false, true).unwrap();
     rig.sampling_started();
     rig.feed(ScanIndex(0), &scans(0, 300));
     rig.feed(ScanIndex(340), &scans(340, 20));
@@ -164,7 +164,7 @@ fn a_gap_that_nobody_reports_aborts_the_hit_and_the_next_one_counts() {
 fn a_sampler_that_starts_after_the_campaign_was_interrupted_wakes_nothing() {
     let mut memory = memory();
     let mut rig = measurement(&mut memory);
-    rig.start(Start::USUAL, false, true).unwrap();
+    rig.start(Start::DEFAULT, false, true).unwrap();
     rig.command(Command::Pause).unwrap();
     rig.sampling_started();
     assert_eq!(
@@ -206,7 +206,7 @@ fn a_finished_dof_whose_mass_lines_are_lost_is_measured_again() {
     let mut rig = measurement(&mut memory);
     let done = DofProgress { accepted: 2, outcome: Outcome::Complete };
     let dofs = [done, done, DofProgress::OPEN].into_iter().collect();
-    let progress = CampaignProgress { start: Start::USUAL, dofs, wanted: 2, rejected: 0 };
+    let progress = CampaignProgress { start: Start::DEFAULT, dofs, wanted: 2, rejected: 0 };
     let layout = bar_layout();
     let of = |index: usize| {
         let accelerance = layout.accelerance(&bar_body(), index).unwrap();

@@ -110,7 +110,7 @@ impl<R: RealFft> HitAnalysis<R> {
         Self { lag, ..self }
     }
 
-    /// Spacing of the lines of a transform of `points` samples, Hz.
+    /// Spacing of the bins of a transform of `points` samples, Hz.
     pub fn resolution(&self, points: usize) -> R {
         self.rate / R::of(points as f64)
     }

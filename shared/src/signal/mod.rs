@@ -24,7 +24,7 @@ pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMME
 pub use fft::{FftError, RealFft};
 pub use grade::{ChannelRange, HitGrader, HitReport, grade};
 pub use record::Record;
-pub use repeat_hits::{RepeatHits, Standing};
+pub use repeat_hits::{HitAgreement, RepeatHits};
 pub use rest_statistics::RestStatistics;
 pub use samples::Samples;
 pub use spectra::{Spectra, bins_of_band};

@@ -26,7 +26,7 @@ const FEWEST_FOR_SCATTER: u32 = 3;
 /// A hit compared with the others at its DOF.
 ///
 /// ```
-/// # use massline_shared::signal::{RepeatHits, Standing};
+/// # use massline_shared::signal::{RepeatHits, HitAgreement};
 /// // Four hits that scatter by 5 %, and a fifth at 10 % or 40 % of their mean.
 /// let others = RepeatHits {
 ///     others: 4,
@@ -34,10 +34,10 @@ const FEWEST_FOR_SCATTER: u32 = 3;
 ///     scatter_squared: 3.0 * 0.05 * 0.05,
 ///     distance_squared: 0.1 * 0.1,
 /// };
-/// assert_eq!(others.standing(), Standing::Agrees);
+/// assert_eq!(others.standing(), HitAgreement::Agrees);
 /// let stray = RepeatHits { distance_squared: 0.4 * 0.4, ..others };
 /// assert!((stray.limit() - 0.2).abs() < 1e-12);
-/// assert_ne!(stray.standing(), Standing::Agrees);
+/// assert_ne!(stray.standing(), HitAgreement::Agrees);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RepeatHits<R> {
@@ -53,7 +53,7 @@ pub struct RepeatHits<R> {
 
 /// Result of comparing a hit with the others at its DOF.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Standing<R> {
+pub enum HitAgreement<R> {
     /// The hit agrees with the others, or there are none.
     Agrees,
     /// The hit has this relative distance from several others: it is the outlier.
@@ -85,11 +85,11 @@ impl<R: Real> RepeatHits<R> {
     }
 
     /// Result of the comparison; a hit without a distance agrees.
-    pub fn standing(&self) -> Standing<R> {
+    pub fn standing(&self) -> HitAgreement<R> {
         match self.distance().filter(|&distance| distance > self.limit()) {
-            None => Standing::Agrees,
-            Some(distance) if self.others > 1 => Standing::Outlier(distance),
-            Some(distance) => Standing::Inconsistent(distance),
+            None => HitAgreement::Agrees,
+            Some(distance) if self.others > 1 => HitAgreement::Outlier(distance),
+            Some(distance) => HitAgreement::Inconsistent(distance),
         }
     }
 }
@@ -126,17 +126,17 @@ mod tests {
 
     #[test]
     fn one_against_one_tells_less_than_one_against_several() {
-        assert_eq!(hit(0, 0.0, 0.9).standing(), Standing::Agrees);
-        assert_eq!(hit(1, 0.0, 0.5).standing(), Standing::Agrees);
-        assert!(matches!(hit(1, 0.0, 0.7).standing(), Standing::Inconsistent(_)));
-        assert!(matches!(hit(2, 0.01, 0.7).standing(), Standing::Outlier(_)));
-        assert!(matches!(hit(4, 0.01, 0.2).standing(), Standing::Outlier(_)));
-        assert_eq!(hit(4, 0.1, 0.2).standing(), Standing::Agrees);
+        assert_eq!(hit(0, 0.0, 0.9).standing(), HitAgreement::Agrees);
+        assert_eq!(hit(1, 0.0, 0.5).standing(), HitAgreement::Agrees);
+        assert!(matches!(hit(1, 0.0, 0.7).standing(), HitAgreement::Inconsistent(_)));
+        assert!(matches!(hit(2, 0.01, 0.7).standing(), HitAgreement::Outlier(_)));
+        assert!(matches!(hit(4, 0.01, 0.2).standing(), HitAgreement::Outlier(_)));
+        assert_eq!(hit(4, 0.1, 0.2).standing(), HitAgreement::Agrees);
     }
 
     #[test]
     fn nothing_speaks_against_a_hit_whose_distance_is_no_number() {
         let nothing = RepeatHits { mean_squared: 0.0, ..hit(4, 0.0, 0.0) };
-        assert_eq!((nothing.distance(), nothing.standing()), (None, Standing::Agrees));
+        assert_eq!((nothing.distance(), nothing.standing()), (None, HitAgreement::Agrees));
     }
 }

@@ -3,11 +3,11 @@
 
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
-use massline_shared::identify::MassLines;
 use massline_shared::identify::inertia_restraint::{self, ReferencePoint};
 use massline_shared::identify::maximum_likelihood::{
     Start, bound, readings_covariance, solve, workspace,
 };
+use massline_shared::identify::{HALF_WIDTH_95, MassLines};
 use massline_shared::layout::{HitUncertainty, Prior, SensorUncertainty};
 use nalgebra::SVector;
 
@@ -89,7 +89,7 @@ fn answer<R: Real>(
     check.numbers("sd", sigma.as_slice());
     let mut interval = heapless::Vec::<R, 20>::new();
     for (value, sigma) in theta.iter().zip(sigma.iter()) {
-        let half = *sigma * R::of(1.959_963_985);
+        let half = *sigma * R::of(HALF_WIDTH_95);
         interval.extend_from_slice(&[*value - half, *value + half]).ok()?;
     }
     check.numbers("ci95", &interval);

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
-use massline::campaign::{Begin, Ending, Observer, begin, follow};
+use massline::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow};
 use massline::client::{Client, SerialTransport};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
@@ -27,9 +27,10 @@ pub fn measure(elf: &Path, checkout: &Path) -> anyhow::Result<u64> {
     client.put_layout(&layout)?;
     let calibration = client.calibration()?;
     client.put_calibration(&calibration)?;
-    begin(&mut client, Begin::default())?;
+    begin(&mut client, StartOptions::default())?;
     let mut operator = Operator(rig.feed(Box::new(source)));
-    let Ending::Done(number) = follow(&mut client, &Interrupt::new(), Some(LATE), &mut operator)?
+    let CampaignOutcome::Done(number) =
+        follow(&mut client, &Interrupt::new(), Some(LATE), &mut operator)?
     else {
         bail!("the campaign ended without a result");
     };

@@ -17,7 +17,7 @@ use embassy_stm32::{Peri, bind_interrupts};
 use massline_cortex_m::sampler::{
     Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared, Transfer,
 };
-use massline_cortex_m::supply::{self, Noted};
+use massline_cortex_m::supply::{self, FactoryReading};
 use massline_firmware::scan_ring::HalfFlags;
 
 use super::registers;
@@ -81,7 +81,7 @@ pub fn sampler(parts: Parts) -> AdcSampler {
     let plan = Plan {
         adc: properties(supply::REFERENCE),
         decimation: DECIMATION,
-        sentinel: (Sentinel::Reference(Noted::new(noted_code())), SENTINEL),
+        sentinel: (Sentinel::Reference(FactoryReading::new(noted_code())), SENTINEL),
     };
     RingSampler::new(TimedAdc::new(parts), &SHARED, plan)
 }

@@ -20,7 +20,7 @@ use massline_cortex_m::sampler::{
     Converter, Plan, RawBuffer, RingSampler, Sentinel, Shared, Transfer,
 };
 use massline_cortex_m::sequence::{Input, sequence};
-use massline_cortex_m::supply::{self, Noted};
+use massline_cortex_m::supply::{self, FactoryReading};
 use massline_firmware::scan_ring::HalfFlags;
 
 use crate::plan::{
@@ -80,7 +80,7 @@ pub type Channels = (
 /// The reference's reading at 3.3 V, converted from the manufacturer's at 3.0 V.
 pub fn noted_code() -> u16 {
     // SAFETY: the address is a word of system memory that is always readable.
-    Noted::code_at_three_volts(unsafe { VREFINT_CAL.read_volatile() })
+    FactoryReading::code_at_three_volts(unsafe { VREFINT_CAL.read_volatile() })
 }
 
 /// Creates the sampler, halted.
@@ -88,7 +88,7 @@ pub fn sampler(parts: Parts) -> AdcSampler {
     let plan = Plan {
         adc: properties(supply::REFERENCE),
         decimation: DECIMATION,
-        sentinel: (Sentinel::Reference(Noted::new(noted_code())), SENTINEL),
+        sentinel: (Sentinel::Reference(FactoryReading::new(noted_code())), SENTINEL),
     };
     RingSampler::new(PairedAdcs::new(parts), &SHARED, plan)
 }

@@ -16,7 +16,7 @@ use massline_cortex_m::boot::ResetFlags;
 use massline_cortex_m::flash::Window;
 use massline_cortex_m::panel::Wiring;
 use massline_cortex_m::rig::{self, Rig};
-use massline_cortex_m::twin::{TwinLink, Used};
+use massline_cortex_m::twin::{ActiveLink, TwinLink};
 use static_cell::StaticCell;
 use watchdog::Watchdog;
 
@@ -63,7 +63,7 @@ async fn run(parts: Parts) {
 
 /// Initialises the chip. To be called once.
 pub fn parts() -> Parts {
-    static USED: Used = Used::new();
+    static USED: ActiveLink = ActiveLink::new();
     let info = rig::info(NAME, reset_flags());
     let p = embassy_stm32::init(clocks());
     let serial = serial::open(serial::Parts {

@@ -103,7 +103,7 @@ struct BenchFile {
     #[serde(default)]
     title: String,
     #[serde(default = "standard_gravity")]
-    gravity_m_s2: [f64; 3],
+    gravity_m_per_s2: [f64; 3],
     #[serde(default)]
     mounting: u16,
     body: Option<BodyTable>,
@@ -149,8 +149,8 @@ fn one_percent() -> f64 {
 pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     let at = Located::parse(text, name)?;
     let file: BenchFile = at.deserialize()?;
-    for g in file.gravity_m_s2 {
-        at.within(g, &(-MOST_GRAVITY..=MOST_GRAVITY), "gravity_m_s2")?;
+    for g in file.gravity_m_per_s2 {
+        at.within(g, &(-MOST_GRAVITY..=MOST_GRAVITY), "gravity_m_per_s2")?;
     }
     for (section, problem) in [
         ("sensor", file.sensor.problem()),
@@ -180,7 +180,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
     };
     let bench = Bench {
         title: file.title,
-        gravity: file.gravity_m_s2.into(),
+        gravity: file.gravity_m_per_s2.into(),
         body,
         suspension: match file.suspension {
             Some(table) => suspension_of(table, &at)?,

@@ -23,7 +23,7 @@ const FORCE: RangeInclusive<f64> = 1e-3..=1e6;
 const SHARE: RangeInclusive<f64> = 0.0..=1.0;
 
 /// Cutoff of the output filter of the ADXL326, from 32 kΩ and 10 nF, Hz.
-const RC_CUTOFF_HZ: f64 = 497.359_197;
+const RC_CUTOFF_HZ: f64 = Calibration::RC_CUTOFF.0;
 
 /// `[sensor]`: the triaxial accelerometers, all of one type; errors with a `sigma` are drawn once per
 /// test.

@@ -47,8 +47,8 @@ const GRAZE_N: f64 = 2.0;
 /// Time from that contact to the strike, s: within the scans before the trigger.
 const GRAZE_S: f64 = 0.012;
 /// Force of a hammer that stays on the object, as a share of the peak, and its duration, s.
-const LEAN: f64 = 0.3;
-const LEAN_S: f64 = 2.0;
+const SUSTAINED_SHARE: f64 = 0.3;
+const SUSTAINED_S: f64 = 2.0;
 /// Factor by which a soft tip lengthens the contact.
 const SOFT: f64 = 5.0;
 /// Distance of a misplaced tap from its mark, m.
@@ -137,7 +137,14 @@ impl Tap {
                 vec![graze, Contact { start: contact.start + GRAZE_S, ..contact }]
             }
             TapKind::SustainedContact => {
-                vec![contact, Contact { duration: LEAN_S, peak: LEAN * contact.peak, ..contact }]
+                vec![
+                    contact,
+                    Contact {
+                        duration: SUSTAINED_S,
+                        peak: SUSTAINED_SHARE * contact.peak,
+                        ..contact
+                    },
+                ]
             }
             TapKind::Soft => vec![Contact { duration: SOFT * contact.duration, ..contact }],
             _ => vec![contact],

@@ -18,8 +18,8 @@ pub(super) fn block_mass<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>)
     // The decimal point comes before the last digit.
     let column = digit + i32::from(digit + 1 == i32::from(DIGITS));
     canvas.fill(10 + 10 * column, top(2), 9, 2);
-    canvas.line(3, "Next: count  OK: on");
-    canvas.line(4, "(with what is on it)");
+    canvas.line(3, "Next: +1  OK: confirm");
+    canvas.line(4, "incl. glued sensors");
 }
 
 /// A calibration in progress.
@@ -74,12 +74,12 @@ fn proposed<D: Screen>(canvas: &mut Canvas<'_, D>, proposal: &Proposal) {
             canvas.pair(0, "force was x", &fixed(ratio, 4));
             canvas.pair(1, "\u{b1} hammer", &percent(proposal.sigma.hammer_gain));
             canvas
-                .line(2, if proposal.sound { "directions agree" } else { "NOT ALIKE: hit anew?" });
+                .line(2, if proposal.sound { "directions agree" } else { "DISAGREE: hit again?" });
         }
         None => {
             canvas.pair(0, "\u{b1} gains", &percent(proposal.sigma.gain));
             canvas.pair(1, "\u{b1} cross axis", &percent(proposal.sigma.cross_axis));
-            canvas.line(2, if proposal.sound { "positions level" } else { "NOT LEVEL: do anew?" });
+            canvas.line(2, if proposal.sound { "positions level" } else { "NOT LEVEL: repeat?" });
         }
     }
     canvas.line(3, "OK: keep");

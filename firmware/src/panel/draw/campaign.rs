@@ -74,9 +74,9 @@ fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let number = model.dof.map_or(0, |(index, _)| index + 1);
     canvas.text(0, 33, &text(format_args!("place {number}/{}", model.dofs)));
     canvas.text(0, 42, &text(format_args!("hit {}/{}", next_hit(model), model.wanted)));
-    let in_hand = model.dof.map(|(index, _)| usize::from(index));
+    let current = model.dof.map(|(index, _)| usize::from(index));
     if let Some(layout) = view.layout {
-        sketch::draw(canvas, layout, in_hand, SKETCH.0, SKETCH.1);
+        sketch::draw(canvas, layout, current, SKETCH.0, SKETCH.1);
     }
 }
 

@@ -89,7 +89,7 @@ pub(super) fn about<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             let hash = info.git_hash.get(..12).unwrap_or(info.git_hash);
             canvas.pair(1, "git", &text(format_args!("{hash}{dirty}")));
             canvas.pair(2, "board", info.name);
-            canvas.pair(3, "started by", words::of_boot(info.boot_reason));
+            canvas.pair(3, "started by", info.boot_reason.name());
             let seconds = stats.uptime_ms / 1000;
             let (hours, minutes) = (seconds / 3600, seconds / 60 % 60);
             canvas.pair(4, "up", &text(format_args!("{hours}:{minutes:02}:{:02}", seconds % 60)));

@@ -143,7 +143,7 @@ fn limits<D: Screen>(canvas: &mut Canvas<'_, D>, answer: &Estimate<f32>, pages: 
     match answer.consistency {
         Some(consistency) => {
             let rejected = consistency.rejects_budget();
-            let verdict = if rejected { "errors too large" } else { "errors as stated" };
+            let verdict = if rejected { "residuals too large" } else { "residuals as expected" };
             canvas.line(1, verdict);
             let chi = fitting(consistency.chi_squared, 1, 6);
             canvas.format(2, format_args!("chi\u{b2} {chi} of {}", consistency.degrees_of_freedom));

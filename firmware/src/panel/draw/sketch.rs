@@ -71,11 +71,11 @@ fn pixels(x: f32, y: f32) -> Point {
     Point::new(near(x), near(y))
 }
 
-/// Draws the layout into a box, with an arrow at the hit `in_hand`.
+/// Draws the layout into a box, with an arrow at the hit `current`.
 pub(super) fn draw<D: Screen>(
     canvas: &mut Canvas<'_, D>,
     layout: &RigLayout,
-    in_hand: Option<usize>,
+    current: Option<usize>,
     at: Point,
     size: Size,
 ) {
@@ -90,7 +90,7 @@ pub(super) fn draw<D: Screen>(
         let Point { x, y } = frame.pixel(place);
         canvas.fill(x - 1, y - 1, 3, 3);
     }
-    let Some(hit) = in_hand.and_then(|index| layout.hits.get(index)) else { return };
+    let Some(hit) = current.and_then(|index| layout.hits.get(index)) else { return };
     arrow(canvas, frame.pixel(seen(hit.position)), seen(hit.direction));
 }
 
@@ -158,10 +158,10 @@ mod tests {
         ];
         for places in places {
             for direction in [[0.0; 3], [1.0, 1.0, 1.0], [f32::NAN; 3], [0.0, 0.0, -1.0]] {
-                for in_hand in [None, Some(0), Some(99)] {
+                for current in [None, Some(0), Some(99)] {
                     let layout = layout(places, direction);
                     let canvas = &mut Canvas(&mut screen());
-                    draw(canvas, &layout, in_hand, Point::zero(), SIDE);
+                    draw(canvas, &layout, current, Point::zero(), SIDE);
                 }
             }
         }

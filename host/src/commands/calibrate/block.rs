@@ -9,12 +9,12 @@ use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::RigLayout;
 
-use super::rig::{OnBlock, RigArgs};
+use super::rig::{BlockRig, RigArgs};
 use super::{OriginArgs, report, store};
 use crate::calibration::block::{Block, hits_of};
 use crate::calibration::cutoffs::cutoffs;
 use crate::calibration::verify::{Verdict, drifts};
-use crate::campaign::{Begin, Begun, Ending, begin};
+use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::commands::measure::{fits, make_room, paused};
 use crate::commands::{show, simulated::narrow};
 use crate::error::{Error, Result};
@@ -75,8 +75,8 @@ pub struct Args {
 /// Arguments of `massline calibrate verify`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A block test with few hits, compared with what the rig keeps. Exit 0 when every channel is within the
-tolerance, 3 when one has drifted or the hits scatter too much to say.
+A block test with few hits, compared with what the rig keeps. Exit 0 when every channel is within
+the tolerance, 3 when one has drifted or the hits scatter too much to say.
 
 Examples:
   massline calibrate verify --mass 2.000
@@ -99,7 +99,7 @@ pub struct VerifyArgs {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let origin = args.origin.origin()?;
     let test = args.block.test(args.hits)?;
-    let mut rig = args.block.rig.on_block(&test.file.layout)?;
+    let mut rig = args.block.rig.block_rig(&test.file.layout)?;
     let before = rig.client.calibration()?;
     let found = test.run(&mut rig, &before, output)?;
     let mut record = before;
@@ -110,8 +110,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     if let Some(hammer) = found.hammer.filter(|hammer| !hammer.is_consistent()) {
         output.warn(format!(
-            "the directions disagree by {:.2} %: a sensor is not what its tumble test says, or hits \
-             do not pass the centre of mass",
+            "the directions disagree by {:.2} %: a sensor has changed since its tumble test, or some \
+             hits missed the centre of mass",
             100.0 * hammer.departure.0,
         ));
     }
@@ -130,7 +130,7 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
         return Err(Error::input("tolerance_out_of_range", "--tolerance must lie between 0 and 1"));
     }
     let test = args.block.test(Some(args.hits))?;
-    let mut rig = args.block.rig.on_block(&test.file.layout)?;
+    let mut rig = args.block.rig.block_rig(&test.file.layout)?;
     let record = rig.client.calibration()?;
     let from_data_sheets = record.method == CalibrationMethod::DataSheet;
     if from_data_sheets {
@@ -213,7 +213,7 @@ impl BlockTest {
     /// When the rig refuses or is stuck, the user interrupts, or the hits do not determine a calibration.
     pub fn run(
         &self,
-        rig: &mut OnBlock,
+        rig: &mut BlockRig,
         record: &CalibrationRecord,
         output: &mut Output,
     ) -> Result<Block> {
@@ -221,23 +221,23 @@ impl BlockTest {
         make_room(&mut rig.client, &self.layout, self.restart)?;
         rig.client.put_layout(&self.layout)?;
         // A hit that waits for a verdict leaves time to read the spectra of the DOF before it.
-        let how = Begin {
+        let how = StartOptions {
             block_mass: Some(self.mass.mass as f32),
             confirm: true,
             restart: self.restart,
-            ..Begin::default()
+            ..StartOptions::default()
         };
         match begin(&mut rig.client, how)? {
-            Begun::Started => {}
-            Begun::Resumed => output.note("resuming the interrupted block test"),
-            Begun::Joined => output.note("joins the block test that is under way"),
+            StartOutcome::Started => {}
+            StartOutcome::Resumed => output.note("resuming the interrupted block test"),
+            StartOutcome::Joined => output.note("joins the block test that is under way"),
         }
         let mut collection = SpectraCollection::default();
         let result = match rig.follow(&self.layout, &mut collection, output)? {
-            Ending::Done(number) => rig.client.result(number)?,
-            Ending::Stopped(status) => return Err(show::stopped(&status)),
-            Ending::Paused(status) => return Err(paused(&status)),
-            Ending::Aborted => {
+            CampaignOutcome::Done(number) => rig.client.result(number)?,
+            CampaignOutcome::Stopped(status) => return Err(show::stopped(&status)),
+            CampaignOutcome::Paused(status) => return Err(paused(&status)),
+            CampaignOutcome::Aborted => {
                 return Err(Error::interrupted("the block test was aborted; nothing has changed"));
             }
         };

@@ -8,7 +8,7 @@ use massline_virtual::bench::{Bench, TumbleSource};
 use serde_json::json;
 
 use super::block::{BlockTest, LAYOUT};
-use super::rig::{InHand, OnBlock};
+use super::rig::{BlockRig, TumbleRig};
 use super::{report, store, tumble};
 use crate::calibration::tumble::TumbleFile;
 use crate::commands::bench_test::{BenchTest, nominal_calibration};
@@ -23,8 +23,8 @@ use crate::rig::RigKind;
 /// Arguments of `massline calibrate demo`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Sensors and hammer out of the box, 5 % and 2 % beside their data sheets (1 σ): a tumble test, a block of
-2 kg, and the four tests of `massline demo` with the data sheets and with the calibration.
+Uncalibrated sensors and hammer, off from their data sheets by 5 % and 2 % (1 σ): a tumble test, a
+block of 2 kg, and the four tests of `massline demo` with the data sheets and with the calibration.
 
 Examples:
   massline calibrate demo
@@ -89,7 +89,7 @@ pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
         .map_err(|e| Error::internal("no_temporary_file", format!("no temporary folder: {e}")))?;
     let flash = directory.path().join("flash.bin");
     let mut record = {
-        let mut rig = InHand::on_bench(&bench, file.layout.sensors.len(), seed, Some(&flash))?;
+        let mut rig = TumbleRig::on_bench(&bench, file.layout.sensors.len(), seed, Some(&flash))?;
         let mut readings = TumbleFile::new(&directory.path().join("tumble.toml"));
         tumble::take(&mut rig, &mut readings, &limits, output)?;
         let mut record = CalibrationRecord::from(nominal_calibration(&bench));
@@ -99,7 +99,7 @@ pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
         store(&mut rig.client, &record)?;
         record
     };
-    let mut rig = OnBlock::on_bench(&bench, &file.layout, seed, Some(&flash))?;
+    let mut rig = BlockRig::on_bench(&bench, &file.layout, seed, Some(&flash))?;
     let mass = BlockMass { mass: bench.truth().mass, sigma: 0.001 };
     let layout = narrow(&file.layout)?;
     let test = BlockTest { file, layout, mass, restart: false };

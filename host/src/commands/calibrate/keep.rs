@@ -47,7 +47,7 @@ pub struct PushArgs {
 /// # Errors
 /// When the rig cannot be reached.
 pub fn show(args: &ShowArgs, output: &mut Output) -> Result<()> {
-    let record = args.rig.in_hand()?.client.calibration()?;
+    let record = args.rig.tumble_rig()?.client.calibration()?;
     output.answer(&report::record_json(&record), |_| report::record_text(&record))
 }
 
@@ -59,7 +59,7 @@ pub fn pull(args: &PullArgs, output: &mut Output) -> Result<()> {
     let path = args.file.display();
     let mut file = std::fs::File::create_new(&args.file)
         .map_err(|e| Error::input("cannot_write", format!("{path} cannot be written: {e}")))?;
-    let pulled = args.rig.in_hand().and_then(|mut rig| Ok(rig.client.calibration()?));
+    let pulled = args.rig.tumble_rig().and_then(|mut rig| Ok(rig.client.calibration()?));
     let record = match pulled {
         Ok(record) => record,
         Err(error) => {
@@ -79,7 +79,7 @@ pub fn pull(args: &PullArgs, output: &mut Output) -> Result<()> {
 /// When the file is bad, or the rig cannot be reached or refuses.
 pub fn push(args: &PushArgs, output: &mut Output) -> Result<()> {
     let record: CalibrationRecord = CalibrationFile::read(&args.file)?.record;
-    let mut rig = args.rig.in_hand()?;
+    let mut rig = args.rig.tumble_rig()?;
     store(&mut rig.client, &record)?;
     output.answer(&report::record_json(&record), |_| report::record_text(&record))
 }

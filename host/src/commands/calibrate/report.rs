@@ -9,7 +9,7 @@ use nalgebra::Matrix3;
 use serde_json::{Value, json};
 
 use crate::calibration::block::Block;
-use crate::calibration::cutoffs::{FoundCutoff, NoCutoff, RcCutoff};
+use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
 use crate::calibration::verify::Drift;
 use crate::output;
 
@@ -118,7 +118,7 @@ pub(super) fn tumble_json(found: &Tumble<f64>) -> Value {
 pub(super) fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord) -> String {
     let tilts = found.sensors.iter().map(|s| format!("{:.1}", 1e3 * s.tilt)).collect::<Vec<_>>();
     format!(
-        "{}\npositions tilted by {} mrad rms; the hammer is the next: massline calibrate block",
+        "{}\npositions tilted by {} mrad rms; next, calibrate the hammer: massline calibrate block",
         record_text(record),
         tilts.join(", "),
     )
@@ -155,7 +155,7 @@ fn cutoff_json(cutoff: &RcCutoff) -> Value {
         "sigma_hz": found.map(|found| found.sigma_hz),
         "before_hz": cutoff.before_hz,
         "verdict": cutoff.verdict(),
-        "reason": cutoff.found.err().map(NoCutoff::name),
+        "reason": cutoff.found.err().map(CutoffError::name),
     })
 }
 
@@ -163,7 +163,7 @@ fn cutoff_json(cutoff: &RcCutoff) -> Value {
 fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
     let mut table = output::table();
     table.set_header(["sensor", "axis", "RC before, Hz", "measured, Hz", "± sd", "verdict"]);
-    let mut reasons: Vec<(NoCutoff, String)> = Vec::new();
+    let mut reasons: Vec<(CutoffError, String)> = Vec::new();
     for cutoff in cutoffs {
         let axis = AXES[cutoff.axis];
         if let Err(reason) = cutoff.found {
@@ -191,7 +191,7 @@ fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
         true => format!("against the hammer's, taken as {} Hz", rc(hammer)),
         false => "the hammer's is not known".into(),
     };
-    format!("RC cutoffs {against}; kept: within 3 sd of before\n{table}{reasons}")
+    format!("RC cutoffs {against}; kept means within 3 sd of the stored value\n{table}{reasons}")
 }
 
 pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {

@@ -13,7 +13,7 @@ use massline_virtual::flash::FlashBacking;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 
-use crate::campaign::{Ending, Observer, follow};
+use crate::campaign::{CampaignOutcome, Observer, follow};
 use crate::client::{Client, PipeTransport};
 use crate::commands::bench_test::bench_help;
 use crate::commands::connect::PortArgs;
@@ -65,24 +65,24 @@ impl RigArgs {
     ///
     /// # Errors
     /// When there is no rig, or the bench is bad.
-    pub fn in_hand(&self) -> Result<InHand> {
+    pub fn tumble_rig(&self) -> Result<TumbleRig> {
         let Some(Simulated::Virtual) = self.rig else {
             let (client, identity) = self.port.connect()?;
-            return Ok(InHand { client, identity, turner: Turner::Person, _rig: None });
+            return Ok(TumbleRig { client, identity, turner: Turner::Person, _rig: None });
         };
-        InHand::on_bench(&Bench::open(&self.bench)?, SENSORS, self.seed, self.flash.as_deref())
+        TumbleRig::on_bench(&Bench::open(&self.bench)?, SENSORS, self.seed, self.flash.as_deref())
     }
 
     /// Connects to the rig for a block test, in which its sensors are on the block.
     ///
     /// # Errors
     /// When there is no rig, the bench is bad, or the layout does not fit it.
-    pub fn on_block(&self, layout: &HostLayout) -> Result<OnBlock> {
+    pub fn block_rig(&self, layout: &HostLayout) -> Result<BlockRig> {
         let Some(Simulated::Virtual) = self.rig else {
             let (client, identity) = self.port.connect()?;
-            return Ok(OnBlock { client, identity, rig: None });
+            return Ok(BlockRig { client, identity, rig: None });
         };
-        OnBlock::on_bench(&Bench::open(&self.bench)?, layout, self.seed, self.flash.as_deref())
+        BlockRig::on_bench(&Bench::open(&self.bench)?, layout, self.seed, self.flash.as_deref())
     }
 }
 
@@ -103,7 +103,7 @@ fn start(
 
 /// A rig whose sensors are turned from position to position.
 #[derive(Debug)]
-pub struct InHand {
+pub struct TumbleRig {
     /// The rig.
     pub client: Client,
     /// Identity of the rig.
@@ -122,7 +122,7 @@ enum Turner {
     Bench(TumbleHandle),
 }
 
-impl InHand {
+impl TumbleRig {
     /// A virtual rig with the first `sensors` sensors of a bench; `flash` is a file, or `None` for memory.
     ///
     /// # Errors
@@ -172,7 +172,7 @@ impl InHand {
 
 /// A rig whose sensors are glued to a hanging block.
 #[derive(Debug)]
-pub struct OnBlock {
+pub struct BlockRig {
     /// The rig.
     pub client: Client,
     /// Identity of the rig.
@@ -181,7 +181,7 @@ pub struct OnBlock {
     rig: Option<VirtualRig>,
 }
 
-impl OnBlock {
+impl BlockRig {
     /// A virtual rig with the block of a bench; `flash` is a file, or `None` for memory.
     ///
     /// # Errors
@@ -206,7 +206,7 @@ impl OnBlock {
         layout: &massline_shared::layout::RigLayout,
         collection: &mut SpectraCollection,
         output: &mut Output,
-    ) -> Result<Ending> {
+    ) -> Result<CampaignOutcome> {
         if self.rig.is_none() {
             return watch(&mut self.client, layout, Some(collection), output);
         }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use massline_shared::calibration::tumble::{Position, RestVoltages, Tumble, TumbleLimits};
 
-use super::rig::{InHand, RigArgs};
+use super::rig::{RigArgs, TumbleRig};
 use super::{OriginArgs, report, store};
 use crate::calibration::tumble::{TumbleFile, check_rest};
 use crate::error::{Error, Result};
@@ -13,9 +13,9 @@ use crate::output::Output;
 /// Arguments of `massline calibrate tumble`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Fix all sensors side by side on a square block, along its edges, and put it on a level table. Each of
-its six faces comes down once. A reading takes half a second. Every reading is kept in a file until
-the calibration is stored: after Ctrl-C the same command goes on.
+Fix all sensors side by side on a square block, along its edges, and put it on a level table. Each
+of its six faces comes down once. A reading takes half a second. Every reading is kept in a file
+until the calibration is stored: after Ctrl-C the same command goes on.
 
 Examples:
   massline calibrate tumble
@@ -54,7 +54,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if args.restart {
         readings.forget();
     }
-    let mut rig = args.rig.in_hand()?;
+    let mut rig = args.rig.tumble_rig()?;
     if !readings.is_empty() {
         output.note(format!("resuming with the readings of {}", args.readings.display()));
     }
@@ -80,7 +80,10 @@ impl Args {
         if !sound {
             return Err(Error::input(
                 "gravity_out_of_range",
-                format!("--gravity {} is on no place of the earth; give it in m/s²", self.gravity),
+                format!(
+                    "--gravity {} m/s² does not occur on Earth; expected 9.7 to 9.9 m/s²",
+                    self.gravity
+                ),
             ));
         }
         Ok(TumbleLimits { gravity: self.gravity, tilt: self.tilt, ..TumbleLimits::default() })
@@ -92,7 +95,7 @@ impl Args {
 /// # Errors
 /// When the rig refuses, or the sensors of a simulated rig move.
 pub fn take(
-    rig: &mut InHand,
+    rig: &mut TumbleRig,
     readings: &mut TumbleFile,
     limits: &TumbleLimits<f64>,
     output: &mut Output,

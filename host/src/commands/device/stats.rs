@@ -37,7 +37,7 @@ impl Report<'_> {
         value.insert("firmware".into(), json!(self.identity.firmware.as_str()));
         value.insert(
             "boot_reason".into(),
-            json!(super::boot_reason(self.identity.boot_reason.into())),
+            json!(BootReason::from(self.identity.boot_reason).name()),
         );
         value.insert("last_panic".into(), json!(self.identity.last_panic.as_str()));
         let findings = self.findings();
@@ -48,7 +48,7 @@ impl Report<'_> {
 
     pub fn text(&self) -> String {
         let identity = self.identity;
-        let started = super::boot_reason(identity.boot_reason.into());
+        let started = BootReason::from(identity.boot_reason).name();
         let mut text = format!(
             "{}, firmware {}, up {}, started by {started}",
             identity.board,
@@ -111,12 +111,12 @@ impl Report<'_> {
             line("scans", scans, ""),
             line("triggers", triggers, ""),
             line("scans_lost", scans_lost, "").means(
-                "the rig did not fetch them in time. A hit that this fell into was aborted and asked \
-                 for again; the results are right. If it continues, please report it",
+                "the rig did not fetch them in time. Any hit affected was discarded and requested \
+                 again; the results are right. If it continues, please report it",
             ),
             line("overruns", self.stats.overruns, "times"),
             line("hits_aborted", self.stats.hits_aborted, "").means(
-                "scans of their records were lost: each was rejected by name and asked for again",
+                "scans of their records were lost: each of these hits was rejected and requested again",
             ),
         ]
     }
@@ -140,9 +140,9 @@ impl Report<'_> {
             line("frames_in", stats.frames_in, ""),
             line("frames_out", stats.frames_out, ""),
             line("frames_broken", stats.frames_broken, "").means(
-                "something arrived that is no message: a torn one, a bad cable, or another program \
-                 that writes to this port. They were dropped and asked for again; when it grows, try \
-                 another cable and close other programs",
+                "invalid data arrived: a damaged message, a bad cable, or another program writing to \
+                 this port. It was dropped and requested again; if the number grows, try another \
+                 cable and close other programs",
             ),
             line("bytes_dropped", self.stats.bytes_dropped, "bytes"),
             line("requests_refused", stats.requests_refused, ""),

@@ -16,10 +16,11 @@ use crate::report::{diagnostics_json, message_in};
 /// Arguments of `massline layout check`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Predicts the standard deviations of the ten properties under the error budget of [uncertainty] (the Cramér-Rao
-bound, which maximum likelihood reaches), for the body of [reference], else an assumed one. % of scale
-are % of [m, L, L, L, m L² × 6] with L the root mean square distance of the sensors from their centroid.
-Exit 3 when no method can determine all ten; a warning when only the inertia restraint method cannot.
+Predicts the standard deviations of the ten properties under the error budget of [uncertainty]
+(the Cramér-Rao bound, which maximum likelihood reaches), for the body of [reference], else an
+assumed one. % of scale are % of [m, L, L, L, m L² × 6] with L the root mean square distance of
+the sensors from their centroid. Exit 3 when no method can determine all ten; a warning when only
+the inertia restraint method cannot.
 
 Examples:
   massline layout check frame.toml

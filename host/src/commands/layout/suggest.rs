@@ -20,12 +20,12 @@ use crate::report::{diagnostics_json, message_in};
 /// Arguments of `massline layout suggest`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-The file may leave out `sensors` and `hits`. Candidates are all its [[node]]s and the directions of
-their local axes, except where a node says otherwise: `can_carry_sensor = false`, `can_hit = [\"+X\",
-\"-Z\"]`. The suggestion has the smallest sum of the ten variances over the squares of [m, L, L, L, m L² × 6]
-under the error budget of [uncertainty], for the body of [reference], else an assumed one; L is the root
-mean square distance of the nodes from their centroid. Exchange search from the file's own layout and
-several random ones; equal seeds give equal suggestions.
+The file may leave out `sensors` and `hits`. Candidates are all its [[node]]s and the directions
+of their local axes, except where a node says otherwise: `can_carry_sensor = false`, `can_hit =
+[\"+X\", \"-Z\"]`. The suggestion has the smallest sum of the ten variances over the squares of
+[m, L, L, L, m L² × 6] under the error budget of [uncertainty], for the body of [reference], else
+an assumed one; L is the root mean square distance of the nodes from their centroid. Exchange
+search from the file's own layout and several random ones; equal seeds give equal suggestions.
 
 Examples:
   massline layout suggest frame.toml

@@ -27,7 +27,7 @@ use crate::tape::{Sidecar, TapeWriter};
 /// Arguments of `massline record`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Hit the DOFs as you are told. The tape gets a sidecar of the same name with .toml. A gap in the scans
+Hit each DOF when prompted. The tape gets a sidecar of the same name with .toml. A gap in the scans
 ends the recording with exit 4; what came before it is kept.
 With the stream, hits are found in it by the trigger of [test]; with --triggered, or where the link
 is too slow, the rig runs a campaign and each good hit's record is read.

@@ -10,7 +10,7 @@ use massline_shared::signal::{
 use massline_shared::units::{Newtons, ScanIndex};
 
 use super::{Recording, scans_of};
-use crate::campaign::Steer;
+use crate::campaign::OperatorAction;
 use crate::client::{Client, Event};
 use crate::commands::keyboard::Keyboard;
 use crate::error::{Error, Result};
@@ -46,7 +46,7 @@ pub(super) fn record(
         }
         tape.prompt(output);
         let steer = match &mut keyboard {
-            Some(keyboard) => keyboard.poll(None).unwrap_or(Some(Steer::Leave)),
+            Some(keyboard) => keyboard.poll(None).unwrap_or(Some(OperatorAction::Leave)),
             None => None,
         };
         if interrupt.pressed() || steer.is_some_and(|s| tape.steer(s)) {
@@ -118,12 +118,14 @@ impl<'r> Stream<'r> {
     }
 
     /// Applies an action of the operator; true to end the recording.
-    fn steer(&mut self, steer: Steer) -> bool {
+    fn steer(&mut self, steer: OperatorAction) -> bool {
         match steer {
-            Steer::Leave | Steer::Command(CampaignCommand::Abort) => return true,
-            Steer::Command(CampaignCommand::Redo) => self.segments.truncate(self.before),
-            Steer::Command(CampaignCommand::Skip | CampaignCommand::Finish) => self.next_dof(),
-            Steer::Command(_) => {}
+            OperatorAction::Leave | OperatorAction::Command(CampaignCommand::Abort) => return true,
+            OperatorAction::Command(CampaignCommand::Redo) => self.segments.truncate(self.before),
+            OperatorAction::Command(CampaignCommand::Skip | CampaignCommand::Finish) => {
+                self.next_dof()
+            }
+            OperatorAction::Command(_) => {}
         }
         false
     }

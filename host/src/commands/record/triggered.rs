@@ -7,7 +7,7 @@ use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{PRE_TRIGGER_SCANS, Scan};
 
 use super::{Recording, scans_of};
-use crate::campaign::{Begin, Ending, Observer, Steer, begin, follow};
+use crate::campaign::{CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow};
 use crate::client::Client;
 use crate::commands::measure::judge_layout;
 use crate::commands::progress::{Progress, Prompts};
@@ -25,7 +25,7 @@ pub(super) fn record(
 ) -> Result<u32> {
     let layout = recording.layout;
     judge_layout(&client.put_layout(layout)?, layout, false, output)?;
-    begin(client, Begin { confirm: true, ..Begin::default() })?;
+    begin(client, StartOptions { confirm: true, ..StartOptions::default() })?;
     let interrupt = output.interrupt().clone();
     let progress = Progress::new(output, "hits", layout, Prompts::Hits);
     let mut recorder = Recorder { progress, recording, writer, read: 0, hits: 0 };
@@ -33,12 +33,12 @@ pub(super) fn record(
     let hits = recorder.hits;
     drop(recorder);
     match ending {
-        Ending::Done(number) => {
+        CampaignOutcome::Done(number) => {
             output.note(format!("the rig keeps the result as number {number}"));
             Ok(hits)
         }
-        Ending::Stopped(status) => Err(show::stopped(&status)),
-        Ending::Paused(_) | Ending::Aborted => {
+        CampaignOutcome::Stopped(status) => Err(show::stopped(&status)),
+        CampaignOutcome::Paused(_) | CampaignOutcome::Aborted => {
             client.command(CampaignCommand::Abort).ok();
             Err(Error::interrupted("the recording was interrupted"))
         }
@@ -84,7 +84,7 @@ impl Observer for Recorder<'_, '_> {
         self.progress.hit(hit);
     }
 
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<Steer>> {
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
         if Phase::try_from(status.phase).ok() != Some(Phase::Confirming) {
             return Ok(None);
         }
@@ -93,7 +93,7 @@ impl Observer for Recorder<'_, '_> {
             self.read = status.last_hit;
             self.hits += 1;
         }
-        Ok(Some(Steer::Command(CampaignCommand::Accept)))
+        Ok(Some(OperatorAction::Command(CampaignCommand::Accept)))
     }
 
     fn refused(&mut self, command: CampaignCommand) {

@@ -205,7 +205,7 @@ impl DfuIo for Rom {
 #[derive(Default)]
 struct Log(Vec<(Step, u64, u64)>);
 
-impl Watch for Log {
+impl ProgressObserver for Log {
     fn at(&mut self, step: Step, done: u64, of: u64) -> crate::error::Result<()> {
         self.0.push((step, done, of));
         Ok(())
@@ -283,7 +283,7 @@ fn the_flash_of_another_chip_is_not_written() {
 #[test]
 fn an_interruption_ends_the_flashing() {
     struct Stop;
-    impl Watch for Stop {
+    impl ProgressObserver for Stop {
         fn at(&mut self, _: Step, done: u64, _: u64) -> crate::error::Result<()> {
             if done > 0 { Err(Error::interrupted("stopped")) } else { Ok(()) }
         }

@@ -25,7 +25,7 @@ pub struct Start {
 
 impl Start {
     /// The default: an unknown object, and no confirmation.
-    pub const USUAL: Self = Self { object: Object::Unknown, confirm: false };
+    pub const DEFAULT: Self = Self { object: Object::Unknown, confirm: false };
 }
 
 /// A command of the operator to a campaign in progress.

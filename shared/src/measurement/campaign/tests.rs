@@ -12,7 +12,7 @@ fn hit(campaign: &mut Campaign, good: bool) {
 }
 
 fn started(dofs: usize, wanted: u8) -> Campaign {
-    Campaign::new(dofs, wanted, Start::USUAL).unwrap()
+    Campaign::new(dofs, wanted, Start::DEFAULT).unwrap()
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn of_two_hits_that_contradict_each_other_none_stays() {
 
 #[test]
 fn with_confirmation_the_operator_decides() {
-    let mut campaign = Campaign::new(1, 2, Start { confirm: true, ..Start::USUAL }).unwrap();
+    let mut campaign = Campaign::new(1, 2, Start { confirm: true, ..Start::DEFAULT }).unwrap();
     hit(&mut campaign, true);
     assert_eq!((campaign.phase(), campaign.step()), (Phase::Confirming, Step::Rest));
     campaign.command(C::Reject).unwrap();

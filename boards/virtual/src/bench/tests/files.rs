@@ -90,7 +90,7 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         ("[hammer]\nzero_v = -1e9", 2, "hammer.zero_v", "from 0 to 100"),
         ("[adc]\nrate_hz = 1e12", 2, "adc.rate_hz", "from 100 to 1000000"),
         ("[tap]\nforce_n = [1, 1e300]", 2, "tap.force_n", "<= to <= 1000000"),
-        ("gravity_m_s2 = [0, 0, -1e9]", 1, "gravity_m_s2", "from -100 to 100"),
+        ("gravity_m_per_s2 = [0, 0, -1e9]", 1, "gravity_m_per_s2", "from -100 to 100"),
         ("[hammer]\ngain_sigma 0.1", 2, "gain_sigma 0.1", "="),
         ("[body]\nmass_kg = 1", 1, "body", "all three"),
         (

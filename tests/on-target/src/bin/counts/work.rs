@@ -72,7 +72,7 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     layout.test.hits_per_dof = 1;
     let truth = accelerance(&layout, &body(), 0);
     rig.set_layout(layout);
-    assert!(rig.start(campaign::Start::USUAL, false, true).is_ok());
+    assert!(rig.start(campaign::Start::DEFAULT, false, true).is_ok());
     rig.sampling_started();
     for (index, scan) in (0..).zip(hit(&truth)) {
         rig.feed(ScanIndex(index), &[scan]);

@@ -8,7 +8,7 @@
 //! | `results` | the rig: its estimates with its diagnostics |
 //! | `diagnostics` | the rig; an entry with `"found_by": "host"` is the host's |
 //! | `not_applicable` | the methods without an answer by the rig, and why; `found_by` is `host` where the host found the reason [^1] |
-//! | `host` | the host: `results`, `not_applicable`, `details`, `diagnostics`, `mistakes` |
+//! | `host` | the host: `results`, `not_applicable`, `details`, `diagnostics`, `single_faults` |
 //! | `details`, `single_faults` | the host, same contents as under `host` |
 //!
 //! [^1]: A rig does not store to which method a reason belongs. The host's reason is given where the host
@@ -32,7 +32,7 @@ const HEADING: &str = "solved again here, in double precision";
 
 /// The host's findings from the mass lines of a rig's result.
 #[derive(Clone, Debug)]
-pub struct SolvedAgain<'a> {
+pub struct HostSolution<'a> {
     /// The estimates, and the nuisance parameters of the fit.
     pub identification: Identification,
     /// The search for a single mistake that explains the data, where one was done.
@@ -58,7 +58,7 @@ impl FoundBy {
     }
 }
 
-impl<'a> SolvedAgain<'a> {
+impl<'a> HostSolution<'a> {
     /// Solves the mass lines of a result with the layout of its measurement.
     pub fn new(
         result: &'a MeasurementResult,
@@ -103,11 +103,11 @@ impl<'a> SolvedAgain<'a> {
             "results": identification.results_json(),
             "not_applicable": identification.not_applicable_json(layout),
             "details": identification.details_json(layout),
-            "mistakes": null,
+            "single_faults": null,
         });
         if let Some(examination) = &self.examination {
-            host["mistakes"] = examination.to_json(layout);
-            value["single_faults"] = marked(host["mistakes"].clone(), FoundBy::Host);
+            host["single_faults"] = examination.to_json(layout);
+            value["single_faults"] = marked(host["single_faults"].clone(), FoundBy::Host);
             let found = examination.diagnostics_json(layout);
             all.extend(found.iter().cloned());
             new.extend(found);
@@ -140,7 +140,7 @@ impl<'a> SolvedAgain<'a> {
                 None => text += &format!("the rig has no such answer:\n{}", table(estimate, None)),
             }
         }
-        text += &self.identification.found_out_text(self.layout);
+        text += &self.identification.nuisance_text(self.layout);
         if let Some(examination) = &self.examination {
             text += &examination.to_text(self.layout);
         }
