@@ -12,7 +12,9 @@ use crate::error::Error;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ClientError {
     /// The port cannot be opened.
-    #[error("{port} does not open: {reason}")]
+    #[error(
+        "{port} does not open as a serial port: {reason}; `massline device list` shows the ports"
+    )]
     NotOpened {
         /// Path of the port.
         port: String,
