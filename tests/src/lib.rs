@@ -3,3 +3,4 @@
 pub mod campaign;
 pub mod faulty_sampler;
 pub mod garbage;
+pub mod held_scans;

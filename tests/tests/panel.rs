@@ -2,9 +2,6 @@
 
 mod pictures;
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use embassy_futures::block_on;
 use massline::commands::calibrate::block::LAYOUT as BLOCK;
 use massline::commands::calibrate::demo::sensitivity_errors;
@@ -16,9 +13,9 @@ use massline_firmware::store::Store;
 use massline_shared::calibration::tumble::Position;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::measurement::campaign::Phase;
-use massline_shared::signal::{AdcProperties, Scan};
 use massline_tests::campaign::{LATE, layout_file, scans, three_bar};
-use massline_virtual::bench::{Bench, BenchSource, TumbleHandle, TumbleSource};
+use massline_tests::held_scans::HeldScans;
+use massline_virtual::bench::{Bench, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};
 use massline_virtual::framebuffer::Framebuffer;
 use massline_virtual::panel::PanelView;
@@ -49,48 +46,6 @@ fn power_on(flash: &FlashBacking, source: Box<dyn ScanSource>) -> (VirtualRig, P
     (rig, person)
 }
 
-/// Holds the scans after each arming and before the hit until the test has looked, so that it misses no
-/// screen and every run is the same.
-struct Hold {
-    bench: BenchSource,
-    scans: usize,
-    looked: Arc<AtomicBool>,
-}
-
-/// Number of scans before the hold: 0.1 s, enough for the level bars.
-const HOLD_AT: usize = 500;
-
-impl Hold {
-    fn on(bench: BenchSource) -> (Self, Arc<AtomicBool>) {
-        let looked = Arc::new(AtomicBool::new(false));
-        (Self { bench, scans: 0, looked: looked.clone() }, looked)
-    }
-}
-
-impl ScanSource for Hold {
-    fn adc(&self) -> AdcProperties {
-        self.bench.adc()
-    }
-
-    fn started(&mut self) {
-        self.bench.started();
-    }
-
-    fn armed(&mut self, arming: u32, dof: usize) {
-        self.looked.store(false, Ordering::Release);
-        self.scans = 0;
-        self.bench.armed(arming, dof);
-    }
-
-    fn next_scan(&mut self) -> Option<Scan> {
-        if self.scans >= HOLD_AT && !self.looked.load(Ordering::Acquire) {
-            return None;
-        }
-        self.scans += 1;
-        self.bench.next_scan()
-    }
-}
-
 /// Looks at the screen, presses buttons and hears cues.
 struct Person(PanelView);
 
@@ -114,8 +69,7 @@ use Button::{Back, Next, Ok as Yes};
 fn a_whole_measurement_by_buttons_alone() {
     let flash = provisioned();
     let bench = Bench::named("default").unwrap();
-    let source = *scans(&bench, &three_bar(), 1);
-    let (hold, looked) = Hold::on(source);
+    let (hold, looked) = HeldScans::of(*scans(&bench, &three_bar(), 1));
     let (rig, person) = power_on(&flash, Box::new(hold));
     let (_, framebuffer) = person.sees(|model| model.layouts == 1);
     pictures::check("run-1-home", &framebuffer, &[]);
@@ -135,8 +89,7 @@ fn a_whole_measurement_by_buttons_alone() {
             _ => {}
         }
         answered = model.armings;
-        looked.store(true, Ordering::Release);
-        rig.poke();
+        looked.go_on(&rig);
     };
     pictures::check("run-4-done", &framebuffer, &[]);
     let cues = person.0.cues();

@@ -3,6 +3,7 @@
 
 use massline::client::{Client, Event, PipeTransport};
 use massline_firmware::board::SampleError;
+use massline_firmware::panel::PanelModel;
 use massline_firmware::scan_ring::FAULTS_TO_STOP;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Reason, Stats, Status};
@@ -11,6 +12,8 @@ use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
 use massline_tests::campaign::{LATE, scans, steady_hand, three_bar};
 use massline_tests::faulty_sampler::{Strikes, rig_that_loses};
+use massline_tests::held_scans::HeldScans;
+use massline_virtual::source::ScanSource;
 use massline_virtual::{VirtualRig, VirtualRigOptions};
 
 /// Number of scans lost at a time.
@@ -18,8 +21,15 @@ const LOST: u32 = 3;
 
 /// A rig on the ideal bench with a steady hand; its converter loses scans in the blocks for which `loses`
 /// is true.
-fn rig_whose_converter(mut loses: impl FnMut(&[Scan]) -> bool + Send + 'static) -> VirtualRig {
-    let source = scans(&steady_hand("ideal"), &three_bar(), 1);
+fn rig_whose_converter(loses: impl FnMut(&[Scan]) -> bool + Send + 'static) -> VirtualRig {
+    rig_on(scans(&steady_hand("ideal"), &three_bar(), 1), loses)
+}
+
+/// The same with the scans of `source`.
+fn rig_on(
+    source: Box<dyn ScanSource>,
+    mut loses: impl FnMut(&[Scan]) -> bool + Send + 'static,
+) -> VirtualRig {
     let fault = move |block: &[Scan]| loses(block).then_some(SampleError::Overrun { lost: LOST });
     rig_that_loses(VirtualRigOptions::new(source), fault).unwrap()
 }
@@ -88,11 +98,17 @@ fn scans_that_are_lost_between_the_hits_cost_no_hit() {
 
 #[test]
 fn the_panel_says_which_hit_was_aborted_and_why() {
-    let rig = rig_whose_converter(after(1, 20));
+    let (held, looked) = HeldScans::of(*scans(&steady_hand("ideal"), &three_bar(), 1));
+    let rig = rig_on(Box::new(held), after(1, 20));
     let mut client = Client::new(PipeTransport::new(rig.link()));
     client.put_layout(&three_bar().rig_layout().unwrap()).unwrap();
     client.start(false, false).unwrap();
-    let why = |model: &massline_firmware::panel::PanelModel| {
+    let moves = |model: &PanelModel| {
+        model.phase == Phase::Armed && model.levels.iter().any(|&level| level > 0)
+    };
+    rig.wait_for(LATE, moves).expect("the rig is armed");
+    looked.go_on(&rig);
+    let why = |model: &PanelModel| {
         let reason = model.verdict.and_then(|verdict| verdict.reason);
         reason.is_some_and(|reason| reason.code == Code::ScansLost)
     };

@@ -8,15 +8,8 @@ use massline_shared::Real;
 use massline_shared::identify::maximum_likelihood::{RIG_WORKSPACE, Start, solve};
 use massline_shared::identify::{Applicability, DofMassLines, Estimate, Method};
 use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, assumed_body};
-use massline_tests::campaign::scans;
+use massline_tests::campaign::{THREE_BAR_TESTS, scans};
 use massline_virtual::bench::Bench;
-
-const TESTS: [&str; 4] = [
-    include_str!("../../host/examples/three-bar-test-1.toml"),
-    include_str!("../../host/examples/three-bar-test-2.toml"),
-    include_str!("../../host/examples/three-bar-test-3.toml"),
-    include_str!("../../host/examples/three-bar-test-4.toml"),
-];
 
 type RigLayoutIn<R> = Layout<R, RIG_SENSORS, RIG_HITS>;
 type Dofs<R> = Vec<DofMassLines<R, RIG_SENSORS>>;
@@ -46,7 +39,7 @@ fn the_fit_agrees_with_the_check_of_a_layout_without_inertia_restraint() {
     let bench = Bench::named("default").expect("bundled");
     let truth = bench.truth().theta();
     let mut predicted = 0;
-    for test in TESTS {
+    for test in THREE_BAR_TESTS {
         for sensors in SENSORS {
             let file = with_sensors(test, sensors);
             let layout: RigLayoutIn<f64> = file.layout.cast().expect("fits the rig");
@@ -76,5 +69,5 @@ fn the_fit_agrees_with_the_check_of_a_layout_without_inertia_restraint() {
             }
         }
     }
-    assert_eq!(predicted, TESTS.len() * SENSORS.len());
+    assert_eq!(predicted, THREE_BAR_TESTS.len() * SENSORS.len());
 }
