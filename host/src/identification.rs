@@ -8,7 +8,7 @@ use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::influence::{Influence, influences};
-use massline_shared::identify::maximum_likelihood::{self, NuisanceEstimates, Start};
+use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, NuisanceEstimates, Start};
 use massline_shared::identify::{
     self as solvers, DofMassLines, Estimate, IdentifySettings, Method, Methods, Observations,
     SpectrumBins,
@@ -157,7 +157,13 @@ fn details(
     answer: &RigidBody<f64>,
 ) -> Option<Details> {
     let mut memory = vec![0.0; maximum_likelihood::workspace(layout.sensors.len())];
-    let whole = maximum_likelihood::solve(layout, lines, Start::At(answer), &mut memory);
+    let whole = maximum_likelihood::solve(
+        layout,
+        lines,
+        Start::At(answer),
+        ErrorBudget::FirstOrder,
+        &mut memory,
+    );
     let whole = whole.ok()?;
     let mut of_each = Vec::new();
     influences(layout, lines, &whole, &mut memory, |influence| of_each.push(influence));

@@ -130,7 +130,8 @@ pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<FrfS
         ReferencePoint::Centroid => inertia_restraint::ReferencePoint::Centroid,
         ReferencePoint::Origin => inertia_restraint::ReferencePoint::Origin,
     };
-    let settings = IdentifySettings { inertia_restraint: reference.into() };
+    let settings =
+        IdentifySettings { inertia_restraint: reference.into(), ..IdentifySettings::default() };
     let nominal = NominalTest::of_file(file);
     let examination = nominal.examine(&lines);
     let said = |found: Diagnostics| {

@@ -47,23 +47,29 @@ fn write_case(code: &mut String, case: &Value) {
     }
     code.push_str("], rules: &[\n");
     for (path, rule) in case["tolerance"].as_object().unwrap() {
-        write_rule(code, path, rule.as_object().unwrap());
+        write_rule(code, path, rule.as_object().unwrap(), &case["expected"]["sd_stated"]);
     }
     code.push_str("] },\n");
 }
 
-fn write_rule(code: &mut String, path: &str, rule: &Map<String, Value>) {
+/// `sd` is the unit of the tolerances `abs_sd`, number by number.
+fn write_rule(code: &mut String, path: &str, rule: &Map<String, Value>, sd: &Value) {
     for key in rule.keys() {
-        let known = ["abs", "rel", "abs_f32", "rel_f32", "min", "note"].contains(&key.as_str());
+        let known = ["abs", "rel", "abs_f32", "rel_f32", "abs_sd", "abs_sd_f32", "min", "note"]
+            .contains(&key.as_str());
         assert!(known, "the rule of {path} has an unknown {key}");
     }
-    let list = |key: &str| match rule.get(key) {
-        None => "None".to_string(),
-        Some(value) => {
-            let mut numbers = Vec::new();
-            collect(value, &mut numbers);
-            format!("Some(&{numbers:?})")
+    let list = |key: &str, in_sd: &str| {
+        let mut numbers = Vec::new();
+        match (rule.get(key), rule.get(in_sd)) {
+            (None, None) => return "None".to_string(),
+            (Some(value), _) => collect(value, &mut numbers),
+            (None, Some(factor)) => {
+                collect(sd, &mut numbers);
+                numbers.iter_mut().for_each(|sd| *sd *= factor.as_f64().unwrap());
+            }
         }
+        format!("Some(&{numbers:?})")
     };
     let number = |key: &str| match rule.get(key) {
         None => "None".to_string(),
@@ -74,9 +80,9 @@ fn write_rule(code: &mut String, path: &str, rule: &Map<String, Value>) {
         code,
         "Rule {{ path: {path:?}, abs: {}, rel: {}, abs_f32: {}, rel_f32: {}, min: {}, \
          columns_up_to_sign: {}, set: {} }},",
-        list("abs"),
+        list("abs", "abs_sd"),
         number("rel"),
-        list("abs_f32"),
+        list("abs_f32", "abs_sd_f32"),
         number("rel_f32"),
         number("min"),
         note.contains("columns up to sign"),

@@ -5,7 +5,7 @@ use massline::commands::bench_test::nominal_calibration;
 use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::measure;
 use massline_shared::Real;
-use massline_shared::identify::maximum_likelihood::{RIG_WORKSPACE, Start, solve};
+use massline_shared::identify::maximum_likelihood::{ErrorBudget, RIG_WORKSPACE, Start, solve};
 use massline_shared::identify::{Applicability, DofMassLines, Estimate, Method};
 use massline_shared::layout::{Layout, RIG_HITS, RIG_SENSORS, assumed_body};
 use massline_tests::campaign::{THREE_BAR_TESTS, scans};
@@ -26,7 +26,8 @@ fn with_sensors(test: &str, sensors: &str) -> LayoutFile {
 
 /// Fits from a crude start, as when the inertia restraint method has no answer.
 fn fit<R: Real>(layout: &RigLayoutIn<R>, dofs: &Dofs<R>) -> Option<Estimate<R>> {
-    let found = solve(layout, dofs, Start::Crude, &mut [R::zero(); RIG_WORKSPACE]);
+    let found =
+        solve(layout, dofs, Start::Crude, ErrorBudget::FirstOrder, &mut [R::zero(); RIG_WORKSPACE]);
     found.ok().map(|solution| solution.estimate)
 }
 

@@ -4,7 +4,7 @@
 //! The fit is therefore done without it, and the result is compared with the prior.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
-use massline_shared::identify::maximum_likelihood::{self, Start, workspace};
+use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, Start, workspace};
 use massline_shared::identify::{DofMassLines, Estimate, REJECTION_Z};
 use massline_shared::layout::{HOST_SENSORS, HostLayout, Prior};
 
@@ -20,7 +20,13 @@ pub(super) fn inconsistent_priors(
     }
     let mut memory = vec![0.0; workspace(layout.sensors.len())];
     search(layout, |layout| {
-        let fit = maximum_likelihood::solve(layout, lines, Start::InertiaRestraint, &mut memory);
+        let fit = maximum_likelihood::solve(
+            layout,
+            lines,
+            Start::InertiaRestraint,
+            ErrorBudget::FirstOrder,
+            &mut memory,
+        );
         Some(fit.ok()?.estimate)
     })
 }

@@ -134,6 +134,7 @@ mod tests {
             covariance: sigma.map(|s| SMatrix::identity() * (s * s)),
             condition: 1.0,
             consistency: None,
+            learned: None,
             diagnostics: Diagnostics::new(),
         })
     }

@@ -78,6 +78,7 @@ mod tests {
             covariance: Some(SMatrix::from_diagonal(&variances)),
             condition: 8.0,
             consistency: None,
+            learned: None,
             diagnostics: Diagnostics::new(),
         }
     }

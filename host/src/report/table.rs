@@ -98,6 +98,7 @@ mod tests {
             covariance: None,
             condition: 8.0,
             consistency: None,
+            learned: None,
             diagnostics: Diagnostics::new(),
         }
     }

@@ -14,7 +14,7 @@ mod words;
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::Estimated;
-use massline_shared::identify::maximum_likelihood::{self, Start, workspace};
+use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, Start, workspace};
 use massline_shared::identify::single_fault::{DECISIVE_CHI_SQUARED, SingleFault, SingleFaultFit};
 use massline_shared::identify::{Consistency, DofMassLines};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
@@ -144,7 +144,14 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     fn examine(&self, with_hidden: bool) -> Examination {
         let mut room = self.room();
         let start = Start::InertiaRestraint;
-        let plain = maximum_likelihood::solve(self.layout, self.lines, start, &mut room).ok();
+        let plain = maximum_likelihood::solve(
+            self.layout,
+            self.lines,
+            start,
+            ErrorBudget::FirstOrder,
+            &mut room,
+        )
+        .ok();
         let plain = plain.map(|solution| solution.estimate);
         let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
         let agrees = consistency.is_some_and(|c| !c.rejects_budget());

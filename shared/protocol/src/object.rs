@@ -193,6 +193,7 @@ impl StoredEstimate {
             covariance: symmetric(&self.covariance),
             condition: self.condition,
             consistency: self.consistency,
+            learned: None,
             diagnostics: self.diagnostics.clone(),
         })
     }

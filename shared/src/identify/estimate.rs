@@ -3,6 +3,7 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::Method;
+use super::budget::LearnedBudget;
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::Diagnostics;
@@ -27,6 +28,8 @@ pub struct Estimate<R> {
     pub condition: R,
     /// Whether the data agree with their error budget; only for methods that use one.
     pub consistency: Option<Consistency<R>>,
+    /// What the data have taught about the error budget; only for a method that learns it.
+    pub learned: Option<LearnedBudget<R>>,
     /// Diagnostics of the estimate; none of them is an error.
     pub diagnostics: Diagnostics,
 }
@@ -81,6 +84,7 @@ impl<R: Real> Estimate<R> {
                 chi_squared: to(c.chi_squared),
                 degrees_of_freedom: c.degrees_of_freedom,
             }),
+            learned: self.learned.map(|learned| learned.cast()),
             diagnostics: self.diagnostics.clone(),
         }
     }
@@ -93,6 +97,14 @@ impl<R: Real> Estimate<R> {
     /// Standard deviations of [`Estimate::theta`].
     pub fn sigma(&self) -> Option<SVector<R, 10>> {
         self.covariance.map(|c| c.diagonal().map(|v| v.max(R::zero()).sqrt()))
+    }
+
+    /// Half widths of the 95 % intervals of [`Estimate::theta`]. Under a learned budget they are wider than
+    /// [`HALF_WIDTH_95`] standard deviations.
+    pub fn half_widths(&self) -> Option<SVector<R, 10>> {
+        let widening = self.learned.map_or([R::one(); 10], |learned| learned.widening);
+        let half = self.sigma()? * R::of(HALF_WIDTH_95);
+        Some(half.component_mul(&SVector::from(widening)))
     }
 
     /// Index of the property with the largest relative standard deviation, and that value. The standard

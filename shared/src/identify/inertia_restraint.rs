@@ -163,6 +163,7 @@ fn with_all_that_hangs_on_it<R: Real, const S: usize, const H: usize>(
         covariance,
         condition: solution.condition,
         consistency: None,
+        learned: None,
         diagnostics: Diagnostics::new(),
     })
 }

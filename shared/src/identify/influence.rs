@@ -6,7 +6,7 @@
 use heapless::Vec;
 use nalgebra::SVector;
 
-use super::maximum_likelihood::{MaximumLikelihoodSolution, Start, solve};
+use super::maximum_likelihood::{ErrorBudget, MaximumLikelihoodSolution, Start, solve};
 use super::{Consistency, DofMassLines, MassLines};
 use crate::Real;
 use crate::layout::Layout;
@@ -49,11 +49,11 @@ impl<R: Real> Influence<R> {
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
 /// # use massline_shared::identify::influence::{Subject, influences};
-/// # use massline_shared::identify::maximum_likelihood::{Start, solve, workspace};
+/// # use massline_shared::identify::maximum_likelihood::{ErrorBudget, Start, solve, workspace};
 /// let layout = frame::layout();
 /// let dofs = frame::mass_lines(&layout);
 /// let mut memory = vec![0.0; workspace(layout.sensors.len())];
-/// let whole = solve(&layout, &dofs, Start::InertiaRestraint, &mut memory).unwrap();
+/// let whole = solve(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::FirstOrder, &mut memory).unwrap();
 /// let mut sensors = 0;
 /// influences(&layout, &dofs, &whole, &mut memory, |found| {
 ///     assert!(matches!(found.subject, Subject::Sensor(_)));
@@ -74,7 +74,7 @@ pub fn influences<R: Real, const S: usize, const H: usize>(
     for (index, _) in dofs {
         let others = dofs.iter().filter(|(other, _)| other != index).cloned();
         let others: Vec<DofMassLines<R, S>, H> = others.take(H).collect();
-        if let Ok(without) = solve(layout, &others, start, workspace) {
+        if let Ok(without) = solve(layout, &others, start, ErrorBudget::FirstOrder, workspace) {
             let equations = 3 * layout.sensors.len();
             act(compare(Subject::Hit(*index), whole, &without, equations));
         }
@@ -84,7 +84,7 @@ pub fn influences<R: Real, const S: usize, const H: usize>(
         fewer.sensors.remove(sensor);
         let others = dofs.iter().map(|(index, lines)| (*index, without_sensor(lines, sensor)));
         let others: Vec<DofMassLines<R, S>, H> = others.take(H).collect();
-        if let Ok(without) = solve(&fewer, &others, start, workspace) {
+        if let Ok(without) = solve(&fewer, &others, start, ErrorBudget::FirstOrder, workspace) {
             let equations = 3 * dofs.len();
             act(compare(Subject::Sensor(sensor), whole, &without, equations));
         }

@@ -12,6 +12,7 @@ pub mod single_fault;
 
 mod applicability;
 mod attached;
+mod budget;
 mod estimate;
 mod identification;
 mod mass_lines;
@@ -50,10 +51,15 @@ method::methods! {
 pub struct IdentifySettings<R> {
     /// Settings of the inertia restraint method.
     pub inertia_restraint: inertia_restraint::InertiaRestraintSettings<R>,
+    /// The error budget that maximum likelihood uses.
+    pub error_budget: maximum_likelihood::ErrorBudget,
 }
 
 impl<R: Real> Default for IdentifySettings<R> {
     fn default() -> Self {
-        Self { inertia_restraint: inertia_restraint::InertiaRestraintSettings::weighted() }
+        Self {
+            inertia_restraint: inertia_restraint::InertiaRestraintSettings::weighted(),
+            error_budget: maximum_likelihood::ErrorBudget::FirstOrder,
+        }
     }
 }

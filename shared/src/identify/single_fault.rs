@@ -8,7 +8,7 @@
 
 use nalgebra::SVector;
 
-use super::maximum_likelihood::{self, Start};
+use super::maximum_likelihood::{self, ErrorBudget, Start};
 use super::{Consistency, DofMassLines, MassLines};
 use crate::Estimated;
 use crate::Real;
@@ -170,14 +170,14 @@ impl<R: Real> SingleFault<R> {
     ///
     /// ```
     /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
-    /// # use massline_shared::identify::maximum_likelihood::{Start, solve, workspace};
+    /// # use massline_shared::identify::maximum_likelihood::{ErrorBudget, Start, solve, workspace};
     /// # use massline_shared::identify::single_fault::{DECISIVE_CHI_SQUARED, SingleFault};
     /// let nominal = frame::layout();
     /// // The person hit 2:-Z and wrote 2:+Z.
     /// let mistake = SingleFault::HitReversed { hit: 1 };
     /// let dofs = frame::mass_lines(&mistake.applied(&nominal).unwrap());
     /// let mut memory = vec![0.0; workspace(nominal.sensors.len())];
-    /// let nominal_fit = solve(&nominal, &dofs, Start::Crude, &mut memory);
+    /// let nominal_fit = solve(&nominal, &dofs, Start::Crude, ErrorBudget::FirstOrder, &mut memory);
     /// let explained = mistake.test(&nominal, &dofs, &mut memory).unwrap().consistency.chi_squared;
     /// assert!(explained < 0.1);
     /// assert!(nominal_fit.is_err() || nominal_fit.unwrap().estimate.consistency.unwrap().chi_squared > DECISIVE_CHI_SQUARED);
@@ -233,7 +233,14 @@ fn fit<R: Real, const S: usize, const H: usize>(
     dofs: &[DofMassLines<R, S>],
     workspace: &mut [R],
 ) -> Option<maximum_likelihood::MaximumLikelihoodSolution<R, S, H>> {
-    maximum_likelihood::solve(layout, dofs, Start::InertiaRestraint, workspace).ok()
+    maximum_likelihood::solve(
+        layout,
+        dofs,
+        Start::InertiaRestraint,
+        ErrorBudget::FirstOrder,
+        workspace,
+    )
+    .ok()
 }
 
 /// True when there is prior knowledge that a common scale would contradict: mass or inertia.

@@ -90,6 +90,16 @@ impl<R: Real> SensorUncertainty<R> {
         Self { position: zero, rotation: zero, gain: zero, cross_axis: zero }
     }
 
+    /// The same with every standard deviation multiplied.
+    pub fn scaled(&self, factor: R) -> Self {
+        Self {
+            position: self.position * factor,
+            rotation: self.rotation * factor,
+            gain: self.gain * factor,
+            cross_axis: self.cross_axis * factor,
+        }
+    }
+
     pub(super) fn cast<Q: Real>(&self) -> SensorUncertainty<Q> {
         let to = |v: R| Q::of(v.to_f64());
         SensorUncertainty {

@@ -17,12 +17,12 @@ use crate::Check;
 pub(crate) const SENSORS: usize = 3;
 /// Number of responses of a [`GoldenLayout`].
 pub(crate) const RESPONSES: usize = 3 * SENSORS;
-/// The layout of a golden case: three triaxial sensors and up to four hits.
-pub type GoldenLayout<R> = Layout<R, SENSORS, 4>;
+/// The layout of a golden case: three triaxial sensors and up to five hits.
+pub type GoldenLayout<R> = Layout<R, SENSORS, 5>;
 /// Responses of a [`GoldenLayout`].
 pub(crate) type GoldenResponses<R> = Responses<R, SENSORS>;
 /// Mass lines of the hit DOFs of a [`GoldenLayout`].
-pub(crate) type GoldenDofs<R> = Vec<DofMassLines<R, SENSORS>, 4>;
+pub(crate) type GoldenDofs<R> = Vec<DofMassLines<R, SENSORS>, 5>;
 
 impl<R: Real> Check<'_, '_, R> {
     /// The layout from the sensors, hits and gravity of the inputs.

@@ -19,6 +19,7 @@ mod global_fit;
 mod gravity;
 mod inertia_restraint;
 mod layout;
+mod learned_budget;
 mod mass_line;
 mod maximum_likelihood;
 mod params;
@@ -46,6 +47,7 @@ pub fn run<R: RealFft + Default>(case: &'static Case, report: &mut Report<'_>) {
         "params" => params::run(&mut check),
         "irm" => inertia_restraint::run(&mut check),
         "ml" => maximum_likelihood::run(&mut check),
+        "ml_learned" => learned_budget::run(&mut check),
         "ml_full" => maximum_likelihood::run_full(&mut check),
         "massline" => mass_line::run(&mut check),
         "global_fit" => global_fit::run(&mut check),

@@ -5,7 +5,7 @@ use massline_shared::Real;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::inertia_restraint::{self, ReferencePoint};
 use massline_shared::identify::maximum_likelihood::{
-    Start, bound, readings_covariance, solve, workspace,
+    ErrorBudget, Start, bound, readings_covariance, solve, workspace,
 };
 use massline_shared::identify::{HALF_WIDTH_95, MassLines};
 use massline_shared::layout::{HitUncertainty, Prior, SensorUncertainty};
@@ -82,7 +82,8 @@ fn answer<R: Real>(
 ) -> Option<()> {
     let mut memory = [R::zero(); WORKSPACE];
     let start = inertia_restraint::solve(layout, dofs, ReferencePoint::Centroid).ok()?;
-    let solution = solve(layout, dofs, Start::At(&start.body), &mut memory).ok()?;
+    let solution =
+        solve(layout, dofs, Start::At(&start.body), ErrorBudget::FirstOrder, &mut memory).ok()?;
     let estimate = &solution.estimate;
     let (theta, sigma) = (estimate.theta(), estimate.sigma()?);
     check.numbers("theta", theta.as_slice());

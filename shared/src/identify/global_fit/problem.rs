@@ -271,6 +271,7 @@ impl<R: Real, const S: usize, const H: usize> GlobalFitProblem<'_, R, S, H> {
             covariance: all_finite(&covariance).then_some(covariance),
             condition,
             consistency: None,
+            learned: None,
             diagnostics,
         };
         let damping = (N == WITH_DAMPING).then(|| symmetric_of(unknowns, SYMMETRIC));

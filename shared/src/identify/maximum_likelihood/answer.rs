@@ -2,13 +2,15 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::fit::{Fit, Stage, damped_step};
+use super::descent::damped_step;
+use super::fit::{Fit, Stage};
 use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
 use super::{MaximumLikelihoodSolution, equations_in, fatal, nuisances, undetermined};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, Severity};
+use crate::identify::budget::LearnedBudget;
 use crate::identify::{DofMassLines, Estimate, Method};
 use crate::layout::Layout;
 use crate::linalg::{all_finite, congruence};
@@ -26,7 +28,7 @@ impl<R: Real> Fit<R> {
         layout: &Layout<R, S, H>,
         workspace: &mut [R],
     ) -> Result<Estimate<R>, Diagnostics> {
-        let problem = FitProblem::<R, S, H>::new(layout);
+        let problem = self.problem(layout);
         let equations = equations_in(workspace, &problem)?;
         self.conclude(&problem, &equations)
     }
@@ -41,7 +43,7 @@ impl<R: Real> Fit<R> {
         dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
     ) -> Result<MaximumLikelihoodSolution<R, S, H>, Diagnostics> {
-        let problem = FitProblem::<R, S, H>::new(layout);
+        let problem = self.problem(layout);
         let mut equations = equations_in(workspace, &problem)?;
         let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
         let estimate = self.conclude(&problem, &equations)?;
@@ -78,6 +80,10 @@ impl<R: Real> Fit<R> {
             covariance: Some(problem.balance.covariance_back(&covariance)),
             condition: self.condition,
             consistency: Some(self.consistency()),
+            learned: self.learned.map(|learned| {
+                let widening = self.shares.widening(&learned).into();
+                LearnedBudget { widening, ..learned }
+            }),
             diagnostics: core::mem::take(&mut self.diagnostics),
         })
     }

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::answer::covariance_of;
 use super::fit_problem::FitProblem;
-use super::model::Model;
+use super::model::{HIT_NUISANCES, Model};
 use super::normal_equations::NormalEquations;
 use crate::Real;
 use crate::body::RigidBody;
@@ -109,8 +109,9 @@ pub fn readings_covariance<R: Real, const S: usize, const H: usize>(
     let whole = problem.body_of(&problem.balance.body(body).phi())?;
     let model = Model::new(layout, &problem.balance, &whole)?;
     let (index, lines) = first;
-    let of_first = problem.terms(&model, index, lines)?;
-    let of_second = problem.terms(&model, second, lines)?;
+    let errors = [R::zero(); HIT_NUISANCES];
+    let of_first = problem.terms(&model, index, lines, &errors)?;
+    let of_second = problem.terms(&model, second, lines, &errors)?;
     let mut sum = ResponseSquare::<R, S>::zeros();
     problem.with_rows(&model, &of_first, |one| {
         problem.with_rows(&model, &of_second, |other| {

@@ -1,35 +1,23 @@
 //! The fit, step by step: Levenberg-Marquardt over phi, or over log-Cholesky parameters where only physical
 //! bodies are admitted.
 
-use nalgebra::{SMatrix, SVector};
-
 use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
 use super::parameters::{Parameters, RAISED};
+use super::shares::Shares;
 use super::{check_data, equations_in, fatal, pulls, start, undetermined};
 use crate::Real;
 use crate::body::{LogCholesky, RigidBody};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use crate::identify::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 use crate::identify::inertia_restraint::{self, InertiaRestraintSettings};
 use crate::identify::{Consistency, DofMassLines, Progress, by_reference};
 use crate::layout::Layout;
-use crate::linalg::{all_finite, cholesky};
 
-/// The fit ends with a step that lowers the cost by less than this fraction of χ² over its degrees of
-/// freedom, or of one if that is larger: the square of a shift in standard deviations. In single precision
-/// the limit is a hundred roundings.
-const CLOSE: f64 = 1e-10;
-/// The same limit where only physical bodies are admitted: on the way from a crude start, and at the boundary
-/// of the physical bodies, which log-Cholesky parameters approach without ever reaching it.
-const NEAR: f64 = 1e-3;
 /// Largest number of steps; ten are already many.
 const MOST_STEPS: u8 = 60;
-/// Number of dampings tried before a step is given up.
-const MOST_TRIALS: u8 = 20;
 /// First damping, relative to the diagonal of the information.
 const FIRST_DAMPING: f64 = 1e-6;
-/// Below this, a damping does not shorten a step noticeably.
-const UNDAMPED: f64 = 1e-2;
 /// The start of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start<'a, R> {
@@ -50,11 +38,12 @@ pub enum Start<'a, R> {
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
 /// # use massline_shared::identify::Progress;
-/// # use massline_shared::identify::maximum_likelihood::{Fit, Start, workspace};
+/// # use massline_shared::identify::maximum_likelihood::{Fit, ErrorBudget, Start, workspace};
 /// let layout = frame::layout();
 /// let dofs = frame::mass_lines(&layout);
 /// let mut memory = vec![0.0; workspace(layout.sensors.len())];
-/// let mut fit = Fit::start(&layout, &dofs, Start::Crude)?;
+/// // The readings of this example are exact: the hits do not scatter.
+/// let mut fit = Fit::start(&layout, &dofs, Start::Crude, ErrorBudget::FirstOrder)?;
 /// while fit.step(&layout, &dofs, &mut memory)? == Progress::Going {
 ///     // Other work.
 /// }
@@ -65,28 +54,64 @@ pub enum Start<'a, R> {
 #[derive(Clone, Debug)]
 pub struct Fit<R> {
     pub(super) parameters: Parameters<R>,
-    damping: R,
-    steps: u8,
+    pub(super) damping: R,
+    pub(super) steps: u8,
     /// Cost at the last evaluation.
     pub(super) cost: R,
     /// Rounding error of the cost; smaller differences are not significant.
-    rounding: R,
+    pub(super) rounding: R,
     /// Characteristic length L, m.
     length: R,
     /// Number of readings and priors.
     pub(super) equations: usize,
     pub(super) condition: R,
     pub(super) diagnostics: Diagnostics,
-    pub(super) stage: Stage,
+    pub(super) stage: Stage<R>,
+    pub(super) budget: ErrorBudget,
+    /// What the data have taught; the budget in use.
+    pub(super) learned: Option<LearnedBudget<R>>,
+    pub(super) shares: Shares<R>,
+}
+
+/// The course of a refinement.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Refinement<R> {
+    pub(super) steps: u8,
+    /// Reduction of χ² that the last step promised.
+    pub(super) gain: R,
+    /// Fraction of the full step that is taken.
+    pub(super) fraction: R,
+}
+
+impl<R: Real> Refinement<R> {
+    pub(super) fn begin() -> Self {
+        Self { steps: 0, gain: R::zero(), fraction: R::one() }
+    }
 }
 
 /// The action of the next step.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Stage {
+pub(super) enum Stage<R> {
     /// Evaluates the model at new parameters.
     Arrived,
     /// Tries a damping; `trials` have failed before.
     Evaluated { trials: u8 },
+    /// Evaluates the model with the errors of the hits.
+    Refining(Refinement<R>),
+    /// Takes the step of second order.
+    Refined(Refinement<R>),
+    /// Learns the scatter of the hits.
+    LearnScatter,
+    /// Evaluates the model with the learned budget.
+    Moving { steps: u8 },
+    /// Takes one step of second order under the learned budget.
+    Moved { steps: u8 },
+    /// Evaluates the model after that step.
+    Learning { steps: u8 },
+    /// Corrects the learned constant scale.
+    LearnScale { steps: u8 },
+    /// Computes which part of the variances comes from the sensors, or from the mark at this place.
+    Sharing(Option<usize>),
     /// Evaluates the model for the last time.
     Settled,
     /// Checks the body and the consistency of the data.
@@ -105,6 +130,7 @@ impl<R: Real> Fit<R> {
         layout: &Layout<R, S, H>,
         dofs: &[DofMassLines<R, S>],
         start: Start<'_, R>,
+        budget: ErrorBudget,
     ) -> Result<Self, Diagnostics> {
         check_data(layout, dofs)?;
         let problem = FitProblem::<R, S, H>::new(layout);
@@ -144,6 +170,9 @@ impl<R: Real> Fit<R> {
             condition: spectrum.condition,
             diagnostics,
             stage: Stage::Arrived,
+            budget,
+            learned: None,
+            shares: Shares::none(),
         })
     }
 
@@ -159,10 +188,13 @@ impl<R: Real> Fit<R> {
         dofs: &[DofMassLines<R, S>],
         workspace: &mut [R],
     ) -> Result<Progress, Diagnostics> {
-        let problem = FitProblem::<R, S, H>::new(layout);
+        let problem = self.problem(layout);
         let mut equations = equations_in(workspace, &problem)?;
         match self.stage {
             Stage::Arrived => {
+                if self.steps == 0 {
+                    equations.clear_hit_errors();
+                }
                 self.steps += 1;
                 if self.steps > MOST_STEPS {
                     return Err(fatal(Code::NotConverged, MOST_STEPS as f32));
@@ -171,6 +203,59 @@ impl<R: Real> Fit<R> {
                 self.stage = Stage::Evaluated { trials: 0 };
             }
             Stage::Evaluated { trials } => self.descend(&problem, dofs, &mut equations, trials)?,
+            Stage::Refining(refinement) => {
+                self.evaluate(&problem, dofs, &mut equations)?;
+                self.stage = Stage::Refined(refinement);
+            }
+            Stage::Refined(mut refinement) => {
+                let progress = self.refine(&mut refinement, &problem, dofs, &mut equations)?;
+                self.stage = match (progress, &self.learned) {
+                    (Progress::Going, _) => Stage::Refining(refinement),
+                    (Progress::Done, Some(_)) => Stage::Sharing(None),
+                    (Progress::Done, None) if self.budget == ErrorBudget::Learned => {
+                        Stage::LearnScatter
+                    }
+                    (Progress::Done, None) => Stage::Settled,
+                };
+                if !matches!(self.stage, Stage::Refining(_)) {
+                    self.hold_to_consistency();
+                }
+            }
+            Stage::LearnScatter => {
+                self.learn_scatter(&problem, dofs)?;
+                self.rescale_hit_errors(&problem, layout, dofs, &mut equations);
+                self.stage = match self.can_learn_scale(&problem) {
+                    // phi suits the stated scale, which is the first.
+                    true => Stage::Learning { steps: 0 },
+                    false => Stage::Refining(Refinement::begin()),
+                };
+            }
+            Stage::Moving { steps } => {
+                self.evaluate(&problem, dofs, &mut equations)?;
+                self.stage = Stage::Moved { steps };
+            }
+            Stage::Moved { steps } => {
+                self.refine(&mut Refinement::begin(), &problem, dofs, &mut equations)?;
+                self.stage = Stage::Learning { steps };
+            }
+            Stage::Learning { steps } => {
+                self.evaluate(&problem, dofs, &mut equations)?;
+                self.stage = Stage::LearnScale { steps: steps + 1 };
+            }
+            Stage::LearnScale { steps } => {
+                let progress = self.learn_scale(steps, &problem, &mut equations)?;
+                self.rescale_hit_errors(&problem, layout, dofs, &mut equations);
+                self.stage = match progress {
+                    Progress::Going => Stage::Moving { steps },
+                    Progress::Done => Stage::Refining(Refinement::begin()),
+                };
+            }
+            Stage::Sharing(place) => {
+                self.stage = match self.add_shares(place, &problem, dofs, &mut equations)? {
+                    Progress::Going => Stage::Sharing(Some(place.map_or(0, |place| place + 1))),
+                    Progress::Done => Stage::Settled,
+                };
+            }
             Stage::Settled => {
                 self.evaluate(&problem, dofs, &mut equations)?;
                 self.stage = Stage::Final;
@@ -184,66 +269,13 @@ impl<R: Real> Fit<R> {
         Ok(if let Stage::Done = self.stage { Progress::Done } else { Progress::Going })
     }
 
-    /// Information and gradient with respect to the varied parameters, from the equations that
-    /// [`Fit::evaluate`] leaves.
-    fn slope(&self, equations: &NormalEquations<'_, R>) -> (SMatrix<R, 10, 10>, SVector<R, 10>) {
-        match self.parameters.slopes() {
-            None => (equations.information(), equations.gradient()),
-            Some(slopes) => (
-                slopes.transpose() * equations.information() * slopes,
-                slopes.transpose() * equations.gradient(),
-            ),
-        }
-    }
-
-    /// Tries the next damping and takes the step if it lowers the cost.
-    // Not inlined, which saves 2.4 KB of the firmware's deepest stack.
-    #[inline(never)]
-    fn descend<const S: usize, const H: usize>(
-        &mut self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
-        equations: &mut NormalEquations<'_, R>,
-        trials: u8,
-    ) -> Result<(), Diagnostics> {
-        let (information, gradient) = self.slope(equations);
-        let levels = self.parameters.levels(&information);
-        if trials >= MOST_TRIALS {
-            // No step lowers the cost: this is the minimum within the precision.
-            let undamped = damped_step(&information, &gradient, R::zero(), &levels);
-            return match undamped.map(|step| step.dot(&gradient)) {
-                Some(gain) if gain < R::of(1e-2) => {
-                    self.settle();
-                    Ok(())
-                }
-                _ => Err(fatal(Code::NotConverged, f32::from(self.steps))),
-            };
-        }
-        let close = self.close();
-        let step = damped_step(&information, &gradient, self.damping, &levels);
-        if let Some(step) = step
-            && let Some(moved) = self.parameters.moved(&step)
-        {
-            if step.dot(&gradient) < close && self.damping <= R::of(UNDAMPED) {
-                self.parameters = moved;
-                self.settle();
-                return Ok(());
-            }
-            let body = problem.body_of(&moved.phi());
-            let cost = body.and_then(|body| self.trial(problem, dofs, equations, &body));
-            if let Some(cost) = cost.filter(|cost| *cost <= self.cost + self.rounding) {
-                self.parameters = moved;
-                self.damping = (self.damping * R::of(0.1)).max(R::of(1e-9));
-                self.stage = Stage::Arrived;
-                if self.parameters.is_consistent() && self.cost - cost < close + self.rounding {
-                    self.settle();
-                }
-                return Ok(());
-            }
-        }
-        self.damping *= R::of(10.0);
-        self.stage = Stage::Evaluated { trials: trials + 1 };
-        Ok(())
+    /// The layout with the budget in use.
+    pub(super) fn problem<'l, const S: usize, const H: usize>(
+        &self,
+        layout: &'l Layout<R, S, H>,
+    ) -> FitProblem<'l, R, S, H> {
+        let scales = self.learned.map_or_else(BudgetScales::default, |learned| learned.scales);
+        FitProblem::new(layout).with_budget(scales, self.budget != ErrorBudget::FirstOrder)
     }
 
     /// Number of steps so far.
@@ -271,21 +303,6 @@ impl<R: Real> Fit<R> {
         // times the remainder.
         self.rounding = (squares + priors) * R::default_epsilon() * R::of(64.0);
         Ok(())
-    }
-
-    /// The cost of another body under the covariance of the present one.
-    fn trial<const S: usize, const H: usize>(
-        &self,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
-        equations: &mut NormalEquations<'_, R>,
-        body: &RigidBody<R>,
-    ) -> Option<R> {
-        let present = problem.body_of(&self.parameters.phi())?;
-        let squares = problem.assemble_second(&present, body, by_reference(dofs), equations)?;
-        let object = RigidBody::from_phi(&(body.phi() - problem.attached_sum()))?;
-        let cost = squares + problem.cost_of_priors(&object) - equations.explained_second();
-        cost.finite().then_some(cost)
     }
 
     pub(super) fn object(&self) -> Option<RigidBody<R>> {
@@ -323,16 +340,6 @@ impl<R: Real> Fit<R> {
         Ok(())
     }
 
-    /// The smallest gain that justifies another step.
-    fn close(&self) -> R {
-        let least = match self.parameters {
-            Parameters::Free(_) => R::of(CLOSE).max(R::default_epsilon() * R::of(100.0)),
-            Parameters::Consistent { .. } => R::of(NEAR),
-        };
-        let least = least * self.consistency().reduced().max(R::one());
-        least.max(self.rounding)
-    }
-
     pub(super) fn consistency(&self) -> Consistency<R> {
         let degrees_of_freedom = self.equations.saturating_sub(10) as u16;
         Consistency { chi_squared: self.cost, degrees_of_freedom }
@@ -340,7 +347,7 @@ impl<R: Real> Fit<R> {
 
     /// Called at a minimum. A fit that has come from a crude start continues with free parameters; a free
     /// minimum that is not a physical body is abandoned for a fit over physical bodies.
-    fn settle(&mut self) {
+    pub(super) fn settle(&mut self) {
         self.stage = Stage::Settled;
         match self.parameters {
             Parameters::Consistent { on_the_way: false, .. } => {}
@@ -348,19 +355,23 @@ impl<R: Real> Fit<R> {
                 self.depart(Parameters::Free(body.body().phi()));
             }
             Parameters::Free(_) => {
-                let inconsistent = self.object().filter(|body| !body.is_physically_consistent());
-                let Some(object) = inconsistent else { return };
-                let projected = object.made_consistent(R::of(RAISED));
-                let start = projected.and_then(|body| LogCholesky::from_body(&body));
-                let Some(body) = start else { return };
-                self.push_diagnostic(
-                    Code::HeldToConsistency,
-                    Severity::Warning,
-                    self.margin(&object),
-                );
-                self.depart(Parameters::Consistent { body, on_the_way: false });
+                if self.budget != ErrorBudget::FirstOrder {
+                    self.stage = Stage::Refining(Refinement::begin());
+                }
+                self.hold_to_consistency();
             }
         }
+    }
+
+    /// Abandons a free minimum that is not a physical body for a fit over physical bodies.
+    fn hold_to_consistency(&mut self) {
+        let inconsistent = self.object().filter(|body| !body.is_physically_consistent());
+        let Some(object) = inconsistent else { return };
+        let projected = object.made_consistent(R::of(RAISED));
+        let start = projected.and_then(|body| LogCholesky::from_body(&body));
+        let Some(body) = start else { return };
+        self.push_diagnostic(Code::HeldToConsistency, Severity::Warning, self.margin(&object));
+        self.depart(Parameters::Consistent { body, on_the_way: false });
     }
 
     /// Starts again from other parameters.
@@ -379,29 +390,4 @@ impl<R: Real> Fit<R> {
         // There are only a handful of diagnostics.
         let _ = self.diagnostics.push(Diagnostic::whole(code, severity, value.to_f32()));
     }
-}
-
-/// `(I + λ D)⁻¹ g` with diagonal `D`; `None` when that is not positive definite.
-pub(super) fn damped_step<R: Real>(
-    information: &SMatrix<R, 10, 10>,
-    gradient: &SVector<R, 10>,
-    damping: R,
-    levels: &SVector<R, 10>,
-) -> Option<SVector<R, 10>> {
-    // Scaled to a unit diagonal, since the properties have different units.
-    let scale = information.diagonal().zip_map(levels, |i, d| (i + damping * d).sqrt().recip());
-    let mut scaled =
-        SMatrix::<R, 10, 10>::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
-    for i in 0..10 {
-        scaled[(i, i)] = R::one();
-    }
-    if !all_finite(&scaled) {
-        return None;
-    }
-    let factor = cholesky(&scaled)?;
-    let mut step = gradient.component_mul(&scale);
-    crate::linalg::forward_substitute(&factor, &mut step);
-    crate::linalg::back_substitute_transposed(&factor, &mut step);
-    step.component_mul_assign(&scale);
-    all_finite(&step).then_some(step)
 }

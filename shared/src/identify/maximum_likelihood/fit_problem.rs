@@ -6,25 +6,29 @@ use heapless::Vec;
 use nalgebra::{SVector, Vector3};
 
 use super::balance::Balance;
-use super::model::{HitModel, Model, SENSOR_NUISANCES};
+use super::model::{HitErrors, HitModel, Model, SENSOR_NUISANCES};
 use super::normal_equations::{NormalEquations, Rows};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::identify::MassLines;
-use crate::layout::{Attached, Layout, MAX_ATTACHED};
+use crate::identify::budget::BudgetScales;
+use crate::layout::{Attached, HitUncertainty, Layout, MAX_ATTACHED, SensorUncertainty};
 use crate::responses::{ResponseSquare, Responses};
 
 /// Largest number of columns that all sensors share: the hammer's gain, the attached bodies, the ten
 /// properties.
-const MOST_SHARED: usize = 1 + MAX_ATTACHED + 10;
+pub(super) const MOST_SHARED: usize = 1 + MAX_ATTACHED + 10;
 /// Smallest standard deviation relative to the largest reading of a hit; a smaller one is raised to it. Fits
 /// of exact numbers leave only rounding, and no sensor of this rig is nearly as good.
 const LEAST_NOISE: f64 = 1e-4;
 
-/// A layout in balanced variables.
+/// A layout in balanced variables, with the error budget in use.
 #[derive(Clone, Debug)]
 pub(super) struct FitProblem<'l, R, const S: usize, const H: usize> {
     pub(super) layout: &'l Layout<R, S, H>,
+    pub(super) scales: BudgetScales<R>,
+    /// The mean direction of hits that scatter is shorter than one.
+    second_order: bool,
     pub(super) balance: Balance<R>,
     /// Number of readings in use.
     pub(super) channels: usize,
@@ -40,11 +44,18 @@ pub(super) struct Terms<R, const S: usize> {
 }
 
 impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
+    /// The problem with the stated budget and terms of first order.
     pub(super) fn new(layout: &'l Layout<R, S, H>) -> Self {
         let balance = Balance::of(layout);
         let body = |a: &Attached<R>| Some((balance.attached(a)?, a.relative_sigma));
         let attached = layout.attached.iter().filter_map(body).collect();
-        Self { layout, balance, channels: 3 * layout.sensors.len(), attached }
+        let (scales, channels) = (BudgetScales::default(), 3 * layout.sensors.len());
+        Self { layout, scales, second_order: false, balance, channels, attached }
+    }
+
+    /// The same with this budget.
+    pub(super) fn with_budget(self, scales: BudgetScales<R>, second_order: bool) -> Self {
+        Self { scales, second_order, ..self }
     }
 
     /// Number of nuisance parameters that stay the same over the test.
@@ -71,8 +82,8 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         equations.clear();
         let model = Model::new(self.layout, &self.balance, body)?;
         let mut squares = R::zero();
-        for (index, lines) in dofs {
-            let terms = self.terms(&model, index, lines.borrow())?;
+        for (place, (index, lines)) in dofs.enumerate() {
+            let terms = self.terms(&model, index, lines.borrow(), &equations.hit_errors(place))?;
             squares += self.with_rows(&model, &terms, |rows| equations.add(rows));
         }
         Some(squares)
@@ -90,29 +101,70 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         let model = Model::new(self.layout, &self.balance, present)?;
         let moved = Model::<R, S>::new(self.layout, &self.balance, other)?;
         let mut squares = R::zero();
-        for (index, lines) in dofs {
+        for (place, (index, lines)) in dofs.enumerate() {
             let lines = lines.borrow();
-            let mut terms = self.terms(&model, index, lines)?;
-            let hit = self.layout.hits.get(index)?;
-            terms.residual = lines.accelerance - moved.hit(hit, &self.balance, lines.hits)?.reading;
+            let errors = equations.hit_errors(place);
+            let mut terms = self.terms(&model, index, lines, &errors)?;
+            let reading = moved.reading(self.layout.hits.get(index)?, &self.balance)?;
+            terms.residual = self.residual(&reading, index, lines)?;
             squares += self.with_rows(&model, &terms, |rows| equations.add_second(rows));
         }
         Some(squares)
     }
 
-    /// Model, weights and residual of one hit DOF.
+    /// Model, weights and residual of one hit DOF, whose hits have these errors.
     pub(super) fn terms(
         &self,
         model: &Model<R, S>,
         index: usize,
         lines: &MassLines<R, S>,
+        errors: &HitErrors<R>,
     ) -> Option<Terms<R, S>> {
-        let hit = model.hit(self.layout.hits.get(index)?, &self.balance, lines.hits)?;
+        let hit = self.hit(model, index, lines.hits, errors)?;
         let least = lines.accelerance.amax() * R::of(LEAST_NOISE);
         let weight = hit.weight(&lines.noise.map(|sigma| sigma.max(least)), self.channels)?;
-        let mut residual = lines.accelerance - hit.reading;
-        residual.iter_mut().skip(self.channels).for_each(|left| *left = R::zero());
+        let residual = self.residual(&hit.reading, index, lines)?;
         Some(Terms { model: hit, weight, residual })
+    }
+
+    /// The budget in use for the hits on a DOF.
+    pub(super) fn hit_uncertainty(&self, index: usize) -> Option<HitUncertainty<R>> {
+        Some(self.scales.of_hit(&self.layout.hits.get(index)?.uncertainty))
+    }
+
+    /// The budget in use for a sensor.
+    pub(super) fn sensor_uncertainty(&self, sensor: usize) -> Option<SensorUncertainty<R>> {
+        Some(self.scales.of_sensor(&self.layout.sensors.get(sensor)?.uncertainty))
+    }
+
+    fn hit(
+        &self,
+        model: &Model<R, S>,
+        index: usize,
+        hits: u16,
+        errors: &HitErrors<R>,
+    ) -> Option<HitModel<R, S>> {
+        let uncertainty = self.hit_uncertainty(index)?;
+        model.hit(self.layout.hits.get(index)?, &uncertainty, &self.balance, hits, errors)
+    }
+
+    /// Measured minus modelled readings. Directions that scatter by `s` about each of two axes have a mean of
+    /// length `1 − s²` along the nominal direction, and so has the force (theory, section 12).
+    fn residual(
+        &self,
+        reading: &Responses<R, S>,
+        index: usize,
+        lines: &MassLines<R, S>,
+    ) -> Option<Responses<R, S>> {
+        let mut along = R::one();
+        if self.second_order {
+            let HitUncertainty { direction, node_direction, .. } = self.hit_uncertainty(index)?;
+            along -= direction * direction + node_direction * node_direction;
+        }
+        // Half a radian is no direction any more.
+        let mut residual = lines.accelerance / along.max(R::of(0.5)) - reading;
+        residual.iter_mut().skip(self.channels).for_each(|left| *left = R::zero());
+        Some(residual)
     }
 
     /// Passes the columns of one hit DOF to `act`.
@@ -125,14 +177,14 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         let mut sensors = Vec::<[Vector3<R>; SENSOR_NUISANCES], S>::new();
         for (i, sensor) in self.layout.sensors.iter().enumerate() {
             let (axes, length) = (sensor.axes_matrix(), self.balance.length);
+            let uncertainty = self.scales.of_sensor(&sensor.uncertainty);
             // There is room for all sensors of the layout.
-            let _ =
-                sensors.push(terms.model.sensor_nuisances(i, &axes, &sensor.uncertainty, length));
+            let _ = sensors.push(terms.model.sensor_nuisances(i, &axes, &uncertainty, length));
         }
         let slope = model.slope(&terms.model.motion);
         let mut shared = Vec::<Responses<R, S>, MOST_SHARED>::new();
         // A hammer that reads too much makes every accelerance too small.
-        let _ = shared.push(-(terms.model.reading * self.layout.hammer_gain));
+        let _ = shared.push(-(terms.model.corrected * self.layout.hammer_gain));
         for (phi, relative_sigma) in &self.attached {
             let _ = shared.push(slope.times(phi) * *relative_sigma);
         }

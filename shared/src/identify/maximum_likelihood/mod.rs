@@ -20,15 +20,21 @@
 mod answer;
 mod balance;
 mod bound;
+mod descent;
 mod fit;
 mod fit_problem;
+mod intervals;
+mod learning;
 mod model;
 mod normal_equations;
 mod nuisances;
 mod parameters;
 mod pulls;
+mod refinement;
+mod shares;
 mod start;
 
+pub use super::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 pub use bound::{Bound, bound, readings_covariance};
 pub use fit::{Fit, Start};
 pub use nuisances::{HitNuisances, NuisanceEstimates, SensorNuisances};
@@ -76,11 +82,11 @@ pub(super) type Solver<R> = Fit<R>;
 impl<R: Real> method::Solver<R> for Fit<R> {
     fn start<const S: usize, const H: usize, L: SpectrumBins<R>>(
         observed: &Observations<'_, R, S, H, L>,
-        _settings: &super::IdentifySettings<R>,
+        settings: &super::IdentifySettings<R>,
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
         let start = start.map_or(Start::InertiaRestraint, Start::At);
-        Self::start(observed.layout, observed.mass_lines, start)
+        Self::start(observed.layout, observed.mass_lines, start, settings.error_budget)
     }
 
     fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
@@ -129,10 +135,11 @@ pub struct MaximumLikelihoodSolution<R, const S: usize, const H: usize> {
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
-/// # use massline_shared::identify::maximum_likelihood::{Start, solve, workspace};
+/// # use massline_shared::identify::maximum_likelihood::{ErrorBudget, Start, solve, workspace};
 /// let layout = frame::layout();
 /// let mut memory = vec![0.0; workspace(layout.sensors.len())];
-/// let solution = solve(&layout, &frame::mass_lines(&layout), Start::InertiaRestraint, &mut memory).unwrap();
+/// let dofs = frame::mass_lines(&layout);
+/// let solution = solve(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::FirstOrder, &mut memory).unwrap();
 /// let estimate = &solution.estimate;
 /// assert!((estimate.body.center_of_mass.x - 0.169).abs() < 1e-6);
 /// // The hammer gain of 2 % and the rest of the budget make the mass uncertain by 2 to 3 %.
@@ -145,9 +152,10 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
     dofs: &[DofMassLines<R, S>],
     start: Start<'_, R>,
+    budget: ErrorBudget,
     workspace: &mut [R],
 ) -> Result<MaximumLikelihoodSolution<R, S, H>, Diagnostics> {
-    let mut fit = Fit::start(layout, dofs, start)?;
+    let mut fit = Fit::start(layout, dofs, start, budget)?;
     while fit.step(layout, dofs, workspace)? == Progress::Going {}
     fit.finish(layout, dofs, workspace)
 }
@@ -168,7 +176,7 @@ fn equations_in<'w, R: Real, const S: usize, const H: usize>(
     workspace: &'w mut [R],
     problem: &FitProblem<'_, R, S, H>,
 ) -> Result<NormalEquations<'w, R>, Diagnostics> {
-    NormalEquations::new(workspace, problem.nuisances()).ok_or_else(undetermined)
+    NormalEquations::with_hit_errors(workspace, problem.nuisances()).ok_or_else(undetermined)
 }
 
 /// The problem was identifiable at the start, so a failure to compute means that the fit has diverged.

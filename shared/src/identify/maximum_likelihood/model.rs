@@ -1,6 +1,7 @@
 //! The readings that a body gives under every hit, and their derivatives with respect to every error source.
 //!
-//! `h = G M₀⁻¹ f₀` and `∂h/∂phiₖ = −G M₀⁻¹ Eₖ M₀⁻¹ f₀` (theory, section 4), balanced.
+//! `h = G M₀⁻¹ f₀` and `∂h/∂phiₖ = −G M₀⁻¹ Eₖ M₀⁻¹ f` (theory, section 4), balanced. The force `f` of the
+//! derivatives is the nominal one `f₀`, or the one with the estimated errors of the hit (theory, section 12).
 
 use core::array::from_fn;
 
@@ -9,7 +10,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use super::balance::Balance;
 use crate::Real;
 use crate::body::{RigidBody, regressor};
-use crate::layout::{Hit, Layout, SensorUncertainty};
+use crate::layout::{Hit, HitUncertainty, Layout, SensorUncertainty};
 use crate::linalg::skew;
 use crate::responses::{ResponseRows, ResponseSquare, Responses};
 
@@ -21,6 +22,8 @@ pub(super) const SENSOR_NUISANCES: usize = 15;
 pub(super) const SENSITIVITIES: usize = 9;
 /// Nuisance parameters of one hit: two displacements and two rotations across its direction.
 pub(super) const HIT_NUISANCES: usize = 4;
+/// Estimated nuisance parameters of one hit DOF, in standard deviations of the budget.
+pub(super) type HitErrors<R> = [R; HIT_NUISANCES];
 
 /// A body on the sensors of a layout.
 #[derive(Clone, Debug)]
@@ -34,10 +37,12 @@ pub(super) struct Model<R, const S: usize> {
 /// The readings of the hits on one DOF, and the effect of the hits' own errors.
 #[derive(Clone, Debug)]
 pub(super) struct HitModel<R, const S: usize> {
-    /// Motion [a; α] of the centroid under the unit force.
+    /// Motion [a; α] of the centroid under the force of the derivatives.
     pub(super) motion: Vector6<R>,
-    /// The readings h.
+    /// The readings h under the nominal unit force.
     pub(super) reading: Responses<R, S>,
+    /// The readings under the force of the derivatives.
+    pub(super) corrected: Responses<R, S>,
     /// Change of the readings for one standard deviation of each of the hit's own nuisance parameters.
     pub(super) spread: ResponseRows<R, S, HIT_NUISANCES>,
     /// Directions of the first two nuisance parameters: unit vectors perpendicular to the hit.
@@ -64,13 +69,26 @@ impl<R: Real, const S: usize> Model<R, S> {
         Some(Self { body: *body, response, readings })
     }
 
-    /// Model of the mean of `n` hits on one DOF.
-    pub(super) fn hit(&self, hit: &Hit<R>, balance: &Balance<R>, n: u16) -> Option<HitModel<R, S>> {
+    /// The readings under the nominal unit force of a hit.
+    pub(super) fn reading(&self, hit: &Hit<R>, balance: &Balance<R>) -> Option<Responses<R, S>> {
+        let motion = self.body.acceleration(&nominal_force(hit, balance))?;
+        Some(self.response.times(&motion))
+    }
+
+    /// Model of the mean of `n` hits on one DOF, which has these errors.
+    pub(super) fn hit(
+        &self,
+        hit: &Hit<R>,
+        uncertainty: &HitUncertainty<R>,
+        balance: &Balance<R>,
+        n: u16,
+        errors: &HitErrors<R>,
+    ) -> Option<HitModel<R, S>> {
         let direction = Vector3::from(hit.direction);
         let point = balance.point(&hit.position);
-        let motion = self.body.acceleration(&wrench(&direction, &point.cross(&direction)))?;
-        let across = basis_across(&direction);
-        let (position_error, direction_error) = hit.uncertainty.of_mean(n);
+        let mut force = nominal_force(hit, balance);
+        let across = across(&direction);
+        let (position_error, direction_error) = uncertainty.of_mean(n);
         let position_error = position_error / balance.length;
         let mut spread = ResponseRows::<R, S, HIT_NUISANCES>::zeros();
         for (k, t) in across.iter().enumerate() {
@@ -78,8 +96,12 @@ impl<R: Real, const S: usize> Model<R, S> {
             let turned = wrench(&(t * direction_error), &(point.cross(t) * direction_error));
             spread.0[k] = self.readings.times(&displaced);
             spread.0[2 + k] = self.readings.times(&turned);
+            force += displaced * errors[k] + turned * errors[2 + k];
         }
-        Some(HitModel { motion, reading: self.response.times(&motion), spread, across })
+        let reading = self.reading(hit, balance)?;
+        let motion = self.body.acceleration(&force)?;
+        let corrected = self.response.times(&motion);
+        Some(HitModel { motion, reading, corrected, spread, across })
     }
 
     /// `∂h/∂phi` under a motion.
@@ -124,7 +146,7 @@ impl<R: Real, const S: usize> HitModel<R, S> {
         uncertainty: &SensorUncertainty<R>,
         length: R,
     ) -> [Vector3<R>; SENSOR_NUISANCES] {
-        let reading: Vector3<R> = self.reading.column(index).into_owned();
+        let reading: Vector3<R> = self.corrected.column(index).into_owned();
         let turning: Vector3<R> = self.motion.fixed_rows::<3>(3).into_owned();
         let displacement = uncertainty.position / length;
         from_fn(|cause| match cause {
@@ -141,6 +163,11 @@ impl<R: Real, const S: usize> HitModel<R, S> {
     }
 }
 
+fn nominal_force<R: Real>(hit: &Hit<R>, balance: &Balance<R>) -> Vector6<R> {
+    let direction = Vector3::from(hit.direction);
+    wrench(&direction, &balance.point(&hit.position).cross(&direction))
+}
+
 fn wrench<R: Real>(force: &Vector3<R>, torque: &Vector3<R>) -> Vector6<R> {
     Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
 }
@@ -152,7 +179,7 @@ fn unit<R: Real>(axis: usize) -> Vector3<R> {
 }
 
 /// Two unit vectors perpendicular to a direction and to each other, the first as near as possible to an axis.
-fn basis_across<R: Real>(direction: &Vector3<R>) -> [Vector3<R>; 2] {
+pub(super) fn across<R: Real>(direction: &Vector3<R>) -> [Vector3<R>; 2] {
     let axis = direction.iamin();
     let first = unit::<R>(axis) - direction * direction[axis];
     let first = first / first.norm();

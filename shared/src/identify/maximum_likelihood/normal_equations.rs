@@ -7,13 +7,15 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::model::{SENSITIVITIES, SENSOR_NUISANCES};
+use super::model::{HIT_NUISANCES, HitErrors, SENSITIVITIES, SENSOR_NUISANCES};
 use crate::Real;
+use crate::layout::HOST_HITS;
 use crate::responses::{ResponseSquare, Responses};
 
-/// Size of the normal equations for this number of unknowns: the packed matrix and two right sides.
+/// Size of the normal equations for this number of unknowns: the packed matrix, two right sides, and the
+/// errors of the hits.
 pub(super) const fn workspace(unknowns: usize) -> usize {
-    unknowns * (unknowns + 1) / 2 + 2 * unknowns
+    unknowns * (unknowns + 1) / 2 + 2 * unknowns + HIT_NUISANCES * HOST_HITS
 }
 
 /// Lower triangle row by row, the right side, and room for a second right side.
@@ -22,6 +24,8 @@ pub(super) struct NormalEquations<'w, R> {
     packed: &'w mut [R],
     right: &'w mut [R],
     second: &'w mut [R],
+    /// Estimated errors of the hits of each DOF, in the order of the data; none are zero.
+    hit_errors: &'w mut [HitErrors<R>],
     unknowns: usize,
     nuisances: usize,
 }
@@ -39,15 +43,39 @@ pub(super) struct Rows<'r, R, const S: usize> {
 }
 
 impl<'w, R: Real> NormalEquations<'w, R> {
-    /// The equations of `nuisances` nuisance parameters and the ten properties in a workspace; `None` when it
-    /// is too small.
+    /// The equations of `nuisances` nuisance parameters and the ten properties in a workspace, for hits
+    /// without errors; `None` when it is too small.
     pub(super) fn new(workspace: &'w mut [R], nuisances: usize) -> Option<Self> {
+        Some(Self { hit_errors: &mut [], ..Self::with_hit_errors(workspace, nuisances)? })
+    }
+
+    /// The same for hits with the errors that the workspace has.
+    pub(super) fn with_hit_errors(workspace: &'w mut [R], nuisances: usize) -> Option<Self> {
         let unknowns = nuisances + 10;
         let length = unknowns * (unknowns + 1) / 2;
         let (packed, rest) = workspace.split_at_mut_checked(length)?;
         let (right, rest) = rest.split_at_mut_checked(unknowns)?;
-        let (second, _) = rest.split_at_mut_checked(unknowns)?;
-        Some(Self { packed, right, second, unknowns, nuisances })
+        let (second, rest) = rest.split_at_mut_checked(unknowns)?;
+        let (hit_errors, _) = rest.as_chunks_mut();
+        Some(Self { packed, right, second, hit_errors, unknowns, nuisances })
+    }
+
+    /// Errors of the hits on the DOF at this place in the data.
+    pub(super) fn hit_errors(&self, place: usize) -> HitErrors<R> {
+        self.hit_errors.get(place).copied().unwrap_or([R::zero(); HIT_NUISANCES])
+    }
+
+    /// Stores the errors of the hits on the DOF at this place.
+    pub(super) fn set_hit_errors(&mut self, place: usize, errors: HitErrors<R>) {
+        // There is room for the hits of every layout.
+        if let Some(stored) = self.hit_errors.get_mut(place) {
+            *stored = errors;
+        }
+    }
+
+    /// Sets the errors of all hits to zero.
+    pub(super) fn clear_hit_errors(&mut self) {
+        self.hit_errors.fill([R::zero(); HIT_NUISANCES]);
     }
 
     /// Resets the equations to the priors of the nuisance parameters.
@@ -197,6 +225,62 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         self.second.copy_from_slice(self.right);
         back_substitute(self.packed, &mut self.second[..self.nuisances]);
         &self.second[..self.nuisances]
+    }
+
+    /// After [`Self::complete`]: all unknowns at the minimum, nuisance parameters first. They are also the
+    /// second right side.
+    pub(super) fn solution(&mut self) -> &[R] {
+        self.second.copy_from_slice(self.right);
+        for i in self.nuisances..self.unknowns {
+            let row = &self.packed[start(i)..start(i) + i + 1];
+            let others = self.nuisances..i;
+            let value = self.second[i] - dot(&row[others.clone()], &self.second[others]);
+            self.second[i] = value / row[i];
+        }
+        back_substitute(self.packed, self.second);
+        self.second
+    }
+
+    /// After [`Self::complete`]: trace and squared Frobenius norm of `I − P`, where `P` is the covariance of
+    /// the first `count` unknowns. The equations cannot be used afterwards.
+    pub(super) fn shrinkage(&mut self, count: usize) -> (R, R) {
+        self.invert_factor();
+        // With the inverse factor A and its first columns alone, P = AᵀA, which has the trace and the norm of
+        // AAᵀ: products of rows, which lie in one piece.
+        let row = |i: usize| &self.packed[start(i)..start(i) + (i + 1).min(count)];
+        let (mut trace, mut squares) = (R::zero(), R::zero());
+        for i in 0..self.unknowns {
+            for j in 0..i {
+                let other = row(j);
+                let product = dot(&row(i)[..other.len()], other);
+                squares += product * product * R::of(2.0);
+            }
+            let own = dot(row(i), row(i));
+            trace += own;
+            squares += own * own;
+        }
+        let whole = R::of(count as f64);
+        (whole - trace, whole - trace * R::of(2.0) + squares)
+    }
+
+    /// Replaces the factor by its inverse, row by row. Overwrites the second right side.
+    fn invert_factor(&mut self) {
+        for i in 0..self.unknowns {
+            let (above, row) = self.packed.split_at_mut(start(i));
+            let (row, sums) = (&mut row[..=i], &mut self.second[..i]);
+            sums.fill(R::zero());
+            for (k, factor) in row[..i].iter().enumerate() {
+                let other = &above[start(k)..start(k) + k + 1];
+                for (sum, value) in sums.iter_mut().zip(other) {
+                    *sum += *factor * *value;
+                }
+            }
+            let pivot = row[i].recip();
+            row[i] = pivot;
+            for (to, sum) in row.iter_mut().zip(sums) {
+                *to = -*sum * pivot;
+            }
+        }
     }
 
     /// After [`Self::complete`]: solves for a right side that `fill` writes.

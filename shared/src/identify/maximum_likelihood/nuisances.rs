@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::fit_problem::{FitProblem, Terms};
 use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
-use super::pulls::{HitPull, NuisanceParameters, root_mean_square};
+use super::pulls::{HitPull, UnknownValues, root_mean_square};
 use crate::body::RigidBody;
 use crate::identify::{DofMassLines, MassLines};
 use crate::responses::Responses;
@@ -61,13 +61,13 @@ pub(super) fn estimate_nuisances<R: Real, const S: usize, const H: usize>(
     equations: &mut NormalEquations<'_, R>,
 ) -> Option<NuisanceEstimates<R, S, H>> {
     let layout = problem.layout;
-    let nuisances = NuisanceParameters::<R, S>::of(layout.sensors.len(), equations)?;
+    let nuisances = UnknownValues::<R, S>::of(layout.sensors.len(), equations.nuisances())?;
     equations.complete()?;
     let mut sensors = Vec::new();
     for (i, values) in nuisances.sensors.iter().enumerate() {
         let sigmas: [R; SENSOR_NUISANCES] =
             core::array::from_fn(|k| sigma_of(equations, SENSOR_NUISANCES * i + k));
-        sensors.push(sensor(&layout.sensors.get(i)?.uncertainty, values, &sigmas)).ok()?;
+        sensors.push(sensor(&problem.sensor_uncertainty(i)?, values, &sigmas)).ok()?;
     }
     let hammer = SENSOR_NUISANCES * layout.sensors.len();
     let hammer_gain = Estimated {
@@ -76,8 +76,8 @@ pub(super) fn estimate_nuisances<R: Real, const S: usize, const H: usize>(
     };
     let model = Model::new(layout, &problem.balance, body)?;
     let mut hits = Vec::new();
-    for (index, lines) in dofs {
-        let terms = problem.terms(&model, *index, lines)?;
+    for (place, (index, lines)) in dofs.iter().enumerate() {
+        let terms = problem.terms(&model, *index, lines, &equations.hit_errors(place))?;
         let left = nuisances.residual(problem, &model, &terms);
         let spread_covariance = covariance_of_hit(problem, &model, &terms, equations);
         hits.push(hit(problem, *index, lines, &terms, &left, &spread_covariance)?).ok()?;
@@ -165,8 +165,7 @@ fn hit<R: Real, const S: usize, const H: usize>(
     left: &Responses<R, S>,
     covariance: &HitCovariance<R>,
 ) -> Option<HitNuisances<R>> {
-    let (position_error, direction_error) =
-        problem.layout.hits.get(index)?.uncertainty.of_mean(lines.hits);
+    let (position_error, direction_error) = problem.hit_uncertainty(index)?.of_mean(lines.hits);
     let HitPull { values, pull, normalized_residual } = HitPull::of(terms, left, problem.channels);
     let vector = |first: usize, unit: R| -> [Estimated<R>; 3] {
         let [t, u]: &[Vector3<R>; 2] = &terms.model.across;

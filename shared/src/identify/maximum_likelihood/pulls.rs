@@ -1,25 +1,25 @@
 //! The pulls: how far the nuisance parameters must have moved to explain the readings, and which sensor or
 //! hit is the first suspect.
 
-use super::fit_problem::{FitProblem, Terms};
+use super::fit_problem::{FitProblem, MOST_SHARED, Terms};
 use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::DofMassLines;
-use crate::layout::MAX_ATTACHED;
 use crate::responses::Responses;
 use heapless::Vec;
 
 /// A sensor or hit is suspect when its root mean square pull exceeds this number of standard deviations.
 const SUSPICIOUS: f64 = 2.0;
 
-/// The nuisance parameters that stay the same over the test, in standard deviations of the budget.
-pub(super) struct NuisanceParameters<R, const S: usize> {
+/// Values of the unknowns: of the nuisance parameters that stay the same over the test, in standard deviations
+/// of the budget, and perhaps of the ten properties.
+pub(super) struct UnknownValues<R, const S: usize> {
     pub(super) sensors: Vec<[R; SENSOR_NUISANCES], S>,
-    /// The hammer's gain, then the attached bodies.
-    pub(super) shared: Vec<R, { 1 + MAX_ATTACHED }>,
+    /// The hammer's gain, then the attached bodies, then, if they are known, steps of the ten properties.
+    pub(super) shared: Vec<R, MOST_SHARED>,
 }
 
 /// The nuisance parameters of the mean hit on one DOF, in standard deviations of the budget.
@@ -31,17 +31,16 @@ pub(super) struct HitPull<R> {
     pub(super) normalized_residual: R,
 }
 
-impl<R: Real, const S: usize> NuisanceParameters<R, S> {
-    /// The parameters at the minimum, after [`NormalEquations::eliminate`].
-    pub(super) fn of(sensors: usize, equations: &mut NormalEquations<'_, R>) -> Option<Self> {
-        let (of_sensors, of_all) =
-            equations.nuisances().split_at_checked(SENSOR_NUISANCES * sensors)?;
+impl<R: Real, const S: usize> UnknownValues<R, S> {
+    /// From the unknowns in the order of the equations.
+    pub(super) fn of(sensors: usize, unknowns: &[R]) -> Option<Self> {
+        let (of_sensors, of_all) = unknowns.split_at_checked(SENSOR_NUISANCES * sensors)?;
         let (values, _) = of_sensors.as_chunks::<SENSOR_NUISANCES>();
         let sensors = Vec::from_slice(values).ok()?;
         Some(Self { sensors, shared: Vec::from_slice(of_all).ok()? })
     }
 
-    /// The residual of a hit DOF that these parameters leave unexplained.
+    /// The residual of a hit DOF that these values leave unexplained.
     pub(super) fn residual<const H: usize>(
         &self,
         problem: &FitProblem<'_, R, S, H>,
@@ -65,7 +64,7 @@ impl<R: Real, const S: usize> NuisanceParameters<R, S> {
 }
 
 impl<R: Real> HitPull<R> {
-    /// From the residual that [`NuisanceParameters::residual`] returns.
+    /// From the residual that [`UnknownValues::residual`] returns.
     pub(super) fn of<const S: usize>(
         terms: &Terms<R, S>,
         left: &Responses<R, S>,
@@ -99,7 +98,7 @@ pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
     body: &RigidBody<R>,
     equations: &mut NormalEquations<'_, R>,
 ) -> Option<Diagnostic> {
-    let nuisances = NuisanceParameters::<R, S>::of(problem.layout.sensors.len(), equations)?;
+    let nuisances = UnknownValues::<R, S>::of(problem.layout.sensors.len(), equations.nuisances())?;
     let mut largest = (R::of(SUSPICIOUS), None);
     let mut look_at = |pull: R, code: Code, subject: Subject| {
         if pull > largest.0 {
@@ -112,8 +111,8 @@ pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
         look_at(root_mean_square(values), Code::LargeSensorPull, Subject::sensor(i));
     }
     let model = Model::new(problem.layout, &problem.balance, body)?;
-    for (index, lines) in dofs {
-        let terms = problem.terms(&model, *index, lines)?;
+    for (place, (index, lines)) in dofs.iter().enumerate() {
+        let terms = problem.terms(&model, *index, lines, &equations.hit_errors(place))?;
         let left = nuisances.residual(problem, &model, &terms);
         let hit = HitPull::of(&terms, &left, problem.channels);
         look_at(hit.pull.max(hit.normalized_residual), Code::LargeHitPull, Subject::hit(*index));

@@ -68,7 +68,7 @@ fn heaviness<R: Real, const S: usize, const H: usize>(
     let (mut of_model, mut mixed, mut of_data) = (R::zero(), R::zero(), R::zero());
     for (index, lines) in dofs {
         let hit = problem.layout.hits.get(*index)?;
-        let reading = model.hit(hit, &problem.balance, lines.hits)?.reading;
+        let reading = model.reading(hit, &problem.balance)?;
         of_model += reading.norm_squared();
         mixed += reading.dot(&lines.accelerance);
         of_data += lines.accelerance.norm_squared();

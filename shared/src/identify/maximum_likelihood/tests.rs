@@ -44,7 +44,13 @@ pub(in crate::identify) fn fit<R: Real, const H: usize>(
     dofs: &Dofs<R>,
     start: Option<&RigidBody<R>>,
 ) -> Result<MaximumLikelihoodSolution<R, 3, H>, Diagnostics> {
-    solve(layout, dofs, start.map_or(Start::Crude, Start::At), &mut [R::zero(); RIG_WORKSPACE])
+    solve(
+        layout,
+        dofs,
+        start.map_or(Start::Crude, Start::At),
+        ErrorBudget::FirstOrder,
+        &mut [R::zero(); RIG_WORKSPACE],
+    )
 }
 
 /// Largest error over [m, L, L, L, m L² × 6].
@@ -272,7 +278,7 @@ fn mass_lines_that_are_not_finite_or_absent_are_refused() {
     }
     assert!(fit(&layout, &Vec::new(), None).is_err());
     let dofs = exact(&layout, &body);
-    assert!(solve(&layout, &dofs, Start::Crude, &mut [0.0; 100]).is_err());
+    assert!(solve(&layout, &dofs, Start::Crude, ErrorBudget::FirstOrder, &mut [0.0; 100]).is_err());
 }
 
 #[test]

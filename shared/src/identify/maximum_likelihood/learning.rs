@@ -1,0 +1,225 @@
+//! Learns the error budget from the data, with the stated budget as prior (theory, section 12).
+//!
+//! Two things can be learned: the scatter of the hits, from the differences between repeat hits, and one scale
+//! for everything that stays the same over the test, from the residuals of the fit.
+
+use nalgebra::{Matrix4, SMatrix};
+
+use super::fit::Fit;
+use super::fit_problem::FitProblem;
+use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
+use super::normal_equations::NormalEquations;
+use super::undetermined;
+use crate::Real;
+use crate::diagnosis::Diagnostics;
+use crate::identify::budget::{BudgetScales, LearnedBudget};
+use crate::identify::{DofMassLines, MassLines, Progress};
+use crate::layout::{HitUncertainty, Layout};
+use crate::linalg::cholesky;
+use crate::responses::ResponseRows;
+
+/// Weight of the stated scatter, in degrees of freedom.
+const PRIOR_FREEDOM: f64 = 2.0;
+/// Fewest degrees of freedom from which a scatter is learned.
+const LEAST_SCATTER_FREEDOM: u16 = 4;
+/// Fewest degrees of freedom of the residuals from which the constant scale is learned.
+const LEAST_RESIDUAL_FREEDOM: u16 = 8;
+/// Prior standard deviation of the logarithm of the constant scale, ln 3: the stated standard deviations are
+/// right within a factor of three.
+const LOG_SCALE_SIGMA: f64 = 1.098_612_288_668_109_8;
+/// Longest step of the logarithm.
+const LONGEST_STEP: f64 = 0.7;
+/// The iteration ends with a step shorter than this part of the standard deviation of the logarithm. Each step
+/// is many times shorter than the one before.
+const SHORT_STEP: f64 = 0.05;
+/// Largest number of steps; four are usual.
+const MOST_STEPS: u8 = 12;
+
+/// Sums over the repeat hits of all DOFs, for position or direction.
+#[derive(Clone, Copy, Debug)]
+struct Scatter<R> {
+    /// Squared distances from the mean, beyond noise, relative to the stated variance.
+    squares: R,
+    /// Degrees of freedom: two for each hit but the first.
+    freedom: u16,
+}
+
+impl<R: Real> Scatter<R> {
+    fn none() -> Self {
+        Self { squares: R::zero(), freedom: 0 }
+    }
+
+    fn add(&mut self, squares: R, stated: R, hits: u16) {
+        if stated > R::zero() {
+            self.squares += squares / (stated * stated);
+            self.freedom = self.freedom.saturating_add(2 * (hits - 1));
+        }
+    }
+
+    /// Learned over stated standard deviation, and the degrees of freedom that taught it; the stated one when
+    /// there are too few.
+    fn scale(&self) -> (R, u16) {
+        if self.freedom < LEAST_SCATTER_FREEDOM {
+            return (R::one(), 0);
+        }
+        let (prior, freedom) = (R::of(PRIOR_FREEDOM), R::of(f64::from(self.freedom)));
+        let variance = (prior + self.squares.max(R::zero())) / (prior + freedom);
+        (variance.sqrt(), self.freedom)
+    }
+}
+
+/// Squared distances of the repeat hits from their mean position (m²) and direction (rad²) beyond what noise
+/// explains; `None` when the scatter is unknown or a displacement and a rotation look alike.
+fn scatter_of<R: Real, const S: usize, const H: usize>(
+    problem: &FitProblem<'_, R, S, H>,
+    model: &Model<R, S>,
+    index: usize,
+    lines: &MassLines<R, S>,
+) -> Option<[R; 2]> {
+    let known = (0..problem.channels).any(|k| lines.scatter[(k, k)] > R::zero());
+    if lines.hits < 2 || !known {
+        return None;
+    }
+    // The readings for a displacement of one metre and a rotation of one radian.
+    let unit = HitUncertainty { position: R::one(), direction: R::one(), ..HitUncertainty::none() };
+    let hit = problem.layout.hits.get(index)?;
+    let errors = [R::zero(); HIT_NUISANCES];
+    let columns = model.hit(hit, &unit, &problem.balance, 1, &errors)?.spread;
+    let inverse = pseudo_inverse(&columns)?;
+    let freedom = R::of(f64::from(lines.hits - 1));
+    let hits = R::of(f64::from(lines.hits));
+    let mut squares = [R::zero(); 2];
+    for (k, row) in inverse.0.iter().enumerate() {
+        let measured = row.dot(&lines.scatter.times(row));
+        let noise = row.zip_map(&lines.noise, |r, sigma| r * r * sigma * sigma).sum() * hits;
+        squares[k / 2] += (measured - noise) * freedom;
+    }
+    Some(squares)
+}
+
+/// `(UᵀU)⁻¹ Uᵀ` of four columns; `None` when they are linearly dependent.
+fn pseudo_inverse<R: Real, const S: usize>(
+    columns: &ResponseRows<R, S, HIT_NUISANCES>,
+) -> Option<ResponseRows<R, S, HIT_NUISANCES>> {
+    let scale = columns.0.map(|column| column.norm());
+    let products: Matrix4<R> =
+        SMatrix::from_fn(|i, j| columns.0[i].dot(&columns.0[j]) / (scale[i] * scale[j]));
+    let factor = cholesky(&products)?;
+    let mut inverse = ResponseRows::<R, S, HIT_NUISANCES>::zeros();
+    for i in 0..HIT_NUISANCES {
+        let mut unit = nalgebra::SVector::<R, HIT_NUISANCES>::zeros();
+        unit[i] = R::one();
+        crate::linalg::forward_substitute(&factor, &mut unit);
+        crate::linalg::back_substitute_transposed(&factor, &mut unit);
+        for (k, column) in columns.0.iter().enumerate() {
+            inverse.0[i] += column * (unit[k] / (scale[i] * scale[k]));
+        }
+    }
+    Some(inverse)
+}
+
+impl<R: Real> Fit<R> {
+    /// Learns the scatter of the hits.
+    ///
+    /// # Errors
+    /// When the model cannot be evaluated.
+    // Not inlined, for the firmware's deepest stack.
+    #[inline(never)]
+    pub(super) fn learn_scatter<const S: usize, const H: usize>(
+        &mut self,
+        problem: &FitProblem<'_, R, S, H>,
+        dofs: &[DofMassLines<R, S>],
+    ) -> Result<(), Diagnostics> {
+        let body = problem.body_of(&self.parameters.phi()).ok_or_else(undetermined)?;
+        let model = Model::new(problem.layout, &problem.balance, &body).ok_or_else(undetermined)?;
+        let (mut position, mut direction) = (Scatter::none(), Scatter::none());
+        for (index, lines) in dofs {
+            let Some(squares) = scatter_of(problem, &model, *index, lines) else { continue };
+            let Some(hit) = problem.layout.hits.get(*index) else { continue };
+            position.add(squares[0], hit.uncertainty.position, lines.hits);
+            direction.add(squares[1], hit.uncertainty.direction, lines.hits);
+        }
+        let (hit_position, of_position) = position.scale();
+        let (hit_direction, of_direction) = direction.scale();
+        self.learned = Some(LearnedBudget {
+            scales: BudgetScales { hit_position, hit_direction, constant: R::one() },
+            scatter_degrees_of_freedom: of_position.max(of_direction),
+            constant_log_variance: R::zero(),
+            widening: [R::one(); 10],
+        });
+        Ok(())
+    }
+
+    /// Expresses the errors of the hits, which do not change, in the standard deviations of the learned budget.
+    pub(super) fn rescale_hit_errors<const S: usize, const H: usize>(
+        &self,
+        before: &FitProblem<'_, R, S, H>,
+        layout: &Layout<R, S, H>,
+        dofs: &[DofMassLines<R, S>],
+        equations: &mut NormalEquations<'_, R>,
+    ) {
+        let now = self.problem(layout);
+        for (place, (index, lines)) in dofs.iter().enumerate() {
+            let of_mean = |problem: &FitProblem<'_, R, S, H>| {
+                let uncertainty = problem.hit_uncertainty(*index)?;
+                let (position, direction) = uncertainty.of_mean(lines.hits);
+                Some([position, position, direction, direction])
+            };
+            let (Some(before), Some(now)) = (of_mean(before), of_mean(&now)) else { continue };
+            let errors = equations.hit_errors(place);
+            let rescaled = core::array::from_fn(|k| {
+                if now[k] > R::zero() { errors[k] * before[k] / now[k] } else { R::zero() }
+            });
+            equations.set_hit_errors(place, rescaled);
+        }
+    }
+
+    /// True when the residuals are enough to learn the scale of what stays the same over the test.
+    pub(super) fn can_learn_scale<const S: usize, const H: usize>(
+        &self,
+        problem: &FitProblem<'_, R, S, H>,
+    ) -> bool {
+        let stated = |sensor: &crate::layout::Sensor<R>| {
+            let u = &sensor.uncertainty;
+            u.gain.max(u.cross_axis).max(u.rotation).max(u.position) > R::zero()
+        };
+        self.consistency().degrees_of_freedom >= LEAST_RESIDUAL_FREEDOM
+            && problem.layout.sensors.iter().any(stated)
+    }
+
+    /// One step of the constant scale by restricted maximum likelihood with a log-normal prior, from the
+    /// evaluated equations. Afterwards the equations cannot be used.
+    ///
+    /// # Errors
+    /// When the equations cannot be solved.
+    // Not inlined, for the firmware's deepest stack.
+    #[inline(never)]
+    pub(super) fn learn_scale<const S: usize, const H: usize>(
+        &mut self,
+        steps: u8,
+        problem: &FitProblem<'_, R, S, H>,
+        equations: &mut NormalEquations<'_, R>,
+    ) -> Result<Progress, Diagnostics> {
+        let Some(learned) = &mut self.learned else { return Ok(Progress::Done) };
+        let count = SENSOR_NUISANCES * problem.layout.sensors.len();
+        equations.complete().ok_or_else(undetermined)?;
+        let pulls = equations.solution()[..count].iter().fold(R::zero(), |sum, u| sum + *u * *u);
+        let (trace, squares) = equations.shrinkage(count);
+        let prior = R::of(1.0 / (LOG_SCALE_SIGMA * LOG_SCALE_SIGMA));
+        let log_scale = learned.scales.constant.ln();
+        let score = pulls - trace - log_scale * prior;
+        let information = squares * R::of(2.0) + prior;
+        let longest = R::of(LONGEST_STEP);
+        let step = (score / information).max(-longest).min(longest);
+        if !step.finite() {
+            return Err(undetermined());
+        }
+        learned.scales.constant = (log_scale + step).exp();
+        learned.constant_log_variance = information.recip();
+        let short = step * step * information < R::of(SHORT_STEP * SHORT_STEP);
+        Ok(if short || steps >= MOST_STEPS { Progress::Done } else { Progress::Going })
+    }
+}
+
+#[cfg(test)]
+mod tests;
