@@ -1,7 +1,7 @@
 //! Statistics of a method over many runs: bias, error relative to the bound, coverage of the intervals.
 
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
+use massline_shared::identify::{Estimate, Method};
 
 /// Statistics of a method over all runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,7 +109,7 @@ fn property(
     let held: Vec<bool> = answered
         .iter()
         .zip(errors)
-        .filter_map(|(a, error)| Some(error.abs() <= HALF_WIDTH_95 * a.sigma()?[k]))
+        .filter_map(|(a, error)| Some(error.abs() <= a.half_widths()?[k]))
         .collect();
     let coverage95 = (many && !held.is_empty())
         .then(|| held.iter().filter(|&&holds| holds).count() as f64 / held.len() as f64);

@@ -1,7 +1,7 @@
 //! One estimate of the ten properties as JSON.
 
 use massline_shared::body::INERTIAL_PARAMETERS;
-use massline_shared::identify::{Estimate, HALF_WIDTH_95};
+use massline_shared::identify::Estimate;
 use nalgebra::Matrix3;
 use serde_json::{Map, Value, json};
 
@@ -46,11 +46,9 @@ pub fn estimate_json(estimate: &Estimate<f64>) -> Value {
 
 /// The bounds of the 95 % interval of each of the ten properties, by name.
 fn intervals(estimate: &Estimate<f64>) -> Option<Map<String, Value>> {
-    let (values, sigma) = (estimate.theta(), estimate.sigma()?);
-    let ends = values.iter().zip(sigma.iter()).map(|(value, sigma)| {
-        let half = HALF_WIDTH_95 * sigma;
-        json!([value - half, value + half])
-    });
+    let (values, widths) = (estimate.theta(), estimate.half_widths()?);
+    let ends =
+        values.iter().zip(widths.iter()).map(|(value, half)| json!([value - half, value + half]));
     let names = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.name.to_owned());
     Some(names.zip(ends).collect())
 }
@@ -65,7 +63,7 @@ mod tests {
     use super::*;
     use massline_shared::body::RigidBody;
     use massline_shared::diagnosis::Diagnostics;
-    use massline_shared::identify::Method;
+    use massline_shared::identify::{HALF_WIDTH_95, Method};
     use nalgebra::{SMatrix, SVector};
 
     fn estimate() -> Estimate<f64> {

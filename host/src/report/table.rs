@@ -3,7 +3,8 @@
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
 
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter, scale};
-use massline_shared::identify::{Estimate, HALF_WIDTH_95};
+use massline_shared::identify::Estimate;
+use nalgebra::SVector;
 
 use super::{message, sentences};
 
@@ -37,10 +38,10 @@ pub fn table(estimate: &Estimate<f64>, truth: Option<&Truth>) -> String {
     let sigma = estimate.sigma();
     for (k, (parameter, value)) in INERTIAL_PARAMETERS.iter().zip(&estimate.theta()).enumerate() {
         let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
-        let spread = |widths: f64| {
-            sigma.map_or("-".to_owned(), |s| format!("{:.4}", widths * s[k] * factor))
+        let spread = |of_ten: Option<SVector<f64, 10>>| {
+            of_ten.map_or("-".to_owned(), |of_ten| format!("{:.4}", of_ten[k] * factor))
         };
-        let (sd, half) = (spread(1.0), spread(HALF_WIDTH_95));
+        let (sd, half) = (spread(sigma), spread(estimate.half_widths()));
         let mut row =
             vec![symbol.to_owned(), format!("{:.4}", value * factor), sd, half, unit.into()];
         if let Some(truth) = truth {
@@ -88,7 +89,6 @@ mod tests {
     use massline_shared::body::RigidBody;
     use massline_shared::diagnosis::Diagnostics;
     use massline_shared::identify::Method;
-    use nalgebra::SVector;
 
     fn estimate() -> Estimate<f64> {
         let theta = [2.0, 0.1, 0.2, 0.3, 0.03, 0.02, 0.04, 0.0, 0.0, 0.001];

@@ -2,9 +2,9 @@
 //! bodies are admitted.
 
 use super::fit_problem::FitProblem;
+use super::intervals::Shares;
 use super::normal_equations::NormalEquations;
 use super::parameters::{Parameters, RAISED};
-use super::shares::Shares;
 use super::{check_data, equations_in, fatal, pulls, start, undetermined};
 use crate::Real;
 use crate::body::{LogCholesky, RigidBody};

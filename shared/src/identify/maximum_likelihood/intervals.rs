@@ -1,70 +1,40 @@
-//! Determines which part of the variances comes from the sensors and the marks (theory, section 12).
+//! Interval widths under a learned budget: wider by what learning does not know (theory, section 12).
 
 use nalgebra::SVector;
 
-use super::fit::Fit;
-use super::fit_problem::FitProblem;
-use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
-use super::normal_equations::NormalEquations;
-use super::undetermined;
 use crate::Real;
-use crate::diagnosis::Diagnostics;
-use crate::identify::{DofMassLines, Progress};
+use crate::identify::budget::LearnedBudget;
 
-impl<R: Real> Fit<R> {
-    /// Adds the shares of the sensors (`place` is `None`) or of the mark of one DOF, from completed equations.
-    ///
-    /// # Errors
-    /// When the model cannot be evaluated.
-    // Not inlined, for the firmware's deepest stack.
-    #[inline(never)]
-    pub(super) fn add_shares<const S: usize, const H: usize>(
-        &mut self,
-        place: Option<usize>,
-        problem: &FitProblem<'_, R, S, H>,
-        dofs: &[DofMassLines<R, S>],
-        equations: &mut NormalEquations<'_, R>,
-    ) -> Result<Progress, Diagnostics> {
-        let object = self.object().ok_or_else(undetermined)?;
-        let slopes = object.dtheta_dphi();
-        let nuisances = problem.nuisances();
-        let of_sensors = SENSOR_NUISANCES * problem.layout.sensors.len();
-        let Some(place) = place else {
-            for k in 0..10 {
-                let slope = slopes.row(k);
-                let solved = equations.solve(|right| {
-                    right[nuisances..].iter_mut().zip(slope.iter()).for_each(|(to, v)| *to = *v);
-                });
-                let inertial = &solved[nuisances..];
-                self.shares.variance[k] =
-                    slope.iter().zip(inertial).fold(R::zero(), |sum, (d, y)| sum + *d * *y);
-                self.shares.constant[k] =
-                    solved[..of_sensors].iter().fold(R::zero(), |sum, y| sum + *y * *y);
-            }
-            return Ok(Progress::Going);
+/// An interval is wider by this number times the squared relative standard deviation of its own width.
+const WIDENING: f64 = 1.4;
+
+/// How much of the variance of each property comes from what stays the same over the test.
+#[derive(Clone, Debug)]
+pub(super) struct Shares<R> {
+    /// Variance of theta, balanced.
+    pub(super) variance: SVector<R, 10>,
+    /// The part of the sensors and the marks, balanced.
+    pub(super) constant: SVector<R, 10>,
+}
+
+impl<R: Real> Shares<R> {
+    pub(super) fn none() -> Self {
+        Self { variance: SVector::zeros(), constant: SVector::zeros() }
+    }
+
+    /// Factors on the half widths of the intervals of theta, at least one.
+    pub(super) fn widening(&self, learned: &LearnedBudget<R>) -> SVector<R, 10> {
+        let freedom = learned.scatter_degrees_of_freedom;
+        let of_scatter = match freedom {
+            0 => R::zero(),
+            _ => R::of(1.0 / (2.0 * f64::from(freedom))),
         };
-        let Some((index, lines)) = dofs.get(place) else { return Ok(Progress::Done) };
-        let body = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
-        let model = Model::new(problem.layout, &problem.balance, &body).ok_or_else(undetermined)?;
-        let errors = equations.hit_errors(place);
-        let terms = problem.terms(&model, *index, lines, &errors).ok_or_else(undetermined)?;
-        let marks = problem.hit_uncertainty(*index).ok_or_else(undetermined)?;
-        let (position, direction) = marks.of_mean(lines.hits);
-        let part = |mark: R, whole: R| {
-            if whole > R::zero() { (mark / whole) * (mark / whole) } else { R::zero() }
-        };
-        let parts = [part(marks.node_position, position), part(marks.node_direction, direction)];
-        let mut as_residual = terms;
-        for k in 0..HIT_NUISANCES {
-            as_residual.residual = as_residual.model.spread.0[k];
-            equations.begin_second();
-            problem.with_rows(&model, &as_residual, |rows| equations.add_second(rows));
-            equations.solve_second();
-            let solved = &equations.second()[nuisances..];
-            let inertial = SVector::<R, 10>::from_fn(|i, _| solved[i]);
-            let moved = slopes * inertial;
-            self.shares.constant += moved.component_mul(&moved) * parts[k / 2];
-        }
-        Ok(if place + 1 < dofs.len() { Progress::Going } else { Progress::Done })
+        self.constant.zip_map(&self.variance, |part, whole| {
+            let share = if whole > R::zero() { part / whole } else { R::zero() };
+            let others = R::one() - share;
+            let squared =
+                share * share * learned.constant_log_variance + others * others * of_scatter;
+            R::one() + R::of(WIDENING) * squared
+        })
     }
 }

@@ -52,7 +52,7 @@ impl<R: Real> Scatter<R> {
     fn add(&mut self, squares: R, stated: R, hits: u16) {
         if stated > R::zero() {
             self.squares += squares / (stated * stated);
-            self.freedom = self.freedom.saturating_add(2 * (hits - 1));
+            self.freedom = self.freedom.saturating_add((hits - 1).saturating_mul(2));
         }
     }
 
