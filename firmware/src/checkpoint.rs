@@ -186,7 +186,11 @@ mod tests {
             calibration: u32::MAX,
             measured: u16::MAX,
             campaign: CampaignProgress {
-                start: Start { object: Object::Block { mass: 2.0 }, confirm: true },
+                start: Start {
+                    object: Object::Block { mass: 2.0 },
+                    confirm: true,
+                    calibration_age_days: 300,
+                },
                 dofs: (0..RIG_HITS).map(|_| dof).collect(),
                 wanted: u8::MAX,
                 rejected: u16::MAX,

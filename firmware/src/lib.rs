@@ -115,7 +115,8 @@ async fn recall<F: NorFlash>(
         let _ = rig.use_layout(layout);
     }
     if let Some(calibration) = store.calibration().await.filter(|stored| stored.is_usable()) {
-        rig.measurement.borrow_mut().set_calibration(calibration.calibration);
+        let gains = calibration.budget();
+        rig.measurement.borrow_mut().set_calibration(calibration.calibration, gains);
     }
     rig.last_mass.set(store.results().last().and_then(|stored| stored.entry.mass));
     Checkpoint::recall(rig, &mut store, room).await

@@ -46,6 +46,7 @@ impl<'a, 'm> StoredResult<'a, 'm> {
             number: self.number,
             layout_hash: self.rig.layout_hash.get(),
             calibration: checksum_of(measurement.calibration()),
+            gains: result.gains,
             firmware: cut(self.rig.info.firmware),
             frf_estimator: test.frf_estimator,
             terms: test.terms,

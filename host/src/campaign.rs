@@ -7,7 +7,7 @@
 use std::time::{Duration, Instant};
 
 use massline_protocol::event::{HitEvent, ScanBlock};
-use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_protocol::message::{CampaignCommand, CommandRequest, Reason, Status};
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::measurement::campaign::Phase;
 
@@ -98,6 +98,8 @@ pub struct StartOptions {
     pub restart: bool,
     /// The object is a block of this mass, kg: mass lines only.
     pub block_mass: Option<f32>,
+    /// Age of the calibration, days; zero when it is not known.
+    pub calibration_age_days: u16,
 }
 
 /// What [`begin`] did.
@@ -139,10 +141,15 @@ pub fn begin(client: &mut Client, how: StartOptions) -> Result<StartOutcome, Cli
 }
 
 fn start(client: &mut Client, how: StartOptions) -> Result<Status, ClientError> {
-    match how.block_mass {
-        Some(mass) => client.start_block(mass, how.confirm),
-        None => client.start(how.confirm, how.force),
-    }
+    let StartOptions { confirm, force, block_mass, calibration_age_days, restart: _ } = how;
+    let request = CommandRequest {
+        confirm,
+        force,
+        block_mass,
+        calibration_age_days,
+        ..CampaignCommand::Start.into()
+    };
+    client.command_with(request)
 }
 
 /// Follows the running campaign until it ends.

@@ -12,7 +12,7 @@ use massline_shared::signal::{
 use nalgebra::Complex;
 
 use crate::error::{Error, Result};
-use crate::recording::{Channel, Recording};
+use crate::recording::{Channel, Recording, StatedUnit};
 use repeats::Repeats;
 
 /// Largest number of hits that are compared, as their spectra are held in memory; repeat hits are never so
@@ -24,6 +24,8 @@ const MOST_HITS: usize = 2000;
 pub struct Options {
     /// Name or number (from 1) of the column of the force.
     pub force: Option<String>,
+    /// Units of columns; they override those of the file.
+    pub units: Vec<StatedUnit>,
     /// Sampling rate, Hz; overrides that of the file.
     pub rate_hz: Option<f64>,
     /// Force from which on the hammer channel counts as overloaded, N.
@@ -44,6 +46,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             force: None,
+            units: Vec::new(),
             rate_hz: None,
             force_range_n: None,
             response_range: None,
@@ -96,8 +99,11 @@ struct CutHit {
 ///
 /// # Errors
 /// Exit 2 when there is no force, response or rate, no hit, or more hits than can be compared.
-pub fn grade(recording: &Recording, options: &Options) -> Result<Hits> {
-    let order = cut::channel_order(recording, options)?;
+pub fn grade(recording: Recording, options: &Options) -> Result<Hits> {
+    let order = cut::channel_order(&recording, options)?;
+    let force = order.first().copied().unwrap_or_default();
+    let (recording, mut warnings) = recording.in_si(force, &options.units)?;
+    let recording = &recording;
     let rate = cut::rate(recording, options)?;
     let cut = cut::hits(recording, &order, rate, options)?;
     let mut hits: Vec<Hit> = Vec::new();
@@ -121,7 +127,7 @@ pub fn grade(recording: &Recording, options: &Options) -> Result<Hits> {
     }
     compare(&mut hits, &cut, rate, options)?;
     let channels = order.iter().filter_map(|&k| recording.channels.get(k).cloned()).collect();
-    let warnings = cut::other_rate(recording, rate).into_iter().collect();
+    warnings.extend(cut::other_rate(recording, rate));
     Ok(Hits { hits, channels, warnings })
 }
 

@@ -21,7 +21,7 @@ use massline_shared::identify::{Estimate, IdentifySettings, Method, Observations
 use massline_shared::layout::HostLayout;
 use serde_json::{Value, json};
 
-use crate::identification::{Identification, Selection, identify, lines_of};
+use crate::identification::{Identification, Selection, identify, layout_of, lines_of};
 use crate::report::{
     diagnostics_json, estimates_of, message_in, refusals_json, refusals_text, table,
 };
@@ -38,7 +38,7 @@ pub struct HostSolution<'a> {
     /// The search for a single mistake that explains the data, where one was done.
     pub examination: Option<Examination>,
     result: &'a MeasurementResult,
-    layout: &'a HostLayout,
+    layout: HostLayout,
     selection: Selection,
 }
 
@@ -60,13 +60,10 @@ impl FoundBy {
 
 impl<'a> HostSolution<'a> {
     /// Solves the mass lines of a result with the layout of its measurement.
-    pub fn new(
-        result: &'a MeasurementResult,
-        layout: &'a HostLayout,
-        selection: Selection,
-    ) -> Self {
+    pub fn new(result: &'a MeasurementResult, layout: &HostLayout, selection: Selection) -> Self {
         let lines = lines_of(result);
-        let observed = Observations::of_mass_lines(layout, &lines);
+        let layout = layout_of(result, layout);
+        let observed = Observations::of_mass_lines(&layout, &lines);
         let identification = identify(&observed, selection, &IdentifySettings::default());
         Self { identification, examination: None, result, layout, selection }
     }
@@ -74,7 +71,7 @@ impl<'a> HostSolution<'a> {
     /// As [`Self::new`], with a search for the single mistake that explains the data.
     pub fn examined(
         result: &'a MeasurementResult,
-        nominal: &'a NominalTest,
+        nominal: &NominalTest,
         selection: Selection,
     ) -> Self {
         let examination = Some(nominal.examine_result(result));
@@ -127,7 +124,7 @@ impl<'a> HostSolution<'a> {
     /// The methods without an answer by the rig, and why: a line for each.
     pub fn missing_text(&self) -> String {
         let missing: Vec<_> = self.missing().into_iter().map(|(refused, _)| refused).collect();
-        refusals_text(&missing, |d| message_in(d, self.layout))
+        refusals_text(&missing, |d| message_in(d, &self.layout))
     }
 
     /// The findings as text under a heading.
@@ -140,9 +137,9 @@ impl<'a> HostSolution<'a> {
                 None => text += &format!("the rig has no such answer:\n{}", table(estimate, None)),
             }
         }
-        text += &self.identification.nuisance_text(self.layout);
+        text += &self.identification.nuisance_text(&self.layout);
         if let Some(examination) = &self.examination {
-            text += &examination.to_text(self.layout);
+            text += &examination.to_text(&self.layout);
         }
         text
     }

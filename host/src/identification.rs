@@ -116,7 +116,7 @@ pub fn identify<L: SpectrumBins<f64>>(
     let likelihood = |estimate: &&mut Estimate<f64>| estimate.method == Method::MaximumLikelihood;
     if let Some(estimate) = found.estimates.iter_mut().find(likelihood) {
         found.priors = suspect_priors(estimate, layout, mass_lines);
-        found.details = details(layout, mass_lines, &estimate.body);
+        found.details = details(&learned(layout, estimate), mass_lines, &estimate.body);
     }
     for (method, reasons) in &mut found.not_applicable {
         if *method == Method::MaximumLikelihood {
@@ -149,6 +149,15 @@ fn suspect_priors(
     priors
 }
 
+/// The layout with the budget that the fit has used.
+fn learned(layout: &HostLayout, estimate: &Estimate<f64>) -> HostLayout {
+    let mut layout = layout.clone();
+    if let Some(learned) = &estimate.learned {
+        learned.scales.apply_to(&mut layout);
+    }
+    layout
+}
+
 /// Nuisance parameters of sensors, hammer and hits at the fit's answer, and the influence of each on the
 /// answer.
 fn details(
@@ -161,7 +170,7 @@ fn details(
         layout,
         lines,
         Start::At(answer),
-        ErrorBudget::FirstOrder,
+        ErrorBudget::Stated,
         &mut memory,
     );
     let whole = whole.ok()?;
@@ -175,4 +184,13 @@ fn details(
 pub fn lines_of(result: &MeasurementResult) -> MeasuredLines {
     let of_rig = result.dofs.iter().filter_map(DofResult::mass_lines);
     of_rig.map(|(index, lines)| (index, lines.cast::<f64>().resized())).collect()
+}
+
+/// The layout with the standard deviations that the calibration of a result contributed.
+pub fn layout_of(result: &MeasurementResult, layout: &HostLayout) -> HostLayout {
+    let mut layout = layout.clone();
+    if let Some(gains) = result.head.gains {
+        gains.apply_to(&mut layout);
+    }
+    layout
 }

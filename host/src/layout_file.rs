@@ -8,7 +8,6 @@
 mod entry;
 mod error;
 mod exact;
-mod gains;
 mod known;
 mod policy;
 mod raw;
@@ -25,7 +24,6 @@ use massline_shared::layout::{Dof, HostLayout, RigLayout};
 
 pub(crate) use error::Place;
 pub use error::{Fault, LayoutFileError, Place as LayoutPlace};
-pub use gains::StatedGains;
 pub use known::Uncertainty;
 pub use template::{TEMPLATE, schema};
 
@@ -45,8 +43,6 @@ pub struct LayoutFile {
     pub sensors: Vec<SensorDetails>,
     /// Default uncertainties of sensors and hits.
     pub uncertainty: Uncertainty,
-    /// Which gains of the budget the file states explicitly.
-    pub stated: StatedGains,
     /// Expected values to compare with.
     pub reference: Option<Reference>,
 }

@@ -12,6 +12,7 @@
 //! | [`calibration`] | dates of calibrations, and the RC cutoffs from the spectra of a block test |
 //! | [`calibration_file`] | the calibration TOML |
 //! | [`uff`] | universal files, dataset 58 |
+//! | [`units`] | units of force and motion, as people write them |
 //! | [`identification`] | the ten properties in double precision, and the nuisance parameters of the fit |
 //! | [`design`] | the predicted uncertainty of a layout, and better layouts |
 //! | [`solve`] | the offline solver |
@@ -58,5 +59,6 @@ pub mod spectra;
 pub mod tape;
 mod toml_file;
 pub mod uff;
+pub mod units;
 
 pub use error::{Error, Result};

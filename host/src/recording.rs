@@ -14,11 +14,14 @@ mod csv;
 mod lvm;
 mod npy;
 mod number;
+mod si;
 mod uff;
 
 use std::path::Path;
 
 use thiserror::Error;
+
+pub use si::StatedUnit;
 
 /// Largest file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 28;

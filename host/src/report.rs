@@ -4,6 +4,7 @@
 //! body axes, as tensor elements; the covariance is in the order [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz,
 //! Jyz], SI.
 
+mod budget;
 mod details;
 mod estimate;
 mod measurement;
@@ -14,6 +15,7 @@ mod table;
 use massline_shared::diagnosis::Diagnostic;
 use serde_json::{Value, json};
 
+pub use budget::{budget_json, budget_text};
 pub use details::{details_json, details_text};
 pub use estimate::estimate_json;
 pub use measurement::{estimates_of, measurement_json, measurement_text};

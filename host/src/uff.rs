@@ -19,8 +19,8 @@ use std::path::Path;
 
 use nalgebra::Complex;
 
+pub use crate::units::Quantity;
 pub use error::{UffError, UffFault};
-pub use units::Quantity;
 pub use write::{Encoding, write};
 
 use function::read_function;
@@ -199,8 +199,8 @@ impl Function {
         self.function_type == function::TIME_RESPONSE
     }
 
-    /// The ordinate of a record over time: forces in N, motions in m, m/s and m/s² by the units of dataset
-    /// 164, anything else unconverted.
+    /// The ordinate of a record over time. Without a unit of its own: forces in N, motions in m, m/s and m/s² by
+    /// the units of dataset 164, anything else unconverted. With one: in that unit.
     pub fn time_samples(&self) -> Vec<f64> {
         let factor = units::time_factor(self);
         self.ordinate.iter().map(|y| y.re * factor).collect()

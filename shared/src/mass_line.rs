@@ -321,6 +321,18 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
 }
 
 impl<R: Real> MassLineDesign<R> {
+    /// Sum of the weights of the bins in the band.
+    pub fn total_weight(&self) -> R {
+        self.root_weight * self.root_weight
+    }
+
+    /// Variance of A when every bin has, in real and imaginary part, a variance of one over its weight;
+    /// correlated bins are taken as independent.
+    pub fn variance(&self) -> R {
+        let row = &self.inverse[0][..self.terms];
+        row.iter().fold(R::zero(), |sum, v| sum + *v * *v)
+    }
+
     /// Restores the basis over the workspace in which it was computed; `None` when that is too small.
     pub fn over<'a>(&self, workspace: &'a [BasisRow<R>]) -> Option<MassLineBasis<'a, R>> {
         Some(MassLineBasis { rows: workspace.get(..self.bins)?, design: *self })

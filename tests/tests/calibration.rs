@@ -16,7 +16,7 @@ use massline::commands::calibrate::tumble::take;
 use massline::commands::demo::LAYOUTS;
 use massline::layout_file::LayoutFile;
 use massline::output::Output;
-use massline_protocol::message::CampaignCommand;
+use massline_protocol::message::{CampaignCommand, CommandRequest};
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
@@ -219,7 +219,7 @@ fn rc_cutoffs_are_found_against_the_hammers_and_a_second_test_confirms_them() {
 /// Runs a campaign on a block without reading its spectra until this many hits are accepted.
 fn accept(rig: &mut BlockRig, test: &BlockTest, hits: u32) {
     rig.client.put_layout(&test.layout).unwrap();
-    rig.client.start_block(test.mass.mass as f32, true).unwrap();
+    start_block(&mut rig.client, test.mass.mass, true);
     loop {
         let status = rig.client.status().unwrap();
         if status.accepted.iter().map(|&n| u32::from(n)).sum::<u32>() == hits {
@@ -277,7 +277,7 @@ fn a_block_test_that_was_begun_without_confirmation_is_joined() {
     let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
     let record = rig.client.calibration().unwrap();
     rig.client.put_layout(&test.layout).unwrap();
-    rig.client.start_block(test.mass.mass as f32, false).unwrap();
+    start_block(&mut rig.client, test.mass.mass, false);
     let found = test.run(&mut rig, &record, &mut output()).unwrap();
     for cutoff in &found.cutoffs {
         match cutoff.found {
@@ -346,4 +346,10 @@ fn an_interrupted_tumble_test_goes_on_where_it_was() {
         // The same positions measured again: noise of 0.02 codes, of 78 per g.
         assert!(((a.sensitivity - b.sensitivity) / b.sensitivity[(0, 0)]).amax() < 1.5e-3);
     }
+}
+
+fn start_block(client: &mut massline::client::Client, mass: f64, confirm: bool) {
+    let block_mass = Some(mass as f32);
+    let request = CommandRequest { confirm, block_mass, ..CampaignCommand::Start.into() };
+    client.command_with(request).unwrap();
 }

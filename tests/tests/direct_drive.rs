@@ -23,7 +23,7 @@ fn directly(
     let mut memory = Box::new(Memory::<f32>::new());
     let mut measurement = Measurement::new(source.adc(), &mut memory);
     measurement.set_layout(layout.clone());
-    measurement.set_calibration(nominal_calibration(bench));
+    measurement.set_calibration(nominal_calibration(bench), None);
     measurement.start(Start::DEFAULT, false, true).unwrap();
     loop {
         match measurement.next_action() {

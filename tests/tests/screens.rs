@@ -18,6 +18,7 @@ use massline_shared::calibration::CalibrationSigma;
 use massline_shared::calibration::tumble::{Position, TumbleProblem};
 use massline_shared::diagnosis::Setting;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
+use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget};
 use massline_shared::identify::{Consistency, Method};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
@@ -104,6 +105,7 @@ impl Rig {
             menu: &menu,
             model: &self.model,
             layout: self.layout.as_ref(),
+            layout_hash: 7,
             layouts: &self.layouts,
             results: &self.results,
             summary: self.summary.as_ref(),
@@ -145,6 +147,12 @@ fn summary() -> Summary {
         covariance,
         condition: 8.604,
         consistency: Some(Consistency { chi_squared: 12.4, degrees_of_freedom: 17 }),
+        learned: Some(LearnedBudget {
+            scales: BudgetScales { hit_position: 0.6, hit_direction: 0.56, constant: 0.62 },
+            scatter_degrees_of_freedom: 40,
+            constant_log_variance: 0.04,
+            widening: [1.0; 10],
+        }),
         diagnostics: Diagnostics::new(),
     };
     let findings = [
@@ -260,6 +268,7 @@ fn every_code_leaves_the_edges_of_the_screen_dark() {
             menu: &menu,
             model: &rig.model,
             layout: rig.layout.as_ref(),
+            layout_hash: 7,
             layouts: &[],
             results: &[],
             summary: None,
@@ -297,6 +306,7 @@ fn the_pages_of_a_result_look_as_their_pictures() {
         "result-products",
         "result-principal",
         "result-limits",
+        "result-budget",
         "result-finding",
         "result-finding-response",
     ];

@@ -143,6 +143,7 @@ fn result(dofs: usize) -> MeasurementResult {
         covariance: (0..COVARIANCE).map(|_| 1e-9).collect(),
         condition: 20.0,
         consistency: Some(Consistency { chi_squared: 21.5, degrees_of_freedom: 17 }),
+        learned: None,
         diagnostics: diagnostics(1),
     };
     MeasurementResult {
@@ -150,6 +151,7 @@ fn result(dofs: usize) -> MeasurementResult {
             number: 3,
             layout_hash: 7,
             calibration: 8,
+            gains: None,
             firmware: text("0.1.0"),
             frf_estimator: FrfEstimator::H1,
             terms: Terms::Abc,
@@ -185,6 +187,7 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         confirm: true,
         force: false,
         block_mass: Some(2.5),
+        calibration_age_days: 300,
     };
     let chunk_request = ChunkRequest { object: object(), offset: 1024, length: 512 };
     let chunk =

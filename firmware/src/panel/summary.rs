@@ -24,7 +24,7 @@ pub struct Summary {
 }
 
 /// Number of pages of an estimate, before the diagnostics.
-pub const ANSWER_PAGES: u8 = 5;
+pub const ANSWER_PAGES: u8 = 6;
 
 impl Summary {
     /// Number of pages of this result.

@@ -192,6 +192,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
             menu: &self.menu,
             model: &self.before,
             layout: measurement.layout(),
+            layout_hash: self.rig.layout_hash.get(),
             layouts: &layouts(store),
             results: &results,
             summary: self.modal.summary(),
@@ -279,7 +280,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
 
     /// Starts a campaign; `room` is true when the store has room for it.
     fn start(&mut self, object: Object, room: bool) -> Result<(), Refused> {
-        let started = self.rig.start(Start { object, confirm: false }, false, room);
+        let started = self.rig.start(Start { object, ..Start::DEFAULT }, false, room);
         if started == Err(StartError::LayoutRefused) {
             let measurement = self.rig.measurement.borrow();
             let check = |layout| measurement.check(layout);
@@ -366,7 +367,7 @@ impl<F: NorFlash> PanelController<'_, '_, F> {
     /// Puts the proposed calibration, which has been stored, into force.
     fn calibrated(&mut self) {
         let ModalState::Proposal(record, _) = &*self.modal else { return };
-        self.rig.measurement.borrow_mut().set_calibration(record.calibration);
+        self.rig.measurement.borrow_mut().set_calibration(record.calibration, record.budget());
         *self.modal = ModalState::CalibrationStored;
     }
 }

@@ -37,7 +37,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
             }
             GetLayout::KIND => {
                 let measurement = rig.measurement.borrow();
-                reply.with::<GetLayout>(measurement.layout().ok_or(Reason::NoLayout)?)
+                reply.with::<GetLayout>(&measurement.stated_layout().ok_or(Reason::NoLayout)?)
             }
             PutCalibration::KIND => {
                 self.put_calibration(reply.frame.body).await?;
@@ -126,7 +126,8 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
         let write = async || {
             self.store.lock().await.put_calibration(body).await?;
             let record = decode::<CalibrationRecord>(body)?;
-            self.rig.measurement.borrow_mut().set_calibration(record.calibration);
+            let gains = record.budget();
+            self.rig.measurement.borrow_mut().set_calibration(record.calibration, gains);
             Ok::<_, Reason>(())
         };
         self.rig.changing(write).await
@@ -165,7 +166,11 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
             Some(mass) if mass.is_finite() && mass > 0.0 => Object::Block { mass },
             Some(_) => return Err(Reason::Malformed),
         };
-        let start = Start { object, confirm: request.confirm };
+        let start = Start {
+            object,
+            confirm: request.confirm,
+            calibration_age_days: request.calibration_age_days,
+        };
         let room = !self.store.lock().await.is_full(self.rig.dofs()).await;
         Ok(self.rig.start(start, request.force, room)?)
     }

@@ -326,6 +326,7 @@ mod tests {
                 number: 1,
                 layout_hash: layout.hash(),
                 calibration: 0,
+                gains: None,
                 firmware: heapless::String::new(),
                 frf_estimator: FrfEstimator::H1,
                 terms: Terms::A,

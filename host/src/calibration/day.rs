@@ -23,6 +23,12 @@ impl Day {
         Self(Timestamp::now().to_zoned(TimeZone::UTC).date())
     }
 
+    /// Days from this date until today; zero for one in the future.
+    pub fn age_in_days(self) -> u16 {
+        let days = (Self::today().0 - self.0).get_days();
+        u16::try_from(days.max(0)).unwrap_or(u16::MAX)
+    }
+
     /// The text as a calibration stores it; empty for a year with more than four digits.
     pub fn text(self) -> heapless::String<10> {
         self.to_string().as_str().try_into().unwrap_or_default()

@@ -259,12 +259,7 @@ impl Client {
     /// # Errors
     /// As [`Client::ask`].
     pub fn command(&mut self, command: CampaignCommand) -> Result<Status, ClientError> {
-        self.ask::<Command>(&CommandRequest {
-            command: command as u8,
-            confirm: false,
-            force: false,
-            block_mass: None,
-        })
+        self.command_with(command.into())
     }
 
     /// Starts a campaign; with `confirm` every hit waits for a verdict, with `force` the campaign starts
@@ -273,26 +268,15 @@ impl Client {
     /// # Errors
     /// As [`Client::ask`].
     pub fn start(&mut self, confirm: bool, force: bool) -> Result<Status, ClientError> {
-        self.ask::<Command>(&CommandRequest {
-            command: CampaignCommand::Start as u8,
-            confirm,
-            force,
-            block_mass: None,
-        })
+        self.command_with(CommandRequest { confirm, force, ..CampaignCommand::Start.into() })
     }
 
-    /// Starts a campaign on a block of this mass, kg, which yields mass lines only. With `confirm` every hit
-    /// waits for a verdict.
+    /// Sends a campaign command with all its options.
     ///
     /// # Errors
     /// As [`Client::ask`].
-    pub fn start_block(&mut self, mass: f32, confirm: bool) -> Result<Status, ClientError> {
-        self.ask::<Command>(&CommandRequest {
-            command: CampaignCommand::Start as u8,
-            confirm,
-            force: false,
-            block_mass: Some(mass),
-        })
+    pub fn command_with(&mut self, request: CommandRequest) -> Result<Status, ClientError> {
+        self.ask::<Command>(&request)
     }
 
     /// Statistics of the channels at the moment, without a hit.

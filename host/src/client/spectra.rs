@@ -10,7 +10,8 @@ const HEADER: usize = 16;
 /// Length of a word, bytes.
 const WORD: usize = 4;
 
-/// Auto and cross spectra of the hits at one DOF: force in N s, responses in (m/s²) s. They are corrected for
+/// Auto and cross spectra of the hits at one DOF, each hit divided by the root of the force's energy in the
+/// band: the force without a unit, responses in (m/s²)/N. They are corrected for
 /// the low-passes and delays of the calibration in force, but not for cross-axis sensitivities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DofSpectra {
@@ -132,7 +133,7 @@ impl DofSpectra {
         })
     }
 
-    /// `G_FF` bin by bin, N² s².
+    /// `G_FF` bin by bin, of forces divided by the root of their energy in the band: no unit.
     pub fn force_auto(&self) -> &[f64] {
         &self.force_auto
     }

@@ -123,6 +123,7 @@ mod tests {
             covariance: heapless::Vec::new(),
             condition: 10.0,
             consistency: None,
+            learned: None,
             diagnostics: heapless::Vec::new(),
         };
         Comparison {
@@ -135,6 +136,7 @@ mod tests {
                     number: 1,
                     layout_hash: 1,
                     calibration: 1,
+                    gains: None,
                     firmware: heapless::String::new(),
                     frf_estimator: FrfEstimator::H1,
                     terms: Terms::Abc,

@@ -10,19 +10,20 @@ use super::number::{not_negative, positive};
 use crate::error::{Error, Result};
 use crate::hits::{Options, grade};
 use crate::output::Output;
-use crate::recording::Recording;
+use crate::recording::{Recording, StatedUnit};
 
 /// Arguments of `massline hits`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Reads LabVIEW measurement (.lvm, decimal point or comma), CSV (; tab or comma, with or without
 names), UFF time records (dataset 58, type 1) and NumPy arrays ((segments,) samples, channels). A
-file of several segments has a hit in each; a continuous one is cut by the trigger. Force in N,
-responses in m/s².
+file of several segments has a hit in each, and so has a short one that begins with a hit; a
+continuous one is cut by the trigger. Units that the file declares are converted to N and m/s².
 
 Examples:
   massline hits impact.lvm
   massline hits taps.csv --force Hammer --rate-hz 4000 --force-range-n 120
+  massline hits old.csv --unit Hammer=lbf --unit 2=g
   massline hits taps.npy --rate-hz 51200 --policy double_hit=warn --json")]
 pub struct Args {
     /// The recording.
@@ -30,6 +31,10 @@ pub struct Args {
     /// Column of the force: its name, or its number from 1 (a time column does not count).
     #[arg(long, value_name = "COLUMN")]
     force: Option<String>,
+    /// Unit of a column, where the file does not state it or states a wrong one: COLUMN=UNIT, for example
+    /// "2=g"; may be repeated. Without any, the force is in N and the responses are in m/s².
+    #[arg(long, value_name = "COLUMN=UNIT", value_parser = unit)]
+    unit: Vec<StatedUnit>,
     /// Sampling rate, for a file that does not state it.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate_hz: Option<f64>,
@@ -79,7 +84,7 @@ fn test_defaults() -> TestSettings<f64> {
 /// # Errors
 /// Exit 2 when the file or an option is bad, or the file has no hit.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let hits = grade(&Recording::read(&args.file)?, &options(args)?)
+    let hits = grade(Recording::read(&args.file)?, &options(args)?)
         .map_err(|error| error.within(args.file.display()))?;
     hits.warnings.iter().for_each(|warning| output.warn(warning));
     output.answer(&hits.to_json(), |_| hits.to_text())
@@ -98,6 +103,7 @@ fn options(args: &Args) -> Result<Options> {
         .fold(HitPolicy::default(), |policy, &(code, verdict)| policy.with(code, verdict));
     Ok(Options {
         force: args.force.clone(),
+        units: args.unit.clone(),
         rate_hz: args.rate_hz,
         force_range_n: args.force_range_n,
         response_range: args.response_range_m_per_s2,
@@ -114,6 +120,17 @@ fn options(args: &Args) -> Result<Options> {
             ..TestSettings::default()
         },
     })
+}
+
+fn unit(text: &str) -> std::result::Result<StatedUnit, String> {
+    let wrong = "write COLUMN=UNIT, for example 2=g or Hammer=lbf";
+    let (column, unit) = text.rsplit_once('=').ok_or(wrong)?;
+    let (column, unit) = (column.trim().to_owned(), unit.trim().to_owned());
+    if column.is_empty() || unit.is_empty() {
+        Err(wrong.into())
+    } else {
+        Ok(StatedUnit { column, unit })
+    }
 }
 
 fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {

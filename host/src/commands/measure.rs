@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use massline_protocol::LayoutHash;
 use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Status};
+use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
@@ -14,6 +15,7 @@ use super::files;
 use super::keyboard::{self, Keyboard};
 use super::progress::{Progress, Prompts};
 use super::{hash, show};
+use crate::calibration::day::Day;
 use crate::campaign::phase_name;
 use crate::campaign::{
     CampaignOutcome, Observer, OperatorAction, StartOptions, StartOutcome, begin, follow,
@@ -63,7 +65,7 @@ pub struct Args {
 /// When a file is bad, the rig cannot be reached or refuses, the data cannot determine the answer, or the
 /// user interrupts the command.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let mut file = LayoutFile::read(&args.layout)?;
+    let file = LayoutFile::read(&args.layout)?;
     files::for_rig(&file, &args.layout)?;
     let calibration = files::calibration(args.calibration.as_deref(), &file)?;
     if args.confirm && !output.has_keyboard() {
@@ -75,21 +77,21 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let (mut client, identity) = args.port.connect()?;
     let kept = client.calibration()?;
-    file.apply_budget(calibration.as_ref().unwrap_or(&kept));
     let layout = files::for_rig(&file, &args.layout)?;
     fits(&layout, &identity)?;
     make_room(&mut client, &layout, args.restart)?;
     let answer = client.put_layout(&layout)?;
     judge_layout(&answer, &layout, args.force, output)?;
-    if let Some(calibration) = calibration
-        && kept != calibration
+    if let Some(calibration) = &calibration
+        && kept != *calibration
     {
-        client.put_calibration(&calibration)?;
+        client.put_calibration(calibration)?;
     }
     let how = StartOptions {
         confirm: args.confirm,
         force: args.force,
         restart: args.restart,
+        calibration_age_days: age_in_days(calibration.as_ref().unwrap_or(&kept)),
         ..StartOptions::default()
     };
     match begin(&mut client, how)? {
@@ -99,6 +101,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let ending = watch(&mut client, &layout, None, output)?;
     finish(&mut client, &ending, &NominalTest::of_file(&file), output)
+}
+
+/// Age of a calibration by the clock of this computer, days; zero when it has no date or one in the future.
+fn age_in_days(record: &CalibrationRecord) -> u16 {
+    record.date.parse().map_or(0, |day: Day| day.age_in_days())
 }
 
 /// Rejects a layout that the rig has no inputs or memory for, before anything is sent.

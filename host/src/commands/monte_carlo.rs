@@ -19,7 +19,7 @@ pub struct MonteCarloArgs {
     /// Repeat the test N times, without a rig, and compare with the Cramér-Rao bound.
     #[arg(long, value_name = "N", value_parser = runs, conflicts_with_all = ["rig", "firmware"])]
     pub runs: Option<NonZeroU64>,
-    /// Error budget that the methods assume and the bound is computed with.
+    /// Error budget that the methods assume; the bound is always that of the errors of the bench.
     #[arg(long, value_enum, default_value_t, value_name = "BUDGET", requires = "runs")]
     budget: Budget,
     /// Number of threads; default: all cores.
@@ -30,10 +30,10 @@ pub struct MonteCarloArgs {
 /// An error budget as an argument.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Budget {
-    /// The table `uncertainty` of the layout, as in a real test.
+    /// The table `uncertainty` of the layout, which the data may correct, as in a real test.
     #[default]
     Layout,
-    /// The standard deviations with which the bench draws its errors.
+    /// The standard deviations with which the bench draws its errors, used as they are.
     Bench,
 }
 

@@ -63,14 +63,13 @@ pub struct Args {
 /// # Errors
 /// When a file is bad, the rig does not start or gets stuck, or there is no answer.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let mut file = LayoutFile::read(&args.layout)?;
+    let file = LayoutFile::read(&args.layout)?;
     if let Some(runs) = args.monte_carlo.runs {
         return monte_carlo::run(&args.layout, &file, &args.bench, &args.monte_carlo, runs, output);
     }
     let given = files::calibration(args.calibration.as_deref(), &file)?;
     let bench = args.bench.open()?;
     let calibration = given.unwrap_or_else(|| nominal_calibration(&bench).into());
-    file.apply_budget(&calibration);
     let layout = narrow(&file.layout).map_err(|e| e.within(args.layout.display()))?;
     let firmware = args.rig.image()?;
     let name: String =

@@ -5,6 +5,7 @@ use massline_shared::signal::{CHANNELS, EdgeTrigger};
 use super::{CutHit, MOST_HITS, Options};
 use crate::error::{Error, Result};
 use crate::recording::{Channel, Recording, Segment};
+use crate::units::force_unit;
 
 /// A segment with fewer samples than this is rejected.
 const SHORTEST: usize = 32;
@@ -15,7 +16,7 @@ const FIRST: usize = 8;
 pub(super) fn channel_order(recording: &Recording, options: &Options) -> Result<Vec<usize>> {
     let count = recording.channels.len();
     let force = match &options.force {
-        Some(wanted) => named(recording, wanted)?,
+        Some(wanted) => recording.named(wanted)?,
         None => found(recording)?,
     };
     if count < 2 {
@@ -34,28 +35,13 @@ pub(super) fn channel_order(recording: &Recording, options: &Options) -> Result<
     Ok([force].into_iter().chain((0..count).filter(|&k| k != force)).collect())
 }
 
-/// The channel with this name or this number, from 1.
-fn named(recording: &Recording, wanted: &str) -> Result<usize> {
-    let channels = &recording.channels;
-    let number = wanted.parse::<usize>().ok().and_then(|n| n.checked_sub(1));
-    let place = channels
-        .iter()
-        .position(|channel| channel.name.eq_ignore_ascii_case(wanted))
-        .or(number.filter(|&n| n < channels.len()));
-    place.ok_or_else(|| {
-        let message =
-            format!("there is no channel \"{wanted}\"; the recording has {}", list(channels));
-        Error::input("no_force", message)
-    })
-}
-
 /// The channel whose name or unit is that of a force; the first channel when none has.
 fn found(recording: &Recording) -> Result<usize> {
     let channels = &recording.channels;
     let is_force = |channel: &Channel| {
-        let (name, unit) = (channel.name.to_lowercase(), channel.unit.to_lowercase());
+        let name = channel.name.to_lowercase();
         ["force", "hammer", "kraft"].iter().any(|word| name.contains(word))
-            || ["n", "newton", "newtons"].contains(&unit.as_str())
+            || force_unit(&channel.unit).is_some()
     };
     if let Some(force) = channels.iter().position(is_force) {
         return Ok(force);
@@ -65,17 +51,9 @@ fn found(recording: &Recording) -> Result<usize> {
     }
     let message = format!(
         "no channel is a force by its name or unit; the recording has {}: say which with --force",
-        list(channels)
+        recording.list()
     );
     Err(Error::input("no_force", message))
-}
-
-fn list(channels: &[Channel]) -> String {
-    let name = |(k, channel): (usize, &Channel)| match channel.name.as_str() {
-        "" => format!("{}", k + 1),
-        name => format!("{} \"{name}\"", k + 1),
-    };
-    channels.iter().enumerate().map(name).collect::<Vec<_>>().join(", ")
 }
 
 /// Sampling rate, Hz.
@@ -105,6 +83,9 @@ pub(super) fn hits(
     options: &Options,
 ) -> Result<Vec<CutHit>> {
     let hits = match recording.segments.as_slice() {
+        [whole] if begins_with_a_hit(whole, order, rate, options) => {
+            vec![segmented(0, whole, order, rate, options)?]
+        }
         [whole] => continuous(whole, order, rate, options),
         segments => {
             let mut hits = Vec::new();
@@ -148,12 +129,27 @@ fn segmented(
     }
     let channels = channels_of(segment, order, 0..samples);
     let force = channels.first().map_or(&[][..], Vec::as_slice);
-    let first = force.get(..FIRST).unwrap_or_default();
-    let rest = first.iter().sum::<f64>() / FIRST as f64;
-    let level = rest + options.test.trigger_n;
     // If the force never reaches the level, the grading rejects the hit as too weak.
-    let touch = force.iter().position(|&f| f >= level).unwrap_or(samples / 2);
+    let touch = touch(force, options.test.trigger_n).unwrap_or(samples / 2);
     Ok(CutHit { segment: k, start_s: touch as f64 / rate, pre_trigger: touch, channels })
+}
+
+/// The first sample at which a force is this much above its rest: the mean of its first samples, half of those
+/// before the contact at most.
+fn touch(force: &[f64], trigger_n: f64) -> Option<usize> {
+    let above = |rest: f64| force.iter().position(|&f| f >= rest + trigger_n);
+    let first = above(*force.first()?)?;
+    let quiet = force.get(..(first / 2).clamp(1, FIRST)).unwrap_or_default();
+    above(quiet.iter().sum::<f64>() / quiet.len().max(1) as f64)
+}
+
+/// True for the record of one triggered hit: it is not longer than two records, and its force rises before a
+/// continuous recording would have been quiet for long enough.
+fn begins_with_a_hit(whole: &Segment, order: &[usize], rate: f64, options: &Options) -> bool {
+    let force = order.first().and_then(|&k| whole.0.get(k)).map_or(&[][..], Vec::as_slice);
+    let early = |touch: usize| (touch as f64) < options.pre_trigger_s * rate;
+    let short = whole.samples() as f64 <= 2.0 * (options.pre_trigger_s + options.record_s) * rate;
+    short && touch(force, options.test.trigger_n).is_some_and(early)
 }
 
 fn continuous(whole: &Segment, order: &[usize], rate: f64, options: &Options) -> Vec<CutHit> {

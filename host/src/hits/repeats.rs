@@ -4,7 +4,7 @@
 //!
 //! The middle is the median of every element. A few bad hits do not shift it as they shift a mean.
 
-use massline_shared::signal::{HitAgreement, RepeatHits};
+use massline_shared::signal::{HitAgreement, KnownScatter, RepeatHits};
 
 /// Hits as vectors of the responses per force, all of one length.
 pub(super) struct Repeats {
@@ -48,6 +48,7 @@ impl Repeats {
                 mean_squared: 0.0,
                 scatter_squared: 0.0,
                 distance_squared: 0.0,
+                elsewhere: KnownScatter::none(),
             };
         };
         let among = self.agreeing.contains(&hit);
@@ -66,6 +67,7 @@ impl Repeats {
             // Rounding may make the difference negative.
             scatter_squared: (squares - others as f64 * mean_squared).max(0.0),
             distance_squared,
+            elsewhere: KnownScatter::none(),
         }
     }
 

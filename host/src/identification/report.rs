@@ -1,13 +1,14 @@
 //! The result of an identification as JSON and as text.
 
 use massline_shared::diagnosis::Diagnostic;
+use massline_shared::identify::maximum_likelihood::LearnedBudget;
 use massline_shared::layout::HostLayout;
 use serde_json::{Value, json};
 
 use super::{Details, Identification};
 use crate::report::{
-    Truth, details_json, details_text, estimate_json, message_in, refusals_json, refusals_text,
-    sentences, table,
+    Truth, budget_json, budget_text, details_json, details_text, estimate_json, message_in,
+    refusals_json, refusals_text, sentences, table,
 };
 
 impl Identification {
@@ -26,7 +27,11 @@ impl Identification {
         let of = |Details { nuisances, influences }: &Details| {
             details_json(nuisances, influences, layout)
         };
-        json!(self.details.as_ref().map(of))
+        let mut details = json!(self.details.as_ref().map(of));
+        if let (Value::Object(details), Some(learned)) = (&mut details, self.learned()) {
+            details.insert("error_budget".into(), budget_json(learned, layout));
+        }
+        details
     }
 
     /// Every estimate as a table, why others are missing, and the details of the fit.
@@ -35,11 +40,17 @@ impl Identification {
         tables.collect::<String>() + &self.nuisance_text(layout)
     }
 
-    /// Why estimates are missing, and the details of the fit.
+    /// What the best answer that learns its error budget has learned.
+    fn learned(&self) -> Option<&LearnedBudget<f64>> {
+        self.estimates.iter().find_map(|estimate| estimate.learned.as_ref())
+    }
+
+    /// Why estimates are missing, what was learned about the error budget, and the details of the fit.
     pub fn nuisance_text(&self, layout: &HostLayout) -> String {
         let message_of = |d: &Diagnostic| message_in(d, layout);
         let mut text = refusals_text(&self.not_applicable, message_of);
         text += &sentences(&self.priors, message_of);
+        text += &self.learned().map_or_else(String::new, |learned| budget_text(learned, layout));
         if let Some(Details { nuisances, influences }) = &self.details {
             text += &details_text(nuisances, influences, layout);
         }

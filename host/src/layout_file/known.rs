@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use massline_shared::body::RigidBody;
 use massline_shared::layout::{
-    Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, Sensor, SensorUncertainty,
+    Attached, CalibratedGains, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, Sensor,
+    SensorUncertainty,
 };
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
@@ -28,6 +29,12 @@ pub struct Uncertainty {
     pub hit: HitUncertainty<f64>,
     /// Standard deviation of the hammer's gain relative to the sensors', relative.
     pub hammer_gain: f64,
+    /// Which standard deviations of the sensors a calibration supplies, because the table states none.
+    pub calibrated: CalibratedGains,
+    /// True when a calibration supplies that of the hammer's gain.
+    pub calibrated_hammer: bool,
+    /// True when the data may correct the budget.
+    pub learn: bool,
 }
 
 impl Uncertainty {
@@ -36,9 +43,16 @@ impl Uncertainty {
             sensor: SensorUncertainty::default(),
             hit: HitUncertainty::default(),
             hammer_gain: DEFAULT_HAMMER_GAIN,
+            calibrated: CalibratedGains { gain: true, cross_axis: true },
+            calibrated_hammer: true,
+            learn: true,
         };
         let Some(raw) = &raw.uncertainty else { return Ok(all) };
-        let Self { sensor, hit, hammer_gain } = &mut all;
+        all.calibrated =
+            CalibratedGains { gain: raw.gain.is_none(), cross_axis: raw.cross_axis.is_none() };
+        all.calibrated_hammer = raw.hammer_gain.is_none();
+        all.learn = raw.learn.unwrap_or(all.learn);
+        let Self { sensor, hit, hammer_gain, .. } = &mut all;
         let entries = [
             (&raw.hit_position_m, &mut hit.position, "uncertainty.hit_position_m"),
             (&raw.hit_direction_rad, &mut hit.direction, "uncertainty.hit_direction_rad"),

@@ -42,7 +42,8 @@ pub(super) struct RawLayout {
     /// How hits with a fault are treated.
     #[serde(default)]
     pub(super) policy: RawPolicy,
-    /// The error budget: one standard deviation of each error source.
+    /// The error budget: one standard deviation of each error source. What is not stated is the default; `gain`,
+    /// `cross_axis` and `hammer_gain` then follow the calibration, if there is one.
     #[serde(default)]
     #[schemars(with = "RawUncertainty")]
     pub(super) uncertainty: Option<RawUncertainty>,
@@ -170,7 +171,8 @@ pub(super) enum RawVerdict {
     Reject,
 }
 
-/// The error budget: one standard deviation of each error source.
+/// The error budget: one standard deviation of each error source. What is not stated is the default; `gain`,
+/// `cross_axis` and `hammer_gain` then follow the calibration, if there is one.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table [uncertainty]")]
 #[schemars(rename = "uncertainty")]
@@ -202,6 +204,9 @@ pub(super) struct RawUncertainty {
     /// Error of the local axes at the marks, rad.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) node_direction_rad: Option<Spanned<f64>>,
+    /// True when the budget is a starting point that the data may correct; false to use it as stated.
+    #[schemars(with = "bool", extend("default" = true))]
+    pub(super) learn: Option<bool>,
 }
 
 /// Prior knowledge about the object.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use massline_shared::layout::{
-    Axis, Dof, DofError, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout,
+    Axis, CalibratedGains, Dof, DofError, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout,
     MAX_HITS_PER_DOF, Sensor, SensorUncertainty, Sign, TestSettings,
 };
 use nalgebra::{Matrix3, Vector3};
@@ -17,7 +17,7 @@ use super::raw::{RawLayout, RawNode, RawReference, RawTest};
 use super::source::Source;
 use super::tensor::tensor_fault;
 use super::values::{RawAxes, RawBand, RawBandName, TITLE_BYTES};
-use super::{LayoutFile, Node, Reference, SensorDetails, StatedGains};
+use super::{LayoutFile, Node, Reference, SensorDetails};
 
 /// How far an axis may be from unit length or orthogonality: the rounding error of four typed digits.
 const AXIS_TOLERANCE: f64 = 1e-3;
@@ -42,6 +42,8 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
         gravity: gravity(raw.gravity.as_ref(), source)?,
         test: TestSettings { policy: policy(&raw.policy), ..test(raw.test.as_ref(), source)? },
         hammer_gain: uncertainty.hammer_gain,
+        calibrated_hammer: uncertainty.calibrated_hammer,
+        learn_budget: uncertainty.learn,
         priors: priors(&raw, source)?,
         ..HostLayout::default()
     };
@@ -49,13 +51,8 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
     let hit_entries = raw.hits.as_deref().unwrap_or_default();
     let mut sensors = Vec::new();
     let mut masses = Vec::new();
-    let general = raw.uncertainty.as_ref();
-    let mut stated = StatedGains {
-        hammer: general.is_some_and(|u| u.hammer_gain.is_some()),
-        sensors: Vec::new(),
-    };
     for entry in sensor_entries {
-        let (sensor, details) = sensor(entry, &nodes, &uncertainty.sensor, source)?;
+        let (sensor, details) = sensor(entry, &nodes, &uncertainty, source)?;
         let mass = sensor_mass(entry.get_ref().0.attached_mass_kg, &entry.span(), source)?;
         masses.push(mass);
         if layout.sensors.iter().any(|s| s.node == sensor.node) {
@@ -69,11 +66,6 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
             source.fault(entry.span(), "sensors", fault)
         })?;
         sensors.push(details);
-        let own = entry.get_ref().0.uncertainty.unwrap_or_default();
-        stated.sensors.push([
-            own.gain.is_some() || general.is_some_and(|u| u.gain.is_some()),
-            own.cross_axis.is_some() || general.is_some_and(|u| u.cross_axis.is_some()),
-        ]);
     }
     for entry in hit_entries {
         let hit = hit(entry, &nodes, &uncertainty.hit, source)?;
@@ -90,7 +82,7 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
     let weighed = layout.sensors.iter().zip(&masses).filter_map(|(s, mass)| Some((s, (*mass)?)));
     layout.attached = attached(&raw.attached, weighed, source)?;
     let reference = raw.reference.as_ref().map(|r| reference(r, source)).transpose()?;
-    Ok(LayoutFile { layout, nodes, sensors, uncertainty, stated, reference })
+    Ok(LayoutFile { layout, nodes, sensors, uncertainty, reference })
 }
 
 fn title(
@@ -226,9 +218,10 @@ fn amount(
 fn sensor(
     entry: &Spanned<RawSensor>,
     nodes: &[Node],
-    general: &SensorUncertainty<f64>,
+    general: &Uncertainty,
     source: &Source<'_>,
 ) -> Result<(Sensor<f64>, SensorDetails), LayoutFileError> {
+    let Uncertainty { sensor: general, calibrated, .. } = general;
     let RawSensor(raw) = entry.get_ref();
     let span = entry.span();
     let node = node(raw.node, nodes, span.clone(), "sensors", source)?;
@@ -255,6 +248,10 @@ fn sensor(
         axes,
         senses_gravity: raw.senses_gravity.unwrap_or(true),
         uncertainty,
+        calibrated: CalibratedGains {
+            gain: calibrated.gain && own.gain.is_none(),
+            cross_axis: calibrated.cross_axis && own.cross_axis.is_none(),
+        },
     };
     Ok((sensor, details))
 }

@@ -1,11 +1,11 @@
 //! One test on the bench with the measurement code of a rig, in double precision: hits are triggered,
 //! recorded, graded, averaged and identified as on a rig, but without its link and flash.
 
-use massline_shared::diagnosis::{Code, Diagnostics};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::{DofMassLines, Estimate, Method};
 use massline_shared::layout::RIG_SENSORS;
 use massline_shared::measurement::campaign::Start;
-use massline_shared::measurement::{self, Measurement, Memory, NextAction, StartError};
+use massline_shared::measurement::{self, GradedHit, Measurement, Memory, NextAction, StartError};
 use massline_shared::signal::Calibration;
 use massline_shared::units::ScanIndex;
 use massline_virtual::source::ScanSource;
@@ -31,6 +31,19 @@ pub struct SimulatedTest {
     pub refusals: Vec<(Method, Diagnostics)>,
     /// Number of rejected hits.
     pub rejected: u16,
+    /// Every hit, with the number of its arming; a hit that was withdrawn afterwards appears again.
+    pub hits: Vec<(u32, GradedHit)>,
+    /// Diagnostics of the campaign.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl SimulatedTest {
+    /// True when the result carries a warning or an error, or a hit was rejected.
+    pub fn warns(&self) -> bool {
+        let of_answer = self.estimates.iter().take(1).flat_map(|estimate| &estimate.diagnostics);
+        let mut all = self.diagnostics.iter().chain(of_answer);
+        self.rejected > 0 || all.any(|found| found.severity >= Severity::Warning)
+    }
 }
 
 /// Why a test yields no mass lines.
@@ -65,14 +78,18 @@ pub fn measure(
     let mut memory = Box::new(Memory::<f64>::new());
     let mut rig = Measurement::new(source.adc(), &mut memory);
     rig.set_layout(layout.clone());
-    rig.set_calibration(*calibration);
+    rig.set_calibration(*calibration, None);
     rig.start(Start::DEFAULT, true, true).map_err(|error| refused(&rig, error))?;
     let mut rejected_before = (0, 0);
+    let mut hits = Vec::new();
     loop {
         match rig.next_action() {
             NextAction::Sample => take_record(&mut rig, source)?,
             NextAction::Compute => rig.work(),
             NextAction::Store | NextAction::Wait => break,
+        }
+        while let Some(hit) = rig.next_hit() {
+            hits.push((rig.armings(), hit));
         }
         let Some(campaign) = rig.campaign() else { break };
         let (dof, rejected) = (campaign.dof(), campaign.rejected());
@@ -94,6 +111,8 @@ pub fn measure(
         estimates: result.estimates.to_vec(),
         refusals: result.refusals.to_vec(),
         rejected: rig.campaign().map_or(0, |campaign| campaign.rejected()),
+        hits,
+        diagnostics: result.diagnostics.to_vec(),
     })
 }
 

@@ -25,7 +25,7 @@ use std::num::NonZeroUsize;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::maximum_likelihood::{self, RIG_WORKSPACE};
 use massline_shared::identify::{Estimate, Method};
-use massline_shared::layout::{HitUncertainty, RIG_SENSORS, SensorUncertainty};
+use massline_shared::layout::{CalibratedGains, HitUncertainty, RIG_SENSORS, SensorUncertainty};
 use massline_shared::responses::Responses;
 use massline_shared::signal::Calibration;
 use massline_virtual::bench::{Bench, BenchError, BenchSource};
@@ -65,6 +65,11 @@ pub struct Study {
     pub unmeasured: Option<(u64, MeasureError)>,
     /// Number of hits in all runs that were rejected and repeated.
     pub rejected_hits: u64,
+    /// Number of runs whose result carries a warning or an error, or in which a hit was rejected.
+    pub warned: u64,
+    /// Number of other runs in which the best method is wrong about a property by more than three standard
+    /// deviations.
+    pub silent: u64,
     /// Statistics of each method.
     pub methods: Vec<MethodStatistics>,
 }
@@ -77,7 +82,7 @@ impl Study {
 }
 
 /// The result of one run.
-type Run = Result<SimulatedTest, MeasureError>;
+pub type Run = Result<SimulatedTest, MeasureError>;
 
 impl MonteCarlo<'_> {
     /// Runs until all runs are done or the user presses Ctrl-C; `progress` is called after each run.
@@ -89,6 +94,18 @@ impl MonteCarlo<'_> {
         interrupt: &Interrupt,
         progress: impl FnMut(u64) + Send,
     ) -> crate::Result<Study> {
+        Ok(self.study(&self.runs(interrupt, progress)?))
+    }
+
+    /// The single runs, in the order of their numbers.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn runs(
+        &self,
+        interrupt: &Interrupt,
+        progress: impl FnMut(u64) + Send,
+    ) -> crate::Result<Vec<Run>> {
         // An error does not depend on the seed, so one attempt finds it.
         self.source(0)?;
         // Zero means one thread per core.
@@ -99,7 +116,7 @@ impl MonteCarlo<'_> {
         let runs = threads.install(|| {
             pieces(self.runs, interrupt, progress, || (), |(), number| self.one(number))
         });
-        Ok(self.study(&runs.into_iter().collect::<Result<Vec<Run>, _>>()?))
+        Ok(runs.into_iter().collect::<Result<Vec<Run>, _>>()?)
     }
 
     fn source(&self, number: u64) -> Result<BenchSource, BenchError> {
@@ -112,19 +129,22 @@ impl MonteCarlo<'_> {
         Ok(measure(&mut source, self.layout, self.calibration))
     }
 
-    /// The Cramér-Rao bound at the truth, with the layout's budget and the mean noise that the mass line fits
-    /// estimate.
+    /// The Cramér-Rao bound at the truth, with the errors that the bench really has and the mean noise that the
+    /// mass line fits estimate.
     fn bound(&self, runs: &[Run]) -> Option<[f64; 10]> {
+        let mut layout = self.layout.clone();
+        apply_bench_budget(&mut layout, self.bench);
         let noise = mean_noise(runs, self.layout.hits.len());
         let noise = |index: usize| noise.get(index).copied().unwrap_or_else(Responses::zeros);
         let hits = u16::from(self.layout.test.hits_per_dof);
         let mut workspace = [0.0; RIG_WORKSPACE];
         let truth = self.bench.truth();
-        let bound = maximum_likelihood::bound(self.layout, &truth, noise, hits, &mut workspace)?;
+        let bound = maximum_likelihood::bound(&layout, &truth, noise, hits, &mut workspace)?;
         Some(bound.sigma().into())
     }
 
-    fn study(&self, runs: &[Run]) -> Study {
+    /// The statistics of runs.
+    pub fn study(&self, runs: &[Run]) -> Study {
         let truth: [f64; 10] = self.bench.truth().theta().into();
         let bound = self.bound(runs);
         let methods = Method::of_mass_lines().map(|method| {
@@ -137,10 +157,20 @@ impl MonteCarlo<'_> {
             wanted: self.runs,
             runs: runs.len() as u64,
             unmeasured: failed().next().map(|first| (failed().count() as u64, first.clone())),
-            rejected_hits: measured.map(|m| u64::from(m.rejected)).sum(),
+            rejected_hits: measured.clone().map(|m| u64::from(m.rejected)).sum(),
+            warned: measured.clone().filter(|m| m.warns()).count() as u64,
+            silent: measured.filter(|m| !m.warns() && is_wrong(m, &truth)).count() as u64,
             methods: methods.collect(),
         }
     }
+}
+
+/// True when a property of the best answer is wrong by more than three of its standard deviations.
+fn is_wrong(measured: &SimulatedTest, truth: &[f64; 10]) -> bool {
+    let Some(best) = measured.estimates.first() else { return false };
+    let Some(sigma) = best.sigma() else { return false };
+    let theta = best.theta();
+    (0..10).any(|k| (theta[k] - truth[k]).abs() > 3.0 * sigma[k])
 }
 
 /// Root mean square over the runs of the standard deviations that the mass line fits estimate, by hit DOF.
@@ -155,7 +185,8 @@ fn mean_noise(runs: &[Run], dofs: usize) -> Vec<Responses<f64, RIG_SENSORS>> {
     sums.into_iter().map(|(count, sum)| sum.map(|v| (v / f64::max(count, 1.0)).sqrt())).collect()
 }
 
-/// Replaces the budget of the layout by the true one of the bench, whose marks have no errors.
+/// Replaces the budget of the layout by the true one of the bench, whose marks have no errors, and uses it as
+/// it is.
 pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
     for sensor in &mut layout.sensors {
         sensor.uncertainty = SensorUncertainty {
@@ -164,6 +195,7 @@ pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
             gain: bench.sensor.gain_sigma,
             cross_axis: bench.sensor.cross_axis_sigma,
         };
+        sensor.calibrated = CalibratedGains::default();
     }
     for hit in &mut layout.hits {
         hit.uncertainty = HitUncertainty {
@@ -173,6 +205,8 @@ pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
         };
     }
     layout.hammer_gain = bench.hammer.gain_sigma;
+    layout.calibrated_hammer = false;
+    layout.learn_budget = false;
 }
 
 /// The seed of a run: element `number` of the SplitMix64 sequence (Steele, Lea, Flood 2014) that begins with

@@ -22,6 +22,8 @@ pub fn to_json(study: &Study) -> Value {
         "runs_wanted": study.wanted,
         "runs_without_mass_lines": study.unmeasured.as_ref().map_or(0, |(count, _)| *count),
         "rejected_hits": study.rejected_hits,
+        "runs_with_warnings": study.warned,
+        "runs_silently_wrong": study.silent,
         "methods": study.methods.iter().map(method_json).collect::<Vec<_>>(),
         "not_applicable": refusals_json(&never_answered(study), message),
         "notes": study.is_single().then_some(ONE_RUN).as_slice(),
@@ -42,6 +44,7 @@ fn method_json(method: &MethodStatistics) -> Value {
         "unanswered": method.unanswered,
         "geometric_mean_ratio": method.geometric_mean_ratio(),
         "worst_ratio": method.worst_ratio(),
+        "geometric_mean_width": method.geometric_mean_width(),
         "pooled_coverage95": method.pooled_coverage95(),
         "properties": properties.map(|(p, of)| property_json(of.name, p)).collect::<Vec<_>>(),
     })
@@ -56,6 +59,7 @@ fn property_json(name: &str, p: &PropertyStatistics) -> Value {
         "bound": p.bound,
         "ratio": p.ratio(),
         "coverage95": p.coverage95,
+        "half_width95": p.half_width95,
     })
 }
 
@@ -73,21 +77,26 @@ pub fn to_text(study: &Study) -> String {
     if study.runs < study.wanted {
         text += &format!(" of {}", study.wanted);
     }
-    text += &format!(", {} hits rejected and repeated\n", study.rejected_hits);
+    text += &format!(
+        ", {} hits rejected and repeated; {} runs with a warning or a rejected hit, {} silently wrong\n",
+        study.rejected_hits, study.warned, study.silent
+    );
     if let Some((count, first)) = &study.unmeasured {
         text += &format!("{count} runs have no mass lines, the first because: {first}\n");
     }
     if study.is_single() {
         return text + "note: " + ONE_RUN;
     }
-    text + "ratio: rms error over the Cramér-Rao bound at the truth\n\
-            cover: share of the 95 % intervals that hold the truth"
+    text + "ratio: rms error over the Cramér-Rao bound at the truth, with the errors of the bench\n\
+            width: mean width of the 95 % intervals over that which the bound permits\n\
+            cover: share of the 95 % intervals that hold the truth\n\
+            silently wrong: without a warning, a property off by more than three standard deviations"
 }
 
 fn table(method: &MethodStatistics) -> comfy_table::Table {
     let mut table = output::table();
     let error = if method.is_single() { "error" } else { "bias" };
-    table.set_header(["", "truth", "unit", "bound", error, "rms", "ratio", "cover"]);
+    table.set_header(["", "truth", "unit", "bound", error, "rms", "ratio", "width", "cover"]);
     for (parameter, p) in INERTIAL_PARAMETERS.iter().zip(&method.properties) {
         let &InertialParameter { name, table_unit: unit, table_factor: factor, .. } = parameter;
         let number = |v: f64| format!("{:.4}", v * factor);
@@ -99,10 +108,11 @@ fn table(method: &MethodStatistics) -> comfy_table::Table {
             format!("{:+.4}", p.bias * factor),
             or_dash(p.rms.map(number)),
             or_dash(p.ratio().map(|r| format!("{r:.2}"))),
+            or_dash(p.width_ratio().map(|r| format!("{r:.2}"))),
             or_dash(p.coverage95.map(percent)),
         ]);
     }
-    output::align_right(&mut table, [1, 3, 4, 5, 6, 7]);
+    output::align_right(&mut table, [1, 3, 4, 5, 6, 7, 8]);
     table
 }
 
@@ -113,9 +123,10 @@ fn summary(method: &MethodStatistics) -> String {
         format!("{name}: one answer")
     } else {
         format!(
-            "{name}: rms/bound {} (geometric mean), {} (worst); coverage {}",
+            "{name}: rms/bound {} (geometric mean), {} (worst); width/bound {}; coverage {}",
             number(method.geometric_mean_ratio()),
             number(method.worst_ratio()),
+            number(method.geometric_mean_width()),
             or_dash(method.pooled_coverage95().map(percent)),
         )
     };

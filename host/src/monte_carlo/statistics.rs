@@ -1,7 +1,7 @@
 //! Statistics of a method over many runs: bias, error relative to the bound, coverage of the intervals.
 
 use massline_shared::diagnosis::Diagnostics;
-use massline_shared::identify::{Estimate, Method};
+use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
 
 /// Statistics of a method over all runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,12 +32,19 @@ pub struct PropertyStatistics {
     /// Share of the answers with a standard deviation whose 95 % interval contains the truth; `None` when
     /// there is no such answer or only a single one.
     pub coverage95: Option<f64>,
+    /// Mean half width of the 95 % intervals; `None` without a standard deviation.
+    pub half_width95: Option<f64>,
 }
 
 impl PropertyStatistics {
     /// Root mean square error over the bound.
     pub fn ratio(&self) -> Option<f64> {
         Some(self.rms? / self.bound?)
+    }
+
+    /// Mean half width of the 95 % intervals over that which the bound permits.
+    pub fn width_ratio(&self) -> Option<f64> {
+        Some(self.half_width95? / (HALF_WIDTH_95 * self.bound?))
     }
 }
 
@@ -72,13 +79,18 @@ impl MethodStatistics {
 
     /// Geometric mean over the inertial parameters of the ratio of error to bound.
     pub fn geometric_mean_ratio(&self) -> Option<f64> {
-        let ratios = self.ratios()?;
-        Some((ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp())
+        Some(geometric_mean(&self.all(PropertyStatistics::ratio)?))
+    }
+
+    /// Geometric mean over the inertial parameters of the mean width of the intervals over that which the
+    /// bound permits.
+    pub fn geometric_mean_width(&self) -> Option<f64> {
+        Some(geometric_mean(&self.all(PropertyStatistics::width_ratio)?))
     }
 
     /// Largest ratio of error to bound of the ten properties.
     pub fn worst_ratio(&self) -> Option<f64> {
-        Some(self.ratios()?.into_iter().fold(0.0, f64::max))
+        Some(self.all(PropertyStatistics::ratio)?.into_iter().fold(0.0, f64::max))
     }
 
     /// Share of all intervals, those of the ten properties together, that contain the truth.
@@ -88,11 +100,15 @@ impl MethodStatistics {
         Some(shares.iter().sum::<f64>() / shares.len() as f64)
     }
 
-    fn ratios(&self) -> Option<Vec<f64>> {
-        let ratios: Option<Vec<f64>> =
-            self.properties.iter().map(PropertyStatistics::ratio).collect();
-        ratios.filter(|ratios| !ratios.is_empty())
+    /// A number of all ten properties; `None` when one lacks it.
+    fn all(&self, of: fn(&PropertyStatistics) -> Option<f64>) -> Option<Vec<f64>> {
+        let all: Option<Vec<f64>> = self.properties.iter().map(of).collect();
+        all.filter(|all| !all.is_empty())
     }
+}
+
+fn geometric_mean(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
 }
 
 fn property(
@@ -113,7 +129,10 @@ fn property(
         .collect();
     let coverage95 = (many && !held.is_empty())
         .then(|| held.iter().filter(|&&holds| holds).count() as f64 / held.len() as f64);
-    PropertyStatistics { truth, bias, rms, bound, coverage95 }
+    let widths: Vec<f64> = answered.iter().filter_map(|a| Some(a.half_widths()?[k])).collect();
+    let half_width95 =
+        (!widths.is_empty()).then(|| widths.iter().sum::<f64>() / widths.len() as f64);
+    PropertyStatistics { truth, bias, rms, bound, coverage95, half_width95 }
 }
 
 #[cfg(test)]
@@ -173,6 +192,11 @@ mod tests {
         assert_eq!(s.properties[0].coverage95, Some(0.5));
         assert_eq!(s.pooled_coverage95(), Some(0.5));
         assert_eq!(s.worst_ratio(), None);
+        let width = s.properties[0].half_width95.unwrap();
+        assert!((width - 0.1 * HALF_WIDTH_95).abs() < 1e-12);
+        // The bound of 0.05 permits half of that.
+        let twice = statistics(&runs, Some(0.05)).geometric_mean_width().unwrap();
+        assert!((twice - 2.0).abs() < 1e-12);
     }
 
     #[test]

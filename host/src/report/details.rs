@@ -76,8 +76,8 @@ pub fn details_text(
     }
     let hammer = nuisances.hammer_gain;
     let mut text = format!(
-        "Estimated nuisance parameters (± posterior standard deviation; pull in units of the stated \
-         uncertainty, residual in units of the noise)\n\
+        "Estimated nuisance parameters (± posterior standard deviation; pull in units of the \
+         uncertainty in use, residual in units of the noise)\n\
          {sensors}\n{hits}\nhammer gain: {:+.2} ± {:.2} %\n",
         100.0 * hammer.value,
         100.0 * hammer.sigma

@@ -5,6 +5,7 @@ use massline_shared::identify::Estimate;
 use nalgebra::Matrix3;
 use serde_json::{Map, Value, json};
 
+use super::budget::learned_json;
 use super::{diagnostics_json, message};
 
 /// An entry of `results`.
@@ -40,6 +41,7 @@ pub fn estimate_json(estimate: &Estimate<f64>) -> Value {
             "degrees_of_freedom": c.degrees_of_freedom,
             "reduced": c.reduced(),
         })),
+        "learned_budget": estimate.learned.as_ref().map(learned_json),
         "diagnostics": diagnostics_json(&estimate.diagnostics, message),
     })
 }

@@ -133,6 +133,7 @@ mod tests {
             covariance,
             condition: 8.0,
             consistency: None,
+            learned: None,
             diagnostics: [scatter].into_iter().collect(),
         }
     }
@@ -143,6 +144,7 @@ mod tests {
                 number: 7,
                 layout_hash: 0xABCD,
                 calibration: 3,
+                gains: None,
                 firmware: "0.1.0".try_into().unwrap(),
                 frf_estimator: FrfEstimator::H1,
                 terms: Terms::Abc,

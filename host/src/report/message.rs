@@ -114,7 +114,9 @@ fn value(d: &Diagnostic) -> String {
     let (value, unit) = (d.value, d.code.value_unit());
     let number = match unit {
         ValueUnit::Share(decimals) => format!("{:.*}", usize::from(decimals), 100.0 * value),
-        ValueUnit::Count | ValueUnit::Node | ValueUnit::Decibels => format!("{value:.0}"),
+        ValueUnit::Count | ValueUnit::Node | ValueUnit::Decibels | ValueUnit::Milliradians => {
+            format!("{value:.0}")
+        }
         ValueUnit::Newtons | ValueUnit::OfChannel | ValueUnit::ChiSquared | ValueUnit::Times => {
             format!("{value:.1}")
         }

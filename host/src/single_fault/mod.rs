@@ -20,7 +20,7 @@ use massline_shared::identify::{Consistency, DofMassLines};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
 use rayon::prelude::*;
 
-use crate::identification::lines_of;
+use crate::identification::{layout_of, lines_of};
 use crate::layout_file::LayoutFile;
 
 /// The nominal test: its layout, and the points that could be hit by mistake.
@@ -56,7 +56,7 @@ impl NominalTest {
 
     /// Looks for single mistakes in a rig's result.
     pub fn examine_result(&self, result: &MeasurementResult) -> Examination {
-        self.examine(&lines_of(result))
+        examine(&layout_of(result, &self.layout), &self.nodes, &lines_of(result))
     }
 }
 

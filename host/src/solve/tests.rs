@@ -211,9 +211,9 @@ fn the_usual_methods_answer_the_best_first() {
     let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &both).unwrap();
     let methods = solution.identification.estimates.iter().map(|estimate| estimate.method);
     assert!(methods.eq(Method::usual()));
-    // The data are exact, so the error is the fit's stopping tolerance: 1e-5 standard deviations of a few per
-    // cent.
-    assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
+    // The data are exact, but the fit expects forces that are 0.26 % weaker along their direction, because
+    // hits that turn by 50 mrad, at marks that turn by 10 mrad, would be.
+    assert!(worst(&solution) < 2.6e-3, "{:e}", worst(&solution));
     let details = solution.identification.details.as_ref().unwrap();
     assert_eq!((details.nuisances.sensors.len(), details.nuisances.hits.len()), (3, 3));
 }
@@ -225,7 +225,8 @@ fn two_sensors_leave_maximum_likelihood_alone() {
     let uff = &data!("a_irm_01.binary.uff")[..];
     let solution = case(text.as_bytes(), uff, &Options::default()).unwrap();
     assert_eq!(solution.answer().unwrap().method, Method::MaximumLikelihood);
-    assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
+    // As in the test above.
+    assert!(worst(&solution) < 2.6e-3, "{:e}", worst(&solution));
     let json = solution.to_json();
     assert_eq!(json["results"].as_array().unwrap().len(), 1);
     assert_eq!(json["not_applicable"][0]["method"], "inertia-restraint");
@@ -255,7 +256,8 @@ fn the_global_fit_gives_what_the_channel_fits_give_on_plain_mass_lines() {
     let solution = case(data!("a_irm_01.toml"), data!("a_irm_01.binary.uff"), &options).unwrap();
     assert_eq!(solution.answer().unwrap().method, Method::GlobalFit);
     // The file has 12 digits; the poorly determined parts of K₀ magnify the rounding.
-    assert!(worst(&solution) < 1e-6, "{:e}", worst(&solution));
+    // As in the test above.
+    assert!(worst(&solution) < 2.6e-3, "{:e}", worst(&solution));
     let json = solution.to_json();
     assert_eq!((&json["terms"], &json["band_automatic"]), (&json!("abc"), &json!(false)));
 }

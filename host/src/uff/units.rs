@@ -1,22 +1,12 @@
 //! Quantities and units: data types, labels, dataset 164.
 
-use massline_shared::STANDARD_GRAVITY;
-
 use super::Function;
 use super::error::{UffError, UffFault};
 use super::lines::Lines;
 use super::values::real;
-
-/// The response quantity of a frequency response function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Accelerance, acceleration over force.
-    Acceleration,
-    /// Mobility, velocity over force.
-    Velocity,
-    /// Receptance, displacement over force.
-    Displacement,
-}
+use crate::units::{
+    FOOT, INCH, KILOGRAM_FORCE, POUND_FORCE, POUNDAL, Quantity, force_unit, motion_unit, plain,
+};
 
 /// The units of a dataset 164: the values of 1 m and 1 N in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,12 +39,6 @@ const SYSTEMS: [[f64; 2]; 8] = [
     [1.0 / INCH, 1.0 / POUND_FORCE],
     [1e3, 1.0 / KILOGRAM_FORCE],
 ];
-
-const FOOT: f64 = 0.3048;
-const INCH: f64 = 0.0254;
-const KILOGRAM_FORCE: f64 = STANDARD_GRAVITY;
-const POUND_FORCE: f64 = 0.453_592_37 * STANDARD_GRAVITY;
-const POUNDAL: f64 = 0.453_592_37 * FOOT;
 
 /// Reads dataset 164 from after its first line to its end.
 ///
@@ -102,8 +86,12 @@ pub(super) fn read_units(
     Ok(system)
 }
 
-/// The factor that converts the ordinate of a record over time to SI, by dataset 164.
+/// The factor that converts the ordinate of a record over time to SI by dataset 164; one for a record that states
+/// its own unit.
 pub(super) fn time_factor(function: &Function) -> f64 {
+    if !function.numerator_axis.unit.trim().is_empty() {
+        return 1.0;
+    }
     match function.numerator_axis.data_type {
         9 | 13 => 1.0 / function.units.force,
         8 | 11 | 12 => 1.0 / function.units.length,
@@ -182,60 +170,11 @@ fn hertz(function: &Function) -> Result<f64, UffFault> {
     }
 }
 
-/// A label without blanks and brackets and with a uniform notation of powers.
-fn plain(label: &str) -> String {
-    let text: String = label
-        .chars()
-        .filter(|c| !c.is_whitespace() && !"()[]".contains(*c))
-        .map(|c| match c {
-            '²' => '2',
-            'μ' => 'µ',
-            c => c,
-        })
-        .collect();
-    text.replace("**", "").replace('^', "")
-}
-
 /// Splits `m/s^2/N` into the units of acceleration and force; the second part is empty when there is none.
 fn split_ratio(label: &str) -> (&str, &str) {
     match label.rsplit_once('/') {
         Some((motion, force)) if force_unit(force).is_some() => (motion, force),
         _ => (label, ""),
-    }
-}
-
-/// The size of a motion unit in m, m/s or m/s².
-fn motion_unit(label: &str, quantity: Quantity) -> Option<f64> {
-    let label = plain(label).to_ascii_lowercase().replace("sec", "s").replace("s/s", "s2");
-    let length = |unit: &str| match unit {
-        "m" => Some(1.0),
-        "cm" => Some(1e-2),
-        "mm" => Some(1e-3),
-        "µm" | "um" => Some(1e-6),
-        "in" => Some(INCH),
-        "ft" => Some(FOOT),
-        _ => None,
-    };
-    match quantity {
-        Quantity::Displacement => length(&label),
-        Quantity::Velocity => length(label.strip_suffix("/s")?),
-        Quantity::Acceleration => match label.as_str() {
-            "g" | "gn" | "g_n" | "g0" => Some(STANDARD_GRAVITY),
-            _ => length(label.strip_suffix("/s2")?),
-        },
-    }
-}
-
-/// The size of a force unit, N.
-fn force_unit(label: &str) -> Option<f64> {
-    match plain(label).as_str() {
-        "N" | "n" | "newton" | "Newton" => Some(1.0),
-        "kN" => Some(1e3),
-        "mN" => Some(1e-3),
-        "lbf" | "lb" | "LBF" | "LB" => Some(POUND_FORCE),
-        "kgf" => Some(KILOGRAM_FORCE),
-        "pdl" => Some(POUNDAL),
-        _ => None,
     }
 }
 
@@ -260,36 +199,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn labels_are_read_as_people_write_them() {
-        use Quantity::*;
-        for (label, quantity, expected) in [
-            ("m/s^2", Acceleration, 1.0),
-            ("(m/s²)", Acceleration, 1.0),
-            ("m/sec**2", Acceleration, 1.0),
-            ("m/s/s", Acceleration, 1.0),
-            ("mm/s2", Acceleration, 1e-3),
-            ("g", Acceleration, STANDARD_GRAVITY),
-            ("in/s", Velocity, 0.0254),
-            ("ft", Displacement, 0.3048),
-        ] {
-            assert_eq!(motion_unit(label, quantity), Some(expected), "{label}");
-        }
-        for (label, quantity) in [("m/s", Acceleration), ("g", Velocity), ("V", Displacement)] {
-            assert_eq!(motion_unit(label, quantity), None, "{label}");
-        }
-    }
-
-    #[test]
     fn the_unit_of_a_ratio_is_split_into_numerator_and_denominator() {
         assert_eq!(split_ratio("(m/s^2)/N"), ("(m/s^2)", "N"));
         assert_eq!(split_ratio("m/s^2"), ("m/s^2", ""));
         assert_eq!(split_ratio("g/lbf"), ("g", "lbf"));
-    }
-
-    #[test]
-    fn a_newton_is_the_same_force_in_every_system() {
-        // 1 lbf = 4.448 222 N, 1 poundal = 0.138 255 N: the usual six digits.
-        assert!((POUND_FORCE - 4.448_222).abs() < 1e-6);
-        assert!((POUNDAL - 0.138_255).abs() < 1e-6);
     }
 }

@@ -327,3 +327,79 @@ fn advice_about_the_band_names_the_option() {
     assert!(text.contains("force_spectrum_low") && text.contains("--band-hz"), "{text}");
     assert!(!text.contains("test.band_hz"), "{text}");
 }
+
+/// A LabVIEW file with decimal comma of one triggered hit: the second of the third-party record, from 0.6 ms
+/// before its force rises, with the acceleration in g.
+fn triggered_record() -> String {
+    let rows = &segments()[1];
+    let touch = rows.iter().position(|[force, _]| *force > 3.0).unwrap();
+    let lead = (0.6e-3 * RATE).round() as usize;
+    let rows = &rows[touch - lead..];
+    let mut text = String::from(
+        "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nX_Columns\tOne\n\
+         ***End_of_Header***\t\n\t\nChannels\t2\t\t\n",
+    );
+    text += &format!("Samples\t{0}\t{0}\n", rows.len());
+    text += "Y_Unit_Label\tNewtons\tg\nDelta_X\t1,953125E-5\t1,953125E-5\n***End_of_Header***\n";
+    text += "X_Value\tForce\tAcceleration\tComment\n";
+    for (n, [force, acceleration]) in rows.iter().enumerate() {
+        let row = format!("{}\t{force:.6}\t{:.8}\n", n as f64 / RATE, acceleration / 9.80665);
+        text += &row.replace('.', ",");
+    }
+    text
+}
+
+#[test]
+fn one_triggered_record_in_g_with_a_short_lead_is_graded_without_options() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("triggered.lvm");
+    std::fs::write(&path, triggered_record()).unwrap();
+    let path = path.display().to_string();
+    assert_eq!(verdicts(&[&path]), [(0, "accepted".to_owned(), vec![])]);
+    let (_, value, _) = run(&[&path]);
+    let npy = data("impact2_response0.npy").display().to_string();
+    let (_, whole, _) = run(&[&npy, "--rate-hz", "51200"]);
+    for key in ["peak_force_n", "peak_response_m_per_s2"] {
+        let number = |value: &Value, hit: usize| value["hits"][hit][key].as_f64().unwrap();
+        let (cut, whole) = (number(&value, 0), number(&whole, 1));
+        // The rest value comes from 8 samples here, and from other ones there: their noise and a slow drift.
+        assert!((cut / whole - 1.0).abs() < 0.01, "{key}: {cut} {whole}");
+    }
+}
+
+#[test]
+fn units_of_the_file_and_of_the_command_line_are_converted_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = |force: &str, response: &str| {
+        let mut text = format!("Hammer [{force}];z [{response}]\n");
+        for n in 0..512 {
+            let pulse = if (100..116).contains(&n) { 20.0 } else { 0.0 };
+            text += &format!("{};{}\n", pulse, 0.5 * pulse);
+        }
+        text
+    };
+    let file = |name: &str, force: &str, response: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, lines(force, response)).unwrap();
+        path.display().to_string()
+    };
+    let peaks = |arguments: &[&str]| {
+        let (exit, value, stderr) = run(&[arguments, &["--rate-hz", "4000"]].concat());
+        assert_eq!(exit, 0, "{stderr}");
+        let hit = &value["hits"][0];
+        ["peak_force_n", "peak_response_m_per_s2"].map(|key| hit[key].as_f64().unwrap())
+    };
+    let close = |found: [f64; 2], expected: [f64; 2]| {
+        // Findings are in single precision.
+        let near = |k: usize| (found[k] / expected[k] - 1.0).abs() < 1e-6;
+        assert!(near(0) && near(1), "{found:?} {expected:?}");
+    };
+    close(peaks(&[&file("si.csv", "N", "m/s²")]), [20.0, 10.0]);
+    close(peaks(&[&file("g.csv", "lbf", "g")]), [88.964_432_3, 98.0665]);
+    let volts = file("volts.csv", "N", "V");
+    close(peaks(&[&volts, "--unit", "z=mm/s^2"]), [20.0, 0.01]);
+    let (exit, value, _) = run(&[&volts, "--rate-hz", "4000"]);
+    assert_eq!((exit, &value["error"]["code"]), (2, &"recording_unknown_unit".into()), "{value}");
+    let message = value["error"]["message"].as_str().unwrap();
+    assert!(message.contains("\"z\"") && message.contains("--unit"), "{message}");
+}

@@ -276,6 +276,21 @@ pub struct CommandRequest {
     /// properties, they are not identified, and the result is marked with
     /// [`Code::BlockTest`](massline_shared::diagnosis::Code::BlockTest).
     pub block_mass: Option<f32>,
+    /// With `Start`: age of the calibration, days; zero when it is not known.
+    pub calibration_age_days: u16,
+}
+
+impl From<CampaignCommand> for CommandRequest {
+    /// A command without options.
+    fn from(command: CampaignCommand) -> Self {
+        Self {
+            command: command as u8,
+            confirm: false,
+            force: false,
+            block_mass: None,
+            calibration_age_days: 0,
+        }
+    }
 }
 
 /// Asks for the results after a number.

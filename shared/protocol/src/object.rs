@@ -5,7 +5,9 @@ use num_enum::{IntoPrimitive, TryFromPrimitive};
 use serde::{Deserialize, Serialize};
 
 use massline_shared::body::RigidBody;
+use massline_shared::calibration::CalibrationSigma;
 use massline_shared::diagnosis::Diagnostics;
+use massline_shared::identify::maximum_likelihood::LearnedBudget;
 use massline_shared::identify::{
     Consistency, DofMassLines, Estimate, METHODS, MassLines, Method, lower_triangle, symmetric,
 };
@@ -31,7 +33,9 @@ pub enum ObjectKind {
     /// consists of little-endian words of four bytes: DOF, hits, responses (u8 each) and a zero; number of
     /// bins (u16) and a zero; bin spacing in Hz (f32); σ of the exponential window in 1/s (f32); then as
     /// f32: G_FF by bin, G_XF of each response by bin (re, im), G_XX of each response by bin. There is
-    /// space for [`RESPONSES`] responses; the header gives the number in use.
+    /// space for [`RESPONSES`] responses; the header gives the number in use. Force and responses of each hit
+    /// are divided by the root of the force's energy in the band, so the spectra count hits of any force the
+    /// same: G_FF has no unit, G_XF is in (m/s²)/N.
     Spectra = 3,
 }
 
@@ -165,6 +169,8 @@ pub struct StoredEstimate {
     pub condition: f32,
     /// Whether the data agree with their error budget; only for methods that use one.
     pub consistency: Option<Consistency<f32>>,
+    /// What the data have taught about the error budget; only for a method that learns it.
+    pub learned: Option<LearnedBudget<f32>>,
     /// Diagnostics of the estimate.
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
@@ -179,6 +185,7 @@ impl From<&Estimate<f32>> for StoredEstimate {
             covariance: covariance.map_or(Vec::new(), |c| lower_triangle(c, 10).collect()),
             condition: estimate.condition,
             consistency: estimate.consistency,
+            learned: estimate.learned,
             diagnostics: estimate.diagnostics.clone(),
         }
     }
@@ -193,7 +200,7 @@ impl StoredEstimate {
             covariance: symmetric(&self.covariance),
             condition: self.condition,
             consistency: self.consistency,
-            learned: None,
+            learned: self.learned,
             diagnostics: self.diagnostics.clone(),
         })
     }
@@ -208,6 +215,9 @@ pub struct ResultHead {
     pub layout_hash: u32,
     /// Checksum of the calibration in use.
     pub calibration: u32,
+    /// Standard deviations that this calibration has contributed to the error budget, with its age; `None`
+    /// without a calibration of one's own.
+    pub gains: Option<CalibrationSigma>,
     /// Version of the firmware that computed the result, `major.minor.patch`.
     pub firmware: heapless::String<16>,
     /// Estimator of the frequency responses.

@@ -14,4 +14,7 @@ mod record;
 pub mod time_constant;
 pub mod tumble;
 
-pub use record::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
+pub use record::{
+    CalibrationMethod, CalibrationRecord, CalibrationSigma, GAIN_DRIFT_PER_MONTH,
+    without_calibration,
+};

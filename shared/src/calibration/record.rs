@@ -6,9 +6,15 @@ use num_enum::{FromPrimitive, IntoPrimitive};
 use super::block::ForceRatio;
 use super::tumble::SensorSensitivity;
 use crate::Real;
-use crate::layout::{DEFAULT_HAMMER_GAIN, RIG_SENSORS};
+use crate::layout::{DEFAULT_HAMMER_GAIN, Layout, RIG_SENSORS, SensorUncertainty};
 use crate::signal::{Calibration, HAMMER};
 use crate::units::Volts;
+
+/// Relative drift of a gain after its calibration, for each month: 0.05 %, from temperature, humidity and the
+/// ageing of sensor, amplifier and hammer.
+pub const GAIN_DRIFT_PER_MONTH: f64 = 0.0005;
+/// Mean length of a month, days.
+const DAYS_PER_MONTH: f64 = 365.25 / 12.0;
 
 /// How a calibration was made. The numbers never change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromPrimitive, IntoPrimitive)]
@@ -90,6 +96,58 @@ impl CalibrationSigma {
     pub fn is_usable(&self) -> bool {
         [self.gain, self.cross_axis, self.hammer_gain].iter().all(|s| s.is_finite() && *s >= 0.0)
     }
+
+    /// The standard deviations after this number of days, with the drift of the gains
+    /// ([`GAIN_DRIFT_PER_MONTH`]).
+    pub fn aged(&self, days: u16) -> Self {
+        let drift = (GAIN_DRIFT_PER_MONTH / DAYS_PER_MONTH * f64::from(days)) as f32;
+        let with_drift = |sigma: f32| libm::hypotf(sigma, drift);
+        Self {
+            gain: with_drift(self.gain),
+            hammer_gain: with_drift(self.hammer_gain),
+            cross_axis: self.cross_axis,
+        }
+    }
+
+    /// Supplies the standard deviations that the layout takes from a calibration
+    /// ([`CalibratedGains`](crate::layout::CalibratedGains)).
+    pub fn apply_to<R: Real, const S: usize, const H: usize>(&self, layout: &mut Layout<R, S, H>) {
+        supply(layout, [self.gain, self.cross_axis, self.hammer_gain].map(f64::from));
+    }
+}
+
+/// Gives a layout that takes standard deviations from a calibration the default ones, as in its file.
+///
+/// ```
+/// # use massline_shared::calibration::{CalibrationSigma, without_calibration};
+/// # use massline_shared::layout::RigLayout;
+/// let as_stated = RigLayout { calibrated_hammer: true, ..RigLayout::default() };
+/// let mut layout = as_stated.clone();
+/// CalibrationSigma { hammer_gain: 0.003, ..Default::default() }.apply_to(&mut layout);
+/// assert_eq!(layout.hammer_gain, 0.003);
+/// without_calibration(&mut layout);
+/// assert_eq!(layout, as_stated);
+/// ```
+pub fn without_calibration<R: Real, const S: usize, const H: usize>(layout: &mut Layout<R, S, H>) {
+    let SensorUncertainty { gain, cross_axis, .. } = SensorUncertainty::<f64>::default();
+    supply(layout, [gain, cross_axis, DEFAULT_HAMMER_GAIN]);
+}
+
+fn supply<R: Real, const S: usize, const H: usize>(
+    layout: &mut Layout<R, S, H>,
+    [gain, cross_axis, hammer_gain]: [f64; 3],
+) {
+    for sensor in &mut layout.sensors {
+        if sensor.calibrated.gain {
+            sensor.uncertainty.gain = R::of(gain);
+        }
+        if sensor.calibrated.cross_axis {
+            sensor.uncertainty.cross_axis = R::of(cross_axis);
+        }
+    }
+    if layout.calibrated_hammer {
+        layout.hammer_gain = R::of(hammer_gain);
+    }
 }
 
 /// A calibration with its origin.
@@ -116,6 +174,13 @@ impl CalibrationRecord {
     /// True when a rig can use this calibration.
     pub fn is_usable(&self) -> bool {
         self.calibration.is_usable() && self.sigma.is_usable()
+    }
+
+    /// The standard deviations that the calibration contributes to an error budget; `None` for one from data
+    /// sheets or of unknown origin.
+    pub fn budget(&self) -> Option<CalibrationSigma> {
+        let known = !matches!(self.method, CalibrationMethod::DataSheet | CalibrationMethod::Other);
+        known.then_some(self.sigma)
     }
 
     /// Applies the result of a tumble test of the first sensors and the hammer's output without force, V. The
@@ -193,6 +258,27 @@ mod tests {
             assert_eq!(CalibrationMethod::from(method as u8), method);
         }
         assert_eq!(CalibrationMethod::from(99), CalibrationMethod::Other);
+    }
+
+    #[test]
+    fn gains_drift_and_cross_axis_sensitivities_do_not() {
+        let fresh = CalibrationSigma { gain: 0.0, cross_axis: 0.003, hammer_gain: 0.004 };
+        assert_eq!(fresh.aged(0), fresh);
+        let old = fresh.aged(365);
+        // Twelve months, up to a quarter of a day; the rest is rounding in single precision.
+        assert!((old.gain / 0.006 - 1.0).abs() < 1e-3, "{old:?}");
+        assert!((old.hammer_gain - libm::hypotf(0.004, 0.006)).abs() < 1e-5, "{old:?}");
+        assert_eq!(old.cross_axis, fresh.cross_axis);
+    }
+
+    #[test]
+    fn only_a_test_of_one_s_own_contributes_to_a_budget() {
+        let of = |method| CalibrationRecord { method, ..Default::default() }.budget();
+        for method in CalibrationMethod::ALL {
+            let unknown =
+                [CalibrationMethod::DataSheet, CalibrationMethod::Other].contains(&method);
+            assert_eq!(of(method).is_none(), unknown, "{method:?}");
+        }
     }
 
     #[test]

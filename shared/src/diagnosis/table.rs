@@ -201,6 +201,24 @@ codes! {
         "[prior] contradicts\nthe data (see value):\ncheck or widen it.";
         "{subject} contradicts the data, which say {value} without it: correct it, or widen its sigma; if \
          it is right, all accelerances or a mark are wrong";
+    /// The repeat hits scatter so much in direction that terms of higher order, which the fit leaves out, count.
+    /// Value: the standard deviation of the direction about each axis across it, mrad.
+    HitsScatterMuch = 56, "hits_scatter_much", Whole, Milliradians;
+        "Your hits turn too\nmuch: hold the hammer\nsquare, hit gently.";
+        "the hits scatter by {value} in direction, more than the fit can follow (80 mrad): hold the hammer \
+         square to the surface, hit more gently, and measure again";
+    /// There are too few repeat hits to learn their scatter, so the stated one is used. Value: the degrees of
+    /// freedom of the repeat hits.
+    ScatterNotLearned = 57, "scatter_not_learned", Whole, Count;
+        "Few repeat hits:\ntheir scatter is as\nstated.";
+        "the scatter of the hits is taken as [uncertainty] states it, because there are no or too few repeat \
+         hits to show it; three hits at each DOF do";
+    /// The residuals have too few degrees of freedom to learn the errors of the sensors, so the stated ones are
+    /// used. Value: the degrees of freedom.
+    ScaleNotLearned = 58, "scale_not_learned", Whole, Count;
+        "Few hit places: the\nsensors' errors are\nas stated.";
+        "the errors of sensors and marks are taken as [uncertainty] states them, because only {value} readings \
+         more than unknowns are left to show them (8 are needed); hit more DOFs";
 
     // Codes of a hit.
 

@@ -20,6 +20,8 @@ pub enum ValueUnit {
     OfChannel,
     /// Ten times the decimal logarithm of a ratio of powers, dB.
     Decibels,
+    /// mrad.
+    Milliradians,
     /// kg.
     Kilograms,
     /// kg, shown with its sign.
@@ -52,6 +54,7 @@ impl ValueUnit {
                 _ => "m/s²",
             },
             Self::Decibels => "dB",
+            Self::Milliradians => "mrad",
             Self::Kilograms | Self::SignedKilograms => "kg",
             Self::KilogramSquareMeters => "kg m²",
             Self::OfProperty => match subject {

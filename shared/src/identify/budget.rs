@@ -1,7 +1,7 @@
 //! The error budget that a fit uses: the stated one, or what the data have taught about it.
 
 use crate::Real;
-use crate::layout::{HitUncertainty, SensorUncertainty};
+use crate::layout::{HitUncertainty, Layout, SensorUncertainty};
 
 /// Factors on the standard deviations of the stated error budget. There is none on the hammer's gain, which
 /// the residuals cannot show.
@@ -50,7 +50,29 @@ pub enum ErrorBudget {
     Learned,
 }
 
+impl ErrorBudget {
+    /// The stated budget where the layout does not permit learning.
+    pub(super) fn permitted_by<R, const S: usize, const H: usize>(
+        self,
+        layout: &Layout<R, S, H>,
+    ) -> Self {
+        match self {
+            Self::Learned if !layout.learn_budget => Self::Stated,
+            permitted => permitted,
+        }
+    }
+}
+
 impl<R: Real> LearnedBudget<R> {
+    /// True when what stays the same over the test is significantly more than twice what is stated: a mistake,
+    /// such as a wrong axis, is then more likely than sensors of that quality. Chance alone does this in one of
+    /// forty tests whose errors are twice those stated.
+    pub fn exceeds_statement(&self) -> bool {
+        let deviation = self.constant_log_variance.sqrt();
+        let log_scale = libm::log(self.scales.constant.to_f64());
+        log_scale - 2.0 * deviation.to_f64() > core::f64::consts::LN_2
+    }
+
     /// The same in another precision.
     pub fn cast<Q: Real>(&self) -> LearnedBudget<Q> {
         let to = |v: R| Q::of(v.to_f64());
@@ -76,6 +98,12 @@ impl<R: Real> Default for BudgetScales<R> {
 }
 
 impl<R: Real> BudgetScales<R> {
+    /// Replaces the stated budget of a layout by the scaled one.
+    pub fn apply_to<const S: usize, const H: usize>(&self, layout: &mut Layout<R, S, H>) {
+        layout.sensors.iter_mut().for_each(|s| s.uncertainty = self.of_sensor(&s.uncertainty));
+        layout.hits.iter_mut().for_each(|hit| hit.uncertainty = self.of_hit(&hit.uncertainty));
+    }
+
     pub(super) fn of_hit(&self, stated: &HitUncertainty<R>) -> HitUncertainty<R> {
         HitUncertainty {
             position: stated.position * self.hit_position,

@@ -34,7 +34,8 @@
 //! let found = identify(&observed, &wanted, &IdentifySettings::default(), &mut workspace);
 //! let best = &found.estimates()[0];
 //! assert_eq!(best.method, Method::MaximumLikelihood);
-//! assert!((best.body.mass - 1.23).abs() < 1e-6);
+//! // The readings are exact; the fit allows for forces that are 0.26 % weaker because hits turn.
+//! assert!((best.body.mass - 1.23).abs() < 0.0033);
 //! ```
 
 use heapless::Vec;
@@ -247,7 +248,7 @@ impl<R: Real, const N: usize> Identification<R, N> {
 /// let found = identify(&observed, &wanted, &IdentifySettings::default(), &mut memory);
 /// // Maximum likelihood compares readings and still works; the linear method does not.
 /// assert_eq!(found.estimates()[0].method, Method::MaximumLikelihood);
-/// assert!((found.estimates()[0].body.mass - 1.23).abs() < 1e-6);
+/// assert!((found.estimates()[0].body.mass - 1.23).abs() < 0.0033);
 /// assert_eq!(found.refusals()[0].0, Method::InertiaRestraint);
 /// ```
 pub fn identify<R: Real, const S: usize, const H: usize, L: SpectrumBins<R>>(

@@ -53,7 +53,7 @@ impl<R: Real> Influence<R> {
 /// let layout = frame::layout();
 /// let dofs = frame::mass_lines(&layout);
 /// let mut memory = vec![0.0; workspace(layout.sensors.len())];
-/// let whole = solve(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::FirstOrder, &mut memory).unwrap();
+/// let whole = solve(&layout, &dofs, Start::InertiaRestraint, ErrorBudget::Stated, &mut memory).unwrap();
 /// let mut sensors = 0;
 /// influences(&layout, &dofs, &whole, &mut memory, |found| {
 ///     assert!(matches!(found.subject, Subject::Sensor(_)));
@@ -74,7 +74,7 @@ pub fn influences<R: Real, const S: usize, const H: usize>(
     for (index, _) in dofs {
         let others = dofs.iter().filter(|(other, _)| other != index).cloned();
         let others: Vec<DofMassLines<R, S>, H> = others.take(H).collect();
-        if let Ok(without) = solve(layout, &others, start, ErrorBudget::FirstOrder, workspace) {
+        if let Ok(without) = solve(layout, &others, start, ErrorBudget::Stated, workspace) {
             let equations = 3 * layout.sensors.len();
             act(compare(Subject::Hit(*index), whole, &without, equations));
         }
@@ -84,7 +84,7 @@ pub fn influences<R: Real, const S: usize, const H: usize>(
         fewer.sensors.remove(sensor);
         let others = dofs.iter().map(|(index, lines)| (*index, without_sensor(lines, sensor)));
         let others: Vec<DofMassLines<R, S>, H> = others.take(H).collect();
-        if let Ok(without) = solve(&fewer, &others, start, ErrorBudget::FirstOrder, workspace) {
+        if let Ok(without) = solve(&fewer, &others, start, ErrorBudget::Stated, workspace) {
             let equations = 3 * dofs.len();
             act(compare(Subject::Sensor(sensor), whole, &without, equations));
         }

@@ -51,7 +51,8 @@ method::methods! {
 pub struct IdentifySettings<R> {
     /// Settings of the inertia restraint method.
     pub inertia_restraint: inertia_restraint::InertiaRestraintSettings<R>,
-    /// The error budget that maximum likelihood uses.
+    /// The error budget that maximum likelihood uses; one that is to be learned only where the layout permits
+    /// it ([`Layout::learn_budget`](crate::layout::Layout::learn_budget)).
     pub error_budget: maximum_likelihood::ErrorBudget,
 }
 
@@ -59,7 +60,7 @@ impl<R: Real> Default for IdentifySettings<R> {
     fn default() -> Self {
         Self {
             inertia_restraint: inertia_restraint::InertiaRestraintSettings::weighted(),
-            error_budget: maximum_likelihood::ErrorBudget::FirstOrder,
+            error_budget: maximum_likelihood::ErrorBudget::default(),
         }
     }
 }

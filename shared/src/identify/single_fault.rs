@@ -177,7 +177,7 @@ impl<R: Real> SingleFault<R> {
     /// let mistake = SingleFault::HitReversed { hit: 1 };
     /// let dofs = frame::mass_lines(&mistake.applied(&nominal).unwrap());
     /// let mut memory = vec![0.0; workspace(nominal.sensors.len())];
-    /// let nominal_fit = solve(&nominal, &dofs, Start::Crude, ErrorBudget::FirstOrder, &mut memory);
+    /// let nominal_fit = solve(&nominal, &dofs, Start::Crude, ErrorBudget::Stated, &mut memory);
     /// let explained = mistake.test(&nominal, &dofs, &mut memory).unwrap().consistency.chi_squared;
     /// assert!(explained < 0.1);
     /// assert!(nominal_fit.is_err() || nominal_fit.unwrap().estimate.consistency.unwrap().chi_squared > DECISIVE_CHI_SQUARED);
@@ -233,14 +233,8 @@ fn fit<R: Real, const S: usize, const H: usize>(
     dofs: &[DofMassLines<R, S>],
     workspace: &mut [R],
 ) -> Option<maximum_likelihood::MaximumLikelihoodSolution<R, S, H>> {
-    maximum_likelihood::solve(
-        layout,
-        dofs,
-        Start::InertiaRestraint,
-        ErrorBudget::FirstOrder,
-        workspace,
-    )
-    .ok()
+    maximum_likelihood::solve(layout, dofs, Start::InertiaRestraint, ErrorBudget::Stated, workspace)
+        .ok()
 }
 
 /// True when there is prior knowledge that a common scale would contradict: mass or inertia.

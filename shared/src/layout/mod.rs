@@ -10,6 +10,7 @@ mod dof;
 mod kinematics;
 mod policy;
 mod settings;
+mod target;
 mod uncertainty;
 
 pub(crate) use check::is_finite;
@@ -21,6 +22,7 @@ pub use dof::{Axis, Dof, DofError, Sign};
 pub use kinematics::sensor_shift;
 pub use policy::{HitPolicy, Verdict};
 pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings};
+pub use target::Target;
 pub use uncertainty::{
     Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty,
 };
@@ -59,6 +61,18 @@ pub struct Sensor<R> {
     pub senses_gravity: bool,
     /// Uncertainty of mounting and calibration.
     pub uncertainty: SensorUncertainty<R>,
+    /// Standard deviations that a calibration supplies, because none are stated.
+    pub calibrated: CalibratedGains,
+}
+
+/// Which standard deviations of a sensor a calibration supplies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CalibratedGains {
+    /// [`SensorUncertainty::gain`].
+    pub gain: bool,
+    /// [`SensorUncertainty::cross_axis`].
+    pub cross_axis: bool,
 }
 
 /// A degree of freedom that the hammer excites.
@@ -161,6 +175,13 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub test: TestSettings<R>,
     /// Standard deviation of the hammer's gain against the sensors', relative.
     pub hammer_gain: R,
+    /// True when a calibration supplies [`Self::hammer_gain`], because none is stated.
+    pub calibrated_hammer: bool,
+    /// True when the error budget is a prior that the data may correct (theory, section 12); otherwise it is
+    /// used as stated.
+    pub learn_budget: bool,
+    /// The uncertainty that the user wants.
+    pub target: Target<R>,
     /// Prior knowledge of the object.
     pub priors: Vec<Prior<R>, 10>,
     /// Bodies attached to the object, which are subtracted from the result.
@@ -171,7 +192,8 @@ impl<R: Real> Sensor<R> {
     /// A sensor that senses gravity, with the default uncertainty.
     pub fn new(node: u16, position: [R; 3], axes: [[R; 3]; 3]) -> Self {
         let uncertainty = SensorUncertainty::default();
-        Self { node, position, axes, senses_gravity: true, uncertainty }
+        let calibrated = CalibratedGains::default();
+        Self { node, position, axes, senses_gravity: true, uncertainty, calibrated }
     }
 }
 
@@ -192,6 +214,9 @@ impl<R: Real, const S: usize, const H: usize> Default for Layout<R, S, H> {
             hits: Vec::new(),
             test: TestSettings::default(),
             hammer_gain: R::of(DEFAULT_HAMMER_GAIN),
+            calibrated_hammer: false,
+            learn_budget: true,
+            target: Target::default(),
             priors: Vec::new(),
             attached: Vec::new(),
         }
@@ -210,6 +235,7 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
                 axes: s.axes.map(|axis| axis.map(to)),
                 senses_gravity: s.senses_gravity,
                 uncertainty: s.uncertainty.cast(),
+                calibrated: s.calibrated,
             };
             sensors.push(sensor).ok()?;
         }
@@ -230,6 +256,9 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             hits,
             test: self.test.cast(),
             hammer_gain: to(self.hammer_gain),
+            calibrated_hammer: self.calibrated_hammer,
+            learn_budget: self.learn_budget,
+            target: self.target.cast(),
             priors: self.priors.iter().map(Prior::cast).collect(),
             attached: self.attached.iter().map(Attached::cast).collect(),
         })

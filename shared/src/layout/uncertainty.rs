@@ -126,6 +126,15 @@ impl<R: Real> HitUncertainty<R> {
         (mean(self.position, self.node_position), mean(self.direction, self.node_direction))
     }
 
+    /// Root mean square deviation of a hit's accelerances, relative to their size, for sensors at this
+    /// distance (m): two turns and two displacements across the direction.
+    pub fn relative_scatter(&self, distance: R) -> R {
+        let displaced = self.position / distance;
+        let scatter = self.direction * self.direction + displaced * displaced;
+        let scatter = (scatter * R::of(2.0)).sqrt();
+        if scatter.finite() { scatter } else { R::zero() }
+    }
+
     pub(super) fn cast<Q: Real>(&self) -> HitUncertainty<Q> {
         let to = |v: R| Q::of(v.to_f64());
         HitUncertainty {

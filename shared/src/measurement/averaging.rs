@@ -6,7 +6,7 @@
 
 use nalgebra::Complex;
 
-use crate::identify::ScatterAccumulator;
+use crate::identify::{DofMassLines, ScatterAccumulator};
 use crate::layout::{RIG_SENSORS, TestSettings, Verdict};
 use crate::mass_line::{
     BasisRow, Bin, Fitting, MassLineBasis, MassLineDesign, MassLineError, ResponseFits, find_band,
@@ -14,8 +14,9 @@ use crate::mass_line::{
 };
 use crate::responses::Responses;
 use crate::signal::{
-    AdcProperties, Calibration, FftError, HitAgreement, HitAnalysis, PRE_TRIGGER_SCANS,
-    RECORD_SCANS, RESPONSES, RealFft, RepeatHits, SPECTRUM_BINS, Samples, Spectra,
+    AdcProperties, Calibration, FftError, HitAgreement, HitAnalysis, KnownScatter,
+    PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, RealFft, RepeatHits, SPECTRUM_BINS, Samples,
+    Spectra,
 };
 
 /// The averaged spectra of one DOF, as a rig stores them.
@@ -30,6 +31,9 @@ pub struct ProcessingSettings<'a, R> {
     pub calibration: &'a Calibration,
     /// Settings of the test: windows, band and terms.
     pub test: &'a TestSettings<R>,
+    /// Expected scatter of the accelerances from hit to hit, relative:
+    /// [`HitUncertainty::relative_scatter`](crate::layout::HitUncertainty::relative_scatter).
+    pub scatter: R,
 }
 
 /// Spacing of the rig's bins, Hz.
@@ -53,6 +57,8 @@ pub struct HitMemory<'m, R> {
 #[derive(Clone, Debug)]
 pub struct HitAverager<R> {
     analysis: HitAnalysis<R>,
+    /// Factor on all spectra of this hit, which gives it its weight in the averages.
+    factor: R,
     design: Result<MassLineDesign<R>, MassLineError>,
     single: Responses<R, RIG_SENSORS>,
     /// True when a response has no mass line of its own.
@@ -71,17 +77,26 @@ impl<R: RealFft> HitAverager<R> {
         spectra: &mut DofSpectra<R>,
     ) -> Result<Self, FftError> {
         let HitMemory { scratch, force, basis } = memory;
-        let ProcessingSettings { adc, calibration, test } = settings;
+        let ProcessingSettings { adc, calibration, test, .. } = settings;
         let analysis = HitAnalysis::new(adc, calibration, test, PRE_TRIGGER_SCANS);
         analysis.force(record, scratch, force)?;
-        spectra.add_force(force);
         let lines =
             lines(resolution(adc), |line| force.get(line).map_or(R::zero(), |f| f.norm_sqr()));
         // A wrong band has the same effect on every hit of a DOF, so it does not add scatter.
         let (band, decay) = (test.expected_band(), test.exponential_decay);
         let basis = MassLineBasis::new(lines, band, decay, test.terms, basis);
         let design = basis.map(|basis| basis.design());
-        Ok(Self { analysis, design, single: Responses::zeros(), incomplete: false })
+        // Without a mass line of its own, a hit is averaged as it is.
+        let factor = design.as_ref().map_or(R::one(), |design| {
+            let noise = analysis.hit_noise(record, adc.responses());
+            let variance = noise.variance * analysis.bin_variance(RECORD_SCANS) * design.variance();
+            let correlation = window_correlation(decay, record_duration(adc));
+            let noise = variance * correlation * correlation / noise.accelerance_squared;
+            factor_of(design.total_weight(), settings.scatter, noise)
+        });
+        scale(force, factor);
+        spectra.add_force(force);
+        Ok(Self { analysis, factor, design, single: Responses::zeros(), incomplete: false })
     }
 
     /// Adds a response to the spectra, and to this hit's own mass lines.
@@ -98,6 +113,7 @@ impl<R: RealFft> HitAverager<R> {
         let HitMemory { scratch, force, basis } = memory;
         let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_BINS];
         self.analysis.response(record, response, scratch, &mut lines)?;
+        scale(&mut lines, self.factor);
         spectra.add_response(response, force, &lines);
         HitAnalysis::divide(&mut lines, force);
         let lines = lines.iter().copied();
@@ -132,17 +148,32 @@ impl<R: RealFft> HitAverager<R> {
     ) -> Result<(), FftError> {
         let mut lines = [Complex::new(R::zero(), R::zero()); SPECTRUM_BINS];
         self.analysis.response(record, response, memory.scratch, &mut lines)?;
+        scale(&mut lines, self.factor);
         spectra.remove_response(response, memory.force, &lines);
         Ok(())
     }
 }
 
-/// Compares a hit with its repeat hits by their own mass lines, and adds it to them unless it disagrees and
+/// Scatter of the repeat hits at the DOFs measured so far.
+pub fn known_scatter<R: RealFft>(measured: &[DofMassLines<R, RIG_SENSORS>]) -> KnownScatter<R> {
+    let mut known = KnownScatter::none();
+    for (_, lines) in measured {
+        let squares = lines.scatter.diagonal().sum() * R::of(f64::from(lines.hits.max(1) - 1));
+        // Without repeat hits the scatter is unknown.
+        if squares > R::zero() {
+            known.add(u32::from(lines.hits), lines.accelerance.norm_squared(), squares);
+        }
+    }
+    known
+}
+
+/// Compares a hit with its repeat hits by their own mass lines, with the scatter of those `elsewhere`, and adds it to them unless it disagrees and
 /// `verdict` is to reject such hits. The caller then has to remove an [`HitAgreement::Outlier`] from the spectra,
 /// and to start the DOF again after [`HitAgreement::Inconsistent`].
 pub fn join<R: RealFft>(
     repeats: &mut ScatterAccumulator<R, RIG_SENSORS>,
     single: &Responses<R, RIG_SENSORS>,
+    elsewhere: KnownScatter<R>,
     verdict: Verdict,
 ) -> HitAgreement<R> {
     let mean = repeats.mean();
@@ -151,6 +182,7 @@ pub fn join<R: RealFft>(
         mean_squared: mean.norm_squared(),
         scatter_squared: repeats.scatter_squared(),
         distance_squared: (single - mean).norm_squared(),
+        elsewhere,
     };
     let standing = hit.standing();
     if standing == HitAgreement::Agrees || verdict != Verdict::Reject {
@@ -189,12 +221,40 @@ pub fn fit_responses<R: RealFft>(
 ) -> Result<ResponseFits<R, RIG_SENSORS>, MassLineError> {
     let ProcessingSettings { adc, test, .. } = settings;
     let decay = test.exponential_decay;
-    let duration = R::of(RECORD_SCANS as f64) / R::of(f64::from(adc.rate.0));
-    let correlation = window_correlation(decay, duration);
+    let correlation = window_correlation(decay, record_duration(adc));
     let fitting = Fitting { band, decay, terms: test.terms, correlation };
     let frf = |response, line| spectra.frf(test.frf_estimator, response, line);
     let lines = lines(resolution(adc), |line| spectra.force_auto(line));
     ResponseFits::new(lines, &fitting, adc.responses(), frf, basis)
+}
+
+/// Duration of a record, s.
+fn record_duration<R: RealFft>(adc: &AdcProperties) -> R {
+    R::of(RECORD_SCANS as f64) / R::of(f64::from(adc.rate.0))
+}
+
+/// Smallest scatter from hit to hit, relative: nobody hits the same place in the same direction twice.
+const LEAST_SCATTER: f64 = 1e-3;
+
+/// Factor on the spectra of a hit in the averages of its DOF.
+///
+/// A hit differs from its repeat hits by where and how it lands, which does not depend on its force, and by
+/// noise, which matters less the harder the hit. The best weight of its accelerances is the inverse of both
+/// variances together, and the averages weigh them by its squared spectra, so these become
+/// `scatter²/(scatter² + noise²)`: hits of any force weigh the same where noise is small, and by their squared
+/// force where it is large (theory, section 12).
+///
+/// `energy` is the energy of the force in the band, `noise` the variance of the accelerances from noise,
+/// relative to their square.
+fn factor_of<R: RealFft>(energy: R, scatter: R, noise: R) -> R {
+    let least = R::of(LEAST_SCATTER * LEAST_SCATTER);
+    let scatter = (scatter * scatter).max(least);
+    let factor = (scatter / (scatter + noise) / energy).sqrt();
+    if factor.finite() { factor } else { R::one() }
+}
+
+fn scale<R: RealFft>(lines: &mut [Complex<R>], factor: R) {
+    lines.iter_mut().for_each(|line| *line *= factor);
 }
 
 /// The rig's bins with their weights.
@@ -204,4 +264,63 @@ fn lines<R: RealFft>(
 ) -> impl Iterator<Item = Bin<R>> + Clone {
     (0..SPECTRUM_BINS)
         .map(move |i| Bin { frequency: R::of(i as f64) * resolution, weight: weight(i) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::MassLines;
+
+    #[test]
+    fn where_noise_is_small_hits_of_any_force_weigh_the_same() {
+        for force in [12.0_f64, 25.0, 40.0] {
+            // Noise of 0.1 % at 25 N.
+            let noise = (0.001 * 25.0 / force).powi(2);
+            let factor = factor_of(force * force, 0.07, noise);
+            // The square of the factor times the energy is the weight; 0.0021² / 0.07² is the largest part
+            // that noise takes.
+            assert!((factor * factor * force * force - 1.0).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn where_noise_is_large_hits_weigh_by_their_squared_force() {
+        let weight = |force: f64| {
+            let noise = (10.0 / force).powi(2);
+            factor_of(force * force, 0.05, noise).powi(2) * force * force
+        };
+        // 0.05² / 0.5² of the weight at 20 N is not noise.
+        assert!((weight(20.0) / weight(10.0) / 4.0 - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn the_weight_is_the_best_for_scatter_and_noise() {
+        let noise = |force: f64| (0.03 * 25.0 / force).powi(2);
+        let scatter = 0.05_f64;
+        let weights = [12.0, 40.0].map(|force: f64| {
+            (force * force) * factor_of(force * force, scatter, noise(force)).powi(2)
+        });
+        let variances = [12.0, 40.0].map(|force| scatter * scatter + noise(force));
+        // Both are inverse variances up to one factor; rounding only.
+        assert!((weights[0] * variances[0] / (weights[1] * variances[1]) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_hit_without_force_or_numbers_is_averaged_as_it_is() {
+        for (energy, noise) in [(0.0, 0.0), (f64::NAN, 0.0), (1.0, f64::NAN)] {
+            assert_eq!(factor_of(energy, 0.05, noise), 1.0);
+        }
+        assert_eq!(factor_of(4.0, 0.0, 0.0), 0.5, "no scatter stated and no noise");
+    }
+
+    #[test]
+    fn the_scatter_of_the_measured_dofs_is_known() {
+        let mut lines = MassLines::without_scatter(Responses::repeat(0.5_f64));
+        lines.hits = 5;
+        lines.scatter[(0, 0)] = 0.01;
+        let once = MassLines { hits: 1, ..MassLines::without_scatter(Responses::repeat(0.5)) };
+        let mut expected = KnownScatter::none();
+        expected.add(5, 9.0 * 0.25, 4.0 * 0.01);
+        assert_eq!(known_scatter(&[(0, lines), (1, once)]), expected);
+    }
 }

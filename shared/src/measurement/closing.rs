@@ -27,8 +27,8 @@ impl<R: RealFft> Measurement<'_, R> {
         };
         let name = hit.dof;
         let (test, adc) = (self.test(), self.adc_in_use());
-        let settings =
-            ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
+        let (calibration, scatter) = (&self.calibration, self.expected_scatter(dof));
+        let settings = ProcessingSettings { adc: &adc, calibration, test: &test, scatter };
         let squares = &mut self.memory.scratch[..SPECTRUM_BINS];
         let found = band_of(settings, &self.memory.spectra, squares);
         let band = found.unwrap_or_else(TestSettings::default_band);

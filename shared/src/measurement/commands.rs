@@ -172,6 +172,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.block = None;
         self.diagnostics = diagnostics;
         self.activity = Activity::Measuring(campaign, Task::None);
+        self.take_gains();
     }
 
     /// Starts to fill the record with readings of the channels without a hit.

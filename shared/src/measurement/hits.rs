@@ -238,8 +238,8 @@ impl<R: RealFft> Measurement<'_, R> {
                     self.open_dof(dof);
                 }
                 let (adc, test) = (self.adc_in_use(), self.test());
-                let settings =
-                    ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
+                let (calibration, scatter) = (&self.calibration, self.expected_scatter(dof));
+                let settings = ProcessingSettings { adc: &adc, calibration, test: &test, scatter };
                 let (record, spectra, memory) = self.memory.of_hit();
                 let hit = HitAverager::begin(settings, record, memory, spectra)?;
                 Task::Average { hit, next: 0 }
@@ -254,8 +254,9 @@ impl<R: RealFft> Measurement<'_, R> {
         let standing = match hit.mass_lines(&self.calibration) {
             None => HitAgreement::Agrees,
             Some(own) => {
+                let elsewhere = averaging::known_scatter(&self.memory.mass_lines);
                 let others = self.memory.single_hits.get_or_insert_default();
-                averaging::join(others, &own, verdict)
+                averaging::join(others, &own, elsewhere, verdict)
             }
         };
         match standing {

@@ -42,6 +42,7 @@ pub use view::{Counts, GradedHit, Recorded, Streamed};
 
 use heapless::Deque;
 
+use crate::calibration::CalibrationSigma;
 use crate::diagnosis::{Diagnostic, Diagnostics};
 use crate::layout::{Layout, RIG_HITS, RIG_SENSORS};
 use crate::signal::{AdcProperties, Calibration, RealFft};
@@ -89,6 +90,8 @@ enum Activity<R> {
 pub struct Measurement<'m, R> {
     adc: AdcProperties,
     calibration: Calibration,
+    /// What the calibration contributes to the error budget, when it was made.
+    gains: Option<CalibrationSigma>,
     layout: Option<TestLayout<R>>,
     activity: Activity<R>,
     /// The campaign that ended last, until another one starts.
@@ -118,6 +121,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
         Self {
             adc,
             calibration: Calibration::default(),
+            gains: None,
             layout: None,
             activity: Activity::Idle,
             ended: None,

@@ -1,5 +1,6 @@
 //! Result of a campaign.
 
+use crate::calibration::CalibrationSigma;
 use crate::calibration::block::{BlockError, ForceRatio};
 use crate::diagnosis::Diagnostics;
 use crate::identify::{DofMassLines, Estimate, Method};
@@ -34,6 +35,9 @@ pub struct TestResult<'m, R> {
     pub refusals: &'m [(Method, Diagnostics)],
     /// The hammer's gain, for a block of known mass.
     pub block: Option<BlockResult>,
+    /// Standard deviations that the calibration has contributed to the error budget; `None` without a
+    /// calibration of one's own.
+    pub gains: Option<CalibrationSigma>,
     /// Diagnostics of the campaign.
     pub diagnostics: &'m Diagnostics,
 }

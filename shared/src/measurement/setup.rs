@@ -1,6 +1,7 @@
 //! The layout and the calibration in use.
 
 use super::{Activity, Measurement, StartError, TestLayout, note};
+use crate::calibration::{CalibrationSigma, without_calibration};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use crate::identify::{Applicability, Method, Methods};
 use crate::layout::{TestSettings, assumed_body, check_settings};
@@ -42,16 +43,43 @@ impl<R: RealFft> Measurement<'_, R> {
         self.layout = Some(layout);
     }
 
-    /// The layout in use.
+    /// The layout as it was given to [`Self::set_layout`].
+    pub fn stated_layout(&self) -> Option<TestLayout<R>> {
+        let mut layout = self.layout.clone()?;
+        without_calibration(&mut layout);
+        Some(layout)
+    }
+
+    /// The layout in use: the standard deviations that the calibration supplies are those of the last
+    /// campaign.
     pub fn layout(&self) -> Option<&TestLayout<R>> {
         self.layout.as_ref()
     }
 
-    /// Replaces the calibration. Allowed only while the rig is idle.
-    pub fn set_calibration(&mut self, calibration: Calibration) {
+    /// Replaces the calibration; `gains` is [what it contributes to the error
+    /// budget](crate::calibration::CalibrationRecord::budget). Allowed only while the rig is idle.
+    pub fn set_calibration(&mut self, calibration: Calibration, gains: Option<CalibrationSigma>) {
         self.calibration = calibration;
+        self.gains = gains;
         // The result of a block test refers to the previous calibration.
         self.block = None;
+    }
+
+    /// What the calibration contributes to the error budget of the present campaign.
+    pub(super) fn gains(&self) -> Option<CalibrationSigma> {
+        let days = self.campaign().map_or(0, |campaign| campaign.started().calibration_age_days);
+        self.gains.map(|gains| gains.aged(days))
+    }
+
+    /// Supplies the standard deviations that the layout takes from the calibration.
+    pub(super) fn take_gains(&mut self) {
+        let gains = self.gains();
+        if let Some(layout) = &mut self.layout {
+            match gains {
+                Some(gains) => gains.apply_to(layout),
+                None => without_calibration(layout),
+            }
+        }
     }
 
     /// The calibration in use.
@@ -90,6 +118,14 @@ impl<R: RealFft> Measurement<'_, R> {
             note(&mut diagnostics, missing);
         }
         diagnostics
+    }
+
+    /// Scatter of the accelerances from hit to hit at a DOF that the layout states, relative.
+    pub(super) fn expected_scatter(&self, dof: usize) -> R {
+        let Some(layout) = &self.layout else { return R::zero() };
+        let hit = layout.hits.get(dof).map(|hit| hit.uncertainty);
+        let distance = layout.characteristic_length();
+        hit.map_or_else(R::zero, |hit| hit.relative_scatter(distance))
     }
 
     /// The settings of the test.

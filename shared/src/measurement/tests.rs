@@ -182,7 +182,7 @@ fn a_sampler_that_starts_after_the_campaign_was_interrupted_wakes_nothing() {
 /// Regression test: the checkpoint of a block test stores the mass of the block, not only a flag.
 #[test]
 fn a_block_test_resumed_after_a_power_cut_knows_its_mass() {
-    let start = Start { object: Object::Block { mass: 2.0 }, confirm: false };
+    let start = Start { object: Object::Block { mass: 2.0 }, ..Start::DEFAULT };
     let mut before = memory();
     let mut rig = measurement(&mut before);
     rig.start(start, false, true).unwrap();

@@ -169,6 +169,7 @@ impl<R: RealFft> Measurement<'_, R> {
             estimates: self.memory.identification.estimates(),
             refusals: self.memory.identification.refusals(),
             block: self.block,
+            gains: self.gains(),
             diagnostics: &self.diagnostics,
         }
     }

@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use super::chain::HAMMER;
 use super::grade::rest_scans;
 use super::spectra::ratio;
-use super::{AdcProperties, CHANNELS, Calibration, FftError, RealFft, Samples, window};
+use super::{AdcProperties, CHANNELS, Calibration, FftError, HitNoise, RealFft, Samples, window};
 use crate::Real;
 use crate::layout::TestSettings;
 
@@ -164,6 +164,26 @@ impl<R: RealFft> HitAnalysis<R> {
         self.undo_low_pass(channel, scratch.len(), lines);
         self.undo_delay(channel, scratch.len(), lines);
         Ok(())
+    }
+
+    /// Noise and motion of the hit in a record of this many responses.
+    pub fn hit_noise<D: Samples<R> + ?Sized>(&self, record: &D, responses: usize) -> HitNoise<R> {
+        let scale = self.scale.get(..=responses).unwrap_or(&self.scale);
+        // The force passes its window on either side of its peak, which follows the trigger.
+        HitNoise::of(record, scale, self.rest, self.half_width + self.half_width)
+    }
+
+    /// Variance of the real and of the imaginary part of each bin for readings with a variance of one,
+    /// (m/s²)² s²: `½ Δt² Σ e^{−2σnΔt}` over a record of this many scans.
+    pub fn bin_variance(&self, scans: usize) -> R {
+        let record = R::of(scans as f64) / self.rate;
+        let two = R::of(2.0);
+        let energy = if self.decay > R::zero() {
+            (R::one() - (-two * self.decay * record).exp()) / (two * self.decay)
+        } else {
+            record
+        };
+        energy / (two * self.rate)
     }
 
     /// Frequency response of a single hit: replaces `lines`, the spectrum of a response, by `H = X/F`; 0

@@ -5,38 +5,42 @@
 //! their frequency responses. It is compared with the mean `m` of the other hits at its DOF:
 //!
 //! ```text
-//! distance = |x − m| / |m|        scatter = [Σ |xᵢ − m|² / (n − 1)]^½ / |m|
+//! distance = |x − m| / |m|        scatter² = (s₀² + Σ |xᵢ − m|² / |m|²) / (1 + Σ (n − 1))
 //! ```
-//! The hit itself is excluded from both, so that an outlier does not shift the mean towards itself.
+//! The hit itself is excluded from both, so that an outlier does not shift the mean towards itself. The sums of
+//! the scatter are over the DOFs measured so far: a person who hits roughly does so everywhere. `s₀` is the
+//! expectation before any hit.
 
 use crate::Real;
 
 /// Hits agree up to this relative distance, however little the others scatter.
 const AGREES: f64 = 0.15;
-/// Hits disagree beyond this relative distance, however much the others scatter.
-///
-/// Hits with a direction error of 30 mrad and a position error of 2 mm differ by up to 0.4 where the body
-/// rotates easily.
-const DISAGREES: f64 = 0.6;
-/// A hit whose distance exceeds the scatter of the others by this factor is an outlier.
+/// Hits disagree beyond this relative distance, however much the others scatter: that of a hit that moves the
+/// body the other way is two.
+const DISAGREES: f64 = 1.0;
+/// A hit whose distance exceeds the scatter by this factor is an outlier.
 const TIMES_SCATTER: f64 = 4.0;
-/// Smallest number of other hits whose scatter is used.
-const FEWEST_FOR_SCATTER: u32 = 3;
+/// Expected relative scatter before any hit, with the weight of one hit.
+///
+/// Hits with a direction error of 30 mrad and a position error of 2 mm scatter by up to 0.1 where the body
+/// rotates easily.
+const EXPECTED_SCATTER: f64 = 0.1;
 
 /// A hit compared with the others at its DOF.
 ///
 /// ```
-/// # use massline_shared::signal::{RepeatHits, HitAgreement};
+/// # use massline_shared::signal::{HitAgreement, KnownScatter, RepeatHits};
 /// // Four hits that scatter by 5 %, and a fifth at 10 % or 40 % of their mean.
 /// let others = RepeatHits {
 ///     others: 4,
 ///     mean_squared: 1.0_f64,
 ///     scatter_squared: 3.0 * 0.05 * 0.05,
 ///     distance_squared: 0.1 * 0.1,
+///     elsewhere: KnownScatter::none(),
 /// };
 /// assert_eq!(others.standing(), HitAgreement::Agrees);
 /// let stray = RepeatHits { distance_squared: 0.4 * 0.4, ..others };
-/// assert!((stray.limit() - 0.2).abs() < 1e-12);
+/// assert!((stray.limit() - 0.3).abs() < 0.01);
 /// assert_ne!(stray.standing(), HitAgreement::Agrees);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +53,32 @@ pub struct RepeatHits<R> {
     pub scatter_squared: R,
     /// Square of the distance of the hit from that mean.
     pub distance_squared: R,
+    /// Scatter of the hits at other DOFs.
+    pub elsewhere: KnownScatter<R>,
+}
+
+/// Relative scatter of the repeat hits at several DOFs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownScatter<R> {
+    squares: R,
+    freedom: R,
+}
+
+impl<R: Real> KnownScatter<R> {
+    /// No DOF.
+    pub fn none() -> Self {
+        Self { squares: R::zero(), freedom: R::zero() }
+    }
+
+    /// Adds a DOF with this many hits, whose mean has a length of this square and whose squared distances from
+    /// it have this sum. No effect when the ratio is not finite.
+    pub fn add(&mut self, hits: u32, mean_squared: R, scatter_squared: R) {
+        let relative = scatter_squared / mean_squared;
+        if relative.finite() && hits > 1 {
+            self.squares += relative;
+            self.freedom += R::of(f64::from(hits - 1));
+        }
+    }
 }
 
 /// Result of comparing a hit with the others at its DOF.
@@ -70,18 +100,20 @@ impl<R: Real> RepeatHits<R> {
         (self.others > 0 && distance.finite()).then_some(distance)
     }
 
-    /// Relative scatter of the others about their mean; zero with fewer than two.
+    /// Relative scatter of repeat hits, from these and those at other DOFs.
     pub fn scatter(&self) -> R {
-        let freedom = R::of(f64::from(self.others.max(2) - 1));
-        (self.scatter_squared / freedom / self.mean_squared).sqrt()
+        let mut known = self.elsewhere;
+        known.add(self.others, self.mean_squared, self.scatter_squared);
+        let expected = R::of(EXPECTED_SCATTER * EXPECTED_SCATTER);
+        ((expected + known.squares) / (R::one() + known.freedom)).sqrt()
     }
 
-    /// Relative distance above which the hit is inconsistent with the others.
+    /// Relative distance above which the hit is inconsistent with the others: it and the mean of the others
+    /// both scatter.
     pub fn limit(&self) -> R {
-        if self.others < FEWEST_FOR_SCATTER {
-            return R::of(DISAGREES);
-        }
-        (self.scatter() * R::of(TIMES_SCATTER)).max(R::of(AGREES)).min(R::of(DISAGREES))
+        let others = R::of(f64::from(self.others.max(1)));
+        let scatter = self.scatter() * (R::one() + others.recip()).sqrt();
+        (scatter * R::of(TIMES_SCATTER)).max(R::of(AGREES)).min(R::of(DISAGREES))
     }
 
     /// Result of the comparison; a hit without a distance agrees.
@@ -106,22 +138,39 @@ mod tests {
             mean_squared: 4.0,
             scatter_squared: 4.0 * scatter * scatter * freedom,
             distance_squared: 4.0 * distance * distance,
+            elsewhere: KnownScatter::none(),
         }
     }
 
     #[test]
-    fn distance_and_scatter_are_relative_to_the_mean() {
-        let hit = hit(4, 0.1, 0.5);
+    fn the_distance_is_relative_to_the_mean() {
         // The tolerance covers the rounding of squares and roots.
-        assert!((hit.distance().unwrap() - 0.5).abs() < 1e-15);
-        assert!((hit.scatter() - 0.1).abs() < 1e-15);
+        assert!((hit(4, 0.1, 0.5).distance().unwrap() - 0.5).abs() < 1e-15);
     }
 
     #[test]
-    fn few_hits_do_not_tell_their_scatter() {
-        assert_eq!(hit(2, 0.01, 0.0).limit(), DISAGREES);
-        assert_eq!(hit(3, 0.01, 0.0).limit(), AGREES);
-        assert!((hit(3, 0.1, 0.0).limit() - 0.4).abs() < 1e-15);
+    fn the_scatter_is_that_of_these_hits_and_of_those_elsewhere() {
+        // One and two hits show none or little, so the expectation counts.
+        assert_eq!(hit(1, 0.0, 0.0).scatter(), EXPECTED_SCATTER);
+        assert!((hit(2, 0.1, 0.0).scatter() - 0.1).abs() < 1e-15);
+        // √((0.1² + 4 · 0.2²) / 5).
+        assert!((hit(5, 0.2, 0.0).scatter() - 0.034_f64.sqrt()).abs() < 1e-15);
+        let mut elsewhere = KnownScatter::none();
+        (0..20).for_each(|_| elsewhere.add(5, 1.0, 4.0 * 0.2 * 0.2));
+        let rough = RepeatHits { elsewhere, ..hit(1, 0.0, 0.7) };
+        // 80 degrees of freedom leave one of the expectation: 1 %.
+        assert!((rough.scatter() / 0.2 - 1.0).abs() < 0.01);
+        assert_eq!(rough.standing(), HitAgreement::Agrees);
+        elsewhere.add(5, 0.0, 0.0);
+        assert_eq!(RepeatHits { elsewhere, ..rough }, rough, "a DOF without motion tells nothing");
+    }
+
+    #[test]
+    fn the_limit_follows_the_scatter_between_bounds() {
+        let mut steady = KnownScatter::none();
+        steady.add(1000, 1.0, 0.0);
+        assert_eq!(RepeatHits { elsewhere: steady, ..hit(4, 0.0, 0.0) }.limit(), AGREES);
+        assert_eq!(hit(4, 0.9, 0.0).limit(), DISAGREES);
     }
 
     #[test]
@@ -130,8 +179,8 @@ mod tests {
         assert_eq!(hit(1, 0.0, 0.5).standing(), HitAgreement::Agrees);
         assert!(matches!(hit(1, 0.0, 0.7).standing(), HitAgreement::Inconsistent(_)));
         assert!(matches!(hit(2, 0.01, 0.7).standing(), HitAgreement::Outlier(_)));
-        assert!(matches!(hit(4, 0.01, 0.2).standing(), HitAgreement::Outlier(_)));
-        assert_eq!(hit(4, 0.1, 0.2).standing(), HitAgreement::Agrees);
+        assert!(matches!(hit(4, 0.01, 0.3).standing(), HitAgreement::Outlier(_)));
+        assert_eq!(hit(4, 0.1, 0.4).standing(), HitAgreement::Agrees);
     }
 
     #[test]

@@ -9,7 +9,8 @@ use crate::layout::FrfEstimator;
 
 /// Auto and cross spectra of force and responses, and the frequency responses computed from them.
 ///
-/// `G_FF = mean |F|²`, `G_XF = mean X F*`, `G_XX = mean |X|²` over the hits, `F` in N s and `X` in (m/s²) s.
+/// `G_FF = mean |F|²`, `G_XF = mean X F*`, `G_XX = mean |X|²` over the hits, `F` in N s and `X` in (m/s²) s; both
+/// may have a common factor for each hit, which gives the hit its weight.
 /// `H1 = G_XF/G_FF` and `H2 = G_XX/G_FX` are the least squares estimates of H for noise on the responses
 /// alone and on the force alone; `Hv = √(G_XX/G_FF) · G_XF/|G_XF|` is their geometric mean. The coherence is
 /// `γ² = |G_XF|²/(G_FF G_XX) = H1/H2`.

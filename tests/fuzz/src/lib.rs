@@ -181,7 +181,7 @@ pub fn fuzz_recording(bytes: &[u8]) {
     let samples: usize = recording.segments.iter().flat_map(|s| &s.0).map(Vec::len).sum();
     assert!(samples <= bytes.len());
     let options = hits::Options { rate_hz: Some(4000.0), ..hits::Options::default() };
-    let Ok(found) = hits::grade(&recording, &options) else { return };
+    let Ok(found) = hits::grade(recording, &options) else { return };
     assert!(found.hits.iter().all(|hit| !hit.verdict().is_empty()));
     let _ = (found.to_json(), found.to_text());
 }

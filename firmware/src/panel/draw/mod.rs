@@ -26,6 +26,8 @@ pub struct View<'a> {
     pub model: &'a PanelModel,
     /// The layout in use.
     pub layout: Option<&'a RigLayout>,
+    /// Its hash.
+    pub layout_hash: u32,
     /// The stored layouts.
     pub layouts: &'a [LayoutLine],
     /// The stored results, newest first.

@@ -1,9 +1,9 @@
 //! The list of stored results, and the pages of one result.
 
-use massline_protocol::LayoutHash;
 use massline_protocol::message::ResultEntry;
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::Estimate;
+use massline_shared::layout::RigLayout;
 
 use super::View;
 use super::canvas::{Canvas, Screen, text, top};
@@ -68,6 +68,10 @@ pub(super) fn page<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             principal(canvas, answer);
         }
         4 => limits(canvas, answer, &pages),
+        5 => {
+            canvas.title("Error budget", &pages);
+            budget(canvas, answer, own_layout(view, summary));
+        }
         _ => finding_page(canvas, view, summary, page - ANSWER_PAGES, &pages),
     }
 }
@@ -80,9 +84,42 @@ fn finding_page<D: Screen>(
     pages: &str,
 ) {
     let Some(diagnostic) = summary.findings.get(usize::from(finding)) else { return };
-    // The names of nodes of another layout would mislead.
-    let layout = view.layout.filter(|layout| layout.hash() == summary.layout_hash);
-    lists::finding(canvas, diagnostic, layout, pages);
+    lists::finding(canvas, diagnostic, own_layout(view, summary), pages);
+}
+
+/// The layout of a result, if it is the one in use: the names of nodes of another layout would mislead.
+fn own_layout<'v>(view: &'v View<'_>, summary: &Summary) -> Option<&'v RigLayout> {
+    view.layout.filter(|_| view.layout_hash == summary.layout_hash)
+}
+
+/// What the data have taught about the error budget: the scatter of the hits beside the stated one, and the
+/// scale of the errors of sensors and marks.
+fn budget<D: Screen>(
+    canvas: &mut Canvas<'_, D>,
+    answer: &Estimate<f32>,
+    layout: Option<&RigLayout>,
+) {
+    let Some(learned) = &answer.learned else { return canvas.line(0, "used as stated") };
+    let stated = layout.and_then(|layout| layout.hits.first()).map(|hit| hit.uncertainty);
+    match stated.filter(|_| learned.scatter_degrees_of_freedom > 0) {
+        Some(stated) => {
+            canvas.line(0, "your hits    (stated)");
+            let row = |stated: f32, scale: f32, unit: &str| {
+                let of = |value: f32| fitting(value * MILLI, decimals_for(value * MILLI, 2), 5);
+                text(format_args!("{} {unit} ({})", of(stated * scale), of(stated)))
+            };
+            canvas.pair(1, "place", &row(stated.position, learned.scales.hit_position, "mm"));
+            canvas.pair(2, "turn", &row(stated.direction, learned.scales.hit_direction, "mrad"));
+        }
+        None => canvas.line(0, "hits: as stated"),
+    }
+    if learned.constant_log_variance > 0.0 {
+        canvas.line(3, "sensors and marks:");
+        let scale = fitting(learned.scales.constant, 2, 6);
+        canvas.format(4, format_args!("{scale} x as stated"));
+    } else {
+        canvas.line(3, "sensors: as stated");
+    }
 }
 
 fn property<D: Screen>(

@@ -26,6 +26,7 @@ fn estimate(method: Method) -> StoredEstimate {
             })
             .collect(),
         condition: 8.5,
+        learned: None,
         consistency: Some(Consistency { chi_squared: 21.5, degrees_of_freedom: 17 }),
         diagnostics: (0..16)
             .map(|_| Diagnostic {
@@ -55,6 +56,7 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
             number: u32::MAX,
             layout_hash: 7,
             calibration: u32::MAX,
+            gains: None,
             firmware: "0.1.0".try_into().unwrap(),
             frf_estimator: FrfEstimator::Hv,
             terms: Terms::A,

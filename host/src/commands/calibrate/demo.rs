@@ -164,9 +164,7 @@ pub fn error_of_scale(
     calibration: &CalibrationRecord,
     output: &mut Output,
 ) -> Result<f64> {
-    let mut file = LayoutFile::parse(text, name)?;
-    file.apply_budget(calibration);
-    let layout = file.layout;
+    let layout = LayoutFile::parse(text, name)?.layout;
     let test = BenchTest {
         label: name,
         layout: &layout,

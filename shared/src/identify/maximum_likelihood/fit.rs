@@ -70,6 +70,8 @@ pub struct Fit<R> {
     pub(super) budget: ErrorBudget,
     /// What the data have taught; the budget in use.
     pub(super) learned: Option<LearnedBudget<R>>,
+    /// Reduced χ² under the stated budget, before anything is learned.
+    stated: R,
     pub(super) shares: Shares<R>,
 }
 
@@ -172,6 +174,7 @@ impl<R: Real> Fit<R> {
             stage: Stage::Arrived,
             budget,
             learned: None,
+            stated: R::zero(),
             shares: Shares::none(),
         })
     }
@@ -222,12 +225,14 @@ impl<R: Real> Fit<R> {
                 }
             }
             Stage::LearnScatter => {
+                self.stated = self.consistency().reduced();
                 self.learn_scatter(&problem, dofs)?;
                 self.rescale_hit_errors(&problem, layout, dofs, &mut equations);
-                self.stage = match self.can_learn_scale(&problem) {
-                    // phi suits the stated scale, which is the first.
-                    true => Stage::Learning { steps: 0 },
-                    false => Stage::Refining(Refinement::begin()),
+                // phi suits the stated scale, which is the first.
+                self.stage = if self.can_learn_scale(&problem) {
+                    Stage::Learning { steps: 0 }
+                } else {
+                    Stage::Refining(Refinement::begin())
                 };
             }
             Stage::Moving { steps } => {
@@ -325,13 +330,12 @@ impl<R: Real> Fit<R> {
                 self.margin(&object),
             );
         }
+        self.judge_learning(problem);
         let consistency = self.consistency();
-        if consistency.rejects_budget() {
-            self.push_diagnostic(
-                Code::DataInconsistentWithBudget,
-                Severity::Warning,
-                consistency.reduced(),
-            );
+        let doubtful = self.learned.is_some_and(|learned| learned.exceeds_statement());
+        if consistency.rejects_budget() || doubtful {
+            let reduced = if doubtful { self.stated } else { consistency.reduced() };
+            self.push_diagnostic(Code::DataInconsistentWithBudget, Severity::Warning, reduced);
             let body = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
             if let Some(suspect) = pulls::suspect(problem, dofs, &body, equations) {
                 let _ = self.diagnostics.push(suspect);

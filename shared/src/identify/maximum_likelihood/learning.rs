@@ -11,7 +11,7 @@ use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
 use super::undetermined;
 use crate::Real;
-use crate::diagnosis::Diagnostics;
+use crate::diagnosis::{Code, Diagnostics, Severity};
 use crate::identify::budget::{BudgetScales, LearnedBudget};
 use crate::identify::{DofMassLines, MassLines, Progress};
 use crate::layout::{HitUncertainty, Layout};
@@ -27,6 +27,8 @@ const LEAST_RESIDUAL_FREEDOM: u16 = 8;
 /// Prior standard deviation of the logarithm of the constant scale, ln 3: the stated standard deviations are
 /// right within a factor of three.
 const LOG_SCALE_SIGMA: f64 = 1.098_612_288_668_109_8;
+/// Standard deviation of the hits' directions from which terms of higher order count, rad.
+const MOST_SCATTER: f64 = 0.08;
 /// Longest step of the logarithm.
 const LONGEST_STEP: f64 = 0.7;
 /// The iteration ends with a step shorter than this part of the standard deviation of the logarithm. Each step
@@ -150,6 +152,27 @@ impl<R: Real> Fit<R> {
         Ok(())
     }
 
+    /// Says what could not be learned, and that hits scatter more than the fit can follow.
+    pub(super) fn judge_learning<const S: usize, const H: usize>(
+        &mut self,
+        problem: &FitProblem<'_, R, S, H>,
+    ) {
+        let Some(learned) = self.learned else { return };
+        if learned.scatter_degrees_of_freedom == 0 {
+            self.push_diagnostic(Code::ScatterNotLearned, Severity::Note, R::zero());
+        }
+        if learned.constant_log_variance == R::zero() {
+            let freedom = R::of(f64::from(self.consistency().degrees_of_freedom));
+            self.push_diagnostic(Code::ScaleNotLearned, Severity::Note, freedom);
+        }
+        let directions = problem.layout.hits.iter().map(|hit| hit.uncertainty.direction);
+        let largest = directions.fold(R::zero(), R::max) * learned.scales.hit_direction;
+        if learned.scatter_degrees_of_freedom > 0 && largest > R::of(MOST_SCATTER) {
+            let milliradians = largest * R::of(1e3);
+            self.push_diagnostic(Code::HitsScatterMuch, Severity::Warning, milliradians);
+        }
+    }
+
     /// Expresses the errors of the hits, which do not change, in the standard deviations of the learned budget.
     pub(super) fn rescale_hit_errors<const S: usize, const H: usize>(
         &self,
@@ -206,7 +229,8 @@ impl<R: Real> Fit<R> {
         let pulls = equations.solution()[..count].iter().fold(R::zero(), |sum, u| sum + *u * *u);
         let (trace, squares) = equations.shrinkage(count);
         let prior = R::of(1.0 / (LOG_SCALE_SIGMA * LOG_SCALE_SIGMA));
-        let log_scale = learned.scales.constant.ln();
+        // In double precision of one library, so that every machine takes the same steps to the last bit.
+        let log_scale = R::of(libm::log(learned.scales.constant.to_f64()));
         let score = pulls - trace - log_scale * prior;
         let information = squares * R::of(2.0) + prior;
         let longest = R::of(LONGEST_STEP);
@@ -214,7 +238,7 @@ impl<R: Real> Fit<R> {
         if !step.finite() {
             return Err(undetermined());
         }
-        learned.scales.constant = (log_scale + step).exp();
+        learned.scales.constant = R::of(libm::exp((log_scale + step).to_f64()));
         learned.constant_log_variance = information.recip();
         let short = step * step * information < R::of(SHORT_STEP * SHORT_STEP);
         Ok(if short || steps >= MOST_STEPS { Progress::Done } else { Progress::Going })

@@ -86,7 +86,8 @@ impl<R: Real> method::Solver<R> for Fit<R> {
         start: Option<&RigidBody<R>>,
     ) -> Result<Self, Diagnostics> {
         let start = start.map_or(Start::InertiaRestraint, Start::At);
-        Self::start(observed.layout, observed.mass_lines, start, settings.error_budget)
+        let budget = settings.error_budget.permitted_by(observed.layout);
+        Self::start(observed.layout, observed.mass_lines, start, budget)
     }
 
     fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(

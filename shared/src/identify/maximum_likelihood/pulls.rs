@@ -100,7 +100,10 @@ pub(super) fn suspect<R: Real, const S: usize, const H: usize>(
 ) -> Option<Diagnostic> {
     let nuisances = UnknownValues::<R, S>::of(problem.layout.sensors.len(), equations.nuisances())?;
     let mut largest = (R::of(SUSPICIOUS), None);
+    // Pulls are in units of the budget in use, the statement in those of the stated one.
+    let scale = problem.scales.constant;
     let mut look_at = |pull: R, code: Code, subject: Subject| {
+        let pull = pull * scale;
         if pull > largest.0 {
             let value = pull.to_f32();
             let found = Diagnostic::about(code, Severity::Warning, subject, value);

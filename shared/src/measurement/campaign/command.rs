@@ -21,11 +21,14 @@ pub struct Start {
     pub object: Object,
     /// True when every hit waits for `Accept` or `Reject`.
     pub confirm: bool,
+    /// Age of the calibration, days; zero when it is not known, as on a rig without a host.
+    pub calibration_age_days: u16,
 }
 
 impl Start {
     /// The default: an unknown object, and no confirmation.
-    pub const DEFAULT: Self = Self { object: Object::Unknown, confirm: false };
+    pub const DEFAULT: Self =
+        Self { object: Object::Unknown, confirm: false, calibration_age_days: 0 };
 }
 
 /// A command of the operator to a campaign in progress.

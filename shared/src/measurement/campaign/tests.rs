@@ -49,7 +49,7 @@ fn cut(campaign: &Campaign) -> Campaign {
 #[test]
 fn after_a_cut_the_campaign_is_paused_with_its_finished_dofs() {
     let object = Object::Block { mass: 2.0 };
-    let start = Start { object, confirm: true };
+    let start = Start { object, confirm: true, ..Start::DEFAULT };
     let mut campaign = Campaign::new(4, 2, start).unwrap();
     campaign.command(C::Skip).unwrap();
     for accepted in 1..=2 {

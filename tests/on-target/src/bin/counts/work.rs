@@ -6,12 +6,15 @@ use cortex_m_rt::entry;
 use massline_on_target::{Cost, end, measure, print};
 use massline_protocol::crc32_of_chunks;
 use massline_shared::body::RigidBody;
+use massline_shared::diagnosis::Code;
 use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, Fit, Start};
 use massline_shared::identify::{
     DofMassLines, Estimate, Identification, IdentifySettings, MASS_LINE_METHODS, MassLines, Method,
     Observations, Progress, ScatterAccumulator,
 };
-use massline_shared::layout::{Axis, Dof, Hit, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign};
+use massline_shared::layout::{
+    Axis, Dof, Hit, HitUncertainty, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign,
+};
 use massline_shared::measurement::campaign::{self, Step};
 use massline_shared::measurement::{Measurement, Memory, NextAction};
 use massline_shared::responses::Responses;
@@ -46,21 +49,8 @@ fn main() -> ! {
     for hits in [5, 9, RIG_HITS] {
         let fitted = fit(&mut workspace, hits, &displaced(hits));
         judge_fit(&fitted.estimate, &body());
-        report(format_args!("ml_solve_{hits}"), fitted.whole);
-        report(format_args!("ml_step_{hits}"), fitted.longest);
-        let fitted = fit_with(
-            &mut workspace,
-            &displaced(hits),
-            hits,
-            ErrorBudget::Learned,
-            Start::InertiaRestraint,
-        );
         let learned = fitted.estimate.learned;
         assert!(learned.is_some_and(|budget| budget.constant_log_variance > 0.0), "{learned:?}");
-        // The golden cases judge the answer. These hits are displaced but not tilted, so the mean direction
-        // that the fit expects of hits with 50 mrad makes the mass 0.25 % too large.
-        let heavier = fitted.estimate.body.mass / body().mass - 1.0;
-        assert!(heavier.abs() < 0.01, "{heavier}");
         report(format_args!("ml_learn_{hits}"), fitted.whole);
         report(format_args!("ml_learn_step_{hits}"), fitted.longest);
     }
@@ -73,8 +63,12 @@ fn main() -> ! {
     let mut outlier = displaced(5);
     outlier.hits[2].position[1] += 0.04;
     let fitted = fit(&mut workspace, 5, &outlier);
-    let consistency = fitted.estimate.consistency;
-    assert!(consistency.is_some_and(|c| c.rejects_budget()), "{consistency:?}");
+    let said = &fitted.estimate.diagnostics;
+    assert!(
+        said.iter().any(|found| found.code == Code::DataInconsistentWithBudget),
+        "{:?}",
+        fitted.estimate
+    );
     report("ml_outlier_5", fitted.whole);
     end(true)
 }
@@ -159,7 +153,7 @@ fn displaced(hits: usize) -> RigLayout {
 /// Maximum likelihood with `hits` hit DOFs on the mass lines of the layout `is`, started from the answer
 /// of the inertia restraint method, as on the rig.
 fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout) -> Fitted {
-    let (layout, dofs) = (layout(hits), mass_lines_of(is, hits));
+    let (layout, dofs) = (layout(hits), turned(mass_lines_of(is, hits)));
     let start = identify(workspace, &layout, &dofs, Method::InertiaRestraint, None).estimate;
     identify(workspace, &layout, &dofs, Method::MaximumLikelihood, Some(&start))
 }
@@ -197,7 +191,7 @@ fn fit_with(
     budget: ErrorBudget,
     start: Start<'_, f32>,
 ) -> Fitted {
-    let (layout, dofs) = (layout(hits), mass_lines_of(is, hits));
+    let (layout, dofs) = (layout(hits), turned(mass_lines_of(is, hits)));
     let mut costs = Costs::default();
     let mut fit = None;
     costs.add(measure(|| fit = Some(Fit::start(&layout, &dofs, start, budget))));
@@ -214,17 +208,28 @@ fn fit_with(
 }
 
 /// The mass lines of the layout `is` at its first hit DOFs.
-fn mass_lines_of(
-    is: &RigLayout,
-    hits: usize,
-) -> heapless::Vec<DofMassLines<f32, RIG_SENSORS>, RIG_HITS> {
+fn mass_lines_of(is: &RigLayout, hits: usize) -> DofList {
     let body = body();
     (0..hits).map(|dof| (dof, mass_lines(&accelerance(is, &body, dof)))).collect()
 }
 
-/// The displacements are within the budget, so the errors must be within three standard deviations.
+type DofList = heapless::Vec<DofMassLines<f32, RIG_SENSORS>, RIG_HITS>;
+
+/// The mass lines with hits and marks that turn as the budget states: along its direction a force is on average
+/// weaker, by half the squares of its turns about two axes each.
+fn turned(mut dofs: DofList) -> DofList {
+    let HitUncertainty { direction, node_direction, .. } = HitUncertainty::<f32>::default();
+    for (_, lines) in &mut dofs {
+        lines.accelerance *= 1.0 - direction * direction - node_direction * node_direction;
+    }
+    dofs
+}
+
+/// The displacements are within the stated budget, so the errors must be within three of its standard deviations;
+/// the learned ones are smaller, because there are no other errors.
 fn judge_fit(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
-    let within = estimate.sigma().map(|sigma| sigma * 3.0);
+    let learned = estimate.learned.map_or(1.0, |learned| learned.scales.constant);
+    let within = estimate.sigma().map(|sigma| sigma * (3.0 / learned.min(1.0)));
     let error = (estimate.theta() - body.theta()).abs();
     assert!(within.is_some_and(|within| error <= within), "the fit is {error} off");
 }

@@ -1,0 +1,110 @@
+//! The error budget that a fit has used: what was stated beside what the data have taught.
+
+use massline_shared::identify::maximum_likelihood::LearnedBudget;
+use massline_shared::layout::HostLayout;
+use serde_json::{Value, json};
+
+/// The learned scales, in an entry of `results`.
+pub(super) fn learned_json(learned: &LearnedBudget<f64>) -> Value {
+    json!({
+        "hit_position_scale": learned.scales.hit_position,
+        "hit_direction_scale": learned.scales.hit_direction,
+        "constant_scale": learned.scales.constant,
+        "scatter_degrees_of_freedom": learned.scatter_degrees_of_freedom,
+        "constant_log_sigma": learned.constant_log_variance.sqrt(),
+        "interval_widening": learned.widening,
+    })
+}
+
+/// Scatter of the hits as stated and as learned, and the learned scale of what stays the same over the test.
+pub fn budget_json(learned: &LearnedBudget<f64>, layout: &HostLayout) -> Value {
+    let [position, direction] = stated_scatter(layout);
+    let scales = &learned.scales;
+    json!({
+        "hit_position_m": { "stated": position, "learned": position * scales.hit_position },
+        "hit_direction_rad": { "stated": direction, "learned": direction * scales.hit_direction },
+        "sensors_and_marks": { "stated": 1.0, "learned": scales.constant },
+    })
+}
+
+/// The same as a sentence for each.
+pub fn budget_text(learned: &LearnedBudget<f64>, layout: &HostLayout) -> String {
+    let [position, direction] = stated_scatter(layout).map(|stated| 1e3 * stated);
+    let scales = &learned.scales;
+    let mut text = String::from("error budget, learned from these data:\n");
+    text += &if learned.scatter_degrees_of_freedom > 0 {
+        format!(
+            "  you hit within {:.1} mm and {:.0} mrad (one standard deviation; stated: {position:.1} mm, \
+             {direction:.0} mrad)\n",
+            position * scales.hit_position,
+            direction * scales.hit_direction,
+        )
+    } else {
+        format!("  hits: as stated, {position:.1} mm and {direction:.0} mrad\n")
+    };
+    text += &if learned.constant_log_variance > 0.0 {
+        format!("  sensors and marks: {:.2} times the stated uncertainties\n", scales.constant)
+    } else {
+        "  sensors and marks: as stated\n".to_owned()
+    };
+    text
+}
+
+/// Root mean square over the hits of the stated scatter: position, m, and direction, rad.
+fn stated_scatter(layout: &HostLayout) -> [f64; 2] {
+    let count = layout.hits.len().max(1) as f64;
+    let squares = layout
+        .hits
+        .iter()
+        .map(|hit| [hit.uncertainty.position.powi(2), hit.uncertainty.direction.powi(2)]);
+    let sums = squares.fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+    sums.map(|sum| (sum / count).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use massline_shared::identify::maximum_likelihood::BudgetScales;
+    use massline_shared::layout::Hit;
+
+    fn learned() -> LearnedBudget<f64> {
+        let scales = BudgetScales { hit_position: 0.6, hit_direction: 0.56, constant: 1.5 };
+        LearnedBudget {
+            scales,
+            scatter_degrees_of_freedom: 40,
+            constant_log_variance: 0.04,
+            widening: [1.01; 10],
+        }
+    }
+
+    fn layout() -> HostLayout {
+        let mut layout = HostLayout::default();
+        for node in ["1:+X", "2:+Y"] {
+            let _ = layout.hits.push(Hit::new(node.parse().unwrap(), [0.0; 3], [1.0, 0.0, 0.0]));
+        }
+        layout
+    }
+
+    #[test]
+    fn what_was_learned_stands_beside_what_was_stated() {
+        let text = budget_text(&learned(), &layout());
+        let hits =
+            "you hit within 1.8 mm and 28 mrad (one standard deviation; stated: 3.0 mm, 50 mrad)";
+        assert!(text.contains(hits), "{text}");
+        assert!(text.contains("1.50 times the stated"), "{text}");
+        let json = budget_json(&learned(), &layout());
+        assert!((json["hit_position_m"]["learned"].as_f64().unwrap() - 0.0018).abs() < 1e-12);
+        assert!((json["hit_direction_rad"]["stated"].as_f64().unwrap() - 0.05).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_could_not_be_learned_is_as_stated() {
+        let nothing = LearnedBudget {
+            scatter_degrees_of_freedom: 0,
+            constant_log_variance: 0.0,
+            ..learned()
+        };
+        let text = budget_text(&nothing, &layout());
+        assert_eq!(text.matches("as stated").count(), 2, "{text}");
+    }
+}

@@ -1,0 +1,48 @@
+//! Noise and motion of a hit, estimated before its spectra are known.
+
+use super::Samples;
+use super::chain::HAMMER;
+use crate::Real;
+
+/// Noise and motion of one hit, summed over its responses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitNoise<R> {
+    /// Variance of the readings before the hit, (m/s²)².
+    pub variance: R,
+    /// Squared accelerance, ((m/s²)/N)²: the energy of the responses during the contact over that of the
+    /// force. A rigid body's response has the shape of the force.
+    pub accelerance_squared: R,
+}
+
+impl<R: Real> HitNoise<R> {
+    /// Noise and motion in a record with `rest` scans before the hit and `contact` scans that contain it;
+    /// `scale` is N or m/s² per reading for each channel in use.
+    pub(super) fn of<D: Samples<R> + ?Sized>(
+        record: &D,
+        scale: &[R],
+        rest: usize,
+        contact: usize,
+    ) -> Self {
+        let mut sum = Self { variance: R::zero(), accelerance_squared: R::zero() };
+        let mut force = R::zero();
+        for (channel, scale) in scale.iter().enumerate() {
+            let before = || record.readings(channel, 0).take(rest);
+            let count = R::of(rest.max(1) as f64);
+            let mean = before().fold(R::zero(), |sum, reading| sum + reading) / count;
+            let squares = |readings: &mut dyn Iterator<Item = R>| {
+                let from_rest = |reading: R| (reading - mean) * *scale;
+                readings
+                    .fold(R::zero(), |sum, reading| sum + from_rest(reading) * from_rest(reading))
+            };
+            let energy = squares(&mut record.readings(channel, rest).take(contact));
+            if channel == HAMMER {
+                force = energy;
+                continue;
+            }
+            sum.variance += squares(&mut before()) / count;
+            sum.accelerance_squared += energy;
+        }
+        sum.accelerance_squared /= force;
+        sum
+    }
+}
