@@ -13,17 +13,15 @@
 //! | `reverse:2` | the second hit DOF is hit from the other side |
 //! | `scale:1.1` | all sensors read 10 % too much |
 
-use std::fmt;
-use std::str::FromStr;
-
 use massline_shared::layout::{Axis, HostLayout};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use serde::Deserialize;
 
 use super::{Bench, BenchError};
 
-/// Allowed factors of `scale`; with others a rig measures nothing useful.
-const SCALE: std::ops::RangeInclusive<f64> = 0.1..=10.0;
+mod text;
+
+pub use text::FaultError;
 
 /// One mistake; here sensors and hits are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -68,114 +66,6 @@ pub enum Fault {
     },
     /// All sensor readings are multiplied by this factor.
     Scale(f64),
-}
-
-/// The text does not describe a fault.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{0:?} is no fault: write flip:2y, swap:1,2, swap:2x,2z, rotate:3:z90, hit:2:4, reverse:2 or \
-     scale:1.1 (0.1 to 10), sensors and hits counted from 1"
-)]
-pub struct FaultError(String);
-
-impl TryFrom<String> for Fault {
-    type Error = FaultError;
-
-    fn try_from(text: String) -> Result<Self, FaultError> {
-        text.parse()
-    }
-}
-
-impl FromStr for Fault {
-    type Err = FaultError;
-
-    fn from_str(text: &str) -> Result<Self, FaultError> {
-        read(text.trim()).ok_or_else(|| FaultError(text.to_owned()))
-    }
-}
-
-fn read(text: &str) -> Option<Fault> {
-    let (kind, rest) = text.split_once(':')?;
-    match kind {
-        "flip" => {
-            let (sensor, axis) = axis_of_sensor(rest)?;
-            Some(Fault::Flip { sensor, axis })
-        }
-        "swap" => {
-            let (a, b) = rest.split_once(',')?;
-            if let (Some(a), Some(b)) = (number(a), number(b)) {
-                return (a != b).then_some(Fault::SwapSensors([a, b]));
-            }
-            let ((sensor, a), (other, b)) = (axis_of_sensor(a)?, axis_of_sensor(b)?);
-            (sensor == other && a != b).then_some(Fault::SwapAxes { sensor, axes: [a, b] })
-        }
-        "rotate" => {
-            let (sensor, turn) = rest.split_once(':')?;
-            let quarters = match turn.get(1..)? {
-                "90" | "+90" => 1,
-                "180" | "-180" | "+180" => 2,
-                "-90" | "270" => -1,
-                _ => return None,
-            };
-            Some(Fault::Rotate { sensor: number(sensor)?, axis: axis(turn.get(..1)?)?, quarters })
-        }
-        "hit" => {
-            let (hit, node) = rest.split_once(':')?;
-            Some(Fault::HitNode { hit: number(hit)?, node: node.trim().parse().ok()? })
-        }
-        "reverse" => Some(Fault::HitReversed { hit: number(rest)? }),
-        "scale" => {
-            let factor: f64 = rest.trim().parse().ok()?;
-            SCALE.contains(&factor).then_some(Fault::Scale(factor))
-        }
-        _ => None,
-    }
-}
-
-/// Parses `2y` into the sensor, counted from 0, and its axis.
-fn axis_of_sensor(text: &str) -> Option<(usize, Axis)> {
-    let text = text.trim();
-    let at = text.len().checked_sub(1)?;
-    let (sensor, letter) = text.split_at_checked(at)?;
-    Some((number(sensor)?, axis(letter)?))
-}
-
-fn axis(text: &str) -> Option<Axis> {
-    match text {
-        "x" | "X" => Some(Axis::X),
-        "y" | "Y" => Some(Axis::Y),
-        "z" | "Z" => Some(Axis::Z),
-        _ => None,
-    }
-}
-
-/// Converts a number counted from 1 to an index from 0.
-fn number(text: &str) -> Option<usize> {
-    text.trim().parse::<usize>().ok()?.checked_sub(1)
-}
-
-fn letter(axis: Axis) -> char {
-    ['x', 'y', 'z'][axis.index()]
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Flip { sensor, axis } => write!(f, "flip:{}{}", sensor + 1, letter(axis)),
-            Self::SwapSensors([a, b]) => write!(f, "swap:{},{}", a + 1, b + 1),
-            Self::SwapAxes { sensor, axes: [a, b] } => {
-                let n = sensor + 1;
-                write!(f, "swap:{n}{},{n}{}", letter(a), letter(b))
-            }
-            Self::Rotate { sensor, axis, quarters } => {
-                let degrees = 90 * i32::from(quarters);
-                write!(f, "rotate:{}:{}{degrees}", sensor + 1, letter(axis))
-            }
-            Self::HitNode { hit, node } => write!(f, "hit:{}:{node}", hit + 1),
-            Self::HitReversed { hit } => write!(f, "reverse:{}", hit + 1),
-            Self::Scale(factor) => write!(f, "scale:{factor}"),
-        }
-    }
 }
 
 /// How one sensor is mounted and wired, with the faults of the bench.
@@ -274,50 +164,4 @@ pub(super) fn check(bench: &Bench, layout: &HostLayout) -> Result<(), BenchError
         }
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_fault_reads_back_what_it_shows() {
-        for text in [
-            "flip:2y",
-            "swap:1,2",
-            "swap:2x,2z",
-            "rotate:3:z90",
-            "rotate:1:x180",
-            "rotate:1:y-90",
-            "hit:2:4",
-            "reverse:1",
-            "scale:1.1",
-        ] {
-            assert_eq!(text.parse::<Fault>().unwrap().to_string(), text);
-        }
-    }
-
-    #[test]
-    fn text_that_names_no_fault_is_refused() {
-        for text in [
-            "",
-            "flip",
-            "flip:0x",
-            "flip:2w",
-            "flip:é",
-            "swap:1,1",
-            "swap:1x,2y",
-            "swap:1x,1x",
-            "rotate:1:z45",
-            "rotate:1:é90",
-            "hit:1:",
-            "reverse:0",
-            "scale:0",
-            "scale:nan",
-            "scale:1e30",
-            "drop:1",
-        ] {
-            assert!(text.parse::<Fault>().is_err(), "{text}");
-        }
-    }
 }

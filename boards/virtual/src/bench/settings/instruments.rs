@@ -1,0 +1,123 @@
+//! `[sensor]` and `[hammer]`.
+
+use massline_shared::signal::Calibration;
+use serde::Deserialize;
+
+use super::{CUTOFF, SIGMA, SettingProblem, TOLERANCE, VOLTS, out_of_range};
+
+/// Cutoff of the output filter of the ADXL326, from 32 kΩ and 10 nF, Hz.
+const RC_CUTOFF_HZ: f64 = Calibration::RC_CUTOFF.0;
+
+/// `[sensor]`: the triaxial accelerometers, all of one type; errors with a `sigma` are drawn once per
+/// test.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table [sensor]")]
+pub struct SensorSettings {
+    /// Error of each coordinate of the position, 1 σ, m.
+    pub position_sigma_m: f64,
+    /// Rotation about each axis, 1 σ, rad.
+    pub rotation_sigma_rad: f64,
+    /// Relative gain error that remains after calibration, 1 σ.
+    pub gain_sigma: f64,
+    /// Sensitivity to each of the two other axes relative to that of the axis itself, 1 σ.
+    pub cross_axis_sigma: f64,
+    /// Output at rest without gravity, V.
+    pub zero_v: f64,
+    /// Tolerance of `zero_v`, 1 σ, V.
+    pub zero_sigma_v: f64,
+    /// Sensitivity, V per standard gravity.
+    pub sensitivity_v_per_g: f64,
+    /// Range: the output clips at plus and minus this, g.
+    pub range_g: f64,
+    /// One-sided density of the white noise before the filter, g/√Hz.
+    pub noise_g_per_sqrt_hz: f64,
+    /// Cutoff of the first-order low-pass, Hz.
+    pub rc_cutoff_hz: f64,
+    /// Relative tolerance of the cutoff, 1 σ.
+    pub rc_tolerance: f64,
+}
+
+impl Default for SensorSettings {
+    fn default() -> Self {
+        Self {
+            position_sigma_m: 0.001,
+            rotation_sigma_rad: 0.010,
+            gain_sigma: 0.005,
+            cross_axis_sigma: 0.01,
+            zero_v: Calibration::ADXL326_ZERO.0,
+            zero_sigma_v: 0.05,
+            sensitivity_v_per_g: Calibration::ADXL326_VOLT_PER_G,
+            range_g: Calibration::ADXL326_RANGE_G,
+            noise_g_per_sqrt_hz: 300e-6,
+            rc_cutoff_hz: RC_CUTOFF_HZ,
+            rc_tolerance: 0.02,
+        }
+    }
+}
+
+impl SensorSettings {
+    pub(in crate::bench) fn problem(&self) -> SettingProblem {
+        out_of_range(&[
+            (self.position_sigma_m, "position_sigma_m", SIGMA),
+            (self.rotation_sigma_rad, "rotation_sigma_rad", SIGMA),
+            (self.gain_sigma, "gain_sigma", SIGMA),
+            (self.cross_axis_sigma, "cross_axis_sigma", SIGMA),
+            (self.zero_v, "zero_v", VOLTS),
+            (self.zero_sigma_v, "zero_sigma_v", VOLTS),
+            (self.sensitivity_v_per_g, "sensitivity_v_per_g", 1e-6..=1e3),
+            (self.range_g, "range_g", 1e-3..=1e6),
+            (self.noise_g_per_sqrt_hz, "noise_g_per_sqrt_hz", SIGMA),
+            (self.rc_cutoff_hz, "rc_cutoff_hz", CUTOFF),
+            (self.rc_tolerance, "rc_tolerance", TOLERANCE),
+        ])
+    }
+}
+
+/// `[hammer]`: the force transducer and its conditioner.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table [hammer]")]
+pub struct HammerSettings {
+    /// Sensitivity, V/N.
+    pub sensitivity_v_per_n: f64,
+    /// Relative gain error, 1 σ, drawn once per test. Zero by default: a calibration with a known mass
+    /// leaves one error per response, that of its ratio to the hammer.
+    pub gain_sigma: f64,
+    /// Output at rest, V.
+    pub zero_v: f64,
+    /// Tolerance of `zero_v`, 1 σ, V.
+    pub zero_sigma_v: f64,
+    /// One-sided density of the white noise before the filter, N/√Hz.
+    pub noise_n_per_sqrt_hz: f64,
+    /// Cutoff of the first-order low-pass, Hz.
+    pub rc_cutoff_hz: f64,
+    /// Relative tolerance of the cutoff, 1 σ.
+    pub rc_tolerance: f64,
+}
+
+impl Default for HammerSettings {
+    fn default() -> Self {
+        Self {
+            sensitivity_v_per_n: Calibration::HAMMER_VOLT_PER_NEWTON,
+            gain_sigma: 0.0,
+            zero_v: Calibration::HAMMER_ZERO.0,
+            zero_sigma_v: 0.005,
+            noise_n_per_sqrt_hz: 0.0005,
+            rc_cutoff_hz: RC_CUTOFF_HZ,
+            rc_tolerance: 0.02,
+        }
+    }
+}
+
+impl HammerSettings {
+    pub(in crate::bench) fn problem(&self) -> SettingProblem {
+        out_of_range(&[
+            (self.sensitivity_v_per_n, "sensitivity_v_per_n", 1e-9..=1e3),
+            (self.gain_sigma, "gain_sigma", SIGMA),
+            (self.zero_v, "zero_v", VOLTS),
+            (self.zero_sigma_v, "zero_sigma_v", VOLTS),
+            (self.noise_n_per_sqrt_hz, "noise_n_per_sqrt_hz", SIGMA),
+            (self.rc_cutoff_hz, "rc_cutoff_hz", CUTOFF),
+            (self.rc_tolerance, "rc_tolerance", TOLERANCE),
+        ])
+    }
+}

@@ -1,0 +1,129 @@
+//! `[tap]` and `[operator]`.
+
+use serde::Deserialize;
+
+use super::{FORCE, SHARE, SIGMA, SettingProblem, out_of_range, range_problem};
+
+/// `[tap]`: the distribution from which each good tap is drawn.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table [tap]")]
+pub struct TapSettings {
+    /// Peak force, from and to, N.
+    pub force_n: [f64; 2],
+    /// Contact time, from and to, s.
+    pub duration_s: [f64; 2],
+    /// Error of the point of impact along each axis normal to the direction, 1 σ, m.
+    pub point_sigma_m: f64,
+    /// Tilt of the hammer about each axis normal to the direction, 1 σ, rad.
+    pub direction_sigma_rad: f64,
+}
+
+impl Default for TapSettings {
+    fn default() -> Self {
+        Self {
+            force_n: [18.0, 30.0],
+            duration_s: [0.004, 0.006],
+            point_sigma_m: 0.002,
+            direction_sigma_rad: 0.030,
+        }
+    }
+}
+
+impl TapSettings {
+    pub(in crate::bench) fn problem(&self) -> SettingProblem {
+        out_of_range(&[
+            (self.point_sigma_m, "point_sigma_m", SIGMA),
+            (self.direction_sigma_rad, "direction_sigma_rad", SIGMA),
+        ])
+        .or(range_problem(self.force_n, "force_n", FORCE))
+        .or(range_problem(self.duration_s, "duration_s", 1e-5..=1.0))
+    }
+}
+
+/// `[operator]`: the person with the hammer.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table [operator]")]
+pub struct OperatorSettings {
+    /// Rig time between *armed* and the tap, s.
+    pub delay_s: f64,
+    /// Rig time between a tap that does not trigger and the next one, s; after ten such taps the operator
+    /// waits for the next arming.
+    pub patience_s: f64,
+    /// Share of the taps that are too weak.
+    pub too_weak_rate: f64,
+    /// Peak force of these, from and to, N.
+    pub too_weak_n: [f64; 2],
+    /// Share of the taps that are too hard.
+    pub too_hard_rate: f64,
+    /// Peak force of these, from and to, N; more than the hammer channel can measure.
+    pub too_hard_n: [f64; 2],
+    /// Share of the taps that bounce: a second, weaker one follows.
+    pub double_rate: f64,
+    /// Time between the two, from and to, s.
+    pub double_gap_s: [f64; 2],
+    /// Share of the taps before which the hammer brushes the object.
+    pub grazing_rate: f64,
+    /// Share of the taps after which the hammer stays on the object.
+    pub sustained_contact_rate: f64,
+    /// Share of the taps made with a soft tip: the contact is five times as long.
+    pub soft_rate: f64,
+    /// Share of the taps that land 80 mm beside the mark.
+    pub misplaced_rate: f64,
+    /// Tilt of each position of a tumble test about each of two axes, 1 σ, rad.
+    pub tilt_sigma_rad: f64,
+}
+
+impl Default for OperatorSettings {
+    fn default() -> Self {
+        Self {
+            delay_s: 0.3,
+            patience_s: 3.0,
+            too_weak_rate: 0.03,
+            too_weak_n: [4.5, 6.5],
+            too_hard_rate: 0.02,
+            too_hard_n: [150.0, 200.0],
+            double_rate: 0.0,
+            double_gap_s: [0.03, 0.08],
+            grazing_rate: 0.0,
+            sustained_contact_rate: 0.0,
+            soft_rate: 0.0,
+            misplaced_rate: 0.0,
+            tilt_sigma_rad: 0.003,
+        }
+    }
+}
+
+impl OperatorSettings {
+    /// Shares of the bad taps: too weak, too hard, double, grazing, sustained contact, soft, misplaced.
+    pub(in crate::bench) fn rates(&self) -> [f64; 7] {
+        [
+            self.too_weak_rate,
+            self.too_hard_rate,
+            self.double_rate,
+            self.grazing_rate,
+            self.sustained_contact_rate,
+            self.soft_rate,
+            self.misplaced_rate,
+        ]
+    }
+
+    pub(in crate::bench) fn problem(&self) -> SettingProblem {
+        let share: f64 = self.rates().into_iter().sum();
+        out_of_range(&[
+            (self.delay_s, "delay_s", 0.0..=600.0),
+            (self.patience_s, "patience_s", 1e-3..=600.0),
+            (self.too_weak_rate, "too_weak_rate", SHARE),
+            (self.too_hard_rate, "too_hard_rate", SHARE),
+            (self.double_rate, "double_rate", SHARE),
+            (self.grazing_rate, "grazing_rate", SHARE),
+            (self.sustained_contact_rate, "sustained_contact_rate", SHARE),
+            (self.soft_rate, "soft_rate", SHARE),
+            (self.misplaced_rate, "misplaced_rate", SHARE),
+            (self.tilt_sigma_rad, "tilt_sigma_rad", SIGMA),
+        ])
+        .or(range_problem(self.too_weak_n, "too_weak_n", FORCE))
+        .or(range_problem(self.too_hard_n, "too_hard_n", FORCE))
+        .or(range_problem(self.double_gap_s, "double_gap_s", 1e-4..=10.0))
+        .or((share > 1.0).then(|| ("too_weak_rate", "the rates add up to more than 1".into())))
+    }
+}
