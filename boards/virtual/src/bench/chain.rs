@@ -1,4 +1,4 @@
-//! The electrical chain of every channel: clipping, low-pass, noise and converter.
+//! The electrical chain of every channel: clipping, low-pass, noise, and what converts it to codes.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -7,18 +7,21 @@ use massline_shared::signal::{CHANNELS, Scan};
 use rand_chacha::ChaCha8Rng;
 
 use super::Bench;
+pub use super::channels::Channels;
+use super::channels::{Sampled, UNLIMITED, per_channel};
+use super::converter::Converter;
 use super::errors::{TestErrors, normal};
-
-/// One value per channel.
-pub type Channels = [f64; CHANNELS];
+use super::faults;
 
 /// The chains of all channels. Inputs are newtons for the hammer and m/s² for the others.
 #[derive(Clone, Debug)]
 pub struct Chain {
     /// Largest input that is not clipped.
     range: Channels,
-    volts_per_unit: Channels,
-    zero: Channels,
+    /// Channels that compress softly towards the end of their range.
+    compresses: [bool; CHANNELS],
+    /// Time constant of the low-pass, s.
+    tau: Channels,
     /// Step of the low-pass over one interval of the grid: factors of the output, of the input before and
     /// of the input after.
     whole: [Channels; 3],
@@ -26,10 +29,11 @@ pub struct Chain {
     partial: [Channels; 3],
     /// Interval of the grid within a scan in which the channel is sampled.
     sampled_in: [usize; CHANNELS],
+    /// Share of that interval before the sample.
+    sampled_at: Channels,
     noise: FilteredNoise,
-    volts_per_code: f64,
-    full_scale: f64,
-    /// Clipped input at the last point of the grid and output of the low-pass there.
+    converter: Converter,
+    /// Limited input at the last point of the grid and output of the low-pass there.
     input: Channels,
     output: Channels,
 }
@@ -46,37 +50,32 @@ pub(super) struct ChainState {
 impl Chain {
     pub(super) fn new(bench: &Bench, errors: &TestErrors) -> Self {
         let (sensor, hammer, adc) = (&bench.sensor, &bench.hammer, &bench.adc);
-        let per_channel = |hammer: f64, sensor: f64| {
-            std::array::from_fn(|k: usize| if k == 0 { hammer } else { sensor })
-        };
         let range = per_channel(f64::INFINITY, sensor.range_g * STANDARD_GRAVITY);
-        let nominal = per_channel(hammer.zero_v, sensor.zero_v);
-        let nominal_cutoff: Channels = per_channel(hammer.rc_cutoff_hz, sensor.rc_cutoff_hz);
-        let density: Channels =
+        let nominal_cutoff = nominal_cutoffs(bench);
+        let density =
             per_channel(hammer.noise_n_per_sqrt_hz, sensor.noise_g_per_sqrt_hz * STANDARD_GRAVITY);
-        let volts_per_unit =
-            per_channel(hammer.sensitivity_v_per_n, sensor.sensitivity_v_per_g / STANDARD_GRAVITY);
         let cutoff: Channels = std::array::from_fn(|k| nominal_cutoff[k] * (1.0 + errors.rc[k]));
         let scan = adc.rate_hz.recip();
         let h = scan / f64::from(adc.oversampling);
+        let (true_scan, true_h) = (scan * adc.clock_stretch(), h * adc.clock_stretch());
         let mut chain = Self {
             range,
-            volts_per_unit,
-            zero: std::array::from_fn(|k| nominal[k] + errors.zero_v[k]),
+            compresses: faults::compresses(bench),
+            tau: cutoff.map(|cutoff| (TAU * cutoff).recip()),
             whole: [[0.0; CHANNELS]; 3],
             partial: [[0.0; CHANNELS]; 3],
             sampled_in: [0; CHANNELS],
-            noise: FilteredNoise::new(&density, &cutoff, scan),
-            volts_per_code: adc.reference_v / f64::from(1_u32 << adc.bits),
-            full_scale: f64::from((1_u32 << adc.bits) - 1),
+            sampled_at: [0.0; CHANNELS],
+            noise: FilteredNoise::new(&density, &cutoff, true_scan),
+            converter: Converter::new(bench, errors),
             input: [0.0; CHANNELS],
             output: [0.0; CHANNELS],
         };
-        for (k, cutoff) in cutoff.iter().enumerate() {
-            let tau = (TAU * cutoff).recip();
+        for k in 0..CHANNELS {
             let at = k as f64 * adc.channel_delay_s / h;
-            chain.sampled_in[k] = at as usize;
-            let [whole, partial] = [1.0, at.fract()].map(|part| low_pass_step(tau, h, part));
+            (chain.sampled_in[k], chain.sampled_at[k]) = (at as usize, at.fract());
+            let step = |part| low_pass_step(chain.tau[k], true_h, part);
+            let [whole, partial] = [1.0, at.fract()].map(step);
             for i in 0..3 {
                 chain.whole[i][k] = whole[i];
                 chain.partial[i][k] = partial[i];
@@ -85,25 +84,35 @@ impl Chain {
         chain
     }
 
-    /// Sets the chain to its steady state for a constant input.
-    pub(super) fn settle(&mut self, input: &Channels, rng: &mut ChaCha8Rng) {
-        self.input = self.clip(input);
+    /// Sets the chain to its steady state for a constant input. The noise of the sensors is drawn from
+    /// `noise`, mains and jitter from `disturbances`.
+    pub(super) fn settle(
+        &mut self,
+        input: &Channels,
+        noise: &mut ChaCha8Rng,
+        disturbances: ChaCha8Rng,
+    ) {
+        self.input = self.limit(input);
         self.output = self.input;
-        self.noise.settle(rng);
+        self.noise.settle(noise);
+        self.converter.restart(&self.output, disturbances);
     }
 
     /// Advances over interval `step` of a scan to the input at its end, and writes the outputs of those
     /// channels that are sampled within it to `sampled`.
-    pub(super) fn advance(&mut self, step: usize, input: &Channels, sampled: &mut Channels) {
-        let input = self.clip(input);
+    pub(super) fn advance(&mut self, step: usize, input: &Channels, sampled: &mut Sampled) {
+        let input = self.limit(input);
         let step_of = |factors: &[Channels; 3], k: usize| {
             factors[0][k] * self.output[k]
                 + factors[1][k] * self.input[k]
                 + factors[2][k] * input[k]
         };
-        for (k, value) in sampled.iter_mut().enumerate() {
+        for k in 0..CHANNELS {
             if self.sampled_in[k] == step {
-                *value = step_of(&self.partial, k);
+                let value = step_of(&self.partial, k);
+                let present = self.input[k] + self.sampled_at[k] * (input[k] - self.input[k]);
+                sampled.value[k] = value;
+                sampled.slope[k] = (present - value) / self.tau[k];
             }
         }
         self.output = std::array::from_fn(|k| step_of(&self.whole, k));
@@ -120,33 +129,52 @@ impl Chain {
         (self.input, self.output) = (held.input, held.output);
     }
 
-    /// The largest inputs that are not clipped.
-    pub(super) fn range(&self) -> &Channels {
-        &self.range
+    /// The inputs below which the low-passes follow linearly: the range, zero for a channel that
+    /// compresses, so that its free motion is computed by steps.
+    pub(super) fn linear_range(&self) -> Channels {
+        std::array::from_fn(|k| if self.compresses[k] { 0.0 } else { self.range[k] })
     }
 
-    /// The same chain that never clips.
+    /// The same chain that neither clips nor compresses.
     pub(super) fn without_limits(&self) -> Self {
-        Self { range: [f64::INFINITY; CHANNELS], ..self.clone() }
+        Self { range: UNLIMITED, compresses: [false; CHANNELS], ..self.clone() }
     }
 
-    /// The present outputs of the low-passes; those at rest while nothing moves.
-    pub(super) fn at_rest(&self) -> Channels {
-        self.output
+    /// The present outputs of the low-passes as samples; those at rest while nothing moves.
+    pub(super) fn at_rest(&self) -> Sampled {
+        Sampled { value: self.output, slope: [0.0; CHANNELS] }
     }
 
-    /// Converts the outputs of the low-passes to codes, with a fresh sample of noise.
-    pub(super) fn convert(&mut self, sampled: &Channels, rng: &mut ChaCha8Rng) -> Scan {
+    /// Converts the outputs of the low-passes to codes, with a fresh sample of noise; no channel moves
+    /// further than `limits` from its value at rest.
+    pub(super) fn convert(
+        &mut self,
+        sampled: &Sampled,
+        limits: &Channels,
+        rng: &mut ChaCha8Rng,
+    ) -> Scan {
         let noise = self.noise.next(rng);
+        self.converter.convert(sampled, &noise, limits)
+    }
+
+    /// What the low-passes receive: the input, compressed and clipped.
+    fn limit(&self, input: &Channels) -> Channels {
         std::array::from_fn(|k| {
-            let volts = self.zero[k] + self.volts_per_unit[k] * (sampled[k] + noise[k]);
-            (volts / self.volts_per_code).round().clamp(0.0, self.full_scale) as u16
+            let range = self.range[k];
+            let input =
+                if self.compresses[k] { range * (input[k] / range).tanh() } else { input[k] };
+            input.clamp(-range, range)
         })
     }
+}
 
-    fn clip(&self, input: &Channels) -> Channels {
-        std::array::from_fn(|k| input[k].clamp(-self.range[k], self.range[k]))
-    }
+/// Cutoffs of the low-passes without their tolerances, Hz.
+fn nominal_cutoffs(bench: &Bench) -> Channels {
+    let (sensor, hammer) = (&bench.sensor, &bench.hammer);
+    let axes = sensor.bandwidth_hz.unwrap_or([sensor.rc_cutoff_hz; 3]);
+    std::array::from_fn(|k| {
+        k.checked_sub(1).map_or(hammer.rc_cutoff_hz, |response| axes[response % 3])
+    })
 }
 
 /// Exact step of `τ ẏ + y = u` over the share `part` of an interval `h` over which `u` is linear:
@@ -246,9 +274,9 @@ mod tests {
         let mut input = [0.0; CHANNELS];
         input[3] = 300.0;
         input[5] = -300.0;
-        chain.settle(&input, &mut rng);
+        chain.settle(&input, &mut rng, ChaCha8Rng::seed_from_u64(8));
         let volts = |code: u16| f64::from(code) * 3.0 / 4096.0;
-        let scan = chain.convert(&chain.at_rest(), &mut rng);
+        let scan = chain.convert(&chain.at_rest(), &UNLIMITED, &mut rng);
         // 16 g is 0.912 V from the zero; the noise of 8 mg is 0.5 mV, and one code is 0.7 mV.
         assert!((volts(scan[3]) - 2.412).abs() < 0.004);
         assert!((volts(scan[5]) - 0.588).abs() < 0.004);
@@ -260,10 +288,10 @@ mod tests {
         let (bench, errors) = quiet_bench();
         let mut chain = Chain::new(&bench, &errors);
         let mut rng = ChaCha8Rng::seed_from_u64(7);
-        let mut input = [0.0; CHANNELS];
-        input[0] = 500.0;
-        assert_eq!(chain.convert(&input, &mut rng)[0], 4095);
-        input[0] = -50.0;
-        assert_eq!(chain.convert(&input, &mut rng)[0], 0);
+        let mut sampled = chain.at_rest();
+        sampled.value[0] = 500.0;
+        assert_eq!(chain.convert(&sampled, &UNLIMITED, &mut rng)[0], 4095);
+        sampled.value[0] = -50.0;
+        assert_eq!(chain.convert(&sampled, &UNLIMITED, &mut rng)[0], 0);
     }
 }

@@ -25,12 +25,14 @@ pub struct SensorErrors {
 pub struct TestErrors {
     /// Errors of each sensor.
     pub sensors: Vec<SensorErrors>,
-    /// Relative error of the hammer's gain.
+    /// Relative error of the hammer's gain, drawn and fixed part together.
     pub hammer_gain: f64,
     /// Output at rest of each channel minus the nominal one, V.
     pub zero_v: [f64; CHANNELS],
     /// Relative error of the cutoff of each channel's filter.
     pub rc: [f64; CHANNELS],
+    /// Phase of the converter's integral nonlinearity at code zero, rad.
+    pub inl_phase: f64,
 }
 
 impl TestErrors {
@@ -42,14 +44,14 @@ impl TestErrors {
         let (sensor, hammer) = (&bench.sensor, &bench.hammer);
         let mut zero_v = [0.0; CHANNELS];
         let mut rc = [0.0; CHANNELS];
-        let hammer_gain = normal(rng) * hammer.gain_sigma;
+        let hammer_gain = normal(rng) * hammer.gain_sigma + hammer.gain_error;
         zero_v[0] = normal(rng) * hammer.zero_sigma_v;
         rc[0] = tolerance(rng, hammer.rc_tolerance);
         for (zero, cutoff) in zero_v.iter_mut().zip(&mut rc).skip(1) {
             *zero = normal(rng) * sensor.zero_sigma_v;
             *cutoff = tolerance(rng, sensor.rc_tolerance);
         }
-        let sensors = (0..sensors)
+        let sensors: Vec<_> = (0..sensors)
             .map(|_| SensorErrors {
                 position: normal_vector(rng) * sensor.position_sigma_m,
                 rotation: normal_vector(rng) * sensor.rotation_sigma_rad,
@@ -60,7 +62,8 @@ impl TestErrors {
                 }),
             })
             .collect();
-        Self { sensors, hammer_gain, zero_v, rc }
+        let inl_phase = std::f64::consts::TAU * rng.random::<f64>();
+        Self { sensors, hammer_gain, zero_v, rc, inl_phase }
     }
 }
 

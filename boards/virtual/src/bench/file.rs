@@ -12,7 +12,9 @@ use super::Bench;
 use super::body::BodyTable;
 use super::faults::Fault;
 use super::locate::{BenchFileError, Located};
-use super::settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
+use super::settings::{
+    AdcSettings, HammerSettings, MainsSettings, OperatorSettings, SensorSettings, TapSettings,
+};
 use super::suspension::{Cord, Suspension, rigid_modes};
 
 /// The default bench, from which tables missing in a file are taken.
@@ -117,6 +119,8 @@ struct BenchFile {
     #[serde(default)]
     adc: AdcSettings,
     #[serde(default)]
+    mains: MainsSettings,
+    #[serde(default)]
     tap: TapSettings,
     #[serde(default)]
     operator: OperatorSettings,
@@ -156,6 +160,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
         ("sensor", file.sensor.problem()),
         ("hammer", file.hammer.problem()),
         ("adc", file.adc.problem()),
+        ("mains", file.mains.problem()),
         ("tap", file.tap.problem()),
         ("operator", file.operator.problem()),
     ] {
@@ -191,6 +196,7 @@ pub fn parse(text: &str, name: &str) -> Result<Bench, BenchFileError> {
         sensor: file.sensor,
         hammer: file.hammer,
         adc: file.adc,
+        mains: file.mains,
         tap: file.tap,
         operator: file.operator,
         mounting: file.mounting,

@@ -6,7 +6,8 @@
 
 use massline_shared::signal::CHANNELS;
 
-use super::chain::{ChainState, Channels};
+use super::chain::ChainState;
+use super::channels::{Channels, Sampled};
 
 /// Readings beyond this fraction of a sensor's range are computed by steps, which clip.
 const CERTAINLY_WITHIN: f64 = 0.5;
@@ -16,6 +17,8 @@ const CERTAINLY_WITHIN: f64 = 0.5;
 pub(super) struct FreeResponse {
     /// New displacement and velocity of each mode as a function of the present ones.
     modes: Vec<[[f64; 2]; 2]>,
+    /// The rates of change at the samples, when they are asked for.
+    slope: Option<Outputs>,
     /// The samples, and the outputs and inputs of the low-passes at the end of the scan.
     sampled: Outputs,
     held: Outputs,
@@ -36,9 +39,10 @@ struct Outputs {
 impl FreeResponse {
     /// Determines the factors from scans that never clip: `rest` starts without motion and with low-pass
     /// outputs of zero; `bare` starts with any motion of the modes and any outputs of the low-passes,
-    /// with sensors that read zero at rest.
+    /// with sensors that read zero at rest. Rates of change remain zero unless `with_slopes`.
     pub(super) fn of(
         modes: usize,
+        with_slopes: bool,
         rest: &Scanned,
         bare: impl Fn(&[[f64; 2]], Channels) -> Scanned,
     ) -> Self {
@@ -51,7 +55,8 @@ impl FreeResponse {
         };
         let mut free_response = Self {
             modes: vec![[[0.0; 2]; 2]; modes],
-            sampled: outputs(|s| s.sampled),
+            slope: with_slopes.then(|| outputs(|s| s.sampled.slope)),
+            sampled: outputs(|s| s.sampled.value),
             held: outputs(|s| s.held.output),
             input: outputs(|s| s.held.input),
         };
@@ -65,21 +70,28 @@ impl FreeResponse {
                 }
                 scanned
             });
-            free_response.sampled.by_state.push([0, 1].map(|c| responses[c].sampled));
+            if let Some(slope) = &mut free_response.slope {
+                slope.by_state.push([0, 1].map(|c| responses[c].sampled.slope));
+            }
+            free_response.sampled.by_state.push([0, 1].map(|c| responses[c].sampled.value));
             free_response.held.by_state.push([0, 1].map(|c| responses[c].held.output));
             free_response.input.by_state.push([0, 1].map(|c| responses[c].held.input));
         }
         free_response
     }
 
-    /// True when no reading is near the end of its range.
+    /// True when no reading is near the end of the range in which its channel is linear.
     pub(super) fn admits(held: &ChainState, range: &Channels) -> bool {
         held.input.iter().zip(range).all(|(x, range)| x.abs() < CERTAINLY_WITHIN * range)
     }
 
     /// Advances states and chain by one scan and returns the samples taken in it.
-    pub(super) fn scan(&self, states: &mut [[f64; 2]], held: &mut ChainState) -> Channels {
-        let sampled = self.sampled.of(states, &held.output);
+    pub(super) fn scan(&self, states: &mut [[f64; 2]], held: &mut ChainState) -> Sampled {
+        let slope = self.slope.as_ref().map(|slope| slope.of(states, &held.output));
+        let sampled = Sampled {
+            value: self.sampled.of(states, &held.output),
+            slope: slope.unwrap_or([0.0; CHANNELS]),
+        };
         *held = ChainState {
             output: self.held.of(states, &held.output),
             input: self.input.of(states, &held.output),
@@ -109,7 +121,7 @@ impl Outputs {
 /// The outcome of one scan of free motion.
 #[derive(Clone, Debug)]
 pub(super) struct Scanned {
-    pub(super) sampled: Channels,
+    pub(super) sampled: Sampled,
     pub(super) held: ChainState,
     pub(super) states: Vec<[f64; 2]>,
 }

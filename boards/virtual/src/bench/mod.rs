@@ -13,14 +13,20 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`file`](mod@file) | the bench file |
-//! | [`settings`] | its tables about sensors, hammer, converter, taps and operator |
+//! | [`settings`] | its tables about sensors, hammer, converter, mains, taps and operator |
 //! | [`body`] | composes the object from boxes, cylinders and points |
 //! | [`suspension`] | how the object hangs, and its rigid modes |
 //! | [`dynamics`] | modal superposition |
-//! | [`chain`] | clipping, low-pass, noise, converter |
+//! | `loads` | what changes the rigid modes unknown to the layout: boards, cables |
+//! | `channels` | values of all channels |
+//! | [`chain`] | clipping, compression, low-pass, noise |
+//! | `converter` | from filtered signals to codes: rails, drift, memory of the multiplexer |
+//! | `mains` | the hum of the mains |
+//! | `nonlinearity` | integral nonlinearity of the converter |
 //! | [`errors`] | errors that stay constant over a test |
 //! | [`faults`] | gross mistakes: a reversed axis, swapped cables, a hit at the wrong node |
 //! | [`taps`] | good and bad taps |
+//! | `habit` | what all hits at a DOF have in common: side of the mark, forces of the tip |
 //! | [`tumble`] | the sensors held still in the six positions of a tumble test |
 //! | [`operator`] | the person, and the bench as a source of scans |
 
@@ -32,12 +38,18 @@ use nalgebra::Vector3;
 
 pub mod body;
 pub mod chain;
+mod channels;
+mod converter;
 pub mod dynamics;
 pub mod errors;
 pub mod faults;
 pub mod file;
 mod free_response;
+mod habit;
+mod loads;
 mod locate;
+mod mains;
+mod nonlinearity;
 pub mod operator;
 pub mod settings;
 mod simulation;
@@ -55,7 +67,9 @@ pub use operator::{BenchSource, TapHandle};
 pub use tumble::{TumbleHandle, TumbleSource};
 
 use file::{ElasticMode, Node};
-use settings::{AdcSettings, HammerSettings, OperatorSettings, SensorSettings, TapSettings};
+use settings::{
+    AdcSettings, HammerSettings, MainsSettings, OperatorSettings, SensorSettings, TapSettings,
+};
 use suspension::{Suspension, SuspensionError};
 
 /// A checked bench.
@@ -79,6 +93,8 @@ pub struct Bench {
     pub hammer: HammerSettings,
     /// The converter.
     pub adc: AdcSettings,
+    /// The hum of the mains in the channels.
+    pub mains: MainsSettings,
     /// Properties of good taps.
     pub tap: TapSettings,
     /// Frequency of bad taps, and timing.

@@ -6,12 +6,14 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use massline_shared::layout::HostLayout;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::{Hertz, Seconds, Volts};
+use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::dynamics::check_node;
 use super::errors::TestErrors;
 use super::faults;
+use super::habit::HitHabit;
 use super::simulation::{Drive, Simulation};
 use super::taps::Tap;
 use super::{Bench, BenchError};
@@ -71,10 +73,14 @@ enum Prompt {
 /// Numbers of the random streams of one arming.
 const NOISE: u64 = 0;
 const TAPS: u64 = 1;
+/// Phase of the mains and jitter; above the number of the last tap.
+const DISTURBANCES: u64 = 0x1_0000;
 /// Stream of the errors of the test; no arming has this number.
 pub(super) const TEST: u64 = u64::MAX;
 /// Streams of the mountings, numbered 1 to 65535.
 const MOUNTINGS: u64 = TEST - 0x10_0000;
+/// Streams of what the hits at a DOF have in common, one for each DOF.
+const HABITS: u64 = TEST - 0x20_0000;
 
 impl BenchSource {
     /// A bench whose operator taps without being asked (*auto*).
@@ -92,7 +98,7 @@ impl BenchSource {
             }
         }
         let mut noise = stream(seed, TEST - 1);
-        simulation.reset(&mut noise);
+        simulation.reset(&mut noise, stream(seed, TEST - 2));
         Ok(Self {
             bench: bench.clone(),
             layout: layout.clone(),
@@ -128,11 +134,10 @@ impl BenchSource {
     /// Lets the operator decide, before each scan, whether to tap.
     fn decide(&mut self) {
         let now = self.simulation.time();
+        let scan = self.bench.adc.clock_stretch() / self.bench.adc.rate_hz;
         let start = match &mut self.prompt {
             // Decided one scan ahead, so that no contact begins in the past.
-            Prompt::Rig { next }
-                if self.taps < MOST_TAPS && now + self.bench.adc.rate_hz.recip() >= *next =>
-            {
+            Prompt::Rig { next } if self.taps < MOST_TAPS && now + scan >= *next => {
                 let start = now.max(*next);
                 *next = start + self.bench.operator.patience_s;
                 start
@@ -154,7 +159,8 @@ impl BenchSource {
         };
         let mut rng = stream(self.seed, purpose(arming, dof, TAPS + u64::from(self.taps)));
         self.taps += 1;
-        let tap = Tap::draw(&self.bench, dof, (point, direction), start, &mut rng);
+        let habit = self.habit(dof, &direction);
+        let tap = Tap::draw(&self.bench, dof, (point, direction), &habit, start, &mut rng);
         self.last_tap = Some(tap.clone());
         let now = self.simulation.time();
         self.drives.retain(|d| d.tap.end() >= now);
@@ -162,6 +168,12 @@ impl BenchSource {
         if let Ok(drive) = self.simulation.drive(&self.bench, node, tap) {
             self.drives.push(drive);
         }
+    }
+
+    /// What all hits at a DOF have in common.
+    fn habit(&self, dof: usize, direction: &Vector3<f64>) -> HitHabit {
+        let mut rng = stream(self.seed, HABITS + dof as u64);
+        HitHabit::draw(&self.bench, dof, direction, &mut rng)
     }
 }
 
@@ -178,7 +190,8 @@ impl ScanSource for BenchSource {
         self.armed = Some((arming, dof));
         self.drives.clear();
         self.noise = stream(self.seed, purpose(arming, dof, NOISE));
-        self.simulation.reset(&mut self.noise);
+        let disturbances = stream(self.seed, purpose(arming, dof, DISTURBANCES));
+        self.simulation.reset(&mut self.noise, disturbances);
         self.taps = 0;
         match &mut self.prompt {
             Prompt::Rig { next } => *next = self.bench.operator.delay_s,

@@ -5,13 +5,15 @@ use massline_shared::signal::{CHANNELS, RESPONSES, Scan};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use super::chain::{Chain, ChainState, Channels};
+use super::chain::{Chain, ChainState};
+use super::channels::{Channels, Sampled, UNLIMITED};
 use super::dynamics::{Oscillators, PointShape, check_node, point_shapes};
 use super::errors::{SensorErrors, TestErrors};
 use super::faults::{self, Mounting};
 use super::free_response::{FreeResponse, Scanned};
-use super::suspension::{RigidMode, rigid_modes};
-use super::taps::Tap;
+use super::loads::loaded_modes;
+use super::suspension::RigidMode;
+use super::taps::{Tap, TapKind};
 use super::{Bench, BenchError};
 
 /// The object with its sensors and their chains, and the state of all of them.
@@ -44,6 +46,9 @@ pub(super) struct Simulation {
 pub(super) struct Drive {
     pub(super) tap: Tap,
     participation: Vec<f64>,
+    /// A response channel that ends at this distance from its value at rest, m/s², from the first
+    /// contact until another tap follows.
+    flat: Option<(usize, f64)>,
 }
 
 impl Simulation {
@@ -55,8 +60,9 @@ impl Simulation {
         if layout.sensors.len() * 3 > RESPONSES {
             return Err(BenchError::TooManySensors(layout.sensors.len()));
         }
-        let rigid = rigid_modes(&bench.body, &bench.suspension, &bench.gravity)?;
-        let h = (bench.adc.rate_hz * f64::from(bench.adc.oversampling)).recip();
+        let rigid = loaded_modes(bench, layout, errors)?;
+        let h = (bench.adc.rate_hz * f64::from(bench.adc.oversampling)).recip()
+            * bench.adc.clock_stretch();
         let elastic =
             bench.elastic.iter().map(|m| (m.frequency_hz * std::f64::consts::TAU, m.damping_ratio));
         let all = rigid.iter().map(|m| (m.omega, m.damping_ratio)).chain(elastic);
@@ -68,7 +74,7 @@ impl Simulation {
             per_acceleration: vec![[0.0; CHANNELS]; modes],
             per_displacement: vec![[0.0; CHANNELS]; modes],
             at_rest: [0.0; CHANNELS],
-            hammer_gain: 1.0 + errors.hammer_gain,
+            hammer_gain: (1.0 + errors.hammer_gain) * faults::hammer_scale(bench),
             h,
             steps_per_scan: usize::from(bench.adc.oversampling),
             moving: false,
@@ -80,7 +86,7 @@ impl Simulation {
         for (i, (sensor, error)) in layout.sensors.iter().zip(&errors.sensors).enumerate() {
             simulation.attach(bench, &faults::mounting(bench, i), sensor, error)?;
         }
-        simulation.free_response = Some(simulation.free_motion());
+        simulation.free_response = Some(simulation.free_motion(bench.adc.jitter_s > 0.0));
         Ok(simulation)
     }
 
@@ -115,17 +121,34 @@ impl Simulation {
 
     /// Prepares a tap that acts on the object at a node.
     pub(super) fn drive(&self, bench: &Bench, node: u16, tap: Tap) -> Result<Drive, BenchError> {
-        let along = |s: &PointShape| s.translation.dot(&tap.direction);
+        let force = tap.direction + tap.tip.lateral;
+        let along = |s: &PointShape| s.translation.dot(&force) + s.rotation.dot(&tap.tip.moment_m);
         let shapes = point_shapes(bench, &self.rigid, node, &tap.point)?;
-        let participation = shapes.iter().map(along).collect();
-        Ok(Drive { tap, participation })
+        let participation: Vec<f64> = shapes.iter().map(along).collect();
+        let flat = (tap.kind == TapKind::Flat).then(|| {
+            let (channel, accelerance) = self.strongest(&participation);
+            (channel, bench.operator.flat_level * accelerance * tap.peak())
+        });
+        Ok(Drive { tap, participation, flat })
     }
 
-    /// Brings the object to rest and sets the time to zero.
-    pub(super) fn reset(&mut self, rng: &mut ChaCha8Rng) {
+    /// The response channel of the largest rigid-body accelerance to a tap, and its magnitude,
+    /// (m/s²)/N.
+    fn strongest(&self, participation: &[f64]) -> (usize, f64) {
+        let accelerance = |k: usize| {
+            let modes = self.per_acceleration.iter().zip(participation).take(self.rigid.len());
+            modes.map(|(per_acceleration, p)| per_acceleration[k] * p).sum::<f64>().abs()
+        };
+        (1..CHANNELS)
+            .map(|k| (k, accelerance(k)))
+            .fold((1, 0.0), |best, next| if next.1 > best.1 { next } else { best })
+    }
+
+    /// Brings the object to rest and sets the time to zero; see [`Chain::settle`].
+    pub(super) fn reset(&mut self, noise: &mut ChaCha8Rng, disturbances: ChaCha8Rng) {
         self.oscillators.stop();
         self.forces.fill(0.0);
-        self.chain.settle(&self.at_rest, rng);
+        self.chain.settle(&self.at_rest, noise, disturbances);
         self.moving = false;
         self.scans = 0;
     }
@@ -139,18 +162,29 @@ impl Simulation {
     /// first.
     pub(super) fn scan(&mut self, drives: &[Drive], rng: &mut ChaCha8Rng) -> Scan {
         let sampled = self.scan_inputs(drives);
-        self.chain.convert(&sampled, rng)
+        self.chain.convert(&sampled, &self.limits(drives), rng)
     }
 
-    /// The outputs of the low-passes at the next scan, N and m/s², without noise and conversion.
-    pub(super) fn scan_inputs(&mut self, drives: &[Drive]) -> Channels {
+    /// How far each channel moves from its value at rest during taps that have begun.
+    fn limits(&self, drives: &[Drive]) -> Channels {
+        let mut limits = UNLIMITED;
+        for drive in drives.iter().filter(|drive| drive.tap.start() < self.time()) {
+            if let Some((channel, limit)) = drive.flat {
+                limits[channel] = limits[channel].min(limit);
+            }
+        }
+        limits
+    }
+
+    /// The outputs of the low-passes at the next scan, without noise and conversion.
+    pub(super) fn scan_inputs(&mut self, drives: &[Drive]) -> Sampled {
         let end = self.grid_time(self.steps_per_scan);
         self.moving |= drives.iter().any(|d| d.tap.start() < end);
         let mut sampled = self.chain.at_rest();
         let free = drives.iter().all(|d| d.tap.start() >= end || d.tap.end() < self.time())
             && self.forces.iter().all(|f| *f == 0.0);
         let mut held = self.chain.held();
-        let certain = free && FreeResponse::admits(&held, self.chain.range());
+        let certain = free && FreeResponse::admits(&held, &self.chain.linear_range());
         if let Some(free_response) = self.free_response.as_ref().filter(|_| self.moving && certain)
         {
             sampled = free_response.scan(self.oscillators.states_mut(), &mut held);
@@ -166,13 +200,13 @@ impl Simulation {
     }
 
     /// The factors of a scan of free motion.
-    fn free_motion(&self) -> FreeResponse {
+    fn free_motion(&self, with_slopes: bool) -> FreeResponse {
         let unlimited = Self { chain: self.chain.without_limits(), ..self.clone() };
         let still = vec![[0.0; 2]; self.oscillators.states().len()];
         // At rest the input is the sensors' reading of gravity.
         let rest = unlimited.clone().free_scan(&still, [0.0; CHANNELS]);
         let bare = Self { at_rest: [0.0; CHANNELS], ..unlimited };
-        FreeResponse::of(still.len(), &rest, |states, output| {
+        FreeResponse::of(still.len(), with_slopes, &rest, |states, output| {
             bare.clone().free_scan(states, output)
         })
     }
@@ -182,7 +216,7 @@ impl Simulation {
         self.oscillators.states_mut().copy_from_slice(states);
         self.forces.fill(0.0);
         self.chain.hold(&ChainState { input: self.reading(0.0), output });
-        let mut sampled = [0.0; CHANNELS];
+        let mut sampled = self.chain.at_rest();
         for step in 0..self.steps_per_scan {
             let input = self.step(&[], self.grid_time(step + 1));
             self.chain.advance(step, &input, &mut sampled);
@@ -232,19 +266,22 @@ impl Simulation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::taps::{Contact, TapKind};
+    use crate::bench::habit::Tip;
+    use crate::bench::taps::Contact;
     use crate::bench::tests::test_one;
     use nalgebra::Vector3;
     use rand::SeedableRng;
 
     #[test]
     fn the_free_response_in_closed_form_is_that_of_the_steps() {
-        let bench = Bench::named("default").unwrap();
+        let mut bench = Bench::named("default").unwrap();
+        // Jitter asks for the slopes as well.
+        bench.adc.jitter_s = 1e-6;
         let layout = test_one();
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let errors = TestErrors::draw(&bench, 3, &mut rng);
         let mut free_response = Simulation::new(&bench, &layout, &errors).unwrap();
-        free_response.reset(&mut rng);
+        free_response.reset(&mut rng, ChaCha8Rng::seed_from_u64(6));
         let mut stepping = Simulation { free_response: None, ..free_response.clone() };
         let contact = Contact { start: 0.01, duration: 0.003, peak: 25.0 };
         let tap = Tap {
@@ -252,18 +289,26 @@ mod tests {
             kind: TapKind::Good,
             point: Vector3::zeros(),
             direction: Vector3::y(),
+            tip: Tip::default(),
             contacts: vec![contact],
         };
         let drives = [free_response.drive(&bench, 1, tap).unwrap()];
-        let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
+        let [mut values, mut slopes] = [[0.0_f64; 2]; 2];
+        let compare = |[worst, largest]: &mut [f64; 2], a: &Channels, b: &Channels| {
+            for (a, b) in a.iter().zip(b) {
+                *worst = worst.max((a - b).abs());
+                *largest = largest.max(b.abs());
+            }
+        };
         for _ in 0..2048 {
             let (a, b) = (free_response.scan_inputs(&drives), stepping.scan_inputs(&drives));
-            for (a, b) in a.iter().zip(b) {
-                worst = worst.max((a - b).abs());
-                largest = largest.max(b.abs());
-            }
+            compare(&mut values, &a.value, &b.value);
+            compare(&mut slopes, &a.slope, &b.slope);
         }
         // Rounding over 2048 scans.
-        assert!(largest > 20.0 && worst < 1e-10 * largest, "{worst} of {largest}");
+        let within = |[worst, largest]: [f64; 2]| worst < 1e-10 * largest;
+        assert!(values[1] > 20.0 && within(values), "{values:?}");
+        // 20 m/s² within a pulse of 3 ms.
+        assert!(slopes[1] > 20.0 / 0.003 && within(slopes), "{slopes:?}");
     }
 }

@@ -86,13 +86,53 @@ pub fn rigid_modes(
     suspension: &Suspension,
     gravity: &Vector3<f64>,
 ) -> Result<[RigidMode; 6], SuspensionError> {
-    match suspension {
-        Suspension::Frequencies { hz, damping_ratio } => Ok(modes_of(body, hz, *damping_ratio)),
-        Suspension::Cords { cords, damping_ratio } => {
-            let stiffness = cord_stiffness(body, cords, gravity)?;
-            solve(&body.mass_matrix(), &stiffness, *damping_ratio)
+    rigid_modes_with_springs(body, suspension, gravity, &[])
+}
+
+/// As [`rigid_modes`], with further springs between the object and the ground: the point of each in the
+/// body frame, m, and its stiffness in every direction, N/m. They are free of force at rest.
+///
+/// # Errors
+/// As [`rigid_modes`].
+pub fn rigid_modes_with_springs(
+    body: &RigidBody<f64>,
+    suspension: &Suspension,
+    gravity: &Vector3<f64>,
+    springs: &[(Vector3<f64>, f64)],
+) -> Result<[RigidMode; 6], SuspensionError> {
+    let mass = body.mass_matrix();
+    let (mut stiffness, damping_ratio) = match suspension {
+        Suspension::Frequencies { hz, damping_ratio } => {
+            let modes = modes_of(body, hz, *damping_ratio);
+            if springs.is_empty() {
+                return Ok(modes);
+            }
+            (stiffness_of(&mass, &modes), *damping_ratio)
         }
+        Suspension::Cords { cords, damping_ratio } => {
+            (cord_stiffness(body, cords, gravity)?, *damping_ratio)
+        }
+    };
+    for (point, n_per_m) in springs {
+        let motion = point_motion(point);
+        stiffness += motion.transpose() * motion * *n_per_m;
     }
+    solve(&mass, &stiffness, damping_ratio)
+}
+
+/// Stiffness of a suspension with these six modes: `M (Σ ω² φ φᵀ) M`.
+fn stiffness_of(mass: &Matrix6<f64>, modes: &[RigidMode; 6]) -> Matrix6<f64> {
+    let sum: Matrix6<f64> =
+        modes.iter().map(|m| m.shape * m.shape.transpose() * (m.omega * m.omega)).sum();
+    mass * sum * mass
+}
+
+/// Translation of a point as a function of the translation of the origin and the rotation.
+fn point_motion(point: &Vector3<f64>) -> Matrix3x6<f64> {
+    let mut motion = Matrix3x6::zeros();
+    motion.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+    motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-point.cross_matrix());
+    motion
 }
 
 /// Stiffness about the origin of the object on cords.
@@ -108,9 +148,7 @@ fn cord_stiffness(
     let mut turning = geometric(&weight, &body.center_of_mass);
     for (cord, tension) in cords.iter().zip(tensions) {
         let point = Vector3::from(cord.point_m);
-        let mut motion = Matrix3x6::zeros();
-        motion.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
-        motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-point.cross_matrix());
+        let motion = point_motion(&point);
         let local = match cord.spring_n_per_m {
             Some(spring) => Matrix3::from_diagonal(&spring.into()),
             None => {

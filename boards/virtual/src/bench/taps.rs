@@ -6,6 +6,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Bench;
 use super::errors::normal_vector;
+use super::habit::HitHabit;
+pub use super::habit::Tip;
 
 /// Kind of a tap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,12 +28,14 @@ pub enum TapKind {
     Soft,
     /// Lands beside the mark.
     Misplaced,
+    /// The strongest response is flat at a share of its peak.
+    Flat,
 }
 
 impl TapKind {
     /// The kinds of bad taps, in the order of
     /// [`OperatorSettings::rates`](super::settings::OperatorSettings).
-    const WRONG: [Self; 7] = [
+    const WRONG: [Self; 8] = [
         Self::TooWeak,
         Self::TooHard,
         Self::Double,
@@ -39,6 +43,7 @@ impl TapKind {
         Self::SustainedContact,
         Self::Soft,
         Self::Misplaced,
+        Self::Flat,
     ];
 }
 
@@ -94,6 +99,8 @@ pub struct Tap {
     pub point: Vector3<f64>,
     /// Direction of the force: a unit vector in the body frame.
     pub direction: Vector3<f64>,
+    /// What the tip of the hammer does besides.
+    pub tip: Tip,
     /// One contact, or two when the hammer bounced.
     pub contacts: Vec<Contact>,
 }
@@ -106,12 +113,13 @@ impl Tap {
         bench: &Bench,
         dof: usize,
         (mark, along): (Vector3<f64>, Vector3<f64>),
+        habit: &HitHabit,
         start: f64,
         rng: &mut ChaCha8Rng,
     ) -> Self {
         let (tap, operator) = (&bench.tap, &bench.operator);
         let across = Matrix3::identity() - along * along.transpose();
-        let point = mark + across * normal_vector(rng) * tap.point_sigma_m;
+        let point = mark + across * normal_vector(rng) * tap.point_sigma_m + habit.offset;
         let direction = (along + across * normal_vector(rng) * tap.direction_sigma_rad).normalize();
         let kind = kind(bench, rng.random());
         let range = match kind {
@@ -151,7 +159,7 @@ impl Tap {
         };
         let beside = (across * Vector3::repeat(1.0)).normalize();
         let point = if kind == TapKind::Misplaced { point + beside * MISPLACED_M } else { point };
-        Self { dof, kind, point, direction, contacts }
+        Self { dof, kind, point, direction, tip: habit.tip, contacts }
     }
 
     /// First touch, s after arming.
@@ -162,6 +170,11 @@ impl Tap {
     /// When the last contact ends, s after arming.
     pub fn end(&self) -> f64 {
         self.contacts.iter().map(Contact::end).fold(0.0, f64::max)
+    }
+
+    /// Largest peak force of its contacts, N.
+    pub fn peak(&self) -> f64 {
+        self.contacts.iter().map(|c| c.peak).fold(0.0, f64::max)
     }
 
     /// Force at a time, N.
@@ -193,7 +206,10 @@ mod tests {
     fn taps(bench: &Bench, count: u64) -> Vec<Tap> {
         let mark = (Vector3::zeros(), Vector3::new(0.0, 0.0, 1.0));
         (0..count)
-            .map(|seed| Tap::draw(bench, 0, mark, 0.3, &mut ChaCha8Rng::seed_from_u64(seed)))
+            .map(|seed| {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                Tap::draw(bench, 0, mark, &HitHabit::default(), 0.3, &mut rng)
+            })
             .collect()
     }
 
@@ -216,10 +232,14 @@ mod tests {
         bench.operator.too_weak_rate = 0.2;
         bench.operator.too_hard_rate = 0.1;
         bench.operator.double_rate = 0.3;
+        bench.operator.flat_rate = 0.25;
         let taps = taps(&bench, 4000);
-        for (kind, rate) in
-            [(TapKind::TooWeak, 0.2), (TapKind::TooHard, 0.1), (TapKind::Double, 0.3)]
-        {
+        for (kind, rate) in [
+            (TapKind::TooWeak, 0.2),
+            (TapKind::TooHard, 0.1),
+            (TapKind::Double, 0.3),
+            (TapKind::Flat, 0.25),
+        ] {
             let share = taps.iter().filter(|t| t.kind == kind).count() as f64 / 4000.0;
             // Four standard deviations of a share over 4000 draws.
             assert!((share - rate).abs() < 4.0 * (rate * (1.0 - rate) / 4000.0).sqrt());

@@ -8,7 +8,8 @@ use massline_shared::signal::{AdcProperties, CHANNELS, RESPONSES, Scan};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 
-use super::chain::{Chain, Channels};
+use super::chain::Chain;
+use super::channels::{Channels, UNLIMITED};
 use super::errors::{TestErrors, normal};
 use super::operator::{TEST, adc_of, stream};
 use super::{Bench, BenchError};
@@ -46,6 +47,8 @@ impl TumbleHandle {
 
 /// Streams of the tilts; no arming has these numbers.
 const TILTS: u64 = TEST - 0x1000;
+/// Streams of mains and jitter, one for each position.
+const DISTURBANCES: u64 = TEST - 0x2000;
 
 impl TumbleSource {
     /// The first `sensors` sensors of a bench, in the first of [`Position::ALL`].
@@ -110,10 +113,11 @@ impl ScanSource for TumbleSource {
         let index = self.handle.0.load(Ordering::Relaxed);
         if self.settled != Some(index) {
             let input = self.input(index);
-            self.chain.settle(&input, &mut self.noise);
+            let disturbances = stream(self.seed, DISTURBANCES + index as u64);
+            self.chain.settle(&input, &mut self.noise, disturbances);
             self.settled = Some(index);
         }
         let output = self.chain.at_rest();
-        Some(self.chain.convert(&output, &mut self.noise))
+        Some(self.chain.convert(&output, &UNLIMITED, &mut self.noise))
     }
 }

@@ -12,6 +12,14 @@
 //! | `hit:2:4` | the second hit DOF is hit at node 4, in its own direction |
 //! | `reverse:2` | the second hit DOF is hit from the other side |
 //! | `scale:1.1` | all sensors read 10 % too much |
+//! | `hammer:0.97` | the hammer reads 3 % too little |
+//! | `beside:2:0.005` | all hits of the second hit DOF land 5 mm beside the mark, to a side that is drawn |
+//! | `boards:0.005` | a board of 5 g that the layout does not declare moves with each sensor |
+//! | `cable:2:400` | a cable pulls node 2 back with 400 N/m in every direction |
+//! | `rail:2y:50` | the buffer of sensor 2 y ends at 50 m/s² from its value at rest |
+//! | `rail:hammer:20` | the buffer of the hammer ends at 20 N |
+//! | `compress:2y` | sensor 2 y compresses softly: it reads `R tanh(x/R)` with `R` its range |
+//! | `hum:0.005` | the mains add 5 mV (50 Hz, or what `[mains]` says) to every channel |
 
 use massline_shared::layout::{Axis, HostLayout};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
@@ -19,8 +27,10 @@ use serde::Deserialize;
 
 use super::{Bench, BenchError};
 
+mod electric;
 mod text;
 
+pub(super) use electric::{compresses, hum, rails};
 pub use text::FaultError;
 
 /// One mistake; here sensors and hits are counted from 0.
@@ -66,6 +76,53 @@ pub enum Fault {
     },
     /// All sensor readings are multiplied by this factor.
     Scale(f64),
+    /// The reading of the hammer is multiplied by this factor.
+    HammerScale(f64),
+    /// All hits at a DOF land beside the mark, on a side that is drawn once.
+    HitBeside {
+        /// The DOF.
+        hit: usize,
+        /// How far from the mark, m.
+        distance_m: f64,
+    },
+    /// A board moves with the object at every sensor; the layout does not declare it.
+    BoardMass {
+        /// Mass of each board, kg.
+        mass_kg: f64,
+    },
+    /// A cable between a node and the ground acts as a spring in every direction.
+    Cable {
+        /// The node.
+        node: u16,
+        /// Its stiffness, N/m.
+        stiffness_n_per_m: f64,
+    },
+    /// The buffer of a response channel saturates.
+    SensorRail {
+        /// The sensor that the channel is meant for.
+        sensor: usize,
+        /// Its axis.
+        axis: Axis,
+        /// Largest distance from the value at rest, m/s².
+        limit_m_per_s2: f64,
+    },
+    /// The buffer of the hammer saturates.
+    HammerRail {
+        /// Largest distance from the value at rest, N.
+        limit_n: f64,
+    },
+    /// A response channel compresses softly towards the sensor's range.
+    Compression {
+        /// The sensor that the channel is meant for.
+        sensor: usize,
+        /// Its axis.
+        axis: Axis,
+    },
+    /// The mains add to every channel.
+    Hum {
+        /// Amplitude of the fundamental, V.
+        amplitude_v: f64,
+    },
 }
 
 /// How one sensor is mounted and wired, with the faults of the bench.
@@ -129,6 +186,44 @@ pub(super) fn mark(
     Some(mark)
 }
 
+/// The factor of the hammer's reading.
+pub(super) fn hammer_scale(bench: &Bench) -> f64 {
+    let factor = |fault: &Fault| match *fault {
+        Fault::HammerScale(factor) => factor,
+        _ => 1.0,
+    };
+    bench.faults.iter().map(factor).product()
+}
+
+/// Distance from the mark at which the hits at a DOF land because of faults, m.
+pub(super) fn beside(bench: &Bench, dof: usize) -> f64 {
+    let distance = |fault: &Fault| match *fault {
+        Fault::HitBeside { hit, distance_m } if hit == dof => distance_m,
+        _ => 0.0,
+    };
+    bench.faults.iter().map(distance).sum()
+}
+
+/// Mass of each sensor board because of faults, kg.
+pub(super) fn board_mass(bench: &Bench) -> f64 {
+    let mass = |fault: &Fault| match *fault {
+        Fault::BoardMass { mass_kg } => mass_kg,
+        _ => 0.0,
+    };
+    bench.faults.iter().map(mass).sum()
+}
+
+/// Point and stiffness, N/m, of every cable that pulls.
+pub(super) fn cables(bench: &Bench, layout: &HostLayout) -> Vec<(Vector3<f64>, f64)> {
+    let cable = |fault: &Fault| match *fault {
+        Fault::Cable { node, stiffness_n_per_m } => {
+            Some((place(bench, layout, node)?, stiffness_n_per_m))
+        }
+        _ => None,
+    };
+    bench.faults.iter().filter_map(cable).collect()
+}
+
 /// Position of a node: that of the layout, or else that of the bench.
 fn place(bench: &Bench, layout: &HostLayout, node: u16) -> Option<Vector3<f64>> {
     let hit = layout.hits.iter().find(|h| h.dof.node == node).map(|h| h.position);
@@ -143,13 +238,18 @@ pub(super) fn check(bench: &Bench, layout: &HostLayout) -> Result<(), BenchError
         let sensors = match *fault {
             Fault::Flip { sensor, .. }
             | Fault::SwapAxes { sensor, .. }
-            | Fault::Rotate { sensor, .. } => sensor + 1,
-            Fault::SwapSensors([a, b]) => a.max(b) + 1,
+            | Fault::Rotate { sensor, .. }
+            | Fault::SensorRail { sensor, .. }
+            | Fault::Compression { sensor, .. } => sensor.saturating_add(1),
+            Fault::SwapSensors([a, b]) => a.max(b).saturating_add(1),
             _ => 0,
         };
         let (hits, node) = match *fault {
-            Fault::HitNode { hit, node } => (hit + 1, Some(node)),
-            Fault::HitReversed { hit } => (hit + 1, None),
+            Fault::HitNode { hit, node } => (hit.saturating_add(1), Some(node)),
+            Fault::HitReversed { hit } | Fault::HitBeside { hit, .. } => {
+                (hit.saturating_add(1), None)
+            }
+            Fault::Cable { node, .. } => (0, Some(node)),
             _ => (0, None),
         };
         let refuse = |missing| BenchError::FaultWithoutSubject { fault: *fault, missing };

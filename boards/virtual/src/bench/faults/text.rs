@@ -7,15 +7,22 @@ use std::str::FromStr;
 use massline_shared::layout::Axis;
 
 use super::Fault;
+use crate::bench::settings::{BOARD_MASS, MAINS_AMPLITUDE, OFFSET};
 
-/// Allowed factors of `scale`; with others a rig measures nothing useful.
+/// Allowed factors of `scale` and `hammer`; with others a rig measures nothing useful.
 const SCALE: RangeInclusive<f64> = 0.1..=10.0;
+/// Allowed rails of a buffer, m/s² or N.
+const RAIL: RangeInclusive<f64> = 1e-3..=1e6;
+/// Allowed stiffness of a cable, N/m.
+const CABLE: RangeInclusive<f64> = 1e-3..=1e6;
 
 /// The text does not describe a fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is no fault: write flip:2y, swap:1,2, swap:2x,2z, rotate:3:z90, hit:2:4, reverse:2 or \
-     scale:1.1 (0.1 to 10), sensors and hits counted from 1"
+    "{0:?} is no fault: write flip:2y, swap:1,2, swap:2x,2z, rotate:3:z90, hit:2:4, reverse:2, \
+     scale:1.1 (0.1 to 10), hammer:0.97 (0.1 to 10), beside:2:0.005 (0 to 1 m), boards:0.005 (0 to 1 kg), \
+     cable:2:400 (node, 0.001 to 1000000 N/m), rail:2y:50 (0.001 to 1000000 m/s²), rail:hammer:20 (0.001 \
+     to 1000000 N), compress:2y or hum:0.005 (0 to 100 V), sensors and hits counted from 1"
 )]
 pub struct FaultError(String);
 
@@ -65,12 +72,43 @@ fn read(text: &str) -> Option<Fault> {
             Some(Fault::HitNode { hit: number(hit)?, node: node.trim().parse().ok()? })
         }
         "reverse" => Some(Fault::HitReversed { hit: number(rest)? }),
-        "scale" => {
-            let factor: f64 = rest.trim().parse().ok()?;
-            SCALE.contains(&factor).then_some(Fault::Scale(factor))
+        "scale" => Some(Fault::Scale(within(rest, &SCALE)?)),
+        "hammer" => Some(Fault::HammerScale(within(rest, &SCALE)?)),
+        "beside" => {
+            let (hit, distance) = rest.split_once(':')?;
+            let distance_m = within(distance, &OFFSET)?;
+            Some(Fault::HitBeside { hit: number(hit)?, distance_m })
         }
+        "boards" => Some(Fault::BoardMass { mass_kg: within(rest, &BOARD_MASS)? }),
+        "cable" => {
+            let (node, stiffness) = rest.split_once(':')?;
+            let stiffness_n_per_m = within(stiffness, &CABLE)?;
+            Some(Fault::Cable { node: node.trim().parse().ok()?, stiffness_n_per_m })
+        }
+        "rail" => rail(rest),
+        "compress" => {
+            let (sensor, axis) = axis_of_sensor(rest)?;
+            Some(Fault::Compression { sensor, axis })
+        }
+        "hum" => Some(Fault::Hum { amplitude_v: within(rest, &MAINS_AMPLITUDE)? }),
         _ => None,
     }
+}
+
+/// Parses `2y:50` or `hammer:20`.
+fn rail(text: &str) -> Option<Fault> {
+    let (channel, limit) = text.split_once(':')?;
+    let limit = within(limit, &RAIL)?;
+    if channel.trim() == "hammer" {
+        return Some(Fault::HammerRail { limit_n: limit });
+    }
+    let (sensor, axis) = axis_of_sensor(channel)?;
+    Some(Fault::SensorRail { sensor, axis, limit_m_per_s2: limit })
+}
+
+/// Parses a number that must lie in a range.
+fn within(text: &str, range: &RangeInclusive<f64>) -> Option<f64> {
+    text.trim().parse().ok().filter(|value| range.contains(value))
 }
 
 /// Parses `2y` into the sensor, counted from 0, and its axis.
@@ -115,6 +153,20 @@ impl fmt::Display for Fault {
             Self::HitNode { hit, node } => write!(f, "hit:{}:{node}", hit + 1),
             Self::HitReversed { hit } => write!(f, "reverse:{}", hit + 1),
             Self::Scale(factor) => write!(f, "scale:{factor}"),
+            Self::HammerScale(factor) => write!(f, "hammer:{factor}"),
+            Self::HitBeside { hit, distance_m } => write!(f, "beside:{}:{distance_m}", hit + 1),
+            Self::BoardMass { mass_kg } => write!(f, "boards:{mass_kg}"),
+            Self::Cable { node, stiffness_n_per_m } => {
+                write!(f, "cable:{node}:{stiffness_n_per_m}")
+            }
+            Self::SensorRail { sensor, axis, limit_m_per_s2 } => {
+                write!(f, "rail:{}{}:{limit_m_per_s2}", sensor + 1, letter(axis))
+            }
+            Self::HammerRail { limit_n } => write!(f, "rail:hammer:{limit_n}"),
+            Self::Compression { sensor, axis } => {
+                write!(f, "compress:{}{}", sensor + 1, letter(axis))
+            }
+            Self::Hum { amplitude_v } => write!(f, "hum:{amplitude_v}"),
         }
     }
 }
@@ -135,8 +187,29 @@ mod tests {
             "hit:2:4",
             "reverse:1",
             "scale:1.1",
+            "hammer:0.97",
+            "beside:2:0.005",
+            "boards:0.005",
+            "cable:2:400",
+            "rail:2y:50",
+            "rail:hammer:20",
+            "compress:2y",
+            "hum:0.005",
         ] {
             assert_eq!(text.parse::<Fault>().unwrap().to_string(), text);
+        }
+    }
+
+    #[test]
+    fn the_refusal_of_a_text_gives_an_example_of_every_kind() {
+        let refusal = "drop:1".parse::<Fault>().unwrap_err().to_string();
+        for kind in [
+            "flip", "swap", "rotate", "hit", "reverse", "scale", "hammer", "beside", "boards",
+            "cable", "rail", "compress", "hum",
+        ] {
+            let example = refusal.split(' ').find(|word| word.starts_with(&format!("{kind}:")));
+            let example = example.unwrap_or_else(|| panic!("{kind}: {refusal}"));
+            assert!(example.trim_end_matches(',').parse::<Fault>().is_ok(), "{example}");
         }
     }
 
@@ -159,6 +232,20 @@ mod tests {
             "scale:nan",
             "scale:1e30",
             "drop:1",
+            "hammer:0",
+            "beside:0:0.005",
+            "beside:2:-0.005",
+            "boards:nan",
+            "boards:2",
+            "cable:400",
+            "cable:2:0",
+            "rail:2y",
+            "rail:2w:50",
+            "rail:hammer:0",
+            "rail:0y:50",
+            "compress:2",
+            "compress:hammer",
+            "hum:-1",
         ] {
             assert!(text.parse::<Fault>().is_err(), "{text}");
         }

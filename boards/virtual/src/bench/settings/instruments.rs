@@ -1,9 +1,11 @@
 //! `[sensor]` and `[hammer]`.
 
+use std::ops::RangeInclusive;
+
 use massline_shared::signal::Calibration;
 use serde::Deserialize;
 
-use super::{CUTOFF, SIGMA, SettingProblem, TOLERANCE, VOLTS, out_of_range};
+use super::{BOARD_MASS, CUTOFF, SIGMA, SettingProblem, TOLERANCE, VOLTS, out_of_range};
 
 /// Cutoff of the output filter of the ADXL326, from 32 kΩ and 10 nF, Hz.
 const RC_CUTOFF_HZ: f64 = Calibration::RC_CUTOFF.0;
@@ -31,11 +33,23 @@ pub struct SensorSettings {
     pub range_g: f64,
     /// One-sided density of the white noise before the filter, g/√Hz.
     pub noise_g_per_sqrt_hz: f64,
-    /// Cutoff of the first-order low-pass, Hz.
+    /// Cutoff of the first-order low-pass that the data sheets state, Hz.
     pub rc_cutoff_hz: f64,
     /// Relative tolerance of the cutoff, 1 σ.
     pub rc_tolerance: f64,
+    /// Cutoffs of the x, y and z axes that act in place of `rc_cutoff_hz`, Hz: for example the sensor's
+    /// own bandwidth when the capacitors are missing. A calibration from the data sheets does not know
+    /// them.
+    pub bandwidth_hz: Option<[f64; 3]>,
+    /// Mass of each sensor board, kg. It moves with the object at the sensor's position, although neither
+    /// the layout nor [`Bench::truth`](crate::bench::Bench::truth) includes it.
+    pub board_mass_kg: f64,
+    /// Linear drift of every output since arming, V/s.
+    pub drift_v_per_s: f64,
 }
+
+/// Allowed drift, V/s.
+const DRIFT: RangeInclusive<f64> = -10.0..=10.0;
 
 impl Default for SensorSettings {
     fn default() -> Self {
@@ -51,6 +65,9 @@ impl Default for SensorSettings {
             noise_g_per_sqrt_hz: 300e-6,
             rc_cutoff_hz: RC_CUTOFF_HZ,
             rc_tolerance: 0.02,
+            bandwidth_hz: None,
+            board_mass_kg: 0.0,
+            drift_v_per_s: 0.0,
         }
     }
 }
@@ -69,7 +86,10 @@ impl SensorSettings {
             (self.noise_g_per_sqrt_hz, "noise_g_per_sqrt_hz", SIGMA),
             (self.rc_cutoff_hz, "rc_cutoff_hz", CUTOFF),
             (self.rc_tolerance, "rc_tolerance", TOLERANCE),
+            (self.board_mass_kg, "board_mass_kg", BOARD_MASS),
+            (self.drift_v_per_s, "drift_v_per_s", DRIFT),
         ])
+        .or_else(|| out_of_range(&self.bandwidth_hz?.map(|hz| (hz, "bandwidth_hz", CUTOFF))))
     }
 }
 
@@ -82,6 +102,8 @@ pub struct HammerSettings {
     /// Relative gain error, 1 σ, drawn once per test. Zero by default: a calibration with a known mass
     /// leaves one error per response, that of its ratio to the hammer.
     pub gain_sigma: f64,
+    /// Relative gain error that every test has, in addition to the drawn one.
+    pub gain_error: f64,
     /// Output at rest, V.
     pub zero_v: f64,
     /// Tolerance of `zero_v`, 1 σ, V.
@@ -99,6 +121,7 @@ impl Default for HammerSettings {
         Self {
             sensitivity_v_per_n: Calibration::HAMMER_VOLT_PER_NEWTON,
             gain_sigma: 0.0,
+            gain_error: 0.0,
             zero_v: Calibration::HAMMER_ZERO.0,
             zero_sigma_v: 0.005,
             noise_n_per_sqrt_hz: 0.0005,
@@ -113,6 +136,7 @@ impl HammerSettings {
         out_of_range(&[
             (self.sensitivity_v_per_n, "sensitivity_v_per_n", 1e-9..=1e3),
             (self.gain_sigma, "gain_sigma", SIGMA),
+            (self.gain_error, "gain_error", -0.9..=9.0),
             (self.zero_v, "zero_v", VOLTS),
             (self.zero_sigma_v, "zero_sigma_v", VOLTS),
             (self.noise_n_per_sqrt_hz, "noise_n_per_sqrt_hz", SIGMA),

@@ -1,5 +1,5 @@
-//! The tables of a bench file about sensors, hammer, converter, taps and operator, with the defaults of
-//! the default bench.
+//! The tables of a bench file about sensors, hammer, converter, mains, taps and operator, with the
+//! defaults of the default bench.
 
 use std::ops::RangeInclusive;
 
@@ -7,7 +7,7 @@ mod converter;
 mod instruments;
 mod person;
 
-pub use converter::AdcSettings;
+pub use converter::{AdcSettings, MainsSettings};
 pub use instruments::{HammerSettings, SensorSettings};
 pub use person::{OperatorSettings, TapSettings};
 
@@ -24,8 +24,14 @@ const CUTOFF: RangeInclusive<f64> = 0.1..=1e6;
 const TOLERANCE: RangeInclusive<f64> = 0.0..=0.2;
 /// Allowed peak of a force, N.
 const FORCE: RangeInclusive<f64> = 1e-3..=1e6;
-/// Allowed share of the taps.
+/// Allowed shares.
 const SHARE: RangeInclusive<f64> = 0.0..=1.0;
+/// Allowed distance of a force from the mark, m.
+pub(super) const OFFSET: RangeInclusive<f64> = 0.0..=1.0;
+/// Allowed mass of a sensor board, kg.
+pub(super) const BOARD_MASS: RangeInclusive<f64> = 0.0..=1.0;
+/// Allowed amplitude of the mains in a channel, V.
+pub(super) const MAINS_AMPLITUDE: RangeInclusive<f64> = 0.0..=100.0;
 
 /// The first of these values that lies outside its range.
 fn out_of_range(values: &[(f64, &'static str, RangeInclusive<f64>)]) -> SettingProblem {

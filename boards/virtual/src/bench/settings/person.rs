@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{FORCE, SHARE, SIGMA, SettingProblem, out_of_range, range_problem};
+use super::{FORCE, OFFSET, SHARE, SIGMA, SettingProblem, out_of_range, range_problem};
 
 /// `[tap]`: the distribution from which each good tap is drawn.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -16,6 +16,15 @@ pub struct TapSettings {
     pub point_sigma_m: f64,
     /// Tilt of the hammer about each axis normal to the direction, 1 σ, rad.
     pub direction_sigma_rad: f64,
+    /// Distance from the mark at which all hits of a DOF land, across their direction, m; the side is
+    /// drawn once for each DOF.
+    pub offset_m: f64,
+    /// Free moment of the tip: the arm that times the force gives it, m; its axis, any in space, is drawn
+    /// once for each DOF.
+    pub free_moment_m: f64,
+    /// Lateral force of the tip as a share of the force, which the hammer does not measure; its direction
+    /// across is drawn once for each DOF.
+    pub lateral: f64,
 }
 
 impl Default for TapSettings {
@@ -25,6 +34,9 @@ impl Default for TapSettings {
             duration_s: [0.004, 0.006],
             point_sigma_m: 0.002,
             direction_sigma_rad: 0.030,
+            offset_m: 0.0,
+            free_moment_m: 0.0,
+            lateral: 0.0,
         }
     }
 }
@@ -34,6 +46,9 @@ impl TapSettings {
         out_of_range(&[
             (self.point_sigma_m, "point_sigma_m", SIGMA),
             (self.direction_sigma_rad, "direction_sigma_rad", SIGMA),
+            (self.offset_m, "offset_m", OFFSET),
+            (self.free_moment_m, "free_moment_m", OFFSET),
+            (self.lateral, "lateral", SHARE),
         ])
         .or(range_problem(self.force_n, "force_n", FORCE))
         .or(range_problem(self.duration_s, "duration_s", 1e-5..=1.0))
@@ -69,6 +84,11 @@ pub struct OperatorSettings {
     pub soft_rate: f64,
     /// Share of the taps that land 80 mm beside the mark.
     pub misplaced_rate: f64,
+    /// Share of the taps whose strongest response is flat at a share of its peak.
+    pub flat_rate: f64,
+    /// This share: the response channel of the largest rigid-body accelerance to the tap ends at this
+    /// times its rigid response to the peak force.
+    pub flat_level: f64,
     /// Tilt of each position of a tumble test about each of two axes, 1 σ, rad.
     pub tilt_sigma_rad: f64,
 }
@@ -88,14 +108,17 @@ impl Default for OperatorSettings {
             sustained_contact_rate: 0.0,
             soft_rate: 0.0,
             misplaced_rate: 0.0,
+            flat_rate: 0.0,
+            flat_level: 0.75,
             tilt_sigma_rad: 0.003,
         }
     }
 }
 
 impl OperatorSettings {
-    /// Shares of the bad taps: too weak, too hard, double, grazing, sustained contact, soft, misplaced.
-    pub(in crate::bench) fn rates(&self) -> [f64; 7] {
+    /// Shares of the bad taps: too weak, too hard, double, grazing, sustained contact, soft, misplaced,
+    /// flat.
+    pub(in crate::bench) fn rates(&self) -> [f64; 8] {
         [
             self.too_weak_rate,
             self.too_hard_rate,
@@ -104,6 +127,7 @@ impl OperatorSettings {
             self.sustained_contact_rate,
             self.soft_rate,
             self.misplaced_rate,
+            self.flat_rate,
         ]
     }
 
@@ -119,6 +143,8 @@ impl OperatorSettings {
             (self.sustained_contact_rate, "sustained_contact_rate", SHARE),
             (self.soft_rate, "soft_rate", SHARE),
             (self.misplaced_rate, "misplaced_rate", SHARE),
+            (self.flat_rate, "flat_rate", SHARE),
+            (self.flat_level, "flat_level", SHARE),
             (self.tilt_sigma_rad, "tilt_sigma_rad", SIGMA),
         ])
         .or(range_problem(self.too_weak_n, "too_weak_n", FORCE))

@@ -1,29 +1,8 @@
 //! The effect of setup mistakes on the scans.
 
-use super::{layout, scans, test_one};
+use super::{exact, layout, tapped, test_one};
 use crate::bench::{Bench, BenchError, BenchSource, Fault};
-use crate::source::ScanSource;
-use massline_shared::layout::HostLayout;
 use massline_shared::signal::Scan;
-
-/// A bench on which all channels are identical and only the taps are random.
-fn exact(faults: &[&str]) -> Bench {
-    let mut bench = Bench::named("ideal").unwrap();
-    bench.sensor.zero_sigma_v = 0.0;
-    bench.sensor.rc_tolerance = 0.0;
-    bench.sensor.noise_g_per_sqrt_hz = 0.0;
-    bench.hammer.noise_n_per_sqrt_hz = 0.0;
-    bench.hammer.rc_tolerance = 0.0;
-    bench.adc.channel_delay_s = 0.0;
-    bench.faults = faults.iter().map(|f| f.parse().unwrap()).collect();
-    bench
-}
-
-fn tapped(bench: &Bench, layout: &HostLayout, dof: usize) -> Vec<Scan> {
-    let mut source = BenchSource::new(bench, layout, 6).unwrap();
-    source.armed(1, dof);
-    scans(&mut source, 1400)
-}
 
 /// Deviation of channel `k` from 1.5 V, in codes.
 fn reading(scan: &Scan, k: usize) -> i32 {
@@ -95,9 +74,16 @@ fn a_reversed_hit_moves_everything_the_other_way() {
 
 #[test]
 fn a_fault_without_its_subject_is_refused() {
-    for (fault, missing) in
-        [("flip:4x", "sensor"), ("swap:1,9", "sensor"), ("reverse:4", "hit"), ("hit:1:77", "node")]
-    {
+    for (fault, missing) in [
+        ("flip:4x", "sensor"),
+        ("swap:1,9", "sensor"),
+        ("rail:4y:50", "sensor"),
+        ("compress:4y", "sensor"),
+        ("reverse:4", "hit"),
+        ("beside:4:0.005", "hit"),
+        ("hit:1:77", "node"),
+        ("cable:77:400", "node"),
+    ] {
         let bench = exact(&[fault]);
         match BenchSource::new(&bench, &test_one(), 1).unwrap_err() {
             BenchError::FaultWithoutSubject { fault: named, missing: what } => {

@@ -90,6 +90,24 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         ("[hammer]\nzero_v = -1e9", 2, "hammer.zero_v", "from 0 to 100"),
         ("[adc]\nrate_hz = 1e12", 2, "adc.rate_hz", "from 100 to 1000000"),
         ("[tap]\nforce_n = [1, 1e300]", 2, "tap.force_n", "<= to <= 1000000"),
+        ("[sensor]\nbandwidth_hz = [1600, 1600, 0]", 2, "sensor.bandwidth_hz", "from 0.1"),
+        ("[sensor]\nbandwidth_hz = 1600", 2, "sensor.bandwidth_hz", "invalid type"),
+        ("[sensor]\nboard_mass_kg = -0.005", 2, "sensor.board_mass_kg", "from 0 to 1"),
+        ("[sensor]\ndrift_v_per_s = 1e3", 2, "sensor.drift_v_per_s", "from -10 to 10"),
+        ("[hammer]\ngain_error = -1", 2, "hammer.gain_error", "from -0.9 to 9"),
+        ("[adc]\ninl_lsb = -1", 2, "adc.inl_lsb", "from 0 to 1000"),
+        ("[adc]\nbow_lsb = 1e4", 2, "adc.bow_lsb", "from -1000 to 1000"),
+        ("[adc]\nmemory = 0.9", 2, "adc.memory", "from 0 to 0.5"),
+        ("[adc]\nclock_error = 1", 2, "adc.clock_error", "from -0.1 to 0.1"),
+        ("[adc]\njitter_s = 1e-3", 2, "adc.jitter_s", "from 0 to 0.000025"),
+        ("[mains]\nfrequency_hz = 0", 2, "mains.frequency_hz", "from 1 to 1000"),
+        ("[mains]\namplitude_v = -1", 2, "mains.amplitude_v", "from 0 to 100"),
+        ("[mains]\nharmonics = [0.1, 2]", 2, "mains.harmonics", "2.0 is out of range"),
+        ("[tap]\noffset_m = 2", 2, "tap.offset_m", "from 0 to 1"),
+        ("[tap]\nfree_moment_m = -0.1", 2, "tap.free_moment_m", "from 0 to 1"),
+        ("[tap]\nlateral = 1.5", 2, "tap.lateral", "from 0 to 1"),
+        ("[operator]\nflat_rate = 2", 2, "operator.flat_rate", "from 0 to 1"),
+        ("[operator]\nflat_level = -1", 2, "operator.flat_level", "from 0 to 1"),
         ("gravity_m_per_s2 = [0, 0, -1e9]", 1, "gravity_m_per_s2", "from -100 to 100"),
         ("[hammer]\ngain_sigma 0.1", 2, "gain_sigma 0.1", "="),
         ("[body]\nmass_kg = 1", 1, "body", "all three"),
@@ -134,8 +152,18 @@ fn a_wrong_file_is_refused_with_line_and_key() {
 
 #[test]
 fn a_value_of_a_wrong_type_is_answered_without_names_of_the_program() {
-    let tables =
-        ["body", "suspension", "sensor", "hammer", "adc", "tap", "operator", "body.box", "node"];
+    let tables = [
+        "body",
+        "suspension",
+        "sensor",
+        "hammer",
+        "adc",
+        "mains",
+        "tap",
+        "operator",
+        "body.box",
+        "node",
+    ];
     let lists =
         ["elastic_mode", "suspension.cord", "faults", "node", "body.cylinder", "body.point"];
     let texts = tables.map(|key| format!("{key} = 5")).into_iter();

@@ -1,9 +1,14 @@
 //! The bench as a whole: what its scans show of the object.
 
 mod calibration;
+mod converter;
 mod faults;
 mod files;
+mod hits;
+mod loads;
 mod physics;
+mod response_channels;
+mod unchanged;
 
 use massline_shared::layout::{Dof, Hit, HostLayout, Sensor};
 use massline_shared::signal::{CHANNELS, Scan};
@@ -42,6 +47,26 @@ pub(super) fn test_one() -> HostLayout {
 
 fn scans(source: &mut BenchSource, count: usize) -> Vec<Scan> {
     (0..count).map(|_| source.next_scan().unwrap()).collect()
+}
+
+/// A bench on which all channels are identical and only the taps are random.
+fn exact(faults: &[&str]) -> Bench {
+    let mut bench = Bench::named("ideal").unwrap();
+    bench.sensor.zero_sigma_v = 0.0;
+    bench.sensor.rc_tolerance = 0.0;
+    bench.sensor.noise_g_per_sqrt_hz = 0.0;
+    bench.hammer.zero_sigma_v = 0.0;
+    bench.hammer.noise_n_per_sqrt_hz = 0.0;
+    bench.hammer.rc_tolerance = 0.0;
+    bench.adc.channel_delay_s = 0.0;
+    bench.faults = faults.iter().map(|f| f.parse().unwrap()).collect();
+    bench
+}
+
+fn tapped(bench: &Bench, layout: &HostLayout, dof: usize) -> Vec<Scan> {
+    let mut source = BenchSource::new(bench, layout, 6).unwrap();
+    source.armed(1, dof);
+    scans(&mut source, 1400)
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The analogue outputs against closed forms.
 
-use nalgebra::{Complex, DMatrix, Matrix3x6, Vector3, Vector6};
+use nalgebra::{Complex, DMatrix, Matrix3x6, Matrix6, Vector3, Vector6};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -9,12 +9,12 @@ use massline_shared::signal::CHANNELS;
 
 use super::{layout, sensor, test_one};
 use crate::bench::Bench;
-use crate::bench::chain::Channels;
+use crate::bench::channels::{Channels, Sampled};
 use crate::bench::errors::TestErrors;
 use crate::bench::simulation::Simulation;
-use crate::bench::taps::{Contact, Tap, TapKind};
+use crate::bench::taps::{Contact, Tap, TapKind, Tip};
 
-fn no_errors(bench: &Bench) -> TestErrors {
+pub(super) fn no_errors(bench: &Bench) -> TestErrors {
     let mut ideal = bench.clone();
     ideal.sensor.rc_tolerance = 0.0;
     ideal.hammer.rc_tolerance = 0.0;
@@ -26,29 +26,47 @@ fn no_errors(bench: &Bench) -> TestErrors {
 /// The analogue outputs without noise after a tap of 20 N at a hit of the layout, minus the sensor
 /// outputs at rest.
 fn tapped(bench: &Bench, layout: &HostLayout, dof: usize, scans: usize) -> Vec<Channels> {
+    tapped_with(bench, layout, dof, Tip::default(), scans)
+}
+
+/// As [`tapped`], with forces of the tip.
+pub(super) fn tapped_with(
+    bench: &Bench,
+    layout: &HostLayout,
+    dof: usize,
+    tip: Tip,
+    scans: usize,
+) -> Vec<Channels> {
+    let mut samples = samples(bench, layout, dof, tip, scans + 1).into_iter().map(|s| s.value);
+    let rest = samples.next().unwrap();
+    samples.map(|values| std::array::from_fn(|k| values[k] - rest[k])).collect()
+}
+
+/// The analogue outputs without noise, the first at rest, with a tap of 20 N at a hit of the layout.
+pub(super) fn samples(
+    bench: &Bench,
+    layout: &HostLayout,
+    dof: usize,
+    tip: Tip,
+    scans: usize,
+) -> Vec<Sampled> {
     let mut simulation = Simulation::new(bench, layout, &no_errors(bench)).unwrap();
-    simulation.reset(&mut ChaCha8Rng::seed_from_u64(2));
+    simulation.reset(&mut ChaCha8Rng::seed_from_u64(2), ChaCha8Rng::seed_from_u64(3));
     let hit = &layout.hits[dof];
     let tap = Tap {
         dof,
         kind: TapKind::Good,
         point: hit.position.into(),
         direction: hit.direction.into(),
+        tip,
         contacts: vec![Contact { start: 0.01013, duration: 0.0047, peak: 20.0 }],
     };
     let drives = [simulation.drive(bench, hit.dof.node, tap).unwrap()];
-    let rest = simulation.scan_inputs(&drives);
-    (0..scans)
-        .map(|_| {
-            let mut values = simulation.scan_inputs(&drives);
-            values.iter_mut().zip(&rest).for_each(|(v, r)| *v -= r);
-            values
-        })
-        .collect()
+    (0..scans).map(|_| simulation.scan_inputs(&drives)).collect()
 }
 
 /// Laplace transform of the sampled record of every channel.
-fn laplace(record: &[Channels], s: Complex<f64>, rate: f64) -> [Complex<f64>; CHANNELS] {
+pub(super) fn laplace(record: &[Channels], s: Complex<f64>, rate: f64) -> [Complex<f64>; CHANNELS] {
     let mut sums = [Complex::new(0.0, 0.0); CHANNELS];
     let turn = (s * -rate.recip()).exp();
     let mut kernel = Complex::new(rate.recip(), 0.0);
@@ -61,13 +79,13 @@ fn laplace(record: &[Channels], s: Complex<f64>, rate: f64) -> [Complex<f64>; CH
     sums
 }
 
-fn lines() -> impl Iterator<Item = Complex<f64>> {
+pub(super) fn lines() -> impl Iterator<Item = Complex<f64>> {
     (5..=60).map(|k| Complex::new(10.0, std::f64::consts::TAU * 2.0 * f64::from(k)))
 }
 
 /// Constant terms of a sum of these powers of `s` fitted to the accelerance of every channel, weighted by
 /// the force and corrected for the delay of the channels.
-fn mass_lines(bench: &Bench, record: &[Channels], powers: &[i32]) -> Vec<f64> {
+pub(super) fn mass_lines(bench: &Bench, record: &[Channels], powers: &[i32]) -> Vec<f64> {
     let (rate, delay) = (bench.adc.rate_hz, bench.adc.channel_delay_s);
     let mut rows = Vec::new();
     let mut right = Vec::new();
@@ -109,20 +127,34 @@ fn worst_mass_lines<const N: usize>(bench: &Bench, powers: [&[i32]; N]) -> [f64;
 }
 
 /// Constant accelerances of the rigid body (theory, section 2): `G M⁻¹ F`.
-fn rigid_accelerance(bench: &Bench, layout: &HostLayout, dof: usize) -> Vec<f64> {
+pub(super) fn rigid_accelerance(bench: &Bench, layout: &HostLayout, dof: usize) -> Vec<f64> {
     let hit = &layout.hits[dof];
     let (q, d) = (Vector3::from(hit.position), Vector3::from(hit.direction));
-    let torque = q.cross(&d);
-    let force = Vector6::from_iterator(d.iter().chain(&torque).copied());
-    let x0 = bench.body.mass_matrix().try_inverse().unwrap() * force;
+    accelerance_to(&bench.body.mass_matrix(), layout, d, q.cross(&d))
+}
+
+/// Constant accelerances to a force and a moment about the origin.
+pub(super) fn accelerance_to(
+    mass: &Matrix6<f64>,
+    layout: &HostLayout,
+    force: Vector3<f64>,
+    moment: Vector3<f64>,
+) -> Vec<f64> {
+    let load = Vector6::from_iterator(force.iter().chain(&moment).copied());
+    let x0 = mass.try_inverse().unwrap() * load;
     let readings = layout.sensors.iter().flat_map(|s| {
-        let mut g = Matrix3x6::zeros();
-        g.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
-        g.fixed_view_mut::<3, 3>(0, 3).copy_from(&-Vector3::from(s.position).cross_matrix());
-        let a = g * x0;
+        let a = motion_of(s.position) * x0;
         [a.x, a.y, a.z]
     });
     readings.collect()
+}
+
+/// `G` of a point: its translation from the translation of the origin and the rotation.
+pub(super) fn motion_of(position: [f64; 3]) -> Matrix3x6<f64> {
+    let mut g = Matrix3x6::zeros();
+    g.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+    g.fixed_view_mut::<3, 3>(0, 3).copy_from(&-Vector3::from(position).cross_matrix());
+    g
 }
 
 #[test]

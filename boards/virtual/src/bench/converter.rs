@@ -1,0 +1,121 @@
+//! From the outputs of the low-passes to codes: buffers, hum of the mains, multiplexer and converter.
+//!
+//! ```text
+//! low-pass + noise ─▶ rails of the buffer ─▶ zero, drift, mains ─▶ multiplexer's memory ─▶ nonlinearity ─▶ code
+//! ```
+
+use massline_shared::signal::{CHANNELS, Scan};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::Bench;
+use super::channels::{Channels, Sampled, per_channel};
+use super::errors::{TestErrors, normal};
+use super::faults;
+use super::mains::Mains;
+use super::nonlinearity::Nonlinearity;
+
+/// Everything between the filters and the codes.
+#[derive(Clone, Debug)]
+pub(super) struct Converter {
+    /// How far the buffer of each channel follows from the value at rest, N or m/s².
+    rails: Channels,
+    /// Value of each channel at rest, N or m/s².
+    rest: Channels,
+    volts_per_unit: Channels,
+    zero: Channels,
+    /// V/s.
+    drift: Channels,
+    mains: Mains,
+    /// Share of the voltage sampled before.
+    memory: f64,
+    /// Voltage sampled last.
+    held: f64,
+    /// The last channel that is sampled.
+    last: usize,
+    nonlinearity: Nonlinearity,
+    reference_v: f64,
+    volts_per_code: f64,
+    full_scale: f64,
+    /// True interval of the scans and of the channels within a scan, s.
+    interval: f64,
+    channel_delay: f64,
+    jitter_s: f64,
+    /// Source of the jitter.
+    rng: ChaCha8Rng,
+    /// Scans since the restart.
+    scans: u64,
+}
+
+impl Converter {
+    pub(super) fn new(bench: &Bench, errors: &TestErrors) -> Self {
+        let (sensor, hammer, adc) = (&bench.sensor, &bench.hammer, &bench.adc);
+        let nominal = per_channel(hammer.zero_v, sensor.zero_v);
+        let per_g = sensor.sensitivity_v_per_g / massline_shared::STANDARD_GRAVITY;
+        Self {
+            rails: faults::rails(bench),
+            rest: [0.0; CHANNELS],
+            volts_per_unit: per_channel(hammer.sensitivity_v_per_n, per_g),
+            zero: std::array::from_fn(|k| nominal[k] + errors.zero_v[k]),
+            drift: per_channel(0.0, sensor.drift_v_per_s),
+            mains: Mains::new(bench),
+            memory: adc.memory,
+            held: 0.0,
+            last: (3 * errors.sensors.len()).min(CHANNELS - 1),
+            nonlinearity: Nonlinearity::new(bench, errors),
+            reference_v: adc.reference_v,
+            volts_per_code: adc.reference_v / f64::from(1_u32 << adc.bits),
+            full_scale: f64::from((1_u32 << adc.bits) - 1),
+            interval: adc.clock_stretch() / adc.rate_hz,
+            channel_delay: adc.clock_stretch() * adc.channel_delay_s,
+            jitter_s: adc.jitter_s,
+            rng: ChaCha8Rng::seed_from_u64(0),
+            scans: 0,
+        }
+    }
+
+    /// Sets the time to zero with all channels at rest. Mains and jitter are drawn from `rng`.
+    pub(super) fn restart(&mut self, rest: &Channels, mut rng: ChaCha8Rng) {
+        self.mains.draw_phase(&mut rng);
+        self.rng = rng;
+        self.rest = *rest;
+        self.held = self.zero[self.last] + self.volts_per_unit[self.last] * rest[self.last];
+        self.scans = 0;
+    }
+
+    /// The codes of the next scan, whose channels move no further than `limits` from their values at
+    /// rest.
+    pub(super) fn convert(
+        &mut self,
+        sampled: &Sampled,
+        noise: &Channels,
+        limits: &Channels,
+    ) -> Scan {
+        let late = self.jitter_s * normal(&mut self.rng);
+        let start = self.scans as f64 * self.interval + late;
+        let mut held = self.held;
+        let volts: Channels = std::array::from_fn(|k| {
+            let value = sampled.value[k] + sampled.slope[k] * late + noise[k];
+            let limit = self.rails[k].min(limits[k]);
+            let value = value.clamp(self.rest[k] - limit, self.rest[k] + limit);
+            let volts = self.voltage(k, value, start + k as f64 * self.channel_delay);
+            held = volts + self.memory * (held - volts);
+            held
+        });
+        self.held = volts[self.last];
+        self.scans += 1;
+        volts.map(|volts| self.code(volts))
+    }
+
+    /// The voltage of a channel at the input of the multiplexer, whose protection ends at the supply.
+    fn voltage(&self, channel: usize, value: f64, time: f64) -> f64 {
+        let output = self.zero[channel] + self.volts_per_unit[channel] * value;
+        let volts = output + self.drift[channel] * time + self.mains.voltage(time);
+        volts.clamp(0.0, self.reference_v)
+    }
+
+    fn code(&self, volts: f64) -> u16 {
+        let ideal = volts / self.volts_per_code;
+        (ideal + self.nonlinearity.at(ideal)).round().clamp(0.0, self.full_scale) as u16
+    }
+}

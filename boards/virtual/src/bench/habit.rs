@@ -1,0 +1,46 @@
+//! What all hits at a DOF have in common: the side of the mark on which they land, and how the tip of
+//! the hammer pushes.
+
+use nalgebra::{Matrix3, Vector3};
+use rand_chacha::ChaCha8Rng;
+
+use super::errors::normal_vector;
+use super::{Bench, faults};
+
+/// Forces of the tip that the hammer does not measure, in addition to the force along its axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tip {
+    /// Lateral force per unit force, body frame.
+    pub lateral: Vector3<f64>,
+    /// Free moment per unit force, body frame, m.
+    pub moment_m: Vector3<f64>,
+}
+
+/// What all hits at a DOF have in common.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct HitHabit {
+    /// From the mark to the mean point of impact, body frame, m.
+    pub(super) offset: Vector3<f64>,
+    pub(super) tip: Tip,
+}
+
+impl HitHabit {
+    /// Draws the directions for a DOF that is hit along this unit vector.
+    ///
+    /// The same random numbers are drawn whatever the settings.
+    pub(super) fn draw(
+        bench: &Bench,
+        dof: usize,
+        along: &Vector3<f64>,
+        rng: &mut ChaCha8Rng,
+    ) -> Self {
+        let tap = &bench.tap;
+        let across = Matrix3::identity() - along * along.transpose();
+        let [beside, lateral] = [(); 2].map(|()| (across * normal_vector(rng)).normalize());
+        let axis = normal_vector(rng).normalize();
+        Self {
+            offset: beside * (tap.offset_m + faults::beside(bench, dof)),
+            tip: Tip { lateral: lateral * tap.lateral, moment_m: axis * tap.free_moment_m },
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! The hum of the mains.
+
+use std::f64::consts::TAU;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::{Bench, faults};
+
+/// A periodic voltage whose phase is random, because a hit is not locked to the mains.
+#[derive(Clone, Debug)]
+pub(super) struct Mains {
+    /// Angular frequency of the fundamental, rad/s.
+    omega: f64,
+    /// Amplitudes of the fundamental and its harmonics, V; empty without a hum.
+    amplitudes: Vec<f64>,
+    /// Phase of the fundamental at time zero, rad.
+    phase: f64,
+}
+
+impl Mains {
+    pub(super) fn new(bench: &Bench) -> Self {
+        let mains = &bench.mains;
+        let fundamental = mains.amplitude_v + faults::hum(bench);
+        let amplitudes = if fundamental > 0.0 {
+            let harmonics = mains.harmonics.iter().map(|share| fundamental * share);
+            std::iter::once(fundamental).chain(harmonics).collect()
+        } else {
+            Vec::new()
+        };
+        Self { omega: TAU * mains.frequency_hz, amplitudes, phase: 0.0 }
+    }
+
+    /// Draws another phase. It shifts the whole waveform in time, harmonics included.
+    pub(super) fn draw_phase(&mut self, rng: &mut ChaCha8Rng) {
+        self.phase = TAU * rng.random::<f64>();
+    }
+
+    /// The voltage at a time, V.
+    pub(super) fn voltage(&self, time: f64) -> f64 {
+        let angle = self.omega * time + self.phase;
+        let harmonic =
+            |(number, amplitude): (u32, &f64)| amplitude * (f64::from(number) * angle).sin();
+        (1..).zip(&self.amplitudes).map(harmonic).sum()
+    }
+}
