@@ -13,6 +13,7 @@
 pub mod block;
 pub mod cutoffs;
 pub mod day;
+pub mod plausible;
 pub mod tumble;
 pub mod verify;
 

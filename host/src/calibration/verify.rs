@@ -2,15 +2,15 @@
 
 use massline_shared::calibration::block::SensorRatio;
 
-/// The verdict on one channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The verdict on one channel, the best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// Within the tolerance, as far as this test can resolve it.
     Good,
-    /// Off by more than the tolerance, and significantly so.
-    Drifted,
     /// The test is too coarse for the tolerance: more hits are needed.
     Unclear,
+    /// Off by more than the tolerance, and significantly so.
+    Drifted,
 }
 
 impl Verdict {
@@ -19,6 +19,15 @@ impl Verdict {
         match self {
             Self::Good => "good",
             Self::Drifted => "drifted",
+            Self::Unclear => "unclear",
+        }
+    }
+
+    /// The same as the outcome of a check.
+    pub fn outcome(self) -> &'static str {
+        match self {
+            Self::Good => "pass",
+            Self::Drifted => "fail",
             Self::Unclear => "unclear",
         }
     }
@@ -37,6 +46,38 @@ pub struct Drift {
     pub sigma: f64,
     /// The verdict.
     pub verdict: Verdict,
+}
+
+/// The verdict on one sensor: that of its worst axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorVerdict {
+    /// Sensor, 0-based.
+    pub sensor: usize,
+    /// The largest drift of its axes, relative.
+    pub largest: f64,
+    /// The verdict.
+    pub verdict: Verdict,
+}
+
+/// The verdict on each sensor.
+pub fn by_sensor(all: &[Drift]) -> Vec<SensorVerdict> {
+    let mut sensors: Vec<SensorVerdict> = Vec::new();
+    for drift in all {
+        match sensors.iter_mut().find(|of| of.sensor == drift.sensor) {
+            Some(of) => {
+                of.verdict = of.verdict.max(drift.verdict);
+                if drift.drift.abs() > of.largest.abs() {
+                    of.largest = drift.drift;
+                }
+            }
+            None => sensors.push(SensorVerdict {
+                sensor: drift.sensor,
+                largest: drift.drift,
+                verdict: drift.verdict,
+            }),
+        }
+    }
+    sensors
 }
 
 /// The drift of every channel, judged by `tolerance` (relative).
@@ -73,5 +114,19 @@ mod tests {
         assert_eq!(judge(-0.03, 0.003, 0.01), Verdict::Drifted);
         assert_eq!(judge(0.012, 0.005, 0.01), Verdict::Unclear);
         assert_eq!(judge(0.0, 0.02, 0.01), Verdict::Unclear);
+    }
+
+    #[test]
+    fn a_sensor_is_as_good_as_its_worst_axis() {
+        let of =
+            |sensor, axis, drift, verdict| Drift { sensor, axis, drift, sigma: 0.001, verdict };
+        let sensors = by_sensor(&[
+            of(0, 0, 0.001, Verdict::Good),
+            of(0, 1, -0.05, Verdict::Drifted),
+            of(0, 2, 0.012, Verdict::Unclear),
+            of(1, 0, 0.002, Verdict::Good),
+        ]);
+        let of = |sensor, largest, verdict| SensorVerdict { sensor, largest, verdict };
+        assert_eq!(sensors, [of(0, -0.05, Verdict::Drifted), of(1, 0.002, Verdict::Good)]);
     }
 }

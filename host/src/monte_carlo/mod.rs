@@ -185,8 +185,7 @@ fn mean_noise(runs: &[Run], dofs: usize) -> Vec<Responses<f64, RIG_SENSORS>> {
     sums.into_iter().map(|(count, sum)| sum.map(|v| (v / f64::max(count, 1.0)).sqrt())).collect()
 }
 
-/// Replaces the budget of the layout by the true one of the bench, whose marks have no errors, and uses it as
-/// it is.
+/// Replaces the budget of the layout by the true one of the bench, used as it is.
 pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
     for sensor in &mut layout.sensors {
         sensor.uncertainty = SensorUncertainty {
@@ -201,7 +200,8 @@ pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
         hit.uncertainty = HitUncertainty {
             position: bench.tap.point_sigma_m,
             direction: bench.tap.direction_sigma_rad,
-            ..HitUncertainty::none()
+            node_position: bench.tap.mark_position_sigma_m,
+            node_direction: bench.tap.mark_direction_sigma_rad,
         };
     }
     layout.hammer_gain = bench.hammer.gain_sigma;

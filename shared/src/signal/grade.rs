@@ -7,12 +7,14 @@
 
 mod channel;
 mod force;
+mod plateau;
 #[cfg(test)]
 mod tests;
 
 pub use channel::ChannelRange;
 
-use channel::{Extreme, Survey, flat_top};
+use channel::{Extreme, Survey};
+use plateau::flat_top;
 
 use super::chain::HAMMER;
 use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Record, Samples};
@@ -149,7 +151,8 @@ impl<R: Real> HitGrader<'_, R> {
         let mut largest = Largest::default();
         for (channel, range) in self.ranges.iter().enumerate() {
             let survey = Survey::of(record, channel, range.scale, rest_scans(self.pre_trigger));
-            let overloaded = overload(&mut found, record, channel, range, &survey);
+            let push = force.as_ref().zip(self.ranges.first().map(|range| range.scale));
+            let overloaded = overload(&mut found, record, channel, range, &survey, push);
             if !overloaded {
                 largest.share.offer(channel, share_of_range(channel, range, &survey));
             }
@@ -283,7 +286,7 @@ impl<R: Real> Default for Largest<R> {
     }
 }
 
-/// Checks whether the converter is at a rail, the sensor at the end of its range, or the signal on a plateau
+/// Checks, for a response with the survey and the scale of the force, whether the converter is at a rail, the sensor at the end of its range, or the signal on a plateau
 /// because an earlier stage clipped it.
 ///
 /// A sensor clips at the end of its range. Relative to the rest value, that level depends on the gravity in
@@ -295,13 +298,14 @@ fn overload<R: Real, D: Samples<R> + ?Sized>(
     channel: usize,
     range: &ChannelRange<R>,
     survey: &Survey<R>,
+    force: Option<(&Survey<R>, R)>,
 ) -> bool {
     let clipped = |extreme: &Extreme<R>| {
         let [low, high] = range.rails;
         extreme.reading <= low
             || extreme.reading >= high
             || extreme.value.abs() >= range.range
-            || flat_top(record, channel, range, survey, extreme)
+            || flat_top(record, channel, range, survey, extreme, force)
     };
     let mut worst: Option<R> = None;
     for extreme in [survey.highest, survey.lowest] {

@@ -1,5 +1,5 @@
-//! What all hits at a DOF have in common: the side of the mark on which they land, and how the tip of
-//! the hammer pushes.
+//! What all hits at a DOF have in common: the errors of the mark, the side of it on which they land, and how
+//! the tip of the hammer pushes.
 
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -21,6 +21,8 @@ pub struct Tip {
 pub(super) struct HitHabit {
     /// From the mark to the mean point of impact, body frame, m.
     pub(super) offset: Vector3<f64>,
+    /// What turns the unit vector along the mark to the mean direction of the force, across it.
+    pub(super) turn: Vector3<f64>,
     pub(super) tip: Tip,
 }
 
@@ -38,8 +40,11 @@ impl HitHabit {
         let across = Matrix3::identity() - along * along.transpose();
         let [beside, lateral] = [(); 2].map(|()| (across * normal_vector(rng)).normalize());
         let axis = normal_vector(rng).normalize();
+        let [displaced, turned] = [(); 2].map(|()| across * normal_vector(rng));
         Self {
-            offset: beside * (tap.offset_m + faults::beside(bench, dof)),
+            offset: beside * (tap.offset_m + faults::beside(bench, dof))
+                + displaced * tap.mark_position_sigma_m,
+            turn: turned * tap.mark_direction_sigma_rad,
             tip: Tip { lateral: lateral * tap.lateral, moment_m: axis * tap.free_moment_m },
         }
     }

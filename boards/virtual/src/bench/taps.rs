@@ -120,7 +120,8 @@ impl Tap {
         let (tap, operator) = (&bench.tap, &bench.operator);
         let across = Matrix3::identity() - along * along.transpose();
         let point = mark + across * normal_vector(rng) * tap.point_sigma_m + habit.offset;
-        let direction = (along + across * normal_vector(rng) * tap.direction_sigma_rad).normalize();
+        let turn = habit.turn + across * normal_vector(rng) * tap.direction_sigma_rad;
+        let direction = (along + turn).normalize();
         let kind = kind(bench, rng.random());
         let range = match kind {
             TapKind::TooWeak => operator.too_weak_n,

@@ -13,6 +13,7 @@ use super::rig::{BlockRig, RigArgs};
 use super::{OriginArgs, report, store};
 use crate::calibration::block::{Block, hits_of};
 use crate::calibration::cutoffs::cutoffs;
+use crate::calibration::plausible;
 use crate::calibration::verify::{Verdict, drifts};
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::commands::measure::{fits, make_room, paused};
@@ -24,6 +25,9 @@ use crate::spectra::SpectraCollection;
 
 /// The default layout of the block.
 pub const LAYOUT: &str = include_str!("../../../examples/block.toml");
+
+/// Blocks that three sensors can be glued to and a hammer can move, kg.
+const MASSES_KG: std::ops::RangeInclusive<f64> = 0.02..=500.0;
 
 /// The block of a test.
 #[derive(Clone, Debug, clap::Args)]
@@ -67,6 +71,9 @@ pub struct Args {
     /// Hits per direction; default: the number in the layout.
     #[arg(long, value_name = "N")]
     hits: Option<NonZeroU8>,
+    /// The hammer is not the one of the calibration on the rig, so its gain may be anything.
+    #[arg(long)]
+    new_hammer: bool,
     /// Compute and print, but do not change the calibration on the rig.
     #[arg(long)]
     dry_run: bool,
@@ -97,11 +104,12 @@ pub struct VerifyArgs {
 /// # Errors
 /// When the rig cannot be reached or refuses, or the hits do not determine a calibration.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let origin = args.origin.origin()?;
     let test = args.block.test(args.hits)?;
+    let origin = args.origin.origin(test.layout.sensors.len())?;
     let mut rig = args.block.rig.block_rig(&test.file.layout)?;
     let before = rig.client.calibration()?;
     let found = test.run(&mut rig, &before, output)?;
+    plausible::check(&found, &before, args.block.mass, args.new_hammer)?;
     let mut record = before;
     found.write(&mut record);
     origin.write(&mut record);
@@ -141,13 +149,9 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
     }
     let found = test.run(&mut rig, &record, output)?;
     let all = drifts(&found.sensors, args.tolerance);
-    let value = report::drifts_json(&all, &record);
-    let worst = all.iter().max_by_key(|d| match d.verdict {
-        Verdict::Good => 0,
-        Verdict::Unclear => 1,
-        Verdict::Drifted => 2,
-    });
-    let text = report::drifts_text(&all);
+    let value = report::drifts_json(&all, args.tolerance, &record);
+    let worst = all.iter().max_by_key(|d| d.verdict);
+    let text = report::drifts_text(&all, args.tolerance);
     let error = match worst.map(|d| d.verdict) {
         None | Some(Verdict::Good) => return output.answer(&value, |_| text),
         Some(Verdict::Drifted) => Error::undetermined(
@@ -173,11 +177,16 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
 
 impl BlockArgs {
     fn test(&self, hits: Option<NonZeroU8>) -> Result<BlockTest> {
-        let sound = self.mass.is_finite() && self.mass > 0.0 && self.mass_sigma >= 0.0;
+        let sound = MASSES_KG.contains(&self.mass) && self.mass_sigma >= 0.0;
         if !sound || self.mass_sigma >= 0.1 * self.mass {
+            let (least, most) = (MASSES_KG.start(), MASSES_KG.end());
             return Err(Error::input(
                 "mass_out_of_range",
-                "--mass must be positive and --mass-sigma below a tenth of it, both in kg",
+                format!(
+                    "--mass {} and --mass-sigma {}: give a mass from {least} to {most} kg, and less than \
+                     a tenth of it as its standard deviation",
+                    self.mass, self.mass_sigma,
+                ),
             ));
         }
         let mut file = match &self.layout {

@@ -12,7 +12,7 @@ use massline_shared::calibration::CalibrationRecord;
 use crate::calibration::Origin;
 use crate::calibration::day::Day;
 use crate::calibration_file::short;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::output::Output;
 
 /// Arguments of `massline calibrate`.
@@ -70,6 +70,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
 }
 
+/// Temperatures at which an ADXL326 works, °C.
+const TEMPERATURES_C: std::ops::RangeInclusive<f32> = -40.0..=85.0;
+
 /// Information that is stored with a calibration.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct OriginArgs {
@@ -88,11 +91,26 @@ pub struct OriginArgs {
 }
 
 impl OriginArgs {
-    fn origin(&self) -> Result<Origin> {
+    /// The origin of a calibration of this number of sensors.
+    fn origin(&self, count: usize) -> Result<Origin> {
+        if let Some(temperature) = self.temperature.filter(|t| !TEMPERATURES_C.contains(t)) {
+            let (least, most) = (TEMPERATURES_C.start(), TEMPERATURES_C.end());
+            let message = format!(
+                "--temperature {temperature}: give a temperature from {least} to {most} °C"
+            );
+            return Err(Error::input("temperature_out_of_range", message));
+        }
+        if !self.sensor_ids.is_empty() && self.sensor_ids.len() != count {
+            let message = format!(
+                "--sensor-ids names {} sensors; give {count}, one for each in the order of the inputs",
+                self.sensor_ids.len(),
+            );
+            return Err(Error::input("sensor_ids", message));
+        }
         let sensors = self.sensor_ids.iter().map(|id| short("--sensor-ids", Some(id)));
         Ok(Origin {
             date: self.date.unwrap_or_else(Day::today).text(),
-            temperature: self.temperature.filter(|t| t.is_finite()),
+            temperature: self.temperature,
             hammer: short("--hammer-id", self.hammer_id.as_deref())?,
             sensors: sensors.collect::<Result<_>>()?,
         })

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::calibration::block::Block;
 use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
-use crate::calibration::verify::Drift;
+use crate::calibration::verify::{Drift, by_sensor};
 use crate::output;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -208,7 +208,7 @@ pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
 }
 
 /// The verdict on every channel.
-pub(super) fn drifts_json(all: &[Drift], record: &CalibrationRecord) -> Value {
+pub(super) fn drifts_json(all: &[Drift], tolerance: f64, record: &CalibrationRecord) -> Value {
     let channels: Vec<_> = all
         .iter()
         .map(|d| {
@@ -221,10 +221,21 @@ pub(super) fn drifts_json(all: &[Drift], record: &CalibrationRecord) -> Value {
             })
         })
         .collect();
-    json!({ "channels": channels, "calibrated": record.date.as_str() })
+    let sensors: Vec<_> = by_sensor(all)
+        .iter()
+        .map(|of| {
+            json!({
+                "sensor": of.sensor + 1,
+                "outcome": of.verdict.outcome(),
+                "largest_drift": of.largest,
+                "limit": tolerance,
+            })
+        })
+        .collect();
+    json!({ "sensors": sensors, "channels": channels, "calibrated": record.date.as_str() })
 }
 
-pub(super) fn drifts_text(all: &[Drift]) -> String {
+pub(super) fn drifts_text(all: &[Drift], tolerance: f64) -> String {
     let mut table = output::table();
     table.set_header(["sensor", "axis", "drift, %", "± sd", "verdict"]);
     for d in all {
@@ -236,7 +247,17 @@ pub(super) fn drifts_text(all: &[Drift]) -> String {
             d.verdict.name().into(),
         ]);
     }
-    table.to_string()
+    let mut text = table.to_string();
+    for of in by_sensor(all) {
+        text += &format!(
+            "\nsensor {}: {} (largest drift {:+.2} %, limit {:.2} %)",
+            of.sensor + 1,
+            of.verdict.outcome(),
+            100.0 * of.largest,
+            100.0 * tolerance,
+        );
+    }
+    text
 }
 
 fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {

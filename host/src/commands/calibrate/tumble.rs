@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use massline_shared::calibration::tumble::{Position, RestVoltages, Tumble, TumbleLimits};
+use massline_shared::layout::RIG_SENSORS;
 
 use super::rig::{RigArgs, TumbleRig};
 use super::{OriginArgs, report, store};
@@ -49,7 +50,7 @@ pub struct Args {
 /// When the rig cannot be reached or refuses, or the readings do not determine a calibration.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let limits = args.limits()?;
-    let origin = args.origin.origin()?;
+    let origin = args.origin.origin(RIG_SENSORS)?;
     let mut readings = TumbleFile::open(&args.readings)?;
     if args.restart {
         readings.forget();

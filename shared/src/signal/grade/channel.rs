@@ -76,7 +76,7 @@ impl<R: Real> Survey<R> {
 
 /// Mean and standard deviation. The first reading is subtracted before squaring, so single precision suffices
 /// for codes.
-fn moments<R: Real>(mut readings: impl Iterator<Item = R>) -> (R, R) {
+pub(super) fn moments<R: Real>(mut readings: impl Iterator<Item = R>) -> (R, R) {
     let Some(first) = readings.next() else { return (R::zero(), R::zero()) };
     let (mut count, mut sum, mut squares) = (R::one(), R::zero(), R::zero());
     readings.for_each(|reading| {
@@ -88,45 +88,4 @@ fn moments<R: Real>(mut readings: impl Iterator<Item = R>) -> (R, R) {
     let mean = sum / count;
     let variance = (squares / count - mean * mean).max(R::zero());
     (first + mean, variance.sqrt())
-}
-
-/// Readings within this fraction of the extreme count as its level; noise widens it.
-const LEVEL: f64 = 0.003;
-/// Largest fraction to which noise widens the level.
-const NOISY_LEVEL: f64 = 0.01;
-/// Smallest number of consecutive readings at the level that form a plateau.
-const PLATEAU_SCANS: usize = 3;
-/// Smallest ratio of the length of a plateau to the time that the signal spends above half the extreme. A
-/// half sine is within 0.3 % of its peak for 7 % of that time and within 1 % for 13 %; clipped at 90 % of its
-/// peak, it stays at that level for 41 %.
-const PLATEAU_SHARE: f64 = 0.25;
-/// A signal of fewer steps than this always has plateaus: one step is half a percent.
-const STEPS: f64 = 200.0;
-
-/// True when the signal has a plateau at its extreme, like a clipped one.
-pub(super) fn flat_top<R: Real, D: Samples<R> + ?Sized>(
-    record: &D,
-    channel: usize,
-    range: &ChannelRange<R>,
-    survey: &Survey<R>,
-    extreme: &Extreme<R>,
-) -> bool {
-    let height = extreme.value.abs();
-    if height < range.resolution * R::of(STEPS) || height <= R::zero() {
-        return false;
-    }
-    let noise = (survey.spread * R::of(3.0)).min(height * R::of(NOISY_LEVEL));
-    let level = height - noise.max(height * R::of(LEVEL));
-    // Makes the extreme positive even when it is below the rest value.
-    let side = if extreme.value < R::zero() { -range.scale } else { range.scale };
-    let above = |scan: usize, bound: R| {
-        record.reading(channel, scan).is_some_and(|reading| (reading - survey.rest) * side >= bound)
-    };
-    let width = |bound: R| {
-        let after = (extreme.at..record.scans()).take_while(|&scan| above(scan, bound)).count();
-        let before = (0..extreme.at).rev().take_while(|&scan| above(scan, bound)).count();
-        before + after
-    };
-    let plateau = width(level);
-    plateau >= PLATEAU_SCANS && plateau as f64 >= PLATEAU_SHARE * width(height * R::of(0.5)) as f64
 }

@@ -258,10 +258,10 @@ fn a_response_that_is_not_over_clips_the_record_unless_a_window_ends_it() {
     let ringing = record(|k, i| match k {
         HAMMER => half_sine(30.0, i),
         _ => {
-            if i > 80 {
+            if i > 100 {
                 40.0 * (0.05 * i as f32).sin()
             } else {
-                0.0
+                half_sine(10.0, i)
             }
         }
     });
@@ -330,4 +330,49 @@ fn signals_in_units_are_graded_without_ranges() {
         let _ = grader(80).grade(&[[wild; 100].as_slice(), &[wild; 90]]);
         let _ = grader(80).grade(&[[].as_slice(), &[]] as &[&[f64]; 2]);
     }
+}
+
+/// Noise of about one code, different in every channel.
+fn noise(k: usize, i: usize) -> f32 {
+    let mixed = (i as u32).wrapping_mul(2_654_435_761) ^ (k as u32).wrapping_mul(2_246_822_519);
+    let hashed = (mixed ^ (mixed >> 15)).wrapping_mul(2_246_822_519) >> 24;
+    (hashed as f32 / 255.0 - 0.5) * if k == HAMMER { 0.05 } else { 0.3 }
+}
+
+#[test]
+fn a_response_that_stays_at_a_level_while_the_force_changes_is_clipped_at_any_level() {
+    // 18 m/s² are 140 steps of the converter.
+    for peak in [24.0_f32, -24.0, 60.0] {
+        let limited = |share: f32| {
+            graded(|k, i| {
+                let limit = share * peak.abs();
+                let clean = match k {
+                    HAMMER => half_sine(30.0, i),
+                    4 => half_sine(peak, i).clamp(-limit, limit),
+                    _ => half_sine(5.0, i),
+                };
+                clean + noise(k, i)
+            })
+        };
+        let found = codes(&limited(0.75));
+        assert_eq!(found, [(Code::Overload, Subject::channel(4))], "{peak}");
+        assert!(limited(1.1).good(), "{peak}");
+    }
+}
+
+#[test]
+fn a_response_that_an_elastic_mode_flattens_is_not_clipped() {
+    // Force and second derivative cancel at the peak.
+    let report = graded(|k, i| {
+        let clean = match k {
+            HAMMER => half_sine(30.0, i),
+            4 => {
+                let t = core::f32::consts::PI * (i as f32 - 80.0) / 20.0;
+                half_sine(40.0, i) * (1.0 - 0.25 * t.sin() * t.sin())
+            }
+            _ => half_sine(5.0, i),
+        };
+        clean + noise(k, i)
+    });
+    assert!(report.good(), "{:?}", report.findings);
 }

@@ -16,6 +16,11 @@ pub struct TapSettings {
     pub point_sigma_m: f64,
     /// Tilt of the hammer about each axis normal to the direction, 1 σ, rad.
     pub direction_sigma_rad: f64,
+    /// Error of each mark against the layout along each axis normal to the direction, 1 σ, m; drawn once for
+    /// each DOF.
+    pub mark_position_sigma_m: f64,
+    /// Error of the direction at each mark about each axis normal to it, 1 σ, rad; drawn once for each DOF.
+    pub mark_direction_sigma_rad: f64,
     /// Distance from the mark at which all hits of a DOF land, across their direction, m; the side is
     /// drawn once for each DOF.
     pub offset_m: f64,
@@ -34,6 +39,8 @@ impl Default for TapSettings {
             duration_s: [0.004, 0.006],
             point_sigma_m: 0.002,
             direction_sigma_rad: 0.030,
+            mark_position_sigma_m: 0.0,
+            mark_direction_sigma_rad: 0.0,
             offset_m: 0.0,
             free_moment_m: 0.0,
             lateral: 0.0,
@@ -46,6 +53,8 @@ impl TapSettings {
         out_of_range(&[
             (self.point_sigma_m, "point_sigma_m", SIGMA),
             (self.direction_sigma_rad, "direction_sigma_rad", SIGMA),
+            (self.mark_position_sigma_m, "mark_position_sigma_m", SIGMA),
+            (self.mark_direction_sigma_rad, "mark_direction_sigma_rad", SIGMA),
             (self.offset_m, "offset_m", OFFSET),
             (self.free_moment_m, "free_moment_m", OFFSET),
             (self.lateral, "lateral", SHARE),

@@ -96,3 +96,29 @@ fn a_wrong_gain_of_the_hammer_shows_in_the_hammer_alone() {
         assert!((f64::from(by_fault[0]) - expected).abs() <= 1.0, "{expected}");
     }
 }
+
+#[test]
+fn marks_are_displaced_and_turned_by_the_deviations_asked_for() {
+    let mut bench = exact(&[]);
+    bench.tap.mark_position_sigma_m = 0.001;
+    bench.tap.mark_direction_sigma_rad = 0.01;
+    let count = 400;
+    let (mut displaced, mut turned) = (0.0, 0.0);
+    for seed in 0..count {
+        let mut source = BenchSource::new(&bench, &test_one(), seed).unwrap();
+        let taps = [1, 2].map(|arming| {
+            source.armed(arming, 0);
+            (0..2000).for_each(|_| drop(source.next_scan()));
+            source.last_tap().cloned().unwrap()
+        });
+        assert_eq!((taps[0].point, taps[0].direction), (taps[1].point, taps[1].direction));
+        let hit = &test_one().hits[0];
+        let (mark, along) = (Vector3::from(hit.position), Vector3::from(hit.direction));
+        displaced += (taps[0].point - mark).norm_squared();
+        turned += (taps[0].direction - along).norm_squared();
+    }
+    // Two axes of 400 marks determine a standard deviation to 2.5 %; four times that is allowed.
+    let rms = |sum: f64| (sum / (2.0 * count as f64)).sqrt();
+    assert!((rms(displaced) / 0.001 - 1.0).abs() < 0.1, "{}", rms(displaced));
+    assert!((rms(turned) / 0.01 - 1.0).abs() < 0.1, "{}", rms(turned));
+}
