@@ -21,6 +21,8 @@ const CLOSE: f64 = 1e-10;
 /// The same limit where only physical bodies are admitted: on the way from a crude start, and at the boundary
 /// of the physical bodies, which log-Cholesky parameters approach without ever reaching it.
 const NEAR: f64 = 1e-3;
+/// Number of full steps; a fit that has not converged by then goes on by half steps. Six are usual.
+const STEADY_STEPS: u8 = 15;
 /// Number of dampings tried before a step is given up.
 const MOST_TRIALS: u8 = 20;
 /// Below this, a damping does not shorten a step noticeably.
@@ -64,8 +66,11 @@ impl<R: Real> Fit<R> {
         }
         let close = self.close();
         let step = damped_step(&information, &gradient, self.damping, &levels);
+        // Where the data contradict their budget, the covariance may change so much with the body that full
+        // steps go back and forth.
+        let part = R::of(if self.steps > STEADY_STEPS { 0.5 } else { 1.0 });
         if let Some(step) = step
-            && let Some(moved) = self.parameters.moved(&step)
+            && let Some(moved) = self.parameters.moved(&(step * part))
         {
             if step.dot(&gradient) < close && self.damping <= R::of(UNDAMPED) {
                 self.parameters = moved;
