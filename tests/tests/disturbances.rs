@@ -139,7 +139,7 @@ impl Row {
                 hit.findings
                     .iter()
                     .filter(|f| f.is_error())
-                    .map(|f| format!("hit:{}", f.code.name()))
+                    .map(|f| format!("hit:{} {:?}", f.code.name(), f.subject))
                     .collect::<Vec<_>>()
             }))
             .collect();

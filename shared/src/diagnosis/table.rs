@@ -219,6 +219,18 @@ codes! {
         "Few hit places: the\nsensors' errors are\nas stated.";
         "the errors of sensors and marks are taken as [uncertainty] states them, because only {value} readings \
          more than unknowns are left to show them (8 are needed); hit more DOFs";
+    /// The mains hum of 50 Hz in a channel, which is taken out of every hit. Subject: the loudest response, or the
+    /// hammer. Value: its amplitude, N or m/s².
+    HumOf50Hz = 59, "hum_of_50_hz", Channel, OfChannel;
+        "Hum of 50 Hz, taken\nout: check shield and\nground.";
+        "{subject} picks up {value} of mains hum at 50 Hz; it is taken out of every hit, but check shielding and \
+         ground, or run the rig from a battery";
+    /// The mains hum of 60 Hz in a channel, which is taken out of every hit. Subject: the loudest response, or the
+    /// hammer. Value: its amplitude, N or m/s².
+    HumOf60Hz = 60, "hum_of_60_hz", Channel, OfChannel;
+        "Hum of 60 Hz, taken\nout: check shield and\nground.";
+        "{subject} picks up {value} of mains hum at 60 Hz; it is taken out of every hit, but check shielding and \
+         ground, or run the rig from a battery";
 
     // Codes of a hit.
 

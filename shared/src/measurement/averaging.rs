@@ -14,7 +14,7 @@ use crate::mass_line::{
 };
 use crate::responses::Responses;
 use crate::signal::{
-    AdcProperties, Calibration, FftError, HitAgreement, HitAnalysis, KnownScatter,
+    AdcProperties, Calibration, FftError, HitAgreement, HitAnalysis, Hum, KnownScatter,
     PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, RealFft, RepeatHits, SPECTRUM_BINS, Samples,
     Spectra,
 };
@@ -66,19 +66,20 @@ pub struct HitAverager<R> {
 }
 
 impl<R: RealFft> HitAverager<R> {
-    /// Adds the force of a record to the spectra.
+    /// Adds the force of a record with this hum to the spectra.
     ///
     /// # Errors
     /// When the slices do not have the lengths given in [`HitMemory`].
     pub fn begin<D: Samples<R> + ?Sized>(
         settings: ProcessingSettings<'_, R>,
         record: &D,
+        hum: Option<Hum<R>>,
         memory: HitMemory<'_, R>,
         spectra: &mut DofSpectra<R>,
     ) -> Result<Self, FftError> {
         let HitMemory { scratch, force, basis } = memory;
         let ProcessingSettings { adc, calibration, test, .. } = settings;
-        let analysis = HitAnalysis::new(adc, calibration, test, PRE_TRIGGER_SCANS);
+        let analysis = HitAnalysis::new(adc, calibration, test, PRE_TRIGGER_SCANS).without_hum(hum);
         analysis.force(record, scratch, force)?;
         let lines =
             lines(resolution(adc), |line| force.get(line).map_or(R::zero(), |f| f.norm_sqr()));

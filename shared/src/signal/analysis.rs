@@ -7,7 +7,10 @@ use nalgebra::Complex;
 use super::chain::HAMMER;
 use super::grade::rest_scans;
 use super::spectra::ratio;
-use super::{AdcProperties, CHANNELS, Calibration, FftError, HitNoise, RealFft, Samples, window};
+use super::{
+    AdcProperties, CHANNELS, Calibration, FftError, HitNoise, Hum, HumSearch, RealFft, Samples,
+    window,
+};
 use crate::Real;
 use crate::layout::TestSettings;
 
@@ -67,6 +70,8 @@ pub struct HitAnalysis<R> {
     half_width: usize,
     /// Number of readings that are averaged to the rest value.
     rest: usize,
+    /// Hum that is taken out of the readings first.
+    hum: Option<Hum<R>>,
 }
 
 impl<R: RealFft> HitAnalysis<R> {
@@ -97,7 +102,16 @@ impl<R: RealFft> HitAnalysis<R> {
         let half_width = (test.force_window_s * rate).to_f64() as usize;
         let rest = rest_scans(pre_trigger);
         let lag = [R::zero(); CHANNELS];
-        Self { rate, channel_delay, scale, lag, decay: test.exponential_decay, half_width, rest }
+        Self {
+            rate,
+            channel_delay,
+            scale,
+            lag,
+            decay: test.exponential_decay,
+            half_width,
+            rest,
+            hum: None,
+        }
     }
 
     /// The same for channels behind first-order low-passes with these cutoff frequencies, Hz; zero where
@@ -108,6 +122,17 @@ impl<R: RealFft> HitAnalysis<R> {
             if lag.finite() { lag } else { R::zero() }
         });
         Self { lag, ..self }
+    }
+
+    /// The same for one record with this hum.
+    pub fn without_hum(self, hum: Option<Hum<R>>) -> Self {
+        Self { hum, ..self }
+    }
+
+    /// A search for hum in a record of this many scans.
+    pub fn hum_search(&self, scans: usize) -> Option<HumSearch<R>> {
+        // The contact is over when the force has passed its window on either side of the peak.
+        HumSearch::new(scans, self.rest + self.half_width + self.half_width, self.rate)
     }
 
     /// Spacing of the bins of a transform of `points` samples, Hz.
@@ -126,7 +151,7 @@ impl<R: RealFft> HitAnalysis<R> {
         scratch: &mut [R],
         lines: &mut [Complex<R>],
     ) -> Result<(), FftError> {
-        let samples = copy(record, HAMMER, scratch)?;
+        let samples = self.copy(record, HAMMER, scratch)?;
         let rest = mean(samples.get(..self.rest).unwrap_or(samples));
         let sign = self.scale[HAMMER];
         let mut peak = (0, R::zero());
@@ -157,7 +182,7 @@ impl<R: RealFft> HitAnalysis<R> {
         lines: &mut [Complex<R>],
     ) -> Result<(), FftError> {
         let channel = response.saturating_add(1);
-        let samples = copy(record, channel, scratch)?;
+        let samples = self.copy(record, channel, scratch)?;
         let rest = mean(samples.get(..self.rest).unwrap_or(samples));
         self.exponential(samples, rest, channel);
         R::real_fft(scratch, lines)?;
@@ -192,6 +217,21 @@ impl<R: RealFft> HitAnalysis<R> {
         for (line, f) in lines.iter_mut().zip(force) {
             *line = ratio(*line * f.conj(), f.norm_sqr());
         }
+    }
+
+    /// Copies a channel's readings without hum to the front of `scratch` and sets the rest to zero; returns the
+    /// readings.
+    fn copy<'s, D: Samples<R> + ?Sized>(
+        &self,
+        record: &D,
+        channel: usize,
+        scratch: &'s mut [R],
+    ) -> Result<&'s mut [R], FftError> {
+        let samples = copy(record, channel, scratch)?;
+        if let Some(hum) = &self.hum {
+            hum.remove(channel, samples);
+        }
+        Ok(samples)
     }
 
     fn exponential(&self, samples: &mut [R], rest: R, channel: usize) {

@@ -12,6 +12,7 @@ mod chain;
 mod fft;
 mod grade;
 mod hit_noise;
+mod hum;
 mod record;
 mod repeat_hits;
 mod rest_statistics;
@@ -25,6 +26,7 @@ pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMME
 pub use fft::{FftError, RealFft};
 pub use grade::{ChannelRange, HitGrader, HitReport, grade};
 pub use hit_noise::HitNoise;
+pub use hum::{Hum, HumSearch};
 pub use record::Record;
 pub use repeat_hits::{HitAgreement, KnownScatter, RepeatHits};
 pub use rest_statistics::RestStatistics;

@@ -25,6 +25,8 @@ const STEPS: f64 = 200.0;
 
 /// Readings within this number of standard deviations of the noise, on either side of a level, may all be at it.
 const NOISE: f64 = 3.0;
+/// Largest scatter of readings at one level relative to the extreme: hum before the hit is no noise.
+const LEVEL_SCATTER: f64 = 0.006;
 /// Smallest number of readings at one level that make a response flat.
 const FLAT_SCANS: usize = 5;
 /// Readings at one level scatter by less than this many standard deviations of the noise.
@@ -143,7 +145,7 @@ fn ignores_force<R: Real, D: Samples<R> + ?Sized>(
     let expected = height * (high - low) / peak;
     let inner = plateau.start + 1..plateau.end - 1;
     let (_, scatter) = moments(inner.filter_map(|scan| response.value(scan)));
-    scatter < noise * R::of(QUIET)
+    scatter < (noise * R::of(QUIET)).min(height * R::of(LEVEL_SCATTER))
         && expected > noise * R::of(FLAT)
         && missed_by_force(response, push, contact).is_none_or(|left| left > noise * R::of(MISSED))
 }

@@ -108,7 +108,9 @@ fn marks_are_displaced_and_turned_by_the_deviations_asked_for() {
         let mut source = BenchSource::new(&bench, &test_one(), seed).unwrap();
         let taps = [1, 2].map(|arming| {
             source.armed(arming, 0);
-            (0..2000).for_each(|_| drop(source.next_scan()));
+            for _ in 0..2000 {
+                let _ = source.next_scan();
+            }
             source.last_tap().cloned().unwrap()
         });
         assert_eq!((taps[0].point, taps[0].direction), (taps[1].point, taps[1].direction));
