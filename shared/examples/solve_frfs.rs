@@ -114,7 +114,8 @@ fn mass_lines(
     measured: &[Complex<f64>],
 ) -> Result<Vec<DofMassLines<f64, 3>>, Box<dyn Error>> {
     let correlation = window_correlation(DECAY, RECORD);
-    let fitting = Fitting { band: BAND, decay: DECAY, terms: Terms::Abc, correlation };
+    let fitting =
+        Fitting { band: BAND, decay: DECAY, terms: Terms::Abc, correlation, lag_sigma: 0.0 };
     let mut rows = vec![BasisRow::<f64>::EMPTY; frequencies.len()];
     let mut all = Vec::new();
     for hit in 0..layout.hits.len() {

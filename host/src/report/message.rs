@@ -117,7 +117,11 @@ fn value(d: &Diagnostic) -> String {
         ValueUnit::Count | ValueUnit::Node | ValueUnit::Decibels | ValueUnit::Milliradians => {
             format!("{value:.0}")
         }
-        ValueUnit::Newtons | ValueUnit::OfChannel | ValueUnit::ChiSquared | ValueUnit::Times => {
+        ValueUnit::Newtons
+        | ValueUnit::OfChannel
+        | ValueUnit::ChiSquared
+        | ValueUnit::Hertz
+        | ValueUnit::Times => {
             format!("{value:.1}")
         }
         ValueUnit::Kilograms | ValueUnit::Factor => format!("{value:.3}"),

@@ -231,6 +231,13 @@ codes! {
         "Hum of 60 Hz, taken\nout: check shield and\nground.";
         "{subject} picks up {value} of mains hum at 60 Hz; it is taken out of every hit, but check shielding and \
          ground, or run the rig from a battery";
+    /// Suspension or cables are so stiff that the band begins below three times the frequency of a suspension mode
+    /// with the same effect. Value: that frequency, Hz.
+    SuspensionInBand = 61, "suspension_in_band", Whole, Hertz;
+        "Hangs too stiffly for\nthe band: softer\ncords, loose cables.";
+        "the object moves as on a suspension of {value}, and the band begins below three times that, so mass and \
+         inertia come out wrong; hang it on softer cords, let cables hang loose, or raise the lower end of \
+         test.band_hz";
 
     // Codes of a hit.
 
@@ -238,7 +245,8 @@ codes! {
     /// earlier stage. Subject: the channel. Value: the extreme relative to the rest value, N or m/s².
     Overload = 64, "overload", Channel, OfChannel;
         "Too hard: a channel\nclipped. Hit more\ngently.";
-        "{subject} reached the end of its range ({value}); hit more gently";
+        "{subject} clipped at {value}: it reached the end of its range, or stayed at one level while the force \
+         changed; hit more gently";
     /// The peak force is below the smallest that gives a usable response. Value: the peak, N.
     TooWeak = 65, "too_weak", Whole, Newtons;
         "Too weak: hit harder.";

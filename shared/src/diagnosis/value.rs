@@ -20,6 +20,8 @@ pub enum ValueUnit {
     OfChannel,
     /// Ten times the decimal logarithm of a ratio of powers, dB.
     Decibels,
+    /// Hz.
+    Hertz,
     /// mrad.
     Milliradians,
     /// kg.
@@ -54,6 +56,7 @@ impl ValueUnit {
                 _ => "m/s²",
             },
             Self::Decibels => "dB",
+            Self::Hertz => "Hz",
             Self::Milliradians => "mrad",
             Self::Kilograms | Self::SignedKilograms => "kg",
             Self::KilogramSquareMeters => "kg m²",

@@ -33,6 +33,9 @@ pub struct Fitting<R> {
     pub terms: Terms,
     /// [`window_correlation`](super::window_correlation) of the records.
     pub correlation: R,
+    /// Standard deviation of the difference between the true time constants of the low-passes of response and
+    /// force and those that were taken out, s; zero for spectra without low-passes.
+    pub lag_sigma: R,
 }
 
 /// The mass lines of one DOF with their noise and the check for plateaus; zero beyond the last response.
@@ -48,7 +51,7 @@ pub struct Fitting<R> {
 ///     let mode = [0.0_f64, std::f64::consts::TAU * 9.0][response];
 ///     Complex::new(1.0 / (1.0 - (mode / omega).powi(2)), 0.0)
 /// };
-/// let fitting = Fitting { band: [10.0, 120.0], decay: 0.0, terms: Terms::Abc, correlation: 1.0 };
+/// let fitting = Fitting { band: [10.0, 120.0], decay: 0.0, terms: Terms::Abc, correlation: 1.0, lag_sigma: 0.0 };
 /// let mut memory = [BasisRow::<f64>::EMPTY; 64];
 /// let fits = ResponseFits::<f64, 1>::new(bins, &fitting, 2, h, &mut memory)?;
 /// assert!((fits.accelerance[0] - 1.0).abs() < 1e-9);
@@ -61,9 +64,13 @@ pub struct ResponseFits<R, const S: usize> {
     pub accelerance: Responses<R, S>,
     /// Standard deviation of each A due to noise, corrected for the window.
     pub noise: Responses<R, S>,
+    /// What a low-pass that is off by one standard deviation adds to the noise, relative to A.
+    lag_noise: R,
+    /// B of every response, (m/s⁴)/N.
+    suspension: Responses<R, S>,
     /// Change of each A when the ends of the band are left out, (m/s²)/N.
     moved: Responses<R, S>,
-    /// Standard deviation of each A over the inner band.
+    /// Standard deviation of that change, from noise and low-passes.
     moved_noise: Responses<R, S>,
     responses: usize,
 }
@@ -87,33 +94,56 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
         let count = bins.clone().count();
         let responses = responses.min(3 * S);
         let mut fit = |band: [R; 2]| {
-            let Fitting { decay, terms, correlation, .. } = *fitting;
+            let Fitting { decay, terms, correlation, lag_sigma, .. } = *fitting;
             let basis = MassLineBasis::new(bins.clone(), band, decay, terms, workspace)?;
+            // A response whose low-pass is off by one standard deviation reads H (1 + s δτ).
+            let lag = |bin: Bin<R>| Complex::new(decay, bin.frequency * R::two_pi()) * lag_sigma;
+            let lag = basis.fit(bins.clone().map(lag))?;
+            let lag = [lag.accelerance(), lag.sigma[0] * correlation];
             let (mut accelerance, mut noise) = (Responses::zeros(), Responses::zeros());
+            let mut suspension = Responses::zeros();
             for response in 0..responses {
                 let fitted = basis.fit((0..count).map(|bin| h(response, bin)))?;
                 accelerance[response] = fitted.accelerance();
+                suspension[response] = fitted.coefficients[1];
                 noise[response] = fitted.sigma[0] * correlation;
             }
-            Ok::<(Responses<R, S>, Responses<R, S>), MassLineError>((accelerance, noise))
+            Ok::<([Responses<R, S>; 3], [R; 2]), MassLineError>((
+                [accelerance, noise, suspension],
+                lag,
+            ))
         };
         // A band that is too narrow to be trimmed is not compared.
         let inner = fit(inner(fitting.band));
-        let (accelerance, noise) = fit(fitting.band)?;
+        let ([accelerance, noise, suspension], lag) = fit(fitting.band)?;
         let (moved, moved_noise) = match inner {
             // The difference of two least squares fits, one of them over a part of the data, scatters less
             // than the fit to that part.
-            Ok((without, its_noise)) => (without - accelerance, its_noise),
+            Ok(([without, its_noise, _], its_lag)) => {
+                let by_lag = its_lag[0] - lag[0];
+                let sigma = its_noise.zip_map(&accelerance, |noise: R, a: R| {
+                    (noise * noise + a * a * by_lag * by_lag).sqrt()
+                });
+                (without - accelerance, sigma)
+            }
             Err(_) => (Responses::zeros(), Responses::zeros()),
         };
-        Ok(Self { accelerance, noise, moved, moved_noise, responses })
+        let lag_noise = lag[1];
+        Ok(Self { accelerance, noise, lag_noise, suspension, moved, moved_noise, responses })
     }
 
     /// Zeros for this number of responses, to be filled with [`Self::set`].
     pub fn zeros(responses: usize) -> Self {
         let zero = Responses::zeros();
-        let responses = responses.min(3 * S);
-        Self { accelerance: zero, noise: zero, moved: zero, moved_noise: zero, responses }
+        Self {
+            accelerance: zero,
+            noise: zero,
+            lag_noise: R::zero(),
+            suspension: zero,
+            moved: zero,
+            moved_noise: zero,
+            responses: responses.min(3 * S),
+        }
     }
 
     /// Stores the mass line of one response that was fitted alone; no effect for a response that does not
@@ -122,9 +152,19 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
         if response < self.responses {
             self.accelerance[response] = alone.accelerance[0];
             self.noise[response] = alone.noise[0];
+            self.lag_noise = self.lag_noise.max(alone.lag_noise);
+            self.suspension[response] = alone.suspension[0];
             self.moved[response] = alone.moved[0];
             self.moved_noise[response] = alone.moved_noise[0];
         }
+    }
+
+    /// Frequency of the suspension as the motion of this DOF shows it, Hz: that of a single mode with the same
+    /// `B/s²`, `B = −A ω²`. Zero when that term is not fitted.
+    pub fn suspension_frequency(&self) -> R {
+        let ratio = self.suspension.norm() / self.accelerance.norm();
+        let frequency = ratio.sqrt() / R::two_pi();
+        if frequency.finite() { frequency } else { R::zero() }
     }
 
     /// The responses whose mass line is not a plateau, each with the larger of its change with the ends of
@@ -134,7 +174,9 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
         let part = move |k: usize| {
             let moved = self.moved[k].abs();
             let real = moved > self.moved_noise[k] * R::of(SIGNIFICANT);
-            (k, self.noise[k].max(if real { moved } else { R::zero() }) / size)
+            let by_lag = self.accelerance[k] * self.lag_noise * R::of(SIGNIFICANT);
+            let noise = (self.noise[k] * self.noise[k] - by_lag * by_lag).max(R::zero()).sqrt();
+            (k, noise.max(if real { moved } else { R::zero() }) / size)
         };
         (0..self.responses).map(part).filter(|(_, part)| *part > R::of(PLATEAU_LIMIT))
     }
@@ -183,7 +225,7 @@ mod tests {
     fn fits(suspension: f64, band: [f64; 2], noise: f64, terms: Terms) -> ResponseFits<f64, 3> {
         let h = responses(suspension, noise);
         let bins = (0..BINS).map(|k| Bin { frequency: RESOLUTION * k as f64, weight: 1.0 });
-        let fitting = Fitting { band, decay: 10.0, terms, correlation: 2.26 };
+        let fitting = Fitting { band, decay: 10.0, terms, correlation: 2.26, lag_sigma: 0.0 };
         let mut workspace = [BasisRow::default(); BINS];
         let at = |response: usize, bin: usize| h[bin][response];
         ResponseFits::new(bins, &fitting, 3, at, &mut workspace).unwrap()

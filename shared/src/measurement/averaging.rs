@@ -14,9 +14,9 @@ use crate::mass_line::{
 };
 use crate::responses::Responses;
 use crate::signal::{
-    AdcProperties, Calibration, FftError, HitAgreement, HitAnalysis, Hum, KnownScatter,
-    PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, RealFft, RepeatHits, SPECTRUM_BINS, Samples,
-    Spectra,
+    AdcProperties, CHANNELS, Calibration, FftError, HAMMER, HitAgreement, HitAnalysis, Hum,
+    KnownScatter, PRE_TRIGGER_SCANS, RECORD_SCANS, RESPONSES, RealFft, RepeatHits, SPECTRUM_BINS,
+    Samples, Spectra,
 };
 
 /// The averaged spectra of one DOF, as a rig stores them.
@@ -223,10 +223,24 @@ pub fn fit_responses<R: RealFft>(
     let ProcessingSettings { adc, test, .. } = settings;
     let decay = test.exponential_decay;
     let correlation = window_correlation(decay, record_duration(adc));
-    let fitting = Fitting { band, decay, terms: test.terms, correlation };
+    let lag_sigma = lag_sigma(settings.calibration);
+    let fitting = Fitting { band, decay, terms: test.terms, correlation, lag_sigma };
     let frf = |response, line| spectra.frf(test.frf_estimator, response, line);
     let lines = lines(resolution(adc), |line| spectra.force_auto(line));
     ResponseFits::new(lines, &fitting, adc.responses(), frf, basis)
+}
+
+/// Standard deviation of a low-pass of 32 kΩ in the sensor, ±15 % by its data sheet, relative.
+const LOW_PASS_SIGMA: f64 = 0.05;
+
+/// Standard deviation of the difference between the time constants of a response and the force, s.
+fn lag_sigma<R: RealFft>(calibration: &Calibration) -> R {
+    let lag = |channel: usize| {
+        let cutoff = calibration.channels[channel].cutoff.0;
+        if cutoff > 0.0 { (core::f32::consts::TAU * cutoff).recip() } else { 0.0 }
+    };
+    let largest = (HAMMER + 1..CHANNELS).map(lag).fold(0.0, f32::max);
+    R::of(f64::from(libm::hypotf(lag(HAMMER), largest)) * LOW_PASS_SIGMA)
 }
 
 /// Duration of a record, s.

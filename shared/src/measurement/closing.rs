@@ -10,7 +10,7 @@ use crate::identify::{
     IdentifySettings, MassLines, Method, Observations, Progress, RIGIDITY_LIMIT, rigid_residuals,
 };
 use crate::layout::{RIG_SENSORS, TestSettings};
-use crate::mass_line::MassLineError;
+use crate::mass_line::{ABOVE_SUSPENSION, MassLineError};
 use crate::responses::{ResponseSquare, Responses};
 use crate::signal::{RESPONSES, RealFft, SPECTRUM_BINS, bins_of_band};
 
@@ -63,6 +63,11 @@ impl<R: RealFft> Measurement<'_, R> {
                 subject,
                 part,
             ));
+        }
+        let suspension = fits.suspension_frequency();
+        if suspension * R::of(ABOVE_SUSPENSION) > band[0] {
+            let (code, value) = (Code::SuspensionInBand, suspension.to_f32());
+            self.push_diagnostic(Diagnostic::whole(code, Severity::Warning, value));
         }
         let mut accelerance = fits.accelerance;
         // The noise of a channel is not corrected: it changes only by the square of the cross-axis

@@ -130,6 +130,7 @@ fn fit<R: RealFft + Default>(
         decay: test.exponential_decay,
         terms: Terms::Abc,
         correlation: window_correlation(test.exponential_decay, R::one() / resolution),
+        lag_sigma: R::zero(),
     };
     let h = |response, line| spectra.h1(response, line);
     ResponseFits::new(lines, &fitting, RESPONSES, h, &mut workspace).ok()

@@ -153,7 +153,7 @@ mod tests {
             "hit_grading",
             "dof_closing",
             "irm_solve",
-            "ml_step_12",
+            "ml_learn_step_12",
             "layout_check",
             "record_checksum",
             "rest_statistics",

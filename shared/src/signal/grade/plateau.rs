@@ -37,6 +37,9 @@ const FLAT: f64 = 25.0;
 /// Elastic modes that follow the force may flatten a response, and then it is a sum of the force and its second
 /// derivative. It is flat when that sum misses it by more than this many standard deviations of the noise, rms.
 const MISSED: f64 = 8.0;
+/// What is clipped is the part of a response about its peak, and with it that of the force: the force reaches this
+/// fraction of its peak on the plateau.
+const AT_PEAK: f64 = 0.97;
 /// Distance over which the second derivative of the force is taken, readings.
 const CURVATURE_SCANS: usize = 2;
 
@@ -147,5 +150,6 @@ fn ignores_force<R: Real, D: Samples<R> + ?Sized>(
     let (_, scatter) = moments(inner.filter_map(|scan| response.value(scan)));
     scatter < (noise * R::of(QUIET)).min(height * R::of(LEVEL_SCATTER))
         && expected > noise * R::of(FLAT)
+        && high > peak * R::of(AT_PEAK)
         && missed_by_force(response, push, contact).is_none_or(|left| left > noise * R::of(MISSED))
 }
