@@ -9,6 +9,7 @@ use massline::campaign::{CampaignOutcome, Observer, StartOptions, begin, follow}
 use massline::client::{Client, PipeTransport, Timing};
 use massline::interrupt::Interrupt;
 use massline::layout_file::LayoutFile;
+use massline::monte_carlo::measurement::TestLayout;
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::layout::RigLayout;
@@ -45,6 +46,14 @@ pub fn layout_file(text: &str) -> LayoutFile {
 /// The first of [`THREE_BAR_TESTS`].
 pub fn three_bar() -> LayoutFile {
     layout_file(THREE_BAR_TESTS[0])
+}
+
+/// The test of a layout file, hit with a calibrated hammer: its gain is exact.
+#[track_caller]
+pub fn with_calibrated_hammer(text: &str) -> TestLayout {
+    let mut layout: TestLayout = layout_file(text).layout.cast().expect("fits the rig");
+    (layout.hammer_gain, layout.calibrated_hammer) = (0.0, false);
+    layout
 }
 
 /// The first of [`THREE_BAR_TESTS`] with `hits` at each DOF instead of five.

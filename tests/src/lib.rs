@@ -4,3 +4,8 @@ pub mod campaign;
 pub mod faulty_sampler;
 pub mod garbage;
 pub mod held_scans;
+
+/// True when `MASSLINE_LONG` asks for the tests with many runs, whose limits apply without allowances for few.
+pub fn long() -> bool {
+    std::env::var_os("MASSLINE_LONG").is_some()
+}

@@ -5,25 +5,22 @@ use massline_protocol::object::StoredEstimate;
 use massline_shared::body::{INERTIAL_PARAMETERS, scale};
 use massline_shared::identify::Method;
 use massline_tests::campaign::{self, THREE_BAR_TESTS};
+use massline_tests::long;
 use massline_virtual::bench::Bench;
 
 /// Characteristic length of the frame: errors are relative to m, L three times, and m L² six times.
 const LENGTH: f64 = 0.14;
 
-fn is_long() -> bool {
-    std::env::var_os("MASSLINE_LONG").is_some()
-}
-
 /// Campaigns of each test: seeds 1 to this number, more with `MASSLINE_LONG`.
 fn seeds() -> u64 {
-    if is_long() { 200 } else { 20 }
+    if long() { 200 } else { 20 }
 }
 
 /// Limit of the worst number when that of 20 seeds may be `of_20`. The worst of ten times as many numbers
 /// lies farther out: a normal number exceeds 3.2 deviations once in 800 times, and the largest of 8000
 /// exceeds 5 once in 200 runs.
 fn allowed(of_20: f64) -> f64 {
-    if is_long() { of_20 * 5.0 / 3.2 } else { of_20 }
+    if long() { of_20 * 5.0 / 3.2 } else { of_20 }
 }
 
 /// The ten inertial parameters from maximum likelihood on the rig in one campaign.

@@ -10,16 +10,13 @@ use massline::interrupt::Interrupt;
 use massline::monte_carlo::measurement::{SimulatedTest, TestLayout};
 use massline::monte_carlo::{MonteCarlo, Run};
 use massline_shared::diagnosis::Severity;
-use massline_tests::campaign::{self, THREE_BAR_TESTS};
+use massline_tests::campaign::{THREE_BAR_TESTS, steady_hand, with_calibrated_hammer};
+use massline_tests::long;
 use massline_virtual::bench::Bench;
 use massline_virtual::bench::suspension::Suspension;
 
 /// Chosen before the first run.
 const SEED: u64 = 20_261_123;
-
-fn long() -> bool {
-    std::env::var_os("MASSLINE_LONG").is_some()
-}
 
 /// Runs of each of two tests.
 fn runs() -> u64 {
@@ -201,12 +198,6 @@ const ALL: &[Disturbance] = &[
     },
 ];
 
-fn layout(test: &str) -> TestLayout {
-    let mut layout: TestLayout = campaign::layout_file(test).layout.cast().expect("fits the rig");
-    (layout.hammer_gain, layout.calibrated_hammer) = (0.0, false);
-    layout
-}
-
 fn measured(bench: &Bench, layout: &TestLayout) -> Vec<Run> {
     let calibration = nominal_calibration(bench);
     let study = MonteCarlo {
@@ -298,14 +289,10 @@ impl Row {
 
 #[test]
 fn each_disturbance_alone() {
-    let healthy = || {
-        let mut bench = Bench::named("default").expect("bundled");
-        (bench.operator.too_weak_rate, bench.operator.too_hard_rate) = (0.0, 0.0);
-        bench
-    };
+    let healthy = || steady_hand("default");
     let tests = [THREE_BAR_TESTS[0], THREE_BAR_TESTS[3]];
     let undisturbed: Vec<Vec<Run>> =
-        tests.iter().map(|test| measured(&healthy(), &layout(test))).collect();
+        tests.iter().map(|test| measured(&healthy(), &with_calibrated_hammer(test))).collect();
     println!(
         "| disturbance | shift, sd | z rms | coverage, % | warned, % | silent, % | rejected hits a run | why |"
     );
@@ -316,7 +303,7 @@ fn each_disturbance_alone() {
         let truth: [f64; 10] = bench.truth().theta().into();
         let mut row = Row::default();
         for (test, before) in tests.iter().zip(&undisturbed) {
-            let runs = measured(&bench, &layout(test));
+            let runs = measured(&bench, &with_calibrated_hammer(test));
             for (run, before) in runs.iter().zip(before) {
                 if let (Ok(run), Ok(before)) = (run, before) {
                     row.add(run, before, &truth);

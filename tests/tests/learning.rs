@@ -13,15 +13,12 @@ use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::maximum_likelihood::{ErrorBudget, RIG_WORKSPACE, Start, solve};
 use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::{HitUncertainty, SensorUncertainty};
-use massline_tests::campaign::{self, THREE_BAR_TESTS};
+use massline_tests::campaign::{THREE_BAR_TESTS, steady_hand, with_calibrated_hammer};
+use massline_tests::long;
 use massline_virtual::bench::Bench;
 
 /// Chosen before the first run.
 const SEED: u64 = 20_261_122;
-
-fn long() -> bool {
-    std::env::var_os("MASSLINE_LONG").is_some()
-}
 
 /// Runs of each of the four tests.
 fn runs() -> u64 {
@@ -37,8 +34,7 @@ struct Errors {
 
 /// A bench with these errors, or the default bench, whose person only hits well.
 fn bench(errors: Option<Errors>) -> Bench {
-    let mut bench = Bench::named("default").expect("bundled");
-    (bench.operator.too_weak_rate, bench.operator.too_hard_rate) = (0.0, 0.0);
+    let mut bench = steady_hand("default");
     if let Some(Errors { hits, sensors }) = errors {
         let (hit, sensor) = (HitUncertainty::<f64>::default(), SensorUncertainty::<f64>::default());
         bench.tap.point_sigma_m = hit.position * hits;
@@ -51,13 +47,6 @@ fn bench(errors: Option<Errors>) -> Bench {
         bench.sensor.cross_axis_sigma = sensor.cross_axis * sensors;
     }
     bench
-}
-
-/// A layout of the paper with the default budget and a calibrated hammer.
-fn layout(test: &str) -> TestLayout {
-    let mut layout: TestLayout = campaign::layout_file(test).layout.cast().expect("fits the rig");
-    (layout.hammer_gain, layout.calibrated_hammer) = (0.0, false);
-    layout
 }
 
 /// Pooled over tests and properties.
@@ -105,7 +94,7 @@ fn compare(bench: &Bench) -> [Pooled; 3] {
     let calibration = nominal_calibration(bench);
     let mut of_tests = [const { Vec::new() }; 3];
     for test in THREE_BAR_TESTS {
-        let layout = layout(test);
+        let layout = with_calibrated_hammer(test);
         let mut exact = layout.clone();
         apply_bench_budget(&mut exact, bench);
         let study = MonteCarlo {

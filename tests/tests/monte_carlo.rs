@@ -11,6 +11,7 @@ use massline_shared::diagnosis::Code;
 use massline_shared::identify::Method;
 use massline_shared::layout::{HitPolicy, Verdict};
 use massline_tests::campaign::{self, THREE_BAR_TESTS};
+use massline_tests::long;
 use massline_virtual::bench::{Bench, BenchSource};
 
 fn layout(test: &str) -> TestLayout {
@@ -86,10 +87,6 @@ fn a_run_is_what_the_rig_does() {
 /// Runs of each test; more with `MASSLINE_LONG`.
 fn runs() -> u64 {
     if long() { 1000 } else { 40 }
-}
-
-fn long() -> bool {
-    std::env::var_os("MASSLINE_LONG").is_some()
 }
 
 /// Relative allowance of this many standard deviations for the root mean square of [`runs`] normal

@@ -5,6 +5,7 @@
 //! | --- | --- |
 //! | agrees with the budget | nothing is suspected; with a known mass a common scale is tried |
 //! | contradicts the budget | every mistake is fitted, the one with the least χ² is named |
+//! | contradicts the stated budget, and no mistake explains it, but the learned budget does | nothing is suspected |
 //!
 //! Mistakes whose χ² is hardly larger than the least are named beside it, because the data cannot distinguish
 //! them.
@@ -14,9 +15,10 @@ mod words;
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::Estimated;
+use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, Start, workspace};
 use massline_shared::identify::single_fault::{DECISIVE_CHI_SQUARED, SingleFault, SingleFaultFit};
-use massline_shared::identify::{Consistency, DofMassLines};
+use massline_shared::identify::{Consistency, DofMassLines, Estimate};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Layout, RIG_HITS, RIG_SENSORS};
 use rayon::prelude::*;
 
@@ -74,7 +76,7 @@ pub struct Suspect {
 /// The verdict on single mistakes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// The nominal layout agrees with the data.
+    /// The nominal layout agrees with the data, with the stated budget or with the learned one.
     NothingSuspicious,
     /// One mistake explains the data, or several that the data cannot distinguish: the least χ² first.
     Suspected(Vec<Suspect>),
@@ -142,17 +144,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
     }
 
     fn examine(&self, with_hidden: bool) -> Examination {
-        let mut room = self.room();
-        let start = Start::InertiaRestraint;
-        let plain = maximum_likelihood::solve(
-            self.layout,
-            self.lines,
-            start,
-            ErrorBudget::FirstOrder,
-            &mut room,
-        )
-        .ok();
-        let plain = plain.map(|solution| solution.estimate);
+        let plain = self.nominal_fit(ErrorBudget::Stated);
         let consistency = plain.as_ref().and_then(|estimate| estimate.consistency);
         let agrees = consistency.is_some_and(|c| !c.rejects_budget());
         let mut suspects = if agrees {
@@ -166,6 +158,7 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
         let (named, others) = split(&suspects, consistency.as_ref());
         let verdict = match (named.is_empty(), agrees) {
             (true, true) => Verdict::NothingSuspicious,
+            (true, false) if self.is_rough_work() => Verdict::NothingSuspicious,
             (true, false) => Verdict::Unexplained,
             (false, _) => Verdict::Suspected(named),
         };
@@ -185,6 +178,21 @@ impl<'a, const S: usize, const H: usize> Search<'a, S, H> {
             tested,
             hidden,
         }
+    }
+
+    /// The answer of the nominal layout.
+    fn nominal_fit(&self, budget: ErrorBudget) -> Option<Estimate<f64>> {
+        let (start, mut room) = (Start::InertiaRestraint, self.room());
+        let fit = maximum_likelihood::solve(self.layout, self.lines, start, budget, &mut room);
+        fit.ok().map(|solution| solution.estimate)
+    }
+
+    /// True when errors of the stated kinds explain the data, although they are larger than stated: a person
+    /// who hits less well, or coarser sensors.
+    fn is_rough_work(&self) -> bool {
+        let learned = self.nominal_fit(ErrorBudget::Learned);
+        let contradicts = |found: &Diagnostic| found.code == Code::DataInconsistentWithBudget;
+        learned.is_some_and(|estimate| !estimate.diagnostics.iter().any(contradicts))
     }
 
     /// Fits all mistakes for which `wanted` is true.

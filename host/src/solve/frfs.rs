@@ -4,8 +4,7 @@ use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::{FrequencyResponses, MassLines};
 use massline_shared::layout::{Axis, Dof, HOST_SENSORS, Hit, HostLayout, Sensor};
 use massline_shared::mass_line::{
-    ABOVE_SUSPENSION, BasisRow, Bin, Fitting, MassLineError, ResponseFits, find_band,
-    window_correlation,
+    BasisRow, Bin, Fitting, MassLineError, ResponseFits, find_band, window_correlation,
 };
 use nalgebra::Complex;
 
@@ -83,7 +82,7 @@ impl LayoutResponses {
         let terms = layout.test.terms;
         let fitting = Fitting { band: band_hz, decay, terms, correlation, lag_sigma: 0.0 };
         let mut all = FittedLines { lines: Vec::new(), band_hz, diagnostics: Vec::new() };
-        let mut stiffest = 0.0_f64;
+        let mut stiffest = None;
         for (dof, responses) in self.hits.iter().enumerate() {
             let mut fits = ResponseFits::<f64, HOST_SENSORS>::zeros(responses.len());
             for (channel, response) in responses.iter().enumerate() {
@@ -93,13 +92,14 @@ impl LayoutResponses {
                 let subject = Subject::response(dof, channel);
                 Diagnostic::about(Code::NoPlateau, Severity::Warning, subject, part as f32)
             }));
-            stiffest = stiffest.max(fits.suspension_frequency());
+            let suspension = fits.suspension_in_band(band_hz);
+            stiffest = suspension.into_iter().chain(stiffest).reduce(f64::max);
             let hits = u16::from(layout.test.hits_per_dof);
             let lines = MassLines::without_scatter(fits.accelerance).with_noise(fits.noise);
             all.lines.push((dof, MassLines { hits, ..lines }));
         }
-        if stiffest * ABOVE_SUSPENSION > band_hz[0] {
-            let (code, value) = (Code::SuspensionInBand, stiffest as f32);
+        if let Some(suspension) = stiffest {
+            let (code, value) = (Code::SuspensionInBand, suspension as f32);
             all.diagnostics.push(Diagnostic::whole(code, Severity::Warning, value));
         }
         Ok(all)

@@ -207,9 +207,8 @@ codes! {
         "Your hits turn too\nmuch: hold the hammer\nsquare, hit gently.";
         "the hits scatter by {value} in direction, more than the fit can follow (80 mrad): hold the hammer \
          square to the surface, hit more gently, and measure again";
-    /// There are too few repeat hits to learn their scatter, so the stated one is used. Value: the degrees of
-    /// freedom of the repeat hits.
-    ScatterNotLearned = 57, "scatter_not_learned", Whole, Count;
+    /// There are too few repeat hits to learn their scatter, so the stated one is used.
+    ScatterNotLearned = 57, "scatter_not_learned", Whole, None;
         "Few repeat hits:\ntheir scatter is as\nstated.";
         "the scatter of the hits is taken as [uncertainty] states it, because there are no or too few repeat \
          hits to show it; three hits at each DOF do";

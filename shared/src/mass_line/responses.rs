@@ -7,7 +7,7 @@
 
 use nalgebra::Complex;
 
-use super::{BasisRow, Bin, MassLineBasis, MassLineError, Terms};
+use super::{ABOVE_SUSPENSION, BasisRow, Bin, MassLineBasis, MassLineError, Terms};
 use crate::Real;
 use crate::responses::Responses;
 
@@ -75,6 +75,17 @@ pub struct ResponseFits<R, const S: usize> {
     responses: usize,
 }
 
+/// The fits of all responses over one band.
+struct BandFits<R, const S: usize> {
+    accelerance: Responses<R, S>,
+    noise: Responses<R, S>,
+    /// B of every response.
+    suspension: Responses<R, S>,
+    /// Change of A, relative, by a low-pass that is off by one standard deviation, and what that adds to the noise.
+    lag_shift: R,
+    lag_noise: R,
+}
+
 impl<R: Real, const S: usize> ResponseFits<R, S> {
     /// Fits `responses` responses. `bins` as for [`MassLineBasis::new`]; `h(response, bin)` is the
     /// accelerance of a response at a bin, by the same index as in `bins`.
@@ -99,36 +110,36 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
             // A response whose low-pass is off by one standard deviation reads H (1 + s δτ).
             let lag = |bin: Bin<R>| Complex::new(decay, bin.frequency * R::two_pi()) * lag_sigma;
             let lag = basis.fit(bins.clone().map(lag))?;
-            let lag = [lag.accelerance(), lag.sigma[0] * correlation];
-            let (mut accelerance, mut noise) = (Responses::zeros(), Responses::zeros());
-            let mut suspension = Responses::zeros();
+            let mut fits = BandFits::<R, S> {
+                accelerance: Responses::zeros(),
+                noise: Responses::zeros(),
+                suspension: Responses::zeros(),
+                lag_shift: lag.accelerance(),
+                lag_noise: lag.sigma[0] * correlation,
+            };
             for response in 0..responses {
                 let fitted = basis.fit((0..count).map(|bin| h(response, bin)))?;
-                accelerance[response] = fitted.accelerance();
-                suspension[response] = fitted.coefficients[1];
-                noise[response] = fitted.sigma[0] * correlation;
+                fits.accelerance[response] = fitted.accelerance();
+                fits.suspension[response] = fitted.coefficients[1];
+                fits.noise[response] = fitted.sigma[0] * correlation;
             }
-            Ok::<([Responses<R, S>; 3], [R; 2]), MassLineError>((
-                [accelerance, noise, suspension],
-                lag,
-            ))
+            Ok::<BandFits<R, S>, MassLineError>(fits)
         };
         // A band that is too narrow to be trimmed is not compared.
         let inner = fit(inner(fitting.band));
-        let ([accelerance, noise, suspension], lag) = fit(fitting.band)?;
+        let BandFits { accelerance, noise, suspension, lag_shift, lag_noise } = fit(fitting.band)?;
         let (moved, moved_noise) = match inner {
             // The difference of two least squares fits, one of them over a part of the data, scatters less
             // than the fit to that part.
-            Ok(([without, its_noise, _], its_lag)) => {
-                let by_lag = its_lag[0] - lag[0];
-                let sigma = its_noise.zip_map(&accelerance, |noise: R, a: R| {
+            Ok(inner) => {
+                let by_lag = inner.lag_shift - lag_shift;
+                let sigma = inner.noise.zip_map(&accelerance, |noise: R, a: R| {
                     (noise * noise + a * a * by_lag * by_lag).sqrt()
                 });
-                (without - accelerance, sigma)
+                (inner.accelerance - accelerance, sigma)
             }
             Err(_) => (Responses::zeros(), Responses::zeros()),
         };
-        let lag_noise = lag[1];
         Ok(Self { accelerance, noise, lag_noise, suspension, moved, moved_noise, responses })
     }
 
@@ -159,12 +170,12 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
         }
     }
 
-    /// Frequency of the suspension as the motion of this DOF shows it, Hz: that of a single mode with the same
-    /// `B/s²`, `B = −A ω²`. Zero when that term is not fitted.
-    pub fn suspension_frequency(&self) -> R {
+    /// Frequency of the suspension as the motion of this DOF shows it, Hz, when the band begins below three times
+    /// of it: that of a single mode with the same `B/s²`, `B = −A ω²`.
+    pub fn suspension_in_band(&self, band: [R; 2]) -> Option<R> {
         let ratio = self.suspension.norm() / self.accelerance.norm();
         let frequency = ratio.sqrt() / R::two_pi();
-        if frequency.finite() { frequency } else { R::zero() }
+        (frequency.finite() && frequency * R::of(ABOVE_SUSPENSION) > band[0]).then_some(frequency)
     }
 
     /// The responses whose mass line is not a plateau, each with the larger of its change with the ends of

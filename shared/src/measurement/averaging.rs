@@ -31,6 +31,13 @@ pub struct ProcessingSettings<'a, R> {
     pub calibration: &'a Calibration,
     /// Settings of the test: windows, band and terms.
     pub test: &'a TestSettings<R>,
+}
+
+/// What is known of a hit before it is averaged.
+#[derive(Clone, Copy, Debug)]
+pub struct ExpectedHit<R> {
+    /// The hum in its record.
+    pub hum: Option<Hum<R>>,
     /// Expected scatter of the accelerances from hit to hit, relative:
     /// [`HitUncertainty::relative_scatter`](crate::layout::HitUncertainty::relative_scatter).
     pub scatter: R,
@@ -66,20 +73,21 @@ pub struct HitAverager<R> {
 }
 
 impl<R: RealFft> HitAverager<R> {
-    /// Adds the force of a record with this hum to the spectra.
+    /// Adds the force of a record to the spectra.
     ///
     /// # Errors
     /// When the slices do not have the lengths given in [`HitMemory`].
     pub fn begin<D: Samples<R> + ?Sized>(
         settings: ProcessingSettings<'_, R>,
         record: &D,
-        hum: Option<Hum<R>>,
+        expected: ExpectedHit<R>,
         memory: HitMemory<'_, R>,
         spectra: &mut DofSpectra<R>,
     ) -> Result<Self, FftError> {
         let HitMemory { scratch, force, basis } = memory;
-        let ProcessingSettings { adc, calibration, test, .. } = settings;
-        let analysis = HitAnalysis::new(adc, calibration, test, PRE_TRIGGER_SCANS).without_hum(hum);
+        let ProcessingSettings { adc, calibration, test } = settings;
+        let analysis = HitAnalysis::new(adc, calibration, test, PRE_TRIGGER_SCANS);
+        let analysis = analysis.without_hum(expected.hum);
         analysis.force(record, scratch, force)?;
         let lines =
             lines(resolution(adc), |line| force.get(line).map_or(R::zero(), |f| f.norm_sqr()));
@@ -93,7 +101,7 @@ impl<R: RealFft> HitAverager<R> {
             let variance = noise.variance * analysis.bin_variance(RECORD_SCANS) * design.variance();
             let correlation = window_correlation(decay, record_duration(adc));
             let noise = variance * correlation * correlation / noise.accelerance_squared;
-            factor_of(design.total_weight(), settings.scatter, noise)
+            factor_of(design.total_weight(), expected.scatter, noise)
         });
         scale(force, factor);
         spectra.add_force(force);
@@ -168,7 +176,8 @@ pub fn known_scatter<R: RealFft>(measured: &[DofMassLines<R, RIG_SENSORS>]) -> K
     known
 }
 
-/// Compares a hit with its repeat hits by their own mass lines, with the scatter of those `elsewhere`, and adds it to them unless it disagrees and
+/// Compares a hit with its repeat hits by their own mass lines, given the scatter of the hits `elsewhere`, and adds
+/// it to them unless it disagrees and
 /// `verdict` is to reject such hits. The caller then has to remove an [`HitAgreement::Outlier`] from the spectra,
 /// and to start the DOF again after [`HitAgreement::Inconsistent`].
 pub fn join<R: RealFft>(

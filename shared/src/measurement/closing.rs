@@ -10,7 +10,7 @@ use crate::identify::{
     IdentifySettings, MassLines, Method, Observations, Progress, RIGIDITY_LIMIT, rigid_residuals,
 };
 use crate::layout::{RIG_SENSORS, TestSettings};
-use crate::mass_line::{ABOVE_SUSPENSION, MassLineError};
+use crate::mass_line::MassLineError;
 use crate::responses::{ResponseSquare, Responses};
 use crate::signal::{RESPONSES, RealFft, SPECTRUM_BINS, bins_of_band};
 
@@ -27,8 +27,8 @@ impl<R: RealFft> Measurement<'_, R> {
         };
         let name = hit.dof;
         let (test, adc) = (self.test(), self.adc_in_use());
-        let (calibration, scatter) = (&self.calibration, self.expected_scatter(dof));
-        let settings = ProcessingSettings { adc: &adc, calibration, test: &test, scatter };
+        let settings =
+            ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
         let squares = &mut self.memory.scratch[..SPECTRUM_BINS];
         let found = band_of(settings, &self.memory.spectra, squares);
         let band = found.unwrap_or_else(TestSettings::default_band);
@@ -64,8 +64,7 @@ impl<R: RealFft> Measurement<'_, R> {
                 part,
             ));
         }
-        let suspension = fits.suspension_frequency();
-        if suspension * R::of(ABOVE_SUSPENSION) > band[0] {
+        if let Some(suspension) = fits.suspension_in_band(band) {
             let (code, value) = (Code::SuspensionInBand, suspension.to_f32());
             self.push_diagnostic(Diagnostic::whole(code, Severity::Warning, value));
         }

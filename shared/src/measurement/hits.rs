@@ -1,7 +1,8 @@
 //! Processes scans into averaged hits: capture, grading, averaging, comparison with the repeat hits.
 
-use super::averaging::{self, HitAverager, ProcessingSettings};
+use super::averaging::{self, ExpectedHit, HitAverager, ProcessingSettings};
 use super::campaign::{Campaign, Phase};
+use super::listening::Listening;
 use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
     note,
@@ -9,13 +10,10 @@ use super::{
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Verdict;
 use crate::signal::{
-    Capture, CaptureState, FftError, HAMMER, HitAgreement, HitAnalysis, HitReport, Hum, HumSearch,
-    PRE_TRIGGER_SCANS, RECORD_SCANS, RealFft, Scan, Trigger, grade,
+    Capture, CaptureState, FftError, HitAgreement, HitReport, RECORD_SCANS, RealFft, Scan, Trigger,
+    grade,
 };
 use crate::units::Newtons;
-
-/// Channels that are searched for hum in one step.
-const CHANNELS_LISTENED: usize = 5;
 
 /// Progress within the current step of the campaign.
 #[derive(Clone, Debug)]
@@ -26,12 +24,8 @@ pub(super) enum Task<R> {
     Capture { capture: Capture, trigger: Option<ScanIndex> },
     /// The record is complete.
     Grade { trigger: ScanIndex },
-    /// The channels before `next` are searched for hum.
-    Listen { search: HumSearch<R>, next: usize },
-    /// There is hum; the harmonics of the channels before `next` are known.
-    Harmonics { hum: Hum<R>, next: usize },
-    /// The record of the hit has this hum.
-    Listened { hum: Option<Hum<R>> },
+    /// The record is searched for hum.
+    Listen(Listening<R>),
     /// The responses before `next` are averaged.
     Average { hit: HitAverager<R>, next: usize },
     /// The hit is an outlier: the responses before `next` have been removed again.
@@ -242,69 +236,21 @@ impl<R: RealFft> Measurement<'_, R> {
                 self.withdraw(Code::HitInconsistent, dof, distance);
                 Task::None
             }
-            Task::Listened { hum } => {
+            Task::Listen(Listening::Done(hum)) => {
                 if campaign.accepted() == 0 {
                     self.open_dof(dof);
                 }
                 let (adc, test) = (self.adc_in_use(), self.test());
-                let (calibration, scatter) = (&self.calibration, self.expected_scatter(dof));
-                let settings = ProcessingSettings { adc: &adc, calibration, test: &test, scatter };
+                let settings =
+                    ProcessingSettings { adc: &adc, calibration: &self.calibration, test: &test };
+                let expected = ExpectedHit { hum, scatter: self.expected_scatter(dof) };
                 let (record, spectra, memory) = self.memory.of_hit();
-                let hit = HitAverager::begin(settings, record, hum, memory, spectra)?;
+                let hit = HitAverager::begin(settings, record, expected, memory, spectra)?;
                 Task::Average { hit, next: 0 }
             }
-            Task::Listen { mut search, next } if next <= responses => {
-                let end = (next + CHANNELS_LISTENED).min(responses + 1);
-                (next..end).for_each(|channel| search.add(channel, self.memory.readings(channel)));
-                Task::Listen { search, next: end }
-            }
-            Task::Listen { search, .. } => match search.found() {
-                Some(hum) => Task::Harmonics { hum, next: 0 },
-                None => Task::Listened { hum: None },
-            },
-            Task::Harmonics { mut hum, next } if next <= responses => {
-                let end = (next + CHANNELS_LISTENED).min(responses + 1);
-                for channel in next..end {
-                    hum.add_harmonics(channel, self.memory.readings(channel));
-                }
-                Task::Harmonics { hum, next: end }
-            }
-            Task::Harmonics { hum, .. } => {
-                self.report_hum(&hum);
-                Task::Listened { hum: Some(hum) }
-            }
-            _ => {
-                let (adc, test) = (self.adc_in_use(), self.test());
-                let analysis = HitAnalysis::new(&adc, &self.calibration, &test, PRE_TRIGGER_SCANS);
-                match analysis.hum_search(RECORD_SCANS) {
-                    Some(search) => Task::Listen { search, next: 0 },
-                    None => Task::Listened { hum: None },
-                }
-            }
+            Task::Listen(listening) => Task::Listen(self.listen(listening)),
+            _ => Task::Listen(self.begin_listening()),
         })
-    }
-
-    /// Reports hum with its loudest channel.
-    fn report_hum(&mut self, hum: &Hum<R>) {
-        let adc = self.adc_in_use();
-        let code = if hum.mains < R::of(55.0) { Code::HumOf50Hz } else { Code::HumOf60Hz };
-        let amplitude = |channel: usize| {
-            hum.amplitude(channel).to_f32() * self.calibration.per_code(&adc, channel).abs()
-        };
-        let loudest = (1..=adc.responses()).max_by(|&a, &b| amplitude(a).total_cmp(&amplitude(b)));
-        let channel = loudest.filter(|&k| amplitude(k) > 0.0).unwrap_or(HAMMER);
-        let found = Diagnostic::about(
-            code,
-            Severity::Warning,
-            Subject::channel(channel),
-            amplitude(channel),
-        );
-        // One channel is named: the loudest of all hits.
-        match self.diagnostics.iter_mut().find(|known| known.code == code) {
-            Some(known) if known.value >= found.value => {}
-            Some(known) => *known = found,
-            None => self.push_diagnostic(found),
-        }
     }
 
     /// Compares the averaged hit with its repeat hits. A hit without mass lines of its own does not

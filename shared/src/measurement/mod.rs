@@ -21,6 +21,7 @@
 //! | `commands` | commands of the operator |
 //! | [`campaign`] | which degree of freedom is hit next |
 //! | `hits` | from scans to an averaged hit |
+//! | `listening` | the search for mains hum in a hit |
 //! | [`averaging`] | from the hits of one DOF to its mass lines |
 //! | `closing` | from averaged hits to mass lines, and from these to the estimates |
 //! | `view` | the state of the measurement, for display |
@@ -30,6 +31,7 @@ pub mod campaign;
 mod closing;
 mod commands;
 mod hits;
+mod listening;
 mod memory;
 mod result;
 mod setup;

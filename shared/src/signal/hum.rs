@@ -10,9 +10,10 @@ use nalgebra::Complex;
 
 use super::CHANNELS;
 use crate::Real;
+use crate::diagnosis::Code;
 
-/// Nominal frequencies of the mains, Hz.
-const MAINS_HZ: [f64; 2] = [50.0, 60.0];
+/// Nominal frequencies of the mains, Hz, each with the code of its hum.
+const MAINS: [(f64, Code); 2] = [(50.0, Code::HumOf50Hz), (60.0, Code::HumOf60Hz)];
 /// Number of harmonics that are taken out, the fundamental included: those that reach into the band of a rigid
 /// body, and one more.
 const HARMONICS: usize = 3;
@@ -26,14 +27,14 @@ const GROUP: usize = 5;
 pub struct HumSearch<R> {
     window: Window<R>,
     /// Complex amplitudes at the nominal frequencies in both halves of the window, readings.
-    halves: [[[Complex<R>; 2]; MAINS_HZ.len()]; CHANNELS],
+    halves: [[[Complex<R>; 2]; MAINS.len()]; CHANNELS],
 }
 
 /// Hum in the channels of one record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hum<R> {
-    /// Nominal frequency of the mains: 50 or 60 Hz.
-    pub mains: R,
+    /// The code that names its nominal frequency.
+    pub code: Code,
     /// Frequency, Hz.
     pub frequency: R,
     window: Window<R>,
@@ -50,20 +51,20 @@ impl<R: Real> HumSearch<R> {
         let window = Window { quiet, groups, rate };
         let long = window.half_duration() > R::of(0.15);
         let none = Complex::new(R::zero(), R::zero());
-        long.then_some(Self { window, halves: [[[none; 2]; MAINS_HZ.len()]; CHANNELS] })
+        long.then_some(Self { window, halves: [[[none; 2]; MAINS.len()]; CHANNELS] })
     }
 
     /// Adds the readings of a channel; one that does not exist is ignored.
     pub fn add(&mut self, channel: usize, readings: &[R]) {
         if let Some(halves) = self.halves.get_mut(channel) {
-            *halves = self.window.halves(readings, MAINS_HZ.map(R::of));
+            *halves = self.window.halves(readings, MAINS.map(|(nominal, _)| R::of(nominal)));
         }
     }
 
     /// The fundamental of the hum in the channels that were added; `None` when there is none.
     pub fn found(&self) -> Option<Hum<R>> {
         let mut best: Option<(R, usize, R)> = None;
-        for place in 0..MAINS_HZ.len() {
+        for place in 0..MAINS.len() {
             let (mut turned, mut largest) = (Complex::new(R::zero(), R::zero()), R::zero());
             for [first, second] in self.halves.iter().map(|halves| halves[place]) {
                 turned += first.conj() * second;
@@ -77,10 +78,10 @@ impl<R: Real> HumSearch<R> {
             }
         }
         let (_, place, off) = best?;
-        let mains = R::of(MAINS_HZ[place]);
+        let (nominal, code) = MAINS[place];
         let none = [[Complex::new(R::zero(), R::zero()); HARMONICS]; CHANNELS];
         let window = self.window;
-        let mut hum = Hum { mains, frequency: mains + off, window, amplitudes: none };
+        let mut hum = Hum { code, frequency: R::of(nominal) + off, window, amplitudes: none };
         for (amplitudes, halves) in hum.amplitudes.iter_mut().zip(&self.halves) {
             let [first, second] = window.at_frequency(halves[place], off);
             amplitudes[0] = significant((first + second) * R::of(0.5));
@@ -180,14 +181,13 @@ impl<R: Real> Window<R> {
             }
         }
         // The mean of the Hann window is one; a real tone has half its amplitude at each sign of f.
-        let mut scaled = sums;
-        for (sums, per_scan) in scaled.iter_mut().zip(per_scan) {
+        for (sums, per_scan) in sums.iter_mut().zip(per_scan) {
             let half = per_scan * R::pi();
             let group_gain = (half * R::of(GROUP as f64)).sin() / half.sin();
             let scale = R::of(2.0) / (group_gain * R::of(self.groups as f64));
             sums.iter_mut().for_each(|sum| *sum *= scale);
         }
-        scaled
+        sums
     }
 
     /// Amplitudes of both halves at a frequency that is off by this, Hz, from the one they were computed at.
@@ -259,7 +259,7 @@ mod tests {
                 (3.0 + k as f64) * (core::f64::consts::TAU * frequency * t + 0.7 * k as f64).cos()
             };
             let hum = found(tone).unwrap();
-            assert_eq!(hum.mains, if frequency < 55.0 { 50.0 } else { 60.0 });
+            assert_eq!(hum.code, MAINS[usize::from(frequency > 55.0)].1);
             // Noise of one code over a quarter of a second, twice.
             assert!((hum.frequency - frequency).abs() < 0.03, "{frequency}: {}", hum.frequency);
             for k in 0..CHANNELS {

@@ -60,7 +60,7 @@ const PROCESS_GROWTH: usize = 16 * 1024 * 1024;
 
 /// Simulated time of the run, s.
 fn wanted_s() -> f64 {
-    let hours = if std::env::var_os("MASSLINE_LONG").is_some() { 24.0 } else { 1.0 / 3.0 };
+    let hours = if massline_tests::long() { 24.0 } else { 1.0 / 3.0 };
     hours * 3600.0
 }
 

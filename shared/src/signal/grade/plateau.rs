@@ -29,6 +29,9 @@ const NOISE: f64 = 3.0;
 const LEVEL_SCATTER: f64 = 0.006;
 /// Smallest number of readings at one level that make a response flat.
 const FLAT_SCANS: usize = 5;
+/// Elastic modes that ring on after the contact may hold a response at one level during the contact for a part of
+/// their period: where they ring as much as the response should have changed, it takes this many readings more.
+const RINGING_SCANS: f64 = 4.0;
 /// Readings at one level scatter by less than this many standard deviations of the noise.
 const QUIET: f64 = 1.4;
 /// A response is flat when by the change of the force it should have changed by more than this many standard
@@ -126,6 +129,20 @@ fn missed_by_force<R: Real, D: Samples<R> + ?Sized>(
     Some(((squares - solved.dot(&right)).max(R::zero()) / count).sqrt())
 }
 
+/// Amplitude at which a response rings on, over a time as long as the contact from a quarter of it after its end:
+/// until then the low-pass filters pass on the end of the contact.
+fn ringing<R: Real, D: Samples<R> + ?Sized>(
+    response: &Signal<'_, R, D>,
+    contact: &Range<usize>,
+) -> R {
+    let start = contact.end + contact.len() / 4;
+    let mut values = (start..start + contact.len()).filter_map(|scan| response.value(scan));
+    let Some(first) = values.next() else { return R::zero() };
+    let (low, high) =
+        values.fold((first, first), |(low, high), value| (low.min(value), high.max(value)));
+    (high - low) * R::of(0.5)
+}
+
 /// True when a response stays at its extreme, which it has at a scan of the contact, while the force changes.
 fn ignores_force<R: Real, D: Samples<R> + ?Sized>(
     response: &Signal<'_, R, D>,
@@ -146,6 +163,10 @@ fn ignores_force<R: Real, D: Samples<R> + ?Sized>(
     }
     let peak = contact.clone().filter_map(|scan| push.value(scan)).fold(R::zero(), R::max);
     let expected = height * (high - low) / peak;
+    let elastic = ringing(response, &contact) / expected.max(noise);
+    if (plateau.len() as f64) < FLAT_SCANS as f64 + RINGING_SCANS * elastic.to_f64() {
+        return false;
+    }
     let inner = plateau.start + 1..plateau.end - 1;
     let (_, scatter) = moments(inner.filter_map(|scan| response.value(scan)));
     scatter < (noise * R::of(QUIET)).min(height * R::of(LEVEL_SCATTER))
