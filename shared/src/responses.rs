@@ -92,6 +92,12 @@ impl<R: Real, const S: usize> ResponseSquare<R, S> {
         sum
     }
 
+    /// One column.
+    pub fn column(&self, response: usize) -> Responses<R, S> {
+        let column = self.as_slice().chunks_exact(3 * S).nth(response);
+        column.map_or_else(Responses::zeros, Responses::from_column_slice)
+    }
+
     /// Adds `left rightᵀ`.
     pub fn add_outer(&mut self, left: &Responses<R, S>, right: &Responses<R, S>) {
         for (column, factor) in self.columns_mut().zip(right) {

@@ -125,7 +125,7 @@ fn value(d: &Diagnostic) -> String {
             format!("{value:.1}")
         }
         ValueUnit::Kilograms | ValueUnit::Factor => format!("{value:.3}"),
-        ValueUnit::SignedKilograms => format!("{value:+.3}"),
+        ValueUnit::SignedKilograms | ValueUnit::Accelerance => format!("{value:+.3}"),
         ValueUnit::KilogramSquareMeters | ValueUnit::OfProperty => five_digits(value),
         ValueUnit::Condition => format!("{value:.3e}"),
         ValueUnit::None | ValueUnit::OfSetting => value.to_string(),

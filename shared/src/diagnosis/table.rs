@@ -237,6 +237,19 @@ codes! {
         "the object moves as on a suspension of {value}, and the band begins below three times that, so mass and \
          inertia come out wrong; hang it on softer cords, let cables hang loose, or raise the lower end of \
          test.band_hz";
+    /// The readings of a channel are not proportional to the force: harder hits have other accelerances than gentle
+    /// ones. Subject: the channel. Value: the change of its largest reading, relative.
+    ChannelNotLinear = 62, "channel_not_linear", Channel, Share(1);
+        "Not proportional to\nthe force: overload,\nor loose? Hit softer.";
+        "{subject} is not proportional to the force: its largest readings are off by about {value}; check its \
+         supply, wiring and glue, or hit more gently";
+
+    /// A response contains a part of the hammer's signal: its accelerances have the same constant, whatever is hit.
+    /// Subject: the channel. Value: the constant, (m/s²)/N.
+    HammerInResponse = 63, "hammer_in_response", Channel, Accelerance;
+        "Contains the hammer:\nslow multiplexer, or\nwires too close?";
+        "{subject} contains {value} of the hammer's signal; let the converter sample longer, buffer its inputs, and \
+         keep the hammer's cable away from the sensors'";
 
     // Codes of a hit.
 

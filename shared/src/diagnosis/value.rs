@@ -24,6 +24,8 @@ pub enum ValueUnit {
     Hertz,
     /// mrad.
     Milliradians,
+    /// (m/s²)/N.
+    Accelerance,
     /// kg.
     Kilograms,
     /// kg, shown with its sign.
@@ -58,6 +60,7 @@ impl ValueUnit {
             Self::Decibels => "dB",
             Self::Hertz => "Hz",
             Self::Milliradians => "mrad",
+            Self::Accelerance => "(m/s²)/N",
             Self::Kilograms | Self::SignedKilograms => "kg",
             Self::KilogramSquareMeters => "kg m²",
             Self::OfProperty => match subject {

@@ -7,7 +7,7 @@ use heapless::Vec;
 use nalgebra::SVector;
 
 use super::maximum_likelihood::{ErrorBudget, MaximumLikelihoodSolution, Start, solve};
-use super::{Consistency, DofMassLines, MassLines};
+use super::{Consistency, DofMassLines, ForceTrend, MassLines};
 use crate::Real;
 use crate::layout::Layout;
 use crate::responses::{ResponseSquare, Responses};
@@ -131,6 +131,7 @@ fn without_sensor<R: Real, const S: usize>(
             if kept(i) && kept(j) { lines.scatter[(from(i), from(j))] } else { R::zero() }
         }),
         hits: lines.hits,
+        trend: ForceTrend { products: pick(&lines.trend.products), ..lines.trend },
     }
 }
 

@@ -23,15 +23,42 @@ pub struct MassLines<R, const S: usize> {
     pub scatter: ResponseSquare<R, S>,
     /// Number of hits averaged.
     pub hits: u16,
+    /// How the single hits' accelerances change with their force.
+    pub trend: ForceTrend<R, S>,
+}
+
+/// Sums over the repeat hits of one DOF about their means: the regression of the accelerances on the squared peak
+/// force. Those of a linear chain do not depend on the force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceTrend<R, const S: usize> {
+    /// Mean squared peak force, N².
+    pub mean: R,
+    /// Sum of the squared deviations of the squared peak force, N⁴; zero when unknown.
+    pub squares: R,
+    /// Sum of the products of both deviations for every response, (m/s²) N.
+    pub products: Responses<R, S>,
 }
 
 /// The mass lines of a hit DOF with its index in the layout.
 pub type DofMassLines<R, const S: usize> = (usize, MassLines<R, S>);
 
+impl<R: Real, const S: usize> ForceTrend<R, S> {
+    /// The trend of hits whose forces are unknown.
+    pub fn unknown() -> Self {
+        Self { mean: R::zero(), squares: R::zero(), products: Responses::zeros() }
+    }
+}
+
 impl<R: Real, const S: usize> MassLines<R, S> {
     /// Mass lines from accelerances of unknown noise and scatter.
     pub fn without_scatter(accelerance: Responses<R, S>) -> Self {
-        Self { accelerance, noise: Responses::zeros(), scatter: ResponseSquare::zeros(), hits: 1 }
+        Self {
+            accelerance,
+            noise: Responses::zeros(),
+            scatter: ResponseSquare::zeros(),
+            hits: 1,
+            trend: ForceTrend::unknown(),
+        }
     }
 
     /// The same with these standard deviations of the noise.
@@ -47,6 +74,11 @@ impl<R: Real, const S: usize> MassLines<R, S> {
             noise: self.noise.map(to),
             scatter: self.scatter.map(to),
             hits: self.hits,
+            trend: ForceTrend {
+                mean: to(self.trend.mean),
+                squares: to(self.trend.squares),
+                products: self.trend.products.map(to),
+            },
         }
     }
 
@@ -62,6 +94,11 @@ impl<R: Real, const S: usize> MassLines<R, S> {
                 if i.max(j) < 3 * S { self.scatter[(i, j)] } else { R::zero() }
             }),
             hits: self.hits,
+            trend: ForceTrend {
+                mean: self.trend.mean,
+                squares: self.trend.squares,
+                products: of(&self.trend.products),
+            },
         }
     }
 
@@ -94,7 +131,7 @@ impl<R: Real, const S: usize> MassLines<R, S> {
 /// # use massline_shared::responses::Responses;
 /// let mut hits = ScatterAccumulator::<f64, 1>::new();
 /// for x in [0.9, 1.0, 1.1] {
-///     hits.add(&Responses::from([[x, 2.0 * x, 0.0]]));
+///     hits.add(&Responses::from([[x, 2.0 * x, 0.0]]), 20.0);
 /// }
 /// let lines = hits.mass_lines();
 /// assert!((lines.accelerance[1] - 2.0).abs() < 1e-12);
@@ -108,20 +145,31 @@ pub struct ScatterAccumulator<R, const S: usize> {
     /// Sum of the outer products of the deviations; both triangles.
     outer: ResponseSquare<R, S>,
     hits: u16,
+    trend: ForceTrend<R, S>,
 }
 
 impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
     /// An accumulator without hits.
     pub fn new() -> Self {
-        Self { mean: Responses::zeros(), outer: ResponseSquare::zeros(), hits: 0 }
+        Self {
+            mean: Responses::zeros(),
+            outer: ResponseSquare::zeros(),
+            hits: 0,
+            trend: ForceTrend::unknown(),
+        }
     }
 
-    /// Adds the mass lines of one hit.
-    pub fn add(&mut self, accelerance: &Responses<R, S>) {
+    /// Adds the mass lines of one hit of this peak force, N; hits of unknown force, 0, show no trend.
+    pub fn add(&mut self, accelerance: &Responses<R, S>, peak_force: R) {
         self.hits = self.hits.saturating_add(1);
+        let share = R::of(f64::from(self.hits)).recip();
         let before = accelerance - self.mean;
-        self.mean += before / R::of(f64::from(self.hits));
+        self.mean += before * share;
         let after = accelerance - self.mean;
+        let stronger = peak_force * peak_force - self.trend.mean;
+        self.trend.mean += stronger * share;
+        self.trend.squares += stronger * (peak_force * peak_force - self.trend.mean);
+        self.trend.products += after * stronger;
         for j in 0..3 * S {
             for i in j..3 * S {
                 let product = before[i] * after[j];
@@ -131,6 +179,11 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
                 }
             }
         }
+    }
+
+    /// How the accelerances change with the force.
+    pub fn trend(&self) -> ForceTrend<R, S> {
+        self.trend
     }
 
     /// Number of hits added.
@@ -161,8 +214,8 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
 
     /// Mass lines whose accelerance comes from averaged spectra, with unknown noise.
     pub fn mass_lines_at(&self, accelerance: Responses<R, S>) -> MassLines<R, S> {
-        let scatter = self.covariance();
-        MassLines { scatter, hits: self.hits, ..MassLines::without_scatter(accelerance) }
+        let (scatter, hits, trend) = (self.covariance(), self.hits, self.trend);
+        MassLines { scatter, hits, trend, ..MassLines::without_scatter(accelerance) }
     }
 }
 
@@ -243,7 +296,7 @@ mod tests {
         ) {
             let mut sums = ScatterAccumulator::<f64, 2>::new();
             for hit in &hits {
-                sums.add(&responses(hit));
+                sums.add(&responses(hit), 20.0);
             }
             let n = hits.len() as f64;
             let mean = hits.iter().map(responses).sum::<Responses<f64, 2>>() / n;
@@ -263,9 +316,12 @@ mod tests {
     fn stored_mass_lines_read_back() {
         let mut sums = ScatterAccumulator::<f32, 3>::new();
         for k in 0..4 {
-            sums.add(&Responses::from_fn(
-                |axis, i| if i < 2 { ((3 * i + axis) * k) as f32 } else { 0.0 },
-            ));
+            sums.add(
+                &Responses::from_fn(
+                    |axis, i| if i < 2 { ((3 * i + axis) * k) as f32 } else { 0.0 },
+                ),
+                0.0,
+            );
         }
         let noise =
             Responses::from_fn(|axis, i| if i < 2 { 0.1 + (3 * i + axis) as f32 } else { 0.0 });
@@ -287,7 +343,7 @@ mod tests {
     fn readings_keep_their_place_in_more_room_and_in_less() {
         let mut sums = ScatterAccumulator::<f64, 2>::new();
         for k in 0..3 {
-            sums.add(&Responses::from_fn(|axis, i| ((3 * i + axis) * k) as f64));
+            sums.add(&Responses::from_fn(|axis, i| ((3 * i + axis) * k) as f64), 20.0);
         }
         let lines = sums.mass_lines().with_noise(Responses::repeat(0.5));
         let wide = lines.resized::<4>();
@@ -301,16 +357,28 @@ mod tests {
     #[test]
     fn the_scatter_is_a_sum_of_squares() {
         let mut sums = ScatterAccumulator::<f64, 1>::new();
-        sums.add(&Responses::from([[3.0, 3.9, 0.0]]));
-        sums.add(&Responses::from([[3.0, 4.1, 0.0]]));
+        sums.add(&Responses::from([[3.0, 3.9, 0.0]]), 20.0);
+        sums.add(&Responses::from([[3.0, 4.1, 0.0]]), 20.0);
         // Two hits, each 0.1 from their mean.
         assert!((sums.scatter_squared() - 0.02).abs() < 1e-15);
     }
 
     #[test]
+    fn the_trend_is_the_regression_on_the_squared_force() {
+        let mut sums = ScatterAccumulator::<f64, 1>::new();
+        for force in [14.0_f64, 17.0, 18.0, 22.0] {
+            sums.add(&Responses::from([[0.8, 0.9 - 1e-4 * force * force, 0.0]]), force);
+        }
+        let ForceTrend { mean, squares, products } = sums.trend();
+        // Rounding only.
+        assert!((mean - (196.0 + 289.0 + 324.0 + 484.0) / 4.0).abs() < 1e-10);
+        assert!((products[1] / squares + 1e-4).abs() < 1e-15 && products[0].abs() < 1e-9);
+    }
+
+    #[test]
     fn one_hit_has_no_scatter() {
         let mut sums = ScatterAccumulator::<f32, 1>::default();
-        sums.add(&Responses::from([[1.0, 2.0, 3.0]]));
+        sums.add(&Responses::from([[1.0, 2.0, 3.0]]), 20.0);
         assert_eq!(sums.mass_lines().scatter, ResponseSquare::zeros());
         assert_eq!(*sums.mean(), Responses::from([[1.0, 2.0, 3.0]]));
     }

@@ -25,7 +25,9 @@ mod weighting;
 pub use applicability::{Applicability, information_spectrum};
 pub use estimate::{Consistency, Estimate, HALF_WIDTH_95, REJECTION_Z};
 pub use identification::{Identification, MASS_LINE_METHODS, Methods, identify, workspace};
-pub use mass_lines::{DofMassLines, MassLines, ScatterAccumulator, lower_triangle, symmetric};
+pub use mass_lines::{
+    DofMassLines, ForceTrend, MassLines, ScatterAccumulator, lower_triangle, symmetric,
+};
 pub(crate) use mass_lines::{by_reference, check_mass_lines};
 pub use method::{Entry, Observable, Progress};
 pub use observations::{FrequencyResponses, NoSpectrumBins, Observations, SpectrumBins};

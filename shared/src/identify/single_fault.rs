@@ -215,8 +215,7 @@ impl<R: Real> SingleFault<R> {
         let mut readings = heapless::Vec::<DofMassLines<R, S>, H>::new();
         for (index, lines) in dofs {
             let accelerance = truth.accelerance(&whole, *index)?;
-            let MassLines { noise, scatter, hits, .. } = lines.clone();
-            readings.push((*index, MassLines { accelerance, noise, scatter, hits })).ok()?;
+            readings.push((*index, MassLines { accelerance, ..lines.clone() })).ok()?;
         }
         let solution = fit(layout, &readings, workspace)?;
         let Consistency { chi_squared, degrees_of_freedom } = solution.estimate.consistency?;

@@ -176,13 +176,13 @@ pub fn known_scatter<R: RealFft>(measured: &[DofMassLines<R, RIG_SENSORS>]) -> K
     known
 }
 
-/// Compares a hit with its repeat hits by their own mass lines, given the scatter of the hits `elsewhere`, and adds
-/// it to them unless it disagrees and
-/// `verdict` is to reject such hits. The caller then has to remove an [`HitAgreement::Outlier`] from the spectra,
+/// Compares a hit of this peak force, N, with its repeat hits by their own mass lines, given the scatter of the hits
+/// `elsewhere`, and adds it to them unless it disagrees and `verdict` is to reject such hits. The caller then has to remove an [`HitAgreement::Outlier`] from the spectra,
 /// and to start the DOF again after [`HitAgreement::Inconsistent`].
 pub fn join<R: RealFft>(
     repeats: &mut ScatterAccumulator<R, RIG_SENSORS>,
     single: &Responses<R, RIG_SENSORS>,
+    peak_force: R,
     elsewhere: KnownScatter<R>,
     verdict: Verdict,
 ) -> HitAgreement<R> {
@@ -196,7 +196,7 @@ pub fn join<R: RealFft>(
     };
     let standing = hit.standing();
     if standing == HitAgreement::Agrees || verdict != Verdict::Reject {
-        repeats.add(single);
+        repeats.add(single, peak_force);
     }
     standing
 }

@@ -6,8 +6,10 @@ use super::hits::Task;
 use super::{BlockResult, MeasuredDof, Measurement};
 use crate::calibration::block::{BlockError, BlockMass, ForceRatio, force_ratio};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
+use crate::identify::maximum_likelihood::nonlinear_channel;
 use crate::identify::{
-    IdentifySettings, MassLines, Method, Observations, Progress, RIGIDITY_LIMIT, rigid_residuals,
+    ForceTrend, IdentifySettings, MassLines, Method, Observations, Progress, RIGIDITY_LIMIT,
+    rigid_residuals,
 };
 use crate::layout::{RIG_SENSORS, TestSettings};
 use crate::mass_line::MassLineError;
@@ -79,7 +81,8 @@ impl<R: RealFft> Measurement<'_, R> {
         let single = self.memory.single_hits.as_ref();
         let single = single.filter(|single| single.hits() == hits && hits > 1);
         let scatter = single.map_or_else(ResponseSquare::zeros, |single| single.covariance());
-        let lines = MassLines { accelerance, noise: fits.noise, scatter, hits };
+        let trend = single.map_or_else(ForceTrend::unknown, |single| single.trend());
+        let lines = MassLines { accelerance, noise: fits.noise, scatter, hits, trend };
         let inside = bins_of_band(band, resolution(&adc));
         let coherence = |response| spectra.mean_coherence(response, inside.clone());
         let coherence = (hits > 1).then(|| {
@@ -139,7 +142,24 @@ impl<R: RealFft> Measurement<'_, R> {
             return Task::Identify;
         }
         self.explain_refusals();
+        self.check_linearity();
         Task::Identified
+    }
+
+    /// Reports a channel whose readings are not proportional to the force.
+    fn check_linearity(&mut self) {
+        let (Some(layout), Some(best)) =
+            (&self.layout, self.memory.identification.estimates().first())
+        else {
+            return;
+        };
+        let Some(found) = nonlinear_channel(layout, &self.memory.mass_lines, best) else { return };
+        self.push_diagnostic(Diagnostic::about(
+            Code::ChannelNotLinear,
+            Severity::Warning,
+            Subject::channel(found.channel),
+            found.change.to_f32(),
+        ));
     }
 
     /// Reports why methods have no answer: as an error only for the best method, and only when no other

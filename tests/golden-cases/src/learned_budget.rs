@@ -94,7 +94,8 @@ fn dofs<R: Real>(check: &Check<'_, '_, R>, layout: &GoldenLayout<R>) -> Option<G
     for index in 0..layout.hits.len() {
         let mut hits = ScatterAccumulator::new();
         for _ in 0..per_dof {
-            hits.add(&GoldenResponses::from_iterator(single.by_ref().take(RESPONSES)));
+            let read = GoldenResponses::from_iterator(single.by_ref().take(RESPONSES));
+            hits.add(&read, R::zero());
         }
         let noise = noise / R::of(per_dof as f64).sqrt();
         let lines = hits.mass_lines().with_noise(GoldenResponses::from_element(noise));

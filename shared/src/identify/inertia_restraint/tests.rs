@@ -176,7 +176,7 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
         .map(|j| {
             let mut sums = ScatterAccumulator::new();
             for _ in 0..4000 {
-                sums.add(&hit(j));
+                sums.add(&hit(j), 0.0);
             }
             let scatter = sums.covariance();
             (j, MassLines { scatter, hits: 4, ..clean[j].1.clone() })
@@ -195,9 +195,9 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
             .collect();
         let theta = solve(&layout, &dofs, settings).unwrap().theta();
         // The ten properties, stored in the twelve elements of the matrix.
-        campaigns.add(&Responses::from_fn(|axis, i| {
-            theta.get(3 * i + axis).copied().unwrap_or_default()
-        }));
+        let stored =
+            Responses::from_fn(|axis, i| theta.get(3 * i + axis).copied().unwrap_or_default());
+        campaigns.add(&stored, 0.0);
     }
     let sigma = estimate.sigma().unwrap();
     let scattered = campaigns.covariance();

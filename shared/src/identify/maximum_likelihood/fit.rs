@@ -114,6 +114,8 @@ pub(super) enum Stage<R> {
     LearnScale { steps: u8 },
     /// Computes which part of the variances comes from the sensors, or from the mark at this place.
     Sharing(Option<usize>),
+    /// Looks for the hammer's signal in the responses.
+    Crosstalk,
     /// Evaluates the model for the last time.
     Settled,
     /// Checks the body and the consistency of the data.
@@ -218,7 +220,7 @@ impl<R: Real> Fit<R> {
                     (Progress::Done, None) if self.budget == ErrorBudget::Learned => {
                         Stage::LearnScatter
                     }
-                    (Progress::Done, None) => Stage::Settled,
+                    (Progress::Done, None) => Stage::Crosstalk,
                 };
                 if !matches!(self.stage, Stage::Refining(_)) {
                     self.hold_to_consistency();
@@ -258,8 +260,12 @@ impl<R: Real> Fit<R> {
             Stage::Sharing(place) => {
                 self.stage = match self.add_shares(place, &problem, dofs, &mut equations)? {
                     Progress::Going => Stage::Sharing(Some(place.map_or(0, |place| place + 1))),
-                    Progress::Done => Stage::Settled,
+                    Progress::Done => Stage::Crosstalk,
                 };
+            }
+            Stage::Crosstalk => {
+                self.test_crosstalk(&problem, dofs, &mut equations)?;
+                self.stage = Stage::Settled;
             }
             Stage::Settled => {
                 self.evaluate(&problem, dofs, &mut equations)?;

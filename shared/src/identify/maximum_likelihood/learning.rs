@@ -246,4 +246,4 @@ impl<R: Real> Fit<R> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

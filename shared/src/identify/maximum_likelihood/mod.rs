@@ -20,11 +20,13 @@
 mod answer;
 mod balance;
 mod bound;
+mod crosstalk;
 mod descent;
 mod fit;
 mod fit_problem;
 mod intervals;
 mod learning;
+mod linearity;
 mod model;
 mod normal_equations;
 mod nuisances;
@@ -37,6 +39,7 @@ mod start;
 pub use super::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 pub use bound::{Bound, bound, readings_covariance};
 pub use fit::{Fit, Start};
+pub use linearity::{NonlinearChannel, nonlinear_channel};
 pub use nuisances::{HitNuisances, NuisanceEstimates, SensorNuisances};
 
 use super::method::{self, Entry, Observable, Progress};

@@ -335,14 +335,26 @@ const fn start(row: usize) -> usize {
 fn add_right<R: Real, const S: usize>(right: &mut [R], rows: &Rows<'_, R, S>) -> R {
     let weighted = rows.weight.times(rows.residual);
     let (of_sensors, of_shared) = right.split_at_mut(rows.sensors.len() * SENSOR_NUISANCES);
-    let cells = of_sensors.chunks_mut(SENSOR_NUISANCES);
-    for (i, (columns, cells)) in rows.sensors.iter().zip(cells).enumerate() {
-        add_products(cells, columns, &weighted.column(i).into_owned());
-    }
-    for (column, to) in rows.shared.iter().zip(of_shared) {
-        *to += column.dot(&weighted);
-    }
+    rows.add_products(&weighted, of_sensors, of_shared);
     rows.residual.dot(&weighted)
+}
+
+impl<R: Real, const S: usize> Rows<'_, R, S> {
+    /// Adds `xᵀ w` for weighted readings `w` and every column `x`.
+    pub(super) fn add_products(
+        &self,
+        weighted: &Responses<R, S>,
+        of_sensors: &mut [R],
+        of_shared: &mut [R],
+    ) {
+        let cells = of_sensors.chunks_mut(SENSOR_NUISANCES);
+        for (i, (columns, cells)) in self.sensors.iter().zip(cells).enumerate() {
+            add_products(cells, columns, &weighted.column(i).into_owned());
+        }
+        for (column, to) in self.shared.iter().zip(of_shared) {
+            *to += column.dot(weighted);
+        }
+    }
 }
 
 /// Solves `Lᵀ x = b` in place.

@@ -3,7 +3,7 @@
 
 use super::fit_problem::{FitProblem, MOST_SHARED, Terms};
 use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
-use super::normal_equations::NormalEquations;
+use super::normal_equations::{NormalEquations, Rows};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
@@ -47,19 +47,33 @@ impl<R: Real, const S: usize> UnknownValues<R, S> {
         model: &Model<R, S>,
         terms: &Terms<R, S>,
     ) -> Responses<R, S> {
-        problem.with_rows(model, terms, |rows| {
-            let mut left = terms.residual;
-            for (i, (columns, values)) in rows.sensors.iter().zip(&self.sensors).enumerate() {
-                for (column, value) in columns.iter().zip(values) {
-                    let mut part = left.column_mut(i);
-                    part -= column * *value;
-                }
+        problem.with_rows(model, terms, |rows| self.left(rows))
+    }
+
+    /// The residual of these rows that the values leave unexplained.
+    pub(super) fn left(&self, rows: &Rows<'_, R, S>) -> Responses<R, S> {
+        let mut left = *rows.residual;
+        for (i, (columns, values)) in rows.sensors.iter().zip(&self.sensors).enumerate() {
+            for (column, value) in columns.iter().zip(values) {
+                let mut part = left.column_mut(i);
+                part -= column * *value;
             }
-            for (column, value) in rows.shared.iter().zip(&self.shared) {
-                left -= column * *value;
-            }
-            left
-        })
+        }
+        for (column, value) in rows.shared.iter().zip(&self.shared) {
+            left -= column * *value;
+        }
+        left
+    }
+
+    /// As many zeros.
+    pub(super) fn zeros(&self) -> Self {
+        let sensors = self.sensors.iter().map(|_| [R::zero(); SENSOR_NUISANCES]).collect();
+        Self { sensors, shared: self.shared.iter().map(|_| R::zero()).collect() }
+    }
+
+    /// All values, in the order of the equations.
+    pub(super) fn iter(&self) -> impl Iterator<Item = R> + '_ {
+        self.sensors.iter().flatten().chain(&self.shared).copied()
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::fit::Fit;
 use super::fit_problem::FitProblem;
-use super::model::{HIT_NUISANCES, Model, SENSOR_NUISANCES};
+use super::model::{Model, SENSOR_NUISANCES};
 use super::normal_equations::NormalEquations;
 use super::undetermined;
 use crate::Real;
@@ -54,17 +54,18 @@ impl<R: Real> Fit<R> {
             if whole > R::zero() { (mark / whole) * (mark / whole) } else { R::zero() }
         };
         let parts = [part(marks.node_position, position), part(marks.node_direction, direction)];
-        let mut as_residual = terms;
-        for k in 0..HIT_NUISANCES {
-            as_residual.residual = as_residual.model.spread.0[k];
-            equations.begin_second();
-            problem.with_rows(&model, &as_residual, |rows| equations.add_second(rows));
-            equations.solve_second();
-            let solved = &equations.second()[nuisances..];
-            let inertial = SVector::<R, 10>::from_fn(|i, _| solved[i]);
-            let moved = slopes * inertial;
-            self.shares.constant += moved.component_mul(&moved) * parts[k / 2];
-        }
+        problem.with_rows(&model, &terms, |rows| {
+            for (k, spread) in terms.model.spread.0.iter().enumerate() {
+                let weighted = terms.weight.times(spread);
+                let solved = equations.solve(|right| {
+                    let (of_sensors, of_shared) = right.split_at_mut(of_sensors);
+                    rows.add_products(&weighted, of_sensors, of_shared);
+                });
+                let inertial = SVector::<R, 10>::from_fn(|i, _| solved[nuisances + i]);
+                let moved = slopes * inertial;
+                self.shares.constant += moved.component_mul(&moved) * parts[k / 2];
+            }
+        });
         Ok(if place + 1 < dofs.len() { Progress::Going } else { Progress::Done })
     }
 }

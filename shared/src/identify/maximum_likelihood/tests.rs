@@ -230,15 +230,7 @@ fn single_precision_agrees_to_a_hundredth_of_a_standard_deviation() {
     }
     let single: Dofs<f32> = dofs
         .iter()
-        .map(|(j, l)| {
-            let lines = MassLines {
-                accelerance: l.accelerance.map(|v| v as f32),
-                noise: l.noise.map(|v| v as f32),
-                scatter: ResponseSquare::zeros(),
-                hits: l.hits,
-            };
-            (*j, lines)
-        })
+        .map(|(j, l)| (*j, MassLines { scatter: ResponseSquare::zeros(), ..l.cast() }))
         .collect();
     let wide = fit(&layout, &dofs, None).unwrap().estimate;
     let narrow = fit(&layout.cast::<f32, 3, 5>().unwrap(), &single, None).unwrap().estimate;

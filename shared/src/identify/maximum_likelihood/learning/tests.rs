@@ -15,16 +15,24 @@ use crate::layout::tests::bar_body;
 use crate::responses::Responses;
 
 /// Standard normal numbers, the same in every run (Box and Muller 1958).
-struct Normal(TestRng);
+pub(in super::super) struct Normal(TestRng);
 
 impl Normal {
-    fn new() -> Self {
+    pub(in super::super) fn new() -> Self {
         Self(TestRng::deterministic_rng(RngAlgorithm::ChaCha))
     }
 
+    fn uniform(&mut self) -> f64 {
+        (self.0.next_u64() as f64 + 0.5) / 2f64.powi(64)
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.uniform()
+    }
+
     fn next(&mut self) -> f64 {
-        let mut uniform = || -> f64 { (self.0.next_u64() as f64 + 0.5) / 2f64.powi(64) };
-        (-2.0 * uniform().ln()).sqrt() * (core::f64::consts::TAU * uniform()).cos()
+        let size = (-2.0 * self.uniform().ln()).sqrt();
+        size * (core::f64::consts::TAU * self.uniform()).cos()
     }
 
     fn vector(&mut self, sigma: f64) -> Vector3<f64> {
@@ -42,6 +50,17 @@ fn drawn(
     body: &RigidBody<f64>,
     scales: BudgetScales<f64>,
     normal: &mut Normal,
+) -> Dofs<f64> {
+    drawn_through(layout, body, scales, normal, |_, _| ())
+}
+
+/// The same with hits of 14 to 22 N, through a chain that changes the accelerances of a hit of this force.
+pub(in super::super) fn drawn_through(
+    layout: &Bar<f64>,
+    body: &RigidBody<f64>,
+    scales: BudgetScales<f64>,
+    normal: &mut Normal,
+    chain: impl Fn(&mut Responses<f64, 3>, f64),
 ) -> Dofs<f64> {
     let mut truth = layout.clone();
     let mut sensitivity = Vec::new();
@@ -78,7 +97,9 @@ fn drawn(
                 let read: Vector3<f64> = exact.column(i).into_owned();
                 reading.set_column(i, &(sensitivity * read + normal.vector(NOISE)));
             }
-            hits.add(&reading);
+            let force = normal.between(14.0, 22.0);
+            chain(&mut reading, force);
+            hits.add(&reading, force);
         }
         let noise = Responses::repeat(NOISE / f64::from(HITS).sqrt());
         dofs.push((index, hits.mass_lines().with_noise(noise)));
@@ -87,7 +108,7 @@ fn drawn(
 }
 
 /// The frame with a hammer that was calibrated against the sensors.
-fn calibrated() -> Bar<f64> {
+pub(in super::super) fn calibrated() -> Bar<f64> {
     let mut layout = five_hits();
     layout.hammer_gain = 0.0;
     layout

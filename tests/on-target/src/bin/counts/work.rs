@@ -267,14 +267,16 @@ fn hit(accelerance: &Responses<f32, RIG_SENSORS>) -> impl Iterator<Item = Scan> 
     })
 }
 
-/// Three hits with a scatter of about one percent, so that there is a covariance to compute.
+/// Three hits of different force with a scatter of about one percent, so that there is a covariance and a trend to
+/// compute.
 fn mass_lines(truth: &Responses<f32, RIG_SENSORS>) -> MassLines<f32, RIG_SENSORS> {
     let mut hits = ScatterAccumulator::new();
     for hit in 0..3 {
-        hits.add(&Responses::from_fn(|axis, sensor| {
+        let read = Responses::from_fn(|axis, sensor| {
             let response = 3 * sensor + axis;
             truth[response] + 0.005 * ((hit * 5 + response * 3) % 7) as f32 - 0.015
-        }));
+        });
+        hits.add(&read, 15.0 + 2.0 * hit as f32);
     }
     let mut lines = hits.mass_lines_at(*truth);
     lines.noise.fill(0.005);

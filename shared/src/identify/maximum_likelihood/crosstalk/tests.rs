@@ -1,0 +1,47 @@
+use std::vec::Vec;
+
+use super::super::learning::tests::{Normal, calibrated, drawn_through};
+use super::super::{BudgetScales, ErrorBudget, RIG_WORKSPACE, Start, solve};
+use super::*;
+use crate::layout::tests::bar_body;
+
+/// What is found in 40 tests through a chain that changes the accelerances.
+fn found(
+    budget: ErrorBudget,
+    chain: impl Fn(&mut Responses<f64, 3>, f64),
+) -> Vec<Option<Diagnostic>> {
+    let (layout, body, mut normal) = (calibrated(), bar_body(), Normal::new());
+    let mut memory = [0.0; RIG_WORKSPACE];
+    let mut one = || {
+        let dofs = drawn_through(&layout, &body, BudgetScales::default(), &mut normal, &chain);
+        let solution = solve(&layout, &dofs, Start::InertiaRestraint, budget, &mut memory).unwrap();
+        let mut said = solution.estimate.diagnostics.into_iter();
+        said.find(|d| d.code == Code::HammerInResponse)
+    };
+    (0..40).map(|_| one()).collect()
+}
+
+#[test]
+fn nothing_is_found_in_a_healthy_chain() {
+    for budget in [ErrorBudget::Stated, ErrorBudget::Learned] {
+        let suspected = found(budget, |_, _| ()).into_iter().flatten().count();
+        // Chance suspects one in 500, so two of forty in one of three hundred.
+        assert!(suspected <= 1, "{suspected} of {budget:?}");
+    }
+}
+
+#[test]
+fn a_part_of_the_hammer_is_named_with_its_size() {
+    const PART: f64 = 0.15;
+    for budget in [ErrorBudget::Stated, ErrorBudget::Learned] {
+        let found = found(budget, |a, _| a[3] += PART);
+        let named: Vec<_> = found.into_iter().flatten().collect();
+        // The part is about eight of its standard deviations.
+        assert!(named.len() >= 36, "{} of {budget:?}", named.len());
+        for one in named {
+            assert_eq!(one.subject, Subject::Channel(4));
+            // Found to three of its standard deviations.
+            assert!((f64::from(one.value) - PART).abs() < 0.4 * PART, "{one:?}");
+        }
+    }
+}
