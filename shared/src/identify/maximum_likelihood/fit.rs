@@ -222,9 +222,6 @@ impl<R: Real> Fit<R> {
                     }
                     (Progress::Done, None) => Stage::Crosstalk,
                 };
-                if !matches!(self.stage, Stage::Refining(_)) {
-                    self.hold_to_consistency();
-                }
             }
             Stage::LearnScatter => {
                 self.stated = self.consistency().reduced();
@@ -266,6 +263,7 @@ impl<R: Real> Fit<R> {
             Stage::Crosstalk => {
                 self.test_crosstalk(&problem, dofs, &mut equations)?;
                 self.stage = Stage::Settled;
+                self.hold_to_consistency();
             }
             Stage::Settled => {
                 self.evaluate(&problem, dofs, &mut equations)?;
@@ -356,7 +354,8 @@ impl<R: Real> Fit<R> {
     }
 
     /// Called at a minimum. A fit that has come from a crude start continues with free parameters; a free
-    /// minimum that is not a physical body is abandoned for a fit over physical bodies.
+    /// minimum that is not a physical body is abandoned for a fit over physical bodies, once it has taught the
+    /// budget.
     pub(super) fn settle(&mut self) {
         self.stage = Stage::Settled;
         match self.parameters {
@@ -364,12 +363,14 @@ impl<R: Real> Fit<R> {
             Parameters::Consistent { body, on_the_way: true } => {
                 self.depart(Parameters::Free(body.body().phi()));
             }
-            Parameters::Free(_) => {
-                if self.budget != ErrorBudget::FirstOrder {
-                    self.stage = Stage::Refining(Refinement::begin());
-                }
+            // A body without a positive inertia teaches nothing.
+            Parameters::Free(_)
+                if self.budget == ErrorBudget::FirstOrder
+                    || self.object().is_none_or(|object| !start::is_usable(&object)) =>
+            {
                 self.hold_to_consistency();
             }
+            Parameters::Free(_) => self.stage = Stage::Refining(Refinement::begin()),
         }
     }
 

@@ -10,7 +10,7 @@ use super::model::{HIT_NUISANCES, Model};
 use crate::Real;
 use crate::identify::{DofMassLines, Estimate, MassLines};
 use crate::layout::Layout;
-use crate::responses::Responses;
+use crate::responses::ResponseSquare;
 use crate::signal::HAMMER;
 
 /// A trend is significant beyond this number of standard deviations. Ten channels are tested, so chance exceeds it
@@ -38,10 +38,16 @@ pub struct NonlinearChannel<R> {
 struct Score<R> {
     score: R,
     information: R,
-    /// Scatter of the single hits under the weights, and its expected value.
-    scatter: [R; 2],
     /// Largest squared reading at the mean force, (m/s²)² or N².
     largest: R,
+}
+
+/// The sums for all channels.
+struct Scores<R, const S: usize> {
+    hammer: Score<R>,
+    responses: [[Score<R>; 3]; S],
+    /// Scatter of the single hits under the weights, and its expected value.
+    scatter: [R; 2],
 }
 
 /// The channel with the most significant trend under the body of an estimate; `None` when there is none or the
@@ -60,69 +66,95 @@ pub fn nonlinear_channel<R: Real, const S: usize, const H: usize>(
     let problem = FitProblem::new(layout).with_budget(scales, true);
     let object = problem.balance.body(&estimate.body);
     let model = Model::new(layout, &problem.balance, &problem.body_of(&object.phi())?)?;
-    let mut worst: Option<NonlinearChannel<R>> = None;
-    for channel in HAMMER..=problem.channels {
-        let sums = scores(&problem, &model, dofs, channel)?;
-        let change = sums.score / sums.information * sums.largest;
-        let significance =
-            sums.score / (sums.information * sums.scatter[0] / sums.scatter[1]).sqrt();
-        // A comparison with NaN is false.
-        if significance.abs() > worst.map_or(R::of(SIGNIFICANT), |worst| worst.significance.abs()) {
-            worst = Some(NonlinearChannel { channel, change, significance });
-        }
+    let mut sums = Scores::none();
+    for (index, lines) in dofs.iter().filter(|(_, lines)| lines.trend.squares > R::zero()) {
+        sums.add(&problem, &model, *index, lines)?;
     }
-    worst
+    let found = (HAMMER..).zip(sums.all()).map(|(channel, sum)| {
+        let information = sum.information * sums.scatter[0] / sums.scatter[1];
+        NonlinearChannel {
+            channel,
+            change: sum.score / sum.information * sum.largest,
+            significance: sum.score / information.sqrt(),
+        }
+    });
+    // A comparison with NaN is false.
+    found
+        .filter(|one| one.significance.abs() > R::of(SIGNIFICANT))
+        .reduce(|a, b| if b.significance.abs() > a.significance.abs() { b } else { a })
 }
 
-fn scores<R: Real, const S: usize, const H: usize>(
+impl<R: Real> Score<R> {
+    fn none() -> Self {
+        Self { score: R::zero(), information: R::zero(), largest: R::zero() }
+    }
+
+    /// Adds a DOF.
+    fn add(&mut self, score: R, information: R, largest: R) {
+        self.score += score;
+        self.information += information;
+        self.largest = self.largest.max(largest);
+    }
+}
+
+impl<R: Real, const S: usize> Scores<R, S> {
+    fn none() -> Self {
+        let (hammer, responses) = (Score::none(), [[Score::none(); 3]; S]);
+        Self { hammer, responses, scatter: [R::zero(); 2] }
+    }
+
+    /// The hammer, then the responses.
+    fn all(&self) -> impl Iterator<Item = Score<R>> + '_ {
+        core::iter::once(&self.hammer).chain(self.responses.as_flattened()).copied()
+    }
+
+    /// Adds a hit DOF; `None` when the model cannot be evaluated.
+    fn add<const H: usize>(
+        &mut self,
+        problem: &FitProblem<'_, R, S, H>,
+        model: &Model<R, S>,
+        index: usize,
+        lines: &MassLines<R, S>,
+    ) -> Option<()> {
+        let MassLines { accelerance, trend, .. } = lines;
+        let weight = weight_of_one(problem, model, index, lines)?;
+        let freedom = R::of(f64::from(lines.hits.max(1) - 1));
+        let both = weight.as_slice().iter().zip(lines.scatter.as_slice());
+        self.scatter[0] += both.fold(R::zero(), |sum, (w, s)| sum + *w * *s) * freedom;
+        self.scatter[1] += R::of(problem.channels as f64) * freedom;
+        // The weighted trends.
+        let trends = weight.times(&trend.products);
+        for (k, sum) in self.responses.as_flattened_mut().iter_mut().enumerate() {
+            let a = accelerance[k];
+            let cubed = a * a * a;
+            let information = cubed * cubed * weight[(k, k)] * trend.squares;
+            sum.add(cubed * trends[k], information, a * a * trend.mean);
+        }
+        // A hammer that reads too little makes every accelerance too large.
+        let information = accelerance.dot(&weight.times(accelerance)) * trend.squares;
+        self.hammer.add(-accelerance.dot(&trends), information, trend.mean);
+        Some(())
+    }
+}
+
+/// Inverse covariance of the accelerances of one hit at a DOF.
+fn weight_of_one<R: Real, const S: usize, const H: usize>(
     problem: &FitProblem<'_, R, S, H>,
     model: &Model<R, S>,
-    dofs: &[DofMassLines<R, S>],
-    channel: usize,
-) -> Option<Score<R>> {
-    let mut sums = Score {
-        score: R::zero(),
-        information: R::zero(),
-        scatter: [R::zero(); 2],
-        largest: R::zero(),
-    };
-    for (index, lines) in dofs {
-        let MassLines { accelerance, trend, hits, .. } = lines;
-        if trend.squares <= R::zero() {
-            continue;
-        }
-        let noise = R::of(f64::from(*hits)).sqrt();
-        let elastic = accelerance.amax() * R::of(ELASTIC);
-        let of_one =
-            lines.noise.map(|sigma| (sigma * sigma * noise * noise + elastic * elastic).sqrt());
-        let hit = problem.layout.hits.get(*index)?;
-        let errors = [R::zero(); HIT_NUISANCES];
-        let uncertainty = problem.hit_uncertainty(*index)?;
-        let weight = model
-            .hit(hit, &uncertainty, &problem.balance, 1, &errors)?
-            .weight(&of_one, problem.channels)?;
-        let mut direction = Responses::<R, S>::zeros();
-        let reading = if channel == HAMMER {
-            // A hammer that reads too little makes every accelerance too large.
-            direction = -accelerance;
-            R::one()
-        } else {
-            let own = accelerance[channel - 1];
-            direction[channel - 1] = own * own * own;
-            own
-        };
-        let weighted = weight.times(&direction);
-        let freedom = R::of(f64::from(hits.max(&1) - 1));
-        for k in 0..problem.channels {
-            let row = (0..problem.channels).map(|i| weight[(i, k)] * lines.scatter[(i, k)]);
-            sums.scatter[0] += row.fold(R::zero(), |sum, v| sum + v) * freedom;
-        }
-        sums.scatter[1] += R::of(problem.channels as f64) * freedom;
-        sums.score += weighted.dot(&trend.products);
-        sums.information += weighted.dot(&direction) * trend.squares;
-        sums.largest = sums.largest.max(reading * reading * trend.mean);
-    }
-    Some(sums)
+    index: usize,
+    lines: &MassLines<R, S>,
+) -> Option<ResponseSquare<R, S>> {
+    let hit = problem.layout.hits.get(index)?;
+    let uncertainty = problem.hit_uncertainty(index)?;
+    let (none, balance) = ([R::zero(); HIT_NUISANCES], &problem.balance);
+    let model = model.hit(hit, &uncertainty, balance, 1, &none)?;
+    let largest = lines.accelerance.amax();
+    // The scatter has four dimensions to first order only.
+    let second_order = lines.scatter.diagonal().sum() / lines.accelerance.norm_squared();
+    let common = largest * second_order.max(R::of(ELASTIC));
+    let hits = R::of(f64::from(lines.hits));
+    let noise = lines.noise.map(|sigma| (sigma * sigma * hits + common * common).sqrt());
+    model.weight(&noise, problem.channels)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use super::super::tests::Dofs;
 use super::super::{BudgetScales, ErrorBudget, RIG_WORKSPACE, Start, solve};
 use super::*;
 use crate::layout::tests::bar_body;
+use crate::responses::Responses;
 
 fn found(dofs: &Dofs<f64>) -> Option<NonlinearChannel<f64>> {
     let (layout, mut memory) = (calibrated(), [0.0; RIG_WORKSPACE]);
