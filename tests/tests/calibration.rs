@@ -358,11 +358,12 @@ fn start_block(client: &mut massline::client::Client, mass: f64, confirm: bool) 
     client.command_with(request).unwrap();
 }
 
-/// The breakouts' 100 nF are still in place on one sensor: 1 / (2π · 32 kΩ · 100 nF) = 49.7 Hz, with the 2 % of the
-/// bench's parts (1 σ). The hammer's own 2 % count as the sensor's. The largest of nine is within four sigmas.
+/// The breakouts' 100 nF are still in place: 1 / (2π · 32 kΩ · 100 nF) = 49.7 Hz, and 45.2 Hz with the rig's 10 nF,
+/// both with the 2 % of the bench's parts (1 σ). The hammer's own 2 % of its 320 µs count as the sensor's, which matters
+/// for small capacitors only. The largest of nine is within four sigmas.
 #[test]
 fn a_breakouts_own_capacitor_is_measured_and_named() {
-    for (seed, cutoff_hz) in [(3, 39.0), (4, 49.7), (5, 120.0), (6, 290.0)] {
+    for (seed, cutoff_hz) in [(3, 45.2), (4, 49.7), (5, 120.0), (6, 280.0)] {
         let mut bench = Bench::named("block").unwrap();
         bench.sensor.bandwidth_hz = Some([cutoff_hz; 3]);
         let test = block_test(2);
@@ -418,12 +419,13 @@ fn the_memory_of_the_multiplexer_is_found_by_both_tests() {
         let by_block = block.electronics.memory.unwrap();
         assert_eq!((by_tumble.channel, by_tumble.before), (0, 9));
         assert_eq!((by_block.channel, by_block.before), (1, 0));
-        for (found, resolved) in [(by_tumble, 5e-4), (by_block, 2e-4)] {
+        for (found, resolved) in [(by_tumble, 5e-4_f64), (by_block, 2e-4)] {
             // The second sample of a share of a share, and the gain 1 − κ of the channel itself.
             let error = found.share.value - memory;
             let allowed = 4.0 * found.share.sigma + 2.0 * memory * memory + 0.05 * memory;
             assert!(error.abs() < allowed, "{memory}: {found:?}");
-            assert!(found.share.sigma < resolved, "{memory}: {found:?}");
+            // A large memory disturbs all the other channels as well.
+            assert!(found.share.sigma < resolved.max(0.03 * memory), "{memory}: {found:?}");
             assert_eq!(found.is_large(), memory > 0.002, "{memory}: {found:?}");
         }
     }
