@@ -23,7 +23,8 @@ use serde_json::{Value, json};
 
 use crate::identification::{Identification, Selection, identify, layout_of, lines_of};
 use crate::report::{
-    diagnostics_json, estimates_of, message_in, refusals_json, refusals_text, table,
+    Unseen, cannot_see, diagnostics_json, estimates_of, message_in, refusals_json, refusals_text,
+    table,
 };
 use crate::single_fault::{Examination, NominalTest};
 
@@ -82,6 +83,13 @@ impl<'a> HostSolution<'a> {
     pub fn without_details(mut self) -> Self {
         self.identification.details = None;
         self
+    }
+
+    /// What the test cannot see.
+    pub fn cannot_see(&self) -> Vec<Unseen> {
+        let of_rig = estimates_of(self.result);
+        let best = self.identification.estimates.first().or(of_rig.first());
+        cannot_see(&self.layout, best.map(|estimate| &estimate.body))
     }
 
     /// Adds the findings to the JSON object of the rig's result.

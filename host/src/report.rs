@@ -5,6 +5,7 @@
 //! Jyz], SI.
 
 mod budget;
+mod cannot_see;
 mod details;
 mod estimate;
 mod measurement;
@@ -16,6 +17,9 @@ use massline_shared::diagnosis::Diagnostic;
 use serde_json::{Value, json};
 
 pub use budget::{budget_json, budget_text};
+pub use cannot_see::{
+    Unseen, cannot_see, cannot_see_json, cannot_see_text, glued, has_undeclared_mass,
+};
 pub use details::{details_json, details_text};
 pub use estimate::estimate_json;
 pub use measurement::{estimates_of, measurement_json, measurement_text};

@@ -278,6 +278,7 @@ impl FrfSolution {
             "diagnostics": report::diagnostics_json(&said, |d| message_in(d, &self.layout)),
         });
         self.examination.add_to(&mut value, &self.layout);
+        value["cannot_see"] = report::cannot_see_json(&self.cannot_see());
         value
     }
 
@@ -296,7 +297,11 @@ impl FrfSolution {
         for note in &self.notes {
             text += &format!("note: {note}\n");
         }
-        text
+        text + &report::cannot_see_text(&self.cannot_see())
+    }
+
+    fn cannot_see(&self) -> Vec<report::Unseen> {
+        report::cannot_see(&self.layout, self.answer().map(|answer| &answer.body))
     }
 }
 

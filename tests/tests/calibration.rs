@@ -5,21 +5,25 @@ use std::f64::consts::TAU;
 use std::io;
 use std::time::Duration;
 
+use massline::calibration::capacitor::{extra_capacitors, refusal};
 use massline::calibration::cutoffs::{CutoffError, RcCutoff};
+use massline::calibration::electronics::ConversionOrder;
 use massline::calibration::tumble::TumbleFile;
 use massline::calibration::verify::{Verdict, drifts};
 use massline::commands::bench_test::nominal_calibration;
 use massline::commands::calibrate::block::{BlockTest, LAYOUT};
 use massline::commands::calibrate::demo::{calibrate, error_of_scale, sensitivity_errors};
 use massline::commands::calibrate::rig::{BlockRig, TumbleRig};
-use massline::commands::calibrate::tumble::take;
+use massline::commands::calibrate::tumble::{PositionHum, take};
 use massline::commands::demo::LAYOUTS;
 use massline::layout_file::LayoutFile;
 use massline::output::Output;
 use massline_protocol::message::{CampaignCommand, CommandRequest};
+use massline_shared::Estimated;
 use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
+use massline_shared::diagnosis::Code;
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::units::Hertz;
 use massline_virtual::bench::{Bench, TumbleSource};
@@ -352,4 +356,126 @@ fn start_block(client: &mut massline::client::Client, mass: f64, confirm: bool) 
     let block_mass = Some(mass as f32);
     let request = CommandRequest { confirm, block_mass, ..CampaignCommand::Start.into() };
     client.command_with(request).unwrap();
+}
+
+/// The breakouts' 100 nF are still in place: 1 / (2π · 32 kΩ · 100 nF) = 49.7 Hz, and 45.2 Hz with the rig's 10 nF,
+/// both with the 2 % of the bench's parts (1 σ). The hammer's own 2 % of its 320 µs count as the sensor's, which matters
+/// for small capacitors only. The largest of nine is within four sigmas.
+#[test]
+fn a_breakouts_own_capacitor_is_measured_and_named() {
+    for (seed, cutoff_hz) in [(3, 45.2), (4, 49.7), (5, 120.0), (6, 280.0)] {
+        let mut bench = Bench::named("block").unwrap();
+        bench.sensor.bandwidth_hz = Some([cutoff_hz; 3]);
+        let test = block_test(2);
+        let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
+        let record = rig.client.calibration().unwrap();
+        let found = test.run(&mut rig, &record, &mut output()).unwrap();
+        let low = extra_capacitors(&found.cutoffs);
+        assert_eq!(low.len(), 9, "{:?}", found.cutoffs);
+        for one in &low {
+            let error = one.cutoff_hz / cutoff_hz - 1.0;
+            assert!(error.abs() < 4.0 * 2.0_f64.sqrt() * 0.02, "{one:?}");
+        }
+        assert_eq!(refusal(&low).unwrap().code(), "breakout_capacitor");
+    }
+}
+
+#[test]
+fn cutoffs_of_the_rigs_own_capacitors_are_not_accused() {
+    let bench = Bench::named("block").unwrap();
+    let test = block_test(2);
+    let mut rig = BlockRig::on_bench(&bench, &test.file.layout, 3, None).unwrap();
+    let record = rig.client.calibration().unwrap();
+    let found = test.run(&mut rig, &record, &mut output()).unwrap();
+    assert_eq!(extra_capacitors(&found.cutoffs), []);
+    assert_eq!(found.electronics.warnings(), [""; 0]);
+}
+
+/// The readings of a tumble test on a bench, and the hum in them.
+fn tumbled(bench: &Bench, seed: u64) -> (TumbleFile, Vec<PositionHum>, ConversionOrder) {
+    let directory = tempfile::tempdir().unwrap();
+    let mut readings = TumbleFile::new(&directory.path().join("tumble.toml"));
+    let mut rig = TumbleRig::on_bench(bench, 3, seed, None).unwrap();
+    let hum = take(&mut rig, &mut readings, &TumbleLimits::default(), &mut output()).unwrap();
+    (readings, hum, ConversionOrder::of(&rig.identity))
+}
+
+/// Both tests must find the memory within four of their standard deviations, which are to resolve the 0.2 % that
+/// matter: a quarter of it for the tumble test, a tenth for the block.
+#[test]
+fn the_memory_of_the_multiplexer_is_found_by_both_tests() {
+    for (seed, memory) in [(11, 0.0), (12, 0.003), (13, 0.01), (14, 0.03)] {
+        let mut bench = Bench::named("block").unwrap();
+        bench.adc.memory = memory;
+        let (readings, _, order) = tumbled(&bench, seed);
+        let test = block_test(5);
+        let mut rig = BlockRig::on_bench(&bench, &test.file.layout, seed, None).unwrap();
+        let mut record = rig.client.calibration().unwrap();
+        let tumble = readings.solve(&TumbleLimits::default()).unwrap();
+        record.take_tumble(&tumble.sensors, tumble.hammer_zero);
+        rig.client.put_calibration(&record).unwrap();
+        let block = test.run(&mut rig, &record, &mut output()).unwrap();
+        let by_tumble = readings.memory(&order).unwrap();
+        let by_block = block.electronics.memory.unwrap();
+        assert_eq!((by_tumble.channel, by_tumble.before), (0, 9));
+        assert_eq!((by_block.channel, by_block.before), (1, 0));
+        for (found, resolved) in [(by_tumble, 5e-4_f64), (by_block, 2e-4)] {
+            // The second sample of a share of a share, and the gain 1 − κ of the channel itself.
+            let error = found.share.value - memory;
+            let allowed = 4.0 * found.share.sigma + 2.0 * memory * memory + 0.05 * memory;
+            assert!(error.abs() < allowed, "{memory}: {found:?}");
+            // A large memory disturbs all the other channels as well.
+            assert!(found.share.sigma < resolved.max(0.03 * memory), "{memory}: {found:?}");
+            assert_eq!(found.is_large(), memory > 0.002, "{memory}: {found:?}");
+        }
+    }
+}
+
+/// A bow b bends the characteristic by −8 b / 4096² codes per code². A half sine of p codes then reads less by
+/// 4 b (π p / 4) / 4096² upwards and more by as much downwards. 60 to 100 N on 2 kg are p = 240 to 400.
+#[test]
+fn a_bent_characteristic_shows_as_a_difference_between_both_sides() {
+    let bow = 60.0;
+    let mut bench = Bench::named("block").unwrap();
+    bench.adc.bow_lsb = bow;
+    let test = block_test(5);
+    let mut rig = BlockRig::on_bench(&bench, &test.file.layout, 15, None).unwrap();
+    let record = rig.client.calibration().unwrap();
+    let block = test.run(&mut rig, &record, &mut output()).unwrap();
+    let expected = |peak: f64| -2.0 * 4.0 * bow * (TAU / 8.0 * peak) / 4096.0_f64.powi(2);
+    assert_eq!(block.electronics.asymmetry.len(), 3);
+    for asymmetry in &block.electronics.asymmetry {
+        let Estimated { value, sigma } = asymmetry.difference;
+        let [least, most] = [expected(240.0), expected(400.0)];
+        assert!(
+            value < least + 4.0 * sigma && value > most - 4.0 * sigma,
+            "{asymmetry:?}, expected {least} to {most}"
+        );
+        assert!(value < -4.0 * sigma, "{asymmetry:?}");
+    }
+}
+
+/// 5 mV of hum would be 0.6 m/s² rms, which counts as motion. The amplitude is found to noise of a code over 2048
+/// scans; the gains must be those of the same sensors without it, within the 0.02 % that noise makes, four times.
+#[test]
+fn mains_hum_is_named_in_a_tumble_test_and_changes_no_gain() {
+    let mut bench = Bench::named("block").unwrap();
+    let quiet = tumbled(&bench, 16);
+    assert_eq!(quiet.1, []);
+    (bench.mains.amplitude_v, bench.mains.frequency_hz) = (0.005, 59.9);
+    let loud = tumbled(&bench, 16);
+    assert_eq!(loud.1.len(), 6);
+    for PositionHum { hum, .. } in &loud.1 {
+        assert_eq!(hum.code, Code::HumOf60Hz);
+        assert!((hum.frequency - 59.9).abs() < 0.1, "{hum:?}");
+        assert!(hum.amplitude.iter().all(|volts| (volts / 0.005 - 1.0).abs() < 0.05), "{hum:?}");
+    }
+    let limits = TumbleLimits::default();
+    let [quiet, loud] = [quiet.0, loud.0].map(|readings| readings.solve(&limits).unwrap());
+    for (a, b) in quiet.sensors.iter().zip(&loud.sensors) {
+        for axis in 0..3 {
+            let ratio = b.sensitivity[(axis, axis)] / a.sensitivity[(axis, axis)];
+            assert!((ratio - 1.0).abs() < 8e-4, "{ratio}");
+        }
+    }
 }

@@ -83,6 +83,7 @@ pub const fn properties(reference: Volts) -> AdcProperties {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::facts::CONVERSION_ORDER;
 
     #[test]
     fn the_figures_of_the_readme_are_those_of_the_plan() {
@@ -91,5 +92,16 @@ mod tests {
         assert_eq!((properties.bits, properties.rate.0), (14, 4000.0));
         // 40 cycles at 24 MHz.
         assert!((properties.channel_delay.0 - 1.6667e-6).abs() < 1e-10);
+    }
+
+    #[test]
+    fn the_order_of_conversion_is_the_one_of_the_facts() {
+        let [order] = CONVERSION_ORDER else { panic!("{CONVERSION_ORDER:?}") };
+        assert_eq!(order.len(), RANKS);
+        for (input, &channel) in INPUTS.iter().zip(*order) {
+            // PA0 to PA7, PB0 and PB1 are the inputs of the channels, and in that order.
+            let expected = if usize::from(channel) == SENTINEL { VREFINT } else { channel.into() };
+            assert_eq!(input.channel, expected);
+        }
     }
 }

@@ -32,6 +32,17 @@ pub struct Board {
     pub boot_loader: Option<BootLoader>,
     /// Use of the pins.
     pub wiring: Option<Wiring>,
+    /// What is converted when.
+    pub conversion: Option<Conversion>,
+}
+
+/// The conversions of a scan.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Conversion {
+    /// For each converter, the channels in the order in which it converts them, over and over. The number after the
+    /// last channel stands for an input of constant voltage.
+    pub order: Vec<Vec<u8>>,
 }
 
 /// A chip.

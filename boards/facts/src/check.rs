@@ -82,6 +82,7 @@ fn chip(board: &Board) -> Result<(), Error> {
         Board { chip: None, .. } => Ok(()),
         Board { flash, .. } if flash.store.is_none() => missing("flash.store"),
         Board { wiring: None, .. } => missing("wiring"),
+        Board { conversion: None, .. } => missing("conversion"),
         _ => Ok(()),
     }
 }
@@ -122,6 +123,9 @@ pub mod tests {
         buzzer = "PB8"
         light = "PC13"
         plug = []
+
+        [conversion]
+        order = [[0, 1]]
     "#;
 
     /// The memories of an STM32F411CE.
@@ -194,6 +198,7 @@ pub mod tests {
     fn a_board_with_a_chip_has_a_store_and_wires() {
         refused(|board| board.flash.store = None, "flash.store");
         refused(|board| board.wiring = None, "wiring");
+        refused(|board| board.conversion = None, "conversion");
         let mut emulated = board();
         (emulated.chip, emulated.flash.store, emulated.wiring) = (None, None, None);
         check(&emulated).unwrap();

@@ -14,6 +14,14 @@ pub fn constants(board: &Board) -> String {
          pub const FLASH_BYTES: u32 = {:#x};\n",
         flash.bytes()
     );
+    if let Some(conversion) = &board.conversion {
+        let orders: Vec<String> = conversion.order.iter().map(|of| format!("&{of:?}")).collect();
+        text += &format!(
+            "/// The channels in the order of their conversion, for each converter.\n\
+             pub const CONVERSION_ORDER: &[&[u8]] = &[{}];\n",
+            orders.join(", ")
+        );
+    }
     if let Some(store) = flash.store {
         let start = store.origin - flash.origin;
         text += &format!(
@@ -28,6 +36,7 @@ pub fn constants(board: &Board) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::Conversion;
     use crate::check::tests::board;
 
     #[test]
@@ -36,6 +45,14 @@ mod tests {
         assert!(text.contains("NAME: &str = \"a-board\";"), "{text}");
         assert!(text.contains("FLASH_BYTES: u32 = 0x80000;"), "{text}");
         assert!(text.contains("STORE: core::ops::Range<u32> = 0x4000..0x10000;"), "{text}");
+    }
+
+    #[test]
+    fn each_converter_has_its_order() {
+        let mut board = board();
+        board.conversion = Some(Conversion { order: vec![vec![0, 2], vec![1, 3]] });
+        let text = constants(&board);
+        assert!(text.contains("CONVERSION_ORDER: &[&[u8]] = &[&[0, 2], &[1, 3]];"), "{text}");
     }
 
     #[test]

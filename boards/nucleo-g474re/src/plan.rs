@@ -97,6 +97,7 @@ pub const fn properties(reference: Volts) -> AdcProperties {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::facts::CONVERSION_ORDER;
 
     #[test]
     fn the_figures_of_the_readme_are_those_of_the_plan() {
@@ -105,5 +106,20 @@ mod tests {
         assert_eq!((properties.bits, properties.rate.0), (16, 4000.0));
         // 74 cycles at 42.5 MHz.
         assert!((properties.channel_delay.0 - 1.7412e-6).abs() < 1e-10);
+    }
+
+    #[test]
+    fn the_order_of_conversion_is_the_one_of_the_facts() {
+        let [first, second] = CONVERSION_ORDER else { panic!("{CONVERSION_ORDER:?}") };
+        assert_eq!((first.len(), second.len()), (ADC1.len(), ADC2.len()));
+        for pair in 0..SENTINEL / PAIR {
+            // A pair of codes is one word of the transfer, ADC1's first.
+            assert_eq!(usize::from(first[pair]), PAIR * pair);
+            assert_eq!(usize::from(second[pair]), PAIR * pair + 1);
+        }
+        assert_eq!(usize::from(first[PAIRS - 1]), SENTINEL);
+        // ADC2 converts its last input twice.
+        assert_eq!(ADC2[PAIRS - 1], ADC2[PAIRS - 2]);
+        assert_eq!(second[PAIRS - 1], second[PAIRS - 2]);
     }
 }

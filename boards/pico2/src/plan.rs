@@ -82,6 +82,7 @@ pub const PROPERTIES: AdcProperties = AdcProperties {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::facts::CONVERSION_ORDER;
 
     #[test]
     fn the_figures_of_the_readme_are_those_of_the_plan() {
@@ -89,5 +90,12 @@ mod tests {
         assert_eq!((PROPERTIES.bits, PROPERTIES.rate.0), (14, 4000.0));
         // 625 cycles at 150 MHz.
         assert!((PROPERTIES.channel_delay.0 - 4.1667e-6).abs() < 1e-10);
+    }
+
+    #[test]
+    fn the_order_of_conversion_is_the_one_of_the_facts() {
+        // In the mode Auto-2 the channels follow one another, and the first follows the last.
+        let order: Vec<u8> = (0..CHANNELS as u8).collect();
+        assert_eq!(CONVERSION_ORDER, [order]);
     }
 }

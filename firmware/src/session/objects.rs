@@ -5,7 +5,9 @@ use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use massline_protocol::crc32_of_chunks;
 use massline_protocol::message::Reason;
-use massline_protocol::object::{ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind};
+use massline_protocol::object::{
+    ChunkRequest, MAX_CHUNK, ObjectId, ObjectInfo, ObjectKind, READING,
+};
 use massline_shared::measurement::averaging::{DofSpectra, resolution};
 use massline_shared::measurement::{Measurement, Recorded};
 use massline_shared::signal::{RESPONSES, Record, SPECTRUM_BINS};
@@ -91,13 +93,16 @@ impl<F: NorFlash> Objects<'_, '_, F> {
     }
 }
 
-/// The record, if it holds the requested hit and is not being written.
+/// The record, if it holds the requested hit or reading and is not being written.
 fn record<'r>(
     measurement: &'r Measurement<'_, f32>,
     object: ObjectId,
 ) -> Result<&'r Record, Reason> {
     match measurement.recorded() {
         Recorded::Hit(hit) if hit == object.number => Ok(measurement.record()),
+        Recorded::Reading if object.number == READING && !measurement.reads() => {
+            Ok(measurement.record())
+        }
         Recorded::Hit(_) => Err(Reason::NotFound),
         _ if measurement.rests() => Err(Reason::NotFound),
         _ => Err(Reason::Busy),

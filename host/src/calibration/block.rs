@@ -4,12 +4,16 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::block::{
     BlockError, BlockHit, BlockMass, ForceRatio, SensorRatio, force_ratio, sensor_ratios,
 };
+use massline_shared::calibration::opposite_hits::{Setup, opposite_hits};
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord, CalibrationSigma};
+use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::identify::MassLines;
-use massline_shared::layout::{RIG_SENSORS, RigLayout};
+use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout};
+use massline_shared::signal::HAMMER;
 use nalgebra::Vector3;
 
 use super::cutoffs::{self, RcCutoff};
+use super::electronics::{ConversionOrder, Electronics};
 use crate::error::{Error, Result};
 
 /// The hits of a block test.
@@ -24,6 +28,23 @@ pub struct Block {
     pub hammer: Option<ForceRatio<f64>>,
     /// The low-pass of each sensor axis against the hammer's.
     pub cutoffs: Vec<RcCutoff>,
+    /// What hits from both sides show of multiplexer and converter.
+    pub electronics: Electronics,
+    /// Warnings of the rig about the hits: mains hum, which it has taken out, and others.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// What is known when a block is hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Conditions<'a> {
+    /// The layout in use.
+    pub layout: &'a RigLayout,
+    /// The calibration in force.
+    pub record: &'a CalibrationRecord,
+    /// The block.
+    pub mass: BlockMass<f64>,
+    /// What the rig converts when.
+    pub order: &'a ConversionOrder,
 }
 
 impl From<BlockError> for Error {
@@ -60,18 +81,16 @@ pub fn hits_of(result: &MeasurementResult, layout: &RigLayout) -> Result<Hits> {
 }
 
 impl Block {
-    /// Evaluates hits that were measured with the calibration `record` in force, and the `cutoffs` found from
-    /// them.
+    /// Evaluates the hits of a result and the `cutoffs` found from their spectra.
     ///
     /// # Errors
     /// Exit 3 when the hits do not determine a calibration.
     pub fn of(
-        hits: &[BlockHit<f64, RIG_SENSORS>],
-        layout: &RigLayout,
-        record: &CalibrationRecord,
-        block: BlockMass<f64>,
+        result: &MeasurementResult,
+        Conditions { layout, record, mass: block, order }: Conditions<'_>,
         cutoffs: Vec<RcCutoff>,
     ) -> Result<Self> {
+        let hits = &hits_of(result, layout)?;
         let count = layout.sensors.len();
         let sensors = layout.sensors.iter().enumerate().map(|(k, sensor)| {
             let axes = sensor.axes.map(|axis| axis.map(f64::from));
@@ -81,7 +100,22 @@ impl Block {
         let lines = hits.iter().map(|hit| &hit.lines);
         let known = record.method.knows_sensors();
         let hammer = known.then(|| force_ratio(lines, count, block)).transpose()?;
-        Ok(Self { sensors, hammer, cutoffs })
+        let exact = layout.cast::<f64, RIG_SENSORS, RIG_HITS>();
+        let setup = exact.as_ref().map(|exact| Setup {
+            sensors: &exact.sensors,
+            mass: block.mass,
+            calibration: &record.calibration,
+            after_hammer: order.after(HAMMER),
+        });
+        let opposite = setup.and_then(|setup| opposite_hits(hits, &setup));
+        let grave = result.diagnostics.iter().filter(|d| d.severity > Severity::Note);
+        Ok(Self {
+            sensors,
+            hammer,
+            cutoffs,
+            electronics: Electronics::of(opposite.as_ref(), order),
+            warnings: grave.copied().collect(),
+        })
     }
 
     /// Updates the calibration that was in force. If the sensors have been calibrated already they stay, and

@@ -5,14 +5,19 @@
 //! | [`tumble`] | six static readings of all channels, stored in a file until the set is complete |
 //! | [`block`] | the result of a block test |
 //! | [`cutoffs`] | the low-passes of the sensors, from the spectra of a block test |
+//! | [`capacitor`] | low-passes that are too slow: the breakout's own capacitor |
+//! | [`electronics`] | what both tests show of multiplexer and converter |
+//! | [`plausible`] | the result of a block test against data sheet and tumble test |
 //! | [`day`] | calendar dates |
 //! | [`verify`] | a block test that checks the calibration in force |
 //!
 //! The file format is in [`crate::calibration_file`], the mathematics in [`massline_shared::calibration`].
 
 pub mod block;
+pub mod capacitor;
 pub mod cutoffs;
 pub mod day;
+pub mod electronics;
 pub mod plausible;
 pub mod tumble;
 pub mod verify;

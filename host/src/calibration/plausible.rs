@@ -21,36 +21,12 @@ const MOST: f64 = 1.25;
 /// # Errors
 /// Exit 3 with the mass that would agree, or with the sensor that does not.
 pub fn check(found: &Block, before: &CalibrationRecord, mass: f64, new_hammer: bool) -> Result<()> {
-    if let Some(hammer) = &found.hammer {
-        if new_hammer || is_near(hammer.ratio) {
-            return Ok(());
-        }
-        return Err(Error::undetermined(
-            "mass_disagrees",
-            format!(
-                "with a block of {mass} kg the hammer's force would be {:.2} times what its calibration \
-                 says; with the sensors as the tumble test found them, a block of {:.3} kg agrees: check \
-                 --mass, or give --new-hammer if the hammer is not the one of the calibration",
-                hammer.ratio,
-                mass / hammer.ratio,
-            ),
-        ));
+    check_mass(found, before, mass, new_hammer)?;
+    if found.hammer.is_some() {
+        return Ok(());
     }
     let ratios = against_data_sheet(found, before);
-    let mut sorted: Vec<f64> = ratios.iter().flatten().copied().collect();
-    sorted.sort_by(f64::total_cmp);
-    let Some(&median) = sorted.get(sorted.len() / 2) else { return Ok(()) };
-    if !is_near(median) {
-        return Err(Error::undetermined(
-            "mass_disagrees",
-            format!(
-                "with a block of {mass} kg the sensors would have {median:.2} times the sensitivity of their \
-                 data sheet (57 mV/g); a block of {:.3} kg agrees with it: check --mass, then the hammer's \
-                 sensitivity in the calibration",
-                mass / median,
-            ),
-        ));
-    }
+    let Some(median) = median(&ratios) else { return Ok(()) };
     let far = |of_sensor: &[f64; 3]| of_sensor.iter().position(|ratio| !is_near(ratio / median));
     match ratios.iter().enumerate().find_map(|(k, of_sensor)| Some((k, far(of_sensor)?))) {
         None => Ok(()),
@@ -65,6 +41,58 @@ pub fn check(found: &Block, before: &CalibrationRecord, mass: f64, new_hammer: b
             ),
         )),
     }
+}
+
+/// Refuses a block test whose ratios are all wrong by one factor, as those of a wrong mass are.
+///
+/// # Errors
+/// Exit 3 with the mass that would agree.
+pub fn check_mass(
+    found: &Block,
+    before: &CalibrationRecord,
+    mass: f64,
+    new_hammer: bool,
+) -> Result<()> {
+    if let Some(hammer) = &found.hammer {
+        if new_hammer || is_near(hammer.ratio) {
+            return Ok(());
+        }
+        return Err(Error::undetermined(
+            "mass_disagrees",
+            format!(
+                "with a block of {mass} kg the hammer's force would be {:.2} times what its calibration \
+                 says; with the sensors as the tumble test found them, a block of {:.3} kg agrees: check \
+                 --mass, or calibrate with `calibrate block --new-hammer` if the hammer is not the one of the \
+                 calibration",
+                hammer.ratio,
+                mass / hammer.ratio,
+            ),
+        ));
+    }
+    match median(&against_data_sheet(found, before)) {
+        Some(median) if !is_near(median) => Err(Error::undetermined(
+            "mass_disagrees",
+            format!(
+                "with a block of {mass} kg the sensors would have {median:.2} times the sensitivity of their \
+                 data sheet (57 mV/g); a block of {:.3} kg agrees with it: check --mass, then the hammer's \
+                 sensitivity in the calibration{}",
+                mass / median,
+                if median < 1.0 {
+                    ", then whether a breakout's own capacitor is in place"
+                } else {
+                    ""
+                },
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// The middle of all ratios.
+fn median(ratios: &[[f64; 3]]) -> Option<f64> {
+    let mut sorted: Vec<f64> = ratios.iter().flatten().copied().collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
 }
 
 /// True for a ratio near one.
@@ -85,6 +113,7 @@ fn against_data_sheet(found: &Block, before: &CalibrationRecord) -> Vec<[f64; 3]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::electronics::Electronics;
     use massline_shared::calibration::block::{ForceRatio, SensorRatio};
     use nalgebra::Matrix3;
 
@@ -94,7 +123,13 @@ mod tests {
             sigma: Matrix3::repeat(0.001),
         };
         let hammer = hammer.map(|ratio| ForceRatio { ratio, sigma: 0.001, departure: (0.0, 1.0) });
-        Block { sensors: ratios.map(of).to_vec(), hammer, cutoffs: Vec::new() }
+        Block {
+            sensors: ratios.map(of).to_vec(),
+            hammer,
+            cutoffs: Vec::new(),
+            electronics: Electronics::default(),
+            warnings: Vec::new(),
+        }
     }
 
     fn said(ratios: [f64; 3], hammer: Option<f64>, mass: f64, new_hammer: bool) -> String {

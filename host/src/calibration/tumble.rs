@@ -2,11 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use massline_shared::calibration::memory::kept_by_hammer;
 use massline_shared::calibration::tumble::{
     Position, RestVoltages, SensorProblem, Tumble, TumbleLimits, TumbleProblem, TumbleTest,
 };
+use massline_shared::signal::HAMMER;
 use serde::{Deserialize, Serialize};
 
+use super::electronics::{ConversionOrder, Memory};
 use crate::error::{Error, Result};
 use crate::toml_file;
 
@@ -111,6 +114,14 @@ impl TumbleFile {
         self.test = TumbleTest::new();
         // The file may be missing already.
         let _ = std::fs::remove_file(&self.path);
+    }
+
+    /// What the hammer's channel keeps of the channel that is converted before it; `None` where that is no sensor
+    /// axis, or the readings do not show it.
+    pub fn memory(&self, order: &ConversionOrder) -> Option<Memory> {
+        let before = order.before(HAMMER)?;
+        let share = kept_by_hammer(self.test.readings(), before)?;
+        Some(Memory { channel: HAMMER, before, share })
     }
 
     /// Zero and sensitivity of each sensor.

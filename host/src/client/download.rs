@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 use massline_protocol::crc32;
 use massline_protocol::message::{GetObjectInfo, ReadObject, Reason};
 use massline_protocol::object::{
-    ChunkRequest, MAX_CHUNK, MeasurementResult, ObjectId, ObjectInfo, ObjectKind,
+    ChunkRequest, MAX_CHUNK, MeasurementResult, ObjectId, ObjectInfo, ObjectKind, READING,
 };
+use massline_shared::signal::Scan;
 
-use super::{Client, ClientError, DofSpectra, SpectraError};
+use super::{Client, ClientError, DofSpectra, SpectraError, scans_of};
 
 /// How often an object is read again when its checksum is wrong or it changes during the download.
 const ATTEMPTS: u32 = 3;
@@ -48,6 +49,19 @@ impl Client {
         let bytes = self.download(object, |_, _| ())?;
         postcard::from_bytes(&bytes)
             .map_err(|_| ClientError::Unreadable { kind: object.kind, number })
+    }
+
+    /// Downloads the record of the latest reading without a hit; `None` from a rig that does not give it.
+    ///
+    /// # Errors
+    /// As [`Client::download`].
+    pub fn rest_record(&mut self) -> Result<Option<Vec<Scan>>, ClientError> {
+        let object = ObjectId { kind: ObjectKind::Record as u8, number: READING };
+        match self.download(object, |_, _| ()) {
+            Ok(bytes) => Ok(Some(scans_of(&bytes))),
+            Err(e) if e.refusal() == Some(Reason::NotFound) => Ok(None),
+            Err(e) => Err(e),
+        }
     }
 
     /// Downloads the spectra of a DOF, by its index in the layout; the rig has those of the DOF in progress

@@ -59,9 +59,11 @@ enum Command {
 /// When the file is bad, or with `check` and `suggest` no layout determines the ten properties.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     match &args.command {
-        Command::New { output: None } => {
-            output.answer(&json!({ "layout": TEMPLATE }), |_| TEMPLATE.trim_end().into())
+        Command::New { output: None } if output.json() => {
+            output.answer(&json!({ "layout": TEMPLATE }), |_| String::new())
         }
+        // Unwrapped: a comment that goes on in a line of its own is none.
+        Command::New { output: None } => output.verbatim(TEMPLATE.trim_end()),
         Command::New { output: Some(path) } => {
             create(path)?;
             output.answer(&json!({ "written": path }), |_| format!("{} written", path.display()))

@@ -36,7 +36,9 @@ pub fn measurement(
     if let Some(nominal) = nominal {
         let again = HostSolution::examined(&result, nominal, selection);
         again.add_to(&mut value);
-        text += &format!("\n{}", again.to_text());
+        let unseen = again.cannot_see();
+        value["cannot_see"] = report::cannot_see_json(&unseen);
+        text += &format!("\n{}{}", again.to_text(), report::cannot_see_text(&unseen));
     }
     output.answer(&value, |_| text)
 }

@@ -54,12 +54,20 @@ impl FlashMethod {
 }
 
 /// Every board with a physical chip, by name.
-pub static BOARDS: LazyLock<Vec<Board>> = LazyLock::new(|| {
-    let facts = FILES.iter().map(|(name, text)| {
+pub static BOARDS: LazyLock<Vec<Board>> =
+    LazyLock::new(|| facts().filter_map(Board::with_chip).collect());
+
+/// The facts of every board.
+fn facts() -> impl Iterator<Item = massline_boards::Board> {
+    FILES.iter().map(|(name, text)| {
         massline_boards::Board::parse(name, text).expect("the build script has read the same text")
-    });
-    facts.filter_map(Board::with_chip).collect()
-});
+    })
+}
+
+/// For each converter of a board, the channels in the order of their conversion; `None` for a board without a chip.
+pub fn conversion_order(name: &str) -> Option<Vec<Vec<u8>>> {
+    facts().find(|facts| facts.name == name)?.conversion.map(|conversion| conversion.order)
+}
 
 impl Board {
     /// `None` when the board is emulated.

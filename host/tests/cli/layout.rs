@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::{answer, changed_layout};
+use crate::program::{answer, changed_layout, run};
 
 /// The ten inertial parameters, as in every result.
 const NAMES: [&str; 10] = ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"];
@@ -253,4 +253,28 @@ fn a_hit_without_a_sign_is_refused_with_both_possible_signs() {
     let (code, value) = layout(&["check", &path]);
     assert_eq!(code, 2);
     assert!(value["error"]["message"].as_str().unwrap().contains("write 1:+Y or 1:-Y"), "{value}");
+}
+
+/// What is written into a file or a pipe, as the first example of the help does.
+#[test]
+fn the_layout_that_new_prints_can_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("new.toml");
+    std::fs::write(&path, run(&["layout", "new"]).stdout).unwrap();
+    let (exit, value) = layout(&["check", &path.display().to_string()]);
+    assert_eq!(exit, 0, "{value}");
+}
+
+#[test]
+fn the_mass_of_the_sensors_is_asked_for_until_it_is_declared() {
+    let folder = tempfile::tempdir().unwrap();
+    let (exit, value) = layout(&["check", &example(1)]);
+    let note = value["notes"][0].as_str().unwrap();
+    assert_eq!(exit, 0);
+    // What it says to add is read as it stands.
+    let entries = note.split_once("sensors = [").unwrap().1;
+    let sensors = format!("sensors = [{entries}");
+    let declared = changed_layout(folder.path(), "sensors = [1, 2, 3]", &sensors);
+    let (exit, value) = layout(&["check", &declared]);
+    assert_eq!((exit, value["notes"].as_array().unwrap().len()), (0, 0), "{value}");
 }

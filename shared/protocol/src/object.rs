@@ -27,7 +27,7 @@ pub const MAX_CHUNK: usize = 1024;
 pub enum ObjectKind {
     /// A stored [`MeasurementResult`], postcard; `number` is the result's.
     Result = 1,
-    /// The record of the last hit: scans of ten little-endian u16 codes; `number` is the hit's.
+    /// The record of the last hit: scans of ten little-endian u16 codes; `number` is the hit's, or [`READING`].
     Record = 2,
     /// Averaged spectra of the current DOF or of the last one finished; `number` is the DOF's index. It
     /// consists of little-endian words of four bytes: DOF, hits, responses (u8 each) and a zero; number of
@@ -38,6 +38,9 @@ pub enum ObjectKind {
     /// same: G_FF has no unit, G_XF is in (m/s²)/N.
     Spectra = 3,
 }
+
+/// Number of the record of a reading without a hit, as long as no hit has followed; hits count from 1.
+pub const READING: u32 = 0;
 
 /// Identifies an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -12,6 +12,7 @@
 //! numbers, 12 unknowns.
 
 mod readings;
+mod rest_record;
 
 use core::f64::consts::FRAC_1_SQRT_2;
 use core::fmt;
@@ -25,6 +26,7 @@ use crate::layout::{Axis, Sign};
 use crate::signal::Calibration;
 
 pub use readings::{RestVoltages, SensorProblem, Tumble, TumbleTest};
+pub use rest_record::RestHum;
 
 /// Position of the sensors: the axis that points up or down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

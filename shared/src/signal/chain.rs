@@ -121,9 +121,11 @@ impl Calibration {
     pub const HAMMER_VOLT_PER_NEWTON: f64 = 0.0225;
     /// Output of the hammer's conditioner without force.
     pub const HAMMER_ZERO: Volts<f64> = Volts(0.1);
-    /// Cutoff of the low-pass formed by 10 nF and the 32 kΩ output of an ADXL326; that of the hammer is
-    /// equal.
-    pub const RC_CUTOFF: Hertz<f64> = Hertz(1.0 / (core::f64::consts::TAU * 32e3 * 10e-9));
+    /// Resistance in each output of an ADXL326, ohm.
+    pub const ADXL326_OUTPUT_OHM: f64 = 32e3;
+    /// Cutoff of the low-pass formed by 10 nF and the output of an ADXL326; that of the hammer is equal.
+    pub const RC_CUTOFF: Hertz<f64> =
+        Hertz(1.0 / (core::f64::consts::TAU * Self::ADXL326_OUTPUT_OHM * 10e-9));
     /// Lower limit of [`Calibration::sensor_range`], m/s²: gravity takes one g of the range, and the hit
     /// needs some as well.
     pub const SMALLEST_RANGE: f32 = (2.0 * crate::STANDARD_GRAVITY) as f32;

@@ -8,11 +8,15 @@ use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::RigLayout;
+use massline_shared::signal::HAMMER;
+use serde_json::json;
 
 use super::rig::{BlockRig, RigArgs};
 use super::{OriginArgs, report, store};
-use crate::calibration::block::{Block, hits_of};
+use crate::calibration::block::{Block, Conditions};
+use crate::calibration::capacitor::{self, extra_capacitors};
 use crate::calibration::cutoffs::cutoffs;
+use crate::calibration::electronics::ConversionOrder;
 use crate::calibration::plausible;
 use crate::calibration::verify::{Verdict, drifts};
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
@@ -21,6 +25,7 @@ use crate::commands::{show, simulated::narrow};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
+use crate::report::message_in;
 use crate::spectra::SpectraCollection;
 
 /// The default layout of the block.
@@ -55,8 +60,10 @@ pub struct BlockArgs {
 Hang the block from soft cords like any object, glue the sensors near its centre of mass, and hit it
 through the centre of mass, as hard as the channels allow: 2 kg and 60 to 100 N. After a tumble test
 this gives the hammer's own sensitivity; without one, the sensors against the hammer. The RC cutoff
-of each axis is found against the hammer's, which stays as it is. Good hits are accepted by
-themselves. The rig keeps them: after Ctrl-C the same command goes on, but what was hit before gives
+of each axis is found against the hammer's, which stays as it is; one below 300 Hz is refused, because
+the breakout's own capacitor makes it. Hits from both sides also show what the channel converted after
+the hammer keeps of its voltage (memory of the multiplexer) and whether the sensors answer pushes from
+both sides alike; mains hum is taken out and named. Good hits are accepted by themselves. The rig keeps them: after Ctrl-C the same command goes on, but what was hit before gives
 no cutoffs any more (--restart hits it again).
 
 Examples:
@@ -109,6 +116,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let mut rig = args.block.rig.block_rig(&test.file.layout)?;
     let before = rig.client.calibration()?;
     let found = test.run(&mut rig, &before, output)?;
+    judge(&found, &before, &test.layout, output)?;
     plausible::check(&found, &before, args.block.mass, args.new_hammer)?;
     let mut record = before;
     found.write(&mut record);
@@ -127,6 +135,31 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     value["block"] = report::block_json(&found);
     value["stored"] = (!args.dry_run).into();
     output.answer(&value, |_| report::block_text(&found, &record))
+}
+
+/// Prints what the hits show besides the sensitivities, and refuses a breakout's own capacitor.
+///
+/// # Errors
+/// Exit 3 with the axes whose cutoff has turned out to be too low.
+fn judge(
+    found: &Block,
+    before: &CalibrationRecord,
+    layout: &RigLayout,
+    output: &mut Output,
+) -> Result<()> {
+    let low = extra_capacitors(&found.cutoffs);
+    if let Some(error) = capacitor::refusal(&low) {
+        if !output.json() {
+            let hammer = before.calibration.channels[HAMMER].cutoff;
+            output.text(report::cutoffs_text(&found.cutoffs, hammer))?;
+        }
+        output.explain(json!({ "block": report::block_json(found) }));
+        return Err(error);
+    }
+    show::list(&found.warnings, |d| message_in(d, layout), output);
+    capacitor::sentence(&low).into_iter().for_each(|text| output.warn(text));
+    found.electronics.warnings().into_iter().for_each(|text| output.warn(text));
+    Ok(())
 }
 
 /// Runs `calibrate verify`.
@@ -148,8 +181,12 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
         );
     }
     let found = test.run(&mut rig, &record, output)?;
+    judge(&found, &record, &test.layout, output)?;
+    plausible::check_mass(&found, &record, args.block.mass, false)?;
     let all = drifts(&found.sensors, args.tolerance);
-    let value = report::drifts_json(&all, args.tolerance, &record);
+    let mut value = report::drifts_json(&all, args.tolerance, &record);
+    value["electronics"] = found.electronics.to_json();
+    value["diagnostics"] = report::warnings_json(&found);
     let worst = all.iter().max_by_key(|d| d.verdict);
     let text = report::drifts_text(&all, args.tolerance);
     let error = match worst.map(|d| d.verdict) {
@@ -254,7 +291,9 @@ impl BlockTest {
         let status = rig.client.status()?;
         collection.collect(&mut rig.client, &status)?;
         let cutoffs = cutoffs(&collection.into_spectra(), &result, &self.layout, record);
-        Block::of(&hits_of(&result, &self.layout)?, &self.layout, record, self.mass, cutoffs)
+        let order = ConversionOrder::of(&rig.identity);
+        let (layout, mass) = (&self.layout, self.mass);
+        Block::of(&result, Conditions { layout, record, mass, order: &order }, cutoffs)
     }
 }
 

@@ -12,6 +12,7 @@ use crate::calibration::block::Block;
 use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
 use crate::calibration::verify::{Drift, by_sensor};
 use crate::output;
+use crate::report::{diagnostics_json, message};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -115,10 +116,10 @@ pub(super) fn tumble_json(found: &Tumble<f64>) -> Value {
     json!({ "sensors": sensors })
 }
 
-pub(super) fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord) -> String {
+pub(super) fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord, memory: &str) -> String {
     let tilts = found.sensors.iter().map(|s| format!("{:.1}", 1e3 * s.tilt)).collect::<Vec<_>>();
     format!(
-        "{}\npositions tilted by {} mrad rms; next, calibrate the hammer: massline calibrate block",
+        "{}\npositions tilted by {} mrad rms\n{memory}\nnext, calibrate the hammer: massline calibrate block",
         record_text(record),
         tilts.join(", "),
     )
@@ -143,7 +144,14 @@ pub(super) fn block_json(found: &Block) -> Value {
         "sensors": sensors,
         "hammer": hammer,
         "rc_cutoffs": found.cutoffs.iter().map(cutoff_json).collect::<Vec<_>>(),
+        "electronics": found.electronics.to_json(),
+        "diagnostics": warnings_json(found),
     })
+}
+
+/// The rig's warnings about the hits.
+pub(super) fn warnings_json(found: &Block) -> Value {
+    diagnostics_json(&found.warnings, message).into()
 }
 
 fn cutoff_json(cutoff: &RcCutoff) -> Value {
@@ -160,7 +168,7 @@ fn cutoff_json(cutoff: &RcCutoff) -> Value {
 }
 
 /// The cutoffs as a table, with the reasons why some are not known.
-fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
+pub(super) fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
     let mut table = output::table();
     table.set_header(["sensor", "axis", "RC before, Hz", "measured, Hz", "± sd", "verdict"]);
     let mut reasons: Vec<(CutoffError, String)> = Vec::new();
@@ -204,7 +212,7 @@ pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
             .into(),
     };
     let cutoffs = cutoffs_text(&found.cutoffs, record.calibration.channels[HAMMER].cutoff);
-    format!("{}\n{said}\n\n{cutoffs}", record_text(record))
+    format!("{}\n{said}\n\n{cutoffs}\n\n{}", record_text(record), found.electronics.text())
 }
 
 /// The verdict on every channel.

@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use massline_shared::calibration::tumble::{Position, RestVoltages, Tumble, TumbleLimits};
+use massline_shared::calibration::tumble::{Position, RestHum, RestVoltages, Tumble, TumbleLimits};
 use massline_shared::layout::RIG_SENSORS;
+use serde_json::{Value, json};
 
 use super::rig::{RigArgs, TumbleRig};
 use super::{OriginArgs, report, store};
+use crate::calibration::electronics::{ConversionOrder, Memory, name};
 use crate::calibration::tumble::{TumbleFile, check_rest};
 use crate::error::{Error, Result};
 use crate::output::Output;
@@ -15,7 +17,9 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Fix all sensors side by side on a square block, along its edges, and put it on a level table. Each
-of its six faces comes down once. A reading takes half a second. Every reading is kept in a file
+of its six faces comes down once; the hammer lies still. A reading takes half a second; mains hum is
+taken out of it and named. Where a sensor axis is converted before the hammer, the readings show what
+the hammer's channel keeps of its voltage (memory of the multiplexer). Every reading is kept in a file
 until the calibration is stored: after Ctrl-C the same command goes on.
 
 Examples:
@@ -59,9 +63,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if !readings.is_empty() {
         output.note(format!("resuming with the readings of {}", args.readings.display()));
     }
-    take(&mut rig, &mut readings, &limits, output)?;
+    let hum = take(&mut rig, &mut readings, &limits, output)?;
+    if let Some(loudest) = hum.iter().max_by(|a, b| a.volts().total_cmp(&b.volts())) {
+        output.warn(loudest.text());
+    }
     let found = readings.solve(&limits)?;
     judge_level(&found, &limits)?;
+    let order = ConversionOrder::of(&rig.identity);
+    let memory = readings.memory(&order);
+    memory.iter().filter_map(Memory::warning).for_each(|text| output.warn(text));
     let mut record = rig.client.calibration()?;
     record.take_tumble(&found.sensors, found.hammer_zero);
     origin.write(&mut record);
@@ -71,8 +81,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let mut value = report::record_json(&record);
     value["tumble"] = report::tumble_json(&found);
+    value["tumble"]["hum"] = hum.iter().copied().map(PositionHum::to_json).collect();
+    value["tumble"]["memory"] = memory.map_or(Value::Null, Memory::to_json);
     value["stored"] = (!args.dry_run).into();
-    output.answer(&value, |_| report::tumble_text(&found, &record))
+    output.answer(&value, |_| report::tumble_text(&found, &record, &memory_text(memory.as_ref())))
 }
 
 impl Args {
@@ -91,7 +103,67 @@ impl Args {
     }
 }
 
-/// Reads every position that is still missing.
+/// What the hammer's channel keeps of the one before it, or why the readings do not show it.
+fn memory_text(memory: Option<&Memory>) -> String {
+    memory.map_or_else(
+        || {
+            "memory of the multiplexer: not seen here, because no sensor axis is converted before the hammer; see \
+             `massline calibrate block`"
+                .into()
+        },
+        Memory::text,
+    )
+}
+
+/// Mains hum in the reading of a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionHum {
+    /// The position.
+    pub position: Position,
+    /// The hum, which was taken out.
+    pub hum: RestHum<f64>,
+}
+
+impl PositionHum {
+    /// Amplitude in the loudest channel, V.
+    fn volts(&self) -> f64 {
+        self.hum.amplitude[self.hum.loudest()]
+    }
+
+    fn text(&self) -> String {
+        let PositionHum { position, hum } = self;
+        format!(
+            "{} picks up {:.1} mV of mains hum at {:.1} Hz (position {position}); it is taken out of the readings, but \
+             check shielding and ground, or run the rig from a battery",
+            name(hum.loudest()),
+            1e3 * self.volts(),
+            hum.frequency,
+        )
+    }
+
+    fn to_json(self) -> Value {
+        json!({
+            "position": self.position.name(),
+            "frequency_hz": self.hum.frequency,
+            "loudest": name(self.hum.loudest()),
+            "amplitude_v": self.hum.amplitude,
+        })
+    }
+}
+
+/// The output of all channels at the moment, and the mains hum that was taken out of it.
+fn read(rig: &mut TumbleRig) -> Result<(RestVoltages<f64>, Option<RestHum<f64>>)> {
+    let statistics = rig.client.rest_statistics()?;
+    if let Some(scans) = rig.client.rest_record()? {
+        let mut room = vec![0.0; scans.len()];
+        if let Some(reading) = RestVoltages::of_record(&scans, &rig.identity.adc, &mut room) {
+            return Ok(reading);
+        }
+    }
+    Ok((RestVoltages::of(&statistics, &rig.identity.adc), None))
+}
+
+/// Reads every position that is still missing; returns the mains hum in them.
 ///
 /// # Errors
 /// When the rig refuses, or the sensors of a simulated rig move.
@@ -100,24 +172,27 @@ pub fn take(
     readings: &mut TumbleFile,
     limits: &TumbleLimits<f64>,
     output: &mut Output,
-) -> Result<()> {
+) -> Result<Vec<PositionHum>> {
     let wanted = readings.wanted();
+    let mut heard = Vec::new();
     let bar = output.bar(wanted.len() as u64, "positions");
     for position in wanted {
         let reading = loop {
             bar.suspend(|| rig.turn_to(position, &prompt(position), output))?;
-            let reading = RestVoltages::of(&rig.client.rest_statistics()?, &rig.identity.adc);
+            let (reading, hum) = read(rig)?;
             match check_rest(&reading, position, limits) {
                 Err(moved) if rig.can_repeat() => bar.suspend(|| output.warn(moved.to_string())),
-                other => break other.map(|()| reading)?,
+                other => break other.map(|()| (reading, hum))?,
             }
         };
+        let (reading, hum) = reading;
+        heard.extend(hum.map(|hum| PositionHum { position, hum }));
         readings.add(position, reading, limits)?;
         bar.suspend(|| output.note(format!("{position}  read")));
         bar.inc(1);
     }
     bar.finish_and_clear();
-    Ok(())
+    Ok(heard)
 }
 
 fn prompt(position: Position) -> String {

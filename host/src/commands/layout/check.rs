@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use massline_shared::design::DEFAULT_NOISE;
 use massline_shared::diagnosis::Diagnostic;
+use massline_shared::layout::Sensor;
 use serde_json::json;
 
 use super::super::show;
@@ -11,7 +12,7 @@ use crate::design::{DesignReport, report};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
-use crate::report::{diagnostics_json, message_in};
+use crate::report::{diagnostics_json, glued, has_undeclared_mass, message_in};
 
 /// Arguments of `massline layout check`.
 #[derive(Debug, clap::Args)]
@@ -48,6 +49,18 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
     good.then_some(value).ok_or_else(|| "give a part above 0 and up to 1, such as 0.005".into())
 }
 
+/// Asks for the mass of the sensors, with what to write.
+fn ask_for_mass(file: &LayoutFile) -> String {
+    let entry =
+        |of: &Sensor<f64>| format!("    {{ node = {}, attached_mass_kg = 0.005 }},\n", of.node);
+    let entries: String = glued(&file.layout).map(entry).collect();
+    format!(
+        "no mass of the sensors is declared, so it counts as the object's: weigh a sensor with its glue and the cable \
+         up to where it is held, and write it in place of 0.005 (a sensor that is a table already gets the key \
+         attached_mass_kg; other bodies are [[attached]]):\nsensors = [\n{entries}]",
+    )
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -57,7 +70,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let design_report = DesignReport::of(&file, args.noise.noise);
     let found = &design_report.applicability.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
+    let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
     let mut value = report::design_report_json(&design_report, &file);
+    value["notes"] = asked.iter().map(String::as_str).collect();
     value["codes"] = found.iter().map(|d| d.code.name()).collect();
     value["diagnostics"] = json!(diagnostics_json(found, message_of));
     value["layout_hash"] = json!(file.hash());
@@ -67,6 +82,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
         show::list(&lesser, message_of, output);
         output.note(&design_report.whose);
+        asked.iter().for_each(|text| output.note(format!("note: {text}")));
     }
     if design_report.predicted.is_some() {
         return output.answer(&value, |_| {

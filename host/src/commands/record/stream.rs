@@ -9,9 +9,9 @@ use massline_shared::signal::{
 };
 use massline_shared::units::{Newtons, ScanIndex};
 
-use super::{Recording, scans_of};
+use super::Recording;
 use crate::campaign::OperatorAction;
-use crate::client::{Client, Event};
+use crate::client::{Client, Event, scans_of};
 use crate::commands::keyboard::Keyboard;
 use crate::error::{Error, Result};
 use crate::output::Output;

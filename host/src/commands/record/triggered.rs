@@ -6,9 +6,9 @@ use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{PRE_TRIGGER_SCANS, Scan};
 
-use super::{Recording, scans_of};
+use super::Recording;
 use crate::campaign::{CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow};
-use crate::client::Client;
+use crate::client::{Client, scans_of};
 use crate::commands::measure::judge_layout;
 use crate::commands::progress::{Progress, Prompts};
 use crate::commands::show;

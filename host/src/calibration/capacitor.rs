@@ -1,0 +1,116 @@
+//! Names the capacitor of a breakout board that was left in place, by the low cutoff that it causes.
+//!
+//! Behind the 32 kΩ in each output of an ADXL326 the 10 nF of the rig make 497 Hz. Breakout boards bring a
+//! capacitor of their own for each axis, often 100 nF, which alone makes 50 Hz: the upper half of the usual band is
+//! then mostly lost, and the tolerance of the 32 kΩ turns the rest.
+
+use std::f64::consts::TAU;
+
+use massline_shared::signal::Calibration;
+
+use super::cutoffs::{FoundCutoff, RcCutoff};
+use crate::error::Error;
+
+/// A cutoff below this, Hz, does not come from the rig's own filter: the tolerance of the 32 kΩ leaves 432 Hz.
+const LEAST_HZ: f64 = 300.0;
+
+/// An axis whose cutoff is too low.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExtraCapacitor {
+    /// Sensor, 0-based.
+    pub sensor: usize,
+    /// Axis: 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// The cutoff that was measured, Hz.
+    pub cutoff_hz: f64,
+    /// False when the calibration in force has this cutoff already.
+    pub is_new: bool,
+}
+
+impl ExtraCapacitor {
+    /// All capacitance behind the output, F.
+    pub fn farad(&self) -> f64 {
+        (TAU * Calibration::ADXL326_OUTPUT_OHM * self.cutoff_hz).recip()
+    }
+}
+
+/// The axes whose cutoff is too low.
+pub fn extra_capacitors(cutoffs: &[RcCutoff]) -> Vec<ExtraCapacitor> {
+    let low = |cutoff: &RcCutoff| {
+        let FoundCutoff { cutoff_hz, changed, .. } = cutoff.found.ok()?;
+        let RcCutoff { sensor, axis, .. } = *cutoff;
+        (cutoff_hz < LEAST_HZ).then_some(ExtraCapacitor {
+            sensor,
+            axis,
+            cutoff_hz,
+            is_new: changed,
+        })
+    };
+    cutoffs.iter().filter_map(low).collect()
+}
+
+/// A sentence about these axes, with what to do; `None` without any.
+pub fn sentence(found: &[ExtraCapacitor]) -> Option<String> {
+    let lowest = found.iter().min_by(|a, b| a.cutoff_hz.total_cmp(&b.cutoff_hz))?;
+    let of_sensor = |of: &[ExtraCapacitor]| {
+        let axes: Vec<String> = of
+            .iter()
+            .map(|one| format!("{} {:.0}", ["x", "y", "z"][one.axis], one.cutoff_hz))
+            .collect();
+        format!("sensor {} {} Hz", of[0].sensor + 1, axes.join(", "))
+    };
+    let sensors: Vec<String> = found.chunk_by(|a, b| a.sensor == b.sensor).map(of_sensor).collect();
+    Some(format!(
+        "cutoffs are too low ({}): the breakout's own capacitor is still in place. Behind the 32 kΩ in each output of \
+         the ADXL326, {:.0} nF make {:.0} Hz, and the rig's 10 nF alone {:.0} Hz; take the breakout's capacitors off \
+         (often 100 nF, one at each output), leave the rig's 10 nF, and calibrate again",
+        sensors.join("; "),
+        1e9 * lowest.farad(),
+        lowest.cutoff_hz,
+        Calibration::RC_CUTOFF.0,
+    ))
+}
+
+/// The error for axes whose cutoff has turned out to be low; `None` when every low cutoff is already that of the
+/// calibration in force.
+pub fn refusal(found: &[ExtraCapacitor]) -> Option<Error> {
+    let new: Vec<ExtraCapacitor> = found.iter().copied().filter(|one| one.is_new).collect();
+    sentence(&new).map(|text| Error::undetermined("breakout_capacitor", text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cutoff(axis: usize, cutoff_hz: f64, changed: bool) -> RcCutoff {
+        let found = Ok(FoundCutoff { cutoff_hz, sigma_hz: 1.0, changed });
+        RcCutoff { sensor: 1, axis, before_hz: 497.4, found }
+    }
+
+    #[test]
+    fn a_hundred_nanofarads_are_named_with_sensor_and_axis() {
+        let found = extra_capacitors(&[cutoff(0, 49.7, true), cutoff(1, 497.0, false)]);
+        // 1 / (2π · 32 kΩ · 49.7 Hz) = 100.07 nF.
+        assert!((found[0].farad() - 100.07e-9).abs() < 0.01e-9, "{found:?}");
+        let error = refusal(&found).unwrap();
+        assert_eq!((error.code(), error.exit_code()), ("breakout_capacitor", 3));
+        let text = error.to_string();
+        assert!(
+            text.contains("(sensor 2 x 50 Hz)") && text.contains("100 nF make 50 Hz"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn a_low_cutoff_that_the_calibration_knows_is_no_error() {
+        let found = extra_capacitors(&[cutoff(2, 60.0, false)]);
+        assert_eq!(refusal(&found), None);
+        assert!(sentence(&found).unwrap().contains("sensor 2 z 60 Hz"));
+    }
+
+    #[test]
+    fn the_tolerance_of_the_output_resistance_is_no_capacitor() {
+        // 32 kΩ + 15 % leave 432 Hz; the 1 nF of ten metres of cable takes another tenth.
+        assert_eq!(extra_capacitors(&[cutoff(0, 432.0, true), cutoff(1, 393.0, true)]), []);
+    }
+}

@@ -1,0 +1,249 @@
+//! What a test cannot see: errors that shift the answer without showing in the data, and for which the error budget
+//! has no term or only part of one.
+//!
+//! | source | its term in the budget |
+//! | --- | --- |
+//! | the hammer's gain | `hammer_gain`, unless it is stated as zero |
+//! | hits that all land on the same side of a mark | `node_position_m` and `node_direction_rad`, unless stated as zero |
+//! | lateral force and free moment of the tip | those of the marks, except for a moment about the hit |
+//! | mass of the sensors | `attached_mass_kg` or `[[attached]]`, if declared |
+//! | nonlinearity of the converter | none of its own: the gains of the sensors have to cover it |
+
+use massline_shared::body::RigidBody;
+use massline_shared::layout::{Attached, HostLayout, Sensor};
+use nalgebra::{Matrix3, SVector};
+use serde_json::{Value, json};
+
+/// Mass on each sensor for which the effect is computed, kg.
+const GRAM: f64 = 0.001;
+
+/// An error that does not show.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unseen {
+    /// Stable name.
+    pub source: &'static str,
+    /// What it is and how far it is covered.
+    pub message: String,
+}
+
+/// The errors that a test with this layout cannot see. `body` is the answer.
+pub fn cannot_see(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Vec<Unseen> {
+    let of = |(source, message): (&'static str, Option<String>)| {
+        message.map(|message| Unseen { source, message })
+    };
+    let all = [
+        ("hammer_gain", hammer_gain(layout)),
+        ("same_side_miss", same_side_miss(layout)),
+        ("lateral_force_or_free_moment", lateral_force(layout)),
+        ("sensor_mass", sensor_mass(layout, body)),
+        ("nonlinearity", nonlinearity(layout)),
+    ];
+    all.into_iter().filter_map(of).collect()
+}
+
+/// The errors as text under a heading; empty without any.
+pub fn cannot_see_text(unseen: &[Unseen]) -> String {
+    let lines: String = unseen.iter().map(|of| format!("  {}\n", of.message)).collect();
+    if lines.is_empty() { lines } else { format!("what this test cannot see:\n{lines}") }
+}
+
+/// The errors as JSON: `[{"source":…,"message":…}]`.
+pub fn cannot_see_json(unseen: &[Unseen]) -> Value {
+    unseen.iter().map(|of| json!({ "source": of.source, "message": of.message })).collect()
+}
+
+/// The sensors that are glued on, whose mass moves with the object.
+pub fn glued(layout: &HostLayout) -> impl Iterator<Item = &Sensor<f64>> {
+    // A laser or a camera adds nothing.
+    layout.sensors.iter().filter(|sensor| sensor.senses_gravity)
+}
+
+/// True when the mass of the sensors counts as the object's.
+pub fn has_undeclared_mass(layout: &HostLayout) -> bool {
+    layout.attached.is_empty() && glued(layout).next().is_some()
+}
+
+fn hammer_gain(layout: &HostLayout) -> Option<String> {
+    // After a block test alone, the gains of the sensors contain the hammer's.
+    let stated_as_exact = layout.hammer_gain == 0.0 && !layout.calibrated_hammer;
+    stated_as_exact.then(|| {
+        "the hammer's gain: [uncertainty] states it as exact (hammer_gain = 0); a hammer that reads 1 % low makes \
+         mass and inertia 1 % too small and leaves the centre of mass"
+            .into()
+    })
+}
+
+fn same_side_miss(layout: &HostLayout) -> Option<String> {
+    let (position, direction) = mark(layout);
+    let missing = match (position > 0.0, direction > 0.0) {
+        (true, true) => return None,
+        (false, true) => "node_position_m = 0",
+        (true, false) => "node_direction_rad = 0",
+        (false, false) => "node_position_m = 0, node_direction_rad = 0",
+    };
+    Some(format!(
+        "hits that all land on the same side of a mark, or lean the same way: [uncertainty] states the marks as exact \
+         ({missing}), so no interval contains them"
+    ))
+}
+
+fn lateral_force(layout: &HostLayout) -> Option<String> {
+    let (position, direction) = mark(layout);
+    Some(format!(
+        "a tip that always pushes sideways or twists, which the hammer does not measure: at each mark a lateral force \
+         counts as an error of direction and a moment across the hit as one of position, so the marks' uncertainty \
+         covers {:.1} % of the force and {:.1} mm times it (1 sd); a moment about the hit itself has no term",
+        100.0 * direction,
+        1e3 * position,
+    ))
+}
+
+fn sensor_mass(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Option<String> {
+    if !has_undeclared_mass(layout) {
+        return None;
+    }
+    let effect = body.and_then(|body| effect_of_a_gram(layout, body)).map_or_else(String::new, |effect| {
+        let Effect { mass, center, inertia } = effect;
+        format!(
+            "; each gram on each of them adds {:.1} g to the mass ({:+.2} %), moves the centre of mass by {:.2} mm and \
+             changes the moments of inertia by up to {:.2} %",
+            1e3 * mass,
+            100.0 * mass / body.map_or(f64::NAN, |body| body.mass),
+            1e3 * center,
+            100.0 * inertia,
+        )
+    });
+    Some(format!(
+        "the mass of the sensors: none is declared, so it counts as the object's{effect}; weigh one and give \
+         attached_mass_kg"
+    ))
+}
+
+fn nonlinearity(layout: &HostLayout) -> Option<String> {
+    let count = layout.sensors.len().max(1) as f64;
+    let square: f64 = layout.sensors.iter().map(|s| s.uncertainty.gain.powi(2)).sum();
+    Some(format!(
+        "nonlinearity of the converter (INL): a wrong slope near the rest level of a channel is a wrong gain of that \
+         channel, which the stated {:.2} % (1 sd) has to cover; `massline calibrate block` shows what differs between \
+         pushes from two sides",
+        100.0 * (square / count).sqrt(),
+    ))
+}
+
+/// Root mean square over the hits of the uncertainty of the marks: position, m, and direction, rad. Zero when it is
+/// zero for one hit.
+fn mark(layout: &HostLayout) -> (f64, f64) {
+    let count = layout.hits.len().max(1) as f64;
+    let of = |each: fn(&massline_shared::layout::HitUncertainty<f64>) -> f64| {
+        let all = || layout.hits.iter().map(|hit| each(&hit.uncertainty));
+        let is_exact = all().any(|sigma| sigma == 0.0);
+        if is_exact { 0.0 } else { (all().map(|sigma| sigma * sigma).sum::<f64>() / count).sqrt() }
+    };
+    (of(|u| u.node_position), of(|u| u.node_direction))
+}
+
+/// What a gram on each sensor changes.
+struct Effect {
+    /// kg.
+    mass: f64,
+    /// Distance by which the centre of mass moves, m.
+    center: f64,
+    /// Largest relative change of a moment of inertia.
+    inertia: f64,
+}
+
+/// The answer against the same without a gram at each sensor.
+fn effect_of_a_gram(layout: &HostLayout, body: &RigidBody<f64>) -> Option<Effect> {
+    let points = glued(layout).map(|sensor| Attached::point(GRAM, 0.0, sensor.position));
+    let added =
+        points.fold(SVector::<f64, 10>::zeros(), |sum, point| sum + SVector::from(point.phi));
+    let without = RigidBody::from_phi(&(body.phi() - added))?;
+    let moments = |tensor: &Matrix3<f64>| tensor.diagonal();
+    let change = (moments(&body.inertia) - moments(&without.inertia))
+        .component_div(&moments(&without.inertia));
+    Some(Effect {
+        mass: added[0],
+        center: (body.center_of_mass - without.center_of_mass).norm(),
+        inertia: change.amax(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use massline_shared::layout::{CalibratedGains, Hit, SensorUncertainty};
+    use nalgebra::Vector3;
+
+    fn layout() -> HostLayout {
+        let mut layout = HostLayout::default();
+        for (node, position) in [(1, [0.1, 0.0, 0.0]), (2, [-0.1, 0.0, 0.0])] {
+            let _ = layout.sensors.push(Sensor {
+                node,
+                position,
+                axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                senses_gravity: true,
+                uncertainty: SensorUncertainty::default(),
+                calibrated: CalibratedGains::default(),
+            });
+        }
+        let _ = layout.hits.push(Hit::new("1:+X".parse().unwrap(), [0.0; 3], [1.0, 0.0, 0.0]));
+        layout.hammer_gain = 0.02;
+        layout
+    }
+
+    fn sources(layout: &HostLayout) -> Vec<&'static str> {
+        cannot_see(layout, None).iter().map(|of| of.source).collect()
+    }
+
+    #[test]
+    fn what_has_its_term_in_the_budget_is_not_listed() {
+        let always = ["lateral_force_or_free_moment", "nonlinearity"];
+        let mut layout = layout();
+        assert_eq!(sources(&layout), [always[0], "sensor_mass", always[1]]);
+        layout.attached.push(Attached::point(0.015, 0.1, [0.0; 3])).unwrap();
+        assert_eq!(sources(&layout), always);
+        layout.hammer_gain = 0.0;
+        assert_eq!(sources(&layout), ["hammer_gain", always[0], always[1]]);
+        // Then the sensors are calibrated against the hammer, and their gains contain it.
+        layout.calibrated_hammer = true;
+        assert_eq!(sources(&layout), always);
+        layout.hits[0].uncertainty.node_position = 0.0;
+        assert_eq!(sources(&layout), ["same_side_miss", always[0], always[1]]);
+    }
+
+    #[test]
+    fn sensors_without_contact_have_no_mass() {
+        let mut layout = layout();
+        layout.sensors.iter_mut().for_each(|sensor| sensor.senses_gravity = false);
+        assert!(!has_undeclared_mass(&layout));
+        assert!(!sources(&layout).contains(&"sensor_mass"));
+    }
+
+    #[test]
+    fn the_effect_of_a_gram_is_that_of_the_object_without_it() {
+        let body = RigidBody {
+            mass: 2.0,
+            center_of_mass: Vector3::zeros(),
+            inertia: Matrix3::from_diagonal(&Vector3::new(0.01, 0.02, 0.02)),
+        };
+        let effect = effect_of_a_gram(&layout(), &body).unwrap();
+        assert!((effect.mass - 0.002).abs() < 1e-15);
+        // Both sensors are 0.1 m from the centre of mass, on opposite sides: it stays, and each adds 1e-5 kg m² to
+        // the 0.02 kg m² about y and z.
+        assert!(effect.center < 1e-12);
+        assert!((effect.inertia - 2e-5 / (0.02 - 2e-5)).abs() < 1e-12, "{}", effect.inertia);
+        let said = cannot_see(&layout(), Some(&body));
+        let message = &said.iter().find(|of| of.source == "sensor_mass").unwrap().message;
+        assert!(message.contains("adds 2.0 g to the mass (+0.10 %)"), "{message}");
+    }
+
+    #[test]
+    fn the_text_has_the_figures_of_the_budget() {
+        let text = cannot_see_text(&cannot_see(&layout(), None));
+        assert!(text.starts_with("what this test cannot see:\n  "), "{text}");
+        // 10 mrad and 1 mm are the defaults of a mark, 1 % that of a gain.
+        assert!(text.contains("1.0 % of the force and 1.0 mm times it"), "{text}");
+        assert!(text.contains("the stated 1.00 % (1 sd)"), "{text}");
+        assert_eq!(cannot_see_text(&[]), "");
+    }
+}
