@@ -238,6 +238,27 @@ codes! {
          inertia come out wrong; hang it on softer cords, let cables hang loose, or raise the lower end of \
          test.band_hz";
 
+    /// The campaign was finished when the target was reached. Value: the number of hits that this has saved.
+    StoppedAtTarget = 62, "stopped_at_target", Whole, Count;
+        "Target reached: other\nplaces were left out.";
+        "the campaign was finished at its [target], which has saved {value} hits";
+    /// The 95 % interval of a property is wider than the target. Subject: the property that misses the target
+    /// most. Value: its half width over the one wanted.
+    TargetMissed = 63, "target_missed", Property, Times;
+        "Target missed: its\ninterval is wider by\nthis factor.";
+        "the [target] is missed: the 95 % interval of {subject} is {value} times as wide as wanted";
+    /// As many hits again at a DOF would narrow the interval that misses the target most. Subject: the DOF.
+    /// Value: the share by which it would become narrower.
+    HitAgain = 80, "hit_again", Hit, Share(0);
+        "For the target: hit\nthis place again.";
+        "as many hits again at {subject} would narrow that interval most, by about {value}";
+
+    /// The target is missed, and no further hits would narrow its interval by 1 %.
+    HitsDoNotHelp = 81, "hits_do_not_help", Whole, None;
+        "More hits would not\nhelp: calibrate the\nhammer and sensors.";
+        "further hits would hardly narrow that interval: what limits it is the same in every hit, such as the gain \
+         of the hammer; calibrate, or give a [prior]";
+
     // Codes of a hit.
 
     /// A channel reached the end of its range: ADC rail, sensor range, or a flat top from clipping in an

@@ -13,7 +13,7 @@ fn model(phase: Phase) -> PanelModel {
     PanelModel { phase, idle, dofs: 3, wanted: 5, hits: 15, layouts: 1, ..PanelModel::START }
 }
 
-const PHASES: [Phase; 7] = [
+const PHASES: [Phase; 8] = [
     Phase::Idle,
     Phase::Armed,
     Phase::Busy,
@@ -21,6 +21,7 @@ const PHASES: [Phase; 7] = [
     Phase::Paused,
     Phase::Solving,
     Phase::Done,
+    Phase::TargetReached,
 ];
 
 const PROPOSAL: Proposal = Proposal {
