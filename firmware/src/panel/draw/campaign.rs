@@ -5,7 +5,6 @@ use massline_shared::measurement::campaign::Phase;
 
 use embedded_graphics::prelude::*;
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::layout::Dof;
 use massline_shared::signal::CHANNELS;
 
 use super::View;
@@ -149,15 +148,7 @@ fn done<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
 
 /// Node and direction of the current DOF.
 fn place(model: &PanelModel) -> Text {
-    model.dof.map_or_else(Text::new, |(_, dof)| place_of(dof))
-}
-
-/// Node and direction of a DOF.
-pub(super) fn place_of(dof: Dof) -> Text {
-    let mut place = Text::new();
-    // There is room: `65535:+X`.
-    let _ = write!(place, "{dof}");
-    place.chars().map(|c| if c == ':' { ' ' } else { c }).collect()
+    model.dof.map_or_else(Text::new, |(_, dof)| words::place(dof))
 }
 
 /// Number of the next hit, from 1.

@@ -2,11 +2,10 @@
 
 use massline_shared::design::Widths;
 
-use super::campaign::place_of;
 use super::canvas::{Canvas, Screen, text};
 use super::result::symbol;
 use crate::panel::number::{Text, decimals_for, fitting};
-use crate::panel::{FurtherPlace, PanelModel, PrecisionModel};
+use crate::panel::{FurtherPlace, PanelModel, PrecisionModel, words};
 
 /// The page with everything that is known.
 pub(super) fn page<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
@@ -18,7 +17,7 @@ pub(super) fn page<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
         let (now, then) = (digits(now * factor, 4), digits(then * factor, 4));
         let symbol = symbol(usize::from(property).min(9));
         canvas.format(3, format_args!("{symbol} {now} to {then} {unit}"));
-        canvas.format(4, format_args!("with {}", place_of(dof)));
+        canvas.format(4, format_args!("with {}", words::place(dof)));
     }
 }
 
@@ -47,7 +46,7 @@ pub(super) fn after_a_dof(model: &PanelModel) -> Option<Text> {
 /// The place that helps most, at the same time.
 pub(super) fn place_that_helps(model: &PanelModel) -> Option<Text> {
     let further = between_dofs(model)?.further?;
-    Some(text(format_args!("Helps most {}", place_of(further.dof))))
+    Some(text(format_args!("Helps most {}", words::place(further.dof))))
 }
 
 fn between_dofs(model: &PanelModel) -> Option<&PrecisionModel> {
