@@ -55,6 +55,20 @@ pub trait Observer {
         Ok(None)
     }
 
+    /// Called instead of [`Observer::steer`] while the rig asks whether to finish at the target. Without a
+    /// decision of its own, the observer finishes.
+    ///
+    /// # Errors
+    /// An error makes `follow` end.
+    fn at_target(
+        &mut self,
+        client: &mut Client,
+        status: &Status,
+    ) -> Result<Option<OperatorAction>> {
+        let _ = (client, status);
+        Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
+    }
+
     /// The rig refused the command of [`Observer::steer`] because it came at the wrong time.
     fn refused(&mut self, command: CampaignCommand) {
         let _ = command;
@@ -125,10 +139,17 @@ pub fn begin(client: &mut Client, how: StartOptions) -> Result<StartOutcome, Cli
             client.command(CampaignCommand::Resume)?;
             Ok(StartOutcome::Resumed)
         }
-        Some(Phase::Armed | Phase::Busy | Phase::Confirming | Phase::Solving) if !how.restart => {
-            Ok(StartOutcome::Joined)
-        }
-        Some(Phase::Armed | Phase::Busy | Phase::Confirming | Phase::Paused | Phase::Solving) => {
+        Some(
+            Phase::Armed | Phase::Busy | Phase::Confirming | Phase::TargetReached | Phase::Solving,
+        ) if !how.restart => Ok(StartOutcome::Joined),
+        Some(
+            Phase::Armed
+            | Phase::Busy
+            | Phase::Confirming
+            | Phase::TargetReached
+            | Phase::Paused
+            | Phase::Solving,
+        ) => {
             client.command(CampaignCommand::Abort)?;
             start(client, how)?;
             Ok(StartOutcome::Started)
@@ -200,7 +221,11 @@ impl Follower<'_> {
             if interrupt.pressed() {
                 return self.leave();
             }
-            status = match self.observer.steer(self.client, &status)? {
+            let action = match Phase::try_from(status.phase).ok() {
+                Some(Phase::TargetReached) => self.observer.at_target(self.client, &status)?,
+                _ => self.observer.steer(self.client, &status)?,
+            };
+            status = match action {
                 Some(OperatorAction::Leave) => return self.leave(),
                 Some(OperatorAction::Command(command)) => self.command(command)?,
                 None => self.listen()?,
@@ -326,6 +351,7 @@ pub fn phase_name(raw: u8) -> &'static str {
         Some(Phase::Paused) => "paused",
         Some(Phase::Solving) => "solving",
         Some(Phase::Done) => "done",
+        Some(Phase::TargetReached) => "at the target",
         None => "unknown",
     }
 }

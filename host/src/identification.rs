@@ -182,7 +182,12 @@ fn details(
 /// The mass lines of a rig's result in double precision; DOFs with inconsistent numbers of values are left
 /// out.
 pub fn lines_of(result: &MeasurementResult) -> MeasuredLines {
-    let of_rig = result.dofs.iter().filter_map(DofResult::mass_lines);
+    lines_of_dofs(&result.dofs)
+}
+
+/// As [`lines_of`], of single DOFs.
+pub fn lines_of_dofs(dofs: &[DofResult]) -> MeasuredLines {
+    let of_rig = dofs.iter().filter_map(DofResult::mass_lines);
     of_rig.map(|(index, lines)| (index, lines.cast::<f64>().resized())).collect()
 }
 

@@ -16,6 +16,7 @@
 //! | [`identification`] | the ten properties in double precision, and the nuisance parameters of the fit |
 //! | [`design`] | the predicted uncertainty of a layout, and better layouts |
 //! | [`solve`] | the offline solver |
+//! | [`precision`] | how precise the answer of a campaign would be so far |
 //! | [`host_solution`] | a rig's result, solved again on the host |
 //! | [`single_fault`] | which mistake explains data that contradict their budget |
 //! | [`monte_carlo`] | many simulated tests, compared with the truth and the Cramér-Rao bound |
@@ -49,6 +50,7 @@ pub mod monte_carlo;
 mod npy;
 pub mod output;
 mod parallel;
+pub mod precision;
 pub mod qemu;
 pub mod recording;
 pub mod report;

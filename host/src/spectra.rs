@@ -83,6 +83,15 @@ impl Observer for Collecting<'_> {
         Ok(steer.or(waits.then_some(OperatorAction::Command(CampaignCommand::Accept))))
     }
 
+    fn at_target(
+        &mut self,
+        client: &mut Client,
+        status: &Status,
+    ) -> Result<Option<OperatorAction>> {
+        self.collection.collect(client, status)?;
+        self.observer.at_target(client, status)
+    }
+
     fn refused(&mut self, command: CampaignCommand) {
         self.observer.refused(command);
     }

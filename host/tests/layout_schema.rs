@@ -30,6 +30,11 @@ frf_estimator = "hv"
 too_hard = "keep"
 [uncertainty]
 hammer_gain = 0.0
+[target]
+mass = 0.01
+center_m = 0.001
+inertia = 0.02
+
 [prior]
 mass_kg = { value = 1.23, sigma = 0.001 }
 [reference]
@@ -98,6 +103,7 @@ fn what_the_reader_refuses_the_schema_refuses() {
         ("gravity = [0.0, 0.0, -9.80665]", "gravity = [0.0, 0.0, -9.80665, 0.0]"),
         ("axes = [[1, 0, 0], [0, 1, 0]] }", "axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }"),
         ("band_hz = \"auto\"", "band_hz = [10, 100, 120]"),
+        ("center_m = 0.001", "center_m = 0"),
     ] {
         assert!(FULL.contains(from), "{from}");
         let text = FULL.replacen(from, to, 1);
@@ -131,7 +137,7 @@ fn every_key_is_described_and_none_is_null() {
         assert!(of["description"].as_str().is_some_and(|text| text.len() > 5), "{key}");
         keys += 1;
     }
-    // All keys of the thirteen tables: file 11, node 5, sensor 6 + 4, hit 3 + 4, test 8, policy 11,
-    // uncertainty 10, prior 10, attached 3, known value 2, reference 3.
-    assert_eq!(keys, 80);
+    // All keys of the fourteen tables: file 12, node 5, sensor 6 + 4, hit 3 + 4, test 8, policy 11,
+    // uncertainty 10, target 3, prior 10, attached 3, known value 2, reference 3.
+    assert_eq!(keys, 84);
 }

@@ -12,7 +12,7 @@ use massline::layout_file::LayoutFile;
 use massline::monte_carlo::measurement::TestLayout;
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{Axis, Dof, Hit, RigLayout, Sign};
 use massline_shared::measurement::campaign::Phase;
 use massline_virtual::bench::{Bench, BenchSource};
 use massline_virtual::source::ScanSource;
@@ -53,6 +53,24 @@ pub fn three_bar() -> LayoutFile {
 pub fn with_calibrated_hammer(text: &str) -> TestLayout {
     let mut layout: TestLayout = layout_file(text).layout.cast().expect("fits the rig");
     (layout.hammer_gain, layout.calibrated_hammer) = (0.0, false);
+    layout
+}
+
+/// The test with every DOF of the frame's four nodes: after its own, the others along +X, +Y and +Z, as many as
+/// a rig has memory for.
+#[track_caller]
+pub fn with_every_dof(mut layout: TestLayout) -> TestLayout {
+    let nodes = three_bar().nodes;
+    let [x, y, z] = [Axis::X, Axis::Y, Axis::Z];
+    for axes in [[x, y, z, x], [y, z, x, y], [z, x, y, z]] {
+        for (node, axis) in nodes.iter().zip(axes) {
+            let dof = Dof { node: node.id, sign: Sign::Plus, axis };
+            if layout.hits.iter().all(|hit| hit.dof != dof) {
+                let hit = Hit::new(dof, node.position, node.axes[axis.index()]);
+                layout.hits.push(hit).expect("twelve DOFs fit the rig");
+            }
+        }
+    }
     layout
 }
 

@@ -12,8 +12,9 @@ use massline_firmware::panel::{Button, Cue, PanelModel};
 use massline_firmware::store::Store;
 use massline_shared::calibration::tumble::Position;
 use massline_shared::calibration::{CalibrationMethod, CalibrationRecord};
+use massline_shared::layout::Target;
 use massline_shared::measurement::campaign::Phase;
-use massline_tests::campaign::{LATE, layout_file, scans, three_bar};
+use massline_tests::campaign::{LATE, layout_file, scans, steady_hand, three_bar, with_every_dof};
 use massline_tests::held_scans::HeldScans;
 use massline_virtual::bench::{Bench, TumbleHandle, TumbleSource};
 use massline_virtual::flash::{Flash, FlashBacking};
@@ -256,4 +257,37 @@ fn a_block_against_sensors_that_nobody_has_calibrated_is_refused_with_the_reason
     person.sees(|model| model.calibration_wizard == CalibrationWizard::Off);
     rig.stop().unwrap();
     assert_eq!(kept(&flash), None);
+}
+
+/// The first test of the frame with every DOF, two hits each, and a target that is reached on the way.
+fn with_a_target() -> LayoutFile {
+    let mut file = three_bar();
+    let every = with_every_dof(file.layout.cast().unwrap());
+    file.layout = every.cast().unwrap();
+    file.layout.test.hits_per_dof = 2;
+    file.layout.target = Target { center: Some(0.002), ..Target::default() };
+    file
+}
+
+#[test]
+fn at_the_target_a_button_finishes_or_goes_on() {
+    for (button, measured) in [(Yes, None), (Next, Some(12))] {
+        let file = with_a_target();
+        let bench = steady_hand("ideal");
+        let (rig, person) = power_on(&provisioned_with(&file), scans(&bench, &file, 1));
+        person.sees(|model| model.layouts == 1);
+        person.presses(&[Yes, Yes]);
+        let (asked, _) = person.sees(|model| model.phase == Phase::TargetReached);
+        let known = asked.precision.unwrap();
+        // The frame's ten properties need three DOFs at least.
+        assert!((3..12).contains(&known.dofs), "{known:?}");
+        assert!(known.widths.unwrap().center <= 0.002);
+        assert_eq!(person.0.cues().last(), Some(&Cue::Done));
+        person.press(button);
+        let (done, _) = person.sees(|model| model.phase == Phase::Done);
+        let measured = measured.unwrap_or(known.dofs);
+        assert_eq!(done.precision.unwrap().dofs, measured);
+        assert_eq!(done.averaged, 2 * u16::from(measured));
+        rig.stop().unwrap();
+    }
 }

@@ -9,13 +9,14 @@ use massline_firmware::panel::draw::{LayoutLine, View, draw};
 use massline_firmware::panel::menu::{Menu, Question, Screen};
 use massline_firmware::panel::refused::Refused;
 use massline_firmware::panel::summary::Summary;
-use massline_firmware::panel::{Button, HitVerdict, PanelModel};
+use massline_firmware::panel::{Button, FurtherPlace, HitVerdict, PanelModel, PrecisionModel};
 use massline_firmware::store::RESULTS;
 use massline_protocol::message::{EstimatedMass, ResultEntry, Stats};
 use massline_protocol::object::StoredEstimate;
 use massline_shared::body::RigidBody;
 use massline_shared::calibration::CalibrationSigma;
 use massline_shared::calibration::tumble::{Position, TumbleProblem};
+use massline_shared::design::Widths;
 use massline_shared::diagnosis::Setting;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::maximum_likelihood::{BudgetScales, LearnedBudget};
@@ -232,6 +233,45 @@ fn the_screens_of_a_campaign_that_waits_or_ends_look_as_their_pictures() {
     let mut rig = Rig::at(Phase::Done);
     rig.model.block = true;
     rig.show("done-block", Screen::Measure, 0);
+}
+
+/// Intervals after five of twelve places; the longest texts with `longest`.
+fn precision(longest: bool) -> PrecisionModel {
+    let dof = if longest { "65535:-Z" } else { "4:+X" }.parse().unwrap();
+    let widths = if longest {
+        Widths { mass: 9.994, center: 0.0994, inertia: 9.994 }
+    } else {
+        Widths { mass: 0.0083, center: 0.000_92, inertia: 0.018 }
+    };
+    let (property, half_widths) =
+        if longest { (8, [9.994, 9.9]) } else { (2, [0.000_92, 0.000_71]) };
+    let further = Some(FurtherPlace { dof, property, half_widths });
+    PrecisionModel { dofs: if longest { 12 } else { 5 }, widths: Some(widths), further }
+}
+
+#[test]
+fn the_screens_about_the_precision_look_as_their_pictures() {
+    let after_a_dof = |known: PrecisionModel| {
+        let mut rig = Rig::at(Phase::Armed);
+        (rig.model.accepted, rig.model.averaged, rig.model.dofs) = (0, 25, 12);
+        rig.model.verdict = verdict(None);
+        rig.model.precision = Some(known);
+        rig
+    };
+    after_a_dof(precision(false)).show("after-a-place", Screen::Measure, 0);
+    let too_few = PrecisionModel { dofs: 2, widths: None, further: None };
+    after_a_dof(too_few).show("after-too-few-places", Screen::Measure, 0);
+    let mut rig = after_a_dof(precision(true));
+    rig.model.seconds_left = Some(u16::MAX);
+    rig.show("after-a-place-longest", Screen::Measure, 0);
+    for (name, longest) in [("precision", false), ("precision-longest", true)] {
+        let mut rig = after_a_dof(precision(longest));
+        rig.model.phase = Phase::Paused;
+        rig.show(name, Screen::Precision, 0);
+    }
+    let mut rig = after_a_dof(precision(false));
+    rig.model.phase = Phase::TargetReached;
+    rig.show("target-reached", Screen::Measure, 0);
 }
 
 #[test]

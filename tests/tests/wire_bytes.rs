@@ -17,7 +17,7 @@ use massline_shared::identify::Consistency;
 use massline_shared::identify::Method;
 use massline_shared::layout::{
     Attached, Axis, Dof, FrfEstimator, Hit, MAX_ATTACHED, Prior, RIG_HITS, RIG_SENSORS, RigLayout,
-    Sensor, Sign,
+    Sensor, Sign, Target,
 };
 use massline_shared::mass_line::Terms;
 use massline_shared::measurement::campaign::Phase;
@@ -52,6 +52,7 @@ fn layout(sensors: usize, hits: usize) -> RigLayout {
     let sensor = |i: usize| Sensor::new(i as u16 + 1, [0.1, -0.2, i as f32], axes);
     let hit = |i: usize| Hit::new(dof(i as u16), [0.0; 3], [0.0, 0.0, -1.0]);
     RigLayout {
+        target: Target { mass: Some(0.01), center: Some(0.001), inertia: Some(0.02) },
         title: text("three-bar frame, with a title of forty-eight byt"),
         gravity: Some([0.0, 0.0, -9.80665]),
         sensors: (0..sensors).map(sensor).collect(),
@@ -235,6 +236,8 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         ("TakeReading answer", answer::<TakeReading>(())),
         ("GetRestStatistics request", request::<GetRestStatistics>(())),
         ("GetRestStatistics answer", answer::<GetRestStatistics>(reading())),
+        ("GetMassLines request", request::<GetMassLines>(2)),
+        ("GetMassLines answer", answer::<GetMassLines>(result(1).dofs[0].clone())),
         ("refusal", frame(REFUSED, &Refusal::from(Reason::WrongPhase))),
         ("event: status changed", frame(STATUS_CHANGED, &status(2))),
         ("event: hit", frame(HIT, &hit)),
@@ -293,6 +296,7 @@ fn the_largest_of_each_growing_message_fits_a_frame() {
     identity.last_panic = text(&"p".repeat(96));
     answer::<GetIdentity>(identity);
     answer::<GetStatus>(full_status());
+    answer::<GetMassLines>(result(1).dofs[0].clone());
     let bytes: Vec<u8, MAX_CHUNK> = (0..MAX_CHUNK).map(|_| 0xFF).collect();
     let (object, offset) = (ObjectId { kind: u8::MAX, number: u32::MAX }, u32::MAX);
     let chunk = ChunkRef { object, offset, bytes: &bytes };

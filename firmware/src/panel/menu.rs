@@ -6,7 +6,8 @@
 //!
 //! ```text
 //! Home ─┬─ Measure ─┬─ Findings          ┌ Ok: start
-//!       │  (phase)  └─ Sure: end?   Idle ┤      armed ─ Next: pause ─ list: go on, again, skip, finish, end
+//!       │  (phase)  ├─ Precision    Idle ┤      armed ─ Next: pause ─ list: go on, again, skip, finish, end
+//!       │           └─ Sure: end?        └      target ─ Ok: finish, Next: go on
 //!       ├─ Results ── Result ── Sure: delete?
 //!       ├─ Layouts
 //!       ├─ Calibration ─┬─ Tumble ── proposal: keep?
@@ -31,6 +32,8 @@ pub enum Screen {
     Measure,
     /// The diagnostics of the campaign or of a refused layout, page by page.
     Findings,
+    /// How precise the answer of the campaign would be so far.
+    Precision,
     /// The stored layouts.
     Layouts,
     /// The stored results.
@@ -87,6 +90,8 @@ pub enum Entry {
     Skip,
     /// Finish the current DOF with the hits that it has.
     Finish,
+    /// Show how precise the answer would be so far.
+    Precision,
     /// Show the campaign's diagnostics.
     Findings,
     /// End the campaign without a result.
@@ -118,6 +123,7 @@ impl Entry {
             Self::Redo => "This place again",
             Self::Skip => "Skip this place",
             Self::Finish => "Enough hits here",
+            Self::Precision => "How precise so far",
             Self::Findings => "What is wrong",
             Self::End => "End, no result",
             Self::Accept => "Keep this hit",
@@ -225,16 +231,18 @@ impl Menu {
                 Entry::Redo,
                 Entry::Skip,
                 Entry::Finish,
+                Entry::Precision,
                 Entry::Findings,
                 Entry::End,
             ],
             (Screen::Calibration, _) => &[Entry::Tumble, Entry::Block],
             _ => &[],
         };
-        let solved = model.hits > 0 && model.hits_done >= model.hits;
+        let solved = (model.hits > 0 && model.hits_done >= model.hits) || model.at_target;
         let there = |entry: &&Entry| match entry {
             Entry::Redo | Entry::Skip => !solved,
             Entry::Finish => !solved && model.accepted > 0,
+            Entry::Precision => model.precision.is_some(),
             Entry::Findings => model.findings > 0,
             _ => true,
         };
@@ -279,6 +287,7 @@ impl Menu {
                 self.go(Screen::Results);
             }
             Screen::Findings if model.findings == 0 => self.go(Screen::Measure),
+            Screen::Precision if model.phase != Phase::Paused => self.go(Screen::Measure),
             Screen::CalibrationWizard if model.calibration_wizard == CalibrationWizard::Off => {
                 self.go(Screen::Calibration)
             }
@@ -325,7 +334,7 @@ impl Menu {
             Screen::BlockMass => self.ok_digit(model),
             Screen::CalibrationWizard => self.ok_calibration_wizard(model),
             Screen::Sure(question) => self.yes(question, model),
-            Screen::Refused(_) => self.back(model),
+            Screen::Refused(_) | Screen::Precision => self.back(model),
             _ => None,
         }
     }
@@ -339,6 +348,7 @@ impl Menu {
             Entry::Calibration => Screen::Calibration,
             Entry::Storage => Screen::Storage,
             Entry::About => Screen::About,
+            Entry::Precision => Screen::Precision,
             Entry::Findings => Screen::Findings,
             Entry::Redo => Screen::Sure(Question::Redo),
             Entry::End => Screen::Sure(Question::End),
@@ -361,6 +371,7 @@ impl Menu {
     fn ok_measuring(&mut self, model: &PanelModel) -> Option<Action> {
         match model.phase {
             Phase::Idle => Some(Action::Start),
+            Phase::TargetReached => Some(Action::Command(Command::Conclude)),
             Phase::Done if model.block => Some(Action::SolveBlock),
             Phase::Done => Some(Action::OpenLast),
             _ => None,
@@ -412,6 +423,9 @@ impl Menu {
             (Screen::Measure, Phase::Armed | Phase::Busy) => {
                 return Some(Action::Command(Command::Pause));
             }
+            (Screen::Measure, Phase::TargetReached) => {
+                return Some(Action::Command(Command::Continue));
+            }
             (Screen::Measure, Phase::Done) => {
                 return Some(Action::Start);
             }
@@ -442,7 +456,7 @@ impl Menu {
             Screen::Measure if matches!(model.phase, Phase::Armed | Phase::Busy) => {
                 (Screen::Home, Some(Action::Command(Command::Pause)))
             }
-            Screen::Findings | Screen::Sure(Question::End | Question::Redo) => {
+            Screen::Findings | Screen::Precision | Screen::Sure(Question::End | Question::Redo) => {
                 (Screen::Measure, None)
             }
             Screen::Result => (Screen::Results, None),

@@ -31,10 +31,11 @@ use embedded_graphics::draw_target::DrawTarget;
 use embedded_graphics::pixelcolor::BinaryColor;
 use heapless::Vec;
 use massline_protocol::message::EstimatedMass;
+use massline_shared::design::{Precision, Widths};
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::layout::Dof;
-use massline_shared::measurement::GradedHit;
+use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::measurement::campaign::{Campaign, Object, Outcome, Phase};
+use massline_shared::measurement::{CampaignPrecision, GradedHit};
 use massline_shared::signal::CHANNELS;
 
 use self::calibration_wizard::CalibrationWizard;
@@ -75,6 +76,10 @@ pub struct PanelModel {
     pub result: u32,
     /// Mass according to the best estimate of the last result, kg.
     pub mass: Option<EstimatedMass>,
+    /// How precise the answer would be with the DOFs measured so far; `None` before the first is closed.
+    pub precision: Option<PrecisionModel>,
+    /// True when the target is reached and the operator has not decided yet.
+    pub at_target: bool,
     /// True when the campaign was interrupted by the rig itself.
     pub interrupted: bool,
     /// True when nothing is being measured, so that layout and calibration may be changed.
@@ -110,6 +115,8 @@ impl PanelModel {
         block: false,
         result: 0,
         mass: None,
+        precision: None,
+        at_target: false,
         interrupted: false,
         idle: true,
         findings: 0,
@@ -131,7 +138,9 @@ impl PanelModel {
         let hit = layout.and_then(|layout| layout.hits.get(dof));
         let done = dofs.iter().map(|of| match of.outcome {
             Outcome::Open => u16::from(of.accepted).min(wanted.into()),
-            Outcome::Complete | Outcome::Early | Outcome::Skipped => wanted.into(),
+            Outcome::Complete | Outcome::Early | Outcome::Skipped | Outcome::NotNeeded => {
+                wanted.into()
+            }
         });
         let object = campaign.map_or(Object::Unknown, |campaign| campaign.started().object);
         let diagnostics = measurement.diagnostics();
@@ -151,6 +160,8 @@ impl PanelModel {
             block: matches!(object, Object::Block { .. }),
             result: campaign.map_or(0, Campaign::result),
             mass: rig.last_mass.get(),
+            precision: measurement.precision().map(|known| PrecisionModel::of(known, layout)),
+            at_target: campaign.is_some_and(Campaign::is_at_target),
             interrupted: diagnostics.iter().any(|found| found.interrupts()),
             idle: measurement.is_idle(),
             findings: diagnostics.len() as u8,
@@ -163,6 +174,42 @@ impl From<&GradedHit> for HitVerdict {
     fn from(hit: &GradedHit) -> Self {
         let decisive = hit.findings.iter().find(|found| found.is_error());
         Self { peak_force: hit.peak_force, reason: decisive.copied() }
+    }
+}
+
+/// How precise the answer would be with the DOFs measured so far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrecisionModel {
+    /// Number of DOFs with mass lines.
+    pub dofs: u8,
+    /// Largest half widths of the 95 % intervals; `None` when more DOFs are needed.
+    pub widths: Option<Widths<f32>>,
+    /// The hit that would narrow the worst interval most.
+    pub further: Option<FurtherPlace>,
+}
+
+/// The hit that would narrow the worst interval most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FurtherPlace {
+    /// The DOF.
+    pub dof: Dof,
+    /// Index of the worst property in `theta`.
+    pub property: u8,
+    /// Half width of its 95 % interval now, and expected with that hit, in the units of a target.
+    pub half_widths: [f32; 2],
+}
+
+impl PrecisionModel {
+    fn of(known: &CampaignPrecision<f32>, layout: Option<&RigLayout>) -> Self {
+        let further = known.further.zip(known.precision).and_then(|(hit, precision)| {
+            let dof = layout?.hits.get(hit.dof)?.dof;
+            let now = precision.half_widths[hit.property];
+            let half_widths =
+                [now, hit.half_width].map(|half| precision.in_target_units(hit.property, half));
+            Some(FurtherPlace { dof, property: hit.property as u8, half_widths })
+        });
+        let widths = known.precision.as_ref().map(Precision::widths);
+        Self { dofs: known.dofs, widths, further }
     }
 }
 
@@ -219,7 +266,7 @@ pub enum Cue {
     Accepted,
     /// The hit does not count.
     Rejected,
-    /// There is a result.
+    /// There is a result, or the target is reached.
     Done,
     /// The rig cannot go on, or the result has no answer.
     Failed,
@@ -240,6 +287,7 @@ pub fn cues(before: &PanelModel, after: &PanelModel) -> Vec<Cue, 3> {
     play(Cue::Accepted, after.averaged > before.averaged && after.rejected <= before.rejected);
     play(Cue::Armed, after.phase == Phase::Armed && after.armings != before.armings);
     play(Cue::Done, entered(Phase::Done) && answered);
+    play(Cue::Done, entered(Phase::TargetReached));
     play(Cue::Failed, entered(Phase::Done) && !answered);
     play(Cue::Failed, entered(Phase::Paused) && after.interrupted);
     cues

@@ -6,7 +6,7 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
 use massline_shared::diagnosis::{Code, Diagnostic, Subject};
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{Dof, RigLayout};
 
 use super::calibration_wizard::WizardProblem;
 use super::number::{Text, decimals_for, fitting};
@@ -16,6 +16,14 @@ use super::refused::Refused;
 pub const WIDTH: usize = 21;
 /// Lines of a text.
 pub const LINES: usize = 3;
+
+/// Node and direction of a DOF.
+pub fn place(dof: Dof) -> Text {
+    let mut place = Text::new();
+    // There is room: `65535:+X`.
+    let _ = write!(place, "{dof}");
+    place.chars().map(|c| if c == ':' { ' ' } else { c }).collect()
+}
 
 /// The subject of a diagnostic, and the number that triggered it if the line has room.
 pub fn subject(diagnostic: &Diagnostic, layout: Option<&RigLayout>) -> Text {

@@ -4,10 +4,11 @@ use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 use massline_protocol::message::{
     ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, GetCalibration, GetIdentity,
-    GetLayout, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, LayoutAnswer, ListRequest,
-    ListResults, PutCalibration, PutLayout, ReadObject, Reason, ResultPage, SetStream, TakeReading,
+    GetLayout, GetMassLines, GetObjectInfo, GetRestStatistics, GetStats, GetStatus, LayoutAnswer,
+    ListRequest, ListResults, PutCalibration, PutLayout, ReadObject, Reason, ResultPage, SetStream,
+    TakeReading,
 };
-use massline_protocol::object::{ChunkRef, ChunkRequest};
+use massline_protocol::object::{ChunkRef, ChunkRequest, DofResult};
 use massline_protocol::{Endpoint, Frame, MAX_FRAME, PlainFrame, crc32, encode_frame};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::measurement::Recorded;
@@ -90,6 +91,11 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
                     Recorded::Nothing | Recorded::Hit(_) => Err(Reason::NotFound),
                 }
             }
+            GetMassLines::KIND => {
+                let index = reply.request::<GetMassLines>()?;
+                let dof = self.mass_lines(index.into()).ok_or(Reason::NotFound)?;
+                reply.with::<GetMassLines>(&dof)
+            }
             SetStream::KIND => {
                 self.set_stream(reply.request::<SetStream>()?)?;
                 reply.with::<SetStream>(&())
@@ -138,6 +144,14 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
         let stored = self.store.lock().await.calibration().await;
         let calibration = *self.rig.measurement.borrow().calibration();
         CalibrationRecord { calibration, ..stored.unwrap_or_default() }
+    }
+
+    /// The mass lines of the DOF with this index in the layout.
+    fn mass_lines(&self, index: usize) -> Option<DofResult> {
+        let measurement = self.rig.measurement.borrow();
+        let result = measurement.result();
+        let place = result.mass_lines.iter().position(|(of, _)| *of == index)?;
+        Some(DofResult::of(result.dofs.get(place)?, result.mass_lines.get(place)?))
     }
 
     fn set_stream(&self, on: bool) -> Result<(), Reason> {

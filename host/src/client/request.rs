@@ -8,10 +8,11 @@ use std::time::{Duration, Instant};
 use massline_protocol::event::{HIT, HitEvent, SCANS, STATUS_CHANGED, ScanBlock};
 use massline_protocol::message::{
     ANSWER, CampaignCommand, Command, CommandRequest, DeleteResult, ENDPOINTS, GetCalibration,
-    GetIdentity, GetLayout, GetRestStatistics, GetStats, GetStatus, Identity, LayoutAnswer,
-    ListRequest, ListResults, PutCalibration, PutLayout, REFUSED, ResultEntry, SetStream, Stats,
-    Status, TakeReading,
+    GetIdentity, GetLayout, GetMassLines, GetRestStatistics, GetStats, GetStatus, Identity,
+    LayoutAnswer, ListRequest, ListResults, PutCalibration, PutLayout, REFUSED, Reason,
+    ResultEntry, SetStream, Stats, Status, TakeReading,
 };
+use massline_protocol::object::DofResult;
 use massline_protocol::{
     Deframer, Endpoint, Frame, MAX_FRAME, PROTOCOL_MAJOR, Refusal, encode_frame,
 };
@@ -277,6 +278,18 @@ impl Client {
     /// As [`Client::ask`].
     pub fn command_with(&mut self, request: CommandRequest) -> Result<Status, ClientError> {
         self.ask::<Command>(&request)
+    }
+
+    /// The mass lines of the DOF with this index in the layout; `None` before the DOF is closed.
+    ///
+    /// # Errors
+    /// As [`Client::ask`].
+    pub fn mass_lines(&mut self, index: u8) -> Result<Option<DofResult>, ClientError> {
+        match self.ask::<GetMassLines>(&index) {
+            Ok(dof) => Ok(Some(dof)),
+            Err(e) if e.refusal() == Some(Reason::NotFound) => Ok(None),
+            Err(e) => Err(e),
+        }
     }
 
     /// Statistics of the channels at the moment, without a hit.

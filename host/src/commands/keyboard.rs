@@ -64,9 +64,12 @@ impl Keyboard {
             return (key == KeyCode::Char('c')).then_some(OperatorAction::Leave);
         }
         let confirming = phase == Some(Phase::Confirming);
+        let at_target = phase == Some(Phase::TargetReached);
         let command = match key {
             KeyCode::Char('a' | 'y') | KeyCode::Enter if confirming => C::Accept,
             KeyCode::Char('r' | 'n') | KeyCode::Backspace if confirming => C::Reject,
+            KeyCode::Char('y') | KeyCode::Enter if at_target => C::Conclude,
+            KeyCode::Char('n') if at_target => C::Continue,
             KeyCode::Char('d') => C::Redo,
             KeyCode::Char('s') => C::Skip,
             KeyCode::Char('f') => C::Finish,
@@ -106,6 +109,16 @@ mod tests {
         let accept = Some(OperatorAction::Command(CampaignCommand::Accept));
         assert_eq!(press(&[('a', false)], Phase::Confirming), [accept]);
         assert_eq!(press(&[('a', false)], Phase::Armed), [None]);
+    }
+
+    #[test]
+    fn the_question_at_the_target_has_two_answers_and_only_there() {
+        use CampaignCommand::{Conclude, Continue};
+        let [finish, go_on] =
+            [Conclude, Continue].map(|command| Some(OperatorAction::Command(command)));
+        let keys = [('y', false), ('n', false), ('a', false)];
+        assert_eq!(press(&keys, Phase::TargetReached), [finish, go_on, None]);
+        assert_eq!(press(&keys, Phase::Armed), [None, None, None]);
     }
 
     #[test]

@@ -7,8 +7,9 @@ use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Status};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{HostLayout, RigLayout};
 use massline_shared::measurement::campaign::Phase;
+use serde_json::json;
 
 use super::connect::PortArgs;
 use super::files;
@@ -25,6 +26,7 @@ use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
+use crate::precision::PrecisionMonitor;
 use crate::report;
 use crate::single_fault::NominalTest;
 use crate::spectra::{Collecting, SpectraCollection};
@@ -36,10 +38,14 @@ While it runs (when the keyboard is a terminal): a accept, r reject, d redo the 
 f finish it with the hits it has, p or Ctrl-C pause, q q abort.
 A paused campaign keeps every accepted hit; the same command goes on with it.
 
+After each DOF the 95 % intervals so far are printed, and which further hit of the layout would
+narrow the worst of them most. With a [target] table in the layout, the command asks whether to
+finish as soon as the target is reached; without a keyboard or with --yes it finishes.
+
 Examples:
   massline measure frame.toml
   massline measure frame.toml --port /dev/ttyACM0 --confirm
-  massline measure frame.toml --restart --json > result.json")]
+  massline measure frame.toml --restart --yes --json > result.json")]
 pub struct Args {
     /// The layout file.
     layout: PathBuf,
@@ -54,6 +60,9 @@ pub struct Args {
     /// Start although the layout cannot determine all ten properties.
     #[arg(long)]
     force: bool,
+    /// Finish at the [target] of the layout without asking.
+    #[arg(long)]
+    yes: bool,
     /// Calibration file; default: the calibration stored on the rig.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
@@ -87,11 +96,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     {
         client.put_calibration(calibration)?;
     }
+    let in_force = calibration.as_ref().unwrap_or(&kept);
+    let age = age_in_days(in_force);
+    let mut monitor = PrecisionMonitor::new(with_gains(&file.layout, in_force, age));
     let how = StartOptions {
         confirm: args.confirm,
         force: args.force,
         restart: args.restart,
-        calibration_age_days: age_in_days(calibration.as_ref().unwrap_or(&kept)),
+        calibration_age_days: age,
         ..StartOptions::default()
     };
     match begin(&mut client, how)? {
@@ -99,8 +111,18 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         StartOutcome::Resumed => output.note("resuming the interrupted campaign"),
         StartOutcome::Joined => output.note("joins the campaign that is under way"),
     }
-    let ending = watch(&mut client, &layout, None, output)?;
-    finish(&mut client, &ending, &NominalTest::of_file(&file), output)
+    let watching = Watching { monitor: Some(&mut monitor), collection: None, yes: args.yes };
+    let ending = watch(&mut client, &layout, watching, output)?;
+    finish(&mut client, &ending, &NominalTest::of_file(&file), &monitor, output)
+}
+
+/// The layout with the standard deviations that a calibration of this age, in days, contributes.
+fn with_gains(layout: &HostLayout, record: &CalibrationRecord, age: u16) -> HostLayout {
+    let mut layout = layout.clone();
+    if let Some(gains) = record.budget() {
+        gains.aged(age).apply_to(&mut layout);
+    }
+    layout
 }
 
 /// Age of a calibration by the clock of this computer, days; zero when it has no date or one in the future.
@@ -162,12 +184,22 @@ pub fn judge_layout(
     Ok(())
 }
 
-/// Follows the running campaign with a person at the keyboard. With a `collection` for spectra, good hits are
-/// accepted without asking.
+/// What is done while a campaign is followed.
+#[derive(Debug, Default)]
+pub(super) struct Watching<'a> {
+    /// Reports the precision after each DOF.
+    pub monitor: Option<&'a mut PrecisionMonitor>,
+    /// Collects the spectra; good hits are then accepted without asking.
+    pub collection: Option<&'a mut SpectraCollection>,
+    /// Finish at the target without asking.
+    pub yes: bool,
+}
+
+/// Follows the running campaign with a person at the keyboard.
 pub(super) fn watch(
     client: &mut Client,
     layout: &RigLayout,
-    collection: Option<&mut SpectraCollection>,
+    watching: Watching<'_>,
     output: &mut Output,
 ) -> Result<CampaignOutcome> {
     let interrupt = output.interrupt().clone();
@@ -181,9 +213,10 @@ pub(super) fn watch(
     if keyboard.is_some() {
         output.note(keyboard::HELP);
     }
+    let Watching { monitor, collection, yes } = watching;
     let prompts = if collection.is_some() { Prompts::Hits } else { Prompts::HitsAndVerdicts };
     let progress = Progress::new(output, "hits", layout, prompts);
-    let mut person = Person { progress, keyboard };
+    let mut person = Person { progress, keyboard, monitor, yes, asked: false };
     let ending = match collection {
         Some(collection) => {
             let mut collecting = Collecting { observer: &mut person, collection };
@@ -201,12 +234,14 @@ fn finish(
     client: &mut Client,
     ending: &CampaignOutcome,
     nominal: &NominalTest,
+    monitor: &PrecisionMonitor,
     output: &mut Output,
 ) -> Result<()> {
     match ending {
         CampaignOutcome::Done(number) => {
             let result = client.result(*number)?;
-            show::measurement(&result, Some(nominal), Selection::All, output)
+            let further = json!({ "after_each_dof": monitor.to_json() });
+            show::measurement_with(&result, Some(nominal), Selection::All, further, output)
         }
         CampaignOutcome::Stopped(status) => Err(show::stopped(status)),
         CampaignOutcome::Paused(status) => Err(paused(status)),
@@ -228,6 +263,65 @@ pub(super) fn paused(status: &Status) -> Error {
 struct Person<'o> {
     progress: Progress<'o>,
     keyboard: Option<Keyboard>,
+    monitor: Option<&'o mut PrecisionMonitor>,
+    /// Finish at the target without asking.
+    yes: bool,
+    /// The question at the target has been asked.
+    asked: bool,
+}
+
+impl Person<'_> {
+    /// Reads the mass lines of the DOFs that have been closed meanwhile, and reports the precision with them.
+    fn follow_precision(&mut self, client: &mut Client, status: &Status) -> Result<()> {
+        let Some(monitor) = &mut self.monitor else { return Ok(()) };
+        let (mut new, at_target) = (false, is_at_target(status));
+        for (index, &hits) in (0..).zip(&status.accepted) {
+            let closed = index != status.dof || at_target;
+            if hits > 0
+                && closed
+                && !monitor.knows(index)
+                && let Some(dof) = client.mass_lines(index)?
+            {
+                monitor.add(dof);
+                new = true;
+            }
+        }
+        if new {
+            self.progress.line(&monitor.report().to_text());
+        }
+        Ok(())
+    }
+
+    /// The question at the target.
+    fn question(&mut self) -> String {
+        let reached = self.monitor.as_mut().map_or_else(
+            || "target reached".to_owned(),
+            |monitor| {
+                let report = monitor.latest();
+                format!("target reached after {}: {}", report.progress(), report.widths())
+            },
+        );
+        if self.asks() {
+            format!("{reached}; finish now? [Y/n]")
+        } else {
+            format!("{reached}; finishing")
+        }
+    }
+
+    fn asks(&self) -> bool {
+        self.keyboard.is_some() && !self.yes
+    }
+
+    fn poll(&mut self, status: &Status) -> Result<Option<OperatorAction>> {
+        let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
+        keyboard
+            .poll(Phase::try_from(status.phase).ok())
+            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))
+    }
+}
+
+fn is_at_target(status: &Status) -> bool {
+    Phase::try_from(status.phase).ok() == Some(Phase::TargetReached)
 }
 
 impl Observer for Person<'_> {
@@ -239,11 +333,27 @@ impl Observer for Person<'_> {
         self.progress.hit(hit);
     }
 
-    fn steer(&mut self, _: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
-        let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
-        keyboard
-            .poll(Phase::try_from(status.phase).ok())
-            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))
+    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
+        self.asked = false;
+        self.follow_precision(client, status)?;
+        self.poll(status)
+    }
+
+    fn at_target(
+        &mut self,
+        client: &mut Client,
+        status: &Status,
+    ) -> Result<Option<OperatorAction>> {
+        self.follow_precision(client, status)?;
+        if !self.asked {
+            self.asked = true;
+            let question = self.question();
+            self.progress.line(&question);
+        }
+        if self.asks() {
+            return self.poll(status);
+        }
+        Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
     }
 
     fn refused(&mut self, command: CampaignCommand) {

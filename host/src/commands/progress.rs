@@ -106,6 +106,8 @@ impl<'o> Progress<'o> {
             CampaignCommand::Skip => "skipping the DOF",
             CampaignCommand::Finish => "finishing the DOF",
             CampaignCommand::Abort => "ending the campaign",
+            CampaignCommand::Conclude => "finishing at the target",
+            CampaignCommand::Continue => "going on after the target",
         };
         self.line(&format!("{action} is not possible now"));
     }

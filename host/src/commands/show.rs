@@ -3,7 +3,7 @@
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Diagnostic, Severity};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 use crate::host_solution::HostSolution;
@@ -24,6 +24,20 @@ pub fn measurement(
     selection: Selection,
     output: &mut Output,
 ) -> Result<()> {
+    measurement_with(result, nominal, selection, json!({}), output)
+}
+
+/// As [`measurement`]; the keys of the object `further` are added to the JSON object.
+///
+/// # Errors
+/// As [`measurement`].
+pub fn measurement_with(
+    result: &MeasurementResult,
+    nominal: Option<&NominalTest>,
+    selection: Selection,
+    further: Value,
+    output: &mut Output,
+) -> Result<()> {
     let result = selected(result, selection);
     if let Err(error) = require_answer(&result) {
         if let Some(nominal) = nominal {
@@ -39,6 +53,9 @@ pub fn measurement(
         let unseen = again.cannot_see();
         value["cannot_see"] = report::cannot_see_json(&unseen);
         text += &format!("\n{}{}", again.to_text(), report::cannot_see_text(&unseen));
+    }
+    if let (Value::Object(members), Value::Object(further)) = (&mut value, further) {
+        members.extend(further);
     }
     output.answer(&value, |_| text)
 }

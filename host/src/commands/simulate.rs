@@ -30,7 +30,8 @@ the bench. The result is printed beside the truth.
 
 With --runs the test is repeated with other errors each time, on all cores, from ADC codes to the
 ten properties by every method: bias, rms error, rms error over the Cramér-Rao bound, and how
-often the 95 % intervals hold the truth. A seed gives the same numbers on any machine and number
+often the 95 % intervals hold the truth. With a [target] in the layout each run stops as soon as it
+is reached: the coverage at the stop and the hits saved are printed. A seed gives the same numbers on any machine and number
 of cores.
 
 Examples:

@@ -159,6 +159,11 @@ impl Observer for Operator<'_, '_> {
         Ok(steer)
     }
 
+    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<OperatorAction>> {
+        self.progress.line("target reached; finishing");
+        Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
+    }
+
     fn refused(&mut self, command: CampaignCommand) {
         self.progress.refused(command);
     }

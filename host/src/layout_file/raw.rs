@@ -47,6 +47,11 @@ pub(super) struct RawLayout {
     #[serde(default)]
     #[schemars(with = "RawUncertainty")]
     pub(super) uncertainty: Option<RawUncertainty>,
+    /// The precision that is wanted: half widths of the 95 % intervals. `massline measure` asks whether to
+    /// finish as soon as all of them are reached.
+    #[serde(default)]
+    #[schemars(with = "RawTarget")]
+    pub(super) target: Option<RawTarget>,
     /// Prior knowledge about the object.
     #[serde(default)]
     #[schemars(with = "RawPrior")]
@@ -207,6 +212,23 @@ pub(super) struct RawUncertainty {
     /// True when the budget is a starting point that the data may correct; false to use it as stated.
     #[schemars(with = "bool", extend("default" = true))]
     pub(super) learn: Option<bool>,
+}
+
+/// The precision that is wanted: half widths of the 95 % intervals.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, expecting = "a table [target]")]
+#[schemars(rename = "target")]
+pub(super) struct RawTarget {
+    /// Of the mass, relative to the mass.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) mass: Option<Spanned<f64>>,
+    /// Of each coordinate of the centre of mass, m.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) center_m: Option<Spanned<f64>>,
+    /// Of each element of the inertia tensor, relative to m L², L being the root mean square distance of the
+    /// sensors from their centre.
+    #[schemars(with = "f64", extend("exclusiveMinimum" = 0))]
+    pub(super) inertia: Option<Spanned<f64>>,
 }
 
 /// Prior knowledge about the object.

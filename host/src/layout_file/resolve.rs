@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use massline_shared::layout::{
     Axis, CalibratedGains, Dof, DofError, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout,
-    MAX_HITS_PER_DOF, Sensor, SensorUncertainty, Sign, TestSettings,
+    MAX_HITS_PER_DOF, Sensor, SensorUncertainty, Sign, Target, TestSettings,
 };
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
@@ -13,7 +13,7 @@ use super::entry::{RawHit, RawSensor};
 use super::error::{Fault, LayoutFileError, Place};
 use super::known::{Uncertainty, attached, priors, sensor_mass};
 use super::policy::policy;
-use super::raw::{RawLayout, RawNode, RawReference, RawTest};
+use super::raw::{RawLayout, RawNode, RawReference, RawTarget, RawTest};
 use super::source::Source;
 use super::tensor::tensor_fault;
 use super::values::{RawAxes, RawBand, RawBandName, TITLE_BYTES};
@@ -44,6 +44,7 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
         hammer_gain: uncertainty.hammer_gain,
         calibrated_hammer: uncertainty.calibrated_hammer,
         learn_budget: uncertainty.learn,
+        target: target(raw.target.as_ref(), source)?,
         priors: priors(&raw, source)?,
         ..HostLayout::default()
     };
@@ -333,6 +334,20 @@ fn test(raw: Option<&RawTest>, source: &Source<'_>) -> Result<TestSettings<f64>,
     test.frf_estimator = raw.frf_estimator.unwrap_or(test.frf_estimator);
     test.terms = raw.terms.unwrap_or(test.terms);
     Ok(test)
+}
+
+fn target(raw: Option<&RawTarget>, source: &Source<'_>) -> Result<Target<f64>, LayoutFileError> {
+    let Some(raw) = raw else { return Ok(Target::default()) };
+    let wanted = "a positive half width: 0.01 is 1 %, or 10 mm for center_m";
+    let of = |value: &Option<Spanned<f64>>, key| {
+        let check = |v| source.within(v, key, |v| v > 0.0, wanted);
+        value.as_ref().map(check).transpose()
+    };
+    Ok(Target {
+        mass: of(&raw.mass, "target.mass")?,
+        center: of(&raw.center_m, "target.center_m")?,
+        inertia: of(&raw.inertia, "target.inertia")?,
+    })
 }
 
 fn band_ends(

@@ -2,7 +2,7 @@ use massline_shared::diagnosis::Code;
 use massline_shared::layout::{DEFAULT_HAMMER_GAIN, HitUncertainty, Prior, SensorUncertainty};
 
 use super::*;
-use massline_shared::layout::FrfEstimator;
+use massline_shared::layout::{FrfEstimator, Target};
 use massline_shared::mass_line::Terms;
 
 const GOOD: &str = include_str!("../../examples/three-bar-test-1.toml");
@@ -97,6 +97,25 @@ fn the_template_s_comments_are_valid_too() {
     assert_eq!(*file.layout.priors, [Prior { property: 0, value: 1.23, sigma: 0.001 }]);
     assert_eq!(file.layout.attached.len(), 1);
     assert!(file.reference.unwrap().complete().is_some());
+}
+
+#[test]
+fn a_target_is_read_in_its_units_and_each_key_is_optional() {
+    let target = |table: &str| parse(&format!("{TEMPLATE}\n[target]\n{table}"));
+    let read = target("mass = 0.01\ncenter_m = 0.001").unwrap().layout.target;
+    assert_eq!(read, Target { mass: Some(0.01), center: Some(0.001), inertia: None });
+    assert!(!target("").unwrap().layout.target.is_set());
+    let lines = TEMPLATE.lines().count();
+    for (table, key) in [
+        ("mass = 0", "target.mass"),
+        ("center_m = -1", "target.center_m"),
+        ("inertia = inf", "target.inertia"),
+    ] {
+        let error = target(table).unwrap_err();
+        let place = error.place().unwrap();
+        assert_eq!((place.line, place.key.as_str()), (lines + 3, key));
+    }
+    assert!(target("center = 0.001").unwrap_err().to_string().contains("center"));
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
 use massline_shared::identify::{DofMassLines, Estimate, Method};
 use massline_shared::layout::RIG_SENSORS;
-use massline_shared::measurement::campaign::Start;
+use massline_shared::measurement::campaign::{Campaign, Command, Outcome, Phase, Start};
 use massline_shared::measurement::{self, GradedHit, Measurement, Memory, NextAction, StartError};
 use massline_shared::signal::Calibration;
 use massline_shared::units::ScanIndex;
@@ -31,6 +31,10 @@ pub struct SimulatedTest {
     pub refusals: Vec<(Method, Diagnostics)>,
     /// Number of rejected hits.
     pub rejected: u16,
+    /// Number of hits that were left out because the target had been reached.
+    pub hits_saved: usize,
+    /// True when the target was reached, at the last DOF or before.
+    pub reached: bool,
     /// Every hit, with the number of its arming; a hit that was withdrawn afterwards appears again.
     pub hits: Vec<(u32, GradedHit)>,
     /// Diagnostics of the campaign.
@@ -66,7 +70,8 @@ pub enum MeasureError {
     MassLine(String),
 }
 
-/// Measures all hit DOFs of a layout on the scans of `source`, and identifies the ten properties.
+/// Measures the hit DOFs of a layout on the scans of `source` until the layout's target is reached, otherwise
+/// all of them, and identifies the ten properties.
 ///
 /// # Errors
 /// See [`MeasureError`].
@@ -86,6 +91,10 @@ pub fn measure(
         match rig.next_action() {
             NextAction::Sample => take_record(&mut rig, source)?,
             NextAction::Compute => rig.work(),
+            NextAction::Wait if rig.phase() == Phase::TargetReached => {
+                // Cannot fail in this phase.
+                let _ = rig.command(Command::Conclude);
+            }
             NextAction::Store | NextAction::Wait => break,
         }
         while let Some(hit) = rig.next_hit() {
@@ -99,10 +108,13 @@ pub fn measure(
             return Err(MeasureError::AlwaysRejected(dof));
         }
     }
+    let dofs = rig.campaign().map_or(&[][..], Campaign::dofs);
+    let unneeded = dofs.iter().filter(|dof| dof.outcome == Outcome::NotNeeded).count();
+    let precision = rig.precision().and_then(|known| known.precision);
     let result = rig.result();
     let no_line = |code| matches!(code, Code::BandTooNarrow | Code::DataNotFinite);
     if let Some(found) = result.diagnostics.iter().find(|d| d.is_error() && no_line(d.code))
-        && result.mass_lines.len() < layout.hits.len()
+        && result.mass_lines.len() + unneeded < layout.hits.len()
     {
         return Err(MeasureError::MassLine(report::message_in(found, layout)));
     }
@@ -110,6 +122,8 @@ pub fn measure(
         dofs: result.mass_lines.to_vec(),
         estimates: result.estimates.to_vec(),
         refusals: result.refusals.to_vec(),
+        hits_saved: unneeded * usize::from(layout.test.hits_per_dof),
+        reached: precision.is_some_and(|known| known.is_reached()),
         rejected: rig.campaign().map_or(0, |campaign| campaign.rejected()),
         hits,
         diagnostics: result.diagnostics.to_vec(),

@@ -35,7 +35,7 @@ use crate::Error;
 use crate::interrupt::Interrupt;
 use crate::parallel::pieces;
 use measurement::{MeasureError, SimulatedTest, TestLayout, measure};
-use statistics::MethodStatistics;
+use statistics::{MethodStatistics, StoppingStatistics};
 
 /// The settings of a study.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +70,9 @@ pub struct Study {
     /// Number of other runs in which the best method is wrong about a property by more than three standard
     /// deviations.
     pub silent: u64,
-    /// Statistics of each method.
+    /// How the runs came to the target of the layout; `None` without one.
+    pub stopping: Option<StoppingStatistics>,
+    /// Statistics of each method; at the stop, for a layout with a target.
     pub methods: Vec<MethodStatistics>,
 }
 
@@ -143,6 +145,19 @@ impl MonteCarlo<'_> {
         Some(bound.sigma().into())
     }
 
+    fn stopping(&self, runs: &[Run], truth: &[f64; 10]) -> StoppingStatistics {
+        let test = self.layout;
+        let mut sums = StoppingStatistics {
+            hits: test.hits.len() as u64 * u64::from(test.test.hits_per_dof),
+            ..StoppingStatistics::default()
+        };
+        for measured in runs.iter().flatten() {
+            let holding = intervals_that_hold(measured, truth);
+            sums.add(measured.reached, measured.hits_saved as u64, holding);
+        }
+        sums
+    }
+
     /// The statistics of runs.
     pub fn study(&self, runs: &[Run]) -> Study {
         let truth: [f64; 10] = self.bench.truth().theta().into();
@@ -159,10 +174,19 @@ impl MonteCarlo<'_> {
             unmeasured: failed().next().map(|first| (failed().count() as u64, first.clone())),
             rejected_hits: measured.clone().map(|m| u64::from(m.rejected)).sum(),
             warned: measured.clone().filter(|m| m.warns()).count() as u64,
+            stopping: self.layout.target.is_set().then(|| self.stopping(runs, &truth)),
             silent: measured.filter(|m| !m.warns() && is_wrong(m, &truth)).count() as u64,
             methods: methods.collect(),
         }
     }
+}
+
+/// The best answer of a run against the truth: how many of its ten 95 % intervals hold it.
+fn intervals_that_hold(measured: &SimulatedTest, truth: &[f64; 10]) -> Option<u64> {
+    let best = measured.estimates.first()?;
+    let (theta, half) = (best.theta(), best.half_widths()?);
+    let holds = |&k: &usize| (theta[k] - truth[k]).abs() <= half[k];
+    Some((0..10).filter(holds).count() as u64)
 }
 
 /// True when a property of the best answer is wrong by more than three of its standard deviations.

@@ -6,7 +6,7 @@ use massline_shared::identify::Method;
 use serde_json::{Value, json};
 
 use super::Study;
-use super::statistics::{MethodStatistics, PropertyStatistics};
+use super::statistics::{MethodStatistics, PropertyStatistics, StoppingStatistics};
 use crate::output;
 use crate::report::{message, refusals_json, refusals_text};
 
@@ -24,6 +24,7 @@ pub fn to_json(study: &Study) -> Value {
         "rejected_hits": study.rejected_hits,
         "runs_with_warnings": study.warned,
         "runs_silently_wrong": study.silent,
+        "target": study.stopping.as_ref().map(stopping_json),
         "methods": study.methods.iter().map(method_json).collect::<Vec<_>>(),
         "not_applicable": refusals_json(&never_answered(study), message),
         "notes": study.is_single().then_some(ONE_RUN).as_slice(),
@@ -34,6 +35,28 @@ pub fn to_json(study: &Study) -> Value {
 fn never_answered(study: &Study) -> Vec<(Method, Diagnostics)> {
     let silent = study.methods.iter().filter(|method| method.answers == 0);
     silent.filter_map(|method| Some((method.method, method.refusal.clone()?))).collect()
+}
+
+fn stopping_json(stopping: &StoppingStatistics) -> Value {
+    json!({
+        "runs_at_target": stopping.reached,
+        "hits_of_a_campaign": stopping.hits,
+        "mean_hits_saved": stopping.mean_hits_saved(),
+        "coverage95": stopping.coverage95(),
+        "coverage95_at_target": stopping.coverage95_at_target(),
+    })
+}
+
+/// How the runs came to the target, as text.
+fn stopping_text(stopping: &StoppingStatistics) -> String {
+    let StoppingStatistics { hits, runs, reached, .. } = *stopping;
+    format!(
+        "target: {reached} of {runs} runs reached it; {:.1} of {hits} hits saved on average; \
+         coverage at the stop {}, of the runs at the target {}\n",
+        stopping.mean_hits_saved(),
+        or_dash(stopping.coverage95().map(percent)),
+        or_dash(stopping.coverage95_at_target().map(percent)),
+    )
 }
 
 fn method_json(method: &MethodStatistics) -> Value {
@@ -72,6 +95,7 @@ pub fn to_text(study: &Study) -> String {
     for method in study.methods.iter().filter(|m| m.answers > 0) {
         text += &summary(method);
     }
+    text += &study.stopping.as_ref().map_or_else(String::new, stopping_text);
     text += &refusals_text(&never_answered(study), message);
     text += &format!("{} {}", study.runs, if study.runs == 1 { "run" } else { "runs" });
     if study.runs < study.wanted {
@@ -86,6 +110,9 @@ pub fn to_text(study: &Study) -> String {
     }
     if study.is_single() {
         return text + "note: " + ONE_RUN;
+    }
+    if study.stopping.is_some() {
+        text += "with a target, the bound is still that of all DOFs, which the runs do not all measure\n";
     }
     text + "ratio: rms error over the Cramér-Rao bound at the truth, with the errors of the bench\n\
             width: mean width of the 95 % intervals over that which the bound permits\n\

@@ -36,6 +36,56 @@ pub struct PropertyStatistics {
     pub half_width95: Option<f64>,
 }
 
+/// How the runs came to the target of their layout.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StoppingStatistics {
+    /// Hits of a whole campaign.
+    pub hits: u64,
+    /// Number of runs with mass lines.
+    pub runs: u64,
+    /// Number of runs that reached the target, at the last DOF or before.
+    pub reached: u64,
+    /// Hits saved in all runs.
+    pub hits_saved: u64,
+    /// Number of 95 % intervals of the best answers, ten for each, in the runs that reached the target, and how
+    /// many of them hold the truth.
+    pub at_target: [u64; 2],
+    /// The same of the other runs.
+    pub missed: [u64; 2],
+}
+
+impl StoppingStatistics {
+    /// Adds a run; `holding` is the number of its ten intervals that hold the truth.
+    pub fn add(&mut self, reached: bool, hits_saved: u64, holding: Option<u64>) {
+        self.runs += 1;
+        self.reached += u64::from(reached);
+        self.hits_saved += hits_saved;
+        if let Some(holding) = holding {
+            let [all, hold] = if reached { &mut self.at_target } else { &mut self.missed };
+            (*all, *hold) = (*all + 10, *hold + holding);
+        }
+    }
+
+    /// Share of the intervals of all runs that hold the truth, each run at its end.
+    pub fn coverage95(&self) -> Option<f64> {
+        share([0, 1].map(|k| self.at_target[k] + self.missed[k]))
+    }
+
+    /// The same of the runs that reached the target.
+    pub fn coverage95_at_target(&self) -> Option<f64> {
+        share(self.at_target)
+    }
+
+    /// Mean number of hits that a run saved.
+    pub fn mean_hits_saved(&self) -> f64 {
+        self.hits_saved as f64 / self.runs.max(1) as f64
+    }
+}
+
+fn share([all, hold]: [u64; 2]) -> Option<f64> {
+    (all > 0).then(|| hold as f64 / all as f64)
+}
+
 impl PropertyStatistics {
     /// Root mean square error over the bound.
     pub fn ratio(&self) -> Option<f64> {
@@ -197,6 +247,19 @@ mod tests {
         // The bound of 0.05 permits half of that.
         let twice = statistics(&runs, Some(0.05)).geometric_mean_width().unwrap();
         assert!((twice - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn runs_that_stop_at_the_target_are_counted_apart() {
+        let mut stopping = StoppingStatistics { hits: 60, ..StoppingStatistics::default() };
+        stopping.add(true, 30, Some(9));
+        stopping.add(false, 0, Some(10));
+        stopping.add(true, 10, None);
+        assert_eq!((stopping.runs, stopping.reached), (3, 2));
+        assert_eq!(stopping.coverage95(), Some(0.95));
+        assert_eq!(stopping.coverage95_at_target(), Some(0.9));
+        assert!((stopping.mean_hits_saved() - 40.0 / 3.0).abs() < 1e-12);
+        assert_eq!(StoppingStatistics::default().coverage95(), None);
     }
 
     #[test]

@@ -4,7 +4,8 @@ use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::identify::Estimate;
 use serde_json::{Value, json};
 
-use super::{diagnostics_json, estimate_json, message, sentences, table};
+use super::message::message_of_result;
+use super::{diagnostics_json, estimate_json, sentences, table};
 
 /// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
 pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
@@ -27,7 +28,7 @@ pub fn measurement_json(result: &MeasurementResult) -> Value {
         "band_automatic": head.band_automatic,
         "mass_lines": result.dofs.iter().map(dof_json).collect::<Vec<_>>(),
         "notes": notes(result),
-        "diagnostics": diagnostics_json(&result.diagnostics, message),
+        "diagnostics": diagnostics_json(&result.diagnostics, |d| message_of_result(d, result)),
     })
 }
 
@@ -64,7 +65,7 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
     for note in notes(result) {
         text += &format!("note: {note}\n");
     }
-    text += &sentences(&result.diagnostics, message);
+    text += &sentences(&result.diagnostics, |d| message_of_result(d, result));
     text
 }
 

@@ -1,8 +1,9 @@
 //! The sentence of a diagnostic, which names the subject, gives the value with its unit, and says what to do.
 
+use massline_protocol::object::MeasurementResult;
 use massline_shared::Real;
 use massline_shared::body::INERTIAL_PARAMETERS;
-use massline_shared::diagnosis::{Diagnostic, Subject, SubjectKind, ValueUnit};
+use massline_shared::diagnosis::{Code, Diagnostic, Subject, SubjectKind, ValueUnit};
 use massline_shared::layout::{Layout, Prior};
 
 /// Looks up what is known of a subject besides its index: the node of a sensor, the DOF of a hit, the prior
@@ -31,6 +32,16 @@ pub fn message_in<R: Real, const S: usize, const H: usize>(
                 let (value, sigma) = (value.to_f64(), sigma.to_f64());
                 format!("{} = {value} ± {sigma} {unit}", property_name(property))
             })
+        }
+        _ => None,
+    })
+}
+
+/// As [`message`], with the DOF names of a result.
+pub fn message_of_result(diagnostic: &Diagnostic, result: &MeasurementResult) -> String {
+    sentence(diagnostic, &|subject| match subject {
+        Subject::Hit(index) => {
+            result.dofs.iter().find(|dof| dof.index == index).map(|dof| dof.dof.to_string())
         }
         _ => None,
     })
@@ -71,10 +82,13 @@ fn subject(d: &Diagnostic, known: Known<'_>) -> String {
             let response = channel - 1;
             format!("sensor {} {}", response / 3 + 1, axis(response))
         }
-        Subject::Property(property) => known(d.subject).map_or_else(
-            || format!("the [prior] of {}", property_name(property)),
-            |prior| format!("the [prior] {prior}"),
-        ),
+        Subject::Property(property) if d.code == Code::PriorInconsistentWithData => {
+            known(d.subject).map_or_else(
+                || format!("the [prior] of {}", property_name(property)),
+                |prior| format!("the [prior] {prior}"),
+            )
+        }
+        Subject::Property(property) => property_name(property).into(),
         Subject::Setting(setting) => setting.name().into(),
         Subject::Whole | Subject::Response { .. } => one_of(d.code.subject_kind()).into(),
     }
@@ -93,7 +107,7 @@ fn one_of(kind: SubjectKind) -> &'static str {
         SubjectKind::Hit => "a hit",
         SubjectKind::SensorOrHit => "a sensor or a hit",
         SubjectKind::Channel => "a channel",
-        SubjectKind::Property => "the [prior] of a property",
+        SubjectKind::Property => "a property",
         SubjectKind::Setting => "a setting",
         SubjectKind::Response => "a response",
         SubjectKind::Whole => "the test",
@@ -145,7 +159,7 @@ fn five_digits(value: f32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use massline_shared::diagnosis::{Code, Severity};
+    use massline_shared::diagnosis::Severity;
 
     fn said(code: Code, subject: Subject, value: f32) -> Diagnostic {
         Diagnostic::about(code, Severity::Warning, subject, value)

@@ -11,6 +11,22 @@ use tempfile::TempDir;
 use crate::program::{answer, layout_with_hits, success};
 use crate::virtual_process::VirtualProcess;
 
+/// Five DOFs of the three-bar frame, three hits each, and a target.
+const LAYOUT_WITH_TARGET: &str = r#"
+sensors = [1, 2, 3]
+hits = ["1:+Y", "2:+Z", "4:+X", "1:+X", "3:+Z"]
+node = [
+    { id = 1, position_m = [0.0, 0.0, 0.0] },
+    { id = 2, position_m = [0.2079, -0.1990, 0.0] },
+    { id = 3, position_m = [0.2079, 0.0, 0.0] },
+    { id = 4, position_m = [0.2079, -0.1990, 0.1491] },
+]
+[test]
+hits_per_dof = 3
+[target]
+center_m = {center_m}
+"#;
+
 /// A virtual rig and a folder for the host's files.
 struct Rig {
     process: VirtualProcess,
@@ -66,6 +82,45 @@ fn a_measured_result_can_be_listed_fetched_and_deleted() {
     assert_eq!(rig.run(&["results", "delete", "1"]).0, 0);
     assert_eq!(rig.run(&["results", "get", "1"]).0, 2);
     assert_eq!(rig.run(&["results", "delete", "1"]).0, 2);
+}
+
+/// Without a keyboard nobody can be asked: the campaign finishes at its target, and the answer says so.
+#[test]
+fn without_a_keyboard_a_campaign_finishes_at_its_target() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("target.toml").display().to_string();
+    std::fs::write(&path, LAYOUT_WITH_TARGET.replace("{center_m}", "0.01")).unwrap();
+    let process = VirtualProcess::start(&["--fast", "--layout", &path]);
+    let (exit, measured) = answer(&["measure", &path, "--port", &process.port]);
+    assert_eq!(exit, 0, "{measured}");
+    // Ten millimetres are reached as soon as there is an answer, with three DOFs of five.
+    let after = measured["after_each_dof"].as_array().unwrap().last().unwrap();
+    assert_eq!((&after["dofs_measured"], &after["target_reached"]), (&3.into(), &true.into()));
+    assert!(after["half_widths95"]["center_m"].as_f64().unwrap() <= 0.01, "{after}");
+    assert_eq!(measured["mass_lines"].as_array().unwrap().len(), 3);
+    let codes: Vec<_> = measured["diagnostics"].as_array().unwrap().iter().collect();
+    let stopped = codes.iter().find(|d| d["code"] == "stopped_at_target").unwrap();
+    // Two DOFs of three hits.
+    assert!(stopped["message"].as_str().unwrap().contains("saved 6 hits"), "{stopped}");
+}
+
+#[test]
+fn a_target_that_is_missed_is_a_note_with_what_to_hit_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("target.toml").display().to_string();
+    std::fs::write(&path, LAYOUT_WITH_TARGET.replace("{center_m}", "1e-6")).unwrap();
+    let process = VirtualProcess::start(&["--fast", "--layout", &path]);
+    let (exit, measured) = answer(&["measure", &path, "--port", &process.port]);
+    assert_eq!(exit, 0, "{measured}");
+    assert_eq!(measured["mass_lines"].as_array().unwrap().len(), 5);
+    let found = measured["diagnostics"].as_array().unwrap();
+    let of = |code: &str| found.iter().find(|d| d["code"] == code);
+    let missed = of("target_missed").unwrap();
+    assert_eq!(missed["severity"], "note");
+    assert!(missed["message"].as_str().unwrap().contains("interval of c"), "{missed}");
+    let again = of("hit_again").unwrap()["message"].as_str().unwrap();
+    assert!(again.contains("(") && again.contains(":+"), "the DOF has its name: {again}");
+    assert!(of("stopped_at_target").is_none());
 }
 
 #[test]

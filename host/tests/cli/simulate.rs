@@ -67,6 +67,24 @@ fn a_fault_that_cannot_be_is_bad_input() {
     assert_eq!(code, 2);
 }
 
+#[test]
+fn many_runs_with_a_target_tell_how_often_it_was_reached_and_what_it_saved() {
+    let more = ("\"4:+X\"]", "\"4:+X\", \"1:+X\"]");
+    let wide = ("[reference]", "[target]\nmass = 0.9\n\n[reference]");
+    let file = changed(|text| text.replacen(more.0, more.1, 1).replacen(wide.0, wide.1, 1));
+    let layout = file.path().to_str().unwrap();
+    let (code, value) = simulate_layout(layout, &["--runs", "2"]);
+    assert_eq!(code, 0, "{value}");
+    // Any answer knows the mass to 90 %: the last DOF with its five hits is left out.
+    let target = &value["target"];
+    assert_eq!((&target["runs_at_target"], &target["hits_of_a_campaign"]), (&2.into(), &20.into()));
+    assert_eq!(target["mean_hits_saved"], 5.0);
+    assert_eq!(target["coverage95"], target["coverage95_at_target"]);
+    let text = text_of(layout, &["--runs", "2"]);
+    assert!(text.contains("target: 2 of 2 runs reached it; 5.0 of 20 hits saved"), "{text}");
+    assert!(simulate(&["--runs", "2"]).1["target"].is_null());
+}
+
 fn text_of(layout: &str, arguments: &[&str]) -> String {
     let run = run(&[&["simulate", layout], arguments].concat());
     assert_eq!(run.exit, 0, "{}", run.stderr);

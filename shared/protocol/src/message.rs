@@ -83,6 +83,9 @@ endpoints! {
     /// with [`Reason::SamplerStopped`] when sampling failed, and with [`Reason::NotFound`] when there is no
     /// record or something else has been recorded since.
     GetRestStatistics = 15: () => RestStatistics;
+    /// Asks for the mass lines of a DOF of the current campaign or of the last one, by its index in the layout.
+    /// Refused with [`Reason::NotFound`] before the DOF is closed.
+    GetMassLines = 16: u8 => crate::object::DofResult;
 }
 
 /// Largest framed answer to a request that changes the rig, bytes.
@@ -244,6 +247,10 @@ pub enum CampaignCommand {
     Resume = 8,
     /// End the campaign without a result.
     Abort = 9,
+    /// At the target: leave out the other DOFs and compute the result.
+    Conclude = 10,
+    /// At the target: measure the other DOFs as well.
+    Continue = 11,
 }
 
 impl CampaignCommand {
@@ -259,6 +266,8 @@ impl CampaignCommand {
             Self::Pause => Steering::Pause,
             Self::Resume => Steering::Resume,
             Self::Abort => Steering::Abort,
+            Self::Conclude => Steering::Conclude,
+            Self::Continue => Steering::Continue,
         })
     }
 }

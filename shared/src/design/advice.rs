@@ -38,6 +38,22 @@ impl<R: Real> Criterion<R> {
         least(costs)
     }
 
+    /// The cost when the DOF with this index is hit as often again: what scatters from hit to hit is halved in
+    /// variance there. The noise of the sensors is not, so the cost is rather too large. `None` when the layout
+    /// does not have that DOF or does not determine the ten properties.
+    pub fn cost_with_repeated_hit<const S: usize, const H: usize>(
+        &self,
+        layout: &Layout<R, S, H>,
+        index: usize,
+        workspace: &mut [R],
+    ) -> Option<R> {
+        let mut more = layout.clone();
+        let scatter = &mut more.hits.get_mut(index)?.uncertainty;
+        let part = R::of(core::f64::consts::FRAC_1_SQRT_2);
+        (scatter.position, scatter.direction) = (scatter.position * part, scatter.direction * part);
+        self.cost(&more, workspace)
+    }
+
     /// The cost without each of the sensors in turn; `None` where the ten properties cannot be determined
     /// without it.
     pub fn costs_without_sensors<const S: usize, const H: usize>(
@@ -102,6 +118,23 @@ mod tests {
         assert!(cost < present);
         let none = criterion.best_further_hit(&layout, [], memory);
         assert_eq!(none, None);
+    }
+
+    #[test]
+    fn hitting_again_helps_and_every_dof_again_as_twice_the_hits() {
+        let (criterion, layout) = bar();
+        let memory = &mut [0.0; WORKSPACE];
+        let present = criterion.cost(&layout, memory).unwrap();
+        let again =
+            |index, memory: &mut _| criterion.cost_with_repeated_hit(&layout, index, memory);
+        let mut twice = layout.clone();
+        twice.test.hits_per_dof *= 2;
+        let least = criterion.cost(&twice, memory).unwrap();
+        for index in 0..3 {
+            let cost = again(index, memory).unwrap();
+            assert!(least < cost && cost < present, "{least} {cost} {present}");
+        }
+        assert_eq!(again(3, memory), None);
     }
 
     #[test]

@@ -51,6 +51,12 @@ impl<R: Real> Criterion<R> {
         Self { body, noise: noise / body.mass, scale: scale(body.mass, length) }
     }
 
+    /// The same criterion for a single property, given by its index in `theta`: the others do not count.
+    pub fn of_property(self, property: usize) -> Self {
+        let only = |k: usize, scale: R| if k == property { scale } else { R::of(f64::INFINITY) };
+        Self { scale: SVector::from_fn(|k, _| only(k, self.scale[k])), ..self }
+    }
+
     /// The smallest uncertainty that any unbiased method can reach under a layout with its error budget,
     /// priors and hits per DOF. `None` when the layout does not determine the ten properties. For `workspace`
     /// see [`maximum_likelihood::workspace`](crate::identify::maximum_likelihood::workspace).
@@ -65,6 +71,8 @@ impl<R: Real> Criterion<R> {
     }
 
     /// Sum of the ten relative variances predicted for a layout; `None` as for [`Self::bound`].
+    // Not inlined: the firmware has room for one copy of the bound.
+    #[inline(never)]
     pub fn cost<const S: usize, const H: usize>(
         &self,
         layout: &Layout<R, S, H>,
@@ -120,6 +128,17 @@ mod tests {
         assert!((times(&scatter, 20) / times(&scatter, 5) - 0.25).abs() < 1e-11);
         let all = bar_layout();
         assert!(times(&all, 20) > 0.5 * times(&all, 5));
+    }
+
+    #[test]
+    fn of_a_single_property_the_cost_is_its_own() {
+        let mut memory = vec![0.0; workspace(3)];
+        let all = criterion();
+        let sigma = all.bound(&bar_layout(), &mut memory).unwrap().sigma();
+        for k in [0, 3, 9] {
+            let cost = all.of_property(k).cost(&bar_layout(), &mut memory).unwrap();
+            assert!((cost.sqrt() * all.scale[k] / sigma[k] - 1.0).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -6,6 +6,9 @@
 //!
 //! A [`Criterion`] predicts the uncertainty of a layout with its whole error budget; [`parts`] shows which
 //! error sources limit it.
+//!
+//! During a campaign, [`Precision`] compares the intervals so far with the target of the layout, and
+//! [`FurtherHitSearch`] finds the hit that would narrow the widest of them most.
 
 pub mod cost;
 
@@ -13,7 +16,11 @@ mod advice;
 mod criterion;
 mod error_sources;
 mod exchange;
+mod further_hit;
+mod precision;
 
 pub use criterion::{Criterion, DEFAULT_NOISE, total};
 pub use error_sources::{ErrorSource, Part, parts};
 pub use exchange::{Choice, Counts, Found, Search, SearchError};
+pub use further_hit::{FurtherHit, FurtherHitSearch, HitCandidates};
+pub use precision::{Precision, Widths};

@@ -42,6 +42,11 @@ impl Subject {
         Self::Channel(narrow(index))
     }
 
+    /// The inertial parameter with this index in `theta`.
+    pub fn property(index: usize) -> Self {
+        Self::Property(narrow(index))
+    }
+
     /// The response with this index due to the hit DOF with this index.
     pub fn response(hit: usize, response: usize) -> Self {
         Self::Response { hit: narrow(hit), response: narrow(response) }

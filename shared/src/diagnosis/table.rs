@@ -239,17 +239,38 @@ codes! {
          test.band_hz";
     /// The readings of a channel are not proportional to the force: harder hits have other accelerances than gentle
     /// ones. Subject: the channel. Value: the change of its largest reading, relative.
-    ChannelNotLinear = 62, "channel_not_linear", Channel, Share(1);
+    ChannelNotLinear = 82, "channel_not_linear", Channel, Share(1);
         "Not proportional to\nthe force: overload,\nor loose? Hit softer.";
         "{subject} is not proportional to the force: its largest readings are off by about {value}; check its \
          supply, wiring and glue, or hit more gently";
 
     /// A response contains a part of the hammer's signal: its accelerances have the same constant, whatever is hit.
     /// Subject: the channel. Value: the constant, (m/s²)/N.
-    HammerInResponse = 63, "hammer_in_response", Channel, Accelerance;
+    HammerInResponse = 83, "hammer_in_response", Channel, Accelerance;
         "Contains the hammer:\nslow multiplexer, or\nwires too close?";
         "{subject} contains {value} of the hammer's signal; let the converter sample longer, buffer its inputs, and \
          keep the hammer's cable away from the sensors'";
+
+    /// The campaign was finished when the target was reached. Value: the number of hits that this has saved.
+    StoppedAtTarget = 62, "stopped_at_target", Whole, Count;
+        "Target reached: other\nplaces were left out.";
+        "the campaign was finished at its [target], which has saved {value} hits";
+    /// The 95 % interval of a property is wider than the target. Subject: the property that misses the target
+    /// most. Value: its half width over the one wanted.
+    TargetMissed = 63, "target_missed", Property, Times;
+        "Target missed: its\ninterval is wider by\nthis factor.";
+        "the [target] is missed: the 95 % interval of {subject} is {value} times as wide as wanted";
+    /// As many hits again at a DOF would narrow the interval that misses the target most. Subject: the DOF.
+    /// Value: the share by which it would become narrower.
+    HitAgain = 80, "hit_again", Hit, Share(0);
+        "For the target: hit\nthis place again.";
+        "as many hits again at {subject} would narrow that interval most, by about {value}";
+
+    /// The target is missed, and no further hits would narrow its interval by 1 %.
+    HitsDoNotHelp = 81, "hits_do_not_help", Whole, None;
+        "More hits would not\nhelp: calibrate the\nhammer and sensors.";
+        "further hits would hardly narrow that interval: what limits it is the same in every hit, such as the gain \
+         of the hammer; calibrate, or give a [prior]";
 
     // Codes of a hit.
 

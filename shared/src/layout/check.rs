@@ -289,8 +289,8 @@ fn error<R: Real>(found: &mut Diagnostics, code: Code, value: R) {
     let _ = found.push(Diagnostic::whole(code, Severity::Error, value.to_f32()));
 }
 
-/// True when no number of a layout is NaN or infinite, no standard deviation is negative, and priors and
-/// attached bodies are valid.
+/// True when no number of a layout is NaN or infinite, no standard deviation is negative, and target, priors
+/// and attached bodies are valid.
 pub(crate) fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> bool {
     let gravity = layout.gravity.iter().flatten();
     let sensors =
@@ -315,6 +315,7 @@ pub(crate) fn is_finite<R: Real, const S: usize, const H: usize>(layout: &Layout
             .iter()
             .all(|p| p.property < 10 && p.value.finite() && p.sigma.finite() && p.sigma > zero)
         && layout.attached.iter().all(|a| a.phi[0] > zero)
+        && layout.target.wanted().all(|v| v.finite() && v > zero)
 }
 
 fn stand_together<R: Real>(a: &Sensor<R>, b: &Sensor<R>) -> bool {

@@ -10,6 +10,7 @@ mod dof;
 mod kinematics;
 mod policy;
 mod settings;
+mod target;
 mod uncertainty;
 
 pub(crate) use check::is_finite;
@@ -21,6 +22,7 @@ pub use dof::{Axis, Dof, DofError, Sign};
 pub use kinematics::sensor_shift;
 pub use policy::{HitPolicy, Verdict};
 pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings};
+pub use target::Target;
 pub use uncertainty::{
     Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty,
 };
@@ -178,6 +180,8 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     /// True when the error budget is a prior that the data may correct (theory, section 12); otherwise it is
     /// used as stated.
     pub learn_budget: bool,
+    /// The precision that the user wants.
+    pub target: Target<R>,
     /// Prior knowledge of the object.
     pub priors: Vec<Prior<R>, 10>,
     /// Bodies attached to the object, which are subtracted from the result.
@@ -212,6 +216,7 @@ impl<R: Real, const S: usize, const H: usize> Default for Layout<R, S, H> {
             hammer_gain: R::of(DEFAULT_HAMMER_GAIN),
             calibrated_hammer: false,
             learn_budget: true,
+            target: Target::default(),
             priors: Vec::new(),
             attached: Vec::new(),
         }
@@ -253,6 +258,7 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             hammer_gain: to(self.hammer_gain),
             calibrated_hammer: self.calibrated_hammer,
             learn_budget: self.learn_budget,
+            target: self.target.cast(),
             priors: self.priors.iter().map(Prior::cast).collect(),
             attached: self.attached.iter().map(Attached::cast).collect(),
         })

@@ -9,9 +9,14 @@
 //!                      ▲                       │ lost scans         │ bad            │ averaged
 //!                      └───────────────────────┴────────────────────┘◀───────────────┤ more wanted
 //!                      ▲                                        next DOF             ▼ enough
-//!                      └──────────────────────────────────────────────────────── CloseDof
-//!                                                                last DOF ──▶ Identify ──▶ Done
+//!                      ├──────────────────────────── Estimate ◀───────────────── CloseDof
+//!                      │ Continue                   target │ reached            last DOF │
+//!                      └────────────── TargetReached ◀─────┘                             ▼
+//!                                            └── Conclude ─────────────────────────▶ Identify ──▶ Done
 //! ```
+//! When the target is reached the campaign waits for the operator's `Conclude` or `Continue`; it asks once. A
+//! block of known mass has no target.
+//!
 //! A record that does not agree with its repeat hits is withdrawn after the analysis if the policy requires
 //! it, and the rig waits for another one.
 //! With *confirmation*, a good hit waits for the operator's `Accept` or `Reject` before it is analysed.
@@ -48,6 +53,8 @@ pub enum Phase {
     Solving = 5,
     /// The campaign has ended and a result is stored, with or without an estimate.
     Done = 6,
+    /// The target is reached before the last DOF: the operator concludes or continues.
+    TargetReached = 7,
 }
 
 /// Next action of the rig.
@@ -70,6 +77,8 @@ pub enum Step {
         /// Index of the DOF in the layout.
         dof: usize,
     },
+    /// Identify the ten properties from the DOFs so far, and compare their precision with the target.
+    Estimate,
     /// Identify the ten properties and store the result.
     Identify,
 }
@@ -81,6 +90,8 @@ enum State {
     Confirming,
     Analysing,
     Closing,
+    Estimating,
+    AtTarget,
     Identifying,
     Done { result: u32 },
     Aborted,
@@ -96,6 +107,8 @@ pub struct Campaign {
     wanted: u8,
     paused: bool,
     armed: bool,
+    /// The operator was asked at the target, and wanted to continue.
+    continued: bool,
     rejected: u16,
 }
 
@@ -117,6 +130,7 @@ impl Campaign {
             wanted: wanted.max(1),
             paused: false,
             armed: false,
+            continued: false,
             rejected: 0,
         })
     }
@@ -143,6 +157,7 @@ impl Campaign {
             State::Waiting if !self.paused => Step::AwaitHit { dof },
             State::Analysing => Step::Analyse { dof },
             State::Closing => Step::CloseDof { dof },
+            State::Estimating => Step::Estimate,
             State::Identifying if !self.paused => Step::Identify,
             _ => Step::Rest,
         }
@@ -154,8 +169,13 @@ impl Campaign {
             State::Aborted => Phase::Idle,
             _ if self.paused => Phase::Paused,
             State::Waiting if self.armed => Phase::Armed,
-            State::Waiting | State::Recording | State::Analysing | State::Closing => Phase::Busy,
+            State::Waiting
+            | State::Recording
+            | State::Analysing
+            | State::Closing
+            | State::Estimating => Phase::Busy,
             State::Confirming => Phase::Confirming,
+            State::AtTarget => Phase::TargetReached,
             State::Identifying => Phase::Solving,
             State::Done { .. } => Phase::Done,
         }
@@ -204,10 +224,15 @@ impl Campaign {
         !matches!(self.state, State::Aborted | State::Done { .. })
     }
 
+    /// True when the target is reached and the operator has not decided yet, paused or not.
+    pub fn is_at_target(&self) -> bool {
+        self.state == State::AtTarget
+    }
+
     /// True when another campaign may replace this one: it has ended, or it is paused between two hits or
     /// after its result could not be stored.
     pub fn can_be_replaced(&self) -> bool {
-        let held = matches!(self.state, State::Waiting | State::Identifying);
+        let held = matches!(self.state, State::Waiting | State::AtTarget | State::Identifying);
         !self.is_running() || (self.paused && held)
     }
 
@@ -247,6 +272,11 @@ impl Campaign {
             C::Finish if between && self.accepted() > 0 => {
                 self.set_current(self.accepted(), Outcome::Early);
                 self.state = State::Closing;
+            }
+            C::Conclude if self.state == State::AtTarget && !self.paused => self.conclude(),
+            C::Continue if self.state == State::AtTarget && !self.paused => {
+                self.continued = true;
+                self.next_dof();
             }
             C::Pause if self.is_running() && self.state != State::Identifying => {
                 self.interrupted();
@@ -328,7 +358,25 @@ impl Campaign {
 
     /// Reports that the mass lines of the current DOF are stored.
     pub fn dof_closed(&mut self) {
-        if self.state == State::Closing {
+        if self.state != State::Closing {
+            return;
+        }
+        let open = self.dofs.iter().any(|dof| dof.outcome == Outcome::Open);
+        if open && self.start.object == Object::Unknown {
+            self.state = State::Estimating;
+        } else {
+            self.next_dof();
+        }
+    }
+
+    /// Reports that the precision is known, and whether it reaches the target.
+    pub fn estimated(&mut self, reached: bool) {
+        if self.state != State::Estimating {
+            return;
+        }
+        if reached && !self.continued {
+            self.state = State::AtTarget;
+        } else {
             self.next_dof();
         }
     }
@@ -371,6 +419,14 @@ impl Campaign {
     fn wait(&mut self) {
         self.state = State::Waiting;
         self.armed = false;
+    }
+
+    /// Leaves out the DOFs that are open.
+    fn conclude(&mut self) {
+        for dof in self.dofs.iter_mut().filter(|dof| dof.outcome == Outcome::Open) {
+            dof.outcome = Outcome::NotNeeded;
+        }
+        self.state = State::Identifying;
     }
 
     fn next_dof(&mut self) {

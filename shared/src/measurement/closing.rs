@@ -5,12 +5,10 @@ use super::campaign::{Campaign, Object, Outcome};
 use super::hits::Task;
 use super::{BlockResult, MeasuredDof, Measurement};
 use crate::calibration::block::{BlockError, BlockMass, ForceRatio, force_ratio};
+use crate::design::HitCandidates;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::identify::maximum_likelihood::nonlinear_channel;
-use crate::identify::{
-    ForceTrend, IdentifySettings, MassLines, Method, Observations, Progress, RIGIDITY_LIMIT,
-    rigid_residuals,
-};
+use crate::identify::{ForceTrend, MassLines, Method, RIGIDITY_LIMIT, rigid_residuals};
 use crate::layout::{RIG_SENSORS, TestSettings};
 use crate::mass_line::MassLineError;
 use crate::responses::{ResponseSquare, Responses};
@@ -117,8 +115,9 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Runs one step of the identification.
     pub(super) fn identify(&mut self, campaign: &Campaign, task: Task<R>) -> Task<R> {
         match task {
-            Task::Identify => {}
-            Task::Identified => return Task::Identified,
+            Task::Identify => self.step_methods(campaign, HitCandidates::Measured),
+            Task::Search(search) => self.step_search(campaign, search),
+            Task::Identified => Task::Identified,
             _ => {
                 self.name_unfinished_dofs(campaign);
                 if let Object::Block { mass } = campaign.started().object {
@@ -127,27 +126,13 @@ impl<R: RealFft> Measurement<'_, R> {
                     return Task::Identified;
                 }
                 self.memory.identification.begin(Method::of_mass_lines());
-                return Task::Identify;
+                Task::Identify
             }
         }
-        let Some(layout) = &self.layout else { return Task::Identified };
-        let memory = &mut *self.memory;
-        let observed = Observations::of_mass_lines(layout, &memory.mass_lines);
-        let step = memory.identification.step(
-            &observed,
-            &IdentifySettings::default(),
-            &mut memory.scratch,
-        );
-        if step == Progress::Going {
-            return Task::Identify;
-        }
-        self.explain_refusals();
-        self.check_linearity();
-        Task::Identified
     }
 
     /// Reports a channel whose readings are not proportional to the force.
-    fn check_linearity(&mut self) {
+    pub(super) fn check_linearity(&mut self) {
         let (Some(layout), Some(best)) =
             (&self.layout, self.memory.identification.estimates().first())
         else {
@@ -164,7 +149,7 @@ impl<R: RealFft> Measurement<'_, R> {
 
     /// Reports why methods have no answer: as an error only for the best method, and only when no other
     /// method has an answer.
-    fn explain_refusals(&mut self) {
+    pub(super) fn explain_refusals(&mut self) {
         let identification = &self.memory.identification;
         let answered = !identification.estimates().is_empty();
         for (place, (_, reasons)) in identification.refusals().iter().enumerate().rev() {
@@ -182,7 +167,7 @@ impl<R: RealFft> Measurement<'_, R> {
             let code = match progress.outcome {
                 Outcome::Skipped => Code::DofSkipped,
                 Outcome::Early => Code::DofFinishedEarly,
-                Outcome::Open | Outcome::Complete => continue,
+                Outcome::Open | Outcome::Complete | Outcome::NotNeeded => continue,
             };
             self.push_diagnostic(Diagnostic::about(
                 code,

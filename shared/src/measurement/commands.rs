@@ -170,6 +170,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.ended = None;
         self.last_hit = None;
         self.block = None;
+        self.precision = None;
         self.diagnostics = diagnostics;
         self.activity = Activity::Measuring(campaign, Task::None);
         self.take_gains();

@@ -7,6 +7,7 @@ use super::{
     Activity, GradedHit, LOSSES_TO_STOP, Measurement, NextAction, Recorded, ScanIndex, Streamed,
     note,
 };
+use crate::design::FurtherHitSearch;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::layout::Verdict;
 use crate::signal::{
@@ -32,7 +33,9 @@ pub(super) enum Task<R> {
     Withdraw { hit: HitAverager<R>, next: usize, distance: R },
     /// The identification methods are running.
     Identify,
-    /// The result is complete.
+    /// A further hit is searched for.
+    Search(FurtherHitSearch<R>),
+    /// The estimate is complete.
     Identified,
 }
 

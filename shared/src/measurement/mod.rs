@@ -24,6 +24,7 @@
 //! | `listening` | the search for mains hum in a hit |
 //! | [`averaging`] | from the hits of one DOF to its mass lines |
 //! | `closing` | from averaged hits to mass lines, and from these to the estimates |
+//! | `precision` | how precise the answer would be after each DOF, and whether the target is reached |
 //! | `view` | the state of the measurement, for display |
 
 pub mod averaging;
@@ -33,12 +34,14 @@ mod commands;
 mod hits;
 mod listening;
 mod memory;
+mod precision;
 mod result;
 mod setup;
 mod view;
 
 pub use commands::StartError;
 pub use memory::Memory;
+pub use precision::CampaignPrecision;
 pub use result::{BlockResult, MeasuredDof, TestResult};
 pub use view::{Counts, GradedHit, Recorded, Streamed};
 
@@ -112,6 +115,8 @@ pub struct Measurement<'m, R> {
     losses: u8,
     events: Deque<GradedHit, EVENTS>,
     block: Option<BlockResult>,
+    /// The precision after the last closed DOF of this campaign.
+    precision: Option<CampaignPrecision<R>>,
     diagnostics: Diagnostics,
     counts: Counts,
     memory: &'m mut Memory<R>,
@@ -137,6 +142,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
             losses: 0,
             events: Deque::new(),
             block: None,
+            precision: None,
             diagnostics: Diagnostics::new(),
             counts: Counts::default(),
             memory,
@@ -174,6 +180,7 @@ impl<'m, R: RealFft> Measurement<'m, R> {
                 campaign.dof_closed();
                 Task::None
             }
+            (Step::Estimate, task) => self.estimate(&mut campaign, task),
             (Step::Identify, task) => self.identify(&campaign, task),
             (Step::Rest | Step::AwaitHit { .. }, task) => task,
         };

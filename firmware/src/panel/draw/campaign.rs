@@ -9,7 +9,7 @@ use massline_shared::signal::CHANNELS;
 
 use super::View;
 use super::canvas::{Canvas, SIZE, Screen, clipped, text, top};
-use super::{lists, sketch};
+use super::{lists, precision, sketch};
 use crate::panel::number::{Text, decimals_for, fitting};
 use crate::panel::{PanelModel, words};
 
@@ -28,7 +28,10 @@ pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
                 Some(reason) => rejected(canvas, view, &reason),
                 None => guided(canvas, view),
             }
-            levels(canvas, model);
+            match precision::after_a_dof(model) {
+                Some(line) => canvas.bar(53, &line),
+                None => levels(canvas, model),
+            }
         }
         Phase::Confirming => {
             lists::entries(canvas, view, &text(format_args!("Good hit {}", peak(model))));
@@ -43,6 +46,7 @@ pub(super) fn draw<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
             canvas.title("Computing", "");
             canvas.lines(1, "The ten properties\nare being computed.");
         }
+        Phase::TargetReached => precision::target_reached(canvas, model),
         Phase::Done => done(canvas, model),
     }
 }
@@ -64,11 +68,15 @@ fn prepared<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
 /// Shows where to hit next.
 fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let model = view.model;
+    let helps = precision::place_that_helps(model);
     let said = match model.verdict {
+        _ if helps.is_some() => helps.unwrap_or_default(),
         Some(_) => text(format_args!("Good {}", peak(model))),
         None => text(format_args!("Hit now")),
     };
-    canvas.title(&said, &time_left(model));
+    let time = time_left(model);
+    let fits = said.len() + time.len() < words::WIDTH;
+    canvas.title(&said, if fits { &time } else { "" });
     progress(canvas, model);
     canvas.big(0, 14, &place(model));
     let number = model.dof.map_or(0, |(index, _)| index + 1);
@@ -140,12 +148,7 @@ fn done<D: Screen>(canvas: &mut Canvas<'_, D>, model: &PanelModel) {
 
 /// Node and direction of the current DOF.
 fn place(model: &PanelModel) -> Text {
-    let mut place = Text::new();
-    if let Some((_, dof)) = model.dof {
-        // There is room: `65535:+X`.
-        let _ = write!(place, "{dof}");
-    }
-    place.chars().map(|c| if c == ':' { ' ' } else { c }).collect()
+    model.dof.map_or_else(Text::new, |(_, dof)| words::place(dof))
 }
 
 /// Number of the next hit, from 1.

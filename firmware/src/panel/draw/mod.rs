@@ -4,6 +4,7 @@ mod calibration;
 mod campaign;
 pub mod canvas;
 mod lists;
+mod precision;
 mod result;
 mod sketch;
 
@@ -61,6 +62,7 @@ pub fn draw<D: Pixels>(view: &View<'_>, target: &mut D) {
         Screen::Home => lists::home(canvas, view),
         Screen::Measure => campaign::draw(canvas, view),
         Screen::Findings => lists::findings(canvas, view),
+        Screen::Precision => precision::page(canvas, view.model),
         Screen::Layouts => lists::layouts(canvas, view),
         Screen::Results => result::list(canvas, view),
         Screen::Result => result::page(canvas, view),

@@ -135,7 +135,7 @@ fn property<D: Screen>(
 }
 
 /// Symbol of an inertial parameter, with its subscript on the line.
-fn symbol(k: usize) -> Text {
+pub(super) fn symbol(k: usize) -> Text {
     let symbol = INERTIAL_PARAMETERS[k].symbol;
     let (letter, subscript) = symbol.split_once('_').unwrap_or((symbol, ""));
     text(format_args!("{letter}{subscript}"))

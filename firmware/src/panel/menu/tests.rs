@@ -1,4 +1,5 @@
 use super::*;
+use crate::panel::PrecisionModel;
 use crate::panel::calibration_wizard::{Proposal, WizardProblem};
 use massline_shared::calibration::CalibrationSigma;
 use proptest::prelude::*;
@@ -13,7 +14,7 @@ fn model(phase: Phase) -> PanelModel {
     PanelModel { phase, idle, dofs: 3, wanted: 5, hits: 15, layouts: 1, ..PanelModel::START }
 }
 
-const PHASES: [Phase; 7] = [
+const PHASES: [Phase; 8] = [
     Phase::Idle,
     Phase::Armed,
     Phase::Busy,
@@ -21,6 +22,7 @@ const PHASES: [Phase; 7] = [
     Phase::Paused,
     Phase::Solving,
     Phase::Done,
+    Phase::TargetReached,
 ];
 
 const PROPOSAL: Proposal = Proposal {
@@ -73,6 +75,7 @@ fn suits(action: Action, model: &PanelModel) -> bool {
         Action::Command(C::Pause) => matches!(phase, Phase::Armed | Phase::Busy),
         Action::Command(C::Redo | C::Skip | C::Resume | C::Abort) => phase == Phase::Paused,
         Action::Command(C::Finish) => phase == Phase::Paused && model.accepted > 0,
+        Action::Command(C::Conclude | C::Continue) => phase == Phase::TargetReached,
         Action::StartBlock { decigrams } => model.idle && decigrams > 0,
         Action::UseLayout(place) => model.idle && place < model.layouts,
         Action::OpenResult(place) => place < model.results,
@@ -172,10 +175,12 @@ fn every_screen_is_reached_by_buttons_alone() {
             }
         }
     }
-    let phases = ["Idle", "Armed", "Busy", "Confirming", "Paused", "Solving", "Done"];
+    let phases =
+        ["Idle", "Armed", "Busy", "Confirming", "Paused", "Solving", "Done", "TargetReached"];
     let others = [
         "Home",
         "Findings",
+        "Precision",
         "Layouts",
         "Results",
         "Result",
@@ -202,6 +207,7 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
         results: model.results,
         findings: 1,
         accepted: 1,
+        precision: Some(PrecisionModel { dofs: 1, widths: None, further: None }),
         ..self::model(phase)
     };
     let at = |screen| {
@@ -221,6 +227,7 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
             (menu, with(Phase::Confirming)),
             (menu, with(Phase::Solving)),
             (menu, with(Phase::Done)),
+            (menu, with(Phase::TargetReached)),
             (menu, PanelModel { interrupted: true, ..with(Phase::Paused) }),
             refused(Refused::StoreFull),
             refused(Refused::LayoutRefused),
@@ -229,6 +236,8 @@ fn outcomes(action: Action, menu: Menu, model: &PanelModel) -> std::vec::Vec<(Me
             std::vec![(menu, with(Phase::Paused))]
         }
         Action::Command(C::Abort) => std::vec![(menu, with(Phase::Idle))],
+        Action::Command(C::Conclude) => std::vec![(menu, with(Phase::Solving))],
+        Action::Command(C::Continue) => std::vec![(menu, with(Phase::Armed))],
         Action::Command(C::Accept | C::Reject) => std::vec![(menu, with(Phase::Armed))],
         Action::OpenResult(_) | Action::OpenLast => {
             std::vec![(at(Screen::Result), PanelModel { pages: 2, ..*model })]
@@ -269,6 +278,13 @@ fn a_campaign_that_the_host_starts_comes_to_the_front() {
     assert_eq!(action, Some(Action::Command(Command::Pause)));
     menu.follow(&model(Phase::Paused));
     assert_eq!(menu.screen(), Screen::Home);
+}
+
+#[test]
+fn at_its_target_a_paused_campaign_offers_only_what_it_can_do() {
+    let paused = PanelModel { accepted: 5, at_target: true, ..model(Phase::Paused) };
+    let menu = Menu { screen: Screen::Measure, phase: Phase::Paused, ..Menu::new() };
+    assert_eq!(menu.entries(&paused), [Entry::Resume, Entry::End]);
 }
 
 #[test]

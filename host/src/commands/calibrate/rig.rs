@@ -17,7 +17,7 @@ use crate::campaign::{CampaignOutcome, Observer, follow};
 use crate::client::{Client, PipeTransport};
 use crate::commands::bench_test::bench_help;
 use crate::commands::connect::PortArgs;
-use crate::commands::measure::watch;
+use crate::commands::measure::{Watching, watch};
 use crate::commands::progress::{Progress, Prompts};
 use crate::error::{Error, Result};
 use crate::output::Output;
@@ -208,7 +208,8 @@ impl BlockRig {
         output: &mut Output,
     ) -> Result<CampaignOutcome> {
         if self.rig.is_none() {
-            return watch(&mut self.client, layout, Some(collection), output);
+            let watching = Watching { collection: Some(collection), ..Watching::default() };
+            return watch(&mut self.client, layout, watching, output);
         }
         let interrupt = output.interrupt().clone();
         let progress = Progress::new(output, "block", layout, Prompts::Nothing);

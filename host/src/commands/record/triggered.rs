@@ -96,6 +96,11 @@ impl Observer for Recorder<'_, '_> {
         Ok(Some(OperatorAction::Command(CampaignCommand::Accept)))
     }
 
+    /// A recording has every DOF, whatever the target.
+    fn at_target(&mut self, _: &mut Client, _: &Status) -> Result<Option<OperatorAction>> {
+        Ok(Some(OperatorAction::Command(CampaignCommand::Continue)))
+    }
+
     fn refused(&mut self, command: CampaignCommand) {
         self.progress.refused(command);
     }

@@ -50,11 +50,15 @@ pub enum Command {
     Resume,
     /// End the campaign without a result.
     Abort,
+    /// At the target: leave out the other DOFs and compute the result.
+    Conclude,
+    /// At the target: measure the other DOFs as well.
+    Continue,
 }
 
 impl Command {
     /// Every command.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Accept,
         Self::Reject,
         Self::Redo,
@@ -63,6 +67,8 @@ impl Command {
         Self::Pause,
         Self::Resume,
         Self::Abort,
+        Self::Conclude,
+        Self::Continue,
     ];
 }
 

@@ -17,6 +17,8 @@ pub enum Outcome {
     Early,
     /// The operator left out the DOF.
     Skipped,
+    /// The DOF was left out because the target had been reached.
+    NotNeeded,
 }
 
 /// Progress of one DOF.

@@ -11,6 +11,12 @@ fn hit(campaign: &mut Campaign, good: bool) {
     }
 }
 
+/// Closes the DOF; the target is not reached.
+fn close(campaign: &mut Campaign) {
+    campaign.dof_closed();
+    campaign.estimated(false);
+}
+
 fn started(dofs: usize, wanted: u8) -> Campaign {
     Campaign::new(dofs, wanted, Start::DEFAULT).unwrap()
 }
@@ -25,6 +31,9 @@ fn a_campaign_without_trouble_goes_through_every_dof() {
         }
         assert_eq!(campaign.step(), Step::CloseDof { dof });
         campaign.dof_closed();
+        // The last DOF goes straight to the result.
+        assert_eq!(campaign.step() == Step::Estimate, dof < 2);
+        campaign.estimated(false);
     }
     assert_eq!(campaign.step(), Step::Identify);
     campaign.identified(7);
@@ -161,7 +170,7 @@ fn redo_forgets_the_hits_of_this_dof_only() {
     let mut campaign = started(2, 2);
     hit(&mut campaign, true);
     hit(&mut campaign, true);
-    campaign.dof_closed();
+    close(&mut campaign);
     hit(&mut campaign, true);
     campaign.command(C::Redo).unwrap();
     assert_eq!(campaign.dofs()[0].accepted, 2);
@@ -241,17 +250,19 @@ proptest! {
     /// For any sequence of commands and hits, the counts stay within the requested number, and a campaign at
     /// `Identify` has no open DOF.
     #[test]
-    fn counts_stay_valid_for_any_order_of_commands_and_hits(words in proptest::collection::vec(0_u8..16, 0..200)) {
+    fn counts_stay_valid_for_any_order_of_commands_and_hits(words in proptest::collection::vec(0_u8..20, 0..200)) {
         let mut campaign = started(3, 2);
         for word in words {
             match word {
                 0 => if campaign.can_be_replaced() { campaign = started(3, 2) },
-                1..=8 => { let _ = campaign.command(C::ALL[usize::from(word) - 1]); }
-                10 => campaign.armed(),
-                11 => campaign.triggered(),
-                12 => campaign.graded(true),
-                13 => campaign.graded(false),
-                14 => campaign.analysed(),
+                1..=10 => { let _ = campaign.command(C::ALL[usize::from(word) - 1]); }
+                11 => campaign.armed(),
+                12 => campaign.triggered(),
+                13 => campaign.graded(true),
+                14 => campaign.graded(false),
+                15 => campaign.analysed(),
+                16 => campaign.estimated(true),
+                17 => campaign.estimated(false),
                 _ => campaign.dof_closed(),
             }
             prop_assert!(campaign.dofs().iter().all(|dof| dof.accepted <= campaign.wanted()));
@@ -275,4 +286,67 @@ fn a_result_that_is_being_stored_is_not_aborted() {
     assert_eq!(campaign.phase(), Phase::Idle);
     campaign.not_stored();
     assert_eq!(campaign.phase(), Phase::Idle);
+}
+
+/// A campaign of four DOFs of one hit that has reached its target after the second.
+fn at_target() -> Campaign {
+    let mut campaign = started(4, 1);
+    hit(&mut campaign, true);
+    close(&mut campaign);
+    hit(&mut campaign, true);
+    campaign.dof_closed();
+    campaign.estimated(true);
+    assert_eq!((campaign.phase(), campaign.step()), (Phase::TargetReached, Step::Rest));
+    campaign
+}
+
+#[test]
+fn at_the_target_the_operator_may_leave_out_the_other_dofs() {
+    let mut campaign = at_target();
+    campaign.command(C::Conclude).unwrap();
+    assert_eq!(campaign.step(), Step::Identify);
+    let outcomes = campaign.dofs().iter().map(|dof| dof.outcome);
+    let (complete, left_out) = (Outcome::Complete, Outcome::NotNeeded);
+    assert!(outcomes.eq([complete, complete, left_out, left_out]));
+    // It stays so after a power cut.
+    assert_eq!(cut(&campaign).dofs(), campaign.dofs());
+}
+
+#[test]
+fn an_operator_who_continues_is_not_asked_again() {
+    let mut campaign = at_target();
+    campaign.command(C::Continue).unwrap();
+    assert_eq!(campaign.step(), Step::AwaitHit { dof: 2 });
+    hit(&mut campaign, true);
+    campaign.dof_closed();
+    campaign.estimated(true);
+    assert_eq!(campaign.step(), Step::AwaitHit { dof: 3 });
+}
+
+#[test]
+fn a_pause_at_the_target_asks_again_on_resume() {
+    let mut campaign = at_target();
+    campaign.command(C::Pause).unwrap();
+    assert_eq!(campaign.phase(), Phase::Paused);
+    for command in [C::Conclude, C::Continue, C::Skip, C::Redo, C::Finish] {
+        assert_eq!(campaign.command(command), Err(CommandError::WrongPhase), "{command:?}");
+    }
+    campaign.command(C::Resume).unwrap();
+    assert_eq!(campaign.phase(), Phase::TargetReached);
+}
+
+#[test]
+fn a_block_of_known_mass_has_no_target() {
+    let start = Start { object: Object::Block { mass: 2.0 }, ..Start::DEFAULT };
+    let mut campaign = Campaign::new(2, 1, start).unwrap();
+    hit(&mut campaign, true);
+    campaign.dof_closed();
+    assert_eq!(campaign.step(), Step::AwaitHit { dof: 1 });
+}
+
+#[test]
+fn only_the_target_can_be_concluded() {
+    let mut campaign = started(2, 1);
+    assert_eq!(campaign.command(C::Conclude), Err(CommandError::WrongPhase));
+    assert_eq!(campaign.command(C::Continue), Err(CommandError::WrongPhase));
 }

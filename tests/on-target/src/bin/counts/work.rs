@@ -6,6 +6,7 @@ use cortex_m_rt::entry;
 use massline_on_target::{Cost, end, measure, print};
 use massline_protocol::crc32_of_chunks;
 use massline_shared::body::RigidBody;
+use massline_shared::design::{FurtherHitSearch, HitCandidates, Precision};
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, Fit, Start};
 use massline_shared::identify::{
@@ -13,7 +14,7 @@ use massline_shared::identify::{
     Observations, Progress, ScatterAccumulator,
 };
 use massline_shared::layout::{
-    Axis, Dof, Hit, HitUncertainty, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign,
+    Axis, Dof, Hit, HitUncertainty, RIG_HITS, RIG_SENSORS, RigLayout, Sensor, Sign, Target,
 };
 use massline_shared::measurement::campaign::{self, Step};
 use massline_shared::measurement::{Measurement, Memory, NextAction};
@@ -54,6 +55,7 @@ fn main() -> ! {
         report(format_args!("ml_learn_{hits}"), fitted.whole);
         report(format_args!("ml_learn_step_{hits}"), fitted.longest);
     }
+    report("further_hit_step_12", search_cost(&mut workspace));
     // The start when the inertia restraint method has no answer.
     let (budget, start) = (ErrorBudget::FirstOrder, Start::Crude);
     let fitted = fit_with(&mut workspace, &displaced(5), 5, budget, start);
@@ -156,6 +158,28 @@ fn fit(workspace: &mut [f32], hits: usize, is: &RigLayout) -> Fitted {
     let (layout, dofs) = (layout(hits), turned(mass_lines_of(is, hits)));
     let start = identify(workspace, &layout, &dofs, Method::InertiaRestraint, None).estimate;
     identify(workspace, &layout, &dofs, Method::MaximumLikelihood, Some(&start))
+}
+
+/// The longest step of the search for the hit that helps most, with the largest number of DOFs: all but one are
+/// measured.
+fn search_cost(workspace: &mut [f32]) -> Cost {
+    let measured = RIG_HITS - 1;
+    let fitted = fit(workspace, measured, &displaced(measured));
+    let (layout, dofs) = (layout(RIG_HITS), turned(mass_lines_of(&displaced(measured), measured)));
+    let estimates = [fitted.estimate];
+    let length = layout.characteristic_length();
+    let precision =
+        Precision::of(&estimates, Target { mass: Some(1e-3), ..Target::default() }, length);
+    let Some(precision) = precision else { panic!("the fit has intervals") };
+    let [best] = &estimates;
+    let candidates = HitCandidates::Unmeasured;
+    let mut search =
+        FurtherHitSearch::new(&precision, best, &dofs, layout.sensors.len(), candidates);
+    let (mut costs, mut progress) = (Costs::default(), Progress::Going);
+    while progress == Progress::Going {
+        costs.add(measure(|| progress = search.step(&layout, &dofs, workspace)));
+    }
+    costs.longest
 }
 
 /// Runs a method through the common interface, started from another method's answer when there is one.

@@ -1,0 +1,264 @@
+//! During a campaign: how precise the answer would be with the DOFs measured so far, and which further hit
+//! would help most, solved in double precision from the mass lines of the rig.
+
+use massline_protocol::object::DofResult;
+use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::design::{FurtherHit, FurtherHitSearch, HitCandidates, Precision, Widths};
+use massline_shared::identify::{self as solvers, IdentifySettings, Method, Methods, Progress};
+use massline_shared::layout::HostLayout;
+use serde_json::{Value, json};
+
+use crate::identification::{HostObservations, lines_of_dofs};
+
+/// The precision with some of the DOFs of a layout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrecisionReport<'a> {
+    layout: &'a HostLayout,
+    /// Number of DOFs with mass lines.
+    pub measured: usize,
+    /// The intervals; `None` when more DOFs are needed.
+    pub precision: Option<Precision<f64>>,
+    /// The hit that would narrow the interval of the worst property most.
+    pub further: Option<FurtherHit<f64>>,
+}
+
+impl<'a> PrecisionReport<'a> {
+    /// Solves the mass lines of these DOFs.
+    pub fn of(layout: &'a HostLayout, dofs: &[DofResult]) -> Self {
+        let lines = lines_of_dofs(dofs);
+        let measured = lines.len();
+        let found = Self { layout, measured, precision: None, further: None };
+        let wanted: Methods = Method::of_mass_lines().collect();
+        let mut memory = vec![0.0; solvers::workspace(&wanted, layout.sensors.len(), 0)];
+        let observed = HostObservations::of_mass_lines(layout, &lines);
+        let settings = IdentifySettings::default();
+        let identified = solvers::identify(&observed, &wanted, &settings, &mut memory);
+        let estimates = identified.estimates();
+        let length = layout.characteristic_length();
+        let precision = Precision::of(estimates, layout.target, length);
+        let (Some(precision), Some(best)) = (precision, estimates.first()) else { return found };
+        let sensors = layout.sensors.len();
+        let candidates = HitCandidates::Unmeasured;
+        let mut search = FurtherHitSearch::new(&precision, best, &lines, sensors, candidates);
+        while search.step(layout, &lines, &mut memory) == Progress::Going {}
+        Self { precision: Some(precision), further: search.found(), ..found }
+    }
+
+    /// True when the target is reached.
+    pub fn is_reached(&self) -> bool {
+        self.precision.as_ref().is_some_and(Precision::is_reached)
+    }
+
+    /// `4 of 12 DOFs`.
+    pub fn progress(&self) -> String {
+        format!("{} of {} DOFs", self.measured, self.layout.hits.len())
+    }
+
+    /// The half widths of the intervals in words; empty when more DOFs are needed.
+    pub fn widths(&self) -> String {
+        self.precision.as_ref().map_or_else(String::new, |known| in_words(&known.widths()))
+    }
+
+    /// The report as text: one or two lines.
+    pub fn to_text(&self) -> String {
+        let Some(precision) = &self.precision else {
+            return format!("after {}: more are needed for the ten properties", self.progress());
+        };
+        let widths = in_words(&precision.widths());
+        let mut text = format!("after {}, 95 % intervals: {widths}", self.progress());
+        if precision.contradicted {
+            text += "\n  the data contradict the error budget, so these intervals promise too much";
+        }
+        let (worst, _) = precision.worst();
+        let now = precision.in_target_units(worst, precision.half_widths[worst]);
+        let name = INERTIAL_PARAMETERS[worst].name;
+        text += &format!("\n  the worst is {name}, {}", width(worst, now));
+        if let Some(FurtherHit { dof, property, half_width }) = self.further {
+            text += &format!(
+                "; a further hit helps most at {}: about {}",
+                self.dof(dof),
+                width(property, precision.in_target_units(property, half_width)),
+            );
+        } else if self.measured < self.layout.hits.len() {
+            text += "; no further hit of the layout would narrow it by 1 %: what limits it is the same in \
+                     every hit, such as the gain of the hammer";
+        }
+        text
+    }
+
+    /// The report as JSON; half widths of the 95 % intervals, SI units.
+    pub fn to_json(&self) -> Value {
+        let worst = self.precision.as_ref().map(|known| {
+            let (property, ratio) = known.worst();
+            json!({
+                "property": INERTIAL_PARAMETERS[property].name,
+                "half_width95": known.half_widths[property],
+                // Without a target there is nothing to compare with.
+                "over_target": known.target.is_set().then_some(ratio),
+            })
+        });
+        json!({
+            "dofs_measured": self.measured,
+            "dofs": self.layout.hits.len(),
+            "half_widths95": self.precision.as_ref().map(|known| {
+                let Widths { mass, center, inertia } = known.widths();
+                json!({ "mass": mass, "center_m": center, "inertia": inertia })
+            }),
+            "contradicts_budget": self.precision.as_ref().map(|known| known.contradicted),
+            "worst": worst,
+            "further_hit": self.further.map(|hit| json!({
+                "dof": self.dof(hit.dof),
+                "half_width95": hit.half_width,
+            })),
+            "target_reached": self.is_reached(),
+        })
+    }
+
+    fn dof(&self, index: usize) -> String {
+        self.layout.hits.get(index).map_or_else(String::new, |hit| hit.dof.to_string())
+    }
+}
+
+/// `mass ±0.83 %, centre ±0.92 mm, inertia ±1.8 % of m L²`.
+fn in_words(&Widths { mass, center, inertia }: &Widths<f64>) -> String {
+    format!("mass {}, centre {}, inertia {}", width(0, mass), width(1, center), width(4, inertia))
+}
+
+/// The half width of a property, in the units of a target, in words.
+fn width(property: usize, half: f64) -> String {
+    match property {
+        1..=3 => format!("±{} mm", two_digits(1000.0 * half)),
+        0 => format!("±{} %", two_digits(100.0 * half)),
+        _ => format!("±{} % of m L²", two_digits(100.0 * half)),
+    }
+}
+
+/// A positive number with two significant digits, at least the whole ones.
+fn two_digits(value: f64) -> String {
+    let first = if value > 0.0 { value.log10().floor() } else { 0.0 };
+    format!("{value:.*}", (1.0 - first).clamp(0.0, 9.0) as usize)
+}
+
+/// Lines of the DOFs that have been read so far, and the reports after each.
+#[derive(Clone, Debug)]
+pub struct PrecisionMonitor {
+    layout: HostLayout,
+    dofs: Vec<DofResult>,
+    reports: Vec<Value>,
+}
+
+impl PrecisionMonitor {
+    /// A monitor for a campaign with this layout, which has the standard deviations of the calibration.
+    pub fn new(layout: HostLayout) -> Self {
+        Self { layout, dofs: Vec::new(), reports: Vec::new() }
+    }
+
+    /// True when the mass lines of the DOF with this index are known.
+    pub fn knows(&self, index: u8) -> bool {
+        self.dofs.iter().any(|dof| dof.index == index)
+    }
+
+    /// Takes the mass lines of a DOF.
+    pub fn add(&mut self, dof: DofResult) {
+        self.dofs.push(dof);
+    }
+
+    /// The report with all DOFs so far.
+    pub fn latest(&self) -> PrecisionReport<'_> {
+        PrecisionReport::of(&self.layout, &self.dofs)
+    }
+
+    /// As [`Self::latest`]; it is also kept for [`Self::to_json`].
+    pub fn report(&mut self) -> PrecisionReport<'_> {
+        let report = PrecisionReport::of(&self.layout, &self.dofs);
+        self.reports.push(report.to_json());
+        report
+    }
+
+    /// All reports, in the order of the campaign.
+    pub fn to_json(&self) -> Value {
+        json!(self.reports)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout_file::LayoutFile;
+    use massline_shared::body::RigidBody;
+    use massline_shared::identify::{MassLines, lower_triangle};
+    use massline_shared::layout::Target;
+    use massline_shared::layout::{RIG_SENSORS, RigLayout};
+    use massline_shared::measurement::MeasuredDof;
+    use nalgebra::SVector;
+
+    fn layout() -> HostLayout {
+        let text = include_str!("../examples/three-bar-test-1.toml").replace(
+            "hits = [\"1:+Y\", \"2:+Z\", \"4:+X\"]",
+            "hits = [\"1:+Y\", \"2:+Z\", \"4:+X\", \"4:+Y\", \"1:+Z\"]",
+        );
+        LayoutFile::parse(&text, "test").unwrap().layout
+    }
+
+    /// Exact mass lines of the first DOFs of the three-bar frame.
+    fn dofs(layout: &HostLayout, count: usize) -> Vec<DofResult> {
+        let rig: RigLayout = layout.cast().unwrap();
+        let body = RigidBody::from_theta(&SVector::from([
+            1.23, 0.169, -0.089, 0.020, 0.011134, 0.006762, 0.013942, 0.004253, -0.000956, 0.002706,
+        ]));
+        let of = |index: usize| {
+            let mut lines = MassLines::<f32, RIG_SENSORS>::without_scatter(
+                rig.accelerance(&body, index).unwrap(),
+            );
+            (lines.hits, lines.noise) = (5, lines.noise.map(|_| 0.002));
+            let details =
+                MeasuredDof { dof: rig.hits[index].dof, band_hz: [10.0, 120.0], coherence: None };
+            assert_eq!(lower_triangle(&lines.scatter, 9).count(), 45);
+            DofResult::of(&details, &(index, lines))
+        };
+        (0..count).map(of).collect()
+    }
+
+    #[test]
+    fn before_the_properties_are_determined_more_dofs_are_needed() {
+        let layout = layout();
+        let report = PrecisionReport::of(&layout, &dofs(&layout, 2));
+        assert_eq!(report.to_text(), "after 2 of 5 DOFs: more are needed for the ten properties");
+        assert!(report.to_json()["half_widths95"].is_null() && !report.is_reached());
+    }
+
+    #[test]
+    fn afterwards_the_intervals_and_the_best_further_hit_are_named() {
+        let layout = layout();
+        let report = PrecisionReport::of(&layout, &dofs(&layout, 3));
+        let text = report.to_text();
+        assert!(text.starts_with("after 3 of 5 DOFs, 95 % intervals: mass ±"), "{text}");
+        let further = report.further.unwrap();
+        assert!(further.dof >= 3, "a DOF without mass lines: {further:?}");
+        assert!(
+            text.contains(&format!("helps most at {}", layout.hits[further.dof].dof)),
+            "{text}"
+        );
+        let json = report.to_json();
+        let worst = json["worst"]["half_width95"].as_f64().unwrap();
+        assert!(json["further_hit"]["half_width95"].as_f64().unwrap() < worst, "{json}");
+        assert!(json["worst"]["over_target"].is_null());
+    }
+
+    #[test]
+    fn a_target_is_reached_within_the_widths_and_not_beyond() {
+        let mut layout = layout();
+        let lines = dofs(&layout, 3);
+        let mass = PrecisionReport::of(&layout, &lines).precision.unwrap().widths().mass;
+        for (part, reached) in [(0.99, false), (1.01, true)] {
+            layout.target = Target { mass: Some(part * mass), ..Target::default() };
+            assert_eq!(PrecisionReport::of(&layout, &lines).is_reached(), reached);
+        }
+    }
+
+    #[test]
+    fn numbers_have_two_digits_that_count() {
+        let shown = [0.834, 1.25, 12.4, 123.4, 0.0123].map(two_digits);
+        assert_eq!(shown, ["0.83", "1.2", "12", "123", "0.012"]);
+    }
+}
