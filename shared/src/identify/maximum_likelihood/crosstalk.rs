@@ -3,6 +3,8 @@
 //! Such a part adds a constant to the accelerances of that response, whatever is hit, which no body and no error of
 //! the budget does. The score test (Rao 1948) needs no further fit (theory, section 12).
 
+use heapless::Vec;
+
 use super::fit::Fit;
 use super::fit_problem::FitProblem;
 use super::model::Model;
@@ -32,6 +34,16 @@ impl<R: Real, const S: usize> Score<R, S> {
         Self { score: R::zero(), information: R::zero(), right: unknowns.zeros() }
     }
 
+    /// Sums without a DOF for every response.
+    // Not inlined, for the firmware's deepest stack.
+    #[inline(never)]
+    fn begin(unknowns: &UnknownValues<R, S>, scores: &mut Vec<[Self; 3], S>) {
+        for _ in &unknowns.sensors {
+            // There is room for all sensors.
+            let _ = scores.push(core::array::from_fn(|_| Self::none(unknowns)));
+        }
+    }
+
     /// Adds a hit DOF, whose weighted residual is `left`.
     fn add(&mut self, rows: &Rows<'_, R, S>, response: usize, left: &Responses<R, S>) {
         let weighted = rows.weight.column(response);
@@ -56,16 +68,22 @@ impl<R: Real> Fit<R> {
         equations: &mut NormalEquations<'_, R>,
     ) -> Result<(), Diagnostics> {
         let sensors = problem.layout.sensors.len();
-        let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
-        let unknowns = unknowns.ok_or_else(undetermined)?;
+        let Some(unknowns) = UnknownValues::<R, S>::of(sensors, equations.solution()) else {
+            return Err(undetermined());
+        };
         let object = self.object().ok_or_else(undetermined)?;
         let body = problem.body_of(&object.phi()).ok_or_else(undetermined)?;
-        let model = Model::new(problem.layout, &problem.balance, &body).ok_or_else(undetermined)?;
-        let mut scores = [(); S].map(|()| [(); 3].map(|()| Score::none(&unknowns)));
-        let scores = &mut scores.as_flattened_mut()[..problem.channels];
+        let Some(model) = Model::new(problem.layout, &problem.balance, &body) else {
+            return Err(undetermined());
+        };
+        let mut scores = Vec::new();
+        Score::begin(&unknowns, &mut scores);
+        let scores = scores.as_flattened_mut();
         for (place, (index, lines)) in dofs.iter().enumerate() {
-            let terms = problem.terms(&model, *index, lines, &equations.hit_errors(place));
-            let terms = terms.ok_or_else(undetermined)?;
+            let errors = equations.hit_errors(place);
+            let Some(terms) = problem.terms(&model, *index, lines, &errors) else {
+                return Err(undetermined());
+            };
             problem.with_rows(&model, &terms, |rows| {
                 let left = terms.weight.times(&unknowns.left(rows));
                 for (response, score) in scores.iter_mut().enumerate() {

@@ -43,6 +43,12 @@ pub(super) struct Terms<R, const S: usize> {
     pub(super) residual: Responses<R, S>,
 }
 
+/// The columns of one hit DOF: those of each sensor, and those that all sensors share.
+struct Columns<R, const S: usize> {
+    sensors: Vec<[Vector3<R>; SENSOR_NUISANCES], S>,
+    shared: Vec<Responses<R, S>, MOST_SHARED>,
+}
+
 impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
     /// The problem with the stated budget and terms of first order.
     pub(super) fn new(layout: &'l Layout<R, S, H>) -> Self {
@@ -113,6 +119,8 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
     }
 
     /// Model, weights and residual of one hit DOF, whose hits have these errors.
+    // Not inlined, for the firmware's flash.
+    #[inline(never)]
     pub(super) fn terms(
         &self,
         model: &Model<R, S>,
@@ -174,7 +182,20 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         terms: &Terms<R, S>,
         act: impl FnOnce(&Rows<'_, R, S>) -> T,
     ) -> T {
-        let mut sensors = Vec::<[Vector3<R>; SENSOR_NUISANCES], S>::new();
+        let mut columns = Columns { sensors: Vec::new(), shared: Vec::new() };
+        self.fill(&mut columns, model, terms);
+        act(&Rows {
+            weight: &terms.weight,
+            sensors: &columns.sensors,
+            shared: &columns.shared,
+            residual: &terms.residual,
+        })
+    }
+
+    // Not inlined, which saves 10 KB of the firmware's flash.
+    #[inline(never)]
+    fn fill(&self, columns: &mut Columns<R, S>, model: &Model<R, S>, terms: &Terms<R, S>) {
+        let Columns { sensors, shared } = columns;
         for (i, sensor) in self.layout.sensors.iter().enumerate() {
             let (axes, length) = (sensor.axes_matrix(), self.balance.length);
             let uncertainty = self.scales.of_sensor(&sensor.uncertainty);
@@ -182,7 +203,6 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
             let _ = sensors.push(terms.model.sensor_nuisances(i, &axes, &uncertainty, length));
         }
         let slope = model.slope(&terms.model.motion);
-        let mut shared = Vec::<Responses<R, S>, MOST_SHARED>::new();
         // A hammer that reads too much makes every accelerance too small.
         let _ = shared.push(-(terms.model.corrected * self.layout.hammer_gain));
         for (phi, relative_sigma) in &self.attached {
@@ -190,12 +210,6 @@ impl<'l, R: Real, const S: usize, const H: usize> FitProblem<'l, R, S, H> {
         }
         // There is room for the ten properties.
         let _ = shared.extend_from_slice(&slope.0);
-        act(&Rows {
-            weight: &terms.weight,
-            sensors: &sensors,
-            shared: &shared,
-            residual: &terms.residual,
-        })
     }
 
     /// Adds the priors on the object; returns the weighted square of their residuals.
