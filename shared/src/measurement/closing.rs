@@ -12,7 +12,7 @@ use crate::identify::{ForceTrend, MassLines, Method, RIGIDITY_LIMIT, rigid_resid
 use crate::layout::{RIG_SENSORS, TestSettings};
 use crate::mass_line::MassLineError;
 use crate::responses::{ResponseSquare, Responses};
-use crate::signal::{RESPONSES, RealFft, SPECTRUM_BINS, bins_of_band};
+use crate::signal::{HAMMER, RESPONSES, RealFft, SPECTRUM_BINS, bins_of_band};
 
 /// Relative standard deviation assumed for a mass that is typed in: that of a kitchen scale.
 const MASS_SIGMA: f64 = 1e-3;
@@ -142,7 +142,7 @@ impl<R: RealFft> Measurement<'_, R> {
         self.push_diagnostic(Diagnostic::about(
             Code::ChannelNotLinear,
             Severity::Warning,
-            Subject::channel(found.channel),
+            Subject::channel(found.response.map_or(HAMMER, |response| 1 + response)),
             found.change.to_f32(),
         ));
     }

@@ -11,7 +11,6 @@ use crate::Real;
 use crate::identify::{DofMassLines, Estimate, MassLines};
 use crate::layout::Layout;
 use crate::responses::ResponseSquare;
-use crate::signal::HAMMER;
 
 /// A trend is significant beyond this number of standard deviations. Ten channels are tested, so chance exceeds it
 /// in one of sixteen hundred tests.
@@ -23,8 +22,8 @@ const ELASTIC: f64 = 2e-3;
 /// A channel that is not proportional to the force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonlinearChannel<R> {
-    /// The channel: 0 is the hammer, then three for each sensor.
-    pub channel: usize,
+    /// The response, or `None` for the hammer.
+    pub response: Option<usize>,
     /// Relative change of its reading at the largest one, which it has at the mean force of a DOF; negative where
     /// it reads too little.
     pub change: R,
@@ -53,7 +52,7 @@ struct Scores<R, const S: usize> {
 /// The channel with the most significant trend under the body of an estimate; `None` when there is none or the
 /// hits do not differ in force.
 ///
-/// The reading of channel `k` is taken as `a F (1 + c a²F²)`; the score test (Rao 1948) of `c = 0` weighs the
+/// The reading of a channel is taken as `a F (1 + c a²F²)`; the score test (Rao 1948) of `c = 0` weighs the
 /// trends with the noise and the scatter of single hits.
 // Not inlined, for the firmware's deepest stack.
 #[inline(never)]
@@ -70,10 +69,10 @@ pub fn nonlinear_channel<R: Real, const S: usize, const H: usize>(
     for (index, lines) in dofs.iter().filter(|(_, lines)| lines.trend.squares > R::zero()) {
         sums.add(&problem, &model, *index, lines)?;
     }
-    let found = (HAMMER..).zip(sums.all()).map(|(channel, sum)| {
+    let found = sums.all().map(|(response, sum)| {
         let information = sum.information * sums.scatter[0] / sums.scatter[1];
         NonlinearChannel {
-            channel,
+            response,
             change: sum.score / sum.information * sum.largest,
             significance: sum.score / information.sqrt(),
         }
@@ -104,8 +103,10 @@ impl<R: Real, const S: usize> Scores<R, S> {
     }
 
     /// The hammer, then the responses.
-    fn all(&self) -> impl Iterator<Item = Score<R>> + '_ {
-        core::iter::once(&self.hammer).chain(self.responses.as_flattened()).copied()
+    fn all(&self) -> impl Iterator<Item = (Option<usize>, Score<R>)> + '_ {
+        let responses = self.responses.as_flattened().iter().enumerate();
+        let responses = responses.map(|(response, sum)| (Some(response), *sum));
+        core::iter::once((None, self.hammer)).chain(responses)
     }
 
     /// Adds a hit DOF; `None` when the model cannot be evaluated.
