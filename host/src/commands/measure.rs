@@ -60,7 +60,7 @@ pub struct Args {
     /// Start although the layout cannot determine all ten properties.
     #[arg(long)]
     force: bool,
-    /// Finish at the [target] of the layout without asking.
+    /// Finish without asking when the target of the layout is reached.
     #[arg(long)]
     yes: bool,
     /// Calibration file; default: the calibration stored on the rig.
