@@ -6,7 +6,7 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::calibration::block::BlockError;
 use massline_shared::calibration::tumble::TumbleProblem;
 use massline_shared::diagnosis::{Code, Diagnostic, Subject};
-use massline_shared::layout::{Dof, RigLayout};
+use massline_shared::layout::{AXIS_LETTERS, Dof, RigLayout};
 
 use super::calibration_wizard::WizardProblem;
 use super::number::{Text, decimals_for, fitting};
@@ -69,7 +69,7 @@ fn write_subject(text: &mut Text, d: &Diagnostic, layout: Option<&RigLayout>) ->
 
 fn write_channel(text: &mut Text, channel: usize) -> core::fmt::Result {
     let Some(response) = channel.checked_sub(1) else { return text.write_str("hammer") };
-    let axis = ['x', 'y', 'z'][response % 3];
+    let axis = AXIS_LETTERS[response % 3];
     write!(text, "sensor {} {axis}", response / 3 + 1)
 }
 

@@ -6,6 +6,7 @@
 
 use std::f64::consts::TAU;
 
+use massline_shared::layout::AXIS_LETTERS;
 use massline_shared::signal::Calibration;
 
 use super::cutoffs::{FoundCutoff, RcCutoff};
@@ -55,7 +56,7 @@ pub fn sentence(found: &[ExtraCapacitor]) -> Option<String> {
     let of_sensor = |of: &[ExtraCapacitor]| {
         let axes: Vec<String> = of
             .iter()
-            .map(|one| format!("{} {:.0}", ["x", "y", "z"][one.axis], one.cutoff_hz))
+            .map(|one| format!("{} {:.0}", AXIS_LETTERS[one.axis], one.cutoff_hz))
             .collect();
         format!("sensor {} {} Hz", of[0].sensor + 1, axes.join(", "))
     };

@@ -19,6 +19,7 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use crate::flash::board::conversion_order;
+use crate::report::channel_name;
 
 /// A value of more standard deviations than this is significant.
 const SIGNIFICANT: f64 = 4.0;
@@ -77,10 +78,10 @@ impl Memory {
     pub fn text(&self) -> String {
         format!(
             "{} keeps {:.2} ± {:.2} % of the voltage of {}, which is converted before it",
-            name(self.channel),
+            channel_name(self.channel),
             100.0 * self.share.value,
             100.0 * self.share.sigma,
-            name(self.before),
+            channel_name(self.before),
         )
     }
 
@@ -99,8 +100,8 @@ impl Memory {
     /// It as JSON.
     pub fn to_json(self) -> Value {
         json!({
-            "channel": name(self.channel),
-            "before": name(self.before),
+            "channel": channel_name(self.channel),
+            "before": channel_name(self.before),
             "share": self.share.value,
             "sigma": self.share.sigma,
             "large": self.is_large(),
@@ -210,14 +211,6 @@ impl Electronics {
 
 fn is_large(found: &Estimated<f64>, limit: f64) -> bool {
     found.value.abs() > limit && found.value.abs() > SIGNIFICANT * found.sigma
-}
-
-/// `the hammer`, or `sensor 2 x`.
-pub fn name(channel: usize) -> String {
-    match channel.checked_sub(1) {
-        None => "the hammer".into(),
-        Some(response) => format!("sensor {} {}", response / 3 + 1, ["x", "y", "z"][response % 3]),
-    }
 }
 
 /// `+X` for a direction along an axis.

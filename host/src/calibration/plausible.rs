@@ -10,6 +10,7 @@ use massline_shared::signal::Calibration;
 
 use super::block::Block;
 use crate::error::{Error, Result};
+use crate::report::channel_name;
 
 /// Largest factor between a sensitivity and what is known about it. The data sheet of the ADXL326 permits 10 %,
 /// and force transducers are sold within 15 %.
@@ -33,10 +34,9 @@ pub fn check(found: &Block, before: &CalibrationRecord, mass: f64, new_hammer: b
         Some((sensor, axis)) => Err(Error::undetermined(
             "sensor_disagrees",
             format!(
-                "sensor {} {} would have {:.2} times the sensitivity of its data sheet (57 mV/g), unlike the \
-                 others: check its type, cable and supply",
-                sensor + 1,
-                ["x", "y", "z"][axis],
+                "{} would have {:.2} times the sensitivity of its data sheet (57 mV/g), unlike the others: check \
+                 its type, cable and supply",
+                channel_name(1 + 3 * sensor + axis),
                 ratios[sensor][axis],
             ),
         )),

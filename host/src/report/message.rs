@@ -4,7 +4,7 @@ use massline_protocol::object::MeasurementResult;
 use massline_shared::Real;
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::diagnosis::{Code, Diagnostic, Subject, SubjectKind, ValueUnit};
-use massline_shared::layout::{Layout, Prior};
+use massline_shared::layout::{AXIS_LETTERS, Layout, Prior};
 
 /// Looks up what is known of a subject besides its index: the node of a sensor, the DOF of a hit, the prior
 /// of a property.
@@ -57,7 +57,7 @@ fn sentence(d: &Diagnostic, known: Known<'_>) -> String {
     let (hit, response) = match d.subject {
         Subject::Response { hit, response } => {
             let sensor = counted("sensor", Subject::Sensor(response / 3), response / 3, known);
-            let response = format!("{sensor}, axis {}", axis(response));
+            let response = format!("{sensor}, axis {}", axis(response.into()));
             (counted("hit", Subject::Hit(hit), hit, known), response)
         }
         _ => ("a hit".into(), "a response".into()),
@@ -77,11 +77,7 @@ fn subject(d: &Diagnostic, known: Known<'_>) -> String {
     match d.subject {
         Subject::Sensor(index) => counted("sensor", d.subject, index, known),
         Subject::Hit(index) => counted("hit", d.subject, index, known),
-        Subject::Channel(0) => "the hammer".into(),
-        Subject::Channel(channel) => {
-            let response = channel - 1;
-            format!("sensor {} {}", response / 3 + 1, axis(response))
-        }
+        Subject::Channel(channel) => channel_name(channel.into()),
         Subject::Property(property) if d.code == Code::PriorInconsistentWithData => {
             known(d.subject).map_or_else(
                 || format!("the [prior] of {}", property_name(property)),
@@ -119,8 +115,16 @@ fn property_name(property: u8) -> &'static str {
     parameter.map_or("a property", |parameter| parameter.name)
 }
 
-fn axis(response: u8) -> &'static str {
-    ["x", "y", "z"][usize::from(response) % 3]
+/// `the hammer`, or `sensor 2 x`.
+pub fn channel_name(channel: usize) -> String {
+    match channel.checked_sub(1) {
+        None => "the hammer".into(),
+        Some(response) => format!("sensor {} {}", response / 3 + 1, axis(response)),
+    }
+}
+
+fn axis(response: usize) -> char {
+    AXIS_LETTERS[response % 3]
 }
 
 /// The value in significant digits, with its unit.

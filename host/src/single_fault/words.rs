@@ -2,7 +2,7 @@
 
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::single_fault::{AxisMap, SingleFault};
-use massline_shared::layout::{Axis, HostLayout, Sign};
+use massline_shared::layout::{AXIS_LETTERS, Axis, HostLayout, Sign};
 
 use super::Suspect;
 
@@ -64,12 +64,11 @@ fn hit_name(hit: usize, layout: &HostLayout) -> String {
 
 fn axes_clause(reads: &AxisMap) -> String {
     let kept = |k: usize| reads.0[k] == (Sign::Plus, Axis::ALL[k]);
-    let letters = ["x", "y", "z"];
     let changed: Vec<usize> = (0..3).filter(|&k| !kept(k)).collect();
     match changed[..] {
-        [k] => format!("has its {} axis reversed", letters[k]),
+        [k] => format!("has its {} axis reversed", AXIS_LETTERS[k]),
         [a, b] if reads.0[a] == (Sign::Plus, Axis::ALL[b]) && !reads.is_turn() => {
-            format!("has the wires of {} and {} swapped", letters[a], letters[b])
+            format!("has the wires of {} and {} swapped", AXIS_LETTERS[a], AXIS_LETTERS[b])
         }
         [a, b] => {
             // The unchanged axis is the axis of rotation, and the next axis shows the direction.
@@ -80,12 +79,12 @@ fn axes_clause(reads: &AxisMap) -> String {
                 (Sign::Plus, _) => "+90",
                 (Sign::Minus, _) => "-90",
             };
-            format!("is turned about its {} axis by {degrees}°", letters[about])
+            format!("is turned about its {} axis by {degrees}°", AXIS_LETTERS[about])
         }
         _ => {
             let read = reads.0.map(|(sign, axis)| {
                 let minus = if sign == Sign::Minus { "-" } else { "" };
-                format!("{minus}{}", letters[axis.index()])
+                format!("{minus}{}", AXIS_LETTERS[axis.index()])
             });
             format!("is turned: its x, y, z read {}", read.join(", "))
         }

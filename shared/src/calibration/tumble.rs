@@ -11,6 +11,8 @@
 //! appear in the six midpoints `(V+a + V−a)_k / 2 − zero_k`, `k ≠ a`, which are zero for level positions: 18
 //! numbers, 12 unknowns.
 
+#[cfg(test)]
+mod fixture;
 mod readings;
 mod rest_record;
 

@@ -4,7 +4,8 @@ use nalgebra::SVector;
 
 use crate::Real;
 use crate::body::scale;
-use crate::identify::{Consistency, Estimate, Method};
+use crate::diagnosis::Code;
+use crate::identify::{Estimate, Method};
 use crate::layout::Target;
 
 /// Half widths of the 95 % intervals of an estimate, and the limits that they are compared with.
@@ -55,7 +56,8 @@ impl<R: Real> Precision<R> {
     pub fn of(estimates: &[Estimate<R>], target: Target<R>, length: R) -> Option<Self> {
         let best = estimates.iter().find(|e| Some(e.method) == Method::of_mass_lines().next())?;
         let half_widths = best.half_widths()?;
-        let contradicted = best.consistency.as_ref().is_some_and(Consistency::rejects_budget);
+        let contradicted =
+            best.diagnostics.iter().any(|d| d.code == Code::DataInconsistentWithBudget);
         let scale = scale(best.body.mass, length);
         let usable = half_widths.iter().chain(scale.iter()).all(|v| v.finite() && *v > R::zero());
         usable.then_some(Self { half_widths, scale, target, contradicted })

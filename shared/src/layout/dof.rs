@@ -15,6 +15,9 @@ pub enum Axis {
     Z,
 }
 
+/// The letters of the axes of a sensor.
+pub const AXIS_LETTERS: [char; 3] = ['x', 'y', 'z'];
+
 impl Axis {
     /// x, y, z.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
@@ -22,6 +25,11 @@ impl Axis {
     /// The index 0, 1 or 2.
     pub fn index(self) -> usize {
         self as usize
+    }
+
+    /// x, y or z.
+    pub fn letter(self) -> char {
+        AXIS_LETTERS[self.index()]
     }
 }
 

@@ -18,7 +18,7 @@ pub use check::{
     AXES_TOLERANCE, DEGENERACY_RATIO, LayoutReport, assumed_body, check_geometry, check_hits,
     extent,
 };
-pub use dof::{Axis, Dof, DofError, Sign};
+pub use dof::{AXIS_LETTERS, Axis, Dof, DofError, Sign};
 pub use kinematics::sensor_shift;
 pub use policy::{HitPolicy, Verdict};
 pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings};

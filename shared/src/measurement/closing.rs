@@ -1,21 +1,13 @@
-//! Computes the mass lines of a DOF from its averaged hits, and the estimates from all mass lines.
+//! Computes the mass lines of a DOF from its averaged hits.
 
 use super::averaging::{ProcessingSettings, band_of, fit_responses, resolution};
-use super::campaign::{Campaign, Object, Outcome};
-use super::hits::Task;
-use super::{BlockResult, MeasuredDof, Measurement};
-use crate::calibration::block::{BlockError, BlockMass, ForceRatio, force_ratio};
-use crate::design::HitCandidates;
+use super::{MeasuredDof, Measurement};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
-use crate::identify::maximum_likelihood::nonlinear_channel;
-use crate::identify::{ForceTrend, MassLines, Method, RIGIDITY_LIMIT, rigid_residuals};
+use crate::identify::{ForceTrend, MassLines, RIGIDITY_LIMIT, rigid_residuals};
 use crate::layout::{RIG_SENSORS, TestSettings};
 use crate::mass_line::MassLineError;
 use crate::responses::{ResponseSquare, Responses};
-use crate::signal::{HAMMER, RESPONSES, RealFft, SPECTRUM_BINS, bins_of_band};
-
-/// Relative standard deviation assumed for a mass that is typed in: that of a kitchen scale.
-const MASS_SIGMA: f64 = 1e-3;
+use crate::signal::{RESPONSES, RealFft, SPECTRUM_BINS, bins_of_band};
 
 impl<R: RealFft> Measurement<'_, R> {
     /// Computes the mass lines of a DOF from its averaged spectra and stores them.
@@ -110,87 +102,6 @@ impl<R: RealFft> Measurement<'_, R> {
                 left,
             ));
         }
-    }
-
-    /// Runs one step of the identification.
-    pub(super) fn identify(&mut self, campaign: &Campaign, task: Task<R>) -> Task<R> {
-        match task {
-            Task::Identify => self.step_methods(campaign, HitCandidates::Measured),
-            Task::Search(search) => self.step_search(campaign, search),
-            Task::Identified => Task::Identified,
-            _ => {
-                self.name_unfinished_dofs(campaign);
-                if let Object::Block { mass } = campaign.started().object {
-                    self.memory.identification.begin([]);
-                    self.block = Some(self.weigh(mass));
-                    return Task::Identified;
-                }
-                self.memory.identification.begin(Method::of_mass_lines());
-                Task::Identify
-            }
-        }
-    }
-
-    /// Reports a channel whose readings are not proportional to the force.
-    pub(super) fn check_linearity(&mut self) {
-        let (Some(layout), Some(best)) =
-            (&self.layout, self.memory.identification.estimates().first())
-        else {
-            return;
-        };
-        let Some(found) = nonlinear_channel(layout, &self.memory.mass_lines, best) else { return };
-        self.push_diagnostic(Diagnostic::about(
-            Code::ChannelNotLinear,
-            Severity::Warning,
-            Subject::channel(found.response.map_or(HAMMER, |response| 1 + response)),
-            found.change.to_f32(),
-        ));
-    }
-
-    /// Reports why methods have no answer: as an error only for the best method, and only when no other
-    /// method has an answer.
-    pub(super) fn explain_refusals(&mut self) {
-        let identification = &self.memory.identification;
-        let answered = !identification.estimates().is_empty();
-        for (place, (_, reasons)) in identification.refusals().iter().enumerate().rev() {
-            let severity = if answered || place > 0 { Severity::Warning } else { Severity::Error };
-            for reason in reasons {
-                let reason = Diagnostic { severity, ..*reason };
-                super::note(&mut self.diagnostics, reason);
-            }
-        }
-    }
-
-    fn name_unfinished_dofs(&mut self, campaign: &Campaign) {
-        for (dof, progress) in campaign.dofs().iter().enumerate() {
-            let accepted = f32::from(progress.accepted);
-            let code = match progress.outcome {
-                Outcome::Skipped => Code::DofSkipped,
-                Outcome::Early => Code::DofFinishedEarly,
-                Outcome::Open | Outcome::Complete | Outcome::NotNeeded => continue,
-            };
-            self.push_diagnostic(Diagnostic::about(
-                code,
-                Severity::Warning,
-                Subject::hit(dof),
-                accepted,
-            ));
-        }
-    }
-
-    /// The hammer's gain against the sensors, from the hits on a block of known mass.
-    fn weigh(&self, mass: f32) -> BlockResult {
-        let layout = self.layout.as_ref().ok_or(BlockError::DirectionsMissing)?;
-        let lines = self.memory.mass_lines.iter().map(|(_, lines)| lines);
-        if lines.clone().any(|lines| lines.scatter == ResponseSquare::zeros()) {
-            return Err(BlockError::TooFewHits);
-        }
-        let mass = R::of(f64::from(mass));
-        let block = BlockMass { mass, sigma: mass * R::of(MASS_SIGMA) };
-        let ForceRatio { ratio, sigma, departure } =
-            force_ratio(lines, layout.sensors.len(), block)?;
-        let departure = (departure.0.to_f32(), departure.1.to_f32());
-        Ok(ForceRatio { ratio: ratio.to_f32(), sigma: sigma.to_f32(), departure })
     }
 }
 

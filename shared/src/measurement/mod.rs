@@ -23,7 +23,8 @@
 //! | `hits` | from scans to an averaged hit |
 //! | `listening` | the search for mains hum in a hit |
 //! | [`averaging`] | from the hits of one DOF to its mass lines |
-//! | `closing` | from averaged hits to mass lines, and from these to the estimates |
+//! | `closing` | from averaged hits to mass lines |
+//! | `identifying` | from mass lines to the estimates, after each DOF and at the end |
 //! | `precision` | how precise the answer would be after each DOF, and whether the target is reached |
 //! | `view` | the state of the measurement, for display |
 
@@ -32,6 +33,7 @@ pub mod campaign;
 mod closing;
 mod commands;
 mod hits;
+mod identifying;
 mod listening;
 mod memory;
 mod precision;

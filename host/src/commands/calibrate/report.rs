@@ -3,6 +3,7 @@
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::calibration::block::SensorRatio;
 use massline_shared::calibration::tumble::Tumble;
+use massline_shared::layout::AXIS_LETTERS;
 use massline_shared::signal::HAMMER;
 use massline_shared::units::Hertz;
 use nalgebra::Matrix3;
@@ -13,8 +14,6 @@ use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
 use crate::calibration::verify::{Drift, by_sensor};
 use crate::output;
 use crate::report::{diagnostics_json, message};
-
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A calibration as JSON.
 pub(super) fn record_json(record: &CalibrationRecord) -> Value {
@@ -67,13 +66,13 @@ pub(super) fn record_text(record: &CalibrationRecord) -> String {
     ]);
     for (k, id) in record.sensors.iter().enumerate() {
         let matrix = calibration.cross_axis[k].matrix::<f64>();
-        for (a, axis) in AXES.iter().enumerate() {
+        for (a, axis) in AXIS_LETTERS.iter().enumerate() {
             let channel = calibration.channels[1 + 3 * k + a];
             let [first, second] = [(a + 1) % 3, (a + 2) % 3];
-            let cross = |b: usize| format!("{} {:+.2}", AXES[b], 100.0 * matrix[(a, b)]);
+            let cross = |b: usize| format!("{} {:+.2}", AXIS_LETTERS[b], 100.0 * matrix[(a, b)]);
             table.add_row([
                 if a == 0 { format!("sensor {} {id}", k + 1) } else { String::new() },
-                (*axis).into(),
+                axis.to_string(),
                 format!("{:.4}", channel.zero.0),
                 format!("{:.4} mV/(m/s²)", 1e3 * channel.sensitivity),
                 format!("{}  {}", cross(first), cross(second)),
@@ -158,7 +157,7 @@ fn cutoff_json(cutoff: &RcCutoff) -> Value {
     let found = cutoff.found.as_ref().ok();
     json!({
         "sensor": cutoff.sensor + 1,
-        "axis": AXES[cutoff.axis],
+        "axis": AXIS_LETTERS[cutoff.axis],
         "cutoff_hz": found.map(|found| found.cutoff_hz),
         "sigma_hz": found.map(|found| found.sigma_hz),
         "before_hz": cutoff.before_hz,
@@ -173,7 +172,7 @@ pub(super) fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
     table.set_header(["sensor", "axis", "RC before, Hz", "measured, Hz", "± sd", "verdict"]);
     let mut reasons: Vec<(CutoffError, String)> = Vec::new();
     for cutoff in cutoffs {
-        let axis = AXES[cutoff.axis];
+        let axis = AXIS_LETTERS[cutoff.axis];
         if let Err(reason) = cutoff.found {
             let name = format!("{} {axis}", cutoff.sensor + 1);
             match reasons.iter_mut().find(|(known, _)| *known == reason) {
@@ -222,7 +221,7 @@ pub(super) fn drifts_json(all: &[Drift], tolerance: f64, record: &CalibrationRec
         .map(|d| {
             json!({
                 "sensor": d.sensor + 1,
-                "axis": AXES[d.axis],
+                "axis": AXIS_LETTERS[d.axis],
                 "drift": d.drift,
                 "sigma": d.sigma,
                 "verdict": d.verdict.name(),
@@ -249,7 +248,7 @@ pub(super) fn drifts_text(all: &[Drift], tolerance: f64) -> String {
     for d in all {
         table.add_row([
             (d.sensor + 1).to_string(),
-            AXES[d.axis].into(),
+            AXIS_LETTERS[d.axis].to_string(),
             format!("{:+.2}", 100.0 * d.drift),
             format!("{:.2}", 100.0 * d.sigma),
             d.verdict.name().into(),

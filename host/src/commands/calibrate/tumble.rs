@@ -8,10 +8,11 @@ use serde_json::{Value, json};
 
 use super::rig::{RigArgs, TumbleRig};
 use super::{OriginArgs, report, store};
-use crate::calibration::electronics::{ConversionOrder, Memory, name};
+use crate::calibration::electronics::{ConversionOrder, Memory};
 use crate::calibration::tumble::{TumbleFile, check_rest};
 use crate::error::{Error, Result};
 use crate::output::Output;
+use crate::report::channel_name;
 
 /// Arguments of `massline calibrate tumble`.
 #[derive(Debug, clap::Args)]
@@ -135,7 +136,7 @@ impl PositionHum {
         format!(
             "{} picks up {:.1} mV of mains hum at {:.1} Hz (position {position}); it is taken out of the readings, but \
              check shielding and ground, or run the rig from a battery",
-            name(hum.loudest()),
+            channel_name(hum.loudest()),
             1e3 * self.volts(),
             hum.frequency,
         )
@@ -145,7 +146,7 @@ impl PositionHum {
         json!({
             "position": self.position.name(),
             "frequency_hz": self.hum.frequency,
-            "loudest": name(self.hum.loudest()),
+            "loudest": channel_name(self.hum.loudest()),
             "amplitude_v": self.hum.amplitude,
         })
     }

@@ -219,16 +219,8 @@ impl<R: Real> TumbleTest<R> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixture::ADC;
     use super::*;
-    use crate::units::{Hertz, Seconds, Volts};
-
-    const ADC: AdcProperties = AdcProperties {
-        rate: Hertz(4000.0),
-        channels: 7,
-        bits: 12,
-        reference: Volts(3.0),
-        channel_delay: Seconds(1e-5),
-    };
 
     /// Two nominal sensors without motion, and a hammer at 0.12 V.
     fn reading(position: Position, deviation: f32) -> RestVoltages<f32> {

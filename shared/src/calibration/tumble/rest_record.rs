@@ -87,19 +87,11 @@ impl<R: Real> RestVoltages<R> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixture::ADC;
     use super::*;
     use crate::signal::{Record, RestStatistics};
-    use crate::units::{Hertz, Seconds, Volts};
     use std::boxed::Box;
     use std::vec::Vec;
-
-    const ADC: AdcProperties = AdcProperties {
-        rate: Hertz(4000.0),
-        channels: 7,
-        bits: 12,
-        reference: Volts(3.0),
-        channel_delay: Seconds(1e-5),
-    };
 
     /// Channel `k` rests at code `2000 + 10 k` with noise of a code, and hums by `amplitude` codes in channel 4.
     fn record(amplitude: f64) -> Vec<Scan> {

@@ -287,22 +287,24 @@ impl<'w, R: Real> NormalEquations<'w, R> {
     pub(super) fn solve(&mut self, fill: impl FnOnce(&mut [R])) -> &[R] {
         self.second.fill(R::zero());
         fill(self.second);
-        self.solve_second();
-        self.second
-    }
-
-    /// The second right side or, after it was solved, the solution.
-    pub(super) fn second(&self) -> &[R] {
-        self.second
-    }
-
-    /// After [`Self::complete`]: solves for the second right side, in place.
-    pub(super) fn solve_second(&mut self) {
         for i in 0..self.unknowns {
             let row = &self.packed[start(i)..start(i) + i + 1];
             self.second[i] = (self.second[i] - dot(&row[..i], &self.second[..i])) / row[i];
         }
         back_substitute(self.packed, self.second);
+        self.second
+    }
+
+    /// After [`Self::complete`]: solves for readings of a hit DOF that are already weighted.
+    pub(super) fn solve_readings<const S: usize>(
+        &mut self,
+        rows: &Rows<'_, R, S>,
+        weighted: &Responses<R, S>,
+    ) -> &[R] {
+        self.solve(|right| {
+            let (of_sensors, of_shared) = right.split_at_mut(rows.sensors.len() * SENSOR_NUISANCES);
+            rows.add_products(weighted, of_sensors, of_shared);
+        })
     }
 }
 

@@ -130,30 +130,18 @@ fn covariance_of_hit<R: Real, const S: usize, const H: usize>(
             unit - spread.0[i].dot(&weighted[j])
         })
     });
-    for j in 0..HIT_NUISANCES {
-        let as_residual =
-            Terms { model: terms.model.clone(), weight: terms.weight, residual: spread.0[j] };
-        equations.begin_second();
-        problem.with_rows(model, &as_residual, |rows| equations.add_second(rows));
-        equations.solve_second();
-        // The part of the readings that the unknowns would explain.
-        let mut explained = Responses::<R, S>::zeros();
-        problem.with_rows(model, terms, |rows| {
-            let mut solved = equations.second().iter();
-            for (i, columns) in rows.sensors.iter().enumerate() {
-                for (column, value) in columns.iter().zip(&mut solved) {
-                    let mut part = explained.column_mut(i);
-                    part += column * *value;
-                }
+    problem.with_rows(model, terms, |rows| {
+        for (j, column) in weighted.iter().enumerate() {
+            let solved = equations.solve_readings(rows, column);
+            let Some(unknowns) = UnknownValues::<R, S>::of(rows.sensors.len(), solved) else {
+                return;
+            };
+            let explained = rows.residual - unknowns.left(rows);
+            for (i, row) in covariance.iter_mut().enumerate() {
+                row[j] += weighted[i].dot(&explained);
             }
-            for (column, value) in rows.shared.iter().zip(solved) {
-                explained += column * *value;
-            }
-        });
-        for (i, row) in covariance.iter_mut().enumerate() {
-            row[j] += weighted[i].dot(&explained);
         }
-    }
+    });
     covariance
 }
 

@@ -57,10 +57,7 @@ impl<R: Real> Fit<R> {
         problem.with_rows(&model, &terms, |rows| {
             for (k, spread) in terms.model.spread.0.iter().enumerate() {
                 let weighted = terms.weight.times(spread);
-                let solved = equations.solve(|right| {
-                    let (of_sensors, of_shared) = right.split_at_mut(of_sensors);
-                    rows.add_products(&weighted, of_sensors, of_shared);
-                });
+                let solved = equations.solve_readings(rows, &weighted);
                 let inertial = SVector::<R, 10>::from_fn(|i, _| solved[nuisances + i]);
                 let moved = slopes * inertial;
                 self.shares.constant += moved.component_mul(&moved) * parts[k / 2];

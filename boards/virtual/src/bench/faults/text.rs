@@ -133,22 +133,18 @@ fn number(text: &str) -> Option<usize> {
     text.trim().parse::<usize>().ok()?.checked_sub(1)
 }
 
-fn letter(axis: Axis) -> char {
-    ['x', 'y', 'z'][axis.index()]
-}
-
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Flip { sensor, axis } => write!(f, "flip:{}{}", sensor + 1, letter(axis)),
+            Self::Flip { sensor, axis } => write!(f, "flip:{}{}", sensor + 1, axis.letter()),
             Self::SwapSensors([a, b]) => write!(f, "swap:{},{}", a + 1, b + 1),
             Self::SwapAxes { sensor, axes: [a, b] } => {
                 let n = sensor + 1;
-                write!(f, "swap:{n}{},{n}{}", letter(a), letter(b))
+                write!(f, "swap:{n}{},{n}{}", a.letter(), b.letter())
             }
             Self::Rotate { sensor, axis, quarters } => {
                 let degrees = 90 * i32::from(quarters);
-                write!(f, "rotate:{}:{}{degrees}", sensor + 1, letter(axis))
+                write!(f, "rotate:{}:{}{degrees}", sensor + 1, axis.letter())
             }
             Self::HitNode { hit, node } => write!(f, "hit:{}:{node}", hit + 1),
             Self::HitReversed { hit } => write!(f, "reverse:{}", hit + 1),
@@ -160,11 +156,11 @@ impl fmt::Display for Fault {
                 write!(f, "cable:{node}:{stiffness_n_per_m}")
             }
             Self::SensorRail { sensor, axis, limit_m_per_s2 } => {
-                write!(f, "rail:{}{}:{limit_m_per_s2}", sensor + 1, letter(axis))
+                write!(f, "rail:{}{}:{limit_m_per_s2}", sensor + 1, axis.letter())
             }
             Self::HammerRail { limit_n } => write!(f, "rail:hammer:{limit_n}"),
             Self::Compression { sensor, axis } => {
-                write!(f, "compress:{}{}", sensor + 1, letter(axis))
+                write!(f, "compress:{}{}", sensor + 1, axis.letter())
             }
             Self::Hum { amplitude_v } => write!(f, "hum:{amplitude_v}"),
         }
