@@ -96,7 +96,8 @@ impl LayoutResponses {
             stiffest = suspension.into_iter().chain(stiffest).reduce(f64::max);
             let hits = u16::from(layout.test.hits_per_dof);
             let lines = MassLines::without_scatter(fits.accelerance).with_noise(fits.noise);
-            all.lines.push((dof, MassLines { hits, ..lines }));
+            let band_shift = fits.band_shift(band_hz);
+            all.lines.push((dof, MassLines { hits, band_shift, ..lines }));
         }
         if let Some(suspension) = stiffest {
             let (code, value) = (Code::SuspensionInBand, suspension as f32);

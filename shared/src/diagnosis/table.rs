@@ -237,6 +237,11 @@ codes! {
         "the object moves as on a suspension of {value}, and the band begins below three times that, so mass and \
          inertia come out wrong; hang it on softer cords, let cables hang loose, or raise the lower end of \
          test.band_hz";
+    /// Modes near the ends of the band move a property. Subject: the property. Value: its change when the ends of the
+    /// band are left out, SI.
+    MovesWithBand = 84, "moves_with_band", Property, OfProperty;
+        "Moves this much with\nthe band: modes are\ntoo near.";
+        "without the ends of the band, {subject} would change by about {value}; it may be wrong by as much";
     /// The readings of a channel are not proportional to the force: harder hits have other accelerances than gentle
     /// ones. Subject: the channel. Value: the change of its largest reading, relative.
     ChannelNotLinear = 82, "channel_not_linear", Channel, Share(1);

@@ -132,6 +132,7 @@ fn without_sensor<R: Real, const S: usize>(
         }),
         hits: lines.hits,
         trend: ForceTrend { products: pick(&lines.trend.products), ..lines.trend },
+        band_shift: pick(&lines.band_shift),
     }
 }
 

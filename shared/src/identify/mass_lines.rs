@@ -25,6 +25,8 @@ pub struct MassLines<R, const S: usize> {
     pub hits: u16,
     /// How the single hits' accelerances change with their force.
     pub trend: ForceTrend<R, S>,
+    /// Change of every accelerance when the ends of the band are left out, (m/s²)/N; zero for plateaus.
+    pub band_shift: Responses<R, S>,
 }
 
 /// Sums over the repeat hits of one DOF about their means: the regression of the accelerances on the squared peak
@@ -58,6 +60,7 @@ impl<R: Real, const S: usize> MassLines<R, S> {
             scatter: ResponseSquare::zeros(),
             hits: 1,
             trend: ForceTrend::unknown(),
+            band_shift: Responses::zeros(),
         }
     }
 
@@ -79,6 +82,7 @@ impl<R: Real, const S: usize> MassLines<R, S> {
                 squares: to(self.trend.squares),
                 products: self.trend.products.map(to),
             },
+            band_shift: self.band_shift.map(to),
         }
     }
 
@@ -99,6 +103,7 @@ impl<R: Real, const S: usize> MassLines<R, S> {
                 squares: self.trend.squares,
                 products: of(&self.trend.products),
             },
+            band_shift: of(&self.band_shift),
         }
     }
 

@@ -178,6 +178,14 @@ impl<R: Real, const S: usize> ResponseFits<R, S> {
         (frequency.finite() && frequency * R::of(ABOVE_SUSPENSION) > band[0]).then_some(frequency)
     }
 
+    /// Change of every A when the ends of the band are left out, (m/s²)/N; zero for plateaus above the suspension.
+    pub fn band_shift(&self, band: [R; 2]) -> Responses<R, S> {
+        if self.unsteady().next().is_none() && self.suspension_in_band(band).is_none() {
+            return Responses::zeros();
+        }
+        self.moved
+    }
+
     /// The responses whose mass line is not a plateau, each with the larger of its change with the ends of
     /// the band and its standard deviation, relative to the root mean square of all A of this DOF.
     pub fn unsteady(&self) -> impl Iterator<Item = (usize, R)> + '_ {

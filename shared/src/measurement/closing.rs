@@ -60,10 +60,11 @@ impl<R: RealFft> Measurement<'_, R> {
             let (code, value) = (Code::SuspensionInBand, suspension.to_f32());
             self.push_diagnostic(Diagnostic::whole(code, Severity::Warning, value));
         }
-        let mut accelerance = fits.accelerance;
+        let (mut accelerance, mut band_shift) = (fits.accelerance, fits.band_shift(band));
         // The noise of a channel is not corrected: it changes only by the square of the cross-axis
         // sensitivities.
         self.calibration.undo_cross_axis(accelerance.as_mut_slice());
+        self.calibration.undo_cross_axis(band_shift.as_mut_slice());
         self.check_rigidity(&test, &accelerance);
         let spectra = &self.memory.spectra;
         let hits = spectra.hits();
@@ -72,7 +73,7 @@ impl<R: RealFft> Measurement<'_, R> {
         let single = single.filter(|single| single.hits() == hits && hits > 1);
         let scatter = single.map_or_else(ResponseSquare::zeros, |single| single.covariance());
         let trend = single.map_or_else(ForceTrend::unknown, |single| single.trend());
-        let lines = MassLines { accelerance, noise: fits.noise, scatter, hits, trend };
+        let lines = MassLines { accelerance, noise: fits.noise, scatter, hits, trend, band_shift };
         let inside = bins_of_band(band, resolution(&adc));
         let coherence = |response| spectra.mean_coherence(response, inside.clone());
         let coherence = (hits > 1).then(|| {

@@ -61,7 +61,7 @@ pub struct Fit<R> {
     /// Rounding error of the cost; smaller differences are not significant.
     pub(super) rounding: R,
     /// Characteristic length L, m.
-    length: R,
+    pub(super) length: R,
     /// Number of readings and priors.
     pub(super) equations: usize,
     pub(super) condition: R,
@@ -114,6 +114,8 @@ pub(super) enum Stage<R> {
     LearnScale { steps: u8 },
     /// Computes which part of the variances comes from the sensors, or from the mark at this place.
     Sharing(Option<usize>),
+    /// Tells what modes near the ends of the band do.
+    BandShift,
     /// Looks for the hammer's signal in the responses.
     Crosstalk,
     /// Evaluates the model for the last time.
@@ -220,7 +222,7 @@ impl<R: Real> Fit<R> {
                     (Progress::Done, None) if self.budget == ErrorBudget::Learned => {
                         Stage::LearnScatter
                     }
-                    (Progress::Done, None) => Stage::Crosstalk,
+                    (Progress::Done, None) => Stage::BandShift,
                 };
             }
             Stage::LearnScatter => {
@@ -257,8 +259,12 @@ impl<R: Real> Fit<R> {
             Stage::Sharing(place) => {
                 self.stage = match self.add_shares(place, &problem, dofs, &mut equations)? {
                     Progress::Going => Stage::Sharing(Some(place.map_or(0, |place| place + 1))),
-                    Progress::Done => Stage::Crosstalk,
+                    Progress::Done => Stage::BandShift,
                 };
+            }
+            Stage::BandShift => {
+                self.tell_band_shift(&problem, dofs, &mut equations)?;
+                self.stage = Stage::Crosstalk;
             }
             Stage::Crosstalk => {
                 self.test_crosstalk(&problem, dofs, &mut equations)?;

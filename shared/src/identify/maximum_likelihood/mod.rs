@@ -19,6 +19,7 @@
 
 mod answer;
 mod balance;
+mod band_shift;
 mod bound;
 mod crosstalk;
 mod descent;
