@@ -71,8 +71,8 @@ const ALL: &[Disturbance] = &[
         name: "one channel compressing (1z)",
         change: |b| fault(b, "compress:1z"),
         // Only test 1 excites this channel enough.
-        warned: [0.3, 1.0],
-        named: Some(("channel_not_linear", 0.3)),
+        warned: [0.45, 1.0],
+        named: Some(("channel_not_linear", 0.45)),
         shift: UNLIMITED,
     },
     Disturbance {
@@ -141,8 +141,8 @@ const ALL: &[Disturbance] = &[
     Disturbance {
         name: "multiplexer memory 1 %",
         change: |b| b.adc.memory = 0.01,
-        warned: [0.7, 1.0],
-        named: Some(("hammer_in_response", 0.7)),
+        warned: [0.97, 1.0],
+        named: Some(("multiplexer_keeps_voltage", 0.8)),
         shift: UNLIMITED,
     },
     Disturbance {

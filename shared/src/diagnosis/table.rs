@@ -256,6 +256,13 @@ codes! {
         "{subject} contains {value} of the hammer's signal; let the converter sample longer, buffer its inputs, and \
          keep the hammer's cable away from the sensors'";
 
+    /// Every channel keeps a part of the voltage of the channel that is converted before it. Value: the part.
+    MultiplexerKeepsVoltage = 86, "multiplexer_keeps_voltage", Whole, Share(1);
+        "Channels mix: the\nmultiplexer is too\nfast for its inputs.";
+        "every channel keeps about {value} of the voltage of the channel converted before it, as through a multiplexer \
+         that does not settle; let the converter sample longer, or buffer its inputs (`massline calibrate tumble` \
+         measures the hammer's part)";
+
     /// The campaign was finished when the target was reached. Value: the number of hits that this has saved.
     StoppedAtTarget = 62, "stopped_at_target", Whole, Count;
         "Target reached: other\nplaces were left out.";

@@ -14,10 +14,9 @@ use super::{BlockResult, Measurement};
 use crate::calibration::block::{BlockError, BlockMass, ForceRatio, force_ratio};
 use crate::design::{FurtherHitSearch, HitCandidates, Precision};
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
-use crate::identify::maximum_likelihood::nonlinear_channel;
 use crate::identify::{IdentifySettings, Method, Observations, Progress};
 use crate::responses::ResponseSquare;
-use crate::signal::{HAMMER, RealFft};
+use crate::signal::RealFft;
 
 /// Relative standard deviation assumed for a mass that is typed in: that of a kitchen scale.
 const MASS_SIGMA: f64 = 1e-3;
@@ -110,26 +109,9 @@ impl<R: RealFft> Measurement<'_, R> {
     fn estimated(&mut self, campaign: &Campaign) -> Task<R> {
         if campaign.step() == Step::Identify {
             self.explain_refusals();
-            self.check_linearity();
             self.note_target(campaign);
         }
         Task::Identified
-    }
-
-    /// Reports a channel whose readings are not proportional to the force.
-    fn check_linearity(&mut self) {
-        let (Some(layout), Some(best)) =
-            (&self.layout, self.memory.identification.estimates().first())
-        else {
-            return;
-        };
-        let Some(found) = nonlinear_channel(layout, &self.memory.mass_lines, best) else { return };
-        self.push_diagnostic(Diagnostic::about(
-            Code::ChannelNotLinear,
-            Severity::Warning,
-            Subject::channel(found.response.map_or(HAMMER, |response| 1 + response)),
-            found.change.to_f32(),
-        ));
     }
 
     /// Reports why methods have no answer: as an error only for the best method, and only when no other

@@ -19,7 +19,7 @@ const AGREES: f64 = 0.15;
 /// body the other way is two.
 const DISAGREES: f64 = 1.0;
 /// A hit whose distance exceeds the scatter by this factor is an outlier.
-const TIMES_SCATTER: f64 = 4.0;
+const TIMES_SCATTER: f64 = 5.0;
 /// Expected relative scatter before any hit, with the weight of one hit.
 ///
 /// Hits with a direction error of 30 mrad and a position error of 2 mm scatter by up to 0.1 where the body

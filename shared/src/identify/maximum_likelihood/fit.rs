@@ -116,7 +116,9 @@ pub(super) enum Stage<R> {
     Sharing(Option<usize>),
     /// Tells what modes near the ends of the band do.
     BandShift,
-    /// Looks for the hammer's signal in the responses.
+    /// Looks for channels that are not proportional to the force.
+    Linearity,
+    /// Looks for what channels contain of one another.
     Crosstalk,
     /// Evaluates the model for the last time.
     Settled,
@@ -264,11 +266,16 @@ impl<R: Real> Fit<R> {
             }
             Stage::BandShift => {
                 self.tell_band_shift(&problem, dofs, &mut equations)?;
+                self.stage = Stage::Linearity;
+            }
+            Stage::Linearity => {
+                self.test_linearity(&problem, dofs, &mut equations)?;
                 self.stage = Stage::Crosstalk;
             }
             Stage::Crosstalk => {
                 self.test_crosstalk(&problem, dofs, &mut equations)?;
-                self.stage = Stage::Settled;
+                equations.restore();
+                self.stage = Stage::Final;
                 self.hold_to_consistency();
             }
             Stage::Settled => {

@@ -3,87 +3,135 @@
 //!
 //! Repeat hits differ in force, and a linear chain answers all of them with the same accelerances. What hits that
 //! land elsewhere change lies in a space of four dimensions, so the remaining ones compare hits of different force
-//! to within their noise (theory, section 12).
+//! to within their noise. A response that compresses also reads less where its motion is large than where it is
+//! small, which the residuals of the fit show (theory, section 12).
 
+use super::fit::Fit;
 use super::fit_problem::FitProblem;
 use super::model::{HIT_NUISANCES, Model};
+use super::normal_equations::NormalEquations;
+use super::pulls::UnknownValues;
+use super::score::{Score, ScoresOfResponses, Tested};
+use super::undetermined;
 use crate::Real;
-use crate::identify::{DofMassLines, Estimate, MassLines};
-use crate::layout::Layout;
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
+use crate::identify::{DofMassLines, MassLines};
 use crate::responses::ResponseSquare;
 
-/// A trend is significant beyond this number of standard deviations. Ten channels are tested, so chance exceeds it
-/// in one of sixteen hundred tests.
-const SIGNIFICANT: f64 = 4.0;
+/// A response that reads too little with increasing force is suspected beyond this number of standard deviations.
+/// About three responses are loud enough to be tested, so chance exceeds it in one of two hundred tests.
+const COMPRESSES: f64 = 2.9;
+/// The same for a response that reads too much, which is rarer, and for the hammer: one of five thousand tests.
+const RARE: f64 = 4.0;
+/// Only responses whose largest squared reading is at least this part of the loudest one's are tested: the
+/// others compress less than half as much.
+const LOUD: f64 = 0.4;
 /// Pulses of different length excite elastic modes differently, which changes accelerances by this part of the
 /// largest.
 const ELASTIC: f64 = 2e-3;
 
-/// A channel that is not proportional to the force.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NonlinearChannel<R> {
-    /// The response, or `None` for the hammer.
-    pub response: Option<usize>,
-    /// Relative change of its reading at the largest one, which it has at the mean force of a DOF; negative where
-    /// it reads too little.
-    pub change: R,
-    /// That change over its standard deviation.
-    pub significance: R,
-}
-
-/// Weighted sums over the DOFs for one channel: a change of its accelerances `a` that is proportional to `a³F²`,
-/// as that of a channel that compresses.
+/// Weighted sums over the repeat hits for one channel: a change of its accelerances `a` that is proportional to
+/// `a³F²`, as that of a channel that compresses.
 #[derive(Clone, Copy)]
-struct Score<R> {
+struct Trend<R> {
     score: R,
     information: R,
-    /// Largest squared reading at the mean force, (m/s²)² or N².
+    /// Largest squared reading at the mean force of a DOF, (m/s²)² or N².
     largest: R,
 }
 
 /// The sums for all channels.
-struct Scores<R, const S: usize> {
-    hammer: Score<R>,
-    responses: [[Score<R>; 3]; S],
+struct Trends<R, const S: usize> {
+    hammer: Trend<R>,
+    responses: [[Trend<R>; 3]; S],
     /// Scatter of the single hits under the weights, and its expected value.
     scatter: [R; 2],
 }
 
-/// The channel with the most significant trend under the body of an estimate; `None` when there is none or the
-/// hits do not differ in force.
-///
-/// The reading of a channel is taken as `a F (1 + c a²F²)`; the score test (Rao 1948) of `c = 0` weighs the
-/// trends with the noise and the scatter of single hits.
-// Not inlined, for the firmware's deepest stack.
-#[inline(never)]
-pub fn nonlinear_channel<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    dofs: &[DofMassLines<R, S>],
-    estimate: &Estimate<R>,
-) -> Option<NonlinearChannel<R>> {
-    let scales = estimate.learned.map_or_else(Default::default, |learned| learned.scales);
-    let problem = FitProblem::new(layout).with_budget(scales, true);
-    let object = problem.balance.body(&estimate.body);
-    let model = Model::new(layout, &problem.balance, &problem.body_of(&object.phi())?)?;
-    let mut sums = Scores::none();
-    for (index, lines) in dofs.iter().filter(|(_, lines)| lines.trend.squares > R::zero()) {
-        sums.add(&problem, &model, *index, lines)?;
-    }
-    let found = sums.all().map(|(response, sum)| {
-        let information = sum.information * sums.scatter[0] / sums.scatter[1];
-        NonlinearChannel {
-            response,
-            change: sum.score / sum.information * sum.largest,
-            significance: sum.score / information.sqrt(),
+impl<R: Real> Fit<R> {
+    /// Tests all channels, from completed equations, and reports the most significant one.
+    ///
+    /// The reading of a channel is taken as `a F (1 + c a²F²)`; the test is of `c = 0`.
+    ///
+    /// # Errors
+    /// When the model cannot be evaluated.
+    // Not inlined, for the firmware's deepest stack.
+    #[inline(never)]
+    pub(super) fn test_linearity<const S: usize, const H: usize>(
+        &mut self,
+        problem: &FitProblem<'_, R, S, H>,
+        dofs: &[DofMassLines<R, S>],
+        equations: &mut NormalEquations<'_, R>,
+    ) -> Result<(), Diagnostics> {
+        if dofs.iter().all(|(_, lines)| lines.trend.squares <= R::zero()) {
+            return Ok(());
         }
-    });
-    // A comparison with NaN is false.
-    found
-        .filter(|one| one.significance.abs() > R::of(SIGNIFICANT))
-        .reduce(|a, b| if b.significance.abs() > a.significance.abs() { b } else { a })
+        let trends = self.trends(problem, dofs).ok_or_else(undetermined)?;
+        let sensors = problem.layout.sensors.len();
+        let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
+        let unknowns = unknowns.ok_or_else(undetermined)?;
+        let mut scores = ScoresOfResponses::new();
+        Score::of_responses(&unknowns, &mut scores);
+        let scores = scores.as_flattened_mut();
+        self.visit(problem, dofs, equations, &unknowns, |lines, rows, left| {
+            for (response, score) in scores.iter_mut().enumerate() {
+                let a = lines.accelerance[response];
+                score.add_response(rows, (response, a * a * a * lines.trend.mean), left);
+            }
+        })?;
+        let mut worst = (R::zero(), None);
+        let mut judge = |response: Option<usize>, tested: Tested<R>, largest: R| {
+            let usual = response.is_some() && tested.size < R::zero();
+            let limit = if usual { COMPRESSES } else { RARE };
+            let beyond = tested.significance.abs() / R::of(limit);
+            // A comparison with NaN is false.
+            if beyond > worst.0 {
+                worst = (beyond, Some((response, tested.size * largest)));
+            }
+        };
+        let scale = trends.scatter[1] / trends.scatter[0];
+        let responses = || trends.responses.as_flattened().iter();
+        let loudest = responses().fold(R::zero(), |most, trend| most.max(trend.largest));
+        let hammer = &trends.hammer;
+        judge(None, hammer.tested(scale), hammer.largest);
+        for ((response, score), trend) in scores.iter().enumerate().zip(responses()) {
+            if trend.largest < loudest * R::of(LOUD) {
+                continue;
+            }
+            let tested = self.tested(score, &unknowns, equations).and(trend.tested(scale));
+            judge(Some(response), tested, trend.largest);
+        }
+        if let (beyond, Some((response, change))) = worst
+            && beyond > R::one()
+        {
+            let subject = Subject::channel(response.map_or(0, |response| 1 + response));
+            let code = Code::ChannelNotLinear;
+            let found = Diagnostic::about(code, Severity::Warning, subject, change.to_f32());
+            // There are only a handful of diagnostics.
+            let _ = self.diagnostics.push(found);
+        }
+        Ok(())
+    }
+
+    /// The trends of the repeat hits of all DOFs; `None` when the model cannot be evaluated.
+    // Not inlined, for the firmware's deepest stack.
+    #[inline(never)]
+    fn trends<const S: usize, const H: usize>(
+        &self,
+        problem: &FitProblem<'_, R, S, H>,
+        dofs: &[DofMassLines<R, S>],
+    ) -> Option<Trends<R, S>> {
+        let body = problem.body_of(&self.object()?.phi())?;
+        let model = Model::new(problem.layout, &problem.balance, &body)?;
+        let mut trends = Trends::none();
+        for (index, lines) in dofs.iter().filter(|(_, lines)| lines.trend.squares > R::zero()) {
+            trends.add(problem, &model, *index, lines)?;
+        }
+        Some(trends)
+    }
 }
 
-impl<R: Real> Score<R> {
+impl<R: Real> Trend<R> {
     fn none() -> Self {
         Self { score: R::zero(), information: R::zero(), largest: R::zero() }
     }
@@ -94,19 +142,18 @@ impl<R: Real> Score<R> {
         self.information += information;
         self.largest = self.largest.max(largest);
     }
+
+    /// The test of the repeat hits alone.
+    fn tested(&self, scale: R) -> Tested<R> {
+        let significance = self.score * scale / (self.information * scale).sqrt();
+        Tested { size: self.score / self.information, significance }
+    }
 }
 
-impl<R: Real, const S: usize> Scores<R, S> {
+impl<R: Real, const S: usize> Trends<R, S> {
     fn none() -> Self {
-        let (hammer, responses) = (Score::none(), [[Score::none(); 3]; S]);
+        let (hammer, responses) = (Trend::none(), [[Trend::none(); 3]; S]);
         Self { hammer, responses, scatter: [R::zero(); 2] }
-    }
-
-    /// The hammer, then the responses.
-    fn all(&self) -> impl Iterator<Item = (Option<usize>, Score<R>)> + '_ {
-        let responses = self.responses.as_flattened().iter().enumerate();
-        let responses = responses.map(|(response, sum)| (Some(response), *sum));
-        core::iter::once((None, self.hammer)).chain(responses)
     }
 
     /// Adds a hit DOF; `None` when the model cannot be evaluated.

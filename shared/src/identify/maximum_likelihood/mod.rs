@@ -34,13 +34,13 @@ mod nuisances;
 mod parameters;
 mod pulls;
 mod refinement;
+mod score;
 mod shares;
 mod start;
 
 pub use super::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 pub use bound::{Bound, bound, readings_covariance};
 pub use fit::{Fit, Start};
-pub use linearity::{NonlinearChannel, nonlinear_channel};
 pub use nuisances::{HitNuisances, NuisanceEstimates, SensorNuisances};
 
 use super::method::{self, Entry, Observable, Progress};

@@ -219,6 +219,19 @@ impl<'w, R: Real> NormalEquations<'w, R> {
         self.factor(self.nuisances, self.unknowns)
     }
 
+    /// Undoes [`Self::complete`].
+    pub(super) fn restore(&mut self) {
+        let first = self.nuisances;
+        for i in (first..self.unknowns).rev() {
+            let (above, row) = self.packed.split_at_mut(start(i));
+            // The elements beyond j are no longer needed.
+            row[i] = dot(&row[first..=i], &row[first..=i]);
+            for j in (first..i).rev() {
+                row[j] = dot(&row[first..=j], &above[start(j) + first..=start(j) + j]);
+            }
+        }
+    }
+
     /// After [`Self::eliminate`]: the nuisance parameters in standard deviations, for the present ten
     /// properties.
     pub(super) fn nuisances(&mut self) -> &[R] {
