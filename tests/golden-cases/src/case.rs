@@ -160,6 +160,11 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
 
     /// Compares numbers, row-major, with `expected.{path}`; does nothing without a rule for it.
     pub fn numbers(&mut self, path: &str, got: &[R]) {
+        self.numbers_within(path, got, 1.0);
+    }
+
+    /// As [`Check::numbers`], with this many times the tolerance of the file.
+    pub fn numbers_within(&mut self, path: &str, got: &[R], slack: f64) {
         let Some((index, rule)) = self.case.rule(path) else {
             return;
         };
@@ -170,7 +175,7 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
         if expected.values.len() != got.len() || got.is_empty() {
             return self.fail(path);
         }
-        let worst = compare(expected, rule, got);
+        let worst = compare(expected, rule, got) / slack;
         (self.report)(self.case.id, path, worst <= 1.0, worst);
     }
 
