@@ -90,6 +90,19 @@ pub enum RecordingError {
         /// The decimal sign that is expected.
         decimal: &'static str,
     },
+    /// Commas as decimal sign and as separator.
+    #[error(
+        "line {line}, column {column}: \"{text}\" looks like the decimals of a number: the comma cannot both \
+         separate columns and be the decimal sign; export with semicolons, tabs or decimal points"
+    )]
+    CommaTwice {
+        /// The line, from 1.
+        line: usize,
+        /// The column, from 1.
+        column: usize,
+        /// The text of the field.
+        text: String,
+    },
     /// NaN, infinity, or a value that no measurement can have.
     #[error(
         "{place}, channel {channel}: the value is {value}; cut the recording where the signal is \

@@ -31,6 +31,15 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
         if fields.len() != columns {
             return Err(RecordingError::Ragged { line, found: fields.len(), wanted: columns });
         }
+        let halved = names.len() * 2 == columns && !text.contains('.');
+        let decimals = |(k, field): (usize, &String)| is_decimals(field) || (halved && k % 2 == 1);
+        if separator == ','
+            && let Some(column) = fields.iter().enumerate().position(decimals)
+        {
+            let text =
+                fields.get(column).map_or_else(String::new, |f| f.chars().take(40).collect());
+            return Err(RecordingError::CommaTwice { line, column: column + 1, text });
+        }
         for (column, field) in fields.iter().enumerate() {
             rows.push(decimal.value(field, line, column)?);
         }
@@ -50,6 +59,14 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
 fn is_text(field: &str) -> bool {
     let begins = field.chars().next().is_some_and(|c| c.is_alphabetic() || c == '#' || c == '[');
     begins && field.parse::<f64>().is_err()
+}
+
+/// True for digits that no whole number begins with: a zero and another digit.
+fn is_decimals(field: &str) -> bool {
+    let mut characters = field.chars();
+    characters.next() == Some('0')
+        && characters.next().is_some_and(|c| c.is_ascii_digit())
+        && characters.all(|c| c.is_ascii_digit())
 }
 
 /// Separator and decimal sign of a line of numbers.

@@ -20,7 +20,7 @@ pub struct StatedUnit {
 impl Recording {
     /// The recording with its force in N and its other channels in m/s². A channel whose unit neither the file
     /// nor `stated` gives is taken to be in these units; where both give one, `stated` holds. Returns also a
-    /// note for each unit of the file that is not used.
+    /// note for each unit of the file that is not used, and one that names the channels without a unit.
     ///
     /// # Errors
     /// When a unit is not that of a force or of an acceleration, or `stated` names a column that does not exist.
@@ -32,6 +32,7 @@ impl Recording {
         }
         let mut notes = Vec::new();
         let mut factors = Vec::new();
+        let mut silent = Vec::new();
         for (k, (channel, unit)) in self.channels.iter().zip(units).enumerate() {
             if let Some(unit) = unit
                 && !channel.unit.is_empty()
@@ -43,8 +44,12 @@ impl Recording {
                     channel.unit
                 ));
             }
+            if unit.is_none() && channel.unit.trim().is_empty() {
+                silent.push(k);
+            }
             factors.push(factor(k, channel, unit.unwrap_or(&channel.unit), k == force)?);
         }
+        notes.extend(self.unstated(force, &silent));
         for segment in &mut self.segments {
             for (samples, factor) in segment.0.iter_mut().zip(&factors) {
                 samples.iter_mut().for_each(|sample| *sample *= factor);
@@ -54,6 +59,21 @@ impl Recording {
             channel.unit = if k == force { "N" } else { "m/s²" }.to_owned();
         }
         Ok((self, notes))
+    }
+
+    /// Says which channels have no unit, and what is taken instead.
+    fn unstated(&self, force: usize, silent: &[usize]) -> Option<String> {
+        let example = column(*silent.last()?, self.channels.get(*silent.last()?)?);
+        let taken = |&k: &usize| {
+            let name = called(k, self.channels.get(k)?);
+            Some(format!("{name} is taken to be in {}", if k == force { "N" } else { "m/s²" }))
+        };
+        let taken: Vec<_> = silent.iter().filter_map(taken).collect();
+        let unit = if silent.last() == Some(&force) { "lbf" } else { "g" };
+        Some(format!(
+            "no unit is stated: {}; state another with --unit, for example --unit \"{example}={unit}\"",
+            taken.join(", ")
+        ))
     }
 
     /// The channel with this name or this number, from 1.
@@ -162,7 +182,13 @@ mod tests {
         let found = samples(["N", "", "m/s²"], &[stated("2", "g"), stated("Z", "cm/s²")]);
         assert_eq!(found, [2.0, 3.0 * STANDARD_GRAVITY, 0.04]);
         let (_, notes) = recording(["N", "", "m/s²"]).in_si(0, &[stated("z", "g")]).unwrap();
-        assert_eq!(notes, ["channel 3 \"z\": the file states m/s², using g from --unit"]);
+        let unused = "channel 3 \"z\": the file states m/s², using g from --unit";
+        let silent = "no unit is stated: channel 2 is taken to be in m/s²; state another with --unit, for \
+                      example --unit \"2=g\"";
+        assert_eq!(notes, [unused, silent]);
+        let (_, notes) = recording(["", "g", ""]).in_si(0, &[]).unwrap();
+        assert!(notes[0].contains("\"Hammer\" is taken to be in N, channel 3 \"z\""), "{notes:?}");
+        assert!(recording(["N", "g", "g"]).in_si(0, &[]).unwrap().1.is_empty());
     }
 
     #[test]

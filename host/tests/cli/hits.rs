@@ -167,6 +167,10 @@ fn whatever_is_no_recording_is_named() {
     };
     let ragged = rows("1.0;2.0\n") + "3.0\n";
     let wrong_decimal = lvm.replacen("-0.158373", "-0,158373", 1);
+    let point_in_a_row: String = (1..)
+        .zip(triggered_record().lines())
+        .map(|(n, line)| if n == 14 { line.replace(',', ".") } else { line.to_owned() } + "\n")
+        .collect();
     let infinite = rows("1.0;2.0\n") + "1e999;2.0\n";
     let absurd = rows("1.0;2.0\n") + "1e300;2.0\n";
     let not_a_number = rows("1.0;2.0\n") + "NaN;2.0\n";
@@ -211,6 +215,34 @@ fn whatever_is_no_recording_is_named() {
             &[],
             "recording_malformed",
             &["line 24", "-0,158373", "decimal point"],
+        ),
+        bad(
+            "both.lvm",
+            point_in_a_row.as_bytes(),
+            &[],
+            "recording_malformed",
+            &["line 14, column 2", "decimal comma"],
+        ),
+        bad(
+            "thousands.csv",
+            (rows("1,5;2,5\n") + "1.234,5;2,5\n").as_bytes(),
+            rate,
+            "recording_malformed",
+            &["line 102, column 1", "1.234,5", "decimal comma"],
+        ),
+        bad(
+            "commas.csv",
+            b"Force,Acc\n1,5,2,25\n",
+            rate,
+            "recording_malformed",
+            &["line 2, column 2", "\"5\"", "semicolons"],
+        ),
+        bad(
+            "nameless_commas.csv",
+            "1,5,2,0625\n".repeat(100).as_bytes(),
+            rate,
+            "recording_malformed",
+            &["line 1, column 4", "\"0625\""],
         ),
         bad("cut.lvm", &lvm.as_bytes()[..90_000], &[], "recording_truncated", &["2048 samples"]),
         bad("header.lvm", &lvm.as_bytes()[..100], &[], "recording_truncated", &["End_of_Header"]),
@@ -398,6 +430,33 @@ fn units_of_the_file_and_of_the_command_line_are_converted_or_refused() {
     close(peaks(&[&file("g.csv", "lbf", "g")]), [88.964_432_3, 98.0665]);
     let volts = file("volts.csv", "N", "V");
     close(peaks(&[&volts, "--unit", "z=mm/s^2"]), [20.0, 0.01]);
+    // The first channel in one unit of acceleration, the second in none.
+    let mixed = lines("N", "g").replacen("z [g]", "y [g];z [mm]", 1);
+    let mixed: String = mixed
+        .lines()
+        .map(|line| {
+            let last = line.rsplit(';').next().unwrap();
+            if line.contains('[') { format!("{line}\n") } else { format!("{line};{last}\n") }
+        })
+        .collect();
+    let path = folder.path().join("mixed.csv");
+    std::fs::write(&path, mixed).unwrap();
+    let (exit, value, _) = run(&[&path.display().to_string(), "--rate-hz", "4000"]);
+    let message = value["error"]["message"].as_str().unwrap();
+    assert_eq!(exit, 2);
+    assert!(message.contains("channel 3 \"z\": \"mm\"") && message.contains("--unit"), "{message}");
+    // A file that states none is graded, with a warning that names what is taken.
+    let silent = file("silent.csv", "", "");
+    let (exit, value, stderr) = run(&[&silent, "--rate-hz", "4000"]);
+    assert_eq!(exit, 0, "{stderr}");
+    for words in [
+        "no unit is stated",
+        "\"Hammer\" is taken to be in N",
+        "\"z\" is taken to be in m/s²",
+        "z=g",
+    ] {
+        assert!(value["notes"][0].as_str().unwrap().contains(words), "{value}");
+    }
     let (exit, value, _) = run(&[&volts, "--rate-hz", "4000"]);
     assert_eq!((exit, &value["error"]["code"]), (2, &"recording_unknown_unit".into()), "{value}");
     let message = value["error"]["message"].as_str().unwrap();
