@@ -71,8 +71,8 @@ const ALL: &[Disturbance] = &[
         name: "one channel compressing (1z)",
         change: |b| fault(b, "compress:1z"),
         // Only test 1 excites this channel enough.
-        warned: [0.45, 1.0],
-        named: Some(("channel_not_linear", 0.45)),
+        warned: [0.48, 1.0],
+        named: Some(("channel_not_linear", 0.48)),
         shift: UNLIMITED,
     },
     Disturbance {

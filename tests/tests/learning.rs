@@ -6,15 +6,13 @@
 
 use massline::commands::bench_test::nominal_calibration;
 use massline::interrupt::Interrupt;
-use massline::monte_carlo::measurement::TestLayout;
 use massline::monte_carlo::statistics::MethodStatistics;
-use massline::monte_carlo::{MonteCarlo, Run, apply_bench_budget};
-use massline_shared::diagnosis::Diagnostics;
-use massline_shared::identify::maximum_likelihood::{ErrorBudget, RIG_WORKSPACE, Start, solve};
-use massline_shared::identify::{Estimate, Method};
+use massline::monte_carlo::{MonteCarlo, apply_bench_budget};
+use massline_shared::identify::Method;
 use massline_shared::layout::{HitUncertainty, SensorUncertainty};
 use massline_tests::campaign::{THREE_BAR_TESTS, steady_hand, with_calibrated_hammer};
 use massline_tests::long;
+use massline_tests::pooled::{Pooled, pooled, solved_again};
 use massline_virtual::bench::Bench;
 
 /// Chosen before the first run.
@@ -47,46 +45,6 @@ fn bench(errors: Option<Errors>) -> Bench {
         bench.sensor.cross_axis_sigma = sensor.cross_axis * sensors;
     }
     bench
-}
-
-/// Pooled over tests and properties.
-#[derive(Clone, Copy, Debug)]
-struct Pooled {
-    /// Share of the 95 % intervals that hold the truth.
-    coverage: f64,
-    /// Geometric mean of the root mean square error over the bound.
-    error: f64,
-    /// Geometric mean of the mean width of the intervals over that which the bound permits.
-    width: f64,
-}
-
-fn pooled(of_tests: &[MethodStatistics]) -> Pooled {
-    let count = of_tests.len() as f64;
-    let mean = |of: fn(&MethodStatistics) -> Option<f64>| {
-        of_tests.iter().map(|test| of(test).expect("has answers")).sum::<f64>() / count
-    };
-    Pooled {
-        coverage: mean(MethodStatistics::pooled_coverage95),
-        error: mean(|test| test.geometric_mean_ratio().map(f64::ln)).exp(),
-        width: mean(|test| test.geometric_mean_width().map(f64::ln)).exp(),
-    }
-}
-
-/// The answers of maximum likelihood to the mass lines of the runs under another layout, with its budget as
-/// stated.
-fn solved_again(
-    runs: &[Run],
-    layout: &TestLayout,
-) -> Vec<Result<Estimate<f64>, Option<Diagnostics>>> {
-    let mut memory = [0.0; RIG_WORKSPACE];
-    let measured = runs.iter().map(|run| run.as_ref().expect("has mass lines"));
-    measured
-        .map(|run| {
-            let start = Start::InertiaRestraint;
-            let found = solve(layout, &run.dofs, start, ErrorBudget::Stated, &mut memory);
-            found.map(|found| found.estimate).map_err(Some)
-        })
-        .collect()
 }
 
 /// The true budget stated, the default budget stated, and the default budget as the start of learning.

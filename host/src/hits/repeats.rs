@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn two_bad_hits_of_five_do_not_hide_behind_each_other() {
-        for bad in [[0.5, 0.5], [0.5, -0.5], [0.9, 0.3]] {
+        for bad in [[0.5, 0.5], [0.5, -0.5], [0.9, 0.4]] {
             let repeats = with(&[bad[0], 0.0, 0.02, bad[1], 0.01]);
             assert_eq!(agreeing(&repeats), [1, 2, 4], "{bad:?}");
         }
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn of_two_that_disagree_both_are_named_and_one_alone_is_not() {
-        let repeats = with(&[0.0, 1.0]);
+        let repeats = with(&[0.0, 1.5]);
         for hit in [0, 1] {
             let standing = repeats.beside_the_others(hit).standing();
             assert!(matches!(standing, HitAgreement::Inconsistent(_)), "{standing:?}");

@@ -29,13 +29,16 @@ pub struct MassLines<R, const S: usize> {
     pub band_shift: Responses<R, S>,
 }
 
-/// Sums over the repeat hits of one DOF about their means: the regression of the accelerances on the squared peak
-/// force. Those of a linear chain do not depend on the force.
+/// Sums over the repeat hits of one DOF about their means: the regression of the accelerances on the squared force.
+/// Those of a linear chain do not depend on the force.
+///
+/// What counts as the force of a hit is what its loudest response shows: elastic modes that a short contact excites
+/// make that response larger during the contact than the force alone would.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceTrend<R, const S: usize> {
-    /// Mean squared peak force, N².
+    /// Mean squared force, N².
     pub mean: R,
-    /// Sum of the squared deviations of the squared peak force, N⁴; zero when unknown.
+    /// Sum of the squared deviations of the squared force, N⁴; zero when unknown.
     pub squares: R,
     /// Sum of the products of both deviations for every response, (m/s²) N.
     pub products: Responses<R, S>,
@@ -136,7 +139,7 @@ impl<R: Real, const S: usize> MassLines<R, S> {
 /// # use massline_shared::responses::Responses;
 /// let mut hits = ScatterAccumulator::<f64, 1>::new();
 /// for x in [0.9, 1.0, 1.1] {
-///     hits.add(&Responses::from([[x, 2.0 * x, 0.0]]), 20.0);
+///     hits.add(&Responses::from([[x, 2.0 * x, 0.0]]), Some(400.0));
 /// }
 /// let lines = hits.mass_lines();
 /// assert!((lines.accelerance[1] - 2.0).abs() < 1e-12);
@@ -164,16 +167,17 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
         }
     }
 
-    /// Adds the mass lines of one hit of this peak force, N; hits of unknown force, 0, show no trend.
-    pub fn add(&mut self, accelerance: &Responses<R, S>, peak_force: R) {
+    /// Adds the mass lines of one hit of this squared force, N²; a hit of unknown force shows no trend.
+    pub fn add(&mut self, accelerance: &Responses<R, S>, squared_force: Option<R>) {
         self.hits = self.hits.saturating_add(1);
         let share = R::of(f64::from(self.hits)).recip();
         let before = accelerance - self.mean;
         self.mean += before * share;
         let after = accelerance - self.mean;
-        let stronger = peak_force * peak_force - self.trend.mean;
+        let stronger = squared_force.map_or_else(R::zero, |squared| squared - self.trend.mean);
         self.trend.mean += stronger * share;
-        self.trend.squares += stronger * (peak_force * peak_force - self.trend.mean);
+        // After this hit the mean lies `stronger * share` higher.
+        self.trend.squares += stronger * (stronger - stronger * share);
         self.trend.products += after * stronger;
         for j in 0..3 * S {
             for i in j..3 * S {
@@ -301,7 +305,7 @@ mod tests {
         ) {
             let mut sums = ScatterAccumulator::<f64, 2>::new();
             for hit in &hits {
-                sums.add(&responses(hit), 20.0);
+                sums.add(&responses(hit), Some(400.0));
             }
             let n = hits.len() as f64;
             let mean = hits.iter().map(responses).sum::<Responses<f64, 2>>() / n;
@@ -348,7 +352,7 @@ mod tests {
     fn readings_keep_their_place_in_more_room_and_in_less() {
         let mut sums = ScatterAccumulator::<f64, 2>::new();
         for k in 0..3 {
-            sums.add(&Responses::from_fn(|axis, i| ((3 * i + axis) * k) as f64), 20.0);
+            sums.add(&Responses::from_fn(|axis, i| ((3 * i + axis) * k) as f64), Some(400.0));
         }
         let lines = sums.mass_lines().with_noise(Responses::repeat(0.5));
         let wide = lines.resized::<4>();
@@ -362,8 +366,8 @@ mod tests {
     #[test]
     fn the_scatter_is_a_sum_of_squares() {
         let mut sums = ScatterAccumulator::<f64, 1>::new();
-        sums.add(&Responses::from([[3.0, 3.9, 0.0]]), 20.0);
-        sums.add(&Responses::from([[3.0, 4.1, 0.0]]), 20.0);
+        sums.add(&Responses::from([[3.0, 3.9, 0.0]]), Some(400.0));
+        sums.add(&Responses::from([[3.0, 4.1, 0.0]]), Some(400.0));
         // Two hits, each 0.1 from their mean.
         assert!((sums.scatter_squared() - 0.02).abs() < 1e-15);
     }
@@ -372,7 +376,10 @@ mod tests {
     fn the_trend_is_the_regression_on_the_squared_force() {
         let mut sums = ScatterAccumulator::<f64, 1>::new();
         for force in [14.0_f64, 17.0, 18.0, 22.0] {
-            sums.add(&Responses::from([[0.8, 0.9 - 1e-4 * force * force, 0.0]]), force);
+            sums.add(
+                &Responses::from([[0.8, 0.9 - 1e-4 * force * force, 0.0]]),
+                Some(force * force),
+            );
         }
         let ForceTrend { mean, squares, products } = sums.trend();
         // Rounding only.
@@ -383,7 +390,7 @@ mod tests {
     #[test]
     fn one_hit_has_no_scatter() {
         let mut sums = ScatterAccumulator::<f32, 1>::default();
-        sums.add(&Responses::from([[1.0, 2.0, 3.0]]), 20.0);
+        sums.add(&Responses::from([[1.0, 2.0, 3.0]]), Some(400.0));
         assert_eq!(sums.mass_lines().scatter, ResponseSquare::zeros());
         assert_eq!(*sums.mean(), Responses::from([[1.0, 2.0, 3.0]]));
     }

@@ -143,6 +143,25 @@ impl<R: RealFft> HitAverager<R> {
         (!self.incomplete).then_some(single)
     }
 
+    /// The squared force of this hit with the mass lines `single`, N², as the loudest response of its repeat hits shows
+    /// it: the squared reading of that response over its squared accelerance. `None` when it is not finite or not
+    /// positive.
+    pub fn squared_force<D: Samples<R> + ?Sized>(
+        &self,
+        record: &D,
+        single: &Responses<R, RIG_SENSORS>,
+        repeats: &ScatterAccumulator<R, RIG_SENSORS>,
+    ) -> Option<R> {
+        let size = |response: usize| {
+            if repeats.hits() > 0 { repeats.mean()[response] } else { single[response] }.abs()
+        };
+        let all = 0..single.len();
+        let loudest = all.reduce(|most, next| if size(next) > size(most) { next } else { most })?;
+        let squared = self.analysis.squared_reading(record, loudest);
+        let force = squared / (single[loudest] * single[loudest]);
+        (force.finite() && force > R::zero()).then_some(force)
+    }
+
     /// Removes a response from the spectra. It is transformed again, as its spectrum is not stored.
     /// [`Spectra::remove_force`] removes the force.
     ///
@@ -176,13 +195,14 @@ pub fn known_scatter<R: RealFft>(measured: &[DofMassLines<R, RIG_SENSORS>]) -> K
     known
 }
 
-/// Compares a hit of this peak force, N, with its repeat hits by their own mass lines, given the scatter of the hits
-/// `elsewhere`, and adds it to them unless it disagrees and `verdict` is to reject such hits. The caller then has to remove an [`HitAgreement::Outlier`] from the spectra,
-/// and to start the DOF again after [`HitAgreement::Inconsistent`].
+/// Compares a hit of this squared force, N², with its repeat hits by their own mass lines, given the scatter of the
+/// hits `elsewhere`, and adds it to them unless it disagrees and `verdict` is to reject such hits. The caller then has
+/// to remove an [`HitAgreement::Outlier`] from the spectra, and to start the DOF again after
+/// [`HitAgreement::Inconsistent`].
 pub fn join<R: RealFft>(
     repeats: &mut ScatterAccumulator<R, RIG_SENSORS>,
     single: &Responses<R, RIG_SENSORS>,
-    peak_force: R,
+    squared_force: Option<R>,
     elsewhere: KnownScatter<R>,
     verdict: Verdict,
 ) -> HitAgreement<R> {
@@ -196,7 +216,7 @@ pub fn join<R: RealFft>(
     };
     let standing = hit.standing();
     if standing == HitAgreement::Agrees || verdict != Verdict::Reject {
-        repeats.add(single, peak_force);
+        repeats.add(single, squared_force);
     }
     standing
 }

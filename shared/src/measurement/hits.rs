@@ -265,8 +265,8 @@ impl<R: RealFft> Measurement<'_, R> {
             Some(own) => {
                 let elsewhere = averaging::known_scatter(&self.memory.mass_lines);
                 let others = self.memory.single_hits.get_or_insert_default();
-                let peak = self.last_hit.as_ref().map_or(0.0, |hit| hit.peak_force);
-                averaging::join(others, &own, R::of(f64::from(peak)), elsewhere, verdict)
+                let force = hit.squared_force(&self.memory.record, &own, others);
+                averaging::join(others, &own, force, elsewhere, verdict)
             }
         };
         match standing {

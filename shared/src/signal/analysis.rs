@@ -6,6 +6,7 @@ use nalgebra::Complex;
 
 use super::chain::HAMMER;
 use super::grade::rest_scans;
+use super::hit_noise::mean_cube;
 use super::spectra::ratio;
 use super::{
     AdcProperties, CHANNELS, Calibration, FftError, HitNoise, Hum, HumSearch, RealFft, Samples,
@@ -196,6 +197,15 @@ impl<R: RealFft> HitAnalysis<R> {
         let scale = self.scale.get(..=responses).unwrap_or(&self.scale);
         // The force passes its window on either side of its peak, which follows the trigger.
         HitNoise::of(record, scale, self.rest, self.half_width + self.half_width)
+    }
+
+    /// Squared reading of a response (the first is 0) during the contact, (m/s²)², weighted with the reading itself:
+    /// what a channel that compresses is wrong by in proportion.
+    pub fn squared_reading<D: Samples<R> + ?Sized>(&self, record: &D, response: usize) -> R {
+        let channel = response.saturating_add(1);
+        let scale = self.scale.get(channel).copied().unwrap_or_else(R::zero);
+        let contact = self.half_width + self.half_width;
+        mean_cube(record, channel, self.rest, contact) * scale * scale
     }
 
     /// Variance of the real and of the imaginary part of each bin for readings with a variance of one,

@@ -28,7 +28,7 @@ impl<R: Real> HitNoise<R> {
         for (channel, scale) in scale.iter().enumerate() {
             let before = || record.readings(channel, 0).take(rest);
             let count = R::of(rest.max(1) as f64);
-            let mean = before().fold(R::zero(), |sum, reading| sum + reading) / count;
+            let mean = rest_value(record, channel, rest);
             let squares = |readings: &mut dyn Iterator<Item = R>| {
                 let from_rest = |reading: R| (reading - mean) * *scale;
                 readings
@@ -45,4 +45,24 @@ impl<R: Real> HitNoise<R> {
         sum.accelerance_squared /= force;
         sum
     }
+}
+
+/// Mean squared reading of a channel over `contact` scans after the first `rest`, weighted with the reading itself:
+/// `Σ r³ / Σ r`, with `r` from the rest value. A channel that reads `r (1 + c r²)` is wrong by `c` times this.
+pub(super) fn mean_cube<R: Real, D: Samples<R> + ?Sized>(
+    record: &D,
+    channel: usize,
+    rest: usize,
+    contact: usize,
+) -> R {
+    let mean = rest_value(record, channel, rest);
+    let readings = record.readings(channel, rest).take(contact).map(|reading| reading - mean);
+    let sums = readings.fold([R::zero(); 2], |[cubes, sum], r| [cubes + r * r * r, sum + r]);
+    sums[0] / sums[1]
+}
+
+/// Mean of the first `rest` readings.
+fn rest_value<R: Real, D: Samples<R> + ?Sized>(record: &D, channel: usize, rest: usize) -> R {
+    let before = record.readings(channel, 0).take(rest);
+    before.fold(R::zero(), |sum, reading| sum + reading) / R::of(rest.max(1) as f64)
 }

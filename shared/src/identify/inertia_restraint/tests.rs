@@ -176,7 +176,7 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
         .map(|j| {
             let mut sums = ScatterAccumulator::new();
             for _ in 0..4000 {
-                sums.add(&hit(j), 0.0);
+                sums.add(&hit(j), None);
             }
             let scatter = sums.covariance();
             (j, MassLines { scatter, hits: 4, ..clean[j].1.clone() })
@@ -197,7 +197,7 @@ fn covariance_of_many_campaigns(settings: InertiaRestraintSettings<f64>) {
         // The ten properties, stored in the twelve elements of the matrix.
         let stored =
             Responses::from_fn(|axis, i| theta.get(3 * i + axis).copied().unwrap_or_default());
-        campaigns.add(&stored, 0.0);
+        campaigns.add(&stored, None);
     }
     let sigma = estimate.sigma().unwrap();
     let scattered = campaigns.covariance();

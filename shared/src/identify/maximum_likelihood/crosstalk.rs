@@ -29,16 +29,52 @@ const STRIDES: [usize; 2] = [1, 2];
 /// sheet. Another hammer changes the size that is found, not the probability of a false one.
 const HAMMER: f64 = 3.87;
 
+/// A response that seems to contain the hammer, with the constant, (m/s²)/N.
+pub(super) type Suspected<R> = (usize, Tested<R>);
+
 impl<R: Real> Fit<R> {
-    /// Tests for a memory of the multiplexer and every response, from completed equations, and reports the most
-    /// significant finding.
+    /// Tests every response for the hammer, from completed equations; returns the most significant one.
     ///
     /// # Errors
     /// When the model cannot be evaluated.
     // Not inlined, for the firmware's deepest stack.
     #[inline(never)]
-    pub(super) fn test_crosstalk<const S: usize, const H: usize>(
+    pub(super) fn test_responses<const S: usize, const H: usize>(
         &mut self,
+        problem: &FitProblem<'_, R, S, H>,
+        dofs: &[DofMassLines<R, S>],
+        equations: &mut NormalEquations<'_, R>,
+    ) -> Result<Option<Suspected<R>>, Diagnostics> {
+        let sensors = problem.layout.sensors.len();
+        let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
+        let unknowns = unknowns.ok_or_else(undetermined)?;
+        let mut scores = ScoresOfResponses::new();
+        Score::of_responses(&unknowns, &mut scores);
+        let scores = scores.as_flattened_mut();
+        self.visit(problem, dofs, equations, &unknowns, |_, rows, left| {
+            for (response, score) in scores.iter_mut().enumerate() {
+                score.add_response(rows, (response, R::one()), left);
+            }
+        })?;
+        let tested = scores.iter().map(|score| self.tested(score, &unknowns, equations));
+        // A comparison with NaN is false.
+        let beyond = |one: &Suspected<R>| one.1.significance.abs() > R::of(SIGNIFICANT);
+        let more = |a: Suspected<R>, b: Suspected<R>| {
+            if b.1.significance.abs() > a.1.significance.abs() { b } else { a }
+        };
+        Ok(tested.enumerate().filter(beyond).reduce(more))
+    }
+
+    /// Tests for a memory of the multiplexer, and reports it or, if that is more significant, what is suspected of a
+    /// single response.
+    ///
+    /// # Errors
+    /// When the model cannot be evaluated.
+    // Not inlined, for the firmware's deepest stack.
+    #[inline(never)]
+    pub(super) fn test_memory<const S: usize, const H: usize>(
+        &mut self,
+        suspected: Option<Suspected<R>>,
         problem: &FitProblem<'_, R, S, H>,
         dofs: &[DofMassLines<R, S>],
         equations: &mut NormalEquations<'_, R>,
@@ -46,38 +82,27 @@ impl<R: Real> Fit<R> {
         let sensors = problem.layout.sensors.len();
         let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
         let unknowns = unknowns.ok_or_else(undetermined)?;
-        let mut constants = ScoresOfResponses::new();
-        Score::of_responses(&unknowns, &mut constants);
-        let mut memories = STRIDES.map(|_| Score::none(&unknowns));
-        let constants = constants.as_flattened_mut();
+        let mut scores = STRIDES.map(|_| Score::none(&unknowns));
         self.visit(problem, dofs, equations, &unknowns, |lines, rows, left| {
-            for (response, score) in constants.iter_mut().enumerate() {
-                score.add_response(rows, (response, R::one()), left);
-            }
-            for (score, stride) in memories.iter_mut().zip(STRIDES) {
+            for (score, stride) in scores.iter_mut().zip(STRIDES) {
                 score.add(rows, &channels_before(&lines.accelerance, 3 * sensors, stride), left);
             }
         })?;
+        let limit = suspected.map_or(R::zero(), |(_, one)| one.significance.abs());
+        let limit = limit.max(R::of(SIGNIFICANT_MEMORY));
+        let tested = scores.iter().map(|score| self.tested(score, &unknowns, equations));
         // A comparison with NaN is false.
-        let more = |a: Tested<R>, b: Tested<R>| if b.significance > a.significance { b } else { a };
-        let memories = memories.iter().map(|score| self.tested(score, &unknowns, equations));
-        let memory = memories.reduce(more).filter(|m| m.significance > R::of(SIGNIFICANT_MEMORY));
-        let mut largest = (R::of(SIGNIFICANT), None);
-        for (response, score) in constants.iter().enumerate() {
-            let tested = self.tested(score, &unknowns, equations);
-            if tested.significance.abs() > largest.0 {
-                largest = (tested.significance.abs(), Some((response, tested.size)));
-            }
-        }
-        let (constant, in_response) = largest;
-        let memory = memory.filter(|m| in_response.is_none() || m.significance > constant);
+        let memory = tested
+            .filter(|one| one.significance > limit)
+            .reduce(|a, b| if b.significance > a.significance { b } else { a });
         if let Some(memory) = memory {
             self.push_diagnostic(Code::MultiplexerKeepsVoltage, Severity::Warning, memory.size);
-        } else if let Some((response, value)) = in_response {
+        } else if let Some((response, constant)) = suspected {
             let (code, subject) = (Code::HammerInResponse, Subject::channel(1 + response));
-            let found = Diagnostic::about(code, Severity::Warning, subject, value.to_f32());
+            let value = constant.size.to_f32();
             // There are only a handful of diagnostics.
-            let _ = self.diagnostics.push(found);
+            let _ =
+                self.diagnostics.push(Diagnostic::about(code, Severity::Warning, subject, value));
         }
         Ok(())
     }

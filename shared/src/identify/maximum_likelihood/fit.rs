@@ -1,6 +1,7 @@
 //! The fit, step by step: Levenberg-Marquardt over phi, or over log-Cholesky parameters where only physical
 //! bodies are admitted.
 
+use super::crosstalk::Suspected;
 use super::fit_problem::FitProblem;
 use super::intervals::Shares;
 use super::normal_equations::NormalEquations;
@@ -118,8 +119,10 @@ pub(super) enum Stage<R> {
     BandShift,
     /// Looks for channels that are not proportional to the force.
     Linearity,
-    /// Looks for what channels contain of one another.
+    /// Looks for the hammer's signal in each response.
     Crosstalk,
+    /// Looks for a memory of the multiplexer, which may explain what a response contains.
+    Memory(Option<Suspected<R>>),
     /// Evaluates the model for the last time.
     Settled,
     /// Checks the body and the consistency of the data.
@@ -273,7 +276,11 @@ impl<R: Real> Fit<R> {
                 self.stage = Stage::Crosstalk;
             }
             Stage::Crosstalk => {
-                self.test_crosstalk(&problem, dofs, &mut equations)?;
+                let suspected = self.test_responses(&problem, dofs, &mut equations)?;
+                self.stage = Stage::Memory(suspected);
+            }
+            Stage::Memory(suspected) => {
+                self.test_memory(suspected, &problem, dofs, &mut equations)?;
                 equations.restore();
                 self.stage = Stage::Final;
                 self.hold_to_consistency();

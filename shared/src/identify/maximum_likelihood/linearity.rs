@@ -19,13 +19,13 @@ use crate::identify::{DofMassLines, MassLines};
 use crate::responses::ResponseSquare;
 
 /// A response that reads too little with increasing force is suspected beyond this number of standard deviations.
-/// About three responses are loud enough to be tested, so chance exceeds it in one of two hundred tests.
-const COMPRESSES: f64 = 2.9;
+/// About two are loud enough to be tested, so chance exceeds it in one of two hundred tests.
+const COMPRESSES: f64 = 2.7;
 /// The same for a response that reads too much, which is rarer, and for the hammer: one of five thousand tests.
 const RARE: f64 = 4.0;
-/// Only responses whose largest squared reading is at least this part of the loudest one's are tested: the
-/// others compress less than half as much.
-const LOUD: f64 = 0.4;
+/// Only responses whose largest squared reading is at least this part of the loudest one's are tested: the others
+/// compress less than half as much.
+const LOUD: f64 = 0.5;
 /// Pulses of different length excite elastic modes differently, which changes accelerances by this part of the
 /// largest.
 const ELASTIC: f64 = 2e-3;
@@ -36,7 +36,7 @@ const ELASTIC: f64 = 2e-3;
 struct Trend<R> {
     score: R,
     information: R,
-    /// Largest squared reading at the mean force of a DOF, (m/s²)² or N².
+    /// Largest squared reading at the mean squared force of a DOF, (m/s²)² or N².
     largest: R,
 }
 
@@ -79,10 +79,14 @@ impl<R: Real> Fit<R> {
                 score.add_response(rows, (response, a * a * a * lines.trend.mean), left);
             }
         })?;
+        let responses = || trends.responses.as_flattened().iter();
+        let loudest = responses().fold(R::zero(), |most, trend| most.max(trend.largest));
         let mut worst = (R::zero(), None);
         let mut judge = |response: Option<usize>, tested: Tested<R>, largest: R| {
-            let usual = response.is_some() && tested.size < R::zero();
-            let limit = if usual { COMPRESSES } else { RARE };
+            let limit = match response {
+                Some(_) if tested.size < R::zero() => COMPRESSES,
+                _ => RARE,
+            };
             let beyond = tested.significance.abs() / R::of(limit);
             // A comparison with NaN is false.
             if beyond > worst.0 {
@@ -90,8 +94,6 @@ impl<R: Real> Fit<R> {
             }
         };
         let scale = trends.scatter[1] / trends.scatter[0];
-        let responses = || trends.responses.as_flattened().iter();
-        let loudest = responses().fold(R::zero(), |most, trend| most.max(trend.largest));
         let hammer = &trends.hammer;
         judge(None, hammer.tested(scale), hammer.largest);
         for ((response, score), trend) in scores.iter().enumerate().zip(responses()) {

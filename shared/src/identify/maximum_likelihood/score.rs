@@ -24,7 +24,7 @@ pub(super) struct Score<R, const S: usize> {
 }
 
 /// The outcome of a score test.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Tested<R> {
     /// Size of the change.
     pub(super) size: R,
@@ -107,6 +107,8 @@ impl<R: Real> Fit<R> {
     ///
     /// # Errors
     /// When the model cannot be evaluated.
+    // Not inlined, for the firmware's deepest stack.
+    #[inline(never)]
     pub(super) fn visit<const S: usize, const H: usize>(
         &self,
         problem: &FitProblem<'_, R, S, H>,
@@ -130,6 +132,8 @@ impl<R: Real> Fit<R> {
     }
 
     /// Size and significance of a change, from completed equations.
+    // Not inlined, for the firmware's deepest stack.
+    #[inline(never)]
     pub(super) fn tested<const S: usize>(
         &self,
         score: &Score<R, S>,

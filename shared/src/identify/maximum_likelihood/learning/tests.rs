@@ -99,7 +99,7 @@ pub(in super::super) fn drawn_through(
             }
             let force = normal.between(14.0, 22.0);
             chain(&mut reading, force);
-            hits.add(&reading, force);
+            hits.add(&reading, Some(force * force));
         }
         let noise = Responses::repeat(NOISE / f64::from(HITS).sqrt());
         dofs.push((index, hits.mass_lines().with_noise(noise)));

@@ -300,7 +300,8 @@ fn mass_lines(truth: &Responses<f32, RIG_SENSORS>) -> MassLines<f32, RIG_SENSORS
             let response = 3 * sensor + axis;
             truth[response] + 0.005 * ((hit * 5 + response * 3) % 7) as f32 - 0.015
         });
-        hits.add(&read, 15.0 + 2.0 * hit as f32);
+        let force = 15.0 + 2.0 * hit as f32;
+        hits.add(&read, Some(force * force));
     }
     let mut lines = hits.mass_lines_at(*truth);
     lines.noise.fill(0.005);
