@@ -139,6 +139,23 @@ const ALL: &[Disturbance] = &[
         shift: 0.3,
     },
     Disturbance {
+        name: "ripple 100 Hz, 5 mV",
+        change: |b| (b.mains.amplitude_v, b.mains.frequency_hz) = (0.005, 100.2),
+        warned: [0.95, 1.0],
+        named: Some(("hum_of_50_hz", 0.95)),
+        shift: 0.3,
+    },
+    Disturbance {
+        name: "mains 50 Hz, 10 mV ± 20 % at 1 Hz",
+        change: |b| {
+            (b.mains.amplitude_v, b.mains.modulation, b.mains.modulation_hz) = (0.01, 0.2, 1.0);
+        },
+        // Half of the tests get no hits that pass, and have no result.
+        warned: [0.95, 1.0],
+        named: Some(("hit:hum_unsteady", 0.95)),
+        shift: UNLIMITED,
+    },
+    Disturbance {
         name: "multiplexer memory 1 %",
         change: |b| b.adc.memory = 0.01,
         warned: [0.97, 1.0],

@@ -218,18 +218,24 @@ codes! {
         "Few hit places: the\nsensors' errors are\nas stated.";
         "the errors of sensors and marks are taken as [uncertainty] states them, because only {value} readings \
          more than unknowns are left to show them (8 are needed); hit more DOFs";
-    /// The mains hum of 50 Hz in a channel, which is taken out of every hit. Subject: the loudest response, or the
-    /// hammer. Value: its amplitude, N or m/s².
+    /// The mains hum of 50 Hz, or of its harmonics alone, in a channel, which is taken out of every hit. Subject: the
+    /// loudest response, or the hammer. Value: the largest amplitude of a harmonic, N or m/s².
     HumOf50Hz = 59, "hum_of_50_hz", Channel, OfChannel;
         "Hum of 50 Hz, taken\nout: check shield and\nground.";
-        "{subject} picks up {value} of mains hum at 50 Hz; it is taken out of every hit, but check shielding and \
-         ground, or run the rig from a battery";
-    /// The mains hum of 60 Hz in a channel, which is taken out of every hit. Subject: the loudest response, or the
-    /// hammer. Value: its amplitude, N or m/s².
+        "{subject} picks up {value} of mains hum at 50 Hz or its harmonics; it is taken out of every hit, but \
+         check shielding and ground, or run the rig from a battery";
+    /// The mains hum of 60 Hz, or of its harmonics alone, in a channel, which is taken out of every hit. Subject: the
+    /// loudest response, or the hammer. Value: the largest amplitude of a harmonic, N or m/s².
     HumOf60Hz = 60, "hum_of_60_hz", Channel, OfChannel;
         "Hum of 60 Hz, taken\nout: check shield and\nground.";
-        "{subject} picks up {value} of mains hum at 60 Hz; it is taken out of every hit, but check shielding and \
-         ground, or run the rig from a battery";
+        "{subject} picks up {value} of mains hum at 60 Hz or its harmonics; it is taken out of every hit, but \
+         check shielding and ground, or run the rig from a battery";
+    /// The hum of the mains in a channel changes during a hit, so it cannot be taken out. Subject: the channel. Value:
+    /// what would be left of it at the contact, N or m/s².
+    HumUnsteady = 85, "hum_unsteady", Channel, OfChannel;
+        "Hum changes: remove\nits source or use a\nbattery; hit again.";
+        "{subject} picks up hum at a frequency of the mains that changes during the hit, so that {value} of it would \
+         be left; switch off what hums, check shielding and ground, or run the rig from a battery, and hit again";
     /// Suspension or cables are so stiff that the band begins below three times the frequency of a suspension mode
     /// with the same effect. Value: that frequency, Hz.
     SuspensionInBand = 61, "suspension_in_band", Whole, Hertz;

@@ -329,7 +329,7 @@ mod tests {
                 &Responses::from_fn(
                     |axis, i| if i < 2 { ((3 * i + axis) * k) as f32 } else { 0.0 },
                 ),
-                0.0,
+                None,
             );
         }
         let noise =

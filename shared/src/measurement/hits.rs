@@ -236,7 +236,7 @@ impl<R: RealFft> Measurement<'_, R> {
             }
             Task::Withdraw { distance, .. } => {
                 campaign.withdrawn();
-                self.withdraw(Code::HitInconsistent, dof, distance);
+                self.withdraw(inconsistent(Code::HitInconsistent, dof, distance));
                 Task::None
             }
             Task::Listen(Listening::Done(hum)) => {
@@ -250,6 +250,11 @@ impl<R: RealFft> Measurement<'_, R> {
                 let (record, spectra, memory) = self.memory.of_hit();
                 let hit = HitAverager::begin(settings, record, expected, memory, spectra)?;
                 Task::Average { hit, next: 0 }
+            }
+            Task::Listen(Listening::Unsteady(why)) => {
+                campaign.withdrawn();
+                self.withdraw(why);
+                Task::None
             }
             Task::Listen(listening) => Task::Listen(self.listen(listening)),
             _ => Task::Listen(self.begin_listening()),
@@ -292,17 +297,16 @@ impl<R: RealFft> Measurement<'_, R> {
             HitAgreement::Inconsistent(distance) => {
                 campaign.drop_inconsistent_pair();
                 self.averaged = None;
-                self.withdraw(Code::HitsDisagree, dof, distance);
+                self.withdraw(inconsistent(Code::HitsDisagree, dof, distance));
             }
         }
         Task::None
     }
 
     /// Reports the current hit again, now as rejected; it had passed its own grading.
-    fn withdraw(&mut self, code: Code, dof: usize, distance: R) {
+    fn withdraw(&mut self, why: Diagnostic) {
         let Some(mut hit) = self.last_hit.take() else { return };
         hit.good = false;
-        let why = Diagnostic::about(code, Severity::Error, Subject::hit(dof), distance.to_f32());
         note(&mut hit.findings, why);
         self.last_hit = Some(hit.clone());
         self.report(hit);
@@ -314,4 +318,9 @@ impl<R: RealFft> Measurement<'_, R> {
         self.memory.single_hits = None;
         self.averaged = Some(dof as u8);
     }
+}
+
+/// The error of a hit that differs from its repeat hits by this relative distance.
+fn inconsistent<R: RealFft>(code: Code, dof: usize, distance: R) -> Diagnostic {
+    Diagnostic::about(code, Severity::Error, Subject::hit(dof), distance.to_f32())
 }

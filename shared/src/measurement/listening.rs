@@ -1,23 +1,28 @@
 //! Looks for mains hum in the record of a hit, some channels at a time.
 
 use super::Measurement;
-use crate::diagnosis::{Diagnostic, Severity, Subject};
+use super::averaging::HitMemory;
+use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
 use crate::signal::{
-    HAMMER, HitAnalysis, Hum, HumSearch, PRE_TRIGGER_SCANS, RECORD_SCANS, RealFft,
+    HAMMER, HitAnalysis, Hum, HumFit, HumSearch, PRE_TRIGGER_SCANS, RECORD_SCANS, RealFft,
 };
 
 /// Channels that are searched in one step.
 const CHANNELS: usize = 5;
+/// Largest share of the peak, of the force or of the largest response, that hum may leave behind.
+const MOST_LEFT: f32 = 0.01;
 
 /// Progress of the search.
 #[derive(Clone, Debug)]
 pub(super) enum Listening<R> {
-    /// The channels before `next` are searched for the fundamental.
-    Fundamental { search: HumSearch<R>, next: usize },
-    /// There is hum; the harmonics of the channels before `next` are known.
-    Harmonics { hum: Hum<R>, next: usize },
+    /// The channels before `next` are searched.
+    Searching { search: HumSearch<R>, next: usize },
+    /// There is hum; its amplitudes in the channels before `next` are known.
+    Fitting { fit: HumFit<R>, next: usize },
     /// The search is over.
     Done(Option<Hum<R>>),
+    /// There is hum that cannot be taken out.
+    Unsteady(Diagnostic),
 }
 
 impl<R: RealFft> Measurement<'_, R> {
@@ -26,7 +31,7 @@ impl<R: RealFft> Measurement<'_, R> {
         let (adc, test) = (self.adc_in_use(), self.test());
         let analysis = HitAnalysis::new(&adc, &self.calibration, &test, PRE_TRIGGER_SCANS);
         match analysis.hum_search(RECORD_SCANS) {
-            Some(search) => Listening::Fundamental { search, next: 0 },
+            Some(search) => Listening::Searching { search, next: 0 },
             None => Listening::Done(None),
         }
     }
@@ -36,28 +41,48 @@ impl<R: RealFft> Measurement<'_, R> {
         let count = self.adc_in_use().responses() + 1;
         let end_of = |next: usize| (next + CHANNELS).min(count);
         match listening {
-            Listening::Fundamental { mut search, next } if next < count => {
+            Listening::Searching { mut search, next } if next < count => {
                 let end = end_of(next);
-                (next..end).for_each(|channel| search.add(channel, self.memory.readings(channel)));
-                Listening::Fundamental { search, next: end }
+                let (record, _, HitMemory { scratch, .. }) = self.memory.of_hit();
+                (next..end).for_each(|channel| search.add(record, channel, scratch));
+                Listening::Searching { search, next: end }
             }
-            Listening::Fundamental { search, .. } => match search.found() {
-                Some(hum) => Listening::Harmonics { hum, next: 0 },
+            Listening::Searching { search, .. } => match search.found() {
+                Some(fit) => Listening::Fitting { fit, next: 0 },
                 None => Listening::Done(None),
             },
-            Listening::Harmonics { mut hum, next } if next < count => {
+            Listening::Fitting { mut fit, next } if next < count => {
                 let end = end_of(next);
-                for channel in next..end {
-                    hum.add_harmonics(channel, self.memory.readings(channel));
+                let (record, _, HitMemory { scratch, .. }) = self.memory.of_hit();
+                (next..end).for_each(|channel| fit.add(record, channel, scratch));
+                Listening::Fitting { fit, next: end }
+            }
+            Listening::Fitting { fit, .. } => {
+                self.report_hum(fit.hum());
+                match self.left_of_hum(&fit) {
+                    Some(unsteady) => Listening::Unsteady(unsteady),
+                    None => Listening::Done(Some(*fit.hum())),
                 }
-                Listening::Harmonics { hum, next: end }
             }
-            Listening::Harmonics { hum, .. } => {
-                self.report_hum(&hum);
-                Listening::Done(Some(hum))
-            }
-            done @ Listening::Done(_) => done,
+            over @ (Listening::Done(_) | Listening::Unsteady(_)) => over,
         }
+    }
+
+    /// The channel in which too much is left of the hum when it is taken out.
+    fn left_of_hum(&self, fit: &HumFit<R>) -> Option<Diagnostic> {
+        let adc = self.adc_in_use();
+        let hit = self.last_hit.as_ref()?;
+        let share = |channel: usize, left: f32| {
+            left / if channel == HAMMER { hit.peak_force } else { hit.peak_acceleration }
+        };
+        let left = (0..=adc.responses()).map(|channel| {
+            let per_code = self.calibration.per_code(&adc, channel).abs();
+            (channel, fit.left(channel).to_f32() * per_code)
+        });
+        let (channel, most) = left.max_by(|a, b| share(a.0, a.1).total_cmp(&share(b.0, b.1)))?;
+        let subject = Subject::channel(channel);
+        let unsteady = Diagnostic::about(Code::HumUnsteady, Severity::Error, subject, most);
+        (share(channel, most) > MOST_LEFT).then_some(unsteady)
     }
 
     /// Reports hum with its loudest channel.

@@ -5,13 +5,12 @@ use nalgebra::Complex;
 
 use super::averaging::{DofSpectra, HitMemory};
 use super::result::MeasuredDof;
-use crate::Real;
 use crate::identify::{
     DofMassLines, Identification, MASS_LINE_METHODS, ScatterAccumulator, maximum_likelihood,
 };
 use crate::layout::{RIG_HITS, RIG_SENSORS};
 use crate::mass_line::BasisRow;
-use crate::signal::{RECORD_SCANS, Record, SPECTRUM_BINS, Samples};
+use crate::signal::{RECORD_SCANS, Record, SPECTRUM_BINS};
 
 // The scratch memory is also the workspace of the methods.
 const _: () = assert!(maximum_likelihood::workspace(RIG_SENSORS) <= RECORD_SCANS);
@@ -69,15 +68,6 @@ impl<R> Memory<R> {
     pub(super) fn of_hit(&mut self) -> (&Record, &mut DofSpectra<R>, HitMemory<'_, R>) {
         let Self { record, spectra, scratch, force, basis, .. } = self;
         (record, spectra, HitMemory { scratch, force, basis })
-    }
-
-    /// The readings of a channel of the record, in the scratch memory.
-    pub(super) fn readings(&mut self, channel: usize) -> &[R]
-    where
-        R: Real,
-    {
-        let count = self.record.copy_channel(channel, &mut self.scratch);
-        &self.scratch[..count]
     }
 
     /// Discards the data of a campaign.

@@ -26,7 +26,7 @@ pub use chain::{AdcProperties, Calibration, ChannelCalibration, CrossAxis, HAMME
 pub use fft::{FftError, RealFft};
 pub use grade::{ChannelRange, HitGrader, HitReport, grade};
 pub use hit_noise::HitNoise;
-pub use hum::{Hum, HumSearch};
+pub use hum::{Hum, HumFit, HumSearch};
 pub use record::Record;
 pub use repeat_hits::{HitAgreement, KnownScatter, RepeatHits};
 pub use rest_statistics::RestStatistics;

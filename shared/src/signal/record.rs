@@ -122,6 +122,26 @@ impl<R: Real> Samples<R> for Record {
         first + newer.copy_channel(channel, samples.get_mut(first..).unwrap_or(&mut []))
     }
 
+    fn sum_groups<const GROUP: usize>(&self, channel: usize, from: usize, sums: &mut [R]) -> usize {
+        let (older, newer) = self.halves();
+        let first = older.sum_groups::<GROUP>(channel, from, sums);
+        // A group may lie across the end of the ring.
+        let mut next = from + first * GROUP;
+        let mut count = first;
+        if next < older.len() {
+            let mut across = [[0; CHANNELS]; GROUP];
+            let copied = across.iter_mut().zip(older.iter().chain(newer).skip(next));
+            if copied.map(|(to, scan)| *to = *scan).count() < GROUP {
+                return count;
+            }
+            let rest = sums.get_mut(count..).unwrap_or_default();
+            count += across.as_slice().sum_groups::<GROUP>(channel, 0, rest);
+            next += GROUP;
+        }
+        let rest = sums.get_mut(count..).unwrap_or_default();
+        count + newer.sum_groups::<GROUP>(channel, next - older.len(), rest)
+    }
+
     fn readings(&self, channel: usize, from: usize) -> impl Iterator<Item = R> + '_ {
         let (older, newer) = self.halves();
         let rest = from.saturating_sub(older.len());

@@ -33,6 +33,23 @@ pub trait Samples<R: Real> {
         }
         count
     }
+
+    /// Writes the sums of `GROUP` readings each of one channel, from scan `from` on, to the front of `sums` and
+    /// returns their number.
+    fn sum_groups<const GROUP: usize>(&self, channel: usize, from: usize, sums: &mut [R]) -> usize {
+        let mut readings = self.readings(channel, from);
+        let mut count = 0;
+        for place in sums {
+            let mut sum = R::zero();
+            for _ in 0..GROUP {
+                let Some(reading) = readings.next() else { return count };
+                sum += reading;
+            }
+            *place = sum;
+            count += 1;
+        }
+        count
+    }
 }
 
 /// The lowest and the highest value, each with its first index.
@@ -74,6 +91,18 @@ impl<R: Real> Samples<R> for [Scan] {
             *sample = reading_of(scan[channel]);
         }
         self.len().min(samples.len())
+    }
+
+    fn sum_groups<const GROUP: usize>(&self, channel: usize, from: usize, sums: &mut [R]) -> usize {
+        let scans = if channel < CHANNELS { self.get(from..).unwrap_or_default() } else { &[] };
+        let channel = channel.min(CHANNELS - 1);
+        let (groups, _) = scans.as_chunks::<GROUP>();
+        // Whole numbers are added up and converted once.
+        for (place, group) in sums.iter_mut().zip(groups) {
+            let sum = group.iter().fold(0, |sum, scan| sum + u32::from(scan[channel]));
+            *place = R::from_u32(sum).unwrap_or_else(R::zero);
+        }
+        groups.len().min(sums.len())
     }
 
     fn readings(&self, channel: usize, from: usize) -> impl Iterator<Item = R> + '_ {

@@ -108,7 +108,7 @@ fn dofs<R: Real>(check: &Check<'_, '_, R>, layout: &GoldenLayout<R>) -> Option<G
         let mut hits = ScatterAccumulator::new();
         for _ in 0..per_dof {
             let read = GoldenResponses::from_iterator(single.by_ref().take(RESPONSES));
-            hits.add(&read, R::zero());
+            hits.add(&read, None);
         }
         let noise = noise / R::of(per_dof as f64).sqrt();
         let lines = hits.mass_lines().with_noise(GoldenResponses::from_element(noise));

@@ -16,6 +16,12 @@ pub(super) struct Mains {
     amplitudes: Vec<f64>,
     /// Phase of the fundamental at time zero, rad.
     phase: f64,
+    /// Share of the amplitude by which it rises and falls.
+    modulation: f64,
+    /// Angular frequency of that, rad/s.
+    modulation_omega: f64,
+    /// Its phase at time zero, rad.
+    modulation_phase: f64,
 }
 
 impl Mains {
@@ -28,12 +34,23 @@ impl Mains {
         } else {
             Vec::new()
         };
-        Self { omega: TAU * mains.frequency_hz, amplitudes, phase: 0.0 }
+        Self {
+            omega: TAU * mains.frequency_hz,
+            amplitudes,
+            phase: 0.0,
+            modulation: mains.modulation,
+            modulation_omega: TAU * mains.modulation_hz,
+            modulation_phase: 0.0,
+        }
     }
 
     /// Draws another phase. It shifts the whole waveform in time, harmonics included.
     pub(super) fn draw_phase(&mut self, rng: &mut ChaCha8Rng) {
         self.phase = TAU * rng.random::<f64>();
+        // A steady hum draws no more, so its numbers are those of before.
+        if self.modulation > 0.0 {
+            self.modulation_phase = TAU * rng.random::<f64>();
+        }
     }
 
     /// The voltage at a time, V.
@@ -41,6 +58,8 @@ impl Mains {
         let angle = self.omega * time + self.phase;
         let harmonic =
             |(number, amplitude): (u32, &f64)| amplitude * (f64::from(number) * angle).sin();
-        (1..).zip(&self.amplitudes).map(harmonic).sum()
+        let steady: f64 = (1..).zip(&self.amplitudes).map(harmonic).sum();
+        let swing = self.modulation_omega * time + self.modulation_phase;
+        steady * (1.0 + self.modulation * swing.sin())
     }
 }

@@ -38,7 +38,7 @@ fn hits<R: Real>(
                 for (i, sensor) in sensors.iter().enumerate() {
                     read.set_column(i, &(sensor * acceleration / hammer));
                 }
-                lines.add(&read, 0.0);
+                lines.add(&read, None);
             }
             let lines = lines.mass_lines().cast();
             BlockHit { direction: Vector3::ith(axis, R::one()), lines }

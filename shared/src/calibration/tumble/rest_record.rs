@@ -41,18 +41,13 @@ impl<R: Real> RestVoltages<R> {
         let (rate, code) = (f64::from(adc.rate.0), R::of(f64::from(adc.volts_per_code())));
         let mut hum = None;
         if let Some(mut search) = HumSearch::new(scans.len(), 0, R::of(rate)) {
-            for channel in 0..channels {
-                scans.copy_channel(channel, room);
-                search.add(channel, room);
-            }
+            (0..channels).for_each(|channel| search.add(scans, channel, room));
             hum = search.found();
         }
-        if let Some(hum) = &mut hum {
-            for channel in 0..channels {
-                scans.copy_channel(channel, room);
-                hum.add_harmonics(channel, room);
-            }
+        if let Some(fit) = &mut hum {
+            (0..channels).for_each(|channel| fit.add(scans, channel, room));
         }
+        let hum = hum.map(|fit| *fit.hum());
         let number = R::of(scans.len() as f64);
         let zero = [R::zero(); CHANNELS];
         let (mut mean, mut deviation, mut sigma) = (zero, zero, zero);

@@ -9,7 +9,7 @@ use super::fit::Fit;
 use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
 use super::pulls::UnknownValues;
-use super::score::{Score, ScoresOfResponses, Tested};
+use super::score::{Score, ScoresOfResponses, TOGETHER, Tested};
 use super::undetermined;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
@@ -49,20 +49,25 @@ impl<R: Real> Fit<R> {
         let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
         let unknowns = unknowns.ok_or_else(undetermined)?;
         let mut scores = ScoresOfResponses::new();
-        Score::of_responses(&unknowns, &mut scores);
-        let scores = scores.as_flattened_mut();
-        self.visit(problem, dofs, equations, &unknowns, |_, rows, left| {
-            for (response, score) in scores.iter_mut().enumerate() {
-                score.add_response(rows, (response, R::one()), left);
+        let mut most = None;
+        let mut limit = R::of(SIGNIFICANT);
+        for first in (0..3 * sensors).step_by(TOGETHER) {
+            Score::of_responses(&unknowns, first..3 * sensors, &mut scores);
+            self.visit(problem, dofs, equations, &unknowns, |_, rows, left| {
+                for (response, score) in &mut scores {
+                    score.add_response(rows, (*response, R::one()), left);
+                }
+            })?;
+            for (response, score) in &scores {
+                let tested = self.tested(score, &unknowns, equations);
+                // A comparison with NaN is false.
+                if tested.significance.abs() > limit {
+                    limit = tested.significance.abs();
+                    most = Some((*response, tested));
+                }
             }
-        })?;
-        let tested = scores.iter().map(|score| self.tested(score, &unknowns, equations));
-        // A comparison with NaN is false.
-        let beyond = |one: &Suspected<R>| one.1.significance.abs() > R::of(SIGNIFICANT);
-        let more = |a: Suspected<R>, b: Suspected<R>| {
-            if b.1.significance.abs() > a.1.significance.abs() { b } else { a }
-        };
-        Ok(tested.enumerate().filter(beyond).reduce(more))
+        }
+        Ok(most)
     }
 
     /// Tests for a memory of the multiplexer, and reports it or, if that is more significant, what is suspected of a

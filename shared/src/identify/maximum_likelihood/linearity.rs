@@ -23,8 +23,8 @@ use crate::responses::ResponseSquare;
 const COMPRESSES: f64 = 2.7;
 /// The same for a response that reads too much, which is rarer, and for the hammer: one of five thousand tests.
 const RARE: f64 = 4.0;
-/// Only responses whose largest squared reading is at least this part of the loudest one's are tested: the others
-/// compress less than half as much.
+/// Only responses whose largest squared reading is at least this part of the loudest one's are tested, and at most
+/// [`TOGETHER`](super::score::TOGETHER): the others compress less than half as much.
 const LOUD: f64 = 0.5;
 /// Pulses of different length excite elastic modes differently, which changes accelerances by this part of the
 /// largest.
@@ -70,17 +70,17 @@ impl<R: Real> Fit<R> {
         let sensors = problem.layout.sensors.len();
         let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
         let unknowns = unknowns.ok_or_else(undetermined)?;
+        let responses = trends.responses.as_flattened();
+        let loudest = responses.iter().fold(R::zero(), |most, trend| most.max(trend.largest));
+        let loud = responses.iter().enumerate().filter(|(_, t)| t.largest >= loudest * R::of(LOUD));
         let mut scores = ScoresOfResponses::new();
-        Score::of_responses(&unknowns, &mut scores);
-        let scores = scores.as_flattened_mut();
+        Score::of_responses(&unknowns, loud.map(|(response, _)| response), &mut scores);
         self.visit(problem, dofs, equations, &unknowns, |lines, rows, left| {
-            for (response, score) in scores.iter_mut().enumerate() {
-                let a = lines.accelerance[response];
-                score.add_response(rows, (response, a * a * a * lines.trend.mean), left);
+            for (response, score) in &mut scores {
+                let a = lines.accelerance[*response];
+                score.add_response(rows, (*response, a * a * a * lines.trend.mean), left);
             }
         })?;
-        let responses = || trends.responses.as_flattened().iter();
-        let loudest = responses().fold(R::zero(), |most, trend| most.max(trend.largest));
         let mut worst = (R::zero(), None);
         let mut judge = |response: Option<usize>, tested: Tested<R>, largest: R| {
             let limit = match response {
@@ -96,12 +96,10 @@ impl<R: Real> Fit<R> {
         let scale = trends.scatter[1] / trends.scatter[0];
         let hammer = &trends.hammer;
         judge(None, hammer.tested(scale), hammer.largest);
-        for ((response, score), trend) in scores.iter().enumerate().zip(responses()) {
-            if trend.largest < loudest * R::of(LOUD) {
-                continue;
-            }
+        for (response, score) in &scores {
+            let trend = &responses[*response];
             let tested = self.tested(score, &unknowns, equations).and(trend.tested(scale));
-            judge(Some(response), tested, trend.largest);
+            judge(Some(*response), tested, trend.largest);
         }
         if let (beyond, Some((response, change))) = worst
             && beyond > R::one()

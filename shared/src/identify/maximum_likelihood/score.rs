@@ -32,24 +32,29 @@ pub(super) struct Tested<R> {
     pub(super) significance: R,
 }
 
-/// Scores of one change for every response.
-pub(super) type ScoresOfResponses<R, const S: usize> = Vec<[Score<R, S>; 3], S>;
+/// Responses that are tested together; more would need more of the firmware's deepest stack.
+pub(super) const TOGETHER: usize = 5;
+
+/// Scores of one change for some responses, each with the number of the response.
+pub(super) type ScoresOfResponses<R, const S: usize> = Vec<(usize, Score<R, S>), TOGETHER>;
 
 impl<R: Real, const S: usize> Score<R, S> {
     pub(super) fn none(unknowns: &UnknownValues<R, S>) -> Self {
         Self { score: R::zero(), information: R::zero(), right: unknowns.zeros() }
     }
 
-    /// Sums without a DOF for every response.
+    /// Sums without a DOF for the first [`TOGETHER`] of these responses.
     // Not inlined, for the firmware's deepest stack.
     #[inline(never)]
     pub(super) fn of_responses(
         unknowns: &UnknownValues<R, S>,
+        responses: impl Iterator<Item = usize>,
         scores: &mut ScoresOfResponses<R, S>,
     ) {
-        for _ in &unknowns.sensors {
-            // There is room for all sensors.
-            let _ = scores.push(core::array::from_fn(|_| Self::none(unknowns)));
+        scores.clear();
+        for response in responses.take(TOGETHER) {
+            // There is room for as many.
+            let _ = scores.push((response, Self::none(unknowns)));
         }
     }
 

@@ -102,11 +102,21 @@ pub struct MainsSettings {
     pub amplitude_v: f64,
     /// Amplitudes of the second, third, … harmonic relative to that of the fundamental.
     pub harmonics: Vec<f64>,
+    /// Share of the amplitude, harmonics included, by which it rises and falls; zero is a steady hum.
+    pub modulation: f64,
+    /// Frequency at which the amplitude rises and falls, Hz; its phase is drawn for each arming.
+    pub modulation_hz: f64,
 }
 
 impl Default for MainsSettings {
     fn default() -> Self {
-        Self { frequency_hz: 50.0, amplitude_v: 0.0, harmonics: Vec::new() }
+        Self {
+            frequency_hz: 50.0,
+            amplitude_v: 0.0,
+            harmonics: Vec::new(),
+            modulation: 0.0,
+            modulation_hz: 1.0,
+        }
     }
 }
 
@@ -117,6 +127,8 @@ impl MainsSettings {
         out_of_range(&[
             (self.frequency_hz, "frequency_hz", 1.0..=1000.0),
             (self.amplitude_v, "amplitude_v", MAINS_AMPLITUDE),
+            (self.modulation, "modulation", SHARE),
+            (self.modulation_hz, "modulation_hz", 0.01..=100.0),
         ])
         .or_else(|| out_of_range(&harmonics))
     }

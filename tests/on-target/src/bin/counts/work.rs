@@ -41,6 +41,7 @@ fn main() -> ! {
     // The firmware stores this in statics; it is not part of the measured stack.
     let mut memory = Memory::<f32>::new();
     measure_a_dof(&mut memory);
+    measure_a_hit_with_hum(&mut memory);
     let mut workspace = [0.0; maximum_likelihood::RIG_WORKSPACE];
     let layout = layout(3);
     let dofs = mass_lines_of(&layout, 3);
@@ -86,7 +87,7 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     rig.set_layout(layout);
     assert!(rig.start(campaign::Start::DEFAULT, false, true).is_ok());
     rig.sampling_started();
-    for (index, scan) in (0..).zip(hit(&truth)) {
+    for (index, scan) in (0..).zip(hit(&truth, 0.0)) {
         rig.feed(ScanIndex(index), &[scan]);
     }
     assert_eq!(rig.next_action(), NextAction::Compute, "the record is whole");
@@ -95,11 +96,7 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     report("record_checksum", measure(|| assert_ne!(checksum(rig.record()), 0)));
     let reading = measure(|| assert_eq!(RestStatistics::of(rig.record()).scans, 2048));
     report("rest_statistics", reading);
-    // Between two steps the rig handles everything else.
-    let mut analysis = Costs::default();
-    while matches!(rig.campaign().map(|c| c.step()), Some(Step::Analyse { .. })) {
-        analysis.add(measure(|| rig.work()));
-    }
+    let analysis = analyse(&mut rig);
     report("hit_analysis", analysis.whole());
     report("hit_step", analysis.longest);
     report("dof_closing", measure(|| rig.work()));
@@ -108,6 +105,41 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     // 12 bits over ±16 g, for a peak of a few m/s².
     let error = (lines.accelerance - truth).amax();
     assert!(error <= 0.02 * truth.amax(), "{} instead of {truth}", lines.accelerance);
+}
+
+/// One hit with hum of three harmonics in all ten channels.
+fn measure_a_hit_with_hum(memory: &mut Memory<f32>) {
+    let mut rig = Measurement::new(ADC, memory);
+    let mut layout = layout(3);
+    layout.test.hits_per_dof = 1;
+    let truth = accelerance(&layout, &body(), 0);
+    rig.set_layout(layout);
+    assert!(rig.start(campaign::Start::DEFAULT, false, true).is_ok());
+    rig.sampling_started();
+    // 5 mV.
+    for (index, scan) in (0..).zip(hit(&truth, 6.8)) {
+        rig.feed(ScanIndex(index), &[scan]);
+    }
+    rig.work();
+    assert!(rig.last_hit().is_some_and(|hit| hit.good), "{:?}", rig.last_hit());
+    let analysis = analyse(&mut rig);
+    report("hit_analysis_hum", analysis.whole());
+    report("hit_step_hum", analysis.longest);
+    rig.work();
+    let result = rig.result();
+    assert!(result.diagnostics.iter().any(|found| found.code == Code::HumOf50Hz));
+    let [(0, lines)] = result.mass_lines else { panic!("the DOF has no mass lines") };
+    let error = (lines.accelerance - truth).amax();
+    assert!(error <= 0.02 * truth.amax(), "{} instead of {truth}", lines.accelerance);
+}
+
+/// The steps of the analysis of the hit in the record; between two of them the rig handles everything else.
+fn analyse(rig: &mut Measurement<'_, f32>) -> Costs {
+    let mut analysis = Costs::default();
+    while matches!(rig.campaign().map(|c| c.step()), Some(Step::Analyse { .. })) {
+        analysis.add(measure(|| rig.work()));
+    }
+    analysis
 }
 
 /// The cost of work that is done in steps.
@@ -271,8 +303,9 @@ fn checksum(record: &Record) -> u32 {
     }
 }
 
-/// Scans with a tap of 5 ms and 20 N on a free body; every channel is sampled after the one before it.
-fn hit(accelerance: &Responses<f32, RIG_SENSORS>) -> impl Iterator<Item = Scan> {
+/// Scans with a tap of 5 ms and 20 N on a free body; every channel is sampled after the one before it, and hums at
+/// 50.1 Hz with this amplitude, codes, with half of it at twice and a quarter at three times that.
+fn hit(accelerance: &Responses<f32, RIG_SENSORS>, hum: f32) -> impl Iterator<Item = Scan> {
     const TAP: f32 = 20.0;
     /// Long enough for the trigger to measure the rest level.
     const QUIET: usize = 200;
@@ -286,7 +319,15 @@ fn hit(accelerance: &Responses<f32, RIG_SENSORS>) -> impl Iterator<Item = Scan> 
             let value = channel.checked_sub(1).map_or(force, |k| force * accelerance[k]);
             let code = value / calibration.per_code(&ADC, channel);
             let zero = calibration.channels[channel].zero.0 / ADC.volts_per_code();
-            (code + zero + 0.5) as u16
+            let turn = |harmonic: f32| {
+                if hum == 0.0 {
+                    return 0.0;
+                }
+                let turns = harmonic * 50.1 * (n as f32 + delay) / ADC.rate.0;
+                (core::f32::consts::TAU * turns).cos()
+            };
+            let hum = hum * (turn(1.0) + 0.5 * turn(2.0) + 0.25 * turn(3.0));
+            (code + hum + zero + 0.5) as u16
         })
     })
 }
