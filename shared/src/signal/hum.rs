@@ -28,7 +28,7 @@ const HARMONICS: usize = 3;
 /// Smallest amplitude of a tone, in steps of the readings: ten standard deviations of what noise shows.
 const LEAST: f64 = 0.8;
 /// Readings that are added up before they are multiplied, which saves most of the work.
-const GROUP: usize = 5;
+const GROUP: usize = 8;
 /// Readings that are rid of a harmonic by a recurrence before it starts anew from an exact rotation.
 const BLOCK: usize = 32;
 
@@ -76,14 +76,14 @@ impl<R: Real> HumSearch<R> {
         if R::of((groups * GROUP) as f64) <= R::of(0.15) * rate {
             return None;
         }
-        let taper = [0.5, 1.0].map(|groups_on| turn(R::of(groups_on / groups as f64)));
+        let taper = [-0.5, 0.5, 1.0].map(|on| turn(R::of(on / groups as f64)).re);
         let window = Window { quiet, groups, rate, taper };
         let tones = core::array::from_fn(|k| window.tone(R::of(searched(k).0)));
         let none = Complex::new(R::zero(), R::zero());
         Some(Self { window, tones, turned: [none; TONES], largest: [R::zero(); TONES] })
     }
 
-    /// Adds a channel of the record. `room` is scratch memory with a fifth of its length.
+    /// Adds a channel of the record. `room` is scratch memory with an eighth of its length.
     pub fn add<D: Samples<R> + ?Sized>(&mut self, record: &D, channel: usize, room: &mut [R]) {
         let sums = self.window.sums(record, channel, room);
         let [first, second] = [0, 2].map(|place| self.window.project(sums, place, &self.tones));
@@ -122,7 +122,7 @@ impl<R: Real> HumFit<R> {
         Self { hum, window, tones, left: [R::zero(); CHANNELS] }
     }
 
-    /// Adds a channel of the record; one that does not exist is ignored. `room` is scratch memory with a fifth of the
+    /// Adds a channel of the record; one that does not exist is ignored. `room` is scratch memory with an eighth of the
     /// record's length.
     pub fn add<D: Samples<R> + ?Sized>(&mut self, record: &D, channel: usize, room: &mut [R]) {
         let amplitudes = self.hum.amplitudes.get_mut(channel);
@@ -238,8 +238,9 @@ struct Window<R> {
     /// Number of groups of readings in each half.
     groups: usize,
     rate: R,
-    /// The taper at the first group, which is half a group after its zero, and its turn from group to group.
-    taper: [Complex<R>; 2],
+    /// Cosines of the taper: before the first group, at the first, which is half a group after its zero, and of its
+    /// turn from group to group.
+    taper: [R; 3],
 }
 
 /// What is needed to project on a tone; sines are expensive on a microcontroller, so it is computed once for all
@@ -312,17 +313,18 @@ impl<R: Real> Window<R> {
         tones: &[Tone<R>; N],
     ) -> [Complex<R>; N] {
         let sums = sums.get(place * (self.groups / 2)..).unwrap_or_default();
-        let [mut taper, taper_step] = self.taper;
+        let [mut last, mut taper, step] = self.taper;
+        let taper_twice = step + step;
         let twice = tones.map(|tone| tone.step.re + tone.step.re);
         // The recurrence of Goertzel: at the end, `now − e^{−iφ} before` is the sum turned to the last group. Two
         // groups at a time leave all values where they are.
         let (mut now, mut before) = ([R::zero(); N], [R::zero(); N]);
         let (pairs, _) = sums.get(..self.groups).unwrap_or(sums).as_chunks::<2>();
         for &[even, odd] in pairs {
-            let even = even * (R::one() - taper.re);
-            taper *= taper_step;
-            let odd = odd * (R::one() - taper.re);
-            taper *= taper_step;
+            let even = even - even * taper;
+            last = taper_twice * taper - last;
+            let odd = odd - odd * last;
+            taper = taper_twice * last - taper;
             for k in 0..N {
                 before[k] = twice[k] * now[k] - before[k] + even;
                 now[k] = twice[k] * before[k] - now[k] + odd;
