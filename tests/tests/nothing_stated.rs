@@ -32,7 +32,12 @@ fn runs() -> u64 {
 fn layout_of(test: &str, calibrated: Option<CalibrationSigma>) -> TestLayout {
     let mut layout: TestLayout = layout_file(test).layout.cast().expect("fits the rig");
     match calibrated {
-        Some(sigma) => sigma.apply_to(&mut layout),
+        Some(sigma) => {
+            sigma.apply_to(&mut layout);
+            // From here on stated: the simulated rig would take them from the calibration in its flash.
+            layout.calibrated_hammer = false;
+            layout.sensors.iter_mut().for_each(|sensor| sensor.calibrated = Default::default());
+        }
         None => without_calibration(&mut layout),
     }
     layout
