@@ -28,9 +28,9 @@ const HARMONICS: usize = 3;
 /// Smallest amplitude of a tone, in steps of the readings: ten standard deviations of what noise shows.
 const LEAST: f64 = 0.8;
 /// Readings that are added up before they are multiplied, which saves most of the work.
-const GROUP: usize = 8;
+const GROUP: usize = 5;
 /// Readings that are rid of a harmonic by a recurrence before it starts anew from an exact rotation.
-const BLOCK: usize = 32;
+const BLOCK: usize = 128;
 
 /// A search for hum in one record, channel by channel, so that a rig can do other work in between.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +83,7 @@ impl<R: Real> HumSearch<R> {
         Some(Self { window, tones, turned: [none; TONES], largest: [R::zero(); TONES] })
     }
 
-    /// Adds a channel of the record. `room` is scratch memory with an eighth of its length.
+    /// Adds a channel of the record. `room` is scratch memory with a fifth of its length.
     pub fn add<D: Samples<R> + ?Sized>(&mut self, record: &D, channel: usize, room: &mut [R]) {
         let sums = self.window.sums(record, channel, room);
         let [first, second] = [0, 2].map(|place| self.window.project(sums, place, &self.tones));
@@ -122,7 +122,7 @@ impl<R: Real> HumFit<R> {
         Self { hum, window, tones, left: [R::zero(); CHANNELS] }
     }
 
-    /// Adds a channel of the record; one that does not exist is ignored. `room` is scratch memory with an eighth of the
+    /// Adds a channel of the record; one that does not exist is ignored. `room` is scratch memory with a fifth of the
     /// record's length.
     pub fn add<D: Samples<R> + ?Sized>(&mut self, record: &D, channel: usize, room: &mut [R]) {
         let amplitudes = self.hum.amplitudes.get_mut(channel);
@@ -130,16 +130,21 @@ impl<R: Real> HumFit<R> {
             return;
         };
         let sums = self.window.sums(record, channel, room);
-        let [first, across, second] =
-            [0, 1, 2].map(|place| self.window.project(sums, place, &self.tones));
-        for (k, amplitude) in amplitudes.iter_mut().enumerate() {
-            let mean = (first[k] + second[k]) * R::of(0.5);
-            *amplitude = significant(mean);
-            if amplitude.norm_sqr() > R::zero() {
-                let change = (second[k] - first[k]).norm_sqr().sqrt();
-                let bend = (across[k] - mean).norm_sqr().sqrt();
-                *left = left.max(self.window.at_contact(change, bend));
+        let [first, second] = [0, 2].map(|place| self.window.project(sums, place, &self.tones));
+        let mean: [_; HARMONICS] = core::array::from_fn(|k| (first[k] + second[k]) * R::of(0.5));
+        *amplitudes = mean.map(significant);
+        let mut loudest = 0;
+        for (k, amplitude) in amplitudes.iter().enumerate().skip(1) {
+            if amplitude.norm_sqr() > amplitudes[loudest].norm_sqr() {
+                loudest = k;
             }
+        }
+        if amplitudes[loudest].norm_sqr() > R::zero() {
+            // What changes the loudest harmonic changes the others by less.
+            let [across] = self.window.project(sums, 1, &[self.tones[loudest]]);
+            let change = (second[loudest] - first[loudest]).norm_sqr().sqrt();
+            let bend = (across - mean[loudest]).norm_sqr().sqrt();
+            *left = left.max(self.window.at_contact(change, bend));
         }
     }
 
@@ -288,7 +293,7 @@ impl<R: Real> Window<R> {
         }
     }
 
-    /// The sums of the groups of a channel, relative to the first: single precision needs it. At the front of `room`.
+    /// The sums of the groups of a channel, relative to the first reading: single precision needs it. At the front of `room`.
     fn sums<'r, D: Samples<R> + ?Sized>(
         &self,
         record: &D,
@@ -297,11 +302,9 @@ impl<R: Real> Window<R> {
     ) -> &'r [R] {
         let count = room.len().min(2 * self.groups);
         let room = room.get_mut(..count).unwrap_or_default();
-        let count = record.sum_groups::<GROUP>(channel, self.quiet, room);
-        let sums = room.get_mut(..count).unwrap_or_default();
-        let first = sums.first().copied().unwrap_or_else(R::zero);
-        sums.iter_mut().for_each(|sum| *sum -= first);
-        sums
+        let first = record.reading(channel, self.quiet).unwrap_or_else(R::zero);
+        let count = record.sum_groups::<GROUP>((channel, first), self.quiet, room);
+        room.get(..count).unwrap_or_default()
     }
 
     /// The complex amplitudes of tones at the time of the record's first scan, from the window that begins `place`

@@ -122,7 +122,12 @@ impl<R: Real> Samples<R> for Record {
         first + newer.copy_channel(channel, samples.get_mut(first..).unwrap_or(&mut []))
     }
 
-    fn sum_groups<const GROUP: usize>(&self, channel: usize, from: usize, sums: &mut [R]) -> usize {
+    fn sum_groups<const GROUP: usize>(
+        &self,
+        channel: (usize, R),
+        from: usize,
+        sums: &mut [R],
+    ) -> usize {
         let (older, newer) = self.halves();
         let first = older.sum_groups::<GROUP>(channel, from, sums);
         // A group may lie across the end of the ring.

@@ -34,10 +34,15 @@ pub trait Samples<R: Real> {
         count
     }
 
-    /// Writes the sums of `GROUP` readings each of one channel, from scan `from` on, to the front of `sums` and
-    /// returns their number.
-    fn sum_groups<const GROUP: usize>(&self, channel: usize, from: usize, sums: &mut [R]) -> usize {
-        let mut readings = self.readings(channel, from);
+    /// Writes the sums of `GROUP` readings each of one channel, relative to `rest`, from scan `from` on to the front of
+    /// `sums` and returns their number. Codes are relative to a whole `rest`.
+    fn sum_groups<const GROUP: usize>(
+        &self,
+        (channel, rest): (usize, R),
+        from: usize,
+        sums: &mut [R],
+    ) -> usize {
+        let mut readings = self.readings(channel, from).map(|reading| reading - rest);
         let mut count = 0;
         for place in sums {
             let mut sum = R::zero();
@@ -93,14 +98,20 @@ impl<R: Real> Samples<R> for [Scan] {
         self.len().min(samples.len())
     }
 
-    fn sum_groups<const GROUP: usize>(&self, channel: usize, from: usize, sums: &mut [R]) -> usize {
+    fn sum_groups<const GROUP: usize>(
+        &self,
+        (channel, rest): (usize, R),
+        from: usize,
+        sums: &mut [R],
+    ) -> usize {
         let scans = if channel < CHANNELS { self.get(from..).unwrap_or_default() } else { &[] };
         let channel = channel.min(CHANNELS - 1);
         let (groups, _) = scans.as_chunks::<GROUP>();
-        // Whole numbers are added up and converted once.
+        // Whole numbers are added up and converted once. The cast turns NaN into 0.
+        let rest = -(GROUP as i32) * (rest.to_f64() as i32);
         for (place, group) in sums.iter_mut().zip(groups) {
-            let sum = group.iter().fold(0, |sum, scan| sum + u32::from(scan[channel]));
-            *place = R::from_u32(sum).unwrap_or_else(R::zero);
+            let sum = group.iter().fold(rest, |sum, scan| sum + i32::from(scan[channel]));
+            *place = R::from_i32(sum).unwrap_or_else(R::zero);
         }
         groups.len().min(sums.len())
     }
