@@ -163,7 +163,9 @@ pub struct MassLineDesign<R> {
     terms: usize,
     /// True when the imaginary parts are fitted as well.
     complex: bool,
-    /// Norm of the square roots of the weights, by which the first column of Q was divided.
+    /// Mean of the weights, by which they were divided.
+    mean_weight: R,
+    /// Norm of the square roots of these weights, by which the first column of Q was divided.
     root_weight: R,
     /// `R⁻¹`, upper triangular.
     inverse: [[R; MAX_TERMS]; MAX_TERMS],
@@ -217,7 +219,7 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         }
         // With the constant alone, the imaginary parts contain no unknown.
         let complex = decay != R::zero() && terms != Terms::A;
-        let (skipped, count, reference) = fill(bins, band, decay, workspace)?;
+        let Filled { skipped, count, reference, mean_weight } = fill(bins, band, decay, workspace)?;
         let terms = terms.count();
         let equations = if complex { 2 * count } else { count };
         if equations <= terms {
@@ -228,7 +230,16 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
         let scale = [R::one(), reference, R::one() / reference];
         let root_weight = R::one() / inverse[0][0];
         let bins = rows.len();
-        let design = MassLineDesign { bins, skipped, terms, complex, root_weight, inverse, scale };
+        let design = MassLineDesign {
+            bins,
+            skipped,
+            terms,
+            complex,
+            mean_weight,
+            root_weight,
+            inverse,
+            scale,
+        };
         Ok(Self { rows, design })
     }
 
@@ -323,14 +334,14 @@ impl<'a, R: Real> MassLineBasis<'a, R> {
 impl<R: Real> MassLineDesign<R> {
     /// Sum of the weights of the bins in the band.
     pub fn total_weight(&self) -> R {
-        self.root_weight * self.root_weight
+        self.mean_weight * R::of(self.bins as f64)
     }
 
     /// Variance of A when every bin has, in real and imaginary part, a variance of one over its weight;
     /// correlated bins are taken as independent.
     pub fn variance(&self) -> R {
         let row = &self.inverse[0][..self.terms];
-        row.iter().fold(R::zero(), |sum, v| sum + *v * *v)
+        row.iter().fold(R::zero(), |sum, v| sum + *v * *v) / self.mean_weight
     }
 
     /// Restores the basis over the workspace in which it was computed; `None` when that is too small.
@@ -362,14 +373,25 @@ pub fn window_correlation<R: Real>(decay: R, record: R) -> R {
     (x * (R::one() + e) / (R::one() - e)).sqrt()
 }
 
-/// Writes the scaled and weighted design of the bins within the band; returns the number of bins before the
-/// band, the number within it, and `ω_r²`, the product of the first and the last `|s|`.
+/// The design that [`fill`] has written.
+struct Filled<R> {
+    /// Number of bins before the band.
+    skipped: usize,
+    /// Number of bins within it.
+    count: usize,
+    /// `ω_r²`, the product of the first and the last `|s|` in the band.
+    reference: R,
+    /// Mean of the weights of the bins within the band.
+    mean_weight: R,
+}
+
+/// Writes the scaled and weighted design of the bins within the band.
 fn fill<R: Real>(
     bins: impl IntoIterator<Item = Bin<R>>,
     band: [R; 2],
     decay: R,
     workspace: &mut [BasisRow<R>],
-) -> Result<(usize, usize, R), MassLineError> {
+) -> Result<Filled<R>, MassLineError> {
     let (mut skipped, mut count) = (0, 0);
     let mut sum = R::zero();
     let mut previous: Option<R> = None;
@@ -414,6 +436,7 @@ fn fill<R: Real>(
     if reference <= R::zero() || !reference.finite() {
         return Err(MassLineError::BandTooNarrow);
     }
+    let mean_weight = sum / R::of(count as f64);
     let to_mean_one = (R::of(count as f64) / sum).sqrt();
     for row in rows {
         let w = row.re[0] * to_mean_one;
@@ -424,7 +447,7 @@ fn fill<R: Real>(
         row.re = [w, re * over, re * w];
         row.im = [-im * over, im * w];
     }
-    Ok((skipped, count, reference))
+    Ok(Filled { skipped, count, reference, mean_weight })
 }
 
 /// Replaces the design by its orthonormal factor and returns the inverse of the triangular one, by modified

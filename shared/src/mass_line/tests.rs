@@ -198,3 +198,23 @@ fn corrected_for_the_window_the_deviation_is_that_of_many_records() {
     assert!((0.9..1.2).contains(&corrected), "{corrected}");
     assert!(formal < 0.5, "{formal}");
 }
+
+#[test]
+fn total_weight_and_variance_are_those_of_the_weights_as_given() {
+    let design = |factor: f64| {
+        let mut workspace = [BasisRow::<f64>::default(); 64];
+        let bins = bins().map(|bin: Bin<f64>| Bin { weight: bin.weight * factor, ..bin });
+        let basis = MassLineBasis::new(bins, [10.0, 120.0], 10.0, Terms::Abc, &mut workspace);
+        let design = basis.unwrap().design();
+        (design.total_weight(), design.variance())
+    };
+    let (weight, variance) = design(1.0);
+    let inside = bins::<f64>().filter(|bin| (10.0..=120.0).contains(&bin.frequency));
+    // Rounding only.
+    assert!((weight / inside.map(|bin| bin.weight).sum::<f64>() - 1.0).abs() < 1e-12);
+    // Three terms tell less of A than its mean alone would.
+    assert!(variance > 1.0 / weight);
+    let (scaled_weight, scaled_variance) = design(400.0);
+    assert!((scaled_weight / (400.0 * weight) - 1.0).abs() < 1e-12);
+    assert!((scaled_variance * 400.0 / variance - 1.0).abs() < 1e-12);
+}

@@ -220,3 +220,36 @@ fn a_finished_dof_whose_mass_lines_are_lost_is_measured_again() {
     assert_eq!(rig.campaign().unwrap().dofs(), [done, DofProgress::OPEN, DofProgress::OPEN]);
     assert_eq!(rig.campaign().unwrap().dof(), 1);
 }
+
+/// A gentle hit and a hard one at the same DOF, whose accelerances differ by a tenth, as where they land differs.
+#[test]
+fn hits_of_unequal_force_count_the_same_where_noise_is_small() {
+    let mut memory = memory();
+    let mut rig = measurement(&mut memory);
+    rig.start(Start::DEFAULT, false, true).unwrap();
+    for (peak, accelerance) in [(12.0, 1.0), (40.0, 1.1)] {
+        rig.sampling_started();
+        let scan = |n: usize| -> Scan {
+            let pulse = if (200..216).contains(&n) { (n - 200) as f32 / 16.0 } else { 0.0 };
+            let force = peak * (pulse * core::f32::consts::PI).sin();
+            core::array::from_fn(|channel| match channel {
+                0 => code(0, force),
+                k => code(k, force * accelerance * (0.3 + 0.1 * k as f32)),
+            })
+        };
+        for n in 0..4000 {
+            if rig.next_action() == NextAction::Sample {
+                rig.feed(ScanIndex(n as u64), &[scan(n)]);
+            }
+        }
+        while rig.next_action() == NextAction::Compute {
+            rig.work();
+        }
+    }
+    let measured = rig.result().mass_lines[0].1.accelerance;
+    for k in 1..=9 {
+        let ratio = measured[k - 1] / (1.05 * (0.3 + 0.1 * k as f64));
+        // A code is 0.6 % of the smallest peak; with squared forces as weights the ratio would be 1.04.
+        assert!((ratio - 1.0).abs() < 5e-3, "response {k}: {ratio}");
+    }
+}
