@@ -9,7 +9,7 @@ use super::fit::Fit;
 use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
 use super::pulls::UnknownValues;
-use super::score::{Score, ScoresOfResponses, TOGETHER, Tested};
+use super::score::{Score, ScoresOfResponses, Suspected, TOGETHER};
 use super::undetermined;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
@@ -28,9 +28,6 @@ const STRIDES: [usize; 2] = [1, 2];
 /// What a response that kept the hammer's whole voltage would read, (m/s²)/N: 22.5 mV/N over the 57 mV/g of the data
 /// sheet. Another hammer changes the size that is found, not the probability of a false one.
 const HAMMER: f64 = 3.87;
-
-/// A response that seems to contain the hammer, with the constant, (m/s²)/N.
-pub(super) type Suspected<R> = (usize, Tested<R>);
 
 impl<R: Real> Fit<R> {
     /// Tests every response for the hammer, from completed equations; returns the most significant one.

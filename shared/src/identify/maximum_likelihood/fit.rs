@@ -1,11 +1,11 @@
 //! The fit, step by step: Levenberg-Marquardt over phi, or over log-Cholesky parameters where only physical
 //! bodies are admitted.
 
-use super::crosstalk::Suspected;
 use super::fit_problem::FitProblem;
 use super::intervals::Shares;
 use super::normal_equations::NormalEquations;
 use super::parameters::{Parameters, RAISED};
+use super::score::Suspected;
 use super::{check_data, equations_in, fatal, pulls, start, undetermined};
 use crate::Real;
 use crate::body::{LogCholesky, RigidBody};
@@ -19,6 +19,7 @@ use crate::layout::Layout;
 const MOST_STEPS: u8 = 60;
 /// First damping, relative to the diagonal of the information.
 const FIRST_DAMPING: f64 = 1e-6;
+
 /// The start of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start<'a, R> {

@@ -35,6 +35,7 @@ mod parameters;
 mod pulls;
 mod refinement;
 mod score;
+mod score_test;
 mod shares;
 mod start;
 
