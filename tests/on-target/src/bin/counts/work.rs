@@ -81,15 +81,7 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     let mut rig = Measurement::new(ADC, memory);
     let check = || assert!(rig.check(&layout(RIG_HITS)).is_empty());
     report("layout_check", measure(check));
-    let mut layout = layout(3);
-    layout.test.hits_per_dof = 1;
-    let truth = accelerance(&layout, &body(), 0);
-    rig.set_layout(layout);
-    assert!(rig.start(campaign::Start::DEFAULT, false, true).is_ok());
-    rig.sampling_started();
-    for (index, scan) in (0..).zip(hit(&truth, 0.0)) {
-        rig.feed(ScanIndex(index), &[scan]);
-    }
+    let truth = hit_once(&mut rig, 0.0);
     assert_eq!(rig.next_action(), NextAction::Compute, "the record is whole");
     report("hit_grading", measure(|| rig.work()));
     assert!(rig.last_hit().is_some_and(|hit| hit.findings.is_empty()), "{:?}", rig.last_hit());
@@ -100,35 +92,44 @@ fn measure_a_dof(memory: &mut Memory<f32>) {
     report("hit_analysis", analysis.whole());
     report("hit_step", analysis.longest);
     report("dof_closing", measure(|| rig.work()));
-    let result = rig.result();
-    let [(0, lines)] = result.mass_lines else { panic!("the DOF has no mass lines") };
-    // 12 bits over ±16 g, for a peak of a few m/s².
-    let error = (lines.accelerance - truth).amax();
-    assert!(error <= 0.02 * truth.amax(), "{} instead of {truth}", lines.accelerance);
+    assert_measured(&rig, &truth);
 }
 
 /// One hit with hum of three harmonics in all ten channels.
 fn measure_a_hit_with_hum(memory: &mut Memory<f32>) {
     let mut rig = Measurement::new(ADC, memory);
-    let mut layout = layout(3);
-    layout.test.hits_per_dof = 1;
-    let truth = accelerance(&layout, &body(), 0);
-    rig.set_layout(layout);
-    assert!(rig.start(campaign::Start::DEFAULT, false, true).is_ok());
-    rig.sampling_started();
     // 5 mV.
-    for (index, scan) in (0..).zip(hit(&truth, 6.8)) {
-        rig.feed(ScanIndex(index), &[scan]);
-    }
+    let truth = hit_once(&mut rig, 6.8);
     rig.work();
     assert!(rig.last_hit().is_some_and(|hit| hit.good), "{:?}", rig.last_hit());
     let analysis = analyse(&mut rig);
     report("hit_analysis_hum", analysis.whole());
     report("hit_step_hum", analysis.longest);
     rig.work();
+    let found = |code| rig.result().diagnostics.iter().any(|found| found.code == code);
+    assert!(found(Code::HumOf50Hz));
+    assert_measured(&rig, &truth);
+}
+
+/// Hits the body once at the only DOF of a campaign, up to the whole record, with this amplitude of hum in every
+/// channel, codes, and returns the accelerances.
+fn hit_once(rig: &mut Measurement<'_, f32>, hum: f32) -> Responses<f32, RIG_SENSORS> {
+    let mut layout = layout(3);
+    layout.test.hits_per_dof = 1;
+    let truth = accelerance(&layout, &body(), 0);
+    rig.set_layout(layout);
+    assert!(rig.start(campaign::Start::DEFAULT, false, true).is_ok());
+    rig.sampling_started();
+    for (index, scan) in (0..).zip(hit(&truth, hum)) {
+        rig.feed(ScanIndex(index), &[scan]);
+    }
+    truth
+}
+
+fn assert_measured(rig: &Measurement<'_, f32>, truth: &Responses<f32, RIG_SENSORS>) {
     let result = rig.result();
-    assert!(result.diagnostics.iter().any(|found| found.code == Code::HumOf50Hz));
     let [(0, lines)] = result.mass_lines else { panic!("the DOF has no mass lines") };
+    // 12 bits over ±16 g, for a peak of a few m/s².
     let error = (lines.accelerance - truth).amax();
     assert!(error <= 0.02 * truth.amax(), "{} instead of {truth}", lines.accelerance);
 }
