@@ -23,7 +23,7 @@ pub use cannot_see::{
 pub use details::{details_json, details_text};
 pub use estimate::estimate_json;
 pub use measurement::{estimates_of, measurement_json, measurement_text};
-pub use message::{channel_name, code_name, message, message_in};
+pub use message::{channel_name, code_name, message, message_in, messages};
 pub use refusals::{refusals_json, refusals_text};
 pub use table::{Truth, table};
 

@@ -26,9 +26,14 @@ pub struct BenchArgs {
     /// Seed of all random numbers on the bench.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     pub seed: u64,
-    /// A mistake on the bench: `flip:2y` (axis of sensor 2), `swap:1,2` (cables), `swap:2x,2z` (wires),
-    /// `rotate:3:z90` (sensor glued turned), `hit:2:4` (second DOF hit at node 4), `reverse:2` (hit from
-    /// the other side), `scale:1.1` (all sensors). May be repeated.
+    /// A mistake or a faulty part on the bench, such as `flip:2y`; may be repeated. `--help` lists them.
+    ///
+    /// Sensors and hits are counted from 1. Sensors: `flip:2y` (axis of sensor 2), `swap:1,2` (cables), `swap:2x,2z` (wires), `rotate:3:z90` (glued
+    /// turned), `scale:1.1` (all of them read 10 % too much), `boards:0.005` (5 g on each that are not declared),
+    /// `compress:2y` (softly), `rail:2y:50` (its buffer ends at 50 m/s²). Hits: `hit:2:4` (the second DOF at node 4),
+    /// `beside:2:0.005` (5 mm beside the mark), `reverse:2` (from the other side), `hammer:0.97` (it reads 3 % too
+    /// little), `rail:hammer:20` (its buffer ends at 20 N). Around: `cable:2:400` (400 N/m at node 2), `hum:0.005`
+    /// (5 mV of the mains in every channel). A bench file has more: boards/virtual/README.md.
     #[arg(long, value_name = "FAULT")]
     pub fault: Vec<Fault>,
 }
@@ -135,4 +140,36 @@ pub fn nominal_calibration(bench: &Bench) -> Calibration {
     };
     calibration.sensor_range = (sensor.range_g * STANDARD_GRAVITY) as f32;
     calibration
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[derive(clap::Parser)]
+    struct Options {
+        #[command(flatten)]
+        _bench: BenchArgs,
+    }
+
+    /// The kinds of the faults among the words of a text.
+    fn kinds(text: &str) -> BTreeSet<String> {
+        let words = text.split([' ', '`']).map(|word| word.trim_end_matches(','));
+        let faults = words.filter(|word| word.parse::<Fault>().is_ok());
+        faults.filter_map(|word| Some(word.split_once(':')?.0.to_owned())).collect()
+    }
+
+    #[test]
+    fn the_help_lists_every_fault_that_an_error_lists() {
+        let options = Options::command();
+        let fault = options.get_arguments().find(|argument| argument.get_id() == "fault").unwrap();
+        let help = fault.get_long_help().unwrap().to_string();
+        let error = "nothing".parse::<Fault>().unwrap_err().to_string();
+        assert_eq!(kinds(&help), kinds(&error));
+        assert_eq!(kinds(&help).len(), 13, "{help}");
+    }
 }

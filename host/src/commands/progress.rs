@@ -80,9 +80,8 @@ impl<'o> Progress<'o> {
         let verdict = if hit.good {
             self.output.toned("good", Tone::Good)
         } else {
-            let reasons: Vec<_> = hit.findings.iter().map(report::message).collect();
             let head = self.output.toned("rejected", Tone::Warning);
-            format!("{head}: {}", reasons.join("; "))
+            format!("{head}: {}", report::messages(&hit.findings))
         };
         let line = format!(
             "hit {:3}  {:7}  {:6.1} N  {:6.1} m/s²  {verdict}",

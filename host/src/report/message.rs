@@ -15,6 +15,26 @@ pub fn message(diagnostic: &Diagnostic) -> String {
     sentence(diagnostic, &|_| None)
 }
 
+/// The messages of several diagnostics. What is said of several subjects is said of the first of them; the others are
+/// listed with their values.
+pub fn messages(diagnostics: &[Diagnostic]) -> String {
+    let of_code = |code: Code| diagnostics.iter().filter(move |d| d.code == code);
+    let is_first = |(place, d): &(usize, &Diagnostic)| {
+        diagnostics[..*place].iter().all(|earlier| earlier.code != d.code)
+    };
+    let told = diagnostics.iter().enumerate().filter(is_first).map(|(_, first)| {
+        let others: Vec<_> = of_code(first.code)
+            .skip(1)
+            .map(|other| format!("{} {}", subject(other, &|_| None), value(other)))
+            .collect();
+        match others.as_slice() {
+            [] => message(first),
+            others => format!("{} (also {})", message(first), others.join(", ")),
+        }
+    });
+    told.collect::<Vec<_>>().join("; ")
+}
+
 /// As [`message`], with the node and DOF names of the layout.
 pub fn message_in<R: Real, const S: usize, const H: usize>(
     diagnostic: &Diagnostic,
@@ -201,6 +221,18 @@ mod tests {
         let overload = |k| message(&said(Code::Overload, Subject::Channel(k), 170.0));
         assert!(overload(0).starts_with("the hammer") && overload(0).contains(" N"));
         assert!(overload(5).starts_with("sensor 2 y"));
+    }
+
+    #[test]
+    fn what_is_said_of_several_channels_is_said_once() {
+        let overload = |k, value| said(Code::Overload, Subject::Channel(k), value);
+        let weak = said(Code::TooWeak, Subject::Whole, 2.0);
+        let one = messages(&[overload(0, 128.4)]);
+        assert_eq!(one, message(&overload(0, 128.4)));
+        let all = messages(&[overload(0, 128.4), weak, overload(2, -153.6), overload(3, 147.3)]);
+        let others = "(also sensor 1 y -153.6 m/s², sensor 1 z 147.3 m/s²)";
+        assert_eq!(all, format!("{one} {others}; {}", message(&weak)));
+        assert_eq!(messages(&[]), "");
     }
 
     #[test]

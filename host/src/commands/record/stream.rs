@@ -196,8 +196,8 @@ impl<'r> Stream<'r> {
         let Some(hit) = self.recording.layout.hits.get(self.dof) else { return };
         let force = report.peak_force.0;
         if !report.good() {
-            let reasons: Vec<_> = report.findings.iter().map(report::message).collect();
-            output.note(format!("{}  {force:.1} N  rejected: {}", hit.dof, reasons.join("; ")));
+            let reasons = report::messages(&report.findings);
+            output.note(format!("{}  {force:.1} N  rejected: {reasons}", hit.dof));
             // Prompts the operator again.
             self.prompted = None;
             return;
