@@ -123,14 +123,17 @@ impl Executor {
         let waker = Waker::from(self.signal.clone());
         // On the heap: the application's future is large.
         let mut future: Pin<Box<dyn Future<Output = T> + '_>> = Box::pin(future);
-        while !self.signal.stopped.load(Ordering::Acquire) {
-            self.signal.woken.store(false, Ordering::Release);
+        loop {
+            // A stop comes after this and stays a wake, or its flag is seen below.
+            self.signal.woken.swap(false, Ordering::AcqRel);
+            if self.signal.stopped.load(Ordering::Acquire) {
+                return None;
+            }
             if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(&waker)) {
                 return Some(value);
             }
             self.sleep();
         }
-        None
     }
 
     /// Sleeps until the task is woken, by a timer or by anything else.
@@ -269,6 +272,26 @@ mod tests {
         let runs = thread::spawn(move || executor.run(pending::<()>()));
         handle.stop();
         assert_eq!(runs.join().unwrap(), None);
+    }
+
+    #[test]
+    fn a_stop_is_heard_at_every_moment() {
+        for _ in 0..2000 {
+            let executor = Executor::default();
+            let handle = executor.clone();
+            let mut busy = 100;
+            // Busy at first, so that the stop comes anywhere between two polls.
+            let future = poll_fn(move |cx| {
+                if busy > 0 {
+                    busy -= 1;
+                    cx.waker().wake_by_ref();
+                }
+                Poll::<()>::Pending
+            });
+            let runs = thread::spawn(move || executor.run(future));
+            handle.stop();
+            assert_eq!(runs.join().unwrap(), None);
+        }
     }
 
     #[test]
