@@ -9,6 +9,7 @@ use massline::commands::bench_test::nominal_calibration;
 use massline::interrupt::Interrupt;
 use massline::monte_carlo::measurement::{SimulatedTest, TestLayout};
 use massline::monte_carlo::{MonteCarlo, Run, seed_of_run};
+use massline::report::cannot_see;
 use massline_shared::diagnosis::Severity;
 use massline_shared::measurement::GradedHit;
 use massline_tests::campaign::{THREE_BAR_TESTS, layout_file, steady_hand, with_calibrated_hammer};
@@ -149,7 +150,7 @@ const ALL: &[Disturbance] = &[
         shift: 0.3,
     },
     Disturbance {
-        name: "mains 50 Hz, 10 mV ± 20 % at 1 Hz",
+        name: SWELLING_HUM,
         change: |b| {
             (b.mains.amplitude_v, b.mains.modulation, b.mains.modulation_hz) = (0.01, 0.2, 1.0);
         },
@@ -219,14 +220,17 @@ const ALL: &[Disturbance] = &[
     },
 ];
 
-/// What no test can tell from another object: a line under "what this test cannot see", or a term of the budget.
-const CANNOT_BE_SEEN: [&str; 6] = [
-    "free moment 4 mm × F, lateral 3 %",
-    "all hits of a DOF 5 mm beside",
-    "hammer 3 % low, stated as exact",
-    "sensor boards of 5 g",
-    "INL 3 LSB",
-    "bow 8 LSB",
+/// Its hits are rejected, so that some tests end without an answer.
+const SWELLING_HUM: &str = "mains 50 Hz, 10 mV ± 20 % at 1 Hz";
+
+/// What no test can tell from another object, each with the source of its line under "what this test cannot see".
+const CANNOT_BE_SEEN: [(&str, &str); 6] = [
+    ("free moment 4 mm × F, lateral 3 %", "lateral_force_or_free_moment"),
+    ("all hits of a DOF 5 mm beside", "same_side_miss"),
+    ("hammer 3 % low, stated as exact", "hammer_gain"),
+    ("sensor boards of 5 g", "sensor_mass"),
+    ("INL 3 LSB", "nonlinearity"),
+    ("bow 8 LSB", "nonlinearity"),
 ];
 
 fn measured(bench: &Bench, layout: &TestLayout) -> Vec<Run> {
@@ -328,7 +332,8 @@ fn warnings(run: &SimulatedTest) -> BTreeSet<String> {
 
 impl Row {
     /// Shares are judged with an allowance for few runs: four standard deviations of a share of 5 %, or two
-    /// runs. Two of the undisturbed runs warn by chance.
+    /// runs. Without `MASSLINE_LONG` the allowance is 0.25 and the test only shows that each disturbance does about
+    /// what it should; the limits hold for the long runs.
     ///
     /// `silent` is the share of the undisturbed runs that are wrong and do not warn.
     fn judge(&self, disturbance: &Disturbance, silent: f64) {
@@ -342,7 +347,7 @@ impl Row {
             least - allowance <= warned && warned <= most + allowance,
             "{name}: {warned} warned"
         );
-        if !CANNOT_BE_SEEN.contains(&name) {
+        if CANNOT_BE_SEEN.iter().all(|(unseen, _)| *unseen != name) {
             let wrong = self.silent as f64 / runs;
             assert!(wrong <= silent + 0.01 + allowance, "{name}: {wrong} silent");
         }
@@ -354,6 +359,17 @@ impl Row {
         // The rms over few runs scatters by a quarter.
         let few = if long() { 1.0 } else { 1.5 };
         assert!(shift <= disturbance.shift * few, "{name}: shifted by {shift} sd");
+    }
+}
+
+#[test]
+fn a_result_lists_what_it_cannot_see() {
+    let mut layout = layout_file(THREE_BAR_TESTS[0]).layout;
+    (layout.hammer_gain, layout.calibrated_hammer) = (0.0, false);
+    let listed = cannot_see(&layout, None);
+    for (name, source) in CANNOT_BE_SEEN {
+        assert!(ALL.iter().any(|disturbance| disturbance.name == name), "{name}");
+        assert!(listed.iter().any(|unseen| unseen.source == source), "{name}: {source}");
     }
 }
 
@@ -401,6 +417,10 @@ fn each_disturbance_alone() {
             each(row.hits.accepted_wrongly),
             row.codes,
         );
+        // A test without an answer is in none of the shares.
+        if name != SWELLING_HUM {
+            assert_eq!(row.runs, 2 * runs(), "{name}: each test has an answer");
+        }
         row.judge(disturbance, *silent.get_or_insert(row.silent as f64 / row.runs as f64));
     }
 }

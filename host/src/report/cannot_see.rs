@@ -4,7 +4,7 @@
 //! | source | its term in the budget |
 //! | --- | --- |
 //! | the hammer's gain | `hammer_gain`, unless it is stated as zero |
-//! | hits that all land on the same side of a mark | `node_position_m` and `node_direction_rad`, unless stated as zero |
+//! | hits that all land on the same side of a mark | `node_position_m` and `node_direction_rad` |
 //! | lateral force and free moment of the tip | those of the marks, except for a moment about the hit |
 //! | mass of the sensors | `attached_mass_kg` or `[[attached]]`, if declared |
 //! | nonlinearity of the converter | none of its own: the gains of the sensors have to cover it |
@@ -33,7 +33,7 @@ pub fn cannot_see(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Vec<Uns
     };
     let all = [
         ("hammer_gain", hammer_gain(layout)),
-        ("same_side_miss", same_side_miss(layout)),
+        ("same_side_miss", Some(same_side_miss(layout))),
         ("lateral_force_or_free_moment", lateral_force(layout)),
         ("sensor_mass", sensor_mass(layout, body)),
         ("nonlinearity", nonlinearity(layout)),
@@ -73,18 +73,22 @@ fn hammer_gain(layout: &HostLayout) -> Option<String> {
     })
 }
 
-fn same_side_miss(layout: &HostLayout) -> Option<String> {
+fn same_side_miss(layout: &HostLayout) -> String {
     let (position, direction) = mark(layout);
-    let missing = match (position > 0.0, direction > 0.0) {
-        (true, true) => return None,
-        (false, true) => "node_position_m = 0",
-        (true, false) => "node_direction_rad = 0",
-        (false, false) => "node_position_m = 0, node_direction_rad = 0",
+    let exact = match (position > 0.0, direction > 0.0) {
+        (true, true) => "",
+        (false, true) => "; node_position_m = 0 states the marks as exact",
+        (true, false) => "; node_direction_rad = 0 states their directions as exact",
+        (false, false) => {
+            "; node_position_m = 0 and node_direction_rad = 0 state the marks as exact"
+        }
     };
-    Some(format!(
-        "hits that all land on the same side of a mark, or lean the same way: [uncertainty] states the marks as exact \
-         ({missing}), so no interval contains them"
-    ))
+    format!(
+        "hits that all land on the same side of a mark, or lean the same way: the marks' uncertainty covers {:.1} mm and \
+         {:.0} mrad (1 sd){exact}",
+        1e3 * position,
+        1e3 * direction,
+    )
 }
 
 fn lateral_force(layout: &HostLayout) -> Option<String> {
@@ -197,18 +201,23 @@ mod tests {
 
     #[test]
     fn what_has_its_term_in_the_budget_is_not_listed() {
-        let always = ["lateral_force_or_free_moment", "nonlinearity"];
+        let always = ["same_side_miss", "lateral_force_or_free_moment", "nonlinearity"];
+        let [miss, force, converter] = always;
         let mut layout = layout();
-        assert_eq!(sources(&layout), [always[0], "sensor_mass", always[1]]);
+        assert_eq!(sources(&layout), [miss, force, "sensor_mass", converter]);
         layout.attached.push(Attached::point(0.015, 0.1, [0.0; 3])).unwrap();
         assert_eq!(sources(&layout), always);
         layout.hammer_gain = 0.0;
-        assert_eq!(sources(&layout), ["hammer_gain", always[0], always[1]]);
+        assert_eq!(sources(&layout), ["hammer_gain", miss, force, converter]);
         // Then the sensors are calibrated against the hammer, and their gains contain it.
         layout.calibrated_hammer = true;
         assert_eq!(sources(&layout), always);
+        let said = |layout| cannot_see_text(&cannot_see(layout, None));
+        assert!(!said(&layout).contains("exact"));
         layout.hits[0].uncertainty.node_position = 0.0;
-        assert_eq!(sources(&layout), ["same_side_miss", always[0], always[1]]);
+        assert!(
+            said(&layout).contains("covers 0.0 mm and 10 mrad (1 sd); node_position_m = 0 states")
+        );
     }
 
     #[test]
