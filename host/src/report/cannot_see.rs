@@ -212,7 +212,7 @@ mod tests {
         // Then the sensors are calibrated against the hammer, and their gains contain it.
         layout.calibrated_hammer = true;
         assert_eq!(sources(&layout), always);
-        let said = |layout| cannot_see_text(&cannot_see(layout, None));
+        let said = |layout: &HostLayout| cannot_see_text(&cannot_see(layout, None));
         assert!(!said(&layout).contains("exact"));
         layout.hits[0].uncertainty.node_position = 0.0;
         assert!(
