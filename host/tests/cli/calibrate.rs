@@ -2,12 +2,17 @@
 
 use serde_json::Value;
 
-use crate::program::success;
+use crate::program::{answer, success};
+
+/// The arguments of `calibrate` on the simulated block with its flash in this file.
+fn on_block<'a>(arguments: &[&'a str], flash: &'a str) -> Vec<&'a str> {
+    let block_rig = ["--rig", "virtual", "--seed", "7", "--flash", flash];
+    [&["calibrate"], arguments, &block_rig].concat()
+}
 
 /// Runs `calibrate` on the simulated block with its flash in this file.
 fn calibrate(arguments: &[&str], flash: &str) -> Value {
-    let block_rig = ["--rig", "virtual", "--seed", "7", "--flash", flash];
-    success(&[&["calibrate"], arguments, &block_rig].concat())
+    success(&on_block(arguments, flash))
 }
 
 #[test]
@@ -39,4 +44,38 @@ fn the_json_of_a_block_test_has_the_rc_cutoffs_that_the_rig_stores() {
     assert!(changed > 4, "{cutoffs:?}");
     let hammer = kept["hammer"]["rc_cutoff_hz"].as_f64().unwrap();
     assert!((hammer - 497.359).abs() < 1e-3, "{hammer}");
+}
+
+#[test]
+fn a_mistyped_mass_is_refused_with_the_one_that_agrees_and_nothing_is_stored() {
+    let folder = tempfile::tempdir().unwrap();
+    let flash = folder.path().join("flash.bin").display().to_string();
+    let before = calibrate(&["show"], &flash);
+    let (exit, said) = answer(&on_block(&["block", "--mass", "20"], &flash));
+    assert_eq!(exit, 3, "{said}");
+    let message = said["error"]["message"].as_str().unwrap();
+    assert!(message.contains("check --mass"), "{message}");
+    let (_, agreeing) =
+        message.split_once("a block of ").and_then(|(_, m)| m.split_once("a block of ")).unwrap();
+    let agreeing: f64 = agreeing.split_once(" kg").unwrap().0.parse().unwrap();
+    // The block has 2 kg, and the median of nine sensitivities with a tolerance of 5 % is good to 2 %; five times that.
+    assert!((agreeing / 2.0 - 1.0).abs() < 0.1, "{message}");
+    assert_eq!(calibrate(&["show"], &flash), before);
+    let (exit, said) = answer(&on_block(&["verify", "--mass", "20"], &flash));
+    assert_eq!(exit, 3, "{said}");
+}
+
+#[test]
+fn impossible_values_are_refused_before_any_hit() {
+    let folder = tempfile::tempdir().unwrap();
+    let flash = folder.path().join("flash.bin").display().to_string();
+    for (arguments, named) in [
+        (["block", "--mass", "1e9"].as_slice(), "--mass"),
+        (&["block", "--mass", "2", "--temperature", "1e9"], "--temperature"),
+        (&["block", "--mass", "2", "--sensor-ids", "a,b"], "--sensor-ids"),
+    ] {
+        let (exit, said) = answer(&on_block(arguments, &flash));
+        assert_eq!(exit, 2, "{said}");
+        assert!(said["error"]["message"].as_str().unwrap().contains(named), "{said}");
+    }
 }
