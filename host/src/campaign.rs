@@ -11,6 +11,7 @@ use massline_protocol::message::{CampaignCommand, CommandRequest, Reason, Status
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::measurement::campaign::Phase;
 
+use crate::calibration::day::age_in_days;
 use crate::client::{Client, ClientError, Event};
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -112,8 +113,6 @@ pub struct StartOptions {
     pub restart: bool,
     /// The object is a block of this mass, kg: mass lines only.
     pub block_mass: Option<f32>,
-    /// Age of the calibration, days; zero when it is not known.
-    pub calibration_age_days: u16,
 }
 
 /// What [`begin`] did.
@@ -161,8 +160,10 @@ pub fn begin(client: &mut Client, how: StartOptions) -> Result<StartOutcome, Cli
     }
 }
 
+/// Starts; the rig, which has no calendar, is told the age of its calibration.
 fn start(client: &mut Client, how: StartOptions) -> Result<Status, ClientError> {
-    let StartOptions { confirm, force, block_mass, calibration_age_days, restart: _ } = how;
+    let StartOptions { confirm, force, block_mass, restart: _ } = how;
+    let calibration_age_days = age_in_days(&client.calibration()?);
     let request = CommandRequest {
         confirm,
         force,

@@ -24,6 +24,8 @@ const MOST_HITS: usize = 2000;
 pub struct Options {
     /// Name or number (from 1) of the column of the force.
     pub force: Option<String>,
+    /// Names or numbers (from 1) of the columns that are not graded.
+    pub leave_out: Vec<String>,
     /// Units of columns; they override those of the file.
     pub units: Vec<StatedUnit>,
     /// Sampling rate, Hz; overrides that of the file.
@@ -46,6 +48,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             force: None,
+            leave_out: Vec::new(),
             units: Vec::new(),
             rate_hz: None,
             force_range_n: None,
@@ -101,8 +104,7 @@ struct CutHit {
 /// Exit 2 when there is no force, response or rate, no hit, or more hits than can be compared.
 pub fn grade(recording: Recording, options: &Options) -> Result<Hits> {
     let order = cut::channel_order(&recording, options)?;
-    let force = order.first().copied().unwrap_or_default();
-    let (recording, mut warnings) = recording.in_si(force, &options.units)?;
+    let (recording, mut warnings) = recording.in_si(&order, &options.units)?;
     let recording = &recording;
     let rate = cut::rate(recording, options)?;
     let cut = cut::hits(recording, &order, rate, options)?;

@@ -38,12 +38,15 @@ pub struct Recording {
 }
 
 /// Name and unit of a channel.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Channel {
     /// Its name in the file.
     pub name: String,
     /// Its unit in the file.
     pub unit: String,
+    /// The factor to N or m/s² for a channel without a unit of its own, where the file states its units for all
+    /// channels together.
+    pub factor: Option<f64>,
 }
 
 /// A segment of a recording: the samples of every channel, equally many for all.

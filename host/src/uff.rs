@@ -73,8 +73,8 @@ pub struct Function {
     pub numerator_axis: AxisProperties,
     /// Quantity and unit of the ordinate's denominator.
     pub denominator_axis: AxisProperties,
-    /// The units of the last dataset 164 before this one.
-    units: UnitSystem,
+    /// The units of the last dataset 164 before this one, if there is any.
+    units: Option<UnitSystem>,
 }
 
 /// Records 8 to 10 of dataset 58.
@@ -122,7 +122,7 @@ impl UffFile {
     pub fn parse(bytes: &[u8]) -> Result<Self, UffError> {
         let mut lines = Lines::new(bytes);
         let mut file = Self::default();
-        let mut units = UnitSystem::default();
+        let mut units = None;
         loop {
             while lines.peek().is_some_and(|line| line.trim_ascii().is_empty()) {
                 lines.next();
@@ -139,7 +139,7 @@ impl UffFile {
             };
             match kind_of(kind) {
                 Some(58) => file.functions.push(read_function(kind, &mut lines, units)?),
-                Some(164) => units = units::read_units(&mut lines, &mut file.notes)?,
+                Some(164) => units = Some(units::read_units(&mut lines, &mut file.notes)?),
                 Some(_) => lines.skip_to_delimiter()?,
                 None => return Err(lines.error(UffFault::NoType)),
             }
@@ -199,11 +199,15 @@ impl Function {
         self.function_type == function::TIME_RESPONSE
     }
 
-    /// The ordinate of a record over time. Without a unit of its own: forces in N, motions in m, m/s and m/s² by
-    /// the units of dataset 164, anything else unconverted. With one: in that unit.
+    /// The ordinate of a record over time, in the unit of the file.
     pub fn time_samples(&self) -> Vec<f64> {
-        let factor = units::time_factor(self);
-        self.ordinate.iter().map(|y| y.re * factor).collect()
+        self.ordinate.iter().map(|y| y.re).collect()
+    }
+
+    /// The factor from the ordinate of a record over time to N or m/s² by dataset 164; `None` without that
+    /// dataset, and for another quantity.
+    pub fn time_factor(&self) -> Option<f64> {
+        units::time_factor(self)
     }
 
     /// An error about this function.

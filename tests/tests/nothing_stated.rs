@@ -6,7 +6,7 @@
 use std::io;
 
 use massline::commands::bench_test::nominal_calibration;
-use massline::commands::calibrate::demo::calibrate;
+use massline::commands::calibrate::demo::{calibrate, sensitivity_errors};
 use massline::interrupt::Interrupt;
 use massline::monte_carlo::measurement::TestLayout;
 use massline::monte_carlo::statistics::MethodStatistics;
@@ -97,23 +97,30 @@ fn allowance(of_tests: &[(TestLayout, Vec<Run>)]) -> f64 {
 fn after_the_two_calibrations_the_intervals_hold() {
     let bench = steady_hand("uncalibrated");
     let mut of_tests = THREE_BAR_TESTS.map(|test| (layout_of(test, None), Vec::new()));
-    let mut worst = CalibrationSigma::default();
+    let [mut gain, mut cross_axis, mut hammer] = [const { Vec::new() }; 3];
     for number in 0..runs() {
         let master = SEED + number;
         let mut silent = Output::to(false, io::sink(), io::sink());
+        let parts = seed_of_run(master, 0);
         let record: CalibrationRecord =
-            calibrate(seed_of_run(master, 0), &mut silent).expect("both calibrations succeed");
-        worst = record.budget().expect("is no data sheet");
+            calibrate(parts, &mut silent).expect("both calibrations succeed");
+        let left =
+            sensitivity_errors(&bench, parts, &record).expect("has the sensors of the bench");
+        gain.extend(left.gain);
+        cross_axis.extend(left.cross_axis);
+        hammer.push(left.hammer);
         for (test, (_, runs)) in THREE_BAR_TESTS.iter().zip(&mut of_tests) {
             let layout = layout_of(test, record.budget());
             runs.push(run(&bench, &layout, &record.calibration, master));
         }
     }
-    // What the calibrations leave is what the bench has in truth.
+    // What the calibrations leave in truth, whatever they state.
+    let rms =
+        |errors: &[f64]| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
     let mut calibrated = bench.clone();
-    calibrated.sensor.gain_sigma = worst.gain.into();
-    calibrated.sensor.cross_axis_sigma = worst.cross_axis.into();
-    calibrated.hammer.gain_sigma = worst.hammer_gain.into();
+    calibrated.sensor.gain_sigma = rms(&gain);
+    calibrated.sensor.cross_axis_sigma = rms(&cross_axis);
+    calibrated.hammer.gain_sigma = rms(&hammer);
     let [exact, learned] = compare(&calibrated, &of_tests);
     show("nothing stated, calibrated", [exact, learned]);
     let few = allowance(&of_tests);

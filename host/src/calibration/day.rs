@@ -6,6 +6,7 @@ use std::str::FromStr;
 use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
+use massline_shared::calibration::CalibrationRecord;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// A date of the Gregorian calendar, written `yyyy-mm-dd`.
@@ -33,6 +34,11 @@ impl Day {
     pub fn text(self) -> heapless::String<10> {
         self.to_string().as_str().try_into().unwrap_or_default()
     }
+}
+
+/// Age of a calibration by the clock of this computer, days; zero when it has no date or one in the future.
+pub fn age_in_days(record: &CalibrationRecord) -> u16 {
+    record.date.parse().map_or(0, |day: Day| day.age_in_days())
 }
 
 impl fmt::Display for Day {

@@ -43,6 +43,25 @@ pub fn check(found: &Block, before: &CalibrationRecord, mass: f64, new_hammer: b
     }
 }
 
+/// Least ratio that a mistyped mass explains: a thousandth is that of grams typed as kilograms.
+const LEAST_RATIO: f64 = 1e-4;
+
+/// Refuses a ratio that no mass explains: one that is negative or nearly zero.
+fn check_sign(ratio: f64) -> Result<()> {
+    if ratio >= LEAST_RATIO {
+        return Ok(());
+    }
+    let what = if ratio < 0.0 { "opposite to" } else { "hardly any for" };
+    Err(Error::undetermined(
+        "no_mass_agrees",
+        format!(
+            "the accelerations are {what} the force ({ratio:.2e} of what is expected), which no mass explains: \
+             check that hammer and sensors are connected as the layout says, and that each hit has the direction \
+             of its DOF"
+        ),
+    ))
+}
+
 /// Refuses a block test whose ratios are all wrong by one factor, as those of a wrong mass are.
 ///
 /// # Errors
@@ -54,7 +73,11 @@ pub fn check_mass(
     new_hammer: bool,
 ) -> Result<()> {
     if let Some(hammer) = &found.hammer {
-        if new_hammer || is_near(hammer.ratio) {
+        if is_near(hammer.ratio) {
+            return Ok(());
+        }
+        check_sign(hammer.ratio)?;
+        if new_hammer {
             return Ok(());
         }
         return Err(Error::undetermined(
@@ -69,7 +92,9 @@ pub fn check_mass(
             ),
         ));
     }
-    match median(&against_data_sheet(found, before)) {
+    let median = median(&against_data_sheet(found, before));
+    median.map_or(Ok(()), check_sign)?;
+    match median {
         Some(median) if !is_near(median) => Err(Error::undetermined(
             "mass_disagrees",
             format!(
@@ -153,6 +178,19 @@ mod tests {
     fn another_hammer_is_taken_when_it_is_announced() {
         assert_eq!(said([1.0; 3], Some(10.0), 2.0, true), "");
         assert_eq!(said([1.0; 3], Some(1.1), 2.0, false), "");
+    }
+
+    #[test]
+    fn no_mass_is_proposed_for_a_reversed_or_a_dead_channel() {
+        for ratio in [-1.0, 1e-6] {
+            for text in [
+                said([ratio; 3], None, 2.0, false),
+                said([1.0; 3], Some(ratio), 2.0, false),
+                said([1.0; 3], Some(ratio), 2.0, true),
+            ] {
+                assert!(text.contains("no mass explains"), "{text}");
+            }
+        }
     }
 
     #[test]

@@ -23,7 +23,7 @@ continuous one is cut by the trigger. Units that the file declares are converted
 Examples:
   massline hits impact.lvm
   massline hits taps.csv --force Hammer --rate-hz 4000 --force-range-n 120
-  massline hits old.csv --unit Hammer=lbf --unit 2=g
+  massline hits old.csv --unit Hammer=lbf --unit 2=g --leave-out Temperature
   massline hits taps.npy --rate-hz 51200 --policy double_hit=warn --json")]
 pub struct Args {
     /// The recording.
@@ -31,6 +31,9 @@ pub struct Args {
     /// Column of the force: its name, or its number from 1 (a time column does not count).
     #[arg(long, value_name = "COLUMN")]
     force: Option<String>,
+    /// Column that is no accelerometer, for example a temperature: its name or number; may be repeated.
+    #[arg(long, value_name = "COLUMN")]
+    leave_out: Vec<String>,
     /// Unit of a column, where the file does not state it or states a wrong one: COLUMN=UNIT, for example
     /// "2=g"; may be repeated. Without any, the force is in N and the responses are in m/s².
     #[arg(long, value_name = "COLUMN=UNIT", value_parser = unit)]
@@ -103,6 +106,7 @@ fn options(args: &Args) -> Result<Options> {
         .fold(HitPolicy::default(), |policy, &(code, verdict)| policy.with(code, verdict));
     Ok(Options {
         force: args.force.clone(),
+        leave_out: args.leave_out.clone(),
         units: args.unit.clone(),
         rate_hz: args.rate_hz,
         force_range_n: args.force_range_n,

@@ -16,7 +16,7 @@ use super::files;
 use super::keyboard::{self, Keyboard};
 use super::progress::{Progress, Prompts};
 use super::{hash, show};
-use crate::calibration::day::Day;
+use crate::calibration::day::age_in_days;
 use crate::campaign::phase_name;
 use crate::campaign::{
     CampaignOutcome, Observer, OperatorAction, StartOptions, StartOutcome, begin, follow,
@@ -98,12 +98,17 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let in_force = calibration.as_ref().unwrap_or(&kept);
     let age = age_in_days(in_force);
+    if in_force.budget().is_some() && in_force.date.is_empty() {
+        output.note(
+            "the calibration has no date (a rig that calibrates itself has no calendar): the growth of its \
+             deviations with age is left out",
+        );
+    }
     let mut monitor = PrecisionMonitor::new(with_gains(&file.layout, in_force, age));
     let how = StartOptions {
         confirm: args.confirm,
         force: args.force,
         restart: args.restart,
-        calibration_age_days: age,
         ..StartOptions::default()
     };
     match begin(&mut client, how)? {
@@ -123,11 +128,6 @@ fn with_gains(layout: &HostLayout, record: &CalibrationRecord, age: u16) -> Host
         gains.aged(age).apply_to(&mut layout);
     }
     layout
-}
-
-/// Age of a calibration by the clock of this computer, days; zero when it has no date or one in the future.
-fn age_in_days(record: &CalibrationRecord) -> u16 {
-    record.date.parse().map_or(0, |day: Day| day.age_in_days())
 }
 
 /// Rejects a layout that the rig has no inputs or memory for, before anything is sent.

@@ -14,40 +14,50 @@ const FIRST: usize = 8;
 
 /// The channels in the order of grading: the force, then the responses.
 pub(super) fn channel_order(recording: &Recording, options: &Options) -> Result<Vec<usize>> {
-    let count = recording.channels.len();
+    let left_out = options.leave_out.iter().map(|column| recording.named(column));
+    let left_out = left_out.collect::<Result<Vec<_>>>()?;
+    let used: Vec<usize> =
+        (0..recording.channels.len()).filter(|k| !left_out.contains(k)).collect();
     let force = match &options.force {
         Some(wanted) => recording.named(wanted)?,
-        None => found(recording)?,
+        None => found(recording, &used)?,
     };
+    if !used.contains(&force) {
+        let message = "the column of the force is left out; leave out another one";
+        return Err(Error::input("force_left_out", message));
+    }
+    let count = used.len();
     if count < 2 {
         return Err(Error::input(
             "no_response",
-            "the recording has one channel; force and at least one response are needed",
+            "there is one channel; force and at least one response are needed",
         ));
     }
     if count > CHANNELS {
         let message = format!(
-            "the recording has {count} channels; at most {CHANNELS} are graded together, export \
-             fewer"
+            "there are {count} channels; at most {CHANNELS} are graded together: leave some out with \
+             --leave-out COLUMN, or export fewer"
         );
         return Err(Error::input("too_many_channels", message));
     }
-    Ok([force].into_iter().chain((0..count).filter(|&k| k != force)).collect())
+    Ok([force].into_iter().chain(used.into_iter().filter(|&k| k != force)).collect())
 }
 
-/// The channel whose name or unit is that of a force; the first channel when none has.
-fn found(recording: &Recording) -> Result<usize> {
+/// The channel among those used whose name or unit is that of a force; the first one when no channel has a name.
+fn found(recording: &Recording, used: &[usize]) -> Result<usize> {
     let channels = &recording.channels;
     let is_force = |channel: &Channel| {
         let name = channel.name.to_lowercase();
         ["force", "hammer", "kraft"].iter().any(|word| name.contains(word))
             || force_unit(&channel.unit).is_some()
     };
-    if let Some(force) = channels.iter().position(is_force) {
+    if let Some(&force) = used.iter().find(|&&k| channels.get(k).is_some_and(is_force)) {
         return Ok(force);
     }
-    if channels.iter().all(|channel| channel.name.is_empty()) {
-        return Ok(0);
+    if let Some(&first) = used.first()
+        && channels.iter().all(|channel| channel.name.is_empty())
+    {
+        return Ok(first);
     }
     let message = format!(
         "no channel is a force by its name or unit; the recording has {}: say which with --force",

@@ -83,6 +83,7 @@ fn property_json(name: &str, p: &PropertyStatistics) -> Value {
         "ratio": p.ratio(),
         "coverage95": p.coverage95,
         "half_width95": p.half_width95,
+        "width_ratio": p.width_ratio(),
     })
 }
 

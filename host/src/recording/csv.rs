@@ -109,8 +109,9 @@ fn channel(text: &str) -> Channel {
         Some((name, unit)) if unit.ends_with([']', ')']) => Channel {
             name: name.trim().to_owned(),
             unit: unit.trim_matches(['[', ']', '(', ')']).trim().to_owned(),
+            factor: None,
         },
-        _ => Channel { name: text.to_owned(), unit: String::new() },
+        _ => Channel { name: text.to_owned(), ..Channel::default() },
     }
 }
 

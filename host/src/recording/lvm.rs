@@ -177,6 +177,7 @@ fn names(
         .map(|k| Channel {
             name: text(fields.get(column_of(k, format.x_columns))),
             unit: header.units.get(k).cloned().unwrap_or_default(),
+            factor: None,
         })
         .collect())
 }

@@ -18,13 +18,15 @@ pub struct StatedUnit {
 }
 
 impl Recording {
-    /// The recording with its force in N and its other channels in m/s². A channel whose unit neither the file
-    /// nor `stated` gives is taken to be in these units; where both give one, `stated` holds. Returns also a
-    /// note for each unit of the file that is not used, and one that names the channels without a unit.
+    /// The recording with the channels of `order`, its force in N and the others in m/s²; the force is the first
+    /// of `order`. A channel whose unit neither the file nor `stated` gives is taken to be in these units; where
+    /// both give one, `stated` holds. Returns also a note for each unit of the file that is not used, and one
+    /// that names the channels without a unit. The channels that are not in `order` stay as they are.
     ///
     /// # Errors
     /// When a unit is not that of a force or of an acceleration, or `stated` names a column that does not exist.
-    pub fn in_si(mut self, force: usize, stated: &[StatedUnit]) -> Result<(Self, Vec<String>)> {
+    pub fn in_si(mut self, order: &[usize], stated: &[StatedUnit]) -> Result<(Self, Vec<String>)> {
+        let force = order.first().copied().unwrap_or_default();
         let mut units: Vec<Option<&str>> = vec![None; self.channels.len()];
         for StatedUnit { column, unit } in stated {
             let place = self.named(column)?;
@@ -34,6 +36,10 @@ impl Recording {
         let mut factors = Vec::new();
         let mut silent = Vec::new();
         for (k, (channel, unit)) in self.channels.iter().zip(units).enumerate() {
+            if !order.contains(&k) {
+                factors.push(1.0);
+                continue;
+            }
             if let Some(unit) = unit
                 && !channel.unit.is_empty()
                 && channel.unit != unit
@@ -44,10 +50,14 @@ impl Recording {
                     channel.unit
                 ));
             }
-            if unit.is_none() && channel.unit.trim().is_empty() {
+            let declared = channel.factor.filter(|_| unit.is_none());
+            if unit.is_none() && channel.unit.trim().is_empty() && declared.is_none() {
                 silent.push(k);
             }
-            factors.push(factor(k, channel, unit.unwrap_or(&channel.unit), k == force)?);
+            factors.push(match declared {
+                Some(declared) => declared,
+                None => factor(k, channel, unit.unwrap_or(&channel.unit), k == force)?,
+            });
         }
         notes.extend(self.unstated(force, &silent));
         for segment in &mut self.segments {
@@ -55,8 +65,10 @@ impl Recording {
                 samples.iter_mut().for_each(|sample| *sample *= factor);
             }
         }
-        for (k, channel) in self.channels.iter_mut().enumerate() {
+        for (k, channel) in self.channels.iter_mut().enumerate().filter(|(k, _)| order.contains(k))
+        {
             channel.unit = if k == force { "N" } else { "m/s²" }.to_owned();
+            channel.factor = None;
         }
         Ok((self, notes))
     }
@@ -120,7 +132,8 @@ fn factor(k: usize, channel: &Channel, unit: &str, is_force: bool) -> Result<f64
         };
         let message = format!(
             "{name}: \"{unit}\" is no known unit of {what} ({known} are); state the right one with \
-             --unit \"{column}={example}\", or export the recording in such a unit"
+             --unit \"{column}={example}\", leave the column out with --leave-out \"{column}\", or export the \
+             recording in such a unit"
         );
         Error::input("recording_unknown_unit", message)
     })
@@ -147,10 +160,11 @@ mod tests {
 
     fn recording(units: [&str; 3]) -> Recording {
         let names = ["Hammer", "", "z"];
-        let channels = names
-            .iter()
-            .zip(units)
-            .map(|(name, unit)| Channel { name: (*name).into(), unit: unit.into() });
+        let channels = names.iter().zip(units).map(|(name, unit)| Channel {
+            name: (*name).into(),
+            unit: unit.into(),
+            factor: None,
+        });
         Recording {
             rate_hz: None,
             channels: channels.collect(),
@@ -158,12 +172,14 @@ mod tests {
         }
     }
 
+    const ALL: [usize; 3] = [0, 1, 2];
+
     fn stated(column: &str, unit: &str) -> StatedUnit {
         StatedUnit { column: column.into(), unit: unit.into() }
     }
 
     fn samples(units: [&str; 3], stated: &[StatedUnit]) -> Vec<f64> {
-        let (converted, _) = recording(units).in_si(0, stated).unwrap();
+        let (converted, _) = recording(units).in_si(&ALL, stated).unwrap();
         converted.segments[0].0.iter().map(|channel| channel[0]).collect()
     }
 
@@ -181,24 +197,42 @@ mod tests {
     fn the_unit_stated_for_a_column_holds() {
         let found = samples(["N", "", "m/s²"], &[stated("2", "g"), stated("Z", "cm/s²")]);
         assert_eq!(found, [2.0, 3.0 * STANDARD_GRAVITY, 0.04]);
-        let (_, notes) = recording(["N", "", "m/s²"]).in_si(0, &[stated("z", "g")]).unwrap();
+        let (_, notes) = recording(["N", "", "m/s²"]).in_si(&ALL, &[stated("z", "g")]).unwrap();
         let unused = "channel 3 \"z\": the file states m/s², using g from --unit";
         let silent = "no unit is stated: channel 2 is taken to be in m/s²; state another with --unit, for \
                       example --unit \"2=g\"";
         assert_eq!(notes, [unused, silent]);
-        let (_, notes) = recording(["", "g", ""]).in_si(0, &[]).unwrap();
+        let (_, notes) = recording(["", "g", ""]).in_si(&ALL, &[]).unwrap();
         assert!(notes[0].contains("\"Hammer\" is taken to be in N, channel 3 \"z\""), "{notes:?}");
-        assert!(recording(["N", "g", "g"]).in_si(0, &[]).unwrap().1.is_empty());
+        assert!(recording(["N", "g", "g"]).in_si(&ALL, &[]).unwrap().1.is_empty());
     }
 
     #[test]
     fn a_unit_of_something_else_is_refused_by_name() {
         for units in [["V", "", ""], ["g", "", ""], ["", "N", ""], ["N", "", "m/s"]] {
-            let error = recording(units).in_si(0, &[]).unwrap_err().to_string();
+            let error = recording(units).in_si(&ALL, &[]).unwrap_err().to_string();
             assert!(error.contains("is no known unit") && error.contains("--unit"), "{error}");
         }
-        let error = recording(["", "", "EU"]).in_si(0, &[]).unwrap_err().to_string();
+        let error = recording(["", "", "EU"]).in_si(&ALL, &[]).unwrap_err().to_string();
         assert!(error.contains("channel 3 \"z\"") && error.contains("\"EU\""), "{error}");
-        assert!(recording(["", "", ""]).in_si(0, &[stated("7", "g")]).is_err());
+        assert!(recording(["", "", ""]).in_si(&ALL, &[stated("7", "g")]).is_err());
+    }
+
+    #[test]
+    fn units_for_the_whole_file_give_way_to_those_of_a_column() {
+        let mut millimetres = recording(["", "", ""]);
+        millimetres.channels[2].factor = Some(1e-3);
+        let (found, notes) = millimetres.clone().in_si(&ALL, &[]).unwrap();
+        assert_eq!(found.segments[0].0[2], [0.004]);
+        assert!(!notes[0].contains("channel 3"), "{notes:?}");
+        let (found, _) = millimetres.in_si(&ALL, &[stated("z", "g")]).unwrap();
+        assert_eq!(found.segments[0].0[2], [4.0 * STANDARD_GRAVITY]);
+    }
+
+    #[test]
+    fn a_channel_that_is_not_used_may_have_any_unit() {
+        let (found, _) = recording(["N", "°C", "g"]).in_si(&[0, 2], &[]).unwrap();
+        assert_eq!(found.segments[0].0[1], [3.0]);
+        assert_eq!(found.channels[1].unit, "°C");
     }
 }

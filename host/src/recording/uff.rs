@@ -1,5 +1,5 @@
 //! Time records of a universal file: dataset 58 with function type 1. A DOF that occurs again begins the next
-//! segment.
+//! segment, whose channels have the quantities and units of those of the first.
 
 use super::{Channel, Recording, RecordingError, Segment};
 use crate::uff::{Function, UffFile};
@@ -18,7 +18,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
         .skip(1)
         .position(|f| f.response == first.response && f.numerator_axis == first.numerator_axis)
         .map_or(records.len(), |at| at + 1);
-    let channels = records.iter().take(per_segment).map(|f| f.time_channel()).collect();
+    let channels: Vec<Channel> =
+        records.iter().take(per_segment).map(|f| f.time_channel()).collect();
     let mut segments = Vec::new();
     for group in records.chunks(per_segment) {
         if group.len() < per_segment {
@@ -30,22 +31,39 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
             let found = other.ordinate.len();
             return Err(RecordingError::Ragged { line: other.line, found, wanted: length });
         }
+        if let Some((other, wanted)) =
+            group.iter().zip(&channels).find(|(f, channel)| f.time_channel() != **channel)
+        {
+            let fault = format!(
+                "this record of channel \"{}\" has another quantity, DOF or unit than that of the first segment; \
+                 export all segments alike",
+                wanted.name
+            );
+            return Err(RecordingError::Header { line: other.line, fault });
+        }
         segments.push(Segment(group.iter().map(|f| f.time_samples()).collect()));
     }
     Ok(Recording { rate_hz: rate(first), channels, segments })
 }
 
 impl Function {
+    /// The channel of a record; the unit of a velocity or displacement is always given, so that it is refused
+    /// where an acceleration is needed.
     fn time_channel(&self) -> Channel {
-        let name = match self.numerator_axis.data_type {
-            9 | 13 => "force",
-            8 => "displacement",
-            11 => "velocity",
-            12 => "acceleration",
-            _ => "",
+        let (name, unit) = match self.numerator_axis.data_type {
+            9 | 13 => ("force", ""),
+            8 => ("displacement", "m"),
+            11 => ("velocity", "m/s"),
+            12 => ("acceleration", ""),
+            _ => ("", ""),
         };
         let name = format!("{name} {}:{}", self.response.node, self.response.direction);
-        Channel { name: name.trim().to_owned(), unit: self.numerator_axis.unit.clone() }
+        let unit = match self.numerator_axis.unit.trim() {
+            "" => unit,
+            stated => stated,
+        };
+        let factor = if unit.is_empty() { self.time_factor() } else { None };
+        Channel { name: name.trim().to_owned(), unit: unit.to_owned(), factor }
     }
 }
 

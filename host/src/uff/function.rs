@@ -54,7 +54,7 @@ const MOST_HEADER_LINES: i64 = 100;
 pub(super) fn read_function(
     kind: &[u8],
     lines: &mut Lines<'_>,
-    units: UnitSystem,
+    units: Option<UnitSystem>,
 ) -> Result<Function, UffError> {
     let binary = binary_header(kind, lines)?;
     for _ in 0..5 {

@@ -86,16 +86,14 @@ pub(super) fn read_units(
     Ok(system)
 }
 
-/// The factor that converts the ordinate of a record over time to SI by dataset 164; one for a record that states
-/// its own unit.
-pub(super) fn time_factor(function: &Function) -> f64 {
-    if !function.numerator_axis.unit.trim().is_empty() {
-        return 1.0;
-    }
+/// The factor that converts the ordinate of a record over time to N or m/s² by dataset 164, where the file has
+/// one.
+pub(super) fn time_factor(function: &Function) -> Option<f64> {
+    let units = function.units?;
     match function.numerator_axis.data_type {
-        9 | 13 => 1.0 / function.units.force,
-        8 | 11 | 12 => 1.0 / function.units.length,
-        _ => 1.0,
+        9 | 13 => Some(1.0 / units.force),
+        12 => Some(1.0 / units.length),
+        _ => None,
     }
 }
 
@@ -105,7 +103,7 @@ pub(super) fn conversion(
     quantity: Option<Quantity>,
 ) -> Result<Conversion, UffFault> {
     let hertz = hertz(function)?;
-    let units = function.units;
+    let units = function.units.unwrap_or_default();
     let length = 1.0 / units.length;
     let force = 1.0 / units.force;
     if let Some(quantity) = quantity {

@@ -7,21 +7,21 @@ use tempfile::TempDir;
 
 use crate::program::{self, run_json};
 
-const RATE: f64 = 51_200.0;
+pub const RATE: f64 = 51_200.0;
 
-fn data(name: &str) -> PathBuf {
+pub fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/pyfrf-impact").join(name)
 }
 
 /// Exit code, JSON and text.
-fn run(arguments: &[&str]) -> (i32, Value, String) {
+pub fn run(arguments: &[&str]) -> (i32, Value, String) {
     let (run, value) = run_json(&[&["hits"], arguments].concat());
     (run.exit, value, run.stderr)
 }
 
 /// Segment, verdict and codes of every hit.
 #[track_caller]
-fn verdicts(arguments: &[&str]) -> Vec<(u64, String, Vec<String>)> {
+pub fn verdicts(arguments: &[&str]) -> Vec<(u64, String, Vec<String>)> {
     let (exit, value, stderr) = run(arguments);
     assert_eq!(exit, 0, "{stderr}");
     let of = |hit: &Value| {
@@ -47,7 +47,7 @@ fn expected() -> Vec<(u64, String, Vec<String>)> {
 }
 
 /// The segments of the third-party record: rows of force and response.
-fn segments() -> Vec<Vec<[f64; 2]>> {
+pub fn segments() -> Vec<Vec<[f64; 2]>> {
     const SAMPLES: usize = 4608;
     let file = std::fs::read(data("impact2_response0.npy")).unwrap();
     let values = &file[file.len() - 5 * SAMPLES * 2 * 8..];
@@ -84,7 +84,16 @@ fn the_real_record_is_graded_as_described_in_every_format() {
 }
 
 /// A dataset 58 with a time record: ASCII, double precision, even abscissa.
-fn time_record(segment: &[[f64; 2]], channel: usize, data_type: i32) -> String {
+pub fn time_record(segment: &[[f64; 2]], channel: usize, data_type: i32) -> String {
+    time_record_in(segment, channel, (data_type, "NONE"))
+}
+
+/// The same with a label of the unit.
+pub fn time_record_in(
+    segment: &[[f64; 2]],
+    channel: usize,
+    (data_type, unit): (i32, &str),
+) -> String {
     let mut text = format!("    -1\n    58\n{}", "NONE\n".repeat(5));
     text += &format!(
         "    1         0    0         0 {:10} {:9}   3 {:10} {:9}   3\n",
@@ -96,8 +105,9 @@ fn time_record(segment: &[[f64; 2]], channel: usize, data_type: i32) -> String {
     let points = segment.len();
     text +=
         &format!("{:10}{points:10}{:10}{:13.5e}{:13.5e}{:13.5e}\n", 4, 1, 0.0, RATE.recip(), 0.0);
-    let axis = |kind: i32| format!("{kind:10}    0    0    0 {:20} {:20}\n", "NONE", "NONE");
-    text += &(axis(17) + &axis(data_type) + &axis(0) + &axis(0));
+    let axis =
+        |kind: i32, unit: &str| format!("{kind:10}    0    0    0 {:20} {unit:20}\n", "NONE");
+    text += &(axis(17, "NONE") + &axis(data_type, unit) + &axis(0, "NONE") + &axis(0, "NONE"));
     for row in segment.chunks(4) {
         row.iter().for_each(|values| text += &format!("{:20.11e}", values[channel]));
         text.push('\n');
@@ -362,7 +372,7 @@ fn advice_about_the_band_names_the_option() {
 
 /// A LabVIEW file with decimal comma of one triggered hit: the second of the third-party record, from 0.6 ms
 /// before its force rises, with the acceleration in g.
-fn triggered_record() -> String {
+pub fn triggered_record() -> String {
     let rows = &segments()[1];
     let touch = rows.iter().position(|[force, _]| *force > 3.0).unwrap();
     let lead = (0.6e-3 * RATE).round() as usize;
@@ -379,86 +389,4 @@ fn triggered_record() -> String {
         text += &row.replace('.', ",");
     }
     text
-}
-
-#[test]
-fn one_triggered_record_in_g_with_a_short_lead_is_graded_without_options() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("triggered.lvm");
-    std::fs::write(&path, triggered_record()).unwrap();
-    let path = path.display().to_string();
-    assert_eq!(verdicts(&[&path]), [(0, "accepted".to_owned(), vec![])]);
-    let (_, value, _) = run(&[&path]);
-    let npy = data("impact2_response0.npy").display().to_string();
-    let (_, whole, _) = run(&[&npy, "--rate-hz", "51200"]);
-    for key in ["peak_force_n", "peak_response_m_per_s2"] {
-        let number = |value: &Value, hit: usize| value["hits"][hit][key].as_f64().unwrap();
-        let (cut, whole) = (number(&value, 0), number(&whole, 1));
-        // The rest value comes from 8 samples here, and from other ones there: their noise and a slow drift.
-        assert!((cut / whole - 1.0).abs() < 0.01, "{key}: {cut} {whole}");
-    }
-}
-
-#[test]
-fn units_of_the_file_and_of_the_command_line_are_converted_or_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let lines = |force: &str, response: &str| {
-        let mut text = format!("Hammer [{force}];z [{response}]\n");
-        for n in 0..512 {
-            let pulse = if (100..116).contains(&n) { 20.0 } else { 0.0 };
-            text += &format!("{};{}\n", pulse, 0.5 * pulse);
-        }
-        text
-    };
-    let file = |name: &str, force: &str, response: &str| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, lines(force, response)).unwrap();
-        path.display().to_string()
-    };
-    let peaks = |arguments: &[&str]| {
-        let (exit, value, stderr) = run(&[arguments, &["--rate-hz", "4000"]].concat());
-        assert_eq!(exit, 0, "{stderr}");
-        let hit = &value["hits"][0];
-        ["peak_force_n", "peak_response_m_per_s2"].map(|key| hit[key].as_f64().unwrap())
-    };
-    let close = |found: [f64; 2], expected: [f64; 2]| {
-        // Findings are in single precision.
-        let near = |k: usize| (found[k] / expected[k] - 1.0).abs() < 1e-6;
-        assert!(near(0) && near(1), "{found:?} {expected:?}");
-    };
-    close(peaks(&[&file("si.csv", "N", "m/s²")]), [20.0, 10.0]);
-    close(peaks(&[&file("g.csv", "lbf", "g")]), [88.964_432_3, 98.0665]);
-    let volts = file("volts.csv", "N", "V");
-    close(peaks(&[&volts, "--unit", "z=mm/s^2"]), [20.0, 0.01]);
-    // The first channel in one unit of acceleration, the second in none.
-    let mixed = lines("N", "g").replacen("z [g]", "y [g];z [mm]", 1);
-    let mixed: String = mixed
-        .lines()
-        .map(|line| {
-            let last = line.rsplit(';').next().unwrap();
-            if line.contains('[') { format!("{line}\n") } else { format!("{line};{last}\n") }
-        })
-        .collect();
-    let path = folder.path().join("mixed.csv");
-    std::fs::write(&path, mixed).unwrap();
-    let (exit, value, _) = run(&[&path.display().to_string(), "--rate-hz", "4000"]);
-    let message = value["error"]["message"].as_str().unwrap();
-    assert_eq!(exit, 2);
-    assert!(message.contains("channel 3 \"z\": \"mm\"") && message.contains("--unit"), "{message}");
-    // A file that states none is graded, with a warning that names what is taken.
-    let silent = file("silent.csv", "", "");
-    let (exit, value, stderr) = run(&[&silent, "--rate-hz", "4000"]);
-    assert_eq!(exit, 0, "{stderr}");
-    for words in [
-        "no unit is stated",
-        "\"Hammer\" is taken to be in N",
-        "\"z\" is taken to be in m/s²",
-        "z=g",
-    ] {
-        assert!(value["notes"][0].as_str().unwrap().contains(words), "{value}");
-    }
-    let (exit, value, _) = run(&[&volts, "--rate-hz", "4000"]);
-    assert_eq!((exit, &value["error"]["code"]), (2, &"recording_unknown_unit".into()), "{value}");
-    let message = value["error"]["message"].as_str().unwrap();
-    assert!(message.contains("\"z\"") && message.contains("--unit"), "{message}");
 }

@@ -9,6 +9,7 @@ mod demo;
 mod hits;
 mod layout;
 mod options;
+mod recorded_units;
 mod replay;
 #[cfg(unix)]
 mod rig;

@@ -29,7 +29,7 @@ pub struct TestErrors {
     pub hammer_gain: f64,
     /// Output at rest of each channel minus the nominal one, V.
     pub zero_v: [f64; CHANNELS],
-    /// Relative error of the cutoff of each channel's filter.
+    /// Relative error of the cutoff of each channel's filter, drawn and fixed part together.
     pub rc: [f64; CHANNELS],
     /// Phase of the converter's integral nonlinearity at code zero, rad.
     pub inl_phase: f64,
@@ -46,7 +46,7 @@ impl TestErrors {
         let mut rc = [0.0; CHANNELS];
         let hammer_gain = normal(rng) * hammer.gain_sigma + hammer.gain_error;
         zero_v[0] = normal(rng) * hammer.zero_sigma_v;
-        rc[0] = tolerance(rng, hammer.rc_tolerance);
+        rc[0] = tolerance(rng, hammer.rc_tolerance) + hammer.rc_error;
         for (zero, cutoff) in zero_v.iter_mut().zip(&mut rc).skip(1) {
             *zero = normal(rng) * sensor.zero_sigma_v;
             *cutoff = tolerance(rng, sensor.rc_tolerance);
@@ -63,6 +63,10 @@ impl TestErrors {
             })
             .collect();
         let inl_phase = std::f64::consts::TAU * rng.random::<f64>();
+        for (k, cutoff) in rc.iter_mut().enumerate() {
+            let within = if k == 0 { hammer.rc_within } else { sensor.rc_within };
+            *cutoff += within * (2.0 * rng.random::<f64>() - 1.0);
+        }
         Self { sensors, hammer_gain, zero_v, rc, inl_phase }
     }
 }

@@ -7,7 +7,7 @@ use massline_shared::layout::HostLayout;
 use massline_shared::signal::{AdcProperties, Scan};
 use massline_shared::units::{Hertz, Seconds, Volts};
 use nalgebra::Vector3;
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::dynamics::check_node;
@@ -38,6 +38,8 @@ pub struct BenchSource {
     errors: TestErrors,
     simulation: Simulation,
     noise: ChaCha8Rng,
+    /// Decides which scans are lost.
+    losses: ChaCha8Rng,
     drives: Vec<Drive>,
     armed: Option<(u32, usize)>,
     last_tap: Option<Tap>,
@@ -75,6 +77,8 @@ const NOISE: u64 = 0;
 const TAPS: u64 = 1;
 /// Phase of the mains and jitter; above the number of the last tap.
 const DISTURBANCES: u64 = 0x1_0000;
+/// Lost scans.
+const LOSSES: u64 = DISTURBANCES + 1;
 /// Stream of the errors of the test; no arming has this number.
 pub(super) const TEST: u64 = u64::MAX;
 /// Streams of the mountings, numbered 1 to 65535.
@@ -106,6 +110,7 @@ impl BenchSource {
             errors,
             simulation,
             noise,
+            losses: stream(seed, TEST - 3),
             drives: Vec::new(),
             armed: None,
             last_tap: None,
@@ -192,6 +197,7 @@ impl ScanSource for BenchSource {
         self.noise = stream(self.seed, purpose(arming, dof, NOISE));
         let disturbances = stream(self.seed, purpose(arming, dof, DISTURBANCES));
         self.simulation.reset(&mut self.noise, disturbances);
+        self.losses = stream(self.seed, purpose(arming, dof, LOSSES));
         self.taps = 0;
         match &mut self.prompt {
             Prompt::Rig { next } => *next = self.bench.operator.delay_s,
@@ -200,8 +206,13 @@ impl ScanSource for BenchSource {
     }
 
     fn next_scan(&mut self) -> Option<Scan> {
-        self.decide();
-        Some(self.simulation.scan(&self.drives, &mut self.noise))
+        loop {
+            self.decide();
+            let scan = self.simulation.scan(&self.drives, &mut self.noise);
+            if self.losses.random::<f64>() >= self.bench.adc.lost_rate {
+                return Some(scan);
+            }
+        }
     }
 }
 

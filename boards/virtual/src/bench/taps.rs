@@ -137,7 +137,7 @@ impl Tap {
         let bounce = Contact {
             start: contact.end() + within(operator.double_gap_s, rng.random()),
             duration: within(tap.duration_s, rng.random()),
-            peak: contact.peak * within([0.3, 0.7], rng.random()),
+            peak: contact.peak * within(operator.double_share, rng.random()),
         };
         let contacts = match kind {
             TapKind::Double => vec![contact, bounce],

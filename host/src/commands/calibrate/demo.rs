@@ -43,6 +43,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let found = calibrate(args.seed, output)?;
     let bench = Bench::named("uncalibrated")?;
     let errors = sensitivity_errors(&bench, args.seed, &found)?;
+    let [gain, cross_axis, hammer] = errors.largest_percent();
     let before = nominal_calibration(&bench).into();
     let mut rows = Vec::new();
     for (name, text) in LAYOUTS {
@@ -53,7 +54,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let value = json!({
         "calibration": report::record_json(&found),
-        "largest_error_percent": { "gain": errors.gain, "cross_axis": errors.cross_axis, "hammer": errors.hammer },
+        "largest_error_percent": { "gain": gain, "cross_axis": cross_axis, "hammer": hammer },
         "tests": rows.iter().map(|(name, before, after)| json!({
             "name": name,
             "rms_error_percent_of_scale": { "data_sheet": before, "calibrated": after },
@@ -66,12 +67,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             table.add_row([(*name).to_owned(), format!("{before:.3}"), format!("{after:.3}")]);
         }
         format!(
-            "{}\n{}\nlargest error of the calibration: gain {:.3} %, cross-axis {:.3} %, hammer {:.3} %\n\n{}\n{table}",
+            "{}\n{}\nlargest error of the calibration: gain {gain:.3} %, cross-axis {cross_axis:.3} %, hammer {hammer:.3} %\n\n{}\n{table}",
             output.toned("calibration", Tone::Strong),
             report::record_text(&found),
-            errors.gain,
-            errors.cross_axis,
-            errors.hammer,
             output.toned("before and after", Tone::Strong),
         )
     })
@@ -110,15 +108,25 @@ pub fn calibrate(seed: u64, output: &mut Output) -> Result<CalibrationRecord> {
     Ok(record)
 }
 
-/// Largest errors of a calibration, compared with the truth of a bench, %.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Errors of a calibration against the truth of a bench, relative to the sensitivity of their channel.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensitivityErrors {
-    /// Largest error of the sensitivities of the axes.
-    pub gain: f64,
-    /// Largest error of the cross-axis sensitivities, relative to the sensitivity of their channel.
-    pub cross_axis: f64,
-    /// Error of the hammer's sensitivity.
+    /// Of the sensitivities of all axes.
+    pub gain: Vec<f64>,
+    /// Of the cross-axis sensitivities.
+    pub cross_axis: Vec<f64>,
+    /// Of the hammer's sensitivity.
     pub hammer: f64,
+}
+
+impl SensitivityErrors {
+    /// The largest magnitudes of the errors of gain, cross-axis sensitivity and hammer, %.
+    pub fn largest_percent(&self) -> [f64; 3] {
+        let largest = |errors: &[f64]| {
+            errors.iter().fold(0.0, |largest: f64, e| largest.max(100.0 * e.abs()))
+        };
+        [largest(&self.gain), largest(&self.cross_axis), largest(&[self.hammer])]
+    }
 }
 
 /// The errors of `record` for the sensors and the hammer that the bench has with this seed.
@@ -133,15 +141,14 @@ pub fn sensitivity_errors(
     let source = TumbleSource::new(bench, record.sensors.len(), seed)?;
     let truth = source.errors();
     let nominal = nominal_calibration(bench);
-    let mut errors = SensitivityErrors { gain: 0.0, cross_axis: 0.0, hammer: 0.0 };
+    let mut errors = SensitivityErrors::default();
     for (k, sensor) in truth.sensors.iter().enumerate() {
         let found = record.calibration.sensor_sensitivity(k);
         let true_one = nominal.sensor_sensitivity(k) * sensor.sensitivity;
         for row in 0..3 {
             for column in 0..3 {
                 let off = (found - true_one)[(row, column)] / true_one[(row, row)];
-                let largest = if row == column { &mut errors.gain } else { &mut errors.cross_axis };
-                *largest = largest.max(100.0 * off.abs());
+                if row == column { &mut errors.gain } else { &mut errors.cross_axis }.push(off);
             }
         }
     }
@@ -149,7 +156,7 @@ pub fn sensitivity_errors(
         f64::from(calibration.channels[HAMMER].sensitivity)
     };
     let true_hammer = hammer(&nominal) * (1.0 + truth.hammer_gain);
-    errors.hammer = 100.0 * (hammer(&record.calibration) / true_hammer - 1.0).abs();
+    errors.hammer = hammer(&record.calibration) / true_hammer - 1.0;
     Ok(errors)
 }
 

@@ -33,6 +33,8 @@ pub struct AdcSettings {
     pub clock_error: f64,
     /// Error of the instant of each scan, common to its channels, 1 σ, s.
     pub jitter_s: f64,
+    /// Share of the scans that vanish on the way to the rig, which takes the next one for them.
+    pub lost_rate: f64,
 }
 
 /// Allowed integral nonlinearity, LSB.
@@ -43,6 +45,8 @@ const BOW: RangeInclusive<f64> = -1000.0..=1000.0;
 const MEMORY: RangeInclusive<f64> = 0.0..=0.5;
 /// Allowed relative error of the clock.
 const CLOCK_ERROR: RangeInclusive<f64> = -0.1..=0.1;
+/// Allowed share of lost scans.
+const LOST: RangeInclusive<f64> = 0.0..=0.5;
 /// Largest allowed jitter as a share of the interval between scans: it is modelled to first order.
 const MOST_JITTER: f64 = 0.1;
 
@@ -59,6 +63,7 @@ impl Default for AdcSettings {
             memory: 0.0,
             clock_error: 0.0,
             jitter_s: 0.0,
+            lost_rate: 0.0,
         }
     }
 }
@@ -83,6 +88,7 @@ impl AdcSettings {
             (self.memory, "memory", MEMORY),
             (self.clock_error, "clock_error", CLOCK_ERROR),
             (self.jitter_s, "jitter_s", 0.0..=MOST_JITTER / self.rate_hz.max(100.0)),
+            (self.lost_rate, "lost_rate", LOST),
         ])
         .or(too_late
             .then(|| ("channel_delay_s", "the last channel would fall into the next scan".into())))

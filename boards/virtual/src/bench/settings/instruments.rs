@@ -37,6 +37,8 @@ pub struct SensorSettings {
     pub rc_cutoff_hz: f64,
     /// Relative tolerance of the cutoff, 1 σ.
     pub rc_tolerance: f64,
+    /// Largest relative error of the cutoff that is drawn evenly, in addition to the tolerance.
+    pub rc_within: f64,
     /// Cutoffs of the x, y and z axes that act in place of `rc_cutoff_hz`, Hz: for example the sensor's
     /// own bandwidth when the capacitors are missing. A calibration from the data sheets does not know
     /// them.
@@ -65,6 +67,7 @@ impl Default for SensorSettings {
             noise_g_per_sqrt_hz: 300e-6,
             rc_cutoff_hz: RC_CUTOFF_HZ,
             rc_tolerance: 0.02,
+            rc_within: 0.0,
             bandwidth_hz: None,
             board_mass_kg: 0.0,
             drift_v_per_s: 0.0,
@@ -86,12 +89,18 @@ impl SensorSettings {
             (self.noise_g_per_sqrt_hz, "noise_g_per_sqrt_hz", SIGMA),
             (self.rc_cutoff_hz, "rc_cutoff_hz", CUTOFF),
             (self.rc_tolerance, "rc_tolerance", TOLERANCE),
+            (self.rc_within, "rc_within", WITHIN),
             (self.board_mass_kg, "board_mass_kg", BOARD_MASS),
             (self.drift_v_per_s, "drift_v_per_s", DRIFT),
         ])
         .or_else(|| out_of_range(&self.bandwidth_hz?.map(|hz| (hz, "bandwidth_hz", CUTOFF))))
     }
 }
+
+/// Allowed even errors of a cutoff, relative.
+const WITHIN: RangeInclusive<f64> = 0.0..=0.9;
+/// Allowed relative errors of every test.
+const FIXED_ERROR: RangeInclusive<f64> = -0.9..=9.0;
 
 /// `[hammer]`: the force transducer and its conditioner.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -114,6 +123,10 @@ pub struct HammerSettings {
     pub rc_cutoff_hz: f64,
     /// Relative tolerance of the cutoff, 1 σ.
     pub rc_tolerance: f64,
+    /// Largest relative error of the cutoff that is drawn evenly, in addition to the tolerance.
+    pub rc_within: f64,
+    /// Relative error of the cutoff that every test has, in addition to the drawn one.
+    pub rc_error: f64,
 }
 
 impl Default for HammerSettings {
@@ -127,6 +140,8 @@ impl Default for HammerSettings {
             noise_n_per_sqrt_hz: 0.0005,
             rc_cutoff_hz: RC_CUTOFF_HZ,
             rc_tolerance: 0.02,
+            rc_within: 0.0,
+            rc_error: 0.0,
         }
     }
 }
@@ -136,12 +151,14 @@ impl HammerSettings {
         out_of_range(&[
             (self.sensitivity_v_per_n, "sensitivity_v_per_n", 1e-9..=1e3),
             (self.gain_sigma, "gain_sigma", SIGMA),
-            (self.gain_error, "gain_error", -0.9..=9.0),
+            (self.gain_error, "gain_error", FIXED_ERROR),
             (self.zero_v, "zero_v", VOLTS),
             (self.zero_sigma_v, "zero_sigma_v", VOLTS),
             (self.noise_n_per_sqrt_hz, "noise_n_per_sqrt_hz", SIGMA),
             (self.rc_cutoff_hz, "rc_cutoff_hz", CUTOFF),
             (self.rc_tolerance, "rc_tolerance", TOLERANCE),
+            (self.rc_within, "rc_within", WITHIN),
+            (self.rc_error, "rc_error", FIXED_ERROR),
         ])
     }
 }

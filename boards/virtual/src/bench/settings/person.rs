@@ -85,6 +85,8 @@ pub struct OperatorSettings {
     pub double_rate: f64,
     /// Time between the two, from and to, s.
     pub double_gap_s: [f64; 2],
+    /// Peak force of the second over that of the first, from and to.
+    pub double_share: [f64; 2],
     /// Share of the taps before which the hammer brushes the object.
     pub grazing_rate: f64,
     /// Share of the taps after which the hammer stays on the object.
@@ -113,6 +115,7 @@ impl Default for OperatorSettings {
             too_hard_n: [150.0, 200.0],
             double_rate: 0.0,
             double_gap_s: [0.03, 0.08],
+            double_share: [0.3, 0.7],
             grazing_rate: 0.0,
             sustained_contact_rate: 0.0,
             soft_rate: 0.0,
@@ -159,6 +162,7 @@ impl OperatorSettings {
         .or(range_problem(self.too_weak_n, "too_weak_n", FORCE))
         .or(range_problem(self.too_hard_n, "too_hard_n", FORCE))
         .or(range_problem(self.double_gap_s, "double_gap_s", 1e-4..=10.0))
+        .or(range_problem(self.double_share, "double_share", SHARE))
         .or((share > 1.0).then(|| ("too_weak_rate", "the rates add up to more than 1".into())))
     }
 }

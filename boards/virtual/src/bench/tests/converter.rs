@@ -262,3 +262,21 @@ fn slopes_are_those_of_the_values() {
         }
     }
 }
+
+#[test]
+fn lost_scans_leave_the_others_as_they_are() {
+    let whole = BenchSource::new(&fine(&[]), &test_one(), 4).unwrap();
+    let mut bench = fine(&[]);
+    bench.adc.lost_rate = 0.02;
+    let gaps = BenchSource::new(&bench, &test_one(), 4).unwrap();
+    let [whole, gaps] = [whole, gaps].map(|mut source| {
+        source.armed(1, 0);
+        scans(&mut source, 2000)
+    });
+    // Each scan that arrives is the next but a few of all.
+    let mut all = whole.iter();
+    let arrived = gaps.iter().take_while(|scan| all.any(|other| other == *scan)).count();
+    let lost = whole.len() - arrived;
+    // 40 of 2000, of which four standard deviations are 25.
+    assert!((15..=65).contains(&lost), "{lost}");
+}

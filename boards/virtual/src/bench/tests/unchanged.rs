@@ -13,7 +13,7 @@ fn fault(bench: &mut Bench, text: &str) {
 }
 
 /// Every disturbance.
-const ALL: [(&str, Change); 24] = [
+const ALL: [(&str, Change); 26] = [
     ("rail:2z", |b| fault(b, "rail:2z:20")),
     ("rail:hammer", |b| fault(b, "rail:hammer:10")),
     ("hammer", |b| fault(b, "hammer:0.9")),
@@ -38,6 +38,8 @@ const ALL: [(&str, Change); 24] = [
     ("amplitude_v", |b| b.mains.amplitude_v = 0.02),
     ("hum", |b| fault(b, "hum:0.02")),
     ("clock_error", |b| b.adc.clock_error = 0.01),
+    ("rc_error", |b| b.hammer.rc_error = 0.2),
+    ("lost_rate", |b| b.adc.lost_rate = 0.01),
 ];
 
 /// How many of these, from the first, leave an object at rest without noise alone.
@@ -86,7 +88,7 @@ fn a_disturbance_changes_neither_errors_nor_taps() {
         let (bad, bad_record) = record(&bench, 1400);
         assert!(bad_record != good_record, "{name} has no effect");
         let mut errors = bad.errors().clone();
-        errors.hammer_gain = good.errors().hammer_gain;
+        (errors.hammer_gain, errors.rc[0]) = (good.errors().hammer_gain, good.errors().rc[0]);
         assert_eq!(&errors, good.errors(), "{name}");
         let tap = bad.last_tap().unwrap();
         assert_eq!(tap.contacts, good_tap.contacts, "{name}");
@@ -129,8 +131,9 @@ fn what_is_added_at_conversion_is_the_same_with_and_without_noise() {
         bench
     };
     for (name, change) in ALL.into_iter().skip(QUIET_AT_REST) {
-        // The first three depend on the value, noise included; the noise depends on the last.
-        if ["inl_lsb", "bow_lsb", "compress", "clock_error"].contains(&name) {
+        // The first three depend on the value, noise included; the noise depends on the others.
+        let excepted = ["inl_lsb", "bow_lsb", "compress", "clock_error", "rc_error", "lost_rate"];
+        if excepted.contains(&name) {
             continue;
         }
         let added = |noise: f64| {

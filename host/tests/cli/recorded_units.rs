@@ -1,0 +1,164 @@
+//! `massline hits` on recordings with units: declared, stated on the command line, missing or wrong.
+
+use serde_json::Value;
+
+use crate::hits::{
+    RATE, data, run, segments, time_record, time_record_in, triggered_record, verdicts,
+};
+
+#[test]
+fn one_triggered_record_in_g_with_a_short_lead_is_graded_without_options() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("triggered.lvm");
+    std::fs::write(&path, triggered_record()).unwrap();
+    let path = path.display().to_string();
+    assert_eq!(verdicts(&[&path]), [(0, "accepted".to_owned(), vec![])]);
+    let (_, value, _) = run(&[&path]);
+    let npy = data("impact2_response0.npy").display().to_string();
+    let (_, whole, _) = run(&[&npy, "--rate-hz", "51200"]);
+    for key in ["peak_force_n", "peak_response_m_per_s2"] {
+        let number = |value: &Value, hit: usize| value["hits"][hit][key].as_f64().unwrap();
+        let (cut, whole) = (number(&value, 0), number(&whole, 1));
+        // The rest value comes from 8 samples here, and from other ones there: their noise and a slow drift.
+        assert!((cut / whole - 1.0).abs() < 0.01, "{key}: {cut} {whole}");
+    }
+}
+
+#[test]
+fn units_of_the_file_and_of_the_command_line_are_converted_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = |force: &str, response: &str| {
+        let mut text = format!("Hammer [{force}];z [{response}]\n");
+        for n in 0..512 {
+            let pulse = if (100..116).contains(&n) { 20.0 } else { 0.0 };
+            text += &format!("{};{}\n", pulse, 0.5 * pulse);
+        }
+        text
+    };
+    let file = |name: &str, force: &str, response: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, lines(force, response)).unwrap();
+        path.display().to_string()
+    };
+    let peaks = |arguments: &[&str]| {
+        let (exit, value, stderr) = run(&[arguments, &["--rate-hz", "4000"]].concat());
+        assert_eq!(exit, 0, "{stderr}");
+        let hit = &value["hits"][0];
+        ["peak_force_n", "peak_response_m_per_s2"].map(|key| hit[key].as_f64().unwrap())
+    };
+    let close = |found: [f64; 2], expected: [f64; 2]| {
+        // Findings are in single precision.
+        let near = |k: usize| (found[k] / expected[k] - 1.0).abs() < 1e-6;
+        assert!(near(0) && near(1), "{found:?} {expected:?}");
+    };
+    close(peaks(&[&file("si.csv", "N", "m/s²")]), [20.0, 10.0]);
+    close(peaks(&[&file("g.csv", "lbf", "g")]), [88.964_432_3, 98.0665]);
+    let volts = file("volts.csv", "N", "V");
+    close(peaks(&[&volts, "--unit", "z=mm/s^2"]), [20.0, 0.01]);
+    // The first channel in one unit of acceleration, the second in none.
+    let mixed = lines("N", "g").replacen("z [g]", "y [g];z [mm]", 1);
+    let mixed: String = mixed
+        .lines()
+        .map(|line| {
+            let last = line.rsplit(';').next().unwrap();
+            if line.contains('[') { format!("{line}\n") } else { format!("{line};{last}\n") }
+        })
+        .collect();
+    let path = folder.path().join("mixed.csv");
+    std::fs::write(&path, mixed).unwrap();
+    let (exit, value, _) = run(&[&path.display().to_string(), "--rate-hz", "4000"]);
+    let message = value["error"]["message"].as_str().unwrap();
+    assert_eq!(exit, 2);
+    assert!(message.contains("channel 3 \"z\": \"mm\"") && message.contains("--unit"), "{message}");
+    // A file that states none is graded, with a warning that names what is taken.
+    let silent = file("silent.csv", "", "");
+    let (exit, value, stderr) = run(&[&silent, "--rate-hz", "4000"]);
+    assert_eq!(exit, 0, "{stderr}");
+    for words in [
+        "no unit is stated",
+        "\"Hammer\" is taken to be in N",
+        "\"z\" is taken to be in m/s²",
+        "z=g",
+    ] {
+        assert!(value["notes"][0].as_str().unwrap().contains(words), "{value}");
+    }
+    let (exit, value, _) = run(&[&volts, "--rate-hz", "4000"]);
+    assert_eq!((exit, &value["error"]["code"]), (2, &"recording_unknown_unit".into()), "{value}");
+    let message = value["error"]["message"].as_str().unwrap();
+    assert!(message.contains("\"z\"") && message.contains("--unit"), "{message}");
+}
+
+/// Universal files of the third-party record, whose channels are converted or refused by their data types.
+#[test]
+fn quantities_and_units_of_a_universal_file_are_honoured_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let segments = segments();
+    let hit = &segments[1];
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.display().to_string()
+    };
+    let peaks = |arguments: &[&str]| {
+        let (exit, value, stderr) = run(arguments);
+        assert_eq!(exit, 0, "{stderr}");
+        ["peak_force_n", "peak_response_m_per_s2"]
+            .map(|key| value["hits"][0][key].as_f64().unwrap())
+    };
+    let force = time_record(hit, 0, 13);
+    let plain = peaks(&[&write("plain.uff", &(force.clone() + &time_record(hit, 1, 12)))]);
+    // Units of the user's own: 1000 mm to the metre, newtons.
+    let system = format!(
+        "    -1\n   164\n{:10}{:20}{:10}\n{:25.17e}{:25.17e}{:25.17e}\n{:25.17e}\n    -1\n",
+        9, "mm, N", 2, 1e3, 1.0, 1.0, 0.0
+    );
+    let millimetres = system + &force + &time_record(hit, 1, 12);
+    let millimetres = write("millimetres.uff", &millimetres);
+    let of_file = peaks(&[&millimetres]);
+    // A unit that is stated takes the place of that of the file.
+    let stated = peaks(&[&millimetres, "--unit", "1=N", "--unit", "2=g"]);
+    for (found, factors) in [(of_file, [1.0, 1e-3]), (stated, [1.0, 9.80665])] {
+        for k in 0..2 {
+            // Findings are in single precision.
+            assert!((found[k] / (plain[k] * factors[k]) - 1.0).abs() < 1e-6, "{found:?} {plain:?}");
+        }
+    }
+    for (data_type, unit, words) in [
+        (8, "NONE", ["displacement 2:3", "\"m\""]),
+        (11, "NONE", ["velocity 2:3", "\"m/s\""]),
+        (12, "m/s", ["acceleration 2:3", "\"m/s\""]),
+    ] {
+        let text = force.clone() + &time_record_in(hit, 1, (data_type, unit));
+        let (exit, value, _) = run(&[&write("other.uff", &text)]);
+        assert_eq!((exit, &value["error"]["code"]), (2, &"recording_unknown_unit".into()));
+        let message = value["error"]["message"].as_str().unwrap();
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+    }
+    // Segments in different units.
+    let other = time_record(&segments[3], 0, 13) + &time_record_in(&segments[3], 1, (12, "g"));
+    let (exit, value, _) =
+        run(&[&write("two.uff", &(force.clone() + &time_record(hit, 1, 12) + &other))]);
+    assert_eq!((exit, &value["error"]["code"]), (2, &"recording_malformed".into()));
+    let message = value["error"]["message"].as_str().unwrap();
+    assert!(message.contains("line ") && message.contains("first segment"), "{message}");
+}
+
+#[test]
+fn a_column_that_is_no_accelerometer_can_be_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("warm.csv");
+    let rows = segments()[1].iter().map(|[f, a]| format!("{f};21.5;{a}\n")).collect::<String>();
+    std::fs::write(&path, format!("Force [N];Room [°C];z [m/s²]\n{rows}")).unwrap();
+    let path = path.display().to_string();
+    let rate = RATE.to_string();
+    let (exit, value, _) = run(&[&path, "--rate-hz", &rate]);
+    let message = value["error"]["message"].as_str().unwrap();
+    assert_eq!(exit, 2);
+    assert!(message.contains("--leave-out \"Room\""), "{message}");
+    let left_out = [&path, "--rate-hz", &rate, "--leave-out", "room"];
+    assert_eq!(verdicts(&left_out), [(0, "accepted".to_owned(), vec![])]);
+    let (exit, value, _) = run(&[&left_out[..4], &["Force", "--force", "Force"]].concat());
+    assert_eq!((exit, &value["error"]["code"]), (2, &"force_left_out".into()));
+    let (exit, value, _) = run(&[&left_out[..4], &["Humidity"]].concat());
+    assert_eq!((exit, &value["error"]["code"]), (2, &"no_such_channel".into()));
+}
