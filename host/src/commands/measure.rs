@@ -1,9 +1,10 @@
 //! `massline measure`: a campaign on a real rig, from the layout to the result.
 
+mod watch;
+
 use std::path::PathBuf;
 
 use massline_protocol::LayoutHash;
-use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Status};
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostic;
@@ -13,14 +14,10 @@ use serde_json::json;
 
 use super::connect::PortArgs;
 use super::files;
-use super::keyboard::{self, Keyboard};
-use super::progress::{Progress, Prompts};
 use super::{hash, show};
 use crate::calibration::day::age_in_days;
 use crate::campaign::phase_name;
-use crate::campaign::{
-    CampaignOutcome, Observer, OperatorAction, StartOptions, StartOutcome, begin, follow,
-};
+use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
@@ -29,7 +26,8 @@ use crate::output::Output;
 use crate::precision::PrecisionMonitor;
 use crate::report;
 use crate::single_fault::NominalTest;
-use crate::spectra::{Collecting, SpectraCollection};
+
+pub(super) use watch::{Watching, watch};
 
 /// Arguments of `massline measure`.
 #[derive(Debug, clap::Args)]
@@ -118,7 +116,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let watching = Watching { monitor: Some(&mut monitor), collection: None, yes: args.yes };
     let ending = watch(&mut client, &layout, watching, output)?;
-    finish(&mut client, &ending, &NominalTest::of_file(&file), &monitor, output)
+    finish(&mut client, &ending, &NominalTest::of_file(&file), &mut monitor, output)
 }
 
 /// The layout with the standard deviations that a calibration of this age, in days, contributes.
@@ -184,62 +182,21 @@ pub fn judge_layout(
     Ok(())
 }
 
-/// What is done while a campaign is followed.
-#[derive(Debug, Default)]
-pub(super) struct Watching<'a> {
-    /// Reports the precision after each DOF.
-    pub monitor: Option<&'a mut PrecisionMonitor>,
-    /// Collects the spectra; good hits are then accepted without asking.
-    pub collection: Option<&'a mut SpectraCollection>,
-    /// Finish at the target without asking.
-    pub yes: bool,
-}
-
-/// Follows the running campaign with a person at the keyboard.
-pub(super) fn watch(
-    client: &mut Client,
-    layout: &RigLayout,
-    watching: Watching<'_>,
-    output: &mut Output,
-) -> Result<CampaignOutcome> {
-    let interrupt = output.interrupt().clone();
-    let keyboard = if output.has_keyboard() {
-        let taken = Keyboard::take();
-        taken.map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?
-    } else {
-        None
-    };
-    output.set_raw(keyboard.is_some());
-    if keyboard.is_some() {
-        output.note(keyboard::HELP);
-    }
-    let Watching { monitor, collection, yes } = watching;
-    let prompts = if collection.is_some() { Prompts::Hits } else { Prompts::HitsAndVerdicts };
-    let progress = Progress::new(output, "hits", layout, prompts);
-    let mut person = Person { progress, keyboard, monitor, yes, asked: false };
-    let ending = match collection {
-        Some(collection) => {
-            let mut collecting = Collecting { observer: &mut person, collection };
-            follow(client, &interrupt, None, &mut collecting)
-        }
-        None => follow(client, &interrupt, None, &mut person),
-    };
-    drop(person);
-    output.set_raw(false);
-    ending
-}
-
 /// The result, or the reason why there is none.
 fn finish(
     client: &mut Client,
     ending: &CampaignOutcome,
     nominal: &NominalTest,
-    monitor: &PrecisionMonitor,
+    monitor: &mut PrecisionMonitor,
     output: &mut Output,
 ) -> Result<()> {
     match ending {
         CampaignOutcome::Done(number) => {
             let result = client.result(*number)?;
+            let status = client.status()?;
+            if watch::read_new(client, monitor, &status, |_| true)? {
+                monitor.report();
+            }
             let further = json!({ "after_each_dof": monitor.to_json() });
             show::measurement_with(&result, Some(nominal), Selection::All, further, output)
         }
@@ -257,106 +214,4 @@ pub(super) fn paused(status: &Status) -> Error {
         "the campaign is interrupted; the rig keeps the {accepted} accepted hits: the same command \
          resumes it, --restart starts over"
     ))
-}
-
-/// The operator with a hammer, who may have a keyboard.
-struct Person<'o> {
-    progress: Progress<'o>,
-    keyboard: Option<Keyboard>,
-    monitor: Option<&'o mut PrecisionMonitor>,
-    /// Finish at the target without asking.
-    yes: bool,
-    /// The question at the target has been asked.
-    asked: bool,
-}
-
-impl Person<'_> {
-    /// Reads the mass lines of the DOFs that have been closed meanwhile, and reports the precision with them.
-    fn follow_precision(&mut self, client: &mut Client, status: &Status) -> Result<()> {
-        let Some(monitor) = &mut self.monitor else { return Ok(()) };
-        let (mut new, at_target) = (false, is_at_target(status));
-        for (index, &hits) in (0..).zip(&status.accepted) {
-            let closed = index != status.dof || at_target;
-            if hits > 0
-                && closed
-                && !monitor.knows(index)
-                && let Some(dof) = client.mass_lines(index)?
-            {
-                monitor.add(dof);
-                new = true;
-            }
-        }
-        if new {
-            self.progress.line(&monitor.report().to_text());
-        }
-        Ok(())
-    }
-
-    /// The question at the target.
-    fn question(&mut self) -> String {
-        let reached = self.monitor.as_mut().map_or_else(
-            || "target reached".to_owned(),
-            |monitor| {
-                let report = monitor.latest();
-                format!("target reached after {}: {}", report.progress(), report.widths())
-            },
-        );
-        if self.asks() {
-            format!("{reached}; finish now? [Y/n]")
-        } else {
-            format!("{reached}; finishing")
-        }
-    }
-
-    fn asks(&self) -> bool {
-        self.keyboard.is_some() && !self.yes
-    }
-
-    fn poll(&mut self, status: &Status) -> Result<Option<OperatorAction>> {
-        let Some(keyboard) = &mut self.keyboard else { return Ok(None) };
-        keyboard
-            .poll(Phase::try_from(status.phase).ok())
-            .map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))
-    }
-}
-
-fn is_at_target(status: &Status) -> bool {
-    Phase::try_from(status.phase).ok() == Some(Phase::TargetReached)
-}
-
-impl Observer for Person<'_> {
-    fn status(&mut self, status: &Status) {
-        self.progress.status(status);
-    }
-
-    fn hit(&mut self, hit: &HitEvent) {
-        self.progress.hit(hit);
-    }
-
-    fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
-        self.asked = false;
-        self.follow_precision(client, status)?;
-        self.poll(status)
-    }
-
-    fn at_target(
-        &mut self,
-        client: &mut Client,
-        status: &Status,
-    ) -> Result<Option<OperatorAction>> {
-        self.follow_precision(client, status)?;
-        if !self.asked {
-            self.asked = true;
-            let question = self.question();
-            self.progress.line(&question);
-        }
-        if self.asks() {
-            return self.poll(status);
-        }
-        Ok(Some(OperatorAction::Command(CampaignCommand::Conclude)))
-    }
-
-    fn refused(&mut self, command: CampaignCommand) {
-        self.progress.refused(command);
-    }
 }

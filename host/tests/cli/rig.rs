@@ -61,6 +61,11 @@ fn a_measured_result_can_be_listed_fetched_and_deleted() {
     let mass = measured["results"][0]["mass_kg"]["value"].as_f64().unwrap();
     assert!((mass / 1.23 - 1.0).abs() < 0.01, "{mass}");
 
+    // The last DOF is included; a fast rig may have closed several between two looks.
+    let [after, lines] =
+        ["after_each_dof", "mass_lines"].map(|key| measured[key].as_array().unwrap());
+    assert_eq!(after.last().unwrap()["dofs_measured"], lines.len());
+
     let (exit, list) = rig.run(&["results", "list"]);
     assert_eq!((exit, list["results"].as_array().unwrap().len()), (0, 1));
     assert_eq!(list["results"][0]["layout_hash"], measured["layout_hash"]);
