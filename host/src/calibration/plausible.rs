@@ -16,6 +16,9 @@ use crate::report::channel_name;
 /// and force transducers are sold within 15 %.
 const MOST: f64 = 1.25;
 
+/// Sensitivity by the data sheet, V per standard gravity.
+const DATA_SHEET: f64 = Calibration::ADXL326_VOLT_PER_G;
+
 /// Refuses a block test whose result cannot be right. With `new_hammer` the hammer is another than the one of the
 /// calibration in force.
 ///
@@ -34,7 +37,7 @@ pub fn check(found: &Block, before: &CalibrationRecord, mass: f64, new_hammer: b
         Some((sensor, axis)) => Err(Error::undetermined(
             "sensor_disagrees",
             format!(
-                "{} would have {:.2} times the sensitivity of its data sheet (57 mV/g), unlike the others: check \
+                "{} would have {:.2} times the sensitivity of its data sheet ({DATA_SHEET:.3} V/g), unlike the others: check \
                  its type, cable and supply",
                 channel_name(1 + 3 * sensor + axis),
                 ratios[sensor][axis],
@@ -99,7 +102,7 @@ pub fn check_mass(
             "mass_disagrees",
             format!(
                 "with a block of {mass} kg the sensors would have {median:.2} times the sensitivity of their \
-                 data sheet (57 mV/g); a block of {:.3} kg agrees with it: check --mass, then the hammer's \
+                 data sheet ({DATA_SHEET:.3} V/g); a block of {:.3} kg agrees with it: check --mass, then the hammer's \
                  sensitivity in the calibration{}",
                 mass / median,
                 if median < 1.0 {
@@ -127,7 +130,7 @@ fn is_near(ratio: f64) -> bool {
 
 /// Sensitivity of each axis as the block test finds it over that of the data sheet.
 fn against_data_sheet(found: &Block, before: &CalibrationRecord) -> Vec<[f64; 3]> {
-    let nominal = Calibration::ADXL326_VOLT_PER_G / STANDARD_GRAVITY;
+    let nominal = DATA_SHEET / STANDARD_GRAVITY;
     let of = |(k, sensor): (usize, &massline_shared::calibration::block::SensorRatio<f64>)| {
         let sensitivity = before.calibration.sensor_sensitivity(k) * sensor.ratio;
         [0, 1, 2].map(|axis| sensitivity[(axis, axis)] / nominal)

@@ -23,7 +23,7 @@ pub fn budget_json(learned: &LearnedBudget<f64>, layout: &HostLayout) -> Value {
     json!({
         "hit_position_m": { "stated": position, "learned": position * scales.hit_position },
         "hit_direction_rad": { "stated": direction, "learned": direction * scales.hit_direction },
-        "sensors_and_marks": { "stated": 1.0, "learned": scales.constant },
+        "constant_scale": { "stated": 1.0, "learned": scales.constant },
     })
 }
 
