@@ -137,6 +137,8 @@ fn result(dofs: usize) -> MeasurementResult {
         noise: [0.001; RESPONSES],
         scatter: (0..SCATTER).map(|_| 1e-6).collect(),
         coherence: Some([0.999; RESPONSES]),
+        trend: StoredTrend { mean: 400.0, squares: 1e5, products: [0.1; RESPONSES] },
+        band_shift: [1e-4; RESPONSES],
     };
     let estimate = StoredEstimate {
         method: Method::InertiaRestraint.number(),

@@ -37,7 +37,7 @@ pub const RESULTS: usize = 24;
 /// Most layouts that the store holds.
 pub const LAYOUTS: usize = 4;
 /// Most bytes of one finished DOF, stored separately or as a part of a result.
-pub const MAX_DOF: usize = 306;
+pub const MAX_DOF: usize = 386;
 /// Most bytes of one estimate in a result.
 pub const MAX_ESTIMATE: usize = 424;
 /// Most bytes of one result: its head and diagnostics, its DOFs and its estimates.

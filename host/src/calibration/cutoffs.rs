@@ -294,7 +294,7 @@ mod tests {
     use crate::commands::calibrate::block::LAYOUT;
     use crate::layout_file::LayoutFile;
     use massline_protocol::LayoutHash;
-    use massline_protocol::object::ResultHead;
+    use massline_protocol::object::{ResultHead, StoredTrend};
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
 
@@ -342,6 +342,8 @@ mod tests {
             noise: [0.0; 9],
             scatter: heapless::Vec::new(),
             coherence: None,
+            trend: StoredTrend::default(),
+            band_shift: [0.0; 9],
         };
         MeasurementResult {
             head: ResultHead {

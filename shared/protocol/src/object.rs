@@ -9,7 +9,8 @@ use massline_shared::calibration::CalibrationSigma;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::maximum_likelihood::LearnedBudget;
 use massline_shared::identify::{
-    Consistency, DofMassLines, Estimate, METHODS, MassLines, Method, lower_triangle, symmetric,
+    Consistency, DofMassLines, Estimate, ForceTrend, METHODS, MassLines, Method, lower_triangle,
+    symmetric,
 };
 use massline_shared::layout::{Dof, FrfEstimator, RIG_HITS, RIG_SENSORS};
 use massline_shared::mass_line::Terms;
@@ -120,6 +121,21 @@ pub struct DofResult {
     /// Mean coherence over the band for each response; `None` for a single hit, whose coherence carries no
     /// information.
     pub coherence: Option<[f32; RESPONSES]>,
+    /// How the single hits' accelerances change with their force.
+    pub trend: StoredTrend,
+    /// Change of each accelerance when the ends of the band are left out, (m/s²)/N.
+    pub band_shift: [f32; RESPONSES],
+}
+
+/// Stored [`ForceTrend`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StoredTrend {
+    /// Mean squared force, N².
+    pub mean: f32,
+    /// Sum of the squared deviations of the squared force, N⁴; zero when unknown.
+    pub squares: f32,
+    /// Sum of the products of both deviations for each response, (m/s²) N.
+    pub products: [f32; RESPONSES],
 }
 
 impl DofResult {
@@ -140,6 +156,12 @@ impl DofResult {
             noise: array(&lines.noise),
             scatter,
             coherence: details.coherence,
+            trend: StoredTrend {
+                mean: lines.trend.mean,
+                squares: lines.trend.squares,
+                products: array(&lines.trend.products),
+            },
+            band_shift: array(&lines.band_shift),
         }
     }
 
@@ -153,7 +175,15 @@ impl DofResult {
     /// inconsistent.
     pub fn mass_lines(&self) -> Option<DofMassLines<f32, RIG_SENSORS>> {
         let hits = u16::from(self.hits);
-        let lines = MassLines::from_parts(&self.accelerance, &self.noise, &self.scatter, hits)?;
+        let mut lines = MassLines::from_parts(&self.accelerance, &self.noise, &self.scatter, hits)?;
+        let StoredTrend { mean, squares, products } = self.trend;
+        let responses = |stored: [f32; RESPONSES]| {
+            let mut responses = Responses::<f32, RIG_SENSORS>::zeros();
+            responses.as_mut_slice().copy_from_slice(&stored);
+            responses
+        };
+        lines.trend = ForceTrend { mean, squares, products: responses(products) };
+        lines.band_shift = responses(self.band_shift);
         Some((usize::from(self.index), lines))
     }
 }

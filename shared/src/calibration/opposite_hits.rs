@@ -90,7 +90,7 @@ pub fn opposite_hits<R: Real, const S: usize>(
     let (mut square, mut freedom) = (R::zero(), 0);
     for pair in &pairs {
         let known = memory.zip(kept);
-        let (value, variance, left) = asymmetry_of(pair, setup, known)?;
+        let Some((value, variance, left)) = asymmetry_of(pair, setup, known) else { continue };
         square += left;
         freedom += 3 * count - UNKNOWNS;
         let two = R::of(2.0);

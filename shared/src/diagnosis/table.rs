@@ -210,8 +210,8 @@ codes! {
     /// There are too few repeat hits to learn their scatter, so the stated one is used.
     ScatterNotLearned = 57, "scatter_not_learned", Whole, None;
         "Few repeat hits:\ntheir scatter is as\nstated.";
-        "the scatter of the hits is taken as [uncertainty] states it, because there are no or too few repeat \
-         hits to show it; three hits at each DOF do";
+        "the scatter of the hits is taken as [uncertainty] states it, because the repeat hits do not show it: \
+         it takes three hits at each DOF, and a stated scatter above zero";
     /// The residuals have too few degrees of freedom to learn the errors of the sensors, so the stated ones are
     /// used. Value: the degrees of freedom.
     ScaleNotLearned = 58, "scale_not_learned", Whole, Count;
@@ -247,7 +247,8 @@ codes! {
     /// band are left out, SI.
     MovesWithBand = 84, "moves_with_band", Property, OfProperty;
         "Moves this much with\nthe band: modes are\ntoo near.";
-        "without the ends of the band, {subject} would change by about {value}; it may be wrong by as much";
+        "without the ends of the band, {subject} would change by about {value}; it may be wrong by as much: keep \
+         test.band_hz farther from suspension and elastic modes, hang the object softer, or set it to \"auto\"";
     /// The readings of a channel are not proportional to the force: harder hits have other accelerances than gentle
     /// ones. Subject: the channel. Value: the change of its largest reading, relative.
     ChannelNotLinear = 82, "channel_not_linear", Channel, Share(1);
@@ -265,9 +266,9 @@ codes! {
     /// Every channel keeps a part of the voltage of the channel that is converted before it. Value: the part.
     MultiplexerKeepsVoltage = 86, "multiplexer_keeps_voltage", Whole, Share(1);
         "Channels mix: the\nmultiplexer is too\nfast for its inputs.";
-        "every channel keeps about {value} of the voltage of the channel converted before it, as through a multiplexer \
-         that does not settle; let the converter sample longer, or buffer its inputs (`massline calibrate tumble` \
-         measures the hammer's part)";
+        "every channel seems to keep about {value} of the voltage of the channel converted before it, as through a \
+         multiplexer that does not settle: let the converter sample longer, or buffer its inputs (`massline \
+         calibrate tumble` measures the hammer's part); where that is none, the tip may push sideways or turn";
 
     /// The campaign was finished when the target was reached. Value: the number of hits that this has saved.
     StoppedAtTarget = 62, "stopped_at_target", Whole, Count;
@@ -286,9 +287,9 @@ codes! {
 
     /// The target is missed, and no further hits would narrow its interval by 1 %.
     HitsDoNotHelp = 81, "hits_do_not_help", Whole, None;
-        "More hits would not\nhelp: calibrate the\nhammer and sensors.";
-        "further hits would hardly narrow that interval: what limits it is the same in every hit, such as the gain \
-         of the hammer; calibrate, or give a [prior]";
+        "Repeating hits would\nnot help: calibrate,\nor hit new places.";
+        "further hits at these places would hardly narrow that interval: what limits it is the same in all of them, \
+         such as the gain of the hammer or the marks; calibrate, hit other places, or give a [prior]";
 
     // Codes of a hit.
 

@@ -154,6 +154,9 @@ pub struct ScatterAccumulator<R, const S: usize> {
     outer: ResponseSquare<R, S>,
     hits: u16,
     trend: ForceTrend<R, S>,
+    /// Hits of known force. A number, because with a flag here an empty `Option` is not all zeros, and a rig's static
+    /// memory would have to be copied from its flash.
+    forces: u16,
 }
 
 impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
@@ -164,6 +167,7 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
             outer: ResponseSquare::zeros(),
             hits: 0,
             trend: ForceTrend::unknown(),
+            forces: 0,
         }
     }
 
@@ -174,11 +178,7 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
         let before = accelerance - self.mean;
         self.mean += before * share;
         let after = accelerance - self.mean;
-        let stronger = squared_force.map_or_else(R::zero, |squared| squared - self.trend.mean);
-        self.trend.mean += stronger * share;
-        // After this hit the mean lies `stronger * share` higher.
-        self.trend.squares += stronger * (stronger - stronger * share);
-        self.trend.products += after * stronger;
+        self.add_force(&after, squared_force);
         for j in 0..3 * S {
             for i in j..3 * S {
                 let product = before[i] * after[j];
@@ -188,6 +188,22 @@ impl<R: Real, const S: usize> ScatterAccumulator<R, S> {
                 }
             }
         }
+    }
+
+    /// Adds the squared force of a hit, whose accelerances lie `after` from their new mean. A single hit of unknown
+    /// force leaves all of them without a trend.
+    fn add_force(&mut self, after: &Responses<R, S>, squared_force: Option<R>) {
+        self.forces = self.forces.saturating_add(squared_force.is_some().into());
+        let Some(squared) = squared_force.filter(|_| self.forces == self.hits) else {
+            self.trend = ForceTrend::unknown();
+            return;
+        };
+        let share = R::of(f64::from(self.hits)).recip();
+        let stronger = squared - self.trend.mean;
+        self.trend.mean += stronger * share;
+        // After this hit the mean lies `stronger * share` higher.
+        self.trend.squares += stronger * (stronger - stronger * share);
+        self.trend.products += after * stronger;
     }
 
     /// How the accelerances change with the force.
@@ -248,8 +264,14 @@ pub(crate) fn check_mass_lines<R: Real, const S: usize, const H: usize>(
 ) -> Result<(), Diagnostics> {
     let mut found = Diagnostics::new();
     for (index, lines) in dofs {
-        let finite =
-            all_finite(&lines.accelerance) && lines.scatter.is_finite() && all_finite(&lines.noise);
+        let trend = &lines.trend;
+        let finite = all_finite(&lines.accelerance)
+            && lines.scatter.is_finite()
+            && all_finite(&lines.noise)
+            && all_finite(&lines.band_shift)
+            && all_finite(&trend.products)
+            && trend.mean.finite()
+            && trend.squares.finite();
         let code = if layout.hits.get(*index).is_none() {
             Code::HitNotInLayout
         } else if !finite {
@@ -393,5 +415,24 @@ mod tests {
         sums.add(&Responses::from([[1.0, 2.0, 3.0]]), Some(400.0));
         assert_eq!(sums.mass_lines().scatter, ResponseSquare::zeros());
         assert_eq!(*sums.mean(), Responses::from([[1.0, 2.0, 3.0]]));
+    }
+
+    #[test]
+    fn a_hit_of_unknown_force_leaves_no_trend() {
+        let hits = [[1.0; 6], [1.1; 6], [1.3; 6]].map(|hit| responses(&hit));
+        let trend = |forces: [Option<f64>; 3]| {
+            let mut sums = ScatterAccumulator::<f64, 2>::new();
+            hits.iter().zip(forces).for_each(|(hit, force)| sums.add(hit, force));
+            sums.trend()
+        };
+        let known = trend([Some(300.0), Some(400.0), Some(500.0)]);
+        // Deviations of −100, 0 and 100 N².
+        assert!((known.mean - 400.0).abs() < 1e-9 && (known.squares - 2e4).abs() < 1e-6);
+        assert!((known.products[0] - 30.0).abs() < 1e-9, "{known:?}");
+        for unknown in 0..3 {
+            let mut forces = [Some(300.0), Some(400.0), Some(500.0)];
+            forces[unknown] = None;
+            assert_eq!(trend(forces), ForceTrend::unknown(), "{unknown}");
+        }
     }
 }

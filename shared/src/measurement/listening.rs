@@ -57,13 +57,14 @@ impl<R: RealFft> Measurement<'_, R> {
                 (next..end).for_each(|channel| fit.add(record, channel, scratch));
                 Listening::Fitting { fit, next: end }
             }
-            Listening::Fitting { fit, .. } => {
-                self.report_hum(fit.hum());
-                match self.left_of_hum(&fit) {
-                    Some(unsteady) => Listening::Unsteady(unsteady),
-                    None => Listening::Done(Some(*fit.hum())),
+            Listening::Fitting { fit, .. } if !fit.is_there_before() => Listening::Done(None),
+            Listening::Fitting { fit, .. } => match self.left_of_hum(&fit) {
+                Some(unsteady) => Listening::Unsteady(unsteady),
+                None => {
+                    self.report_hum(fit.hum());
+                    Listening::Done(Some(*fit.hum()))
                 }
-            }
+            },
             over @ (Listening::Done(_) | Listening::Unsteady(_)) => over,
         }
     }

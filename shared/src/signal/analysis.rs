@@ -133,7 +133,8 @@ impl<R: RealFft> HitAnalysis<R> {
     /// A search for hum in a record of this many scans.
     pub fn hum_search(&self, scans: usize) -> Option<HumSearch<R>> {
         // The contact is over when the force has passed its window on either side of the peak.
-        HumSearch::new(scans, self.rest + self.half_width + self.half_width, self.rate)
+        let contact = self.rest..self.rest + self.half_width + self.half_width;
+        HumSearch::new(scans, contact, self.rate)
     }
 
     /// Spacing of the bins of a transform of `points` samples, Hz.

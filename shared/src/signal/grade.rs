@@ -286,8 +286,8 @@ impl<R: Real> Default for Largest<R> {
     }
 }
 
-/// Checks, for a response with the survey and the scale of the force, whether the converter is at a rail, the sensor at the end of its range, or the signal on a plateau
-/// because an earlier stage clipped it.
+/// Checks, for a response with the survey and the scale of the force, whether the converter is at a rail, the sensor
+/// at the end of its range, or the signal on a plateau because an earlier stage clipped it.
 ///
 /// A sensor clips at the end of its range. Relative to the rest value, that level depends on the gravity in
 /// the rest value and on the true gain. So an overload is assumed from the distance that is certain for any

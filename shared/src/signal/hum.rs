@@ -9,10 +9,14 @@
 //!
 //! A tone that is taken out has to be steady, because it is known after the contact and disturbs most before and
 //! during it. What changes between the halves and a third window across their border shows how steady it is.
+//! It also has to be there before the contact: an elastic mode near one of these frequencies begins to ring with the
+//! hit.
+
+use core::ops::Range;
 
 use nalgebra::Complex;
 
-use super::{CHANNELS, Samples};
+use super::{CHANNELS, PRE_TRIGGER_SCANS, Samples};
 use crate::Real;
 use crate::diagnosis::Code;
 use windows::{Tone, Window};
@@ -30,6 +34,12 @@ const TONES: usize = MAINS.len() * SEARCHED;
 const HARMONICS: usize = 3;
 /// Smallest amplitude of a tone, in steps of the readings: ten standard deviations of what noise shows.
 const LEAST: f64 = 0.8;
+/// Least part of a hum that the readings before the contact must show; of the ringing of a mode they show nothing.
+const THERE: f64 = 0.5;
+/// A channel takes the place of the loudest one before when its squared amplitude is larger by this factor.
+const LOUDER: f64 = 1.5;
+/// Most readings before the contact that are compared with the hum.
+const BEFORE: usize = PRE_TRIGGER_SCANS;
 /// Readings that are rid of a harmonic by a recurrence before it starts anew from an exact rotation.
 const BLOCK: usize = 128;
 
@@ -52,6 +62,10 @@ pub struct HumFit<R> {
     tones: [Tone<R>; HARMONICS],
     /// What may be left of the hum at the contact, readings.
     left: [R; CHANNELS],
+    /// The loudest channel's squared amplitude.
+    loudest: R,
+    /// Sums over its readings before the contact: hum times reading, and hum squared.
+    before: [R; 2],
 }
 
 /// Hum in the channels of one record.
@@ -69,10 +83,10 @@ pub struct Hum<R> {
 }
 
 impl<R: Real> HumSearch<R> {
-    /// A search in a record of this many scans, whose contact is over before scan `quiet`; `rate` is in scans a
+    /// A search in a record of this many scans, whose contact lies within the scans `contact`; `rate` is in scans a
     /// second. `None` for a record that is too short to tell 50 from 60 Hz.
-    pub fn new(scans: usize, quiet: usize, rate: R) -> Option<Self> {
-        let window = Window::new(scans, quiet, rate)?;
+    pub fn new(scans: usize, contact: Range<usize>, rate: R) -> Option<Self> {
+        let window = Window::new(scans, contact, rate)?;
         let tones = core::array::from_fn(|k| window.tone(R::of(searched(k).0)));
         let none = Complex::new(R::zero(), R::zero());
         Some(Self { window, tones, turned: [none; TONES], largest: [R::zero(); TONES] })
@@ -114,7 +128,8 @@ impl<R: Real> HumFit<R> {
         let amplitudes = [[none; HARMONICS]; CHANNELS];
         let tones = core::array::from_fn(|k| window.tone(frequency * R::of((k + 1) as f64)));
         let hum = Hum { code, frequency, step, amplitudes };
-        Self { hum, window, tones, left: [R::zero(); CHANNELS] }
+        let (left, loudest, before) = ([R::zero(); CHANNELS], R::zero(), [R::zero(); 2]);
+        Self { hum, window, tones, left, loudest, before }
     }
 
     /// Adds a channel of the record; one that does not exist is ignored. `room` is scratch memory with a fifth of the
@@ -134,13 +149,60 @@ impl<R: Real> HumFit<R> {
                 loudest = k;
             }
         }
-        if amplitudes[loudest].norm_sqr() > R::zero() {
+        let squared = amplitudes[loudest].norm_sqr();
+        if squared > R::zero() {
             // What changes the loudest harmonic changes the others by less.
             let [across] = self.window.project(sums, 1, &[self.tones[loudest]]);
             let change = (second[loudest] - first[loudest]).norm_sqr().sqrt();
             let bend = (across - mean[loudest]).norm_sqr().sqrt();
             *left = left.max(self.window.at_contact(change, bend));
         }
+        if squared > self.loudest * R::of(LOUDER) {
+            self.loudest = squared;
+            self.before = self.compare_before(record, channel);
+        }
+    }
+
+    /// The sums of [`Self::before`] for a channel, without the means and the trends of both.
+    // Not inlined, for the firmware's deepest stack.
+    #[inline(never)]
+    fn compare_before<D: Samples<R> + ?Sized>(&self, record: &D, channel: usize) -> [R; 2] {
+        let mut hum = [R::zero(); BEFORE];
+        let hum = &mut hum[..self.window.rest().min(BEFORE)];
+        // Two readings are always a mean and a trend.
+        if hum.len() <= 2 {
+            return [R::zero(); 2];
+        }
+        // Taken out of nothing: its negative.
+        self.hum.remove(channel, hum);
+        let middle = R::of((hum.len() as f64 - 1.0) / 2.0);
+        let first = record.reading(channel, 0).unwrap_or_else(R::zero);
+        let zero = R::zero();
+        let (mut sums, mut slopes, mut products, mut number) =
+            ([zero; 2], [zero; 2], [zero; 2], zero);
+        let mut times = zero;
+        for (n, (hum, reading)) in hum.iter().zip(record.readings(channel, 0)).enumerate() {
+            let time = R::of(n as f64) - middle;
+            let (hum, reading) = (-*hum, reading - first);
+            number += R::one();
+            times += time * time;
+            for (k, value) in [hum, reading].into_iter().enumerate() {
+                sums[k] += value;
+                slopes[k] += value * time;
+                products[k] += value * hum;
+            }
+        }
+        let [squared, product] = core::array::from_fn(|k| {
+            products[k] - sums[0] * sums[k] / number - slopes[0] * slopes[k] / times
+        });
+        [product, squared]
+    }
+
+    /// False for a tone that begins with the contact: the ringing of the object. True where there is nothing before
+    /// the contact to compare with.
+    pub fn is_there_before(&self) -> bool {
+        let [product, squared] = self.before;
+        product >= squared * R::of(THERE)
     }
 
     /// The hum in the channels that were added.

@@ -143,8 +143,9 @@ impl<R: Real> Samples<R> for Record {
             count += across.as_slice().sum_groups::<GROUP>(channel, 0, rest);
             next += GROUP;
         }
+        // There may be room for no group of the newer half, and no need to reach it.
         let rest = sums.get_mut(count..).unwrap_or_default();
-        count + newer.sum_groups::<GROUP>(channel, next - older.len(), rest)
+        count + newer.sum_groups::<GROUP>(channel, next.saturating_sub(older.len()), rest)
     }
 
     fn readings(&self, channel: usize, from: usize) -> impl Iterator<Item = R> + '_ {
@@ -234,5 +235,27 @@ mod tests {
             assert!(bytes == expected, "chunks of {size}");
         }
         assert_eq!(record.read_bytes(usize::MAX, &mut [0; 4]), 0);
+    }
+
+    #[test]
+    fn groups_are_summed_wherever_the_ring_begins_and_however_few_are_wanted() {
+        const GROUP: usize = 5;
+        for count in RECORD_SCANS..2 * RECORD_SCANS {
+            let record = after(count);
+            for (from, wanted) in [(150, 376), (176, 374), (0, 409), (2040, 1)] {
+                let mut sums = std::vec![0.0_f32; wanted];
+                let first: f32 = Samples::<f32>::reading(&*record, 3, from).unwrap();
+                let summed = record.sum_groups::<GROUP>((3, first), from, &mut sums);
+                assert_eq!(summed, wanted, "{count} scans, from {from}");
+                // A few groups are enough to see an error of order.
+                for at in [0, wanted / 2, wanted - 1] {
+                    let readings = (0..GROUP).map(|k| {
+                        Samples::<f32>::reading(&*record, 3, from + at * GROUP + k).unwrap() - first
+                    });
+                    // Sums of whole numbers below 2^24.
+                    assert_eq!(sums[at], readings.sum::<f32>(), "{count} scans, from {from}: {at}");
+                }
+            }
+        }
     }
 }

@@ -123,6 +123,10 @@ pub const ALL: &[Disturbance] = &[
     named("elastic mode at 180 Hz", "no_plateau", UNLIMITED, |b| {
         (b.elastic[0].frequency_hz, b.elastic[0].damping_ratio) = (180.0, 0.01);
     }),
+    // Beside the ripple of a rectifier, for which it is not taken.
+    named("elastic mode at 104 Hz", "no_plateau", UNLIMITED, |b| {
+        (b.elastic[0].frequency_hz, b.elastic[0].damping_ratio) = (104.0, 0.002);
+    }),
     named("suspension at 6 to 9 Hz", "suspension_in_band", UNLIMITED, |b| {
         hang_at(b, [6.0, 6.6, 7.2, 7.8, 8.4, 9.0]);
     }),

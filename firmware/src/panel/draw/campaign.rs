@@ -68,9 +68,7 @@ fn prepared<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
 /// Shows where to hit next.
 fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     let model = view.model;
-    let helps = precision::place_that_helps(model);
     let said = match model.verdict {
-        _ if helps.is_some() => helps.unwrap_or_default(),
         Some(_) => text(format_args!("Good {}", peak(model))),
         None => text(format_args!("Hit now")),
     };
@@ -81,7 +79,8 @@ fn guided<D: Screen>(canvas: &mut Canvas<'_, D>, view: &View<'_>) {
     canvas.big(0, 14, &place(model));
     let number = model.dof.map_or(0, |(index, _)| index + 1);
     canvas.text(0, 33, &text(format_args!("place {number}/{}", model.dofs)));
-    canvas.text(0, 42, &text(format_args!("hit {}/{}", next_hit(model), model.wanted)));
+    let hit = || text(format_args!("hit {}/{}", next_hit(model), model.wanted));
+    canvas.text(0, 42, &precision::place_that_helps(model).unwrap_or_else(hit));
     let current = model.dof.map(|(index, _)| usize::from(index));
     if let Some(layout) = view.layout {
         sketch::draw(canvas, layout, current, SKETCH.0, SKETCH.1);

@@ -43,10 +43,11 @@ pub(super) fn after_a_dof(model: &PanelModel) -> Option<Text> {
     })
 }
 
-/// The place that helps most, at the same time.
+/// The place that helps most, at the same time: a later one than the place to hit now.
 pub(super) fn place_that_helps(model: &PanelModel) -> Option<Text> {
     let further = between_dofs(model)?.further?;
-    Some(text(format_args!("Helps most {}", words::place(further.dof))))
+    let (_, now) = model.dof?;
+    (further.dof != now).then(|| text(format_args!("later {}", words::place(further.dof))))
 }
 
 fn between_dofs(model: &PanelModel) -> Option<&PrecisionModel> {

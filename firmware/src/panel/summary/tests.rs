@@ -1,5 +1,5 @@
 use super::*;
-use massline_protocol::object::{COVARIANCE, MeasurementResult, SCATTER};
+use massline_protocol::object::{COVARIANCE, MeasurementResult, SCATTER, StoredTrend};
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::{Consistency, Estimate, Method};
@@ -49,6 +49,8 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
         noise: [0.001; RESPONSES],
         scatter: (0..SCATTER).map(|_| 1e-6).collect(),
         coherence: Some([0.999; RESPONSES]),
+        trend: StoredTrend { mean: 400.0, squares: 1e5, products: [0.1; RESPONSES] },
+        band_shift: [1e-4; RESPONSES],
     };
     let methods = [Method::MaximumLikelihood, Method::InertiaRestraint];
     MeasurementResult {

@@ -40,7 +40,7 @@ impl<R: Real> RestVoltages<R> {
         let room = room.get_mut(..scans.len()).filter(|room| !room.is_empty())?;
         let (rate, code) = (f64::from(adc.rate.0), R::of(f64::from(adc.volts_per_code())));
         let mut hum = None;
-        if let Some(mut search) = HumSearch::new(scans.len(), 0, R::of(rate)) {
+        if let Some(mut search) = HumSearch::new(scans.len(), 0..0, R::of(rate)) {
             (0..channels).for_each(|channel| search.add(scans, channel, room));
             hum = search.found();
         }

@@ -6,12 +6,14 @@
 //! to within their noise. A response that compresses also reads less where its motion is large than where it is
 //! small, which the residuals of the fit show (theory, section 12).
 
+use heapless::Vec;
+
 use super::fit::Fit;
 use super::fit_problem::FitProblem;
 use super::model::{HIT_NUISANCES, Model};
 use super::normal_equations::NormalEquations;
 use super::pulls::UnknownValues;
-use super::score::{Score, ScoresOfResponses, Tested};
+use super::score::{Score, ScoresOfResponses, TOGETHER, Tested};
 use super::undetermined;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
@@ -23,8 +25,8 @@ use crate::responses::ResponseSquare;
 const COMPRESSES: f64 = 2.7;
 /// The same for a response that reads too much, which is rarer, and for the hammer: one of five thousand tests.
 const RARE: f64 = 4.0;
-/// Only responses whose largest squared reading is at least this part of the loudest one's are tested, and at most
-/// [`TOGETHER`](super::score::TOGETHER): the others compress less than half as much.
+/// Only responses whose largest squared reading is at least this part of the loudest one's are tested, because the
+/// others compress less than half as much; of more than [`TOGETHER`], the loudest.
 const LOUD: f64 = 0.5;
 /// Pulses of different length excite elastic modes differently, which changes accelerances by this part of the
 /// largest.
@@ -71,10 +73,8 @@ impl<R: Real> Fit<R> {
         let unknowns = UnknownValues::<R, S>::of(sensors, equations.solution());
         let unknowns = unknowns.ok_or_else(undetermined)?;
         let responses = trends.responses.as_flattened();
-        let loudest = responses.iter().fold(R::zero(), |most, trend| most.max(trend.largest));
-        let loud = responses.iter().enumerate().filter(|(_, t)| t.largest >= loudest * R::of(LOUD));
         let mut scores = ScoresOfResponses::new();
-        Score::of_responses(&unknowns, loud.map(|(response, _)| response), &mut scores);
+        Score::of_responses(&unknowns, loudest(responses).into_iter(), &mut scores);
         self.visit(problem, dofs, equations, &unknowns, |lines, rows, left| {
             for (response, score) in &mut scores {
                 let a = lines.accelerance[*response];
@@ -129,6 +129,22 @@ impl<R: Real> Fit<R> {
         }
         Some(trends)
     }
+}
+
+/// The numbers of the responses that are loud enough to be tested, the loudest first.
+fn loudest<R: Real>(responses: &[Trend<R>]) -> Vec<usize, TOGETHER> {
+    let mut found = Vec::new();
+    let most = responses.iter().fold(R::zero(), |most, trend| most.max(trend.largest));
+    while let Some((response, trend)) = responses
+        .iter()
+        .enumerate()
+        .filter(|(response, _)| !found.contains(response))
+        // A comparison with NaN is false.
+        .reduce(|best, next| if next.1.largest > best.1.largest { next } else { best })
+        && trend.largest >= most * R::of(LOUD)
+        && found.push(response).is_ok()
+    {}
+    found
 }
 
 impl<R: Real> Trend<R> {

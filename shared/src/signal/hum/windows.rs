@@ -1,5 +1,7 @@
 //! The windows over the end of a record, and projecting a channel on a tone in them.
 
+use core::ops::Range;
+
 use nalgebra::Complex;
 
 use crate::Real;
@@ -11,6 +13,8 @@ pub(super) const GROUP: usize = 5;
 /// Two Hann windows, one after the other, over the end of a record, and a third across their border.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Window<R> {
+    /// Scans before the contact.
+    rest: usize,
     quiet: usize,
     /// Number of groups of readings in each half.
     groups: usize,
@@ -33,16 +37,22 @@ pub(super) struct Tone<R> {
 }
 
 impl<R: Real> Window<R> {
-    /// The windows of a record of this many scans, whose contact is over before scan `quiet`; `rate` is in scans a
+    /// The windows of a record of this many scans, whose contact lies within the scans `contact`; `rate` is in scans a
     /// second. `None` for a record that is too short to tell 50 from 60 Hz.
-    pub(super) fn new(scans: usize, quiet: usize, rate: R) -> Option<Self> {
+    pub(super) fn new(scans: usize, contact: Range<usize>, rate: R) -> Option<Self> {
+        let Range { start: rest, end: quiet } = contact;
         // An even number: the third window begins in the middle of the first half.
         let groups = scans.checked_sub(quiet)? / (4 * GROUP) * 2;
         if R::of((groups * GROUP) as f64) <= R::of(0.15) * rate {
             return None;
         }
         let taper = [-0.5, 0.5, 1.0].map(|on| turn(R::of(on / groups as f64)).re);
-        Some(Self { quiet, groups, rate, taper })
+        Some(Self { rest, quiet, groups, rate, taper })
+    }
+
+    /// Number of scans before the contact.
+    pub(super) fn rest(&self) -> usize {
+        self.rest
     }
 
     /// Turn of a tone of this frequency, Hz, from one scan to the next.
