@@ -38,7 +38,7 @@ impl<'a> PrecisionReport<'a> {
         let precision = Precision::of(estimates, layout.target, length);
         let (Some(precision), Some(best)) = (precision, estimates.first()) else { return found };
         let sensors = layout.sensors.len();
-        let candidates = HitCandidates::Unmeasured;
+        let candidates = HitCandidates::Following;
         let mut search = FurtherHitSearch::new(&precision, best, &lines, sensors, candidates);
         while search.step(layout, &lines, &mut memory) == Progress::Going {}
         Self { precision: Some(precision), further: search.found(), ..found }

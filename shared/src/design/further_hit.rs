@@ -17,8 +17,8 @@ const NOTICEABLE: f64 = 0.01;
 /// The DOFs among which a search chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HitCandidates {
-    /// Those of the layout without mass lines.
-    Unmeasured,
+    /// Those of the layout behind all that have mass lines: a campaign does not return to one that was skipped.
+    Following,
     /// Those with mass lines, to be hit as often again.
     Measured,
 }
@@ -111,9 +111,11 @@ impl<R: Real> FurtherHitSearch<R> {
         dofs: usize,
         lines: &[DofMassLines<R, S>],
     ) -> Option<usize> {
-        let wanted = self.candidates == HitCandidates::Measured;
-        let is_measured = |dof: usize| lines.iter().any(|(of, _)| *of == dof);
-        (self.next..dofs).find(|&dof| is_measured(dof) == wanted)
+        let is_candidate = |dof: usize| match self.candidates {
+            HitCandidates::Measured => lines.iter().any(|(of, _)| *of == dof),
+            HitCandidates::Following => lines.iter().all(|(of, _)| *of < dof),
+        };
+        (self.next..dofs).find(|&dof| is_candidate(dof))
     }
 
     /// The cost with the hit; `place` is that of its DOF among the measured ones.
@@ -203,7 +205,7 @@ mod tests {
     fn the_hit_found_is_the_one_whose_bound_is_smallest() {
         let layout = layout();
         let lines = lines(&layout, 3);
-        let found = search(&layout, &lines, HitCandidates::Unmeasured).unwrap();
+        let found = search(&layout, &lines, HitCandidates::Following).unwrap();
         // Without the search: the standard deviation of that property with either hit added.
         let mut memory = [0.0; RIG_WORKSPACE];
         let mut sigma = |extra: usize| {
@@ -219,19 +221,31 @@ mod tests {
     }
 
     #[test]
+    fn a_hit_that_was_skipped_is_not_advised() {
+        let layout = layout();
+        let all = lines(&layout, 5);
+        for skipped in 0..3 {
+            let kept: Lines =
+                all.iter().take(4).filter(|(dof, _)| *dof != skipped).cloned().collect();
+            let found = search(&layout, &kept, HitCandidates::Following);
+            assert!(found.is_none_or(|hit| hit.dof == 4), "{skipped}: {found:?}");
+        }
+    }
+
+    #[test]
     fn no_hit_helps_against_what_is_the_same_in_all_of_them() {
         let mut layout = layout();
         // The mass and all moments are as uncertain as the gain of the hammer.
         layout.hammer_gain = 0.2;
         let lines = lines(&layout, 3);
-        assert_eq!(search(&layout, &lines, HitCandidates::Unmeasured), None);
+        assert_eq!(search(&layout, &lines, HitCandidates::Following), None);
     }
 
     #[test]
     fn with_every_dof_measured_only_hitting_again_is_left() {
         let layout = layout();
         let lines = lines(&layout, 5);
-        assert_eq!(search(&layout, &lines, HitCandidates::Unmeasured), None);
+        assert_eq!(search(&layout, &lines, HitCandidates::Following), None);
         let again = search(&layout, &lines, HitCandidates::Measured).unwrap();
         assert!(again.dof < 5);
     }

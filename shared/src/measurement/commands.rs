@@ -124,6 +124,12 @@ impl<R: RealFft> Measurement<'_, R> {
             *task = Task::None;
         }
         match command {
+            Command::Skip => {
+                // It may be the hit that was advised.
+                if let Some(known) = &mut self.precision {
+                    known.further = None;
+                }
+            }
             Command::Redo => {
                 self.averaged = None;
                 self.memory.discard_dof(dof);

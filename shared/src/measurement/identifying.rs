@@ -44,7 +44,7 @@ impl<R: RealFft> Measurement<'_, R> {
     /// Runs one step of the estimate after a DOF.
     pub(super) fn estimate(&mut self, campaign: &mut Campaign, task: Task<R>) -> Task<R> {
         match task {
-            Task::Identify => self.step_methods(campaign, HitCandidates::Unmeasured),
+            Task::Identify => self.step_methods(campaign, HitCandidates::Following),
             Task::Search(search) => self.step_search(campaign, search),
             Task::Identified => {
                 let reached = |known: &CampaignPrecision<R>| {

@@ -205,7 +205,7 @@ fn search_cost(workspace: &mut [f32]) -> Cost {
         Precision::of(&estimates, Target { mass: Some(1e-3), ..Target::default() }, length);
     let Some(precision) = precision else { panic!("the fit has intervals") };
     let [best] = &estimates;
-    let candidates = HitCandidates::Unmeasured;
+    let candidates = HitCandidates::Following;
     let mut search =
         FurtherHitSearch::new(&precision, best, &dofs, layout.sensors.len(), candidates);
     let (mut costs, mut progress) = (Costs::default(), Progress::Going);
