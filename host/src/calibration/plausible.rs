@@ -54,11 +54,11 @@ fn check_sign(ratio: f64) -> Result<()> {
     if ratio >= LEAST_RATIO {
         return Ok(());
     }
-    let what = if ratio < 0.0 { "opposite to" } else { "hardly any for" };
+    let what = if ratio < 0.0 { "oppose" } else { "hardly follow" };
     Err(Error::undetermined(
         "no_mass_agrees",
         format!(
-            "the accelerations are {what} the force ({ratio:.2e} of what is expected), which no mass explains: \
+            "the accelerations {what} the force ({ratio:.2e} of what is expected), which no mass explains: \
              check that hammer and sensors are connected as the layout says, and that each hit has the direction \
              of its DOF"
         ),

@@ -38,8 +38,6 @@ const LEAST: f64 = 0.8;
 const THERE: f64 = 0.5;
 /// A channel takes the place of the loudest one before when its squared amplitude is larger by this factor.
 const LOUDER: f64 = 1.5;
-/// Most readings before the contact that are compared with the hum.
-const BEFORE: usize = PRE_TRIGGER_SCANS;
 /// Readings that are rid of a harmonic by a recurrence before it starts anew from an exact rotation.
 const BLOCK: usize = 128;
 
@@ -167,8 +165,8 @@ impl<R: Real> HumFit<R> {
     // Not inlined, for the firmware's deepest stack.
     #[inline(never)]
     fn compare_before<D: Samples<R> + ?Sized>(&self, record: &D, channel: usize) -> [R; 2] {
-        let mut hum = [R::zero(); BEFORE];
-        let hum = &mut hum[..self.window.rest().min(BEFORE)];
+        let mut hum = [R::zero(); PRE_TRIGGER_SCANS];
+        let hum = &mut hum[..self.window.rest().min(PRE_TRIGGER_SCANS)];
         // Two readings are always a mean and a trend.
         if hum.len() <= 2 {
             return [R::zero(); 2];
