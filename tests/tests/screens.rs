@@ -354,6 +354,9 @@ fn the_pages_of_a_result_look_as_their_pictures() {
         let rig = Rig { summary: Some(summary()), ..Rig::new() };
         rig.show(name, Screen::Result, page);
     }
+    let mut uneven = Rig { summary: Some(summary()), ..Rig::new() };
+    uneven.layout.as_mut().expect("has a layout").hits[0].uncertainty.position *= 2.0;
+    uneven.show("result-budget-uneven", Screen::Result, 5);
     let nothing = Summary { answer: None, ..summary() };
     Rig { summary: Some(nothing), ..Rig::new() }.show("result-no-answer", Screen::Result, 0);
 }

@@ -3,7 +3,7 @@
 use massline_protocol::message::ResultEntry;
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::Estimate;
-use massline_shared::layout::RigLayout;
+use massline_shared::layout::{HitUncertainty, RigLayout};
 
 use super::View;
 use super::canvas::{Canvas, Screen, text, top};
@@ -92,6 +92,13 @@ fn own_layout<'v>(view: &'v View<'_>, summary: &Summary) -> Option<&'v RigLayout
     view.layout.filter(|_| view.layout_hash == summary.layout_hash)
 }
 
+/// The stated scatter of the hits, if it is the same at every DOF.
+fn common_scatter(layout: &RigLayout) -> Option<HitUncertainty<f32>> {
+    let (first, others) = layout.hits.split_first()?;
+    let same = others.iter().all(|hit| hit.uncertainty == first.uncertainty);
+    same.then_some(first.uncertainty)
+}
+
 /// What the data have taught about the error budget: the scatter of the hits beside the stated one, and the
 /// scale of the errors of sensors and marks.
 fn budget<D: Screen>(
@@ -100,8 +107,8 @@ fn budget<D: Screen>(
     layout: Option<&RigLayout>,
 ) {
     let Some(learned) = &answer.learned else { return canvas.line(0, "used as stated") };
-    let stated = layout.and_then(|layout| layout.hits.first()).map(|hit| hit.uncertainty);
-    match stated.filter(|_| learned.scatter_degrees_of_freedom > 0) {
+    match layout.and_then(common_scatter) {
+        _ if learned.scatter_degrees_of_freedom == 0 => canvas.line(0, "hits: as stated"),
         Some(stated) => {
             canvas.line(0, "your hits    (stated)");
             let row = |stated: f32, scale: f32, unit: &str| {
@@ -111,7 +118,12 @@ fn budget<D: Screen>(
             canvas.pair(1, "place", &row(stated.position, learned.scales.hit_position, "mm"));
             canvas.pair(2, "turn", &row(stated.direction, learned.scales.hit_direction, "mrad"));
         }
-        None => canvas.line(0, "hits: as stated"),
+        None => {
+            canvas.line(0, "your hits:");
+            let row = |scale: f32| text(format_args!("{} x stated", fitting(scale, 2, 6)));
+            canvas.pair(1, "place", &row(learned.scales.hit_position));
+            canvas.pair(2, "turn", &row(learned.scales.hit_direction));
+        }
     }
     if learned.constant_log_variance > 0.0 {
         canvas.line(3, "sensors and marks:");
