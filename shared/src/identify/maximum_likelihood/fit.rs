@@ -1,6 +1,7 @@
 //! The fit, step by step: Levenberg-Marquardt over phi, or over log-Cholesky parameters where only physical
 //! bodies are admitted.
 
+use super::descent::STEADY_STEPS;
 use super::fit_problem::FitProblem;
 use super::intervals::Shares;
 use super::normal_equations::NormalEquations;
@@ -213,7 +214,11 @@ impl<R: Real> Fit<R> {
                     return Err(fatal(Code::NotConverged, MOST_STEPS as f32));
                 }
                 self.evaluate(&problem, dofs, &mut equations)?;
-                self.stage = Stage::Evaluated { trials: 0 };
+                self.stage = if self.goes_astray() {
+                    Stage::LearnScatter
+                } else {
+                    Stage::Evaluated { trials: 0 }
+                };
             }
             Stage::Evaluated { trials } => self.descend(&problem, dofs, &mut equations, trials)?,
             Stage::Refining(refinement) => {
@@ -306,6 +311,15 @@ impl<R: Real> Fit<R> {
     ) -> FitProblem<'l, R, S, H> {
         let scales = self.learned.map_or_else(BudgetScales::default, |learned| learned.scales);
         FitProblem::new(layout).with_budget(scales, self.budget != ErrorBudget::FirstOrder)
+    }
+
+    /// True when the data contradict the stated budget so much that no minimum is found under it, and they may teach a
+    /// larger one before they lead further away.
+    fn goes_astray(&self) -> bool {
+        self.steps > STEADY_STEPS
+            && self.budget == ErrorBudget::Learned
+            && self.learned.is_none()
+            && !self.parameters.is_consistent()
     }
 
     /// Number of steps so far.

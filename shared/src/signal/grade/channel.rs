@@ -32,7 +32,9 @@ pub(super) struct Extreme<R> {
 /// Statistics of a channel from two passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Survey<R> {
-    /// Rest value: mean reading before the hit.
+    /// Number of readings before the hit.
+    pub before: usize,
+    /// Their mean, the rest value.
     pub rest: R,
     /// Standard deviation before the hit, N or m/s².
     pub spread: R,
@@ -59,6 +61,7 @@ impl<R: Real> Survey<R> {
             |(at, reading): (usize, R)| Extreme { at, reading, value: (reading - rest) * scale };
         let (highest, lowest) = if scale < R::zero() { (low, high) } else { (high, low) };
         Self {
+            before,
             rest,
             spread: spread * scale.abs(),
             highest: extreme(highest),

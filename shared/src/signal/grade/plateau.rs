@@ -1,10 +1,11 @@
 //! Finds signals that an earlier stage has clipped: plateaus, at whatever level.
 
+use core::f64::consts::SQRT_2;
 use core::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::channel::{ChannelRange, Extreme, Survey, moments};
+use super::channel::{ChannelRange, Extreme, Survey};
 use crate::Real;
 use crate::signal::{HAMMER, Samples};
 
@@ -29,6 +30,8 @@ const NOISE: f64 = 3.0;
 const LEVEL_SCATTER: f64 = 0.006;
 /// Smallest number of readings at one level that make a response flat.
 const FLAT_SCANS: usize = 5;
+/// The noise is the scatter about lines through this many readings each, over which hum of 50 Hz hardly bends.
+const LINE_SCANS: usize = 8;
 /// Elastic modes that ring on after the contact may hold a response at one level during the contact for a part of
 /// their period: where they ring as much as the response should have changed, it takes this many readings more.
 const RINGING_SCANS: f64 = 4.0;
@@ -40,6 +43,8 @@ const FLAT: f64 = 25.0;
 /// Elastic modes that follow the force may flatten a response, and then it is a sum of the force and its second
 /// derivative. It is flat when that sum misses it by more than this many standard deviations of the noise, rms.
 const MISSED: f64 = 8.0;
+/// The sum also misses hum, of whose amplitude a contact of a quarter of its period shows less than this, rms.
+const HUM_MISSED: f64 = 0.5;
 /// What is clipped is the part of a response about its peak, and with it that of the force: the force reaches this
 /// fraction of its peak on the plateau.
 const AT_PEAK: f64 = 0.97;
@@ -67,6 +72,48 @@ impl<R: Real, D: Samples<R> + ?Sized> Signal<'_, R, D> {
         let before = (0..at).rev().take_while(above).count();
         at - before..at + after
     }
+
+    /// Standard deviation of the first `before` readings without hum and slow motion.
+    fn noise(&self, before: usize) -> R {
+        let starts = (0..before).step_by(LINE_SCANS).take_while(|at| at + LINE_SCANS <= before);
+        let lines = starts.map(|at| self.variance_about_line(at..at + LINE_SCANS));
+        let (sum, count) =
+            lines.fold((R::zero(), 0), |(sum, count), variance| (sum + variance, count + 1));
+        if count > 0 { (sum / R::of(f64::from(count))).sqrt() } else { R::zero() }
+    }
+
+    /// Variance of three or more readings about the straight line through them; 0 of fewer.
+    fn variance_about_line(&self, scans: Range<usize>) -> R {
+        let count = scans.len();
+        let Some(first) = self.value(scans.start).filter(|_| count > 2) else { return R::zero() };
+        let middle = R::of((count - 1) as f64 / 2.0);
+        let (mut sum, mut squares, mut slope) = (R::zero(), R::zero(), R::zero());
+        let mut time = -middle;
+        for value in scans.filter_map(|scan| self.value(scan)) {
+            let d = value - first;
+            sum += d;
+            squares += d * d;
+            slope += d * time;
+            time += R::one();
+        }
+        let n = R::of(count as f64);
+        let times = n * (n * n - R::one()) / R::of(12.0);
+        let left = squares - sum * sum / n - slope * slope / times;
+        left.max(R::zero()) / R::of((count - 2) as f64)
+    }
+}
+
+/// The scans about `at` that may all be at the level of its reading, if they are enough to be a plateau, for noise of
+/// this standard deviation and hum of this amplitude.
+fn level_at<R: Real, D: Samples<R> + ?Sized>(
+    response: &Signal<'_, R, D>,
+    at: usize,
+    noise: R,
+    hum: R,
+) -> Option<Range<usize>> {
+    let height = response.value(at)?;
+    let plateau = response.above(at, height - noise * R::of(2.0 * NOISE) - hum);
+    (plateau.len() >= FLAT_SCANS).then_some(plateau)
 }
 
 /// True when the signal has a plateau at its extreme, like a clipped one.
@@ -90,8 +137,15 @@ pub(super) fn flat_top<R: Real, D: Samples<R> + ?Sized>(
         let push = Signal { record, channel: HAMMER, rest: force.rest, side: scale };
         let contact = push.above(force.highest.at, force.highest.value * R::of(CONTACT));
         if contact.contains(&extreme.at) {
-            let noise = survey.spread.max(range.resolution * R::of(0.5));
-            return ignores_force(&signal, &push, extreme.at, contact, noise);
+            let least = range.resolution * R::of(0.5);
+            // The spread, which is known, contains noise and hum.
+            let spread = survey.spread.max(least);
+            if level_at(&signal, extreme.at, spread, R::zero()).is_none() {
+                return false;
+            }
+            let noise = signal.noise(survey.before).max(least);
+            let hum = (spread * spread - noise * noise).max(R::zero()).sqrt() * R::of(SQRT_2);
+            return ignores_force(&signal, &push, extreme.at, contact, [noise, hum]);
         }
     }
     if height < range.resolution * R::of(STEPS) || height <= R::zero() {
@@ -144,18 +198,17 @@ fn ringing<R: Real, D: Samples<R> + ?Sized>(
 }
 
 /// True when a response stays at its extreme, which it has at a scan of the contact, while the force changes.
+///
+/// `noise` is its standard deviation, and `hum` the amplitude of what else moves the response before the hit.
 fn ignores_force<R: Real, D: Samples<R> + ?Sized>(
     response: &Signal<'_, R, D>,
     push: &Signal<'_, R, D>,
     at: usize,
     contact: Range<usize>,
-    noise: R,
+    [noise, hum]: [R; 2],
 ) -> bool {
     let Some(height) = response.value(at) else { return false };
-    let plateau = response.above(at, height - noise * R::of(2.0 * NOISE));
-    if plateau.len() < FLAT_SCANS {
-        return false;
-    }
+    let Some(plateau) = level_at(response, at, noise, hum) else { return false };
     let (mut low, mut high) = (R::zero(), R::zero());
     for (count, force) in plateau.clone().filter_map(|scan| push.value(scan)).enumerate() {
         low = if count == 0 { force } else { low.min(force) };
@@ -167,10 +220,11 @@ fn ignores_force<R: Real, D: Samples<R> + ?Sized>(
     if (plateau.len() as f64) < FLAT_SCANS as f64 + RINGING_SCANS * elastic.to_f64() {
         return false;
     }
-    let inner = plateau.start + 1..plateau.end - 1;
-    let (_, scatter) = moments(inner.filter_map(|scan| response.value(scan)));
+    // Hum tilts a level.
+    let scatter = response.variance_about_line(plateau.start + 1..plateau.end - 1).sqrt();
     scatter < (noise * R::of(QUIET)).min(height * R::of(LEVEL_SCATTER))
         && expected > noise * R::of(FLAT)
         && high > peak * R::of(AT_PEAK)
-        && missed_by_force(response, push, contact).is_none_or(|left| left > noise * R::of(MISSED))
+        && missed_by_force(response, push, contact)
+            .is_none_or(|left| left > noise * R::of(MISSED) + hum * R::of(HUM_MISSED))
 }

@@ -361,6 +361,34 @@ fn a_response_that_stays_at_a_level_while_the_force_changes_is_clipped_at_any_le
 }
 
 #[test]
+fn hum_hides_no_clipped_response_and_clips_none() {
+    // 0.75 m/s² are six steps of the converter. The mains are met at any phase.
+    for phase in 0..12 {
+        let hum = |i: usize| {
+            let turned = core::f32::consts::TAU * (50.0 * i as f32 / 4000.0 + phase as f32 / 12.0);
+            0.75 * turned.sin()
+        };
+        for (share, behind) in [(0.75, 0.0), (0.75, 1.0), (1.5, 0.0)] {
+            let report = graded(|k, i| {
+                let before = hum(i) * (1.0 - behind);
+                let clean = match k {
+                    HAMMER => half_sine(30.0, i),
+                    4 => (half_sine(40.0, i) + before).clamp(-share * 40.0, share * 40.0),
+                    _ => half_sine(5.0, i) + before,
+                };
+                clean + hum(i) * behind + noise(k, i)
+            });
+            let clipped = codes(&report) == [(Code::Overload, Subject::channel(4))];
+            assert_eq!(
+                (clipped, report.good()),
+                (share < 1.0, share > 1.0),
+                "{phase} {share} {behind}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_response_that_an_elastic_mode_flattens_is_not_clipped() {
     // Force and second derivative cancel at the peak.
     let report = graded(|k, i| {

@@ -173,6 +173,22 @@ fn a_budget_that_is_twice_the_truth_is_learned_and_the_intervals_become_shorter(
 }
 
 #[test]
+fn errors_far_beyond_the_budget_are_learned_where_no_fit_under_it_ends() {
+    let truth = BudgetScales { hit_position: 4.0, hit_direction: 4.0, constant: 6.0 };
+    let (layout, body) = (calibrated(), bar_body());
+    let (mut normal, mut memory) = (Normal::new(), [0.0; RIG_WORKSPACE]);
+    let mut count = [0; 2];
+    for _ in 0..60 {
+        let dofs = drawn(&layout, &body, truth, &mut normal);
+        let [stated, learned] = [ErrorBudget::Stated, ErrorBudget::Learned].map(|budget| {
+            solve(&layout, &dofs, Start::InertiaRestraint, budget, &mut memory).is_ok()
+        });
+        count[usize::from(learned)] += u32::from(!stated);
+    }
+    assert!(count[1] > 0, "{count:?}");
+}
+
+#[test]
 fn the_scatter_of_single_hits_is_not_learned() {
     let (layout, body) = (calibrated(), bar_body());
     let mut dofs = drawn(&layout, &body, BudgetScales::default(), &mut Normal::new());
