@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::fatal;
-use super::fit::{Fit, Stage};
+use super::fit::{Fit, STEADY_STEPS, Stage};
 use super::fit_problem::FitProblem;
 use super::normal_equations::NormalEquations;
 use super::parameters::Parameters;
@@ -21,9 +21,6 @@ const CLOSE: f64 = 1e-10;
 /// The same limit where only physical bodies are admitted: on the way from a crude start, and at the boundary
 /// of the physical bodies, which log-Cholesky parameters approach without ever reaching it.
 const NEAR: f64 = 1e-3;
-/// Number of full steps; a fit that has not converged by then learns its budget, or goes on by half steps. Six are
-/// usual.
-pub(super) const STEADY_STEPS: u8 = 15;
 /// Number of dampings tried before a step is given up.
 const MOST_TRIALS: u8 = 20;
 /// Below this, a damping does not shorten a step noticeably.

@@ -1,7 +1,6 @@
 //! The fit, step by step: Levenberg-Marquardt over phi, or over log-Cholesky parameters where only physical
 //! bodies are admitted.
 
-use super::descent::STEADY_STEPS;
 use super::fit_problem::FitProblem;
 use super::intervals::Shares;
 use super::normal_equations::NormalEquations;
@@ -18,6 +17,9 @@ use crate::layout::Layout;
 
 /// Largest number of steps; ten are already many.
 const MOST_STEPS: u8 = 60;
+/// Number of full steps; a fit that has not converged by then learns its budget, or goes on by half steps. Six are
+/// usual.
+pub(super) const STEADY_STEPS: u8 = 15;
 /// First damping, relative to the diagonal of the information.
 const FIRST_DAMPING: f64 = 1e-6;
 
