@@ -14,7 +14,7 @@ mod tests;
 pub use channel::ChannelRange;
 
 use channel::{Extreme, Survey};
-use plateau::flat_top;
+use plateau::{Push, flat_top};
 
 use super::chain::HAMMER;
 use super::{AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, Record, Samples};
@@ -146,17 +146,17 @@ impl<R: Real> HitGrader<'_, R> {
     /// Grades a complete record.
     pub fn grade<D: Samples<R> + ?Sized>(&self, record: &D) -> HitReport {
         let mut found = Findings { policy: self.test.policy, list: Diagnostics::new() };
-        let mut force = None;
+        let (mut force, mut push) = (None, None);
         let mut whole = true;
         let mut largest = Largest::default();
         for (channel, range) in self.ranges.iter().enumerate() {
             let survey = Survey::of(record, channel, range.scale, rest_scans(self.pre_trigger));
-            let push = force.as_ref().zip(self.ranges.first().map(|range| range.scale));
-            let overloaded = overload(&mut found, record, channel, range, &survey, push);
+            let overloaded = overload(&mut found, record, channel, range, &survey, push.as_ref());
             if !overloaded {
                 largest.share.offer(channel, share_of_range(channel, range, &survey));
             }
             if channel == HAMMER {
+                push = Some(Push::of(record, range.scale, &survey));
                 force = Some(survey);
                 whole = !overloaded;
                 continue;
@@ -286,7 +286,7 @@ impl<R: Real> Default for Largest<R> {
     }
 }
 
-/// Checks, for a response with the survey and the scale of the force, whether the converter is at a rail, the sensor
+/// Checks, for a response with the force, whether the converter is at a rail, the sensor
 /// at the end of its range, or the signal on a plateau because an earlier stage clipped it.
 ///
 /// A sensor clips at the end of its range. Relative to the rest value, that level depends on the gravity in
@@ -298,14 +298,14 @@ fn overload<R: Real, D: Samples<R> + ?Sized>(
     channel: usize,
     range: &ChannelRange<R>,
     survey: &Survey<R>,
-    force: Option<(&Survey<R>, R)>,
+    push: Option<&Push<R>>,
 ) -> bool {
     let clipped = |extreme: &Extreme<R>| {
         let [low, high] = range.rails;
         extreme.reading <= low
             || extreme.reading >= high
             || extreme.value.abs() >= range.range
-            || flat_top(record, channel, range, survey, extreme, force)
+            || flat_top(record, channel, range, survey, extreme, push)
     };
     let mut worst: Option<R> = None;
     for extreme in [survey.highest, survey.lowest] {

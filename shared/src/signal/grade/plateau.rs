@@ -51,6 +51,28 @@ const AT_PEAK: f64 = 0.97;
 /// Distance over which the second derivative of the force is taken, readings.
 const CURVATURE_SCANS: usize = 2;
 
+/// The force of a hit, with which the responses are compared.
+pub(super) struct Push<R> {
+    rest: R,
+    scale: R,
+    /// The scans during which the hammer is in contact.
+    contact: Range<usize>,
+}
+
+impl<R: Real> Push<R> {
+    /// The force of a record whose hammer has this scale and survey.
+    pub(super) fn of<D: Samples<R> + ?Sized>(record: &D, scale: R, survey: &Survey<R>) -> Self {
+        let push = Self { rest: survey.rest, scale, contact: 0..0 };
+        let highest = survey.highest;
+        let contact = push.signal(record).above(highest.at, highest.value * R::of(CONTACT));
+        Self { contact, ..push }
+    }
+
+    fn signal<'a, D: ?Sized>(&self, record: &'a D) -> Signal<'a, R, D> {
+        Signal { record, channel: HAMMER, rest: self.rest, side: self.scale }
+    }
+}
+
 /// The readings of one channel about its rest value.
 struct Signal<'a, R, D: ?Sized> {
     record: &'a D,
@@ -127,26 +149,25 @@ pub(super) fn flat_top<R: Real, D: Samples<R> + ?Sized>(
     range: &ChannelRange<R>,
     survey: &Survey<R>,
     extreme: &Extreme<R>,
-    force: Option<(&Survey<R>, R)>,
+    push: Option<&Push<R>>,
 ) -> bool {
     let height = extreme.value.abs();
     // Makes the extreme positive even when it is below the rest value.
     let side = if extreme.value < R::zero() { -range.scale } else { range.scale };
     let signal = Signal { record, channel, rest: survey.rest, side };
-    if let Some((force, scale)) = force {
-        let push = Signal { record, channel: HAMMER, rest: force.rest, side: scale };
-        let contact = push.above(force.highest.at, force.highest.value * R::of(CONTACT));
-        if contact.contains(&extreme.at) {
-            let least = range.resolution * R::of(0.5);
-            // The spread, which is known, contains noise and hum.
-            let spread = survey.spread.max(least);
-            if level_at(&signal, extreme.at, spread, R::zero()).is_none() {
-                return false;
-            }
-            let noise = signal.noise(survey.before).max(least);
-            let hum = (spread * spread - noise * noise).max(R::zero()).sqrt() * R::of(SQRT_2);
-            return ignores_force(&signal, &push, extreme.at, contact, [noise, hum]);
+    if let Some(push) = push
+        && push.contact.contains(&extreme.at)
+    {
+        let least = range.resolution * R::of(0.5);
+        // The spread, which is known, contains noise and hum.
+        let spread = survey.spread.max(least);
+        if level_at(&signal, extreme.at, spread, R::zero()).is_none() {
+            return false;
         }
+        let noise = signal.noise(survey.before).max(least);
+        let hum = (spread * spread - noise * noise).max(R::zero()).sqrt() * R::of(SQRT_2);
+        let contact = push.contact.clone();
+        return ignores_force(&signal, &push.signal(record), extreme.at, contact, [noise, hum]);
     }
     if height < range.resolution * R::of(STEPS) || height <= R::zero() {
         return false;
