@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::channel::{ChannelRange, Extreme, Survey};
+use super::channel::{ChannelRange, Extreme, Survey, moments};
 use crate::Real;
 use crate::signal::{HAMMER, Samples};
 
@@ -166,8 +166,9 @@ pub(super) fn flat_top<R: Real, D: Samples<R> + ?Sized>(
         }
         let noise = signal.noise(survey.before).max(least);
         let hum = (spread * spread - noise * noise).max(R::zero()).sqrt() * R::of(SQRT_2);
+        let unrest = if hum > noise { [noise, hum] } else { [spread, R::zero()] };
         let contact = push.contact.clone();
-        return ignores_force(&signal, &push.signal(record), extreme.at, contact, [noise, hum]);
+        return ignores_force(&signal, &push.signal(record), extreme.at, contact, unrest);
     }
     if height < range.resolution * R::of(STEPS) || height <= R::zero() {
         return false;
@@ -220,7 +221,8 @@ fn ringing<R: Real, D: Samples<R> + ?Sized>(
 
 /// True when a response stays at its extreme, which it has at a scan of the contact, while the force changes.
 ///
-/// `noise` is its standard deviation, and `hum` the amplitude of what else moves the response before the hit.
+/// `noise` is its standard deviation, and `hum` the amplitude of what else moves the response before the hit, if that is
+/// more.
 fn ignores_force<R: Real, D: Samples<R> + ?Sized>(
     response: &Signal<'_, R, D>,
     push: &Signal<'_, R, D>,
@@ -241,8 +243,12 @@ fn ignores_force<R: Real, D: Samples<R> + ?Sized>(
     if (plateau.len() as f64) < FLAT_SCANS as f64 + RINGING_SCANS * elastic.to_f64() {
         return false;
     }
+    let inner = plateau.start + 1..plateau.end - 1;
     // Hum tilts a level.
-    let scatter = response.variance_about_line(plateau.start + 1..plateau.end - 1).sqrt();
+    let scatter = match hum > R::zero() {
+        true => response.variance_about_line(inner).sqrt(),
+        false => moments(inner.filter_map(|scan| response.value(scan))).1,
+    };
     scatter < (noise * R::of(QUIET)).min(height * R::of(LEVEL_SCATTER))
         && expected > noise * R::of(FLAT)
         && high > peak * R::of(AT_PEAK)
