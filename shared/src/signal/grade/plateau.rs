@@ -43,6 +43,8 @@ const FLAT: f64 = 25.0;
 /// Elastic modes that follow the force may flatten a response, and then it is a sum of the force and its second
 /// derivative. It is flat when that sum misses it by more than this many standard deviations of the noise, rms.
 const MISSED: f64 = 8.0;
+/// Unrest before the hit of more than this many standard deviations of the noise is hum.
+const HUM: f64 = 3.0;
 /// The sum also misses hum, of whose amplitude a contact of a quarter of its period shows less than this, rms.
 const HUM_MISSED: f64 = 0.5;
 /// What is clipped is the part of a response about its peak, and with it that of the force: the force reaches this
@@ -166,7 +168,7 @@ pub(super) fn flat_top<R: Real, D: Samples<R> + ?Sized>(
         }
         let noise = signal.noise(survey.before).max(least);
         let hum = (spread * spread - noise * noise).max(R::zero()).sqrt() * R::of(SQRT_2);
-        let unrest = if hum > noise { [noise, hum] } else { [spread, R::zero()] };
+        let unrest = if hum > noise * R::of(HUM) { [noise, hum] } else { [spread, R::zero()] };
         let contact = push.contact.clone();
         return ignores_force(&signal, &push.signal(record), extreme.at, contact, unrest);
     }
