@@ -81,6 +81,13 @@ impl Identification {
             .collect()
     }
 
+    /// Puts the best methods first.
+    pub fn sort(&mut self) {
+        let place = |method: Method| Method::ALL.iter().position(|other| *other == method);
+        self.estimates.sort_by_key(|estimate| place(estimate.method));
+        self.not_applicable.sort_by_key(|(method, _)| place(*method));
+    }
+
     /// Returns `self` when at least one method has an answer.
     ///
     /// # Errors

@@ -58,6 +58,7 @@ pub mod rig;
 pub mod single_fault;
 pub mod solve;
 pub mod spectra;
+pub mod suspension;
 pub mod tape;
 mod toml_file;
 pub mod uff;

@@ -6,10 +6,12 @@
 
 mod budget;
 mod cannot_see;
+mod comparison;
 mod details;
 mod estimate;
 mod measurement;
 mod message;
+mod modes;
 mod refusals;
 mod table;
 
@@ -20,10 +22,12 @@ pub use budget::{budget_json, budget_text};
 pub use cannot_see::{
     Unseen, cannot_see, cannot_see_json, cannot_see_text, glued, has_undeclared_mass,
 };
+pub use comparison::{comparison_json, comparison_text};
 pub use details::{details_json, details_text};
 pub use estimate::estimate_json;
 pub use measurement::{estimates_of, measurement_json, measurement_text};
 pub use message::{channel_name, code_name, message, message_in, messages};
+pub use modes::{assurance_text, modes_json, modes_text, orders_text};
 pub use refusals::{refusals_json, refusals_text};
 pub use table::{Truth, table};
 

@@ -8,29 +8,37 @@
 //!
 //! [`identification`]: crate::identification
 
+mod answer;
 mod frfs;
+mod suspension;
+mod suspension_lines;
 
 use std::path::Path;
 
-use massline_shared::Responses;
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics};
+use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::identify::inertia_restraint;
 use massline_shared::identify::{
-    Applicability, DofMassLines, Estimate, IdentifySettings, MassLines, Method, Observable,
-    Observations,
+    Applicability, IdentifySettings, Method, Observable, Observations,
 };
-use massline_shared::layout::{HOST_SENSORS, HostLayout, assumed_body};
+use massline_shared::layout::{Dof, HostLayout, assumed_body};
+use massline_shared::modes::LinesPerSide;
 use nalgebra::{SVector, Vector3};
-use serde_json::{Value, json};
 
 use crate::identification::{Identification, Selection, identify};
 use crate::layout_file::{LayoutFile, Reference};
 use crate::report::{self, Truth, message_in};
 use crate::single_fault::{Examination, NominalTest};
+use crate::suspension::{
+    Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
+};
 use crate::uff::{Quantity, UffFile};
 use crate::{Error, Result};
+use answer::Settings;
 use frfs::{FittedLines, LayoutResponses};
+use suspension::ModalPart;
+
+pub use answer::FrfSolution;
 
 /// The point about which the equations are set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,8 +60,11 @@ impl ReferencePoint {
     }
 }
 
+/// Band in which the suspension modes are looked for, Hz: that of the literature.
+pub const SUSPENSION_BAND_HZ: [f64; 2] = [0.5, 12.5];
+
 /// How to solve.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// The point about which the equations are set up.
     pub reference_point: ReferencePoint,
@@ -63,118 +74,234 @@ pub struct Options {
     pub selection: Selection,
     /// σ of the exponential window that was applied to force and responses, 1/s; 0 for no window.
     pub decay: f64,
+    /// Band in which the suspension modes are looked for, Hz.
+    pub suspension_band_hz: [f64; 2],
+    /// The modes that the methods get which use them.
+    pub mode_choice: ModeChoice,
+    /// Lines about each mode for the direct methods.
+    pub lines: LinesPerSide,
 }
 
-/// The answer of the offline solver.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FrfSolution {
-    /// The answers of all methods, and the nuisance parameters of the fit.
-    pub identification: Identification,
-    /// The search for a single mistake that explains data that contradict the layout.
-    pub examination: Examination,
-    /// Mass line accelerances, (m/s²)/N: hit by hit, channel by channel (sensor 1 x, y, z, …).
-    pub mass_lines: Vec<Vec<f64>>,
-    /// Standard deviations of the mass lines, estimated from the scatter of the bins about the model,
-    /// (m/s²)/N, in the same order.
-    pub noise: Vec<Vec<f64>>,
-    /// The point about which the equations were set up.
-    pub reference_point: ReferencePoint,
-    /// Band of the mass lines, Hz.
-    pub band_hz: [f64; 2],
-    /// Diagnostics of the mass lines.
-    pub diagnostics: Vec<Diagnostic>,
-    /// Hash of the layout, when the layout fits a rig.
-    pub layout_hash: Option<u32>,
-    /// Expected values to compare with.
-    pub truth: Option<Truth>,
-    /// Which body the layout was checked with, and how the file was read.
-    pub notes: Vec<String>,
-    layout: HostLayout,
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            reference_point: ReferencePoint::default(),
+            quantity: None,
+            selection: Selection::default(),
+            decay: 0.0,
+            suspension_band_hz: SUSPENSION_BAND_HZ,
+            mode_choice: ModeChoice::default(),
+            lines: LinesPerSide::default(),
+        }
+    }
 }
 
-/// Solves a layout file with a universal file.
+/// Solves a layout file with a universal file, with these hits of the layout, or all of them for none. `progress` is told how many of all perturbations are done.
 ///
 /// # Errors
 /// As [`solve`], and exit 2 when a file cannot be read.
-pub fn solve_files(layout: &Path, frfs: &Path, options: &Options) -> Result<FrfSolution> {
-    let file = LayoutFile::read(layout)?;
+pub fn solve_files(
+    layout: &Path,
+    frfs: &Path,
+    hits: &[Dof],
+    options: &Options,
+    progress: impl FnMut(u32, u32),
+) -> Result<FrfSolution> {
+    let mut file = LayoutFile::read(layout)?;
+    if let Some(missing) = hits.iter().find(|dof| !file.layout.hits.iter().any(|h| h.dof == **dof))
+    {
+        let text = format!("{}: the layout has no hit {missing}; see its `hits`", layout.display());
+        return Err(Error::input("hit_not_in_layout", text));
+    }
+    if !hits.is_empty() {
+        file.layout.hits.retain(|hit| hits.contains(&hit.dof));
+    }
     let uff = UffFile::read(frfs)?;
-    solve(&file, &uff, options).map_err(|error| match error {
+    solve(&file, &uff, options, progress).map_err(|error| match error {
         Error::Undetermined { .. } => error.within(layout.display()),
         other => other.within(frfs.display()),
     })
 }
 
-/// Solves a layout with frequency responses.
+/// Solves a layout with frequency responses: by mass lines where the file has a band for them, and by the suspension modes
+/// where it has those.
 ///
 /// # Errors
 /// Exit 2 for a function that is missing, duplicated, not finite, or of wrong type or units; exit 3 when
 /// layout or data cannot determine the ten properties.
-pub fn solve(file: &LayoutFile, uff: &UffFile, options: &Options) -> Result<FrfSolution> {
+pub fn solve(
+    file: &LayoutFile,
+    uff: &UffFile,
+    options: &Options,
+    progress: impl FnMut(u32, u32),
+) -> Result<FrfSolution> {
     let layout = &file.layout;
+    let wanted = options.selection.methods();
+    let uses_mass_lines = |method: &Method| method.entry().observes == Observable::MassLines;
+    let (of_mass_lines, of_modes): (Vec<_>, Vec<_>) =
+        wanted.iter().copied().partition(uses_mass_lines);
     let (body, about_body) = body_for_checks(file);
-    let message_of = |d: &Diagnostic| message_in(d, layout);
-    let checked = Applicability::new(layout, &body, &options.selection.methods());
-    if let Some(error) = first_error(&checked.diagnostics, message_of) {
-        return Err(match error {
-            Error::Undetermined { code, message } => {
-                Error::undetermined(code, format!("{message} ({about_body})"))
-            }
-            other => other,
-        });
+    let checked = |methods: &[Method]| layout_problem(file, &body, &about_body, methods);
+    // A layout that no method can use is named before its responses are looked for.
+    checked(&wanted)?;
+    let responses = LayoutResponses::of(layout, uff, options.quantity).or_else(|error| {
+        checked(&of_mass_lines)?;
+        Err(error)
+    })?;
+    let look = suspension::look(layout, &responses, options, &of_modes);
+    let highest = look.as_ref().and_then(|look| look.as_ref().ok()?.highest_hz());
+    let mass_lines = (!of_mass_lines.is_empty()).then(|| {
+        checked(&of_mass_lines)?;
+        refuse_suspension_in_band(layout, highest)?;
+        mass_line_part(file, &responses, options)
+    });
+    let answers = mass_lines.as_ref().and_then(|part| part.as_ref().ok());
+    let answers = answers.map(MassLinePart::answers);
+    let modal = look.map(|look| {
+        suspension::part(layout, &look?, options, &of_modes, answers.as_ref(), progress)
+    });
+    let mut notes = uff.notes.clone();
+    notes.push(about_body);
+    let truth = file.reference.map(|reference| Truth {
+        properties: reference.properties(),
+        length: layout.characteristic_length(),
+    });
+    let settings = Settings {
+        reference_point: options.reference_point,
+        layout_hash: file.hash(),
+        truth,
+        layout: layout.clone(),
+    };
+    combine(settings, mass_lines, modal, notes)
+}
+
+/// The suspension modes of a universal file, with the layout.
+///
+/// # Errors
+/// As [`solve_files`].
+pub fn modes_of_files(
+    layout: &Path,
+    frfs: &Path,
+    options: &Options,
+    progress: impl FnMut(u32, u32),
+) -> Result<(SuspensionModes, HostLayout)> {
+    let file = LayoutFile::read(layout)?;
+    let uff = UffFile::read(frfs)?;
+    let within = |error: Error| error.within(frfs.display());
+    let responses = LayoutResponses::of(&file.layout, &uff, options.quantity).map_err(within)?;
+    let modes = suspension::modes_alone(&file.layout, &responses, options, progress);
+    Ok((modes.map_err(within)?, file.layout))
+}
+
+/// The mass line begins this much above the highest suspension mode at least (theory, section 5).
+const LEAST_ABOVE_SUSPENSION: f64 = 2.0;
+
+/// Refuses mass lines whose band begins too near to the highest suspension mode.
+fn refuse_suspension_in_band(layout: &HostLayout, highest_hz: Option<f64>) -> Result<()> {
+    let Some(highest) = highest_hz else { return Ok(()) };
+    let begins = layout.test.expected_band()[0];
+    if begins >= LEAST_ABOVE_SUSPENSION * highest {
+        return Ok(());
     }
-    let responses = LayoutResponses::of(layout, uff, options.quantity)?;
-    let FittedLines { lines, band_hz, diagnostics } =
-        responses.mass_lines(layout, options.decay)?;
+    let text = format!(
+        "the band of the mass lines begins at {begins:.1} Hz, and the highest suspension mode lies at {highest:.2} Hz; \
+         let test.band_hz begin at {:.0} Hz, if no elastic mode is near",
+        (3.0 * highest).ceil()
+    );
+    Err(Error::undetermined(Code::SuspensionInBand.name(), text))
+}
+
+/// The answers from mass lines and from suspension modes as one solution.
+fn combine(
+    settings: Settings,
+    mass_lines: Option<Result<MassLinePart>>,
+    modal: Option<Result<ModalPart>>,
+    mut notes: Vec<String>,
+) -> Result<FrfSolution> {
+    let (mass_lines, modal) = match (mass_lines, modal) {
+        (None | Some(Err(_)), Some(Err(error))) | (Some(Err(error)), None) => return Err(error),
+        (None, None) => return Err(Error::undetermined("no_answer", "no method was asked for")),
+        both => both,
+    };
+    let mut noted =
+        |what: &str, error: &Error| notes.push(format!("no answer from {what}: {error}"));
+    if let Some(Err(error)) = &mass_lines {
+        noted("mass lines", error);
+    }
+    if let Some(Err(error)) = &modal {
+        noted("suspension modes", error);
+    }
+    Ok(FrfSolution::new(
+        settings,
+        mass_lines.and_then(Result::ok),
+        modal.and_then(Result::ok),
+        notes,
+    ))
+}
+
+/// Returns the error of a layout that rules out all of these methods.
+fn layout_problem(
+    file: &LayoutFile,
+    body: &RigidBody<f64>,
+    about_body: &str,
+    methods: &[Method],
+) -> Result<()> {
+    let layout = &file.layout;
+    let checked = Applicability::new(layout, body, methods);
+    match first_error(&checked.diagnostics, |d| message_in(d, layout)) {
+        None => Ok(()),
+        Some(Error::Undetermined { code, message }) => {
+            Err(Error::undetermined(code, format!("{message} ({about_body})")))
+        }
+        Some(other) => Err(other),
+    }
+}
+
+/// What the mass lines of a file say.
+pub(crate) struct MassLinePart {
+    lines: FittedLines,
+    identification: Identification,
+    examination: Examination,
+    settings: IdentifySettings<f64>,
+    /// How the methods agree that use mass lines.
+    comparison: Comparison,
+}
+
+impl MassLinePart {
+    fn answers(&self) -> MassLineAnswers<'_> {
+        MassLineAnswers {
+            lines: &self.lines.lines,
+            settings: self.settings.inertia_restraint,
+            estimates: &self.identification.estimates,
+        }
+    }
+}
+
+fn mass_line_part(
+    file: &LayoutFile,
+    responses: &LayoutResponses,
+    options: &Options,
+) -> Result<MassLinePart> {
+    let layout = &file.layout;
+    let mut lines = responses.mass_lines(layout, options.decay)?;
+    lines.diagnostics.extend(reciprocity_of_mass_lines(layout, &lines.lines));
     let reference = match options.reference_point {
         ReferencePoint::Centroid => inertia_restraint::ReferencePoint::Centroid,
         ReferencePoint::Origin => inertia_restraint::ReferencePoint::Origin,
     };
     let settings =
         IdentifySettings { inertia_restraint: reference.into(), ..IdentifySettings::default() };
-    let nominal = NominalTest::of_file(file);
-    let examination = nominal.examine(&lines);
-    let said = |found: Diagnostics| {
-        let error = first_error(&found, message_of).unwrap_or_else(undetermined);
+    let examination = NominalTest::of_file(file).examine(&lines.lines);
+    let observed = Observations::of_mass_lines(layout, &lines.lines);
+    let identification = identify(&observed, options.selection, &settings).answered();
+    let identification = identification.map_err(|found| {
+        let error = first_error(&found, |d| message_in(d, layout)).unwrap_or_else(undetermined);
         blame_the_responses(error, &examination, layout)
-    };
-    let observed = Observations::of_mass_lines(layout, &lines);
-    let identification = if wants_spectral_lines(options.selection) {
-        let bins_of_band = responses.spectrum_bins(layout, band_hz, options.decay)?;
-        let spectrum_bins = bins_of_band.responses()?;
-        let observed = Observations { layout, mass_lines: &lines, spectrum_bins };
-        identify(&observed, options.selection, &settings)
-    } else {
-        identify(&observed, options.selection, &settings)
-    };
-    let identification = identification
-        .answered()
-        .map_err(|found| not_settled(options.selection, &found).unwrap_or_else(|| said(found)))?;
-    let channels = 3 * layout.sensors.len();
-    let truth = file.reference.map(|reference| Truth {
-        properties: reference.properties(),
-        length: layout.characteristic_length(),
-    });
-    let mut notes = uff.notes.clone();
-    notes.push(about_body);
-    Ok(FrfSolution {
-        identification,
-        examination,
-        mass_lines: by_hit(&lines, channels, |lines| &lines.accelerance),
-        noise: by_hit(&lines, channels, |lines| &lines.noise),
-        reference_point: options.reference_point,
-        band_hz,
-        diagnostics,
-        layout_hash: file.hash(),
-        truth,
-        notes,
-        layout: layout.clone(),
-    })
-}
-
-/// True when a selected method works on bins rather than on mass lines.
-fn wants_spectral_lines(selection: Selection) -> bool {
-    selection.methods().iter().any(|method| method.entry().observes == Observable::SpectrumBins)
+    })?;
+    let comparison = Comparison::default();
+    let mut part = MassLinePart { lines, identification, examination, settings, comparison };
+    part.comparison = compare(layout, &part.answers());
+    Ok(part)
 }
 
 /// The body that a layout is checked with, and a sentence that names its origin: what `[reference]` states,
@@ -233,90 +360,8 @@ pub(crate) fn first_error(
     })
 }
 
-/// A quantity of the channels in use, grouped by hit.
-fn by_hit(
-    lines: &[DofMassLines<f64, HOST_SENSORS>],
-    channels: usize,
-    quantity: fn(&MassLines<f64, HOST_SENSORS>) -> &Responses<f64, HOST_SENSORS>,
-) -> Vec<Vec<f64>> {
-    lines.iter().map(|(_, hit)| quantity(hit).iter().take(channels).copied().collect()).collect()
-}
-
 fn undetermined() -> Error {
     Error::undetermined("no_answer", "the data do not determine the ten properties")
-}
-
-impl FrfSolution {
-    /// The best method's answer.
-    pub fn answer(&self) -> Option<&Estimate<f64>> {
-        self.identification.estimates.first()
-    }
-
-    /// The JSON object of the solution, in the form of all results.
-    pub fn to_json(&self) -> Value {
-        let lines = self.layout.hits.iter().zip(&self.mass_lines).zip(&self.noise);
-        let said = [self.identification.warnings(), self.diagnostics.clone()].concat();
-        let mut value = json!({
-            "results": self.identification.results_json(),
-            "not_applicable": self.identification.not_applicable_json(&self.layout),
-            "details": self.identification.details_json(&self.layout),
-            "layout_hash": self.layout_hash,
-            "calibration": null,
-            "firmware": null,
-            "reference_point": self.reference_point.name(),
-            "band_hz": self.band_hz,
-            "band_automatic": self.layout.test.band_hz.is_none(),
-            // `null`, because the file already holds frequency responses.
-            "frf_estimator": null,
-            "terms": self.layout.test.terms.name(),
-            "mass_lines": lines.map(|((hit, lines), noise)| json!({
-                "dof": hit.dof.to_string(),
-                "accelerance_m_per_s2_per_n": lines,
-                "noise_m_per_s2_per_n": noise,
-            })).collect::<Vec<_>>(),
-            "notes": self.notes,
-            "diagnostics": report::diagnostics_json(&said, |d| message_in(d, &self.layout)),
-        });
-        self.examination.add_to(&mut value, &self.layout);
-        value["cannot_see"] = report::cannot_see_json(&self.cannot_see());
-        value
-    }
-
-    /// The solution as text.
-    pub fn to_text(&self) -> String {
-        let [low, high] = self.band_hz.map(|end| (end * 10.0).round() / 10.0);
-        let mut text = self.identification.to_text(&self.layout, self.truth.as_ref());
-        text += &self.examination.to_text(&self.layout);
-        text += &format!(
-            "mass lines ({}) over {low} to {high} Hz{}, equal weights; linear equations about the {}\n",
-            self.layout.test.terms.name(),
-            if self.layout.test.band_hz.is_none() { ", found from the responses" } else { "" },
-            self.reference_point.name()
-        );
-        text += &report::sentences(&self.diagnostics, |d| message_in(d, &self.layout));
-        for note in &self.notes {
-            text += &format!("note: {note}\n");
-        }
-        text + &report::cannot_see_text(&self.cannot_see())
-    }
-
-    fn cannot_see(&self) -> Vec<report::Unseen> {
-        report::cannot_see(&self.layout, self.answer().map(|answer| &answer.body))
-    }
-}
-
-/// The error of a global fit whose suspension parameters diverge. This is not evidence against the responses:
-/// they may hardly show the suspension, or contain placement and gain errors, which that model does not have.
-fn not_settled(selection: Selection, found: &[Diagnostic]) -> Option<Error> {
-    let code = Code::NotConverged;
-    let ran_away = found.iter().any(|d| d.code == code);
-    (selection == Selection::Only(Method::GlobalFit) && ran_away).then(|| {
-        let text = "the global fit did not converge: the stiffness of its suspension diverged, because \
-                    these responses hardly show a suspension or are wrong by more than noise \
-                    (placement, gains), which this method does not know; leave out --method, then \
-                    maximum likelihood answers, or let test.band_hz begin nearer to the suspension modes";
-        Error::undetermined(code.name(), text)
-    })
 }
 
 /// Adds to `error` that the layout alone is sound, so that frequency responses must be missing or wrong.
@@ -340,3 +385,5 @@ fn blame_the_responses(error: Error, examination: &Examination, layout: &HostLay
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod wheel_tests;

@@ -6,10 +6,10 @@
 
 use std::error::Error;
 
+use massline_shared::FrequencyResponses;
 use massline_shared::body::{INERTIAL_PARAMETERS, RigidBody};
 use massline_shared::identify::{
-    DofMassLines, Estimate, FrequencyResponses, IdentifySettings, MassLines, Method, Observations,
-    identify, workspace,
+    DofMassLines, Estimate, IdentifySettings, MassLines, Method, Observations, identify, workspace,
 };
 use massline_shared::layout::{Hit, Layout, Sensor};
 use massline_shared::mass_line::{BasisRow, Bin, Fitting, ResponseFits, Terms, window_correlation};

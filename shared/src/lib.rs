@@ -17,6 +17,8 @@
 //! | [`mass_line`] | the constant part of an accelerance, `A + B/s² + C s²` |
 //! | [`identify`] | from mass lines to the ten properties with their covariance |
 //! | `calibration` | sensitivities of sensors and hammer from their outputs under a known input |
+//! | [`frequency_responses`] | accelerances of a whole test, bin by bin |
+//! | [`modes`] | the six modes of a body on its suspension |
 //! | `measurement` | from scans to a result: a state machine that does no input or output itself |
 //! | [`diagnosis`] | the codes that name every problem |
 //! | [`theory`] | the equations behind all of it, and the measured reasons for its default values |
@@ -34,12 +36,14 @@ pub mod calibration;
 pub mod design;
 pub mod diagnosis;
 mod estimated;
+pub mod frequency_responses;
 pub mod identify;
 pub mod layout;
 mod linalg;
 pub mod mass_line;
 #[cfg(feature = "signal")]
 pub mod measurement;
+pub mod modes;
 pub mod real;
 pub mod responses;
 #[cfg(feature = "signal")]
@@ -51,6 +55,7 @@ pub mod units;
 pub use nalgebra;
 
 pub use estimated::Estimated;
+pub use frequency_responses::FrequencyResponses;
 
 pub use real::Real;
 pub use responses::{ResponseRows, ResponseSquare, Responses};

@@ -1,8 +1,10 @@
 //! Small linear algebra that the solvers share.
 #![allow(clippy::needless_range_loop, reason = "triangular matrices read better by their indices")]
 
+mod complex_least_squares;
 mod least_squares;
 
+pub(crate) use complex_least_squares::ComplexLeastSquares;
 pub(crate) use least_squares::LeastSquares;
 
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, Vector3};

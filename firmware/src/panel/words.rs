@@ -56,6 +56,10 @@ fn write_subject(text: &mut Text, d: &Diagnostic, layout: Option<&RigLayout>) ->
         }
         Subject::Sensor(index) => write!(text, "sensor {}", u16::from(index) + 1),
         Subject::Channel(channel) => write_channel(text, channel.into()),
+        Subject::Hits { first, second } => {
+            write!(text, "hits {} and {}", u16::from(first) + 1, u16::from(second) + 1)
+        }
+        Subject::Mode(index) => write!(text, "mode {}", u16::from(index) + 1),
         Subject::Setting(setting) => {
             let name = setting.name();
             text.write_str(name.get(..WIDTH.min(name.len())).unwrap_or(name))

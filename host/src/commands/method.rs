@@ -46,6 +46,25 @@ pub(super) fn one_of(
     })
 }
 
+/// The value of `--method` for all methods that apply.
+pub(super) const ALL: &str = "all";
+
+/// A parser for `all` and the short names of all methods, in the order of their numbers.
+pub(super) fn one_or_all() -> impl TypedValueParser<Value = Selection> {
+    let mut methods: Vec<Method> = Method::ALL.to_vec();
+    methods.sort_by_key(|method| method.number());
+    let all = PossibleValue::new(ALL).help("All that apply to the file, compared with each other");
+    let values = methods.iter().map(|method| {
+        let entry = method.entry();
+        PossibleValue::new(entry.short_name).help(entry.summary)
+    });
+    let names = PossibleValuesParser::new(std::iter::once(all).chain(values));
+    names.map(move |name| {
+        let named = methods.iter().find(|method| method.entry().short_name == name);
+        named.map_or(Selection::All, |method| Selection::Only(*method))
+    })
+}
+
 /// The help of `--method`, with the methods that answer by default.
 pub(super) fn help(usual: impl IntoIterator<Item = Method>) -> String {
     let titles = usual.into_iter().map(|method| method.entry().title.to_lowercase());

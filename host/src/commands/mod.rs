@@ -13,12 +13,14 @@ pub mod keyboard;
 pub mod layout;
 pub mod measure;
 mod method;
-pub mod monte_carlo;
+pub mod modes;
+mod monte_carlo;
 pub mod number;
 pub mod progress;
 pub mod record;
 pub mod replay;
-pub mod results;
+pub mod responses;
+mod results;
 pub mod show;
 pub mod simulate;
 pub mod simulated;
@@ -87,6 +89,8 @@ pub enum Command {
     Hits(hits::Args),
     /// Solve offline from the frequency responses in a universal file.
     Solve(solve::Args),
+    /// Show the suspension modes in the frequency responses of a universal file.
+    Modes(modes::Args),
     /// Replay recorded scans through the whole rig.
     Replay(replay::Args),
     /// Simulate a measurement with a layout, and compare it with the truth.
@@ -141,6 +145,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Record(args) => record::run(&args, output),
         Command::Hits(args) => hits::run(&args, output),
         Command::Solve(args) => solve::run(&args, output),
+        Command::Modes(args) => modes::run(&args, output),
         Command::Replay(args) => replay::run(&args, output),
         Command::Simulate(args) => simulate::run(&args, output),
         Command::Virtual(args) => virtual_rig::run(&args, output),

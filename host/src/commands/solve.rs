@@ -1,15 +1,19 @@
 //! `massline solve`: computes the ten properties offline from the frequency responses in a universal file.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::ValueEnum;
-use massline_shared::identify::Method;
+use massline_shared::layout::Dof;
+use massline_shared::modes::{LINES_OF_A_SIDE, LinesPerSide};
 
-use super::{method, number};
+use super::method;
+use super::responses::ResponseArgs;
 use crate::error::Result;
+use crate::identification::Selection;
 use crate::output::Output;
 use crate::solve::{Options, ReferencePoint, solve_files};
-use crate::uff::Quantity;
+use crate::suspension::ModeChoice;
 
 /// Arguments of `massline solve`.
 #[derive(Debug, clap::Args)]
@@ -24,6 +28,7 @@ Examples:
   massline solve frame.toml frame.uff
   massline solve frame.toml frame.uff --method ml
   massline solve wheel.toml wheel.uff --method global-fit
+  massline solve wheel.toml wheel.uff --hits 101:+X,102:+Z,104:+Y --shapes best
   massline solve frame.toml frame.uff --method irm --reference-point origin --json
   massline solve frame.toml frame.unv --quantity receptance
   massline solve frame.toml frame.uff --decay 10")]
@@ -35,20 +40,53 @@ pub struct Args {
     /// Point about which the equations are set up.
     #[arg(long, value_enum, default_value_t, value_name = "POINT")]
     reference_point: Point,
-    /// Quantity of the responses, for a file that does not state it or states it wrongly.
-    #[arg(long, value_enum, value_name = "QUANTITY")]
-    quantity: Option<Response>,
-    /// Decay rate σ of the exponential window that was applied to force and responses, 1/s; without the right
-    /// value, noise and suspension are modelled wrongly.
-    #[arg(long, value_name = "1/S", default_value = "0", value_parser = number::not_negative)]
-    decay: f64,
+    #[command(flatten)]
+    responses: ResponseArgs,
+    /// Forces that a mode shape comes from.
+    #[arg(long, value_enum, default_value_t, value_name = "FORCES")]
+    shapes: Shapes,
+    /// Lines of the direct method on each side of a mode: those within its width, or a number.
+    #[arg(long, value_name = "N", default_value = "auto")]
+    lines_per_side: PerSide,
+    /// Hits to use, such as `1:+Y,4:+X`; default: all of the layout.
+    #[arg(long, value_name = "DOFS", value_delimiter = ',')]
+    hits: Vec<Dof>,
     #[arg(
         long,
         value_name = "METHOD",
-        value_parser = method::one_of(Method::ALL),
-        help = method::help(Method::usual())
+        value_parser = method::one_or_all(),
+        default_value = method::ALL,
+        help = "One method alone, or all that apply"
     )]
-    method: Option<Method>,
+    method: Selection,
+}
+
+/// The forces that a shape comes from, as an argument.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Shapes {
+    /// All forces, by least squares.
+    #[default]
+    All,
+    /// The force that shows the mode best, as in the literature.
+    Best,
+}
+
+/// Lines on each side of a mode as an argument.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PerSide(LinesPerSide);
+
+impl FromStr for PerSide {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self(LinesPerSide::Width));
+        }
+        let count = text.parse::<usize>().ok();
+        let count = count.filter(|count| (1..=LINES_OF_A_SIDE).contains(count));
+        let fixed = count.map(|count| Self(LinesPerSide::Fixed(count)));
+        fixed.ok_or_else(|| format!("give auto, or a number from 1 to {LINES_OF_A_SIDE}"))
+    }
 }
 
 /// A reference point as an argument.
@@ -61,17 +99,6 @@ enum Point {
     Origin,
 }
 
-/// What a frequency response is, as an argument.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Response {
-    /// Acceleration over force.
-    Accelerance,
-    /// Velocity over force.
-    Mobility,
-    /// Displacement over force.
-    Receptance,
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -82,14 +109,20 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             Point::Centroid => ReferencePoint::Centroid,
             Point::Origin => ReferencePoint::Origin,
         },
-        selection: method::selection(args.method),
-        quantity: args.quantity.map(|quantity| match quantity {
-            Response::Accelerance => Quantity::Acceleration,
-            Response::Mobility => Quantity::Velocity,
-            Response::Receptance => Quantity::Displacement,
-        }),
-        decay: args.decay,
+        selection: args.method,
+        mode_choice: match args.shapes {
+            Shapes::All => ModeChoice::All,
+            Shapes::Best => ModeChoice::BestForce,
+        },
+        lines: args.lines_per_side.0,
+        ..args.responses.options()
     };
-    let solution = solve_files(&args.layout, &args.frfs, &options)?;
+    let bar = output.bar(0, "perturbations");
+    let solution = solve_files(&args.layout, &args.frfs, &args.hits, &options, |done, all| {
+        bar.set_length(all.into());
+        bar.set_position(done.into());
+    });
+    bar.finish_and_clear();
+    let solution = solution?;
     output.answer(&solution.to_json(), |_| solution.to_text().trim_end().into())
 }

@@ -69,7 +69,7 @@ impl DesignReport {
     pub fn of(file: &LayoutFile, noise: f64) -> Self {
         let layout = &file.layout;
         let (criterion, whose) = criterion_for(file, layout.characteristic_length(), noise);
-        let methods: Methods = Method::usual().collect();
+        let methods: Methods = Method::of_mass_lines().collect();
         let applicability = Applicability::new(layout, &criterion.body, &methods);
         let possible = methods.iter().any(|&method| applicability.admits(method));
         let predicted = if possible { Predicted::of(&criterion, layout) } else { None };

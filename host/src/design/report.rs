@@ -66,7 +66,7 @@ fn ten(of: impl Fn(usize) -> Value) -> Value {
 }
 
 fn methods_json(applicability: &Applicability<f64>) -> Value {
-    let methods = Method::usual().map(|method| {
+    let methods = Method::of_mass_lines().map(|method| {
         let obstacles: Vec<_> = applicability.obstacles(method).map(|code| code.name()).collect();
         json!({
             "method": method.name(),
@@ -158,7 +158,7 @@ fn methods_text(applicability: &Applicability<f64>) -> String {
             Some(code) => format!("{} does not apply ({})", method.name(), code.name()),
         }
     };
-    Method::usual().map(message_of).collect::<Vec<_>>().join(", ")
+    Method::of_mass_lines().map(message_of).collect::<Vec<_>>().join(", ")
 }
 
 fn advice_text(advice: &Advice, file: &LayoutFile) -> String {

@@ -97,7 +97,7 @@ pub fn suggest(
         job.search::<HOST_SENSORS, HOST_HITS>(&search, interrupt, progress)?
     };
     let layout = layout.ok_or_else(nothing)?;
-    let methods: Methods = Method::usual().collect();
+    let methods: Methods = Method::of_mass_lines().collect();
     let applicability = Applicability::new(&layout, &criterion.body, &methods);
     if !methods.iter().any(|&method| applicability.admits(method)) {
         return Err(nothing());

@@ -34,9 +34,10 @@ impl Identification {
         details
     }
 
-    /// Every estimate as a table, why others are missing, and the details of the fit.
-    pub fn to_text(&self, layout: &HostLayout, truth: Option<&Truth>) -> String {
-        let tables = self.estimates.iter().map(|estimate| table(estimate, truth) + "\n");
+    /// The first `count` estimates as tables, why others are missing, and the details of the fit.
+    pub fn to_text(&self, layout: &HostLayout, truth: Option<&Truth>, count: usize) -> String {
+        let shown = self.estimates.iter().take(count);
+        let tables = shown.map(|estimate| table(estimate, truth) + "\n");
         tables.collect::<String>() + &self.nuisance_text(layout)
     }
 

@@ -98,6 +98,11 @@ fn subject(d: &Diagnostic, known: Known<'_>) -> String {
         Subject::Sensor(index) => counted("sensor", d.subject, index, known),
         Subject::Hit(index) => counted("hit", d.subject, index, known),
         Subject::Channel(channel) => channel_name(channel.into()),
+        Subject::Mode(index) => format!("mode {}", u16::from(index) + 1),
+        Subject::Hits { first, second } => {
+            let of = |index: u8| counted("hit", Subject::Hit(index), index, known);
+            format!("{} and {}", of(first), of(second))
+        }
         Subject::Property(property) if d.code == Code::PriorInconsistentWithData => {
             known(d.subject).map_or_else(
                 || format!("the [prior] of {}", property_name(property)),
@@ -125,6 +130,8 @@ fn one_of(kind: SubjectKind) -> &'static str {
         SubjectKind::Channel => "a channel",
         SubjectKind::Property => "a property",
         SubjectKind::Setting => "a setting",
+        SubjectKind::Mode => "a mode",
+        SubjectKind::HitPair => "two hits",
         SubjectKind::Response => "a response",
         SubjectKind::Whole => "the test",
     }

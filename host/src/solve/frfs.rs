@@ -1,7 +1,8 @@
 //! Selects the functions of a universal file for a layout, and fits the mass lines.
 
+use massline_shared::FrequencyResponses;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
-use massline_shared::identify::{FrequencyResponses, MassLines};
+use massline_shared::identify::MassLines;
 use massline_shared::layout::{Axis, Dof, HOST_SENSORS, Hit, HostLayout, Sensor};
 use massline_shared::mass_line::{
     BasisRow, Bin, Fitting, MassLineError, ResponseFits, find_band, window_correlation,
@@ -26,14 +27,15 @@ pub(super) struct FittedLines {
 }
 
 /// The accelerances of all responses at the bins of a band.
+#[derive(Clone)]
 pub(super) struct LinesOfBand {
-    frequencies: Vec<f64>,
+    pub(super) frequencies: Vec<f64>,
     /// Accelerances, ordered by bin, then channel, then hit.
-    accelerance: Vec<Complex<f64>>,
-    channels: usize,
-    hits: usize,
-    decay: f64,
-    correlation: f64,
+    pub(super) accelerance: Vec<Complex<f64>>,
+    pub(super) channels: usize,
+    pub(super) hits: usize,
+    pub(super) decay: f64,
+    pub(super) correlation: f64,
 }
 
 impl LinesOfBand {

@@ -40,6 +40,8 @@ impl From<&Diagnostic> for WireDiagnostic {
             Subject::Property(index) => (4, index, 0),
             Subject::Setting(setting) => (5, setting.into(), 0),
             Subject::Response { hit, response } => (6, hit, response),
+            Subject::Mode(index) => (7, index, 0),
+            Subject::Hits { first, second } => (8, first, second),
         };
         let (code, severity) = (code.number(), severity.into());
         Self { code, severity, subject, first: first.into(), second: second.into(), value }
@@ -67,6 +69,8 @@ fn subject_of(kind: u8, first: u16, second: u16) -> Option<Subject> {
         4 => Subject::Property(first),
         5 => Subject::Setting(Setting::try_from(first).ok()?),
         6 => Subject::Response { hit: first, response: second },
+        7 => Subject::Mode(first),
+        8 => Subject::Hits { first, second },
         _ => return None,
     })
 }

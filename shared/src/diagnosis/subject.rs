@@ -17,6 +17,15 @@ pub enum Subject {
     Property(u8),
     /// A setting of the `[test]` table.
     Setting(Setting),
+    /// A suspension mode, in the order of the frequencies.
+    Mode(u8),
+    /// Two hit DOFs.
+    Hits {
+        /// One of them.
+        first: u8,
+        /// The other.
+        second: u8,
+    },
     /// A response due to a hit DOF.
     Response {
         /// The hit DOF.
@@ -45,6 +54,16 @@ impl Subject {
     /// The inertial parameter with this index in `theta`.
     pub fn property(index: usize) -> Self {
         Self::Property(narrow(index))
+    }
+
+    /// The hit DOFs with these indexes.
+    pub fn hits(first: usize, second: usize) -> Self {
+        Self::Hits { first: narrow(first), second: narrow(second) }
+    }
+
+    /// The suspension mode with this index.
+    pub fn mode(index: usize) -> Self {
+        Self::Mode(narrow(index))
     }
 
     /// The response with this index due to the hit DOF with this index.
@@ -76,6 +95,10 @@ pub enum SubjectKind {
     Property,
     /// Settings.
     Setting,
+    /// Suspension modes.
+    Mode,
+    /// Pairs of hit DOFs.
+    HitPair,
     /// Responses due to a hit DOF.
     Response,
 }
@@ -90,6 +113,8 @@ impl SubjectKind {
             Subject::Channel(_) => self == Self::Channel,
             Subject::Property(_) => self == Self::Property,
             Subject::Setting(_) => self == Self::Setting,
+            Subject::Mode(_) => self == Self::Mode,
+            Subject::Hits { .. } => self == Self::HitPair,
             Subject::Response { .. } => self == Self::Response,
         }
     }
@@ -107,6 +132,8 @@ impl SubjectKind {
                 let setting = Setting::ALL.get(usize::from(index));
                 setting.map_or(Subject::Whole, |&setting| Subject::Setting(setting))
             }
+            Self::Mode => Subject::Mode(index),
+            Self::HitPair => Subject::Hits { first: 0, second: index },
             Self::Response => Subject::Response { hit: 0, response: index },
         }
     }

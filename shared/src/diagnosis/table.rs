@@ -360,6 +360,91 @@ codes! {
         "at {subject} the first two hits differ by {value} and nothing shows which is wrong: both are \
          dropped; hit the same point in the same direction every time";
 
+    // Codes of the suspension modes.
+
+    /// Too few suspension modes show in the responses for a method that needs five. Value: how many.
+    SuspensionModesMissing = 96, "suspension_modes_missing", Whole, Count;
+        "Too few suspension\nmodes: lower the band\nor hit elsewhere.";
+        "the responses show {value} suspension modes, and five are needed; measure from below the lowest to \
+         above the highest of them, with hits that move the body in all directions";
+    /// Four mode shapes give ten equations of rank nine for any body. Value: the rank.
+    FourModesRankNine = 97, "toivola_nuutila_four_modes_rank_nine", Whole, Count;
+        "Four modes have rank\nnine: five are\nneeded.";
+        "four modes give ten equations, but for any body only nine of them are independent (rank {value}); \
+         find a fifth mode, or state the mass and one more property in [prior]";
+    /// A method needs all six suspension modes. Value: how many there are.
+    SixModesNeeded = 98, "six_modes_needed", Whole, Count;
+        "It needs six modes:\nhit where the missing\none moves.";
+        "this method inverts the shapes of six modes and there are {value}; hit where the missing mode moves, \
+         or widen the suspension band";
+    /// The responses below the modes move the body in fewer than six directions. Value: the rank.
+    ResponsesDoNotSpanSix = 99, "responses_do_not_span_six", Whole, Count;
+        "Responses span fewer\nthan six motions: add\nhits.";
+        "the responses at the chosen lines span {value} of the six motions of a body, so the stiffness cannot \
+         be eliminated; hit in more directions, so that every mode is excited";
+    /// A mode is so near to the end of the lines that only one side of it shows. Subject: the mode. Value:
+    /// its frequency.
+    ModeAtBandEdge = 100, "mode_at_band_edge", Mode, Hertz;
+        "At the end of the\nband: widen it.";
+        "{subject} at {value} lies at the end of the suspension band; widen the band to show both sides of it";
+    /// The shape of a mode is complex: its damping is not proportional. Subject: the mode. Value: the
+    /// imaginary over the real part of its residues.
+    ModeComplex = 101, "mode_complex", Mode, Share(1);
+        "Its shape is complex:\nmodal methods are\noff by about this.";
+        "{subject} has a complex shape (imaginary part {value}), which a damper at one place or a record that \
+         is too short causes; modal methods are off by about the square of it, the global fit and the viscous \
+         direct method are not";
+    /// Two modes are nearer to each other than their half-power bandwidths. Subject: the lower one. Value:
+    /// their distance over the mean bandwidth.
+    ModesClose = 102, "modes_close", Mode, Factor;
+        "Two modes nearly\ncoincide: shapes are\nuncertain.";
+        "{subject} and the next are {value} bandwidths apart, so their shapes mix; more forces tell them apart, \
+         or another suspension separates them";
+    /// A mode hardly shows under any force. Subject: the mode. Value: its largest Norm Indicator over the
+    /// median of the modes.
+    ModePoorlyExcited = 103, "mode_poorly_excited", Mode, Share(0);
+        "Hardly excited by any\nhit: hit where it\nmoves.";
+        "{subject} is hardly excited by any hit ({value} of the median Norm Indicator); hit where and along \
+         which it moves";
+    /// The structural form of the direct method fits better. Value: the misfit of the viscous form over it.
+    DampingNotViscous = 104, "damping_not_viscous", Whole, Times;
+        "Structural damping\nfits better.";
+        "structural damping fits these responses {value} times better than viscous damping; rely on the \
+         structural form";
+    /// The viscous form of the direct method fits better. Value: the misfit of the structural form over it.
+    DampingNotStructural = 105, "damping_not_structural", Whole, Times;
+        "Viscous damping fits\nbetter.";
+        "viscous damping fits these responses {value} times better than structural damping; rely on the viscous \
+         form";
+    /// A flexible mode above the band moves the apparent mass within it. Value: by how much at the upper end.
+    FlexibleModeAboveBand = 106, "flexible_mode_above_band", Whole, Share(1);
+        "A part on springs\nmoves the mass: only\nthe global fit holds.";
+        "a flexible mode above the band changes the apparent mass by up to {value} within it, which only the \
+         global fit takes into account; this method may be off by as much";
+    /// The decay of a mode does not fit into a record. Subject: the mode. Value: what is left of it at the end.
+    RecordTooShort = 107, "record_too_short_for_damping", Mode, Share(0);
+        "Still swings at the\nend of the record:\nrecord longer.";
+        "{subject} still has {value} of its amplitude at the end of a record, which makes its shape complex; \
+         record longer, or use an exponential window and state its --decay";
+
+    /// Lines are missing within the suspension band. Value: where the gap begins.
+    FrequencyGap = 108, "frequency_gap", Whole, Hertz;
+        "Lines are missing: a\nmode may hide in the\ngap.";
+        "lines of the suspension band are missing from {value} on; a mode may hide in the gap, so export all \
+         lines";
+
+    /// The point that is hit moves against the force. Subject: the hit.
+    DrivingPointReversed = 109, "driving_point_reversed", Hit, None;
+        "Moves against its\nforce: check sign and\ndirection.";
+        "the point of {subject} moves against the force, which no body does; check the sign of the hit, the \
+         axes of the sensors and the polarity of the hammer";
+    /// The response at one hit to the other is not that at the other to the one. Subject: both. Value: the
+    /// difference relative to their driving points.
+    NotReciprocal = 110, "not_reciprocal", HitPair, Share(0);
+        "Not reciprocal: check\ntheir points and\ndirections.";
+        "{subject} are not reciprocal: what each does at the other differs by {value}; check their points and \
+         directions, and those of the sensors";
+
     // Codes of single mistakes that would explain the data.
 
     /// One sensor with reversed, swapped or rotated axes explains the data. Subject: the sensor. Value: χ².

@@ -1,29 +1,59 @@
-//! The global fit: one body on one suspension is fitted to all frequency responses of a test.
+//! The global fit: one body on one suspension is fitted to all frequency responses of a test, by maximum
+//! likelihood with the complete error budget.
 //!
 //! ```text
-//! H(s) = G(s) (M₀ + C₀/s + K₀/s²)⁻¹ f₀ [+ E s²]        s = σ + iω
+//! H(s) = G(s) (M + C/s + K/s² [+ R s² + Q s⁴])⁻¹ f [+ E s²]        s = σ + iω
 //! ```
-//! Mass lines have a B of their own for every channel. Here, one stiffness K₀ (21 numbers) and, optionally,
-//! one damping C₀ (21) serve all channels and hits, and gravity is in `G(s)`. So the band may begin nearer to
-//! the suspension modes, which helps with heavy objects on cords and where the modes leave little room. E is
-//! the residual of the elastic modes, one number per channel and hit, and is eliminated. Theory, section 5.
+//! Mass lines have a B of their own for every channel. Here, one stiffness K (21 numbers) and, optionally, one
+//! damping C (21) serve all channels and hits, and gravity is in `G(s)`, so the band may contain the suspension
+//! modes. R and Q stand for a flexible mode above the band: a mass m₂ on a spring with the natural frequency Ω
+//! adds `s² m₂/(1 + s²/Ω²) = s² m₂ − s⁴ m₂/Ω² + s⁶ m₂/Ω⁴ …` to the dynamic stiffness. Whether they are needed is
+//! tested. E is the residual of the elastic modes of a mass-line band, one number per channel and hit, and is
+//! eliminated. Theory, section 5.
 //!
-//! Levenberg-Marquardt steps start from the answer of another method; derivatives are analytical,
-//! `∂H/∂K_k = −G D⁻¹ E_k D⁻¹ f₀ / s²`. The method needs double precision.
+//! The errors of sensors, hits, hammer and attached bodies are unknowns with the standard deviations of the
+//! layout as priors, with the definitions of [maximum likelihood](super::maximum_likelihood) (theory, section
+//! 4). The noise of a reading is unknown and comes from the residuals.
+//!
+//! Variables are balanced: lengths over L about the sensors' centroid, frequencies over the highest one. The
+//! steps solve normal equations with unit columns. What the other columns leave of a column of K is 0.005 or more
+//! of it with three hits just above the suspension modes, and the refusal is at 1e-5, so a factor in double
+//! precision keeps six digits; the residuals of every step are exact, so that rounding costs steps and not
+//! accuracy. Single precision is not enough.
 
+mod answer;
+mod apparatus;
+mod bin_model;
+mod elastic;
+mod equations;
+mod extra_terms;
+mod fit;
+mod memory;
+mod packed;
 mod problem;
+mod start;
+mod unknowns;
+mod weighted;
 
-use nalgebra::Matrix6;
+use nalgebra::{Complex, Matrix6, SVector};
 
-use self::problem::{GlobalFitProblem, WITH_DAMPING, WITH_STIFFNESS};
+use self::elastic::Elastic;
+use self::fit::Fit;
+use self::memory::Memory;
+use self::problem::Problem;
+use super::maximum_likelihood::model::{HIT_NUISANCES, SENSOR_NUISANCES};
 use super::method::{self, Entry, Observable, Progress};
-use super::observations::{FrequencyResponses, Observations, SpectrumBins};
+use super::observations::{Observations, SpectrumBins};
 use super::{Estimate, inertia_restraint};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, fatal};
-use crate::layout::{Layout, is_finite};
+use crate::frequency_responses::FrequencyResponses;
+use crate::layout::{HOST_HITS, Layout, is_finite};
 use crate::mass_line::Terms;
+
+pub use memory::workspace;
+pub use unknowns::MOST_EXTRA_TERMS;
 
 /// Description of the method for the registry.
 pub const ENTRY: Entry = Entry {
@@ -32,19 +62,11 @@ pub const ENTRY: Entry = Entry {
     title: "Global fit",
     summary: "Body and suspension fitted to all bins of the band",
     observes: Observable::SpectrumBins,
-    on_request: true,
+    on_request: false,
     // The method starts from the answer of the inertia restraint method.
     is_blocked: |_, _| true,
-    workspace: |_, bins| workspace(bins),
+    workspace: |sensors, _| workspace(sensors, HOST_HITS),
 };
-
-/// Real numbers in a complex 6 × 6 matrix.
-const INVERSE: usize = 72;
-
-/// Size of the workspace for this number of bins.
-pub const fn workspace(bins: usize) -> usize {
-    INVERSE * bins
-}
 
 /// Runs the method behind [`identify`](super::identify). Its single step is the whole fit, since spectral
 /// bins are stored only where there is time for it.
@@ -71,7 +93,7 @@ impl<R: Real> method::Solver<R> for Solver<R> {
             }
         };
         let elastic = observed.layout.test.terms == Terms::Abc;
-        Ok(Self { start, settings: GlobalFitSettings { damping: false, elastic } })
+        Ok(Self { start, settings: GlobalFitSettings { elastic, ..Default::default() } })
     }
 
     fn step<const S: usize, const H: usize, L: SpectrumBins<R>>(
@@ -103,31 +125,85 @@ pub struct GlobalFitSettings {
     pub damping: bool,
     /// Eliminates a residual of the elastic modes, `E s²`, for every channel and hit.
     pub elastic: bool,
+    /// Uses the error budget of the layout; otherwise all errors are noise.
+    pub budget: bool,
+    /// Most extra terms of the dynamic stiffness, 0 to [`MOST_EXTRA_TERMS`]; how many of them are used is
+    /// tested.
+    pub most_extra_terms: usize,
+}
+
+impl Default for GlobalFitSettings {
+    /// Damping, error budget and as many extra terms as the test asks for.
+    fn default() -> Self {
+        Self { damping: true, elastic: false, budget: true, most_extra_terms: MOST_EXTRA_TERMS }
+    }
+}
+
+impl GlobalFitSettings {
+    /// Body and stiffness alone, with equal weights.
+    pub const PLAIN: Self =
+        Self { damping: false, elastic: false, budget: false, most_extra_terms: 0 };
 }
 
 /// Result of the global fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlobalFitSolution<R> {
-    /// The ten properties; their covariance comes from the scatter of the bins about the model.
+    /// The ten properties; their covariance contains the noise, estimated from the scatter of the bins about
+    /// the model, and the error budget. There is no χ², since the noise is estimated.
     pub estimate: Estimate<R>,
-    /// K₀ about the origin: N/m, N/rad, N m/m, N m/rad.
+    /// K about the origin: N/m, N/rad, N m/m, N m/rad.
     pub stiffness: Matrix6<R>,
-    /// C₀ about the origin, when it was fitted: N s/m, …
+    /// C about the origin, when it was fitted: N s/m, …
     pub damping: Option<Matrix6<R>>,
+    /// Number of extra terms: none, `s⁴ R`, or also `s⁶ Q`.
+    pub extra_terms: usize,
+    /// What the tests for the first and the second extra term found: standard normal deviates, above
+    /// [`REJECTION_Z`](super::REJECTION_Z) for a term that is needed. `None` for a test that was not made.
+    pub extra_terms_z: [Option<R>; MOST_EXTRA_TERMS],
+    /// Standard deviation of the real and of the imaginary part of a reading, (m/s²)/N.
+    pub noise: R,
 }
 
-/// Fits body and suspension to the frequency responses of all sensors and hits of the layout, in this order
-/// and with equal weights, starting from the body `start`. `workspace` needs the length that [`workspace`]
-/// gives.
+/// How the answer depends on data and layout, to first order: the slices are written by
+/// [`solve_with_sensitivities`].
+#[derive(Debug)]
+pub struct Sensitivities<'a, R> {
+    /// For each accelerance `[bin][channel][hit]`, in the order of [`FrequencyResponses::new`], the vector g of
+    /// `δtheta = Σ Re(ḡ δH)`; [`gains`] gives the length. SI units.
+    pub gain: &'a mut [SVector<Complex<R>, 10>],
+    /// For each nuisance parameter the change of theta when the nominal layout is shifted by one standard
+    /// deviation of it and the data stay, which is the covariance of theta with the parameter in standard
+    /// deviations; [`nuisances`] gives the length. The order is: for each sensor nine sensitivities row by row,
+    /// three rotations, three displacements; for each hit DOF two displacements and two rotations; the hammer's
+    /// gain; the mass of each attached body. Without a budget nothing is written.
+    pub nuisances: &'a mut [SVector<R, 10>],
+}
+
+/// Number of accelerances of this many bins, sensors and hit DOFs.
+pub const fn gains(bins: usize, sensors: usize, hits: usize) -> usize {
+    3 * bins * sensors * hits
+}
+
+/// Number of nuisance parameters of this many sensors, hit DOFs and attached bodies.
+pub const fn nuisances(sensors: usize, hits: usize, attached: usize) -> usize {
+    SENSOR_NUISANCES * sensors + HIT_NUISANCES * hits + 1 + attached
+}
+
+/// Fits body and suspension to the frequency responses of all sensors and hits of the layout, in this order,
+/// starting from the body `start` (without the attached bodies, as is the answer). `workspace` needs the length
+/// that [`workspace`] gives.
 ///
 /// # Errors
 /// `data_not_finite`, `layout_not_finite`, `frf_missing` when channels or hits are not those of the
-/// layout, `band_too_narrow` with fewer equations than unknowns or too small a workspace,
-/// `ten_parameters_not_identifiable`, `not_converged`.
+/// layout, `band_too_narrow` with fewer independent readings than unknowns or too small a workspace,
+/// `ten_parameters_not_identifiable` when layout and band do not determine the ten properties (value: their rank)
+/// or K (value: the number of its 21 elements that they determine), `not_converged`, `attached_too_heavy`,
+/// `mass_not_positive`.
 ///
 /// ```
 /// # mod frame { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doctests/frame.rs")); }
-/// # use massline_shared::identify::{FrequencyResponses, global_fit};
+/// # use massline_shared::FrequencyResponses;
+/// # use massline_shared::identify::global_fit;
 /// # use massline_shared::nalgebra::{Complex, Matrix6, Vector3};
 /// let layout = frame::layout();
 /// # let real = |value: f64| Complex::new(value, 0.0);
@@ -148,8 +224,8 @@ pub struct GlobalFitSolution<R> {
 /// let responses = FrequencyResponses::new(&frequencies, &measured, 9, 3).unwrap();
 /// let mut start = frame::body();
 /// start.mass *= 1.02;
-/// let settings = global_fit::GlobalFitSettings { damping: false, elastic: false };
-/// let mut memory = vec![0.0; global_fit::workspace(frequencies.len())];
+/// let settings = global_fit::GlobalFitSettings::PLAIN;
+/// let mut memory = vec![0.0; global_fit::workspace(3, 3)];
 /// let solution = global_fit::solve(&layout, &responses, &start, &settings, &mut memory).unwrap();
 /// assert!((solution.estimate.body.mass - 1.23).abs() < 1e-6);
 /// assert!((solution.stiffness[(2, 2)] - 2.0).abs() < 1e-3);
@@ -161,7 +237,55 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     settings: &GlobalFitSettings,
     workspace: &mut [R],
 ) -> Result<GlobalFitSolution<R>, Diagnostics> {
+    let problem = Problem::new(layout, responses, settings);
+    Ok(fit_problem(&problem, start, workspace)?.0)
+}
+
+/// As [`solve`], and writes how the answer depends on data and layout.
+///
+/// # Errors
+/// As [`solve`]; `band_too_narrow` also when a slice is too short.
+pub fn solve_with_sensitivities<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    responses: &FrequencyResponses<'_, R>,
+    start: &RigidBody<R>,
+    settings: &GlobalFitSettings,
+    workspace: &mut [R],
+    sensitivities: &mut Sensitivities<'_, R>,
+) -> Result<GlobalFitSolution<R>, Diagnostics> {
     let bins = responses.frequencies().len();
+    let short = || fatal(Code::BandTooNarrow, bins as f32);
+    let problem = Problem::new(layout, responses, settings);
+    let (solution, fit) = fit_problem(&problem, start, workspace)?;
+    fit.write_sensitivities(sensitivities).ok_or_else(short)?;
+    Ok(solution)
+}
+/// The answer and the fit at its minimum.
+fn fit_problem<'p, 'a, 'w, R: Real, const S: usize, const H: usize>(
+    problem: &'p Problem<'a, R, S, H>,
+    start: &RigidBody<R>,
+    workspace: &'w mut [R],
+) -> Result<(GlobalFitSolution<R>, Fit<'p, 'a, 'w, R, S, H>), Diagnostics> {
+    check(problem, start)?;
+    let (sensors, hits) = (problem.layout.sensors.len(), problem.layout.hits.len());
+    let narrow = || fatal(Code::BandTooNarrow, problem.bins() as f32);
+    let memory = Memory::new(workspace, sensors, hits, problem.settings.elastic);
+    let mut fit = Fit::new(problem, memory.ok_or_else(narrow)?);
+    if fit.degrees_of_freedom() <= R::zero() {
+        return Err(narrow());
+    }
+    fit.begin(start)?;
+    let (extra_terms, extra_terms_z) = fit.descend_with_extra_terms()?;
+    let solution = GlobalFitSolution { extra_terms, extra_terms_z, ..fit.answer()? };
+    Ok((solution, fit))
+}
+
+/// Refuses numbers that are not finite, and responses that are not those of the layout.
+fn check<R: Real, const S: usize, const H: usize>(
+    problem: &Problem<'_, R, S, H>,
+    start: &RigidBody<R>,
+) -> Result<(), Diagnostics> {
+    let Problem { layout, responses, .. } = problem;
     if !is_finite(layout) {
         return Err(fatal(Code::LayoutNotFinite, 0.0));
     }
@@ -171,16 +295,7 @@ pub fn solve<R: Real, const S: usize, const H: usize>(
     if responses.channels() != 3 * layout.sensors.len() || responses.hits() != layout.hits.len() {
         return Err(fatal(Code::FrfMissing, 0.0));
     }
-    let (inverses, _) = workspace.as_chunks_mut::<INVERSE>();
-    let Some(inverses) = inverses.get_mut(..bins) else {
-        return Err(fatal(Code::BandTooNarrow, bins as f32));
-    };
-    let problem = GlobalFitProblem { layout, responses, settings };
-    if settings.damping {
-        problem.fit::<WITH_DAMPING>(start, inverses)
-    } else {
-        problem.fit::<WITH_STIFFNESS>(start, inverses)
-    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -55,6 +55,7 @@ impl<R, const S: usize, const H: usize, L: SpectrumBins<R>> Observations<'_, R, 
         let seen = |method: &Method| match method.entry().observes {
             Observable::MassLines => true,
             Observable::SpectrumBins => self.spectrum_bins.responses().is_some(),
+            Observable::Suspension => false,
         };
         Method::usual().filter(seen).collect()
     }

@@ -307,7 +307,7 @@ pub fn symmetric<R: Real, const N: usize>(lower: &[R]) -> Option<SMatrix<R, N, N
 }
 
 /// Endless iterator over rows and columns of a lower triangle, row by row.
-pub(super) fn lower_places() -> impl Iterator<Item = (usize, usize)> {
+pub(in crate::identify) fn lower_places() -> impl Iterator<Item = (usize, usize)> {
     (0..).flat_map(|i| (0..=i).map(move |j| (i, j)))
 }
 

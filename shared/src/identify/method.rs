@@ -14,6 +14,8 @@ pub enum Observable {
     MassLines,
     /// Frequency responses at every bin.
     SpectrumBins,
+    /// The modes of the body on its suspension, and the frequency responses around them.
+    Suspension,
 }
 
 /// Description of a method, given in its file.
@@ -74,28 +76,48 @@ pub(super) trait Solver<R: Real>: Sized {
 }
 
 /// Generates [`Method`](super::Method) and its dispatch from the list of methods: variant, number and module,
-/// best method first. The module must contain an `ENTRY` and a `Solver`.
+/// best method first. The module must contain an `ENTRY`, and a `Solver` for a method in steps or a function `answer` for
+/// one that uses the suspension modes.
 macro_rules! methods {
-    ($($(#[$doc:meta])* $variant:ident = $number:literal in $module:ident;)*) => {
+    (
+        in steps { $($(#[$doc:meta])* $variant:ident = $number:literal in $module:ident;)* }
+        of suspension modes {
+            $($(#[$modal_doc:meta])* $modal:ident = $modal_number:literal in $($modal_module:ident)::+;)*
+        }
+    ) => {
         /// How the ten properties were identified.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub enum Method { $($(#[$doc])* $variant),* }
+        pub enum Method { $($(#[$doc])* $variant,)* $($(#[$modal_doc])* $modal),* }
 
         /// Number of methods.
-        pub const METHODS: usize = [$($number),*].len();
+        pub const METHODS: usize = [$($number,)* $($modal_number),*].len();
 
         impl Method {
             /// Every method, best first.
-            pub const ALL: [Self; METHODS] = [$(Self::$variant),*];
+            pub const ALL: [Self; METHODS] = [$(Self::$variant,)* $(Self::$modal),*];
 
             /// Description given in the method's file.
             pub const fn entry(self) -> Entry {
-                match self { $(Self::$variant => $module::ENTRY),* }
+                match self {
+                    $(Self::$variant => $module::ENTRY,)*
+                    $(Self::$modal => $($modal_module)::+::ENTRY),*
+                }
             }
 
             /// Number of the method in stored results; never changes.
             pub const fn number(self) -> u8 {
-                match self { $(Self::$variant => $number),* }
+                match self { $(Self::$variant => $number,)* $(Self::$modal => $modal_number),* }
+            }
+
+            /// The answer of a method that uses the suspension modes; `None` for any other.
+            pub fn of_suspension<R: Real>(
+                self,
+                observed: &suspension::Suspension<'_, R>,
+            ) -> Option<Result<suspension::Answer<R>, Diagnostics>> {
+                match self {
+                    $(Self::$modal => Some($($modal_module)::+::answer(observed)),)*
+                    _ => None,
+                }
             }
         }
 
@@ -132,6 +154,8 @@ macro_rules! methods {
                         <$module::Solver<R> as method::Solver<R>>::start(observed, settings, start)
                             .map(Self::$variant)
                     })*
+                    // These are answered together, from what they share.
+                    _ => Err(crate::diagnosis::fatal(crate::diagnosis::Code::FrfMissing, 0.0)),
                 }
             }
 

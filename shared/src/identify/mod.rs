@@ -4,11 +4,17 @@
 //! list of [`Estimate`]s. A method is one file with an [`Entry`] and a solver, and one line in the list
 //! below; programs that show or store answers read that list.
 
+pub mod agreement;
+pub mod conti_bretl;
+pub mod dppim;
 pub mod global_fit;
 pub mod inertia_restraint;
 pub mod influence;
 pub mod maximum_likelihood;
+pub mod modal_constant;
 pub mod single_fault;
+pub mod suspension;
+pub mod toivola_nuutila;
 
 mod applicability;
 mod attached;
@@ -18,6 +24,8 @@ mod identification;
 mod mass_lines;
 mod method;
 mod observations;
+mod perturbation;
+mod reciprocity;
 mod response_inverse;
 mod rigidity;
 mod weighting;
@@ -30,7 +38,9 @@ pub use mass_lines::{
 };
 pub(crate) use mass_lines::{by_reference, check_mass_lines};
 pub use method::{Entry, Observable, Progress};
-pub use observations::{FrequencyResponses, NoSpectrumBins, Observations, SpectrumBins};
+pub use observations::{NoSpectrumBins, Observations, SpectrumBins};
+pub use perturbation::{Perturbation, random_signs};
+pub use reciprocity::check_reciprocity;
 pub use response_inverse::ResponseInverse;
 pub use rigidity::{RIGIDITY_LIMIT, rigid_residuals};
 pub use weighting::{PlacementErrors, Weighting};
@@ -40,12 +50,26 @@ use crate::body::RigidBody;
 use crate::diagnosis::Diagnostics;
 
 method::methods! {
-    /// Maximum likelihood with the complete covariance.
-    MaximumLikelihood = 2 in maximum_likelihood;
-    /// The linear inertia restraint method (IRM).
-    InertiaRestraint = 1 in inertia_restraint;
-    /// Body and suspension fitted to all bins.
-    GlobalFit = 3 in global_fit;
+    in steps {
+        /// Maximum likelihood with the complete covariance.
+        MaximumLikelihood = 2 in maximum_likelihood;
+        /// The linear inertia restraint method (IRM).
+        InertiaRestraint = 1 in inertia_restraint;
+        /// Body and suspension fitted to all bins.
+        GlobalFit = 3 in global_fit;
+    }
+    of suspension modes {
+        /// Orthogonality of the mode shapes.
+        ToivolaNuutila = 5 in toivola_nuutila;
+        /// Mass matrix from six mode shapes.
+        ContiBretl = 4 in conti_bretl;
+        /// Direct identification, viscous damping.
+        Dppim = 6 in dppim;
+        /// Direct identification, structural damping.
+        DppimStructural = 7 in dppim::structural;
+        /// Inertia restraint on the constant of the modal fit.
+        ModalConstant = 8 in modal_constant;
+    }
 }
 
 /// Settings that a caller may choose; the defaults are those of a rig.

@@ -7,6 +7,7 @@
 
 mod check;
 mod dof;
+mod error_sources;
 mod kinematics;
 mod policy;
 mod settings;
@@ -19,6 +20,8 @@ pub use check::{
     extent,
 };
 pub use dof::{AXIS_LETTERS, Axis, Dof, DofError, Sign};
+pub(crate) use error_sources::across;
+pub use error_sources::{ErrorSource, HIT_SOURCES, SENSOR_SOURCES};
 pub use kinematics::sensor_shift;
 pub use policy::{HitPolicy, Verdict};
 pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings};

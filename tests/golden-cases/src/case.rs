@@ -95,6 +95,17 @@ pub struct Rule {
     pub set: bool,
 }
 
+impl Rule {
+    /// The tolerance of the number at an index, in the precision `R`; `largest` is the largest expected magnitude.
+    fn tolerance<R>(&self, index: usize, largest: f64) -> f64 {
+        let single = size_of::<R>() == size_of::<f32>();
+        let abs = if single { self.abs_f32.or(self.abs) } else { self.abs };
+        let rel = if single { self.rel_f32.or(self.rel) } else { self.rel };
+        let abs = abs.and_then(|list| if list.len() == 1 { list.first() } else { list.get(index) });
+        abs.copied().unwrap_or(0.0) + rel.unwrap_or(0.0) * largest
+    }
+}
+
 impl Case {
     /// The case of this name.
     pub fn find(id: &str) -> Option<&'static Self> {
@@ -179,6 +190,30 @@ impl<'a, 'b, R: Real> Check<'a, 'b, R> {
         (self.report)(self.case.id, path, worst <= 1.0, worst);
     }
 
+    /// Compares complex numbers, row-major: the modulus of each error with the tolerance.
+    pub fn complex_numbers(&mut self, path: &str, got: &[nalgebra::Complex<R>]) {
+        let Some((index, rule)) = self.case.rule(path) else {
+            return;
+        };
+        self.answered |= 1 << index;
+        let part = |end: &str| {
+            let is = |a: &&Array| a.path.strip_suffix(end).is_some_and(|a| below_expected(a, path));
+            self.case.arrays.iter().find(is).map(|a| a.values)
+        };
+        let (Some(re), Some(im)) = (part(".re"), part(".im")) else { return self.fail(path) };
+        if re.len() != got.len() || im.len() != got.len() || got.is_empty() {
+            return self.fail(path);
+        }
+        let expected = re.iter().zip(im.iter());
+        let largest = expected.clone().map(|(re, im)| libm::hypot(re, im)).fold(0.0, f64::max);
+        let worst = expected.zip(got).enumerate().map(|(i, ((re, im), got))| {
+            let error = libm::hypot(got.re.to_f64() - re, got.im.to_f64() - im);
+            ratio(error, rule.tolerance::<R>(i, largest))
+        });
+        let worst = worst.fold(0.0, f64::max);
+        (self.report)(self.case.id, path, worst <= 1.0, worst);
+    }
+
     /// Compares a matrix that is stored column by column, as in nalgebra.
     pub fn matrix<const M: usize, const N: usize>(
         &mut self,
@@ -259,14 +294,7 @@ fn compare<R: Real>(expected: &Array, rule: &Rule, got: &[R]) -> f64 {
     if let Some(min) = rule.min {
         return if got.iter().all(|g| g.to_f64() >= min) { 0.0 } else { f64::INFINITY };
     }
-    let single = size_of::<R>() == size_of::<f32>();
-    let abs = if single { rule.abs_f32.or(rule.abs) } else { rule.abs };
-    let rel = if single { rule.rel_f32.or(rule.rel) } else { rule.rel };
     let largest = expected.values.iter().map(libm::fabs).fold(0.0, f64::max);
-    let tolerance = |i: usize| {
-        let abs = abs.and_then(|list| if list.len() == 1 { list.first() } else { list.get(i) });
-        abs.copied().unwrap_or(0.0) + rel.unwrap_or(0.0) * largest
-    };
     // When the sign of a column is free, each column is compared on its own.
     let columns = if rule.columns_up_to_sign { expected.shape.last().copied() } else { None };
     let columns = columns.unwrap_or(1).max(1);
@@ -274,7 +302,9 @@ fn compare<R: Real>(expected: &Array, rule: &Rule, got: &[R]) -> f64 {
         let pairs = expected.values.iter().zip(got).enumerate();
         pairs
             .filter(|(i, _)| i % columns == column)
-            .map(|(i, (want, got))| ratio(libm::fabs(sign * got.to_f64() - want), tolerance(i)))
+            .map(|(i, (want, got))| {
+                ratio(libm::fabs(sign * got.to_f64() - want), rule.tolerance::<R>(i, largest))
+            })
             .fold(0.0, f64::max)
     };
     (0..columns).fold(0.0, |worst, column| {

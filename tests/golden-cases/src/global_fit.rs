@@ -3,14 +3,14 @@
 //! Double precision only: single precision is not enough for 31 unknowns, some of which the hits hardly
 //! excite.
 
+use massline_shared::FrequencyResponses;
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
-use massline_shared::identify::FrequencyResponses;
 use massline_shared::identify::global_fit::{GlobalFitSettings, solve, workspace};
 use nalgebra::{Complex, SVector};
 
 use crate::Check;
-use crate::layout::RESPONSES;
+use crate::layout::{RESPONSES, SENSORS};
 
 /// Bins of the cases.
 const BINS: usize = 40;
@@ -29,10 +29,10 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     }
     let start = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta_start")?));
     let damping = check.input_number("with_damping")? != R::zero();
-    let settings = GlobalFitSettings { damping, elastic: false };
+    let settings = GlobalFitSettings { damping, ..GlobalFitSettings::PLAIN };
     let responses = FrequencyResponses::new(&frequencies, &accelerance, RESPONSES, HITS)?;
     let responses = responses.windowed(check.input_number("sigma")?, R::one());
-    let mut workspace = [R::zero(); workspace(BINS)];
+    let mut workspace = [R::zero(); workspace(SENSORS, HITS)];
     let found = solve(&layout, &responses, &start, &settings, &mut workspace).ok()?;
     check.numbers("theta", found.estimate.theta().as_slice());
     check.matrix("K", &found.stiffness);

@@ -15,6 +15,7 @@
 mod case;
 mod chain;
 mod design;
+mod dppim;
 mod global_fit;
 mod gravity;
 mod inertia_restraint;
@@ -22,6 +23,7 @@ mod layout;
 mod learned_budget;
 mod mass_line;
 mod maximum_likelihood;
+mod modes;
 mod params;
 
 pub use case::{Array, CASES, Case, Check, Report, Rule, Values};
@@ -52,6 +54,10 @@ pub fn run<R: RealFft + Default>(case: &'static Case, report: &mut Report<'_>) {
         "massline" => mass_line::run(&mut check),
         "global_fit" => global_fit::run(&mut check),
         "gravity" => gravity::run(&mut check),
+        "modal_methods" => modes::run(&mut check),
+        "modal_identification" => modes::run_identification(&mut check),
+        "select_modes" => modes::run_select(&mut check),
+        "dppim" => dppim::run(&mut check),
         "layout" => layout::run(&mut check),
         "d_optimal" => design::run(&mut check),
         "chain" => chain::run(&mut check),

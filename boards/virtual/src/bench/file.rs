@@ -32,7 +32,7 @@ pub struct Bundled {
 }
 
 /// All bundled benches.
-pub(super) const BUNDLED: [Bundled; 4] = [
+pub(super) const BUNDLED: [Bundled; 5] = [
     Bundled { name: "default", about: "the three-bar frame of the paper", text: DEFAULT },
     Bundled {
         name: "ideal",
@@ -48,6 +48,11 @@ pub(super) const BUNDLED: [Bundled; 4] = [
         name: "block",
         about: "the block to calibrate them with",
         text: include_str!("../../benches/block.toml"),
+    },
+    Bundled {
+        name: "wheel",
+        about: "a wheel of 17.3 kg with modes up to 7.7 Hz",
+        text: include_str!("../../benches/wheel.toml"),
     },
 ];
 

@@ -27,6 +27,7 @@
 //! | [`faults`] | gross mistakes: a reversed axis, swapped cables, a hit at the wrong node |
 //! | [`taps`] | good and bad taps |
 //! | `habit` | what all hits at a DOF have in common: side of the mark, forces of the tip |
+//! | [`responses`] | frequency responses by formula, without taps |
 //! | [`tumble`] | the sensors held still in the six positions of a tumble test |
 //! | [`operator`] | the person, and the bench as a source of scans |
 
@@ -51,6 +52,7 @@ mod locate;
 mod mains;
 mod nonlinearity;
 pub mod operator;
+pub mod responses;
 pub mod settings;
 mod simulation;
 pub mod suspension;

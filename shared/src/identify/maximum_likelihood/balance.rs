@@ -16,21 +16,23 @@ const LEAST_SIGMA: f64 = 1e-6;
 
 /// Origin and unit of length of the balanced variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Balance<R> {
-    origin: Vector3<R>,
-    pub(super) length: R,
+pub(in crate::identify) struct Balance<R> {
+    pub(in crate::identify) origin: Vector3<R>,
+    pub(in crate::identify) length: R,
 }
 
 impl<R: Real> Balance<R> {
-    pub(super) fn of<const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> Self {
+    pub(in crate::identify) fn of<const S: usize, const H: usize>(
+        layout: &Layout<R, S, H>,
+    ) -> Self {
         Self { origin: layout.sensor_centroid(), length: layout.characteristic_length() }
     }
 
-    pub(super) fn point(&self, position: &[R; 3]) -> Vector3<R> {
+    pub(in crate::identify) fn point(&self, position: &[R; 3]) -> Vector3<R> {
         (Vector3::from(*position) - self.origin) / self.length
     }
 
-    pub(super) fn body(&self, body: &RigidBody<R>) -> RigidBody<R> {
+    pub(in crate::identify) fn body(&self, body: &RigidBody<R>) -> RigidBody<R> {
         RigidBody {
             mass: body.mass,
             center_of_mass: (body.center_of_mass - self.origin) / self.length,
@@ -38,7 +40,7 @@ impl<R: Real> Balance<R> {
         }
     }
 
-    pub(super) fn body_back(&self, body: &RigidBody<R>) -> RigidBody<R> {
+    pub(in crate::identify) fn body_back(&self, body: &RigidBody<R>) -> RigidBody<R> {
         RigidBody {
             mass: body.mass,
             center_of_mass: body.center_of_mass * self.length + self.origin,
@@ -47,13 +49,13 @@ impl<R: Real> Balance<R> {
     }
 
     /// phi of an attached body; `None` when it has no mass.
-    pub(super) fn attached(&self, attached: &Attached<R>) -> Option<SVector<R, 10>> {
+    pub(in crate::identify) fn attached(&self, attached: &Attached<R>) -> Option<SVector<R, 10>> {
         let body = RigidBody::from_phi(&SVector::from(attached.phi))?;
         Some(self.body(&body).phi())
     }
 
     /// Value and standard deviation of a prior; `None` for a property that does not exist.
-    pub(super) fn prior(&self, prior: &Prior<R>) -> Option<(usize, R, R)> {
+    pub(in crate::identify) fn prior(&self, prior: &Prior<R>) -> Option<(usize, R, R)> {
         let k = usize::from(prior.property);
         let scale = *self.theta_scale().get(k)?;
         let from = if (1..4).contains(&k) { self.origin[k - 1] } else { R::zero() };
@@ -62,7 +64,10 @@ impl<R: Real> Balance<R> {
     }
 
     /// Covariance of theta in SI units from the balanced one.
-    pub(super) fn covariance_back(&self, balanced: &SMatrix<R, 10, 10>) -> SMatrix<R, 10, 10> {
+    pub(in crate::identify) fn covariance_back(
+        &self,
+        balanced: &SMatrix<R, 10, 10>,
+    ) -> SMatrix<R, 10, 10> {
         let scale = self.theta_scale();
         SMatrix::from_fn(|i, j| {
             // The two halves differ by rounding.
@@ -71,7 +76,7 @@ impl<R: Real> Balance<R> {
     }
 
     /// [1, L, L, L, L² × 6].
-    fn theta_scale(&self) -> SVector<R, 10> {
+    pub(in crate::identify) fn theta_scale(&self) -> SVector<R, 10> {
         SVector::from_fn(|k, _| match k {
             0 => R::one(),
             1..4 => self.length,

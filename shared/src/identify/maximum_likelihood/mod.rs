@@ -18,7 +18,7 @@
 //! A step is an *evaluation* of model, covariance and equations, or the *trial* of one damping.
 
 mod answer;
-mod balance;
+pub(super) mod balance;
 mod band_shift;
 mod bound;
 mod crosstalk;
@@ -28,7 +28,7 @@ mod fit_problem;
 mod intervals;
 mod learning;
 mod linearity;
-mod model;
+pub(super) mod model;
 mod normal_equations;
 mod nuisances;
 mod parameters;

@@ -10,18 +10,18 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use super::balance::Balance;
 use crate::Real;
 use crate::body::{RigidBody, regressor};
-use crate::layout::{Hit, HitUncertainty, Layout, SensorUncertainty};
+use crate::layout::{Hit, HitUncertainty, Layout, SensorUncertainty, across};
 use crate::linalg::skew;
 use crate::responses::{ResponseRows, ResponseSquare, Responses};
 
 /// Nuisance parameters of one sensor: the nine elements of its sensitivity, three rotations, three
 /// displacements.
-pub(super) const SENSOR_NUISANCES: usize = 15;
+pub(in crate::identify) const SENSOR_NUISANCES: usize = 15;
 /// Number of sensitivities, the first nuisance parameters of a sensor: three change only its first reading,
 /// three its second, three its third.
-pub(super) const SENSITIVITIES: usize = 9;
+pub(in crate::identify) const SENSITIVITIES: usize = 9;
 /// Nuisance parameters of one hit: two displacements and two rotations across its direction.
-pub(super) const HIT_NUISANCES: usize = 4;
+pub(in crate::identify) const HIT_NUISANCES: usize = 4;
 /// Estimated nuisance parameters of one hit DOF, in standard deviations of the budget.
 pub(super) type HitErrors<R> = [R; HIT_NUISANCES];
 
@@ -176,12 +176,4 @@ fn unit<R: Real>(axis: usize) -> Vector3<R> {
     let mut v = Vector3::zeros();
     v[axis] = R::one();
     v
-}
-
-/// Two unit vectors perpendicular to a direction and to each other, the first as near as possible to an axis.
-pub(super) fn across<R: Real>(direction: &Vector3<R>) -> [Vector3<R>; 2] {
-    let axis = direction.iamin();
-    let first = unit::<R>(axis) - direction * direction[axis];
-    let first = first / first.norm();
-    [first, direction.cross(&first)]
 }

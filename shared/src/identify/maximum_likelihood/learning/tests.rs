@@ -4,13 +4,13 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
-use super::super::model::across;
 use super::super::tests::{Bar, Dofs, exact, five_hits};
 use super::super::{ErrorBudget, MaximumLikelihoodSolution, RIG_WORKSPACE, Start, solve};
 use super::*;
 use crate::body::RigidBody;
 use crate::identify::ScatterAccumulator;
 use crate::layout::SensorUncertainty;
+use crate::layout::across;
 use crate::layout::tests::bar_body;
 use crate::responses::Responses;
 

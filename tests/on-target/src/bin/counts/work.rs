@@ -1,9 +1,7 @@
 //! The work that is measured: the first test of the three-bar frame of the theory, section 11.
 
-use core::fmt;
-
 use cortex_m_rt::entry;
-use massline_on_target::{Cost, end, measure, print};
+use massline_on_target::{Cost, end, measure};
 use massline_protocol::crc32_of_chunks;
 use massline_shared::body::RigidBody;
 use massline_shared::design::{FurtherHitSearch, HitCandidates, Precision};
@@ -24,6 +22,9 @@ use massline_shared::signal::{
 };
 use massline_shared::units::{Hertz, ScanIndex, Seconds, Volts};
 use nalgebra::{ComplexField, SVector};
+
+use super::modes::measure_modes;
+use super::outcome::{close, report};
 
 const ADC: AdcProperties = AdcProperties {
     rate: Hertz(4000.0),
@@ -73,6 +74,7 @@ fn main() -> ! {
         fitted.estimate
     );
     report("ml_outlier_5", fitted.whole);
+    measure_modes(&self::layout(6), &body());
     end(true)
 }
 
@@ -401,14 +403,4 @@ fn judge(estimate: &Estimate<f32>, body: &RigidBody<f32>) {
     // Tolerance: single precision with a condition number of about 20.
     close("properties", &estimate.theta(), &body.theta(), 1e-4);
     assert!(estimate.covariance.is_some(), "the scatter of three hits gives a covariance");
-}
-
-fn close<const N: usize>(what: &str, got: &SVector<f32, N>, truth: &SVector<f32, N>, part: f32) {
-    let error = (got - truth).amax();
-    assert!(error <= part * truth.amax(), "{what}: {got} instead of {truth}");
-}
-
-fn report(name: impl fmt::Display, measured: Cost) {
-    print(format_args!("{name}_instructions {}", measured.instructions));
-    print(format_args!("{name}_stack {}", measured.stack));
 }

@@ -1,4 +1,6 @@
-//! `massline demo`: the paper's four tests on a simulated rig.
+//! `massline demo`: the paper's four tests on a simulated rig, and the wheel.
+
+mod wheel;
 
 use std::num::NonZeroU8;
 
@@ -16,10 +18,10 @@ use crate::output::{Output, Tone};
 
 /// The paper's four tests: sensors 1, 2, 3 or 1, 2, 4; hits 1Y, 2Z, 4X or 1X, 2Z, 2Y.
 pub const LAYOUTS: [(&str, &str); 4] = [
-    ("three-bar-test-1", include_str!("../../examples/three-bar-test-1.toml")),
-    ("three-bar-test-2", include_str!("../../examples/three-bar-test-2.toml")),
-    ("three-bar-test-3", include_str!("../../examples/three-bar-test-3.toml")),
-    ("three-bar-test-4", include_str!("../../examples/three-bar-test-4.toml")),
+    ("three-bar-test-1", include_str!("../../../examples/three-bar-test-1.toml")),
+    ("three-bar-test-2", include_str!("../../../examples/three-bar-test-2.toml")),
+    ("three-bar-test-3", include_str!("../../../examples/three-bar-test-3.toml")),
+    ("three-bar-test-4", include_str!("../../../examples/three-bar-test-4.toml")),
 ];
 
 /// Arguments of `massline demo`.
@@ -33,8 +35,12 @@ Examples:
   massline demo
   massline demo --bench ideal --seed 7
   massline demo --rig qemu                    the same with the Cortex-M4F firmware in QEMU
-  massline demo --json | jq '.tests[0].results[0].mass_kg'")]
+  massline demo --json | jq '.tests[0].results[0].mass_kg'
+  massline demo wheel                         an object without a mass line")]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
+    #[command(subcommand)]
+    other: Option<Other>,
     #[command(flatten)]
     bench: BenchArgs,
     #[command(flatten)]
@@ -44,11 +50,21 @@ pub struct Args {
     hits: Option<NonZeroU8>,
 }
 
+/// Other demonstrations.
+#[derive(Debug, clap::Subcommand)]
+enum Other {
+    /// The methods that use the suspension modes, on a wheel that has no mass line.
+    Wheel(wheel::Args),
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// When the bench is bad, or the rig does not start, gets stuck or has no answer.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    if let Some(Other::Wheel(args)) = &args.other {
+        return wheel::run(args, output);
+    }
     let bench = args.bench.open()?;
     let firmware = args.rig.image()?;
     let (mut comparisons, mut tests) = (Vec::new(), Vec::new());

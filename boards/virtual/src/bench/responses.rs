@@ -1,0 +1,116 @@
+//! Frequency responses of the hanging object by formula, as an ideal analyser would measure them.
+
+use massline_shared::layout::HostLayout;
+use nalgebra::{Complex, Matrix6, Vector3, Vector6};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use super::Bench;
+use super::suspension::{RigidMode, SuspensionError, rigid_modes};
+
+/// A part of the object on springs of its own, such as the tyre of a wheel. It has this share of the mass and of the
+/// moments of inertia about the object's centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SprungPart {
+    /// Share of the mass.
+    pub share: f64,
+    /// Frequency of all six of its modes while the rest of the object is held, Hz.
+    pub frequency_hz: f64,
+    /// Fraction of critical damping of these modes.
+    pub damping_ratio: f64,
+}
+
+impl SprungPart {
+    /// Apparent mass of the part over its mass, at the Laplace variable `s`, 1/s: the transmissibility of its springs.
+    fn transmitted(&self, s: Complex<f64>) -> Complex<f64> {
+        let omega = self.frequency_hz * std::f64::consts::TAU;
+        let springs = s * (2.0 * self.damping_ratio * omega) + omega * omega;
+        springs / (s * s + springs)
+    }
+}
+
+/// Accelerances of all channels of a layout under all of its hits, in (m/s²)/N: frequency by frequency, channel by
+/// channel, hit by hit. Accelerometers at DC also sense how gravity turns.
+///
+/// # Errors
+/// When the object cannot hang as described.
+pub fn frequency_responses(
+    bench: &Bench,
+    layout: &HostLayout,
+    frequencies_hz: &[f64],
+    part: Option<SprungPart>,
+) -> Result<Vec<Complex<f64>>, SuspensionError> {
+    let modes = rigid_modes(&bench.body, &bench.suspension, &bench.gravity)?;
+    let mass = bench.body.mass_matrix();
+    let stiffness = of_modes(&mass, &modes, |mode| mode.omega * mode.omega);
+    let damping = of_modes(&mass, &modes, |mode| 2.0 * mode.damping_ratio * mode.omega);
+    let forces: Vec<Vector6<Complex<f64>>> =
+        layout.hits.iter().map(|hit| hit.unit_force(&Vector3::zeros()).map(real)).collect();
+    let mut responses = Vec::new();
+    for frequency in frequencies_hz {
+        let s = Complex::new(0.0, std::f64::consts::TAU * frequency);
+        let apparent = part
+            .map_or(real(1.0), |part| real(1.0 - part.share) + part.transmitted(s) * part.share);
+        let dynamic =
+            mass.map(|m| apparent * s * s * m) + damping.map(|c| s * c) + stiffness.map(real);
+        let inverse = dynamic.try_inverse().ok_or(SuspensionError::Underconstrained)?;
+        let motions: Vec<_> = forces.iter().map(|force| inverse * force * (s * s)).collect();
+        for channel in 0..3 * layout.sensors.len() {
+            let row = layout.response_row_at(channel, s);
+            responses.extend(motions.iter().map(|motion| row.dot(motion)));
+        }
+    }
+    Ok(responses)
+}
+
+/// Adds white noise of this standard deviation, of the complex number, to every response; the seed and the number of the
+/// run determine it.
+pub fn add_noise(responses: &mut [Complex<f64>], sigma: f64, seed: u64, run: u64) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(run);
+    let part = sigma * std::f64::consts::FRAC_1_SQRT_2;
+    let mut draw = || part * random.sample::<f64, _>(StandardNormal);
+    for response in responses {
+        *response += Complex::new(draw(), draw());
+    }
+}
+
+/// `M (Σ of(mode) φ φᵀ) M`.
+fn of_modes(
+    mass: &Matrix6<f64>,
+    modes: &[RigidMode; 6],
+    of: impl Fn(&RigidMode) -> f64,
+) -> Matrix6<f64> {
+    let sum: Matrix6<f64> =
+        modes.iter().map(|mode| mode.shape * mode.shape.transpose() * of(mode)).sum();
+    mass * sum * mass
+}
+
+fn real(value: f64) -> Complex<f64> {
+    Complex::new(value, 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_wheel_has_the_modes_of_the_paper() {
+        let bench = Bench::named("wheel").unwrap();
+        let modes = rigid_modes(&bench.body, &bench.suspension, &bench.gravity).unwrap();
+        for (mode, hz) in modes.iter().zip([2.82, 3.22, 3.56, 6.14, 7.16, 7.66]) {
+            // The paper gives three digits, and the mounts are rounded to a millimetre.
+            assert!((mode.omega / std::f64::consts::TAU - hz).abs() < 0.01, "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn a_sprung_part_counts_as_a_whole_far_below_its_frequency_and_not_at_all_far_above() {
+        let part = SprungPart { share: 0.5, frequency_hz: 50.0, damping_ratio: 0.03 };
+        let at = |hz: f64| part.transmitted(Complex::new(0.0, std::f64::consts::TAU * hz));
+        // 1/(1 − (1/50)²) and 1/(1 − 100²) but for the damping.
+        assert!((at(1.0) - 1.0004).norm() < 1e-4, "{}", at(1.0));
+        assert!(at(5000.0).norm() < 1e-3, "{}", at(5000.0));
+    }
+}

@@ -1,0 +1,141 @@
+//! `massline demo wheel`: the methods that use the suspension modes, on the frequency responses of a simulated wheel.
+
+mod study;
+
+use std::io::Write;
+use std::num::NonZeroU32;
+use std::path::{Path, PathBuf};
+
+use massline_shared::layout::HostLayout;
+use serde_json::json;
+
+use crate::commands::number::seed;
+use crate::error::{Error, Result};
+use crate::layout_file::LayoutFile;
+use crate::output::{Output, Tone, align_right, table};
+use crate::report::modes_text;
+use study::{Row, SET_NAMES, Study, Wheel};
+
+/// Arguments of `massline demo wheel`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A wheel of 17.3 kg hangs on mounts with modes at 2.8 to 7.7 Hz: there is no mass line below its elastic
+modes. Its frequency responses from 0.5 to 12.5 Hz are computed, noise is added, and every method that
+uses the suspension modes answers, with the forces of the paper's sets. Errors are in % of scale.
+
+Examples:
+  massline demo wheel
+  massline demo wheel --tyre                  9 kg of it on springs of 50 Hz
+  massline demo wheel --set all --runs 200    errors over the Cramér-Rao bound, coverage
+  massline demo wheel --write wheel.uff       the responses, for `massline solve`")]
+pub struct Args {
+    /// The tyre: 9 of the 17.3 kg sit on springs of 50 Hz.
+    #[arg(long)]
+    tyre: bool,
+    /// Set of forces; may be repeated. Default: each of them.
+    #[arg(long, value_name = "SET", value_parser = SET_NAMES)]
+    set: Vec<String>,
+    /// Repeat with other noise.
+    #[arg(long, value_name = "N", default_value = "1")]
+    runs: NonZeroU32,
+    /// Standard deviation of the noise of a line, (m/s²)/N.
+    #[arg(long, value_name = "SIGMA", default_value_t = 0.002)]
+    noise: f64,
+    /// Distance of the lines, Hz.
+    #[arg(long, value_name = "HZ", default_value_t = 0.125)]
+    spacing: f64,
+    /// Seed of the noise.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
+    seed: u64,
+    /// Write the first run's responses to this universal file, and the layout beside it, instead of solving them.
+    #[arg(long, value_name = "FILE")]
+    write: Option<PathBuf>,
+}
+
+/// The layout of the demonstration.
+const LAYOUT: &str = include_str!("../../../examples/wheel.toml");
+
+/// Runs the command.
+///
+/// # Errors
+/// When an option is out of range, or on Ctrl-C.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let in_range = |value: f64, low: f64, high: f64| (low..=high).contains(&value);
+    if !(in_range(args.noise, 1e-9, 1.0) && in_range(args.spacing, 0.1, 0.4)) {
+        let text = "--noise must lie between 1e-9 and 1, and --spacing between 0.1 and 0.4 Hz";
+        return Err(Error::input("number_out_of_range", text));
+    }
+    let layout = LayoutFile::parse(LAYOUT, "wheel.toml")?.layout;
+    let wheel = Wheel::new(&layout, args.noise, args.spacing, args.tyre)?;
+    if let Some(path) = &args.write {
+        return write_files(&wheel, args.seed, path, output);
+    }
+    let all = || SET_NAMES.map(str::to_owned).to_vec();
+    let sets = if args.set.is_empty() { all() } else { args.set.clone() };
+    let runs = u64::from(args.runs.get());
+    let mut studies = Vec::new();
+    for set in &sets {
+        let bar = output.bar(runs, &format!("forces of set {set}"));
+        let interrupt = output.interrupt().clone();
+        let study = wheel.study(set, args.seed, runs, &interrupt, |done| bar.set_position(done))?;
+        bar.finish_and_clear();
+        studies.push(study);
+    }
+    let value = json!({
+        "noise_m_per_s2_per_n": args.noise,
+        "spacing_hz": args.spacing,
+        "tyre": args.tyre,
+        "seed": args.seed,
+        "sets": studies.iter().map(Study::to_json).collect::<Vec<_>>(),
+    });
+    output.answer(&value, |output| text(&studies, &layout, output))
+}
+
+/// Writes responses and layout.
+fn write_files(wheel: &Wheel, seed: u64, path: &Path, output: &mut Output) -> Result<()> {
+    let layout = path.with_extension("toml");
+    let files = [(path, wheel.universal_file(seed)), (&layout, LAYOUT.into())];
+    for (file, bytes) in files {
+        let created = std::fs::File::options().write(true).create_new(true).open(file);
+        let written = created.and_then(|mut to| to.write_all(&bytes));
+        written.map_err(|e| {
+            let text = format!("{} cannot be written: {e}; give another name", file.display());
+            Error::input("cannot_write", text)
+        })?;
+    }
+    let value = json!({ "universal_file": path, "layout": layout });
+    output
+        .answer(&value, |_| format!("try: massline solve {} {}", layout.display(), path.display()))
+}
+
+fn text(studies: &[Study], layout: &HostLayout, output: &Output) -> String {
+    let mut text = String::new();
+    if let Some(modes) = studies.iter().find_map(|study| study.modes.as_ref()) {
+        text += &modes_text(modes, study::BAND, layout);
+    }
+    for study in studies {
+        let heading = format!("forces {} (set {}), {} run(s)", study.forces, study.set, study.runs);
+        text += &format!("\n{}\n{}", output.toned(&heading, Tone::Strong), table_of(study));
+    }
+    text + "\nerrors in % of scale (m, L, L, L, m L² × 6), root mean square of the ten properties\n"
+}
+
+fn table_of(study: &Study) -> String {
+    let mut table = table();
+    table.set_header(["method", "error", "over the bound", "95 % intervals hold", "unanswered"]);
+    align_right(&mut table, 1..5);
+    for row in &study.rows {
+        let Row { name, error, ratio, coverage, unanswered } = row;
+        let figure = |value: &Option<f64>, digits: usize, unit: &str| {
+            value.map_or("-".into(), |v| format!("{v:.digits$}{unit}"))
+        };
+        table.add_row([
+            name.clone(),
+            figure(error, 4, ""),
+            figure(ratio, 2, ""),
+            figure(&coverage.map(|c| 100.0 * c), 1, " %"),
+            unanswered.to_string(),
+        ]);
+    }
+    format!("{table}\n")
+}

@@ -1,0 +1,266 @@
+//! Answers to the wheel's responses with noise, against the truth.
+
+use massline_shared::FrequencyResponses;
+use massline_shared::body::{RigidBody, scale};
+use massline_shared::identify::global_fit::GlobalFitSolution;
+use massline_shared::identify::{HALF_WIDTH_95, METHODS, Method};
+use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty};
+use massline_shared::modes::Reduction;
+use massline_virtual::bench::responses::{SprungPart, add_noise, frequency_responses};
+use massline_virtual::bench::{Bench, BenchError};
+use nalgebra::{Complex, SVector};
+use serde_json::{Value, json};
+
+use crate::error::Result;
+use crate::interrupt::Interrupt;
+use crate::parallel::pieces;
+use crate::suspension::{
+    Answered, Asked, GlobalAnswer, HostFit, ModeChoice, Survey, SuspensionModes, Variant, answered,
+};
+use crate::uff::{Encoding, Frf, NodeDirection, write};
+
+/// Names of the sets of forces.
+pub(super) const SET_NAMES: [&str; 5] = ["all", "A", "B", "C", "D"];
+/// The forces of each set, as places in the layout.
+const SETS: [&[usize]; 5] = [&[0, 1, 2, 3, 4], &[0, 1, 3], &[1, 2, 3], &[1, 3, 4], &[0, 1, 2, 3]];
+/// Band, Hz.
+pub(super) const BAND: [f64; 2] = [0.5, 12.5];
+/// 9 of 17.3 kg.
+const TYRE: SprungPart =
+    SprungPart { share: 9.0 / 17.295, frequency_hz: 50.0, damping_ratio: 0.03 };
+
+/// What is compared, with the names of the rows.
+const VARIANTS: [(&str, Method, ModeChoice); 7] = [
+    ("Toivola-Nuutila", Method::ToivolaNuutila, ModeChoice::All),
+    ("Conti-Bretl", Method::ContiBretl, ModeChoice::All),
+    ("DPPIM", Method::Dppim, ModeChoice::All),
+    ("DPPIM structural", Method::DppimStructural, ModeChoice::All),
+    ("modal constant", Method::ModalConstant, ModeChoice::All),
+    ("Toivola-Nuutila, five modes", Method::ToivolaNuutila, ModeChoice::Five),
+    ("Toivola-Nuutila, best force (paper)", Method::ToivolaNuutila, ModeChoice::BestForce),
+];
+
+/// The wheel and its exact responses.
+pub(super) struct Wheel {
+    layout: HostLayout,
+    truth: RigidBody<f64>,
+    frequencies: Vec<f64>,
+    exact: Vec<Complex<f64>>,
+    noise: f64,
+}
+
+/// One line of the comparison.
+pub(super) struct Row {
+    pub(super) name: String,
+    /// Root mean square error of the ten properties, % of scale.
+    pub(super) error: Option<f64>,
+    /// Error over the Cramér-Rao bound.
+    pub(super) ratio: Option<f64>,
+    /// Share of the 95 % intervals that hold the truth.
+    pub(super) coverage: Option<f64>,
+    /// Runs without an answer.
+    pub(super) unanswered: u64,
+}
+
+/// The comparison for a set of forces.
+pub(super) struct Study {
+    pub(super) set: String,
+    pub(super) forces: String,
+    pub(super) runs: u64,
+    pub(super) rows: Vec<Row>,
+    /// The modes of the first run.
+    pub(super) modes: Option<SuspensionModes>,
+}
+
+/// Errors of one run: for each row the squared error over scale, summed over the ten, and the number of intervals that hold.
+type Errors = Vec<Option<(f64, Option<u32>)>>;
+
+/// What one run gives.
+struct Run {
+    errors: Errors,
+    /// Squared Cramér-Rao bound in the same measure.
+    bound: Option<f64>,
+    /// The modes, in the first run.
+    modes: Option<SuspensionModes>,
+}
+
+impl Wheel {
+    pub(super) fn new(layout: &HostLayout, noise: f64, spacing: f64, tyre: bool) -> Result<Self> {
+        let bench = Bench::named("wheel")?;
+        let count = ((BAND[1] - BAND[0]) / spacing).round() as u32;
+        let frequencies: Vec<f64> = (0..=count).map(|k| BAND[0] + spacing * f64::from(k)).collect();
+        let part = tyre.then_some(TYRE);
+        let exact =
+            frequency_responses(&bench, layout, &frequencies, part).map_err(BenchError::from)?;
+        let mut layout = layout.clone();
+        // The wheel's responses have noise and no other errors.
+        layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
+        layout.hits.iter_mut().for_each(|hit| hit.uncertainty = HitUncertainty::none());
+        layout.hammer_gain = 0.0;
+        Ok(Self { layout, truth: bench.truth(), frequencies, exact, noise })
+    }
+
+    /// The responses of all forces with the noise of the first run.
+    pub(super) fn universal_file(&self, seed: u64) -> Vec<u8> {
+        let mut noisy = self.exact.clone();
+        add_noise(&mut noisy, self.noise, seed, 0);
+        let (channels, hits) = (3 * self.layout.sensors.len(), self.layout.hits.len());
+        let mut frfs = Vec::new();
+        for (place, hit) in self.layout.hits.iter().enumerate() {
+            let along = hit.dof.axis.index() as i8 + 1;
+            let sign = if hit.dof.sign.factor() < 0.0 { -1 } else { 1 };
+            let reference =
+                NodeDirection { node: hit.dof.node.into(), direction: i64::from(sign * along) };
+            for channel in 0..channels {
+                let node = self.layout.sensors[channel / 3].node.into();
+                let response = NodeDirection { node, direction: (channel % 3) as i64 + 1 };
+                let of_line = noisy.chunks_exact(channels * hits);
+                frfs.push(Frf {
+                    response,
+                    reference,
+                    frequency_hz: self.frequencies.clone(),
+                    accelerance: of_line.map(|line| line[channel * hits + place]).collect(),
+                });
+            }
+        }
+        write(&frfs, Encoding::Binary)
+    }
+
+    /// Answers to so many draws of noise.
+    pub(super) fn study(
+        &self,
+        set: &str,
+        seed: u64,
+        runs: u64,
+        interrupt: &Interrupt,
+        progress: impl FnMut(u64) + Send,
+    ) -> Result<Study> {
+        let place = SET_NAMES.iter().position(|name| *name == set).unwrap_or(0);
+        let forces = SETS[place];
+        let memory = || Box::new(Reduction::new());
+        let one = |memory: &mut Box<Reduction<f64>>, run: u64| self.run(forces, seed, run, memory);
+        let made = pieces(runs, interrupt, progress, memory, one);
+        let modes = made.first().and_then(|run| run.modes.clone());
+        let rows = rows(&made);
+        let names: Vec<String> = forces.iter().map(|f| (f + 1).to_string()).collect();
+        let forces = names.join(", ");
+        Ok(Study { set: set.into(), forces, runs: made.len() as u64, rows, modes })
+    }
+
+    fn run(&self, forces: &[usize], seed: u64, run: u64, memory: &mut Reduction<f64>) -> Run {
+        let unanswered = || vec![None; VARIANTS.len() + 2];
+        let nothing = || Run { errors: unanswered(), bound: None, modes: None };
+        let mut noisy = self.exact.clone();
+        add_noise(&mut noisy, self.noise, seed, run);
+        let all = self.layout.hits.len();
+        let picked: Vec<Complex<f64>> = noisy
+            .chunks_exact(all)
+            .flat_map(|of_hits| forces.iter().map(|force| of_hits[*force]))
+            .collect();
+        let mut layout = self.layout.clone();
+        layout.hits = forces.iter().map(|force| self.layout.hits[*force]).collect();
+        let channels = 3 * layout.sensors.len();
+        let readings = FrequencyResponses::new(&self.frequencies, &picked, channels, forces.len());
+        let Some(readings) = readings else { return nothing() };
+        let Ok(fit) = HostFit::new(&layout, &readings, memory) else { return nothing() };
+        let variants = VARIANTS.map(|(_, method, choice)| Variant { method, choice });
+        let Answered { answers, .. } = answered(&fit, &variants, false, memory);
+        let start = answers.first().map(|(_, answer)| answer.body);
+        let global = start.and_then(|start| GlobalAnswer::of(&layout, &readings, &start).ok());
+        let mut asked: Vec<Asked<'_>> =
+            answers.iter().map(|(variant, _)| Asked::Modal(*variant)).collect();
+        asked.extend(global.as_ref().map(Asked::Global));
+        let survey = Survey::of(&layout, Some(&fit), &asked, memory, |_, _| ());
+        let mut errors = unanswered();
+        let mut thetas = [None; METHODS];
+        for (place, (variant, answer)) in answers.iter().enumerate() {
+            let estimate = survey.estimate(place, variant, answer);
+            if let Some(row) = variants.iter().position(|other| other == variant) {
+                errors[row] = Some(self.error(&estimate.theta(), estimate.sigma()));
+            }
+            if variant.choice == ModeChoice::All {
+                thetas[place] = Some(estimate.theta());
+            }
+        }
+        if let Some(GlobalAnswer { solution, .. }) = &global {
+            let estimate = &solution.estimate;
+            errors[VARIANTS.len()] = Some(self.error(&estimate.theta(), estimate.sigma()));
+            thetas[answers.len()] = Some(estimate.theta());
+            let flexible = solution.extra_terms > 0;
+            if flexible {
+                thetas = [None; METHODS];
+                errors[VARIANTS.len() + 1] = errors[VARIANTS.len()];
+            }
+        }
+        if let Some(agreement) = survey.agreement(&thetas) {
+            let sigma = agreement.covariance.diagonal().map(f64::sqrt);
+            errors[VARIANTS.len() + 1] = Some(self.error(&agreement.theta, Some(sigma)));
+        }
+        let modes = (run == 0).then(|| SuspensionModes::new(&fit, &survey, Vec::new()));
+        let bound = global.as_ref().and_then(|global| self.bound(&global.solution));
+        Run { errors, bound, modes }
+    }
+
+    /// The squared Cramér-Rao bound over scale, summed over the ten: the covariance of the global fit under the true noise.
+    fn bound(&self, found: &GlobalFitSolution<f64>) -> Option<f64> {
+        let sigma = found.estimate.sigma()?;
+        let scale = scale(self.truth.mass, self.layout.characteristic_length());
+        let true_over_found = self.noise * std::f64::consts::FRAC_1_SQRT_2 / found.noise;
+        Some((sigma * true_over_found).component_div(&scale).norm_squared())
+    }
+
+    /// Squared errors over scale, summed, and the number of 95 % intervals that hold.
+    fn error(
+        &self,
+        theta: &SVector<f64, 10>,
+        sigma: Option<SVector<f64, 10>>,
+    ) -> (f64, Option<u32>) {
+        let error = theta - self.truth.theta();
+        let scale = scale(self.truth.mass, self.layout.characteristic_length());
+        let held = sigma.map(|sigma| {
+            let held = (0..10).filter(|k| error[*k].abs() <= HALF_WIDTH_95 * sigma[*k]);
+            held.count() as u32
+        });
+        (error.component_div(&scale).norm_squared(), held)
+    }
+}
+
+/// The rows over all runs.
+fn rows(runs: &[Run]) -> Vec<Row> {
+    let bounds: Vec<f64> = runs.iter().filter_map(|run| run.bound).collect();
+    let bound = bounds.iter().sum::<f64>() / bounds.len() as f64;
+    let names = VARIANTS.iter().map(|(name, ..)| *name).chain(["global fit", "combined"]);
+    let row = |(place, name): (usize, &str)| {
+        let answered: Vec<_> = runs.iter().filter_map(|run| run.errors[place]).collect();
+        let count = answered.len() as f64;
+        let mean = |sum: f64, of: f64| (of > 0.0).then(|| sum / of);
+        let squares = answered.iter().map(|(squares, _)| squares).sum::<f64>();
+        let held: Vec<u32> = answered.iter().filter_map(|(_, held)| *held).collect();
+        let intervals = 10.0 * held.len() as f64;
+        Row {
+            name: name.into(),
+            error: mean(squares, 10.0 * count).map(|mean| 100.0 * mean.sqrt()),
+            ratio: mean(squares, count * bound).map(f64::sqrt).filter(|ratio| ratio.is_finite()),
+            coverage: mean(f64::from(held.iter().sum::<u32>()), intervals),
+            unanswered: (runs.len() - answered.len()) as u64,
+        }
+    };
+    names.enumerate().map(row).collect()
+}
+
+impl Study {
+    pub(super) fn to_json(&self) -> Value {
+        json!({
+            "set": self.set,
+            "forces": self.forces,
+            "runs": self.runs,
+            "methods": self.rows.iter().map(|row| json!({
+                "name": row.name,
+                "error_percent": row.error,
+                "over_bound": row.ratio,
+                "coverage": row.coverage,
+                "unanswered": row.unanswered,
+            })).collect::<Vec<_>>(),
+        })
+    }
+}

@@ -1,0 +1,61 @@
+//! `massline modes`: the suspension modes of an object, from the frequency responses in a universal file.
+
+use std::path::PathBuf;
+
+use super::responses::ResponseArgs;
+use crate::error::Result;
+use crate::output::Output;
+use crate::report::{
+    assurance_text, diagnostics_json, message_in, modes_json, modes_text, orders_text, sentences,
+};
+use crate::solve::modes_of_files;
+
+/// Arguments of `massline modes`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Reads UFF dataset 58 as `massline solve` does, fits poles and residues to all responses of the suspension
+band together, and prints frequency, damping ratio and Norm Indicator of every mode, how alike the shapes
+are, and the poles of every order: those that return from order to order are modes.
+
+Examples:
+  massline modes wheel.toml wheel.uff
+  massline modes wheel.toml wheel.uff --suspension-band 1:20
+  massline modes wheel.toml wheel.uff --json | jq '.modes[].frequency_hz'")]
+pub struct Args {
+    /// The layout file.
+    layout: PathBuf,
+    /// The universal file with the frequency responses.
+    frfs: PathBuf,
+    #[command(flatten)]
+    responses: ResponseArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is bad, or its responses show no modes.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let options = args.responses.options();
+    let bar = output.bar(0, "perturbations");
+    let found = modes_of_files(&args.layout, &args.frfs, &options, |done, all| {
+        bar.set_length(all.into());
+        bar.set_position(done.into());
+    });
+    bar.finish_and_clear();
+    let (modes, layout) = found?;
+    let band = options.suspension_band_hz;
+    let message_of = |d: &massline_shared::diagnosis::Diagnostic| message_in(d, &layout);
+    let mut value = modes_json(&modes, band, &layout);
+    value["diagnostics"] = diagnostics_json(&modes.diagnostics, message_of).into();
+    output.answer(&value, |_| {
+        [
+            modes_text(&modes, band, &layout),
+            assurance_text(&modes),
+            orders_text(&modes),
+            sentences(&modes.diagnostics, message_of),
+        ]
+        .concat()
+        .trim_end()
+        .to_owned()
+    })
+}

@@ -1,0 +1,68 @@
+//! How the frequency responses of a universal file are read: options of several commands.
+
+use std::str::FromStr;
+
+use clap::ValueEnum;
+
+use super::number;
+use crate::solve::Options;
+use crate::uff::Quantity;
+
+/// Options about the responses of a file.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct ResponseArgs {
+    /// Quantity of the responses, for a file that does not state it or states it wrongly.
+    #[arg(long, value_enum, value_name = "QUANTITY")]
+    quantity: Option<Response>,
+    /// Decay rate σ of the exponential window that was applied to force and responses, 1/s; without the right
+    /// value, noise and suspension are modelled wrongly.
+    #[arg(long, value_name = "1/S", default_value = "0", value_parser = number::not_negative)]
+    decay: f64,
+    /// Band in which the suspension modes are looked for, Hz: from below the lowest to above the highest of them.
+    #[arg(long, value_name = "LOW:HIGH", default_value = "0.5:12.5")]
+    suspension_band: Band,
+}
+
+impl ResponseArgs {
+    /// The options of the solver.
+    pub fn options(&self) -> Options {
+        Options {
+            quantity: self.quantity.map(|quantity| match quantity {
+                Response::Accelerance => Quantity::Acceleration,
+                Response::Mobility => Quantity::Velocity,
+                Response::Receptance => Quantity::Displacement,
+            }),
+            decay: self.decay,
+            suspension_band_hz: self.suspension_band.0,
+            ..Options::default()
+        }
+    }
+}
+
+/// A band as an argument, Hz.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Band([f64; 2]);
+
+impl FromStr for Band {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let ends = text.split_once(':').and_then(|(low, high)| {
+            Some([low.trim().parse::<f64>().ok()?, high.trim().parse().ok()?])
+        });
+        ends.filter(|[low, high]| *low > 0.0 && low < high && high.is_finite())
+            .map(Self)
+            .ok_or_else(|| "give two frequencies in Hz, as in 0.5:12.5".into())
+    }
+}
+
+/// What a frequency response is, as an argument.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Response {
+    /// Acceleration over force.
+    Accelerance,
+    /// Velocity over force.
+    Mobility,
+    /// Displacement over force.
+    Receptance,
+}

@@ -1,0 +1,136 @@
+//! What all methods say together, as a table and as JSON.
+
+use std::ops::Range;
+
+use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::identify::agreement::Agreement;
+use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
+use nalgebra::SVector;
+use serde_json::{Value, json};
+
+use crate::output::{align_right, table};
+use crate::suspension::Comparison;
+
+/// All answers with their standard deviations, the combined one, and whether they agree; empty for fewer than two.
+pub fn comparison_text(comparison: &Comparison, estimates: &[Estimate<f64>]) -> String {
+    let Some(agreement) = &comparison.agreement else { return String::new() };
+    let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
+    let mut rows: Vec<Row> = estimates
+        .iter()
+        .map(|estimate| (estimate.method.name(), estimate.theta(), estimate.sigma()))
+        .collect();
+    rows.push(("combined", agreement.theta, Some(sigma)));
+    let tables: String = [0..4, 4..10].map(|columns| table_of(&rows, columns)).concat();
+    format!("all methods on the same data\n{tables}{}\n", verdict(comparison, agreement))
+}
+
+/// Name, values and standard deviations.
+type Row = (&'static str, SVector<f64, 10>, Option<SVector<f64, 10>>);
+
+/// Some of the ten properties of every row, each with its standard deviation below.
+fn table_of(rows: &[Row], columns: Range<usize>) -> String {
+    let mut all = table();
+    let parameters = &INERTIAL_PARAMETERS[columns.clone()];
+    let header = parameters.iter().map(|p| format!("{}, {}", p.symbol, p.table_unit));
+    all.set_header(std::iter::once(String::new()).chain(header));
+    align_right(&mut all, 1..=parameters.len());
+    for (name, theta, sigma) in rows {
+        let cells = columns.clone().zip(parameters).map(|(k, parameter)| {
+            let factor = parameter.table_factor;
+            let spread = sigma.map_or("-".into(), |sigma| short(sigma[k] * factor));
+            format!("{}\n± {spread}", short(theta[k] * factor))
+        });
+        all.add_row(std::iter::once((*name).to_owned()).chain(cells));
+    }
+    format!("{all}\n")
+}
+
+/// Four significant digits are enough to compare.
+fn short(value: f64) -> String {
+    let digits = (3 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
+    format!("{value:.digits$}")
+}
+
+/// Whether the methods agree, or which one is off.
+fn verdict(comparison: &Comparison, agreement: &Agreement<f64>) -> String {
+    let name = |place: usize| comparison.methods.get(place).map_or("a method", |m| m.name());
+    let largest = agreement.pairs.iter().max_by(|a, b| {
+        let size = |d: &massline_shared::identify::agreement::Difference<f64>| {
+            (d.significant, d.difference.abs() / (d.sigma + f64::MIN_POSITIVE))
+        };
+        size(a).partial_cmp(&size(b)).unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let Some(largest) = largest else { return String::new() };
+    let parameter = &INERTIAL_PARAMETERS[largest.property];
+    let [first, second] = largest.methods.map(name);
+    let difference = format!(
+        "{} of {first} and {second} differ by {} {}, {:.1} standard deviations of the difference",
+        parameter.symbol,
+        short(largest.difference.abs() * parameter.table_factor),
+        parameter.table_unit,
+        largest.difference.abs() / largest.sigma,
+    );
+    match (agreement.agrees(), agreement.outlier) {
+        (true, _) => format!("the methods agree: at most, {difference}"),
+        (false, Some(outlier)) => format!(
+            "{} is off: {difference}; {}. It is left out of the combined answer",
+            name(outlier),
+            comparison.methods.get(outlier).map_or("", |method| reason(*method)),
+        ),
+        (false, None) => format!(
+            "the methods disagree: {difference}; the combined standard deviations include the differences between the \
+             methods"
+        ),
+    }
+}
+
+/// What puts a method off while the others agree.
+fn reason(method: Method) -> &'static str {
+    match method {
+        Method::ToivolaNuutila | Method::ContiBretl => {
+            "modal methods are off when a mode is missing, complex or mixed with its neighbour"
+        }
+        Method::Dppim => {
+            "the viscous form is off when the damping is structural, or with hum at its lines"
+        }
+        Method::DppimStructural => "the structural form is off when the damping is viscous",
+        Method::ModalConstant => {
+            "the constant of the modal fit is off when an elastic mode is near the band"
+        }
+        Method::GlobalFit => {
+            "the global fit is off when the object is not rigid or the suspension not linear in the band"
+        }
+        Method::MaximumLikelihood | Method::InertiaRestraint => {
+            "mass lines are off when the suspension or an elastic mode is near their band"
+        }
+    }
+}
+
+/// The comparison as JSON; `null` for fewer than two answers.
+pub fn comparison_json(comparison: &Comparison) -> Value {
+    let Some(agreement) = &comparison.agreement else { return Value::Null };
+    let name = |place: usize| comparison.methods.get(place).map(|method| method.name());
+    let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
+    let of_ten = |values: &SVector<f64, 10>| {
+        let names = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.name.to_owned());
+        names.zip(values.iter().map(|v| json!(v))).collect::<serde_json::Map<_, _>>()
+    };
+    json!({
+        "agree": agreement.agrees(),
+        "off": agreement.outlier.and_then(name),
+        "verdict": verdict(comparison, agreement),
+        "combined": {
+            "value": of_ten(&agreement.theta),
+            "sigma": of_ten(&sigma),
+            "half_width95": of_ten(&(sigma * HALF_WIDTH_95)),
+            "between_methods": of_ten(&agreement.between),
+        },
+        "pairs": agreement.pairs.iter().map(|pair| json!({
+            "methods": pair.methods.map(name),
+            "property": INERTIAL_PARAMETERS[pair.property].name,
+            "difference": pair.difference,
+            "sigma": pair.sigma,
+            "significant": pair.significant,
+        })).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,190 @@
+//! The answer of the offline solver, as JSON and as text.
+
+use massline_shared::Responses;
+use massline_shared::diagnosis::Diagnostic;
+use massline_shared::identify::{DofMassLines, Estimate, MassLines};
+use massline_shared::layout::{HOST_SENSORS, HostLayout};
+use serde_json::{Value, json};
+
+use super::suspension::ModalPart;
+use super::{MassLinePart, ReferencePoint};
+use crate::identification::Identification;
+use crate::report::{
+    self, Truth, comparison_json, comparison_text, message_in, modes_json, modes_text,
+};
+use crate::single_fault::Examination;
+use crate::suspension::{Comparison, SuspensionModes};
+
+/// Most answers that are printed whole.
+const SHOWN_WHOLE: usize = 2;
+
+/// What the solution says about how it was made.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Settings {
+    pub(super) reference_point: ReferencePoint,
+    pub(super) layout_hash: Option<u32>,
+    pub(super) truth: Option<Truth>,
+    pub(super) layout: HostLayout,
+}
+
+/// The answer of the offline solver.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrfSolution {
+    /// The answers of all methods, and the nuisance parameters of the fit.
+    pub identification: Identification,
+    /// The search for a single mistake that explains data that contradict the layout; where there are mass lines.
+    pub examination: Option<Examination>,
+    /// Mass line accelerances, (m/s²)/N: hit by hit, channel by channel (sensor 1 x, y, z, …); empty without mass lines.
+    pub mass_lines: Vec<Vec<f64>>,
+    /// Standard deviations of the mass lines, estimated from the scatter of the bins about the model,
+    /// (m/s²)/N, in the same order.
+    pub noise: Vec<Vec<f64>>,
+    /// The point about which the equations were set up.
+    pub reference_point: ReferencePoint,
+    /// Band of the mass lines, Hz.
+    pub band_hz: Option<[f64; 2]>,
+    /// The suspension modes and the band they were found in, Hz.
+    pub modes: Option<(SuspensionModes, [f64; 2])>,
+    /// What all methods say together.
+    pub comparison: Comparison,
+    /// Diagnostics of the mass lines and the modes.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Hash of the layout, when the layout fits a rig.
+    pub layout_hash: Option<u32>,
+    /// Expected values to compare with.
+    pub truth: Option<Truth>,
+    /// Which body the layout was checked with, and how the file was read.
+    pub notes: Vec<String>,
+    layout: HostLayout,
+}
+
+impl FrfSolution {
+    pub(super) fn new(
+        settings: Settings,
+        mass_lines: Option<MassLinePart>,
+        modal: Option<ModalPart>,
+        notes: Vec<String>,
+    ) -> Self {
+        let Settings { reference_point, layout_hash, truth, layout } = settings;
+        let mut all = Self {
+            identification: Identification::default(),
+            examination: None,
+            mass_lines: Vec::new(),
+            noise: Vec::new(),
+            reference_point,
+            band_hz: None,
+            modes: None,
+            comparison: Comparison::default(),
+            diagnostics: Vec::new(),
+            layout_hash,
+            truth,
+            notes,
+            layout,
+        };
+        if let Some(MassLinePart { lines, identification, examination, comparison, .. }) =
+            mass_lines
+        {
+            let channels = 3 * all.layout.sensors.len();
+            all.mass_lines = by_hit(&lines.lines, channels, |lines| &lines.accelerance);
+            all.noise = by_hit(&lines.lines, channels, |lines| &lines.noise);
+            all.band_hz = Some(lines.band_hz);
+            all.diagnostics = lines.diagnostics;
+            all.identification = identification;
+            all.examination = Some(examination);
+            all.comparison = comparison;
+        }
+        if let Some(ModalPart { solution, band_hz, diagnostics }) = modal {
+            all.identification.estimates.extend(solution.estimates);
+            all.identification.not_applicable.extend(solution.not_applicable);
+            all.identification.sort();
+            all.diagnostics.extend(diagnostics);
+            all.modes = Some((solution.modes, band_hz));
+            all.comparison = solution.comparison;
+        }
+        all
+    }
+
+    /// The best method's answer.
+    pub fn answer(&self) -> Option<&Estimate<f64>> {
+        self.identification.estimates.first()
+    }
+
+    /// The JSON object of the solution, in the form of all results.
+    pub fn to_json(&self) -> Value {
+        let lines = self.layout.hits.iter().zip(&self.mass_lines).zip(&self.noise);
+        let said = [self.identification.warnings(), self.diagnostics.clone()].concat();
+        let mut value = json!({
+            "results": self.identification.results_json(),
+            "not_applicable": self.identification.not_applicable_json(&self.layout),
+            "details": self.identification.details_json(&self.layout),
+            "layout_hash": self.layout_hash,
+            "calibration": null,
+            "firmware": null,
+            "reference_point": self.reference_point.name(),
+            "band_hz": self.band_hz,
+            "band_automatic": self.layout.test.band_hz.is_none(),
+            // `null`, because the file already holds frequency responses.
+            "frf_estimator": null,
+            "terms": self.layout.test.terms.name(),
+            "mass_lines": lines.map(|((hit, lines), noise)| json!({
+                "dof": hit.dof.to_string(),
+                "accelerance_m_per_s2_per_n": lines,
+                "noise_m_per_s2_per_n": noise,
+            })).collect::<Vec<_>>(),
+            "notes": self.notes,
+            "diagnostics": report::diagnostics_json(&said, |d| message_in(d, &self.layout)),
+        });
+        if let Some(examination) = &self.examination {
+            examination.add_to(&mut value, &self.layout);
+        }
+        value["suspension"] = self
+            .modes
+            .as_ref()
+            .map_or(Value::Null, |(modes, band)| modes_json(modes, *band, &self.layout));
+        value["agreement"] = comparison_json(&self.comparison);
+        value["cannot_see"] = report::cannot_see_json(&self.cannot_see());
+        value
+    }
+
+    /// The solution as text.
+    pub fn to_text(&self) -> String {
+        // A few are printed whole; more are compared in one table, after the best.
+        let count = self.identification.estimates.len();
+        let whole = if count <= SHOWN_WHOLE { count } else { 1 };
+        let mut text = self.identification.to_text(&self.layout, self.truth.as_ref(), whole);
+        if let Some((modes, band)) = &self.modes {
+            text += &modes_text(modes, *band, &self.layout);
+        }
+        text += &comparison_text(&self.comparison, &self.identification.estimates);
+        if let Some(examination) = &self.examination {
+            text += &examination.to_text(&self.layout);
+        }
+        if let Some(band) = self.band_hz {
+            let [low, high] = band.map(|end| (end * 10.0).round() / 10.0);
+            text += &format!(
+                "mass lines ({}) over {low} to {high} Hz{}, equal weights; linear equations about the {}\n",
+                self.layout.test.terms.name(),
+                if self.layout.test.band_hz.is_none() { ", found from the responses" } else { "" },
+                self.reference_point.name()
+            );
+        }
+        text += &report::sentences(&self.diagnostics, |d| message_in(d, &self.layout));
+        for note in &self.notes {
+            text += &format!("note: {note}\n");
+        }
+        text + &report::cannot_see_text(&self.cannot_see())
+    }
+
+    fn cannot_see(&self) -> Vec<report::Unseen> {
+        report::cannot_see(&self.layout, self.answer().map(|answer| &answer.body))
+    }
+}
+
+/// A quantity of the channels in use, grouped by hit.
+fn by_hit(
+    lines: &[DofMassLines<f64, HOST_SENSORS>],
+    channels: usize,
+    quantity: fn(&MassLines<f64, HOST_SENSORS>) -> &Responses<f64, HOST_SENSORS>,
+) -> Vec<Vec<f64>> {
+    lines.iter().map(|(_, hit)| quantity(hit).iter().take(channels).copied().collect()).collect()
+}

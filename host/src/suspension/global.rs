@@ -1,0 +1,77 @@
+//! The global fit among the other methods.
+
+use massline_shared::FrequencyResponses;
+use massline_shared::body::RigidBody;
+use massline_shared::diagnosis::Diagnostics;
+use massline_shared::identify::Perturbation;
+use massline_shared::identify::global_fit::{
+    GlobalFitSettings, GlobalFitSolution, Sensitivities, gains, nuisances,
+    solve_with_sensitivities, workspace,
+};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
+use nalgebra::{Complex, SVector};
+
+use super::HostFit;
+
+/// The answer of the global fit, and how it depends on data and layout.
+#[derive(Clone, Debug)]
+pub struct GlobalAnswer {
+    /// The answer.
+    pub solution: GlobalFitSolution<f64>,
+    gain: Vec<SVector<Complex<f64>, 10>>,
+    nuisances: Vec<SVector<f64, 10>>,
+}
+
+impl GlobalAnswer {
+    /// Fits the readings from this start.
+    ///
+    /// # Errors
+    /// Those of [`solve_with_sensitivities`].
+    pub fn of(
+        layout: &HostLayout,
+        readings: &FrequencyResponses<'_, f64>,
+        start: &RigidBody<f64>,
+    ) -> Result<Self, Diagnostics> {
+        let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
+        let mut memory = vec![0.0; workspace(sensors, hits)];
+        let readings_count = gains(readings.frequencies().len(), sensors, hits);
+        let mut gain = vec![SVector::zeros(); readings_count];
+        let mut of_nuisances =
+            vec![SVector::zeros(); nuisances(sensors, hits, layout.attached.len())];
+        let mut sensitivities = Sensitivities { gain: &mut gain, nuisances: &mut of_nuisances };
+        let settings = GlobalFitSettings::default();
+        let solution = solve_with_sensitivities(
+            layout,
+            readings,
+            start,
+            &settings,
+            &mut memory,
+            &mut sensitivities,
+        )?;
+        Ok(Self { solution, gain, nuisances: of_nuisances })
+    }
+
+    /// The answer to perturbed data, to first order.
+    pub(super) fn perturbed(
+        &self,
+        fit: &HostFit<'_>,
+        perturbation: &Perturbation<'_, f64, HOST_SENSORS, HOST_HITS>,
+    ) -> SVector<f64, 10> {
+        let mut theta = self.solution.estimate.theta();
+        if let Some(draw) = perturbation.draw {
+            let layout = fit.layout();
+            let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());
+            for (place, gain) in self.gain.iter().enumerate() {
+                let (rest, hit) = (place / hits, place % hits);
+                let noise = fit.noise_of(draw, rest / channels, rest % channels, hit);
+                for (to, gain) in theta.iter_mut().zip(gain) {
+                    *to += gain.re * noise.re + gain.im * noise.im;
+                }
+            }
+        }
+        if let Some(shift) = perturbation.source.and_then(|source| self.nuisances.get(source)) {
+            theta += shift;
+        }
+        theta
+    }
+}

@@ -1,0 +1,81 @@
+//! The methods that use mass lines, among the others.
+
+use massline_shared::body::RigidBody;
+use massline_shared::identify::maximum_likelihood::{self, ErrorBudget, Start};
+use massline_shared::identify::{
+    DofMassLines, Estimate, Method, Perturbation, inertia_restraint, random_signs,
+};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
+use nalgebra::SVector;
+
+/// Places of noise of mass lines begin here, so that it is not that of the lines of the suspension band.
+const FIRST_PLACE: usize = 1 << 24;
+
+/// Mass lines that methods have answered.
+#[derive(Clone, Copy, Debug)]
+pub struct MassLineAnswers<'a> {
+    /// The mass lines.
+    pub lines: &'a [DofMassLines<f64, HOST_SENSORS>],
+    /// How the equations of inertia restraint are weighted.
+    pub settings: inertia_restraint::InertiaRestraintSettings<f64>,
+    /// The answers.
+    pub estimates: &'a [Estimate<f64>],
+}
+
+impl MassLineAnswers<'_> {
+    /// The answer of a method to perturbed data.
+    pub(super) fn perturbed(
+        &self,
+        method: Method,
+        perturbation: &Perturbation<'_, f64, HOST_SENSORS, HOST_HITS>,
+    ) -> Option<SVector<f64, 10>> {
+        let lines = self.noisy(perturbation.draw);
+        let layout = perturbation.layout;
+        match method {
+            Method::InertiaRestraint => {
+                let found = inertia_restraint::solve(layout, &lines, self.settings).ok()?;
+                Some(found.theta())
+            }
+            Method::MaximumLikelihood => {
+                let own = self.estimates.iter().find(|estimate| estimate.method == method)?;
+                let mut layout = layout.clone();
+                if let Some(learned) = &own.learned {
+                    learned.scales.apply_to(&mut layout);
+                }
+                refined(&layout, &lines, &own.body)
+            }
+            _ => None,
+        }
+    }
+
+    fn noisy(&self, draw: Option<u32>) -> Vec<DofMassLines<f64, HOST_SENSORS>> {
+        let mut all = self.lines.to_vec();
+        let Some(draw) = draw else { return all };
+        for (hit, lines) in &mut all {
+            let noise = lines.noise;
+            for (channel, (value, sigma)) in
+                lines.accelerance.iter_mut().zip(noise.iter()).enumerate()
+            {
+                let place = FIRST_PLACE + 3 * HOST_SENSORS * *hit + channel;
+                *value += sigma * f64::from(random_signs(draw, place)[0]);
+            }
+        }
+        all
+    }
+}
+
+fn refined(
+    layout: &HostLayout,
+    lines: &[DofMassLines<f64, HOST_SENSORS>],
+    start: &RigidBody<f64>,
+) -> Option<SVector<f64, 10>> {
+    let mut memory = vec![0.0; maximum_likelihood::workspace(layout.sensors.len())];
+    let found = maximum_likelihood::solve(
+        layout,
+        lines,
+        Start::At(start),
+        ErrorBudget::Stated,
+        &mut memory,
+    );
+    Some(found.ok()?.estimate.theta())
+}

@@ -1,0 +1,115 @@
+//! The same small changes put through several methods at once.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::Real;
+use crate::identify::Perturbation;
+use crate::layout::Layout;
+
+/// Draws of noise. The covariance of six methods has to be known well enough to weigh them: with 100 draws the intervals
+/// of the combined estimate cover 91 % instead of 95 %.
+pub const NOISE_DRAWS: u32 = 200;
+/// Part of the draws that a method may leave unanswered.
+const MOST_UNANSWERED: f64 = 0.05;
+
+/// Answers of `M` methods to one change; `None` where a method has none.
+type Answers<R, const M: usize> = [Option<SVector<R, 10>>; M];
+
+/// What the changes have shown: covariance of the answers of `M` methods with each other.
+#[derive(Clone, Debug)]
+pub struct Propagation<R, const M: usize> {
+    /// Sums of the products of the deviations under noise, and their number.
+    noise: Sums<R, M>,
+    /// The same under errors of the layout.
+    layout: Sums<R, M>,
+    asked: u32,
+}
+
+#[derive(Clone, Debug)]
+struct Sums<R, const M: usize> {
+    products: [[SMatrix<R, 10, 10>; M]; M],
+    counts: [[u32; M]; M],
+}
+
+impl<R: Real, const M: usize> Sums<R, M> {
+    fn new() -> Self {
+        Self { products: [[SMatrix::zeros(); M]; M], counts: [[0; M]; M] }
+    }
+
+    fn add(&mut self, deviations: &Answers<R, M>) {
+        for (a, first) in deviations.iter().enumerate() {
+            for (b, second) in deviations.iter().enumerate().take(a + 1) {
+                let Some((first, second)) = first.as_ref().zip(second.as_ref()) else { continue };
+                self.products[a][b].ger(R::one(), first, second, R::one());
+                self.counts[a][b] += 1;
+            }
+        }
+    }
+
+    fn of(&self, a: usize, b: usize) -> (SMatrix<R, 10, 10>, u32) {
+        if a >= b {
+            (self.products[a][b], self.counts[a][b])
+        } else {
+            (self.products[b][a].transpose(), self.counts[b][a])
+        }
+    }
+}
+
+impl<R: Real, const M: usize> Propagation<R, M> {
+    /// Nothing has been asked yet.
+    pub fn empty() -> Self {
+        Self { noise: Sums::new(), layout: Sums::new(), asked: 0 }
+    }
+
+    /// True when a method has answered nearly all draws: its answer is then stable under its noise.
+    pub fn is_stable(&self, method: usize) -> bool {
+        let answered = self.noise.of(method, method).1;
+        f64::from(self.asked - answered) <= MOST_UNANSWERED * f64::from(self.asked) && answered > 0
+    }
+
+    /// Covariance of `theta` of one method with `theta` of another.
+    pub fn covariance(&self, first: usize, second: usize) -> SMatrix<R, 10, 10> {
+        let (noise, draws) = self.noise.of(first, second);
+        let (layout, _) = self.layout.of(first, second);
+        noise / R::of(f64::from(draws.max(1))) + layout
+    }
+
+    /// Number of draws of noise.
+    pub fn draws(&self) -> u32 {
+        self.asked
+    }
+}
+
+/// Asks `answers` about every change: [`NOISE_DRAWS`] draws of noise, then every error of the layout with one standard
+/// deviation. It is first asked about no change. `progress` is told which part of all changes is done.
+pub fn propagate<R: Real, const S: usize, const H: usize, const M: usize>(
+    layout: &Layout<R, S, H>,
+    mut answers: impl FnMut(&Perturbation<'_, R, S, H>) -> Answers<R, M>,
+    mut progress: impl FnMut(u32, u32),
+) -> Propagation<R, M> {
+    let unchanged = answers(&Perturbation { layout, source: None, draw: None });
+    let deviations = |changed: Answers<R, M>| {
+        core::array::from_fn(|m| changed[m].zip(unchanged[m]).map(|(new, old)| new - old))
+    };
+    let mut found = Propagation { asked: NOISE_DRAWS, ..Propagation::empty() };
+    let sources = u32::try_from(layout.error_sources().count()).unwrap_or(0);
+    let all = NOISE_DRAWS + sources;
+    for draw in 0..NOISE_DRAWS {
+        found.noise.add(&deviations(answers(&Perturbation {
+            layout,
+            source: None,
+            draw: Some(draw),
+        })));
+        progress(draw + 1, all);
+    }
+    for (place, source) in layout.error_sources().enumerate() {
+        let mut shifted = layout.clone();
+        if shifted.shift(source) {
+            let source = Some(place);
+            let shifted = Perturbation { layout: &shifted, source, draw: None };
+            found.layout.add(&deviations(answers(&shifted)));
+        }
+        progress(NOISE_DRAWS + place as u32 + 1, all);
+    }
+    found
+}

@@ -1,0 +1,237 @@
+//! The linear equations for the ten inertial parameters.
+
+use nalgebra::{Complex, Matrix6, SMatrix, Vector6};
+
+use crate::Real;
+use crate::body::{RigidBody, regressor, scale};
+use crate::linalg::{ComplexLeastSquares, LeastSquares, Spectrum};
+
+/// A unit force at one frequency, and the motion that it excites, all about the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Excitation<R> {
+    /// Laplace variable, `s = σ + iω`, 1/s.
+    pub s: Complex<R>,
+    /// Force and torque `[F; T]` of 1 N.
+    pub force: Vector6<R>,
+    /// Displacement `[x; θ]` per unit of the force, m/N and rad/N.
+    pub receptance: Vector6<Complex<R>>,
+}
+
+impl<R: Real> Excitation<R> {
+    /// The right sides of the two equations of this and a second excitation, `α = (s₂ y₂ᵀ f₁ − s₁ y₁ᵀ f₂)/(s₂ − s₁)`, and
+    /// `β`, in which `s₁` and `y₁` are conjugate (Almeida, Maia and Urgueira, equations 6 and 7). The damping drops out:
+    /// `α = y₁ᵀ K y₂ − s₁ s₂ y₁ᵀ M y₂`.
+    ///
+    /// ```
+    /// # use massline_shared::identify::dppim::Excitation;
+    /// # use massline_shared::nalgebra::{Complex, Vector6};
+    /// // 2 kg along x without a suspension: only the mass is left.
+    /// let at = |omega: f64| {
+    ///     let s = Complex::new(0.0, omega);
+    ///     let receptance = Vector6::x() * (Complex::new(0.5, 0.0) / (s * s));
+    ///     Excitation { s, force: Vector6::x(), receptance }
+    /// };
+    /// let (first, second) = (at(3.0), at(5.0));
+    /// let [alpha, _] = first.products(&second);
+    /// let mass = -first.s * second.s * first.receptance[0] * second.receptance[0] * 2.0;
+    /// assert!((alpha - mass).norm() < 1e-15);
+    /// ```
+    pub fn products(&self, second: &Self) -> [Complex<R>; 2] {
+        let of_second = along(&second.receptance, &self.force);
+        let of_first = along(&self.receptance, &second.force);
+        [(self.s, of_first), (self.s.conj(), of_first.conj())]
+            .map(|(s, of_first)| (second.s * of_second - s * of_first) / (second.s - s))
+    }
+
+    /// The same in balanced variables, in which forces and motions have one unit each.
+    fn balanced(&self, length: R) -> Self {
+        let mut to = *self;
+        for i in 3..6 {
+            to.force[i] /= length;
+            to.receptance[i] = to.receptance[i].scale(length);
+        }
+        to
+    }
+}
+
+/// A set of excitations. They are computed when they are needed: a set of all of them would be larger than the responses.
+pub trait Excitations<R> {
+    /// Number of excitations.
+    fn count(&self) -> usize;
+    /// The excitation with this place.
+    fn at(&self, place: usize) -> Excitation<R>;
+}
+
+impl<R: Real> Excitations<R> for [Excitation<R>] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+    fn at(&self, place: usize) -> Excitation<R> {
+        self[place]
+    }
+}
+
+/// All excitations of a set, one after the other.
+fn all<R, E: Excitations<R> + ?Sized>(set: &E) -> impl Iterator<Item = Excitation<R>> {
+    (0..set.count()).map(|place| set.at(place))
+}
+
+/// The solution of the equations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution<R> {
+    /// The body; `None` when the equations do not determine it.
+    pub body: Option<RigidBody<R>>,
+    /// Rank of the equations: ten when they determine the ten properties.
+    pub rank: usize,
+    /// Condition of the equations.
+    pub condition: R,
+    /// Root mean square of what the body leaves of the equations, over that of their right sides: compares the forms.
+    pub misfit: R,
+}
+
+/// `yᵀ f`.
+fn along<R: Real>(motion: &Vector6<Complex<R>>, force: &Vector6<R>) -> Complex<R> {
+    let products = motion.iter().zip(force.iter()).map(|(y, f)| y.scale(*f));
+    products.fold(Complex::new(R::zero(), R::zero()), |sum, product| sum + product)
+}
+
+/// Rank of the motions of these excitations: six when the viscous form can be solved. `length` is L in m. `None` when
+/// a number is not finite.
+pub fn span<R: Real>(excitations: &(impl Excitations<R> + ?Sized), length: R) -> Option<usize> {
+    let mut motions = ComplexLeastSquares::<R, 6, 0>::new();
+    for one in all(excitations) {
+        motions.push(one.balanced(length).receptance.map(|y| y.conj()).into(), []);
+    }
+    Some(motions.spectrum::<12>()?.rank)
+}
+
+/// Solves the viscous form for all pairs of a `first` and a `second` excitation, which must have different frequencies.
+/// `length` is L in m, which balances the unknowns. `None` when the motions of the first do not [span] six
+/// directions, or a number is not finite.
+///
+/// `(T S₁* Y₁ᴴ − S₁ Y₁ᵀ) M₀ Y₂ S₂ = α − T β` with `T = Y₁ᵀ (Y₁ᴴ)⁺` (Almeida, Maia and Urgueira, equation 8).
+pub fn solve_viscous<R: Real>(
+    first: &(impl Excitations<R> + ?Sized),
+    second: &(impl Excitations<R> + ?Sized),
+    length: R,
+) -> Option<Solution<R>> {
+    if span(first, length)? < 6 {
+        return None;
+    }
+    // (Y₁ᴴ)⁺ S₁* Y₁ᴴ, with which K is eliminated.
+    let eliminated: Matrix6<Complex<R>> =
+        inverse_of_motions(first, length, |one| one.receptance.map(|y| (one.s * y).conj()).into())?;
+    let mut equations = Equations::new(length);
+    for start in (0..second.count()).step_by(CHUNK) {
+        let chunk = start..(start + CHUNK).min(second.count());
+        let zero = Complex::new(R::zero(), R::zero());
+        let betas: SMatrix<Complex<R>, 6, CHUNK> = inverse_of_motions(first, length, |one| {
+            let mut betas = [zero; CHUNK];
+            for (beta, other) in betas.iter_mut().zip(chunk.clone()) {
+                *beta = one.products(&second.at(other).balanced(length))[1];
+            }
+            betas
+        })?;
+        for (place, other) in chunk.enumerate() {
+            let other = second.at(other).balanced(length);
+            let motion = Motion::of(&other.receptance.map(|y| y * other.s));
+            for one in all(first) {
+                let one = one.balanced(length);
+                let y = one.receptance.transpose();
+                let left = y * eliminated - y * one.s;
+                let right = one.products(&other)[0] - (y * betas.column(place))[0];
+                equations.push(&left.transpose(), &motion, right);
+            }
+        }
+    }
+    equations.solve()
+}
+
+/// Solves the structural form for all pairs of a `first` and a `second` excitation, which must have different
+/// frequencies and no window: `y₁ᵀ M y₂ = (y₂ᵀ f₁ − y₁ᵀ f₂)/(ω₂² − ω₁²)` (theory, section 6). `length` is L in m, which
+/// balances the unknowns. `None` when a number is not finite.
+pub fn solve_structural<R: Real>(
+    first: &(impl Excitations<R> + ?Sized),
+    second: &(impl Excitations<R> + ?Sized),
+    length: R,
+) -> Option<Solution<R>> {
+    let mut equations = Equations::new(length);
+    for other in all(second) {
+        let other = other.balanced(length);
+        let motion = Motion::of(&other.receptance);
+        for one in all(first) {
+            let one = one.balanced(length);
+            let difference =
+                along(&other.receptance, &one.force) - along(&one.receptance, &other.force);
+            // −s² is ω².
+            let right = difference / (one.s * one.s - other.s * other.s);
+            equations.push(&one.receptance, &motion, right);
+        }
+    }
+    equations.solve()
+}
+
+/// Second excitations that are treated together.
+const CHUNK: usize = 6;
+
+/// `(Y₁ᴴ)⁺ X` in balanced variables, where `of` gives the row of X that belongs to an excitation.
+fn inverse_of_motions<R: Real, const M: usize>(
+    first: &(impl Excitations<R> + ?Sized),
+    length: R,
+    of: impl Fn(&Excitation<R>) -> [Complex<R>; M],
+) -> Option<SMatrix<Complex<R>, 6, M>> {
+    let mut motions = ComplexLeastSquares::<R, 6, M>::new();
+    for one in all(first) {
+        let one = one.balanced(length);
+        motions.push(one.receptance.map(|y| y.conj()).into(), of(&one));
+    }
+    motions.solve()
+}
+
+/// Regressors of the real and of the imaginary part of a motion.
+struct Motion<R>([[[R; 10]; 6]; 2]);
+
+impl<R: Real> Motion<R> {
+    fn of(motion: &Vector6<Complex<R>>) -> Self {
+        Self([regressor(&motion.map(|y| y.re)), regressor(&motion.map(|y| y.im))])
+    }
+}
+
+/// Equations `leftᵀ M motion = right`, in balanced variables.
+struct Equations<R> {
+    equations: LeastSquares<R, 10>,
+    /// Sum of the squared right sides, and their number.
+    squares: R,
+    count: usize,
+    length: R,
+}
+
+impl<R: Real> Equations<R> {
+    fn new(length: R) -> Self {
+        Self { equations: LeastSquares::new(), squares: R::zero(), count: 0, length }
+    }
+
+    fn push(&mut self, left: &Vector6<Complex<R>>, motion: &Motion<R>, right: Complex<R>) {
+        let [of_re, of_im] = &motion.0;
+        let (mut re, mut im) = ([R::zero(); 10], [R::zero(); 10]);
+        for (i, left) in left.iter().enumerate() {
+            for k in 0..10 {
+                re[k] += left.re * of_re[i][k] - left.im * of_im[i][k];
+                im[k] += left.re * of_im[i][k] + left.im * of_re[i][k];
+            }
+        }
+        self.equations.push(re, right.re);
+        self.equations.push(im, right.im);
+        self.squares += right.norm_sqr();
+        self.count += 2;
+    }
+
+    fn solve(&self) -> Option<Solution<R>> {
+        let Spectrum { rank, condition } = self.equations.spectrum()?;
+        let solution = self.equations.solve().filter(|_| rank == 10);
+        let scale = scale(R::one(), self.length);
+        let body = solution.and_then(|z| RigidBody::from_phi(&z.component_mul(&scale)));
+        let size = (self.squares / R::of(self.count.max(1) as f64)).sqrt();
+        Some(Solution { body, rank, condition, misfit: self.equations.rms() / size })
+    }
+}

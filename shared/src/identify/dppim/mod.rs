@@ -1,0 +1,74 @@
+//! Direct physical parameter identification (DPPIM) of Huang and Lallement: the ten properties from the responses at
+//! pairs of frequencies, without modes.
+//!
+//! The dynamic stiffness `D(s)` of a body on springs and dampers is symmetric, so what one force does under the motion
+//! of another at a second frequency gives an equation from which the damping drops out. The *viscous* form, `D = s² M +
+//! s C + K`, also eliminates K and needs motions that span all six directions; the *structural* form, `D = K + iH − ω²
+//! M`, needs no elimination (theory, section 6).
+
+mod equations;
+pub mod structural;
+
+use super::method::{Entry, Observable};
+use super::suspension::{Answer, Suspension, is_blocked};
+use crate::Real;
+use crate::diagnosis::{Code, Diagnostics, fatal};
+
+pub use equations::{Excitation, Excitations, Solution, solve_structural, solve_viscous, span};
+
+/// Description of the viscous form for the registry.
+pub const ENTRY: Entry = Entry {
+    name: "dppim",
+    short_name: "dppim",
+    title: "DPPIM",
+    summary: "Direct identification of Huang and Lallement, viscous damping",
+    observes: Observable::Suspension,
+    on_request: false,
+    is_blocked,
+    workspace: |_, _| 0,
+};
+
+/// The answer of the viscous form, or why there is none.
+pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
+    let [below, above] = sides(of);
+    let length = of.responses.length;
+    let rank = span(&below, length).unwrap_or(0);
+    if rank < 6 {
+        return Err(fatal(Code::ResponsesDoNotSpanSix, R::of(rank as f64)));
+    }
+    accepted(solve_viscous(&below, &above, length))
+}
+
+/// Turns a solution into an answer.
+fn accepted<R: Real>(solution: Option<Solution<R>>) -> Result<Answer<R>, Diagnostics> {
+    let solution = solution.ok_or_else(|| fatal(Code::DataNotFinite, R::zero()))?;
+    let Solution { body, rank, condition, misfit } = solution;
+    let body = body.ok_or_else(|| fatal(Code::TenParametersNotIdentifiable, R::of(rank as f64)))?;
+    Ok(Answer { body, condition, misfit: Some(misfit) })
+}
+
+/// The excitations below and above the modes.
+fn sides<'a, R: Real>(of: &'a Suspension<'a, R>) -> [Side<'a, R>; 2] {
+    [&of.lines.below, &of.lines.above].map(|lines| Side { of, lines })
+}
+
+/// The excitations at the lines on one side of the modes: line by line, force by force.
+struct Side<'a, R> {
+    of: &'a Suspension<'a, R>,
+    lines: &'a [usize],
+}
+
+impl<R: Real> Excitations<R> for Side<'_, R> {
+    fn count(&self) -> usize {
+        self.lines.len() * self.of.responses.forces.len()
+    }
+
+    fn at(&self, place: usize) -> Excitation<R> {
+        let responses = self.of.responses;
+        let forces = responses.forces.len();
+        let (line, force) = (self.lines[place / forces], place % forces);
+        let s = responses.s[line];
+        let receptance = responses.motions[line * forces + force].map(|v| v / (s * s));
+        Excitation { s, force: responses.forces[force], receptance }
+    }
+}

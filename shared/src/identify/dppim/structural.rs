@@ -1,0 +1,27 @@
+//! The structural form of direct physical parameter identification.
+
+use super::{accepted, sides, solve_structural};
+use crate::Real;
+use crate::diagnosis::Diagnostics;
+use crate::identify::method::{Entry, Observable};
+use crate::identify::suspension::{Answer, Suspension, is_blocked};
+
+/// Description of the structural form for the registry.
+pub const ENTRY: Entry = Entry {
+    name: "dppim-structural",
+    short_name: "dppim-structural",
+    title: "DPPIM structural",
+    summary: "Direct identification of Huang and Lallement, structural damping",
+    observes: Observable::Suspension,
+    on_request: false,
+    is_blocked,
+    workspace: |_, _| 0,
+};
+
+/// The answer of the structural form, or why there is none.
+pub(in crate::identify) fn answer<R: Real>(
+    of: &Suspension<'_, R>,
+) -> Result<Answer<R>, Diagnostics> {
+    let [below, above] = sides(of);
+    accepted(solve_structural(&below, &above, of.responses.length))
+}

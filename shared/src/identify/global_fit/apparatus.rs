@@ -1,0 +1,237 @@
+//! Sensors and hits with their errors, as the nuisance parameters describe them.
+//!
+//! The readings are bilinear: `h = ĝ(s) D(s)⁻¹ f̂`. A sensor's errors change only its three rows `ĝ`, a hit's
+//! errors only its force `f̂`, with the definitions of maximum likelihood (theory, section 4):
+//!
+//! ```text
+//! ĝ = (1 − σ_h u_h) (I + S(u)) Rᵀ [I, −[p + δ(u)]ₓ − [g]ₓ/s²]        f̂ = f₀ + Σ wₖ uₖ
+//! ```
+
+use core::array::from_fn;
+
+use nalgebra::{Complex, Matrix3, Vector3, Vector6};
+
+use super::problem::Problem;
+use super::unknowns::{FORCE_SLOPES, SECOND_ORDER, Unknowns, real};
+use crate::Real;
+use crate::identify::maximum_likelihood::model::{HIT_NUISANCES, SENSITIVITIES, SENSOR_NUISANCES};
+use crate::layout::{Hit, HitUncertainty, Sensor, SensorUncertainty, across};
+use crate::linalg::skew;
+
+/// The three rows of a sensor at one bin.
+pub(super) type Rows<R> = [Vector6<Complex<R>>; 3];
+
+/// A sensor in balanced variables.
+#[derive(Clone, Debug)]
+pub(super) struct SensorModel<R> {
+    axes: Matrix3<R>,
+    /// `−Rᵀ [p + δ]ₓ`.
+    turning: Matrix3<R>,
+    /// `−Rᵀ [g]ₓ`.
+    tilt: Matrix3<R>,
+    /// `(1 − σ_h u_h) (I + S)`.
+    mixing: Matrix3<R>,
+    /// `1 − σ_h u_h`.
+    hammer: R,
+    /// Standard deviations; the position over L.
+    uncertainty: SensorUncertainty<R>,
+}
+
+impl<R: Real> SensorModel<R> {
+    /// A sensor with its errors `u`; none without a budget.
+    pub(super) fn new<const S: usize, const H: usize>(
+        problem: &Problem<'_, R, S, H>,
+        sensor: &Sensor<R>,
+        hammer: R,
+        u: &[R],
+    ) -> Self {
+        let axes = sensor.axes_matrix();
+        let mut uncertainty = sensor.uncertainty;
+        uncertainty.position /= problem.balance.length;
+        let at = |k: usize| u.get(k).copied().unwrap_or_else(R::zero);
+        let shift = Vector3::from_fn(|k, _| at(12 + k) * uncertainty.position);
+        let rotation = Vector3::from_fn(|k, _| at(SENSITIVITIES + k) * uncertainty.rotation);
+        // h × ρ = −[ρ]ₓ h.
+        let mut mixing = Matrix3::identity() - skew(&rotation);
+        for k in 0..SENSITIVITIES {
+            mixing[(k / 3, k % 3)] += at(k) * sensitivity_sigma(&uncertainty, k);
+        }
+        let gravity = if sensor.senses_gravity { problem.gravity } else { Vector3::zeros() };
+        let position = problem.balance.point(&sensor.position) + shift;
+        Self {
+            axes,
+            turning: -(axes * skew(&position)),
+            tilt: -(axes * skew(&gravity)),
+            mixing: mixing * hammer,
+            hammer,
+            uncertainty,
+        }
+    }
+
+    /// The rows without sensitivities and rotation.
+    pub(super) fn plain_rows(&self, s: Complex<R>) -> Rows<R> {
+        let inverse = real(R::one()) / (s * s);
+        from_fn(|axis| {
+            Vector6::from_fn(|j, _| {
+                if j < 3 {
+                    return real(self.axes[(axis, j)]);
+                }
+                inverse.scale(self.tilt[(axis, j - 3)]) + real(self.turning[(axis, j - 3)])
+            })
+        })
+    }
+
+    /// The rows `ĝ`.
+    pub(super) fn rows(&self, plain: &Rows<R>) -> Rows<R> {
+        from_fn(|axis| {
+            Vector6::from_fn(|j, _| {
+                let part = |k: usize| plain[k][j].scale(self.mixing[(axis, k)]);
+                part(0) + part(1) + part(2)
+            })
+        })
+    }
+
+    /// Change of one row with a nuisance parameter; `None` when it does not change.
+    pub(super) fn slope(
+        &self,
+        plain: &Rows<R>,
+        axis: usize,
+        parameter: usize,
+    ) -> Option<Vector6<Complex<R>>> {
+        let unit = |from: usize, factor: R| {
+            (factor != R::zero()).then(|| plain[from].map(|v| v.scale(factor * self.hammer)))
+        };
+        match parameter {
+            0..SENSITIVITIES if parameter / 3 != axis => None,
+            0..SENSITIVITIES => {
+                unit(parameter % 3, sensitivity_sigma(&self.uncertainty, parameter))
+            }
+            9..12 => {
+                // The reading `h × e` of this axis: one of the two others, with its sign.
+                let about = parameter - SENSITIVITIES;
+                let rotation = self.uncertainty.rotation;
+                match (3 + axis - about) % 3 {
+                    1 => unit((axis + 1) % 3, rotation),
+                    2 => unit((axis + 2) % 3, -rotation),
+                    _ => None,
+                }
+            }
+            _ => {
+                let sigma = self.uncertainty.position;
+                if sigma == R::zero() {
+                    return None;
+                }
+                let mut along = Vector3::zeros();
+                along[parameter - 12] = sigma;
+                let own = (self.mixing * self.axes).row(axis).transpose();
+                let turning = along.cross(&own);
+                Some(Vector6::from_fn(|j, _| real(if j < 3 { R::zero() } else { turning[j - 3] })))
+            }
+        }
+    }
+}
+
+fn sensitivity_sigma<R: Real>(uncertainty: &SensorUncertainty<R>, parameter: usize) -> R {
+    if parameter / 3 == parameter % 3 { uncertainty.gain } else { uncertainty.cross_axis }
+}
+
+/// The mean of the hits on a DOF, in balanced variables.
+#[derive(Clone, Debug)]
+pub(super) struct HitModel<R> {
+    /// `f̂`.
+    pub(super) force: Vector6<R>,
+    /// Change of `f̂` with the hit's own nuisance parameters, with the hammer's gain, and with the errors of
+    /// second order.
+    pub(super) slopes: [Vector6<R>; FORCE_SLOPES],
+}
+
+impl<R: Real> HitModel<R> {
+    /// A hit with its errors `u`, those of second order last; none without a budget.
+    pub(super) fn new<const S: usize, const H: usize>(
+        problem: &Problem<'_, R, S, H>,
+        hit: &Hit<R>,
+        hammer: R,
+        u: Option<[&[R]; 2]>,
+    ) -> Self {
+        let hits = u16::from(problem.layout.test.hits_per_dof);
+        let length = problem.balance.length;
+        let direction = Vector3::from(hit.direction);
+        let point = problem.balance.point(&hit.position);
+        let (position, turn) = hit.uncertainty.of_mean(hits);
+        let wrench = |f: Vector3<R>, t: Vector3<R>| Vector6::new(f.x, f.y, f.z, t.x, t.y, t.z);
+        let mut slopes = [Vector6::zeros(); FORCE_SLOPES];
+        for (k, t) in across(&direction).into_iter().enumerate() {
+            slopes[k] = wrench(Vector3::zeros(), t.cross(&direction) * (position / length));
+            slopes[2 + k] = wrench(t * turn, point.cross(&t) * turn);
+        }
+        let mut force = wrench(direction, point.cross(&direction));
+        let (shorter, torque) = second_order(&hit.uncertainty, hits);
+        slopes[HIT_NUISANCES + 1] = force * shorter;
+        slopes[HIT_NUISANCES + 2] = wrench(Vector3::zeros(), direction * (torque / length));
+        if let Some([first, second]) = u {
+            // Directions that scatter have a mean shorter than one (theory, section 12).
+            let square = |sigma: R| sigma * sigma;
+            let shorter =
+                square(hit.uncertainty.direction) + square(hit.uncertainty.node_direction);
+            force *= (R::one() - shorter).max(R::of(0.5));
+            let errors = first.iter().chain(second);
+            let places = (0..HIT_NUISANCES).chain(HIT_NUISANCES + 1..);
+            for (u, place) in errors.zip(places) {
+                force += slopes[place] * *u;
+            }
+        }
+        slopes[HIT_NUISANCES] = force * (-problem.layout.hammer_gain / hammer);
+        Self { force, slopes }
+    }
+}
+
+/// Standard deviations of second order of the mean of `hits` hits: of its length, which varies with the squares
+/// of the angles `1 − |t + s|²/2`, and of the torque about its direction, m, which comes from displacements
+/// times angles. Scatter s and error of the mark t are independent in two directions.
+fn second_order<R: Real>(uncertainty: &HitUncertainty<R>, hits: u16) -> (R, R) {
+    let n = R::of(f64::from(hits.max(1)));
+    let HitUncertainty { position, direction, node_position, node_direction } = *uncertainty;
+    let two = R::of(2.0);
+    let square = |a: R, b: R| (a * b) * (a * b);
+    let length = square(node_direction, node_direction)
+        + (two * square(node_direction, direction) + square(direction, direction)) / n;
+    let mixed = square(position, node_direction) + square(node_position, direction);
+    let torque = square(node_position, node_direction) + (square(position, direction) + mixed) / n;
+    (length.sqrt(), (two * torque).sqrt())
+}
+
+/// All sensors and hits of a layout with the errors of these unknowns.
+#[derive(Clone, Debug)]
+pub(super) struct Apparatus<R, const S: usize, const H: usize> {
+    pub(super) sensors: heapless::Vec<SensorModel<R>, S>,
+    pub(super) hits: heapless::Vec<HitModel<R>, H>,
+}
+
+impl<R: Real, const S: usize, const H: usize> Apparatus<R, S, H> {
+    /// Without errors.
+    pub(super) fn nominal(problem: &Problem<'_, R, S, H>, unknowns: &Unknowns) -> Self {
+        Self::new(problem, unknowns, &[])
+    }
+
+    pub(super) fn new(problem: &Problem<'_, R, S, H>, unknowns: &Unknowns, x: &[R]) -> Self {
+        let layout = problem.layout;
+        let errors = |first: usize, count: usize| {
+            x.get(first..first + count).filter(|_| unknowns.budget).unwrap_or(&[])
+        };
+        let u = errors(unknowns.hammer(), 1).first().copied().unwrap_or_else(R::zero);
+        // A gain of less than a tenth is none.
+        let hammer = (R::one() - layout.hammer_gain * u).max(R::of(0.1));
+        let sensor = |(i, sensor): (usize, &Sensor<R>)| {
+            SensorModel::new(problem, sensor, hammer, errors(unknowns.sensor(i), SENSOR_NUISANCES))
+        };
+        let hit = |(j, hit): (usize, &Hit<R>)| {
+            let first = errors(unknowns.hit(j), HIT_NUISANCES);
+            let second = errors(unknowns.second_order(j), SECOND_ORDER);
+            HitModel::new(problem, hit, hammer, unknowns.budget.then_some([first, second]))
+        };
+        Self {
+            sensors: layout.sensors.iter().enumerate().map(sensor).collect(),
+            hits: layout.hits.iter().enumerate().map(hit).collect(),
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! The model at one bin: the object on its suspension, its motions, and what the readings leave.
+
+use core::array::from_fn;
+
+use heapless::Vec;
+use nalgebra::{Complex, Matrix6, Vector6};
+
+use super::apparatus::{Apparatus, Rows};
+use super::problem::Problem;
+use super::unknowns::{MOST_BLOCKS, SYMMETRIC, Unknowns, dot, matrix_of, powers_of, real};
+use crate::Real;
+use crate::body::RigidBody;
+
+/// The moving object: mass matrix and the matrices besides it.
+pub(super) struct Dynamics<R> {
+    mass: Matrix6<R>,
+    blocks: Vec<Matrix6<R>, MOST_BLOCKS>,
+}
+
+impl<R: Real> Dynamics<R> {
+    /// `D⁻¹` for these powers of s; `None` where D is singular.
+    fn inverse(&self, powers: &[Complex<R>]) -> Option<Matrix6<Complex<R>>> {
+        let mut stiffness = self.mass.map(real);
+        for (block, power) in self.blocks.iter().zip(powers) {
+            stiffness.zip_apply(block, |to, value| *to += power.scale(value));
+        }
+        stiffness.try_inverse()
+    }
+}
+
+/// The model at one bin.
+pub(super) struct BinModel<R, const S: usize, const H: usize> {
+    /// `sᵖ` for each matrix besides the mass, then one for the mass.
+    pub(super) powers: Vec<Complex<R>, 5>,
+    /// Motion `D⁻¹ f̂` of every hit.
+    pub(super) motions: Vec<Vector6<Complex<R>>, H>,
+    /// Rows of every sensor without sensitivities and rotation.
+    pub(super) plain: Vec<Rows<R>, S>,
+    /// `D⁻¹ ĝᵀ` of every reading.
+    pub(super) adjoints: Vec<Rows<R>, S>,
+    /// Measured minus modelled, of the readings of every sensor under every hit.
+    pub(super) residuals: Vec<[[Complex<R>; 3]; S], H>,
+}
+
+impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {
+    /// The object with the attached bodies, on its suspension.
+    pub(super) fn dynamics(&self, unknowns: &Unknowns, x: &[R]) -> Option<Dynamics<R>> {
+        let mut phi = self.object(unknowns, x)?.phi();
+        for (k, (attached, sigma)) in self.attached.iter().enumerate() {
+            let error = if unknowns.budget { x[unknowns.attached(k)] * *sigma } else { R::zero() };
+            phi += attached * (R::one() + error);
+        }
+        let block = |b: usize| matrix_of(&x[unknowns.block(b)..unknowns.block(b) + SYMMETRIC]);
+        Some(Dynamics {
+            mass: RigidBody::from_phi(&phi)?.mass_matrix(),
+            blocks: (0..unknowns.powers.len()).map(block).collect(),
+        })
+    }
+
+    /// Measured minus modelled at a bin; `None` where the dynamic stiffness is singular.
+    pub(super) fn residuals_at(
+        &self,
+        unknowns: &Unknowns,
+        apparatus: &Apparatus<R, S, H>,
+        dynamics: &Dynamics<R>,
+        bin: usize,
+    ) -> Option<Vec<[[Complex<R>; 3]; S], H>> {
+        let s = self.s(bin);
+        let inverse = dynamics.inverse(&powers_of(s, unknowns))?;
+        let rows = apparatus.sensors.iter().map(|sensor| sensor.rows(&sensor.plain_rows(s)));
+        let rows: Vec<Rows<R>, S> = rows.collect();
+        let residuals = apparatus.hits.iter().enumerate().map(|(hit, model)| {
+            self.residuals(bin, hit, &(inverse * model.force.map(real)), &rows)
+        });
+        Some(residuals.collect())
+    }
+
+    /// The model at a bin; `None` where the dynamic stiffness is singular.
+    pub(super) fn bin(
+        &self,
+        unknowns: &Unknowns,
+        apparatus: &Apparatus<R, S, H>,
+        dynamics: &Dynamics<R>,
+        bin: usize,
+    ) -> Option<BinModel<R, S, H>> {
+        let s = self.s(bin);
+        let powers = powers_of(s, unknowns);
+        let inverse = dynamics.inverse(&powers)?;
+        let motions = apparatus.hits.iter().map(|hit| inverse * hit.force.map(real)).collect();
+        let plain: Vec<_, S> =
+            apparatus.sensors.iter().map(|sensor| sensor.plain_rows(s)).collect();
+        let rows = apparatus.sensors.iter().zip(&plain).map(|(sensor, plain)| sensor.rows(plain));
+        let rows: Vec<Rows<R>, S> = rows.collect();
+        let mut model =
+            BinModel { powers, motions, plain, adjoints: Vec::new(), residuals: Vec::new() };
+        model.residuals = (0..model.motions.len())
+            .map(|hit| self.residuals(bin, hit, &model.motions[hit], &rows))
+            .collect();
+        // The dynamic stiffness is symmetric, so `ĝ D⁻¹` is the transpose of this.
+        model.adjoints = rows.iter().map(|rows| rows.map(|row| inverse * row)).collect();
+        Some(model)
+    }
+
+    fn residuals(
+        &self,
+        bin: usize,
+        hit: usize,
+        motion: &Vector6<Complex<R>>,
+        rows: &[Rows<R>],
+    ) -> [[Complex<R>; 3]; S] {
+        let complex = self.complex();
+        from_fn(|sensor| {
+            let Some(rows) = rows.get(sensor) else { return [real(R::zero()); 3] };
+            from_fn(|axis| {
+                let measured = self.responses.at(bin, 3 * sensor + axis, hit);
+                let left = measured - dot(&rows[axis], motion);
+                if complex { left } else { real(left.re) }
+            })
+        })
+    }
+}

@@ -1,0 +1,36 @@
+//! The mass line as a constant of the modal fit: Newton and Euler for the rigid body's accelerance.
+//!
+//! Far above its suspension modes the body moves as if it were free. The fit of the modes contains that limit as the
+//! constant of every accelerance, so the curve fit of the mass line can be replaced (theory, section 7). An elastic mode
+//! above the band is in the term in s², not in the constant.
+
+use super::inertia_restraint::Regression;
+use super::method::{Entry, Observable};
+use super::suspension::{Answer, Suspension};
+use crate::Real;
+use crate::diagnosis::{Code, Diagnostics, fatal};
+
+/// Description of the method for the registry.
+pub const ENTRY: Entry = Entry {
+    name: "modal-constant",
+    short_name: "modal-constant",
+    title: "Modal constant",
+    summary: "Inertia restraint on the constant of the modal fit",
+    observes: Observable::Suspension,
+    on_request: false,
+    is_blocked: |_, _| true,
+    workspace: |_, _| 0,
+};
+
+/// The answer of the method, or why there is none.
+pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
+    let mut regression = Regression::new(of.responses.length);
+    for (motion, force) in of.modes.rigid.iter().zip(of.responses.forces) {
+        regression.add(motion, force);
+    }
+    let solution = regression.solve()?;
+    if solution.body.mass <= R::zero() {
+        return Err(fatal(Code::MassNotPositive, solution.body.mass));
+    }
+    Ok(Answer { body: solution.body, condition: solution.condition, misfit: None })
+}

@@ -1,0 +1,254 @@
+//! The modal fit of a test, and the answers of the methods to it.
+
+use heapless::Vec;
+use nalgebra::{Complex, SVector, Vector3, Vector6};
+
+use super::known::known_properties;
+use super::{Answer, Suspension};
+use crate::Real;
+use crate::body::RigidBody;
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
+use crate::frequency_responses::FrequencyResponses;
+use crate::identify::{Method, Perturbation, random_signs};
+use crate::layout::{Layout, is_finite};
+use crate::modes::{
+    ForceMixing, Lines, LinesPerSide, MOST_LINES, MOST_PAIRS, Modes, Orders, Peak, Poles,
+    Reduction, SUSPENSION_MODES, choose_lines, reduce_line, relocate_once,
+};
+
+/// The modal fit of a test under its layout.
+#[derive(Clone, Debug)]
+pub struct SuspensionFit<'a, R, const S: usize, const H: usize> {
+    layout: &'a Layout<R, S, H>,
+    readings: &'a FrequencyResponses<'a, R>,
+    reference: Vector3<R>,
+    mixing: ForceMixing<R, H>,
+    s: Vec<Complex<R>, MOST_LINES>,
+    orders: Orders<R>,
+    /// Poles of all modes that were fitted, and the places of the suspension modes among them.
+    poles: Poles<R>,
+    kept: Vec<usize, MOST_PAIRS>,
+    modes: Modes<R>,
+    lines: Lines,
+    noise: R,
+}
+
+impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
+    /// Fits the modes. `readings` contains the lines of the suspension band, at most [`MOST_LINES`], in ascending order.
+    ///
+    /// # Errors
+    /// `layout_not_finite`, `data_not_finite`, `frf_missing` when channels or hits are not those of the layout,
+    /// `response_rank_deficient`, and `suspension_modes_missing` when no mode shows.
+    pub fn new(
+        layout: &'a Layout<R, S, H>,
+        readings: &'a FrequencyResponses<'a, R>,
+        memory: &mut Reduction<R>,
+    ) -> Result<Self, Diagnostics> {
+        check(layout, readings)?;
+        let reference = layout.sensor_centroid();
+        let mixing = ForceMixing::of(layout, &reference);
+        let s: Vec<_, MOST_LINES> = (0..readings.frequencies().len().min(MOST_LINES))
+            .map(|line| readings.s(line))
+            .collect();
+        let reading = |line, channel, hit| readings.at(line, channel, hit);
+        memory
+            .fill(layout, &reference, &mixing, &s, reading)
+            .ok_or_else(|| fatal(Code::ResponseRankDeficient, R::zero()))?;
+        let responses = memory.responses();
+        let orders = Orders::up_to(&responses, MOST_PAIRS);
+        let missing = || fatal(Code::SuspensionModesMissing, R::zero());
+        let order = orders.sufficient().ok_or_else(missing)?;
+        let noise = order.noise_variance().sqrt();
+        let poles = order.poles.clone();
+        let frequencies: Vec<R, MOST_LINES> = s.iter().map(|s| s.im / R::two_pi()).collect();
+        let Some(all) = Modes::of_poles(&responses, poles.clone()) else {
+            let lines = choose_lines(&frequencies, &peaks(&poles), LinesPerSide::Width);
+            let reversed = reversed_hits(layout, readings, &reference, &lines);
+            return Err(if reversed.is_empty() { missing() } else { reversed });
+        };
+        let kept = suspension_modes(&all, &s);
+        let modes = all.only(&kept);
+        let lines = choose_lines(&frequencies, &peaks(&modes.poles), LinesPerSide::Width);
+        Ok(Self {
+            layout,
+            readings,
+            reference,
+            mixing,
+            s,
+            orders,
+            poles,
+            kept,
+            modes,
+            lines,
+            noise,
+        })
+    }
+
+    /// The fits of every order.
+    pub fn orders(&self) -> &Orders<R> {
+        &self.orders
+    }
+
+    /// The suspension modes, about [`Self::reference`].
+    pub fn modes(&self) -> &Modes<R> {
+        &self.modes
+    }
+
+    /// The point that shapes and motions refer to, in the body frame, m.
+    pub fn reference(&self) -> Vector3<R> {
+        self.reference
+    }
+
+    /// Standard deviation of the noise of a reading, (m/s²)/N, of a complex number.
+    pub fn noise(&self) -> R {
+        self.noise
+    }
+
+    /// The lines about the modes.
+    pub fn lines(&self) -> &Lines {
+        &self.lines
+    }
+
+    /// The same with other lines for the direct methods.
+    pub fn with_lines(self, per_side: LinesPerSide) -> Self {
+        let frequencies: Vec<R, MOST_LINES> = self.s.iter().map(|s| s.im / R::two_pi()).collect();
+        let lines = choose_lines(&frequencies, &peaks(&self.modes.poles), per_side);
+        Self { lines, ..self }
+    }
+
+    /// The noise of a reading in a draw, (m/s²)/N.
+    pub fn noise_of(&self, draw: u32, line: usize, channel: usize, hit: usize) -> Complex<R> {
+        let Self { readings, noise, .. } = self;
+        let part = *noise * readings.correlation * R::of(core::f64::consts::FRAC_1_SQRT_2);
+        let place = (line * readings.channels() + channel) * readings.hits() + hit;
+        let [re, im] = random_signs(draw, place).map(|sign| part * R::of(f64::from(sign)));
+        Complex::new(re, im)
+    }
+
+    /// The motions and modes of changed data: noise moves the poles, which are found again by one step from where they
+    /// are; an error of the layout mixes the responses and leaves the poles. `None` when there are no modes.
+    pub fn changed(
+        &self,
+        changed: &Perturbation<'_, R, S, H>,
+        memory: &mut Reduction<R>,
+    ) -> Option<Modes<R>> {
+        let Self { readings, reference, mixing, s, poles, .. } = self;
+        let reading = |line: usize, channel: usize, hit: usize| {
+            let value = readings.at(line, channel, hit);
+            changed.draw.map_or(value, |draw| value + self.noise_of(draw, line, channel, hit))
+        };
+        memory.fill(changed.layout, reference, mixing, s, reading)?;
+        let responses = memory.responses();
+        let poles = relocate_once(&responses, poles)?;
+        Some(Modes::of_poles(&responses, poles)?.only(&self.kept))
+    }
+
+    /// The answer of a method to these motions and modes, as a body in the body frame without the attached ones.
+    ///
+    /// # Errors
+    /// Why the method has no answer.
+    pub fn answer(
+        &self,
+        method: Method,
+        layout: &Layout<R, S, H>,
+        memory: &Reduction<R>,
+        modes: &Modes<R>,
+    ) -> Result<Answer<R>, Diagnostics> {
+        let mass = R::one();
+        let known = known_properties(layout, &self.reference, mass);
+        let responses = memory.responses();
+        let suspension =
+            Suspension { responses: &responses, modes, lines: &self.lines, known: &known };
+        let answer = method
+            .of_suspension(&suspension)
+            .unwrap_or_else(|| Err(fatal(Code::FrfMissing, R::zero())))?;
+        let mut phi = answer.body.shifted_to(&-self.reference).phi();
+        for attached in &layout.attached {
+            phi -= SVector::from(attached.phi);
+        }
+        let body = RigidBody::from_phi(&phi).filter(|body| body.mass > R::zero());
+        let body = body.ok_or_else(|| fatal(Code::MassNotPositive, phi[0]))?;
+        Ok(Answer { body, ..answer })
+    }
+
+    /// The layout of the test.
+    pub fn layout(&self) -> &'a Layout<R, S, H> {
+        self.layout
+    }
+}
+
+fn check<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    readings: &FrequencyResponses<'_, R>,
+) -> Result<(), Diagnostics> {
+    if !is_finite(layout) {
+        return Err(fatal(Code::LayoutNotFinite, 0.0));
+    }
+    if !readings.is_finite() {
+        return Err(fatal(Code::DataNotFinite, 0.0));
+    }
+    if readings.channels() != 3 * layout.sensors.len() || readings.hits() != layout.hits.len() {
+        return Err(fatal(Code::FrfMissing, 0.0));
+    }
+    Ok(())
+}
+
+/// The peaks of these poles.
+fn peaks<R: Real>(poles: &Poles<R>) -> Vec<Peak<R>, MOST_PAIRS> {
+    let peak = |pole: &Complex<R>| {
+        let size = pole.norm_sqr().sqrt();
+        Peak { frequency_hz: size / R::two_pi(), damping_ratio: -pole.re / size }
+    };
+    poles.iter().map(peak).collect()
+}
+
+/// Errors for hits whose point moves against the force at these lines, near which an accelerance is imaginary.
+fn reversed_hits<R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    readings: &FrequencyResponses<'_, R>,
+    reference: &Vector3<R>,
+    lines: &Lines,
+) -> Diagnostics {
+    let mut power = [R::zero(); H];
+    let mut motions = [Vector6::<Complex<R>>::zeros(); H];
+    let motions = &mut motions[..layout.hits.len()];
+    for line in lines.below.iter().chain(&lines.above) {
+        if reduce_line(layout, readings, reference, *line, motions).is_none() {
+            return Diagnostics::new();
+        }
+        for ((sum, motion), hit) in power.iter_mut().zip(&*motions).zip(&layout.hits) {
+            *sum += motion.map(|y| y.im).dot(&hit.unit_force(reference));
+        }
+    }
+    let reversed = (0..layout.hits.len()).filter(|hit| power[*hit] < R::zero());
+    let named = |hit| {
+        let subject = Subject::hit(hit);
+        Diagnostic::about(Code::DrivingPointReversed, Severity::Error, subject, 0.0)
+    };
+    // More than there is room for are not named.
+    reversed.map(named).take(Diagnostics::new().capacity()).collect()
+}
+
+/// Places of the modes that are those of the suspension: within the band, and at most six, since a body on its suspension
+/// has no more and any others are hum, drift or an elastic mode. Those with the highest peaks are kept.
+fn suspension_modes<R: Real>(all: &Modes<R>, s: &[Complex<R>]) -> Vec<usize, MOST_PAIRS> {
+    let hertz = |s: Option<&Complex<R>>| s.map_or(R::zero(), |s| s.im / R::two_pi());
+    let (low, high) = (hertz(s.first()), hertz(s.last()));
+    let inside = |place: &usize| {
+        let frequency = all.modes[*place].frequency_hz;
+        low < frequency && frequency < high
+    };
+    let height = |place: usize| {
+        let mode = &all.modes[place];
+        let size = mode.residues.iter().fold(R::zero(), |sum, v| sum + v.norm_squared());
+        size.sqrt() / mode.damping_ratio
+    };
+    let mut kept: Vec<usize, MOST_PAIRS> = (0..all.modes.len()).filter(inside).collect();
+    while kept.len() > SUSPENSION_MODES {
+        let lowest = (0..kept.len())
+            .reduce(|low, next| if height(kept[next]) < height(kept[low]) { next } else { low });
+        let Some(lowest) = lowest else { break };
+        kept.remove(lowest);
+    }
+    kept
+}

@@ -1,0 +1,56 @@
+//! The methods that use the suspension modes, on what they share: the motions of the reference point, the modes, and
+//! the lines about them.
+//!
+//! [`SuspensionFit`] is made once from the frequency responses of a test. From it each method answers, and the answers to
+//! slightly changed data or a slightly changed layout show how uncertain they are and what they have in common
+//! ([`agreement`](super::agreement)).
+
+mod checks;
+mod fit;
+mod known;
+
+use crate::body::RigidBody;
+use crate::diagnosis::Code;
+use crate::modes::{Lines, Modes, OriginResponses};
+
+pub use checks::{mode_findings, truncated_mode};
+pub use fit::SuspensionFit;
+pub use known::KnownProperty;
+
+/// Whether a layout with this code rules out a method that uses the modes: they do not need three hits, one that excites
+/// every mode is enough.
+pub(super) fn is_blocked(code: Code, _prior: bool) -> bool {
+    !matches!(
+        code,
+        Code::FewerThanThreeHits
+            | Code::HitsAllParallel
+            | Code::HitsConcurrent
+            | Code::HitsThroughCentreOfMass
+            | Code::TenParametersNotIdentifiable
+    )
+}
+
+/// What a method uses. All of it is about the reference point and includes the attached bodies.
+#[derive(Clone, Copy, Debug)]
+pub struct Suspension<'a, R> {
+    /// The motions.
+    pub responses: &'a OriginResponses<'a, R>,
+    /// The modes, at most six.
+    pub modes: &'a Modes<R>,
+    /// The lines about the modes.
+    pub lines: &'a Lines,
+    /// Properties that are known before the test.
+    pub known: &'a [KnownProperty<R>],
+}
+
+/// What a method answers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer<R> {
+    /// The body with the attached ones; its centre of mass is relative to the reference point.
+    pub body: RigidBody<R>,
+    /// Condition of the balanced equations.
+    pub condition: R,
+    /// Root mean square of what the answer leaves of its equations, over that of their right sides, where it is comparable
+    /// between methods.
+    pub misfit: Option<R>,
+}

@@ -1,0 +1,138 @@
+//! Modes from poles and residues.
+
+use heapless::Vec;
+use nalgebra::{Complex, Vector6};
+
+use super::MOST_FORCES;
+use super::origin_responses::OriginResponses;
+use super::shapes::{best_force, shape_of_force, shape_of_forces};
+use super::vector_fitting::{MOST_PAIRS, Poles, Residues, find_poles, residues_of_force};
+use crate::Real;
+
+/// A mode of a body on its suspension.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mode<R> {
+    /// Natural frequency `|p|/2π`, Hz.
+    pub frequency_hz: R,
+    /// Damping ratio `−Re p/|p|`.
+    pub damping_ratio: R,
+    /// Mass-normalised shape at the reference point, `[x; θ]`, 1/√kg and 1/(m √kg).
+    pub shape: Vector6<R>,
+    /// `φ (φᵀ f)` of each force.
+    pub residues: Vec<Vector6<R>, MOST_FORCES>,
+    /// Norm of the imaginary parts of these residues relative to that of the real parts: zero when the damping is
+    /// proportional to mass and stiffness.
+    pub complexity: R,
+}
+
+/// The modes of a test, and what else the same fit says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Modes<R> {
+    /// The modes, in the order of their frequencies.
+    pub modes: Vec<Mode<R>, MOST_PAIRS>,
+    /// Their poles, 1/s.
+    pub poles: Poles<R>,
+    /// The rigid body's accelerance under each force, `[a; α]` per newton: the constant of the fit.
+    pub rigid: Vec<Vector6<R>, MOST_FORCES>,
+    /// Sum of the squared residuals of the fit, relative to the noise of a reading.
+    pub residual: R,
+}
+
+impl<R: Real> Modes<R> {
+    /// The modes of known poles. `None` when a force has no residues or no force excites a mode.
+    pub fn of_poles(responses: &OriginResponses<'_, R>, poles: Poles<R>) -> Option<Self> {
+        let mut of_forces = Vec::<Residues<R>, MOST_FORCES>::new();
+        for force in 0..responses.forces.len() {
+            of_forces.push(residues_of_force(responses, &poles, force)?).ok()?;
+        }
+        let mode = |(k, pole): (usize, &Complex<R>)| Mode::new(responses, &of_forces, k, *pole);
+        let modes = poles.iter().enumerate().map(mode).collect::<Option<_>>()?;
+        let rigid = of_forces.iter().map(|of| of.constant).collect();
+        let residual = of_forces.iter().fold(R::zero(), |sum, of| sum + of.left);
+        Some(Self { modes, poles, rigid, residual })
+    }
+
+    /// The same with each shape from the force that shows the mode best, as Almeida, Maia and Urgueira choose it.
+    /// `None` when a mode has no shape.
+    pub fn of_best_forces(&self, responses: &OriginResponses<'_, R>) -> Option<Self> {
+        let mut modes = self.clone();
+        for mode in &mut modes.modes {
+            let best = best_force(&mode.residues, responses.length);
+            mode.shape = shape_of_force(mode.residues.get(best)?, responses.forces.get(best)?)?;
+        }
+        Some(modes)
+    }
+
+    /// The same with only the modes at these places.
+    pub fn only(mut self, places: &[usize]) -> Self {
+        self.modes = places.iter().filter_map(|place| self.modes.get(*place).cloned()).collect();
+        self.poles = places.iter().filter_map(|place| self.poles.get(*place).copied()).collect();
+        self
+    }
+
+    /// The same with only the first modes.
+    pub fn first(mut self, count: usize) -> Self {
+        self.modes.truncate(count);
+        self.poles.truncate(count);
+        self
+    }
+}
+
+/// Identifies this many modes. `None` when there are more forces than [`MOST_FORCES`], no poles or residues, or a mode
+/// that no force excites.
+pub fn identify_modes<R: Real>(
+    responses: &OriginResponses<'_, R>,
+    count: usize,
+) -> Option<Modes<R>> {
+    Modes::of_poles(responses, find_poles(responses, count)?.poles)
+}
+
+impl<R: Real> Mode<R> {
+    /// The mode of the pole with this place, from the residues of all forces.
+    fn new(
+        responses: &OriginResponses<'_, R>,
+        of_forces: &[Residues<R>],
+        place: usize,
+        pole: Complex<R>,
+    ) -> Option<Self> {
+        // 2 i ω r, which is real for proportional damping.
+        let turned = |of: &Residues<R>| {
+            of.of_poles[place].map(|r| Complex::new(-r.im, r.re).scale(pole.im + pole.im))
+        };
+        let square = |part: Vector6<R>| {
+            let balanced = |i: usize| if i < 3 { part[i] } else { part[i] * responses.length };
+            (0..6).fold(R::zero(), |sum, i| sum + balanced(i) * balanced(i))
+        };
+        let sum = |part: fn(Complex<R>) -> R| {
+            of_forces.iter().fold(R::zero(), |sum, of| sum + square(turned(of).map(part)))
+        };
+        let residues: Vec<_, MOST_FORCES> =
+            of_forces.iter().map(|of| turned(of).map(|z| z.re)).collect();
+        let magnitude = pole.norm_sqr().sqrt();
+        Some(Self {
+            frequency_hz: magnitude / R::two_pi(),
+            damping_ratio: -pole.re / magnitude,
+            shape: shape_of_forces(&residues, responses.forces, responses.length)?,
+            residues,
+            complexity: (sum(|z| z.im) / sum(|z| z.re)).sqrt(),
+        })
+    }
+
+    /// How much of the mode a force `f = [F; T]` shows, `|S φ| |φᵀ f|`: the [Norm Indicator](super::norm_indicator)
+    /// from the shape instead of a residue.
+    pub fn indicator(&self, force: &Vector6<R>, length: R) -> R {
+        super::norm_indicator(&(self.shape * self.shape.dot(force)), length)
+    }
+}
+
+/// Modal assurance criterion of two shapes in balanced variables, `|φᵃ·φᵇ|²/(|φᵃ|²|φᵇ|²)`: one for the same shape.
+pub fn modal_assurance<R: Real>(first: &Vector6<R>, second: &Vector6<R>, length: R) -> R {
+    let dot = |a: &Vector6<R>, b: &Vector6<R>| {
+        (0..6).fold(R::zero(), |sum, i| {
+            let unit = if i < 3 { R::one() } else { length * length };
+            sum + a[i] * b[i] * unit
+        })
+    };
+    let across = dot(first, second);
+    across * across / (dot(first, first) * dot(second, second))
+}
