@@ -24,9 +24,10 @@ use serde_json::{Value, json};
 use crate::identification::{Identification, Selection, identify, layout_of, lines_of};
 use crate::report::{
     Unseen, cannot_see, diagnostics_json, estimates_of, message_in, refusals_json, refusals_text,
-    table,
+    sentences, table,
 };
 use crate::single_fault::{Examination, NominalTest};
+use crate::suspension::reciprocity_of_mass_lines;
 
 /// Heading of the host's findings in text.
 const HEADING: &str = "solved again here, in double precision";
@@ -38,6 +39,8 @@ pub struct HostSolution<'a> {
     pub identification: Identification,
     /// The search for a single mistake that explains the data, where one was done.
     pub examination: Option<Examination>,
+    /// Hits that move against their force or are not reciprocal.
+    reciprocity: Vec<Diagnostic>,
     result: &'a MeasurementResult,
     layout: HostLayout,
     selection: Selection,
@@ -66,7 +69,8 @@ impl<'a> HostSolution<'a> {
         let layout = layout_of(result, layout);
         let observed = Observations::of_mass_lines(&layout, &lines);
         let identification = identify(&observed, selection, &IdentifySettings::default());
-        Self { identification, examination: None, result, layout, selection }
+        let reciprocity = reciprocity_of_mass_lines(&layout, &lines).to_vec();
+        Self { identification, examination: None, reciprocity, result, layout, selection }
     }
 
     /// As [`Self::new`], with a search for the single mistake that explains the data.
@@ -96,7 +100,7 @@ impl<'a> HostSolution<'a> {
     pub fn add_to(&self, value: &mut Value) {
         let Self { identification, layout, .. } = self;
         let message_of = |d: &Diagnostic| message_in(d, layout);
-        let warnings = identification.warnings();
+        let warnings = [identification.warnings(), self.reciprocity.clone()].concat();
         // A diagnostic that the rig has reported itself is not repeated.
         let is_new = |d: &&Diagnostic| {
             !self.result.diagnostics.iter().any(|of| (of.code, of.subject) == (d.code, d.subject))
@@ -146,6 +150,7 @@ impl<'a> HostSolution<'a> {
             }
         }
         text += &self.identification.nuisance_text(&self.layout);
+        text += &sentences(&self.reciprocity, |d| message_in(d, &self.layout));
         if let Some(examination) = &self.examination {
             text += &examination.to_text(&self.layout);
         }

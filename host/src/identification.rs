@@ -15,6 +15,7 @@ use massline_shared::identify::{
 };
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 
+pub(crate) use priors::contradicted;
 use priors::inconsistent_priors;
 
 /// Mass lines of the measured hit DOFs, with the index of each DOF in the layout.
@@ -157,7 +158,7 @@ fn suspect_priors(
 }
 
 /// The layout with the budget that the fit has used.
-fn learned(layout: &HostLayout, estimate: &Estimate<f64>) -> HostLayout {
+pub fn learned(layout: &HostLayout, estimate: &Estimate<f64>) -> HostLayout {
     let mut layout = layout.clone();
     if let Some(learned) = &estimate.learned {
         learned.scales.apply_to(&mut layout);

@@ -9,11 +9,13 @@ mod cannot_see;
 mod comparison;
 mod details;
 mod estimate;
+mod global_fit;
 mod measurement;
 mod message;
 mod modes;
 mod refusals;
 mod table;
+mod where_to_hit;
 
 use massline_shared::diagnosis::Diagnostic;
 use serde_json::{Value, json};
@@ -25,11 +27,13 @@ pub use cannot_see::{
 pub use comparison::{comparison_json, comparison_text};
 pub use details::{details_json, details_text};
 pub use estimate::estimate_json;
+pub use global_fit::{global_fit_json, global_fit_text};
 pub use measurement::{estimates_of, measurement_json, measurement_text};
 pub use message::{channel_name, code_name, message, message_in, messages};
 pub use modes::{assurance_text, modes_json, modes_text, orders_text};
 pub use refusals::{refusals_json, refusals_text};
 pub use table::{Truth, table};
+pub use where_to_hit::new_direction;
 
 /// Diagnostics as JSON: `[{"code":…,"severity":…,"message":…}]`.
 pub fn diagnostics_json(
@@ -46,11 +50,28 @@ pub fn diagnostics_json(
     found.iter().map(entry).collect()
 }
 
-/// Diagnostics as lines of text.
+/// Most diagnostics with one code that are printed.
+const MOST_ALIKE: usize = 4;
+
+/// Diagnostics as lines of text. Of many with the same code only the first are printed.
 pub(crate) fn sentences(
     found: &[Diagnostic],
     message_of: impl Fn(&Diagnostic) -> String,
 ) -> String {
-    let line = |d: &Diagnostic| format!("{}: {}\n", d.severity.name(), message_of(d));
-    found.iter().map(line).collect()
+    let mut text = String::new();
+    for (place, d) in found.iter().enumerate() {
+        let alike = |other: &&Diagnostic| (other.code, other.severity) == (d.code, d.severity);
+        let before = found[..place].iter().filter(alike).count();
+        if before < MOST_ALIKE {
+            text += &format!("{}: {}\n", d.severity.name(), message_of(d));
+        } else if before == MOST_ALIKE {
+            let more = found[place..].iter().filter(alike).count();
+            text += &format!(
+                "{}: {more} more of {}; --json has all\n",
+                d.severity.name(),
+                code_name(d)
+            );
+        }
+    }
+    text
 }

@@ -1,10 +1,11 @@
 //! The offline solver: computes the ten properties in double precision from a layout and the frequency
 //! responses of a universal file.
 //!
-//! The file must hold one frequency response function for every sensor axis and hit of the layout. A mass
-//! line is fitted to its accelerance with equal weights over the band and passed to [`identification`] as the
-//! average of as many hits as `[test]` asks for. A function that is stored for the opposite direction is
-//! negated.
+//! The file must hold one frequency response function for every sensor axis and hit of the layout; one that is
+//! stored for the opposite direction is negated. Where the file has a band for it, a mass line is fitted to every
+//! accelerance with equal weights and passed to [`identification`] as the average of as many hits as `[test]` asks
+//! for. Where it has the lines of the suspension modes, they go to [`suspension`](crate::suspension). What both say
+//! is compared.
 //!
 //! [`identification`]: crate::identification
 
@@ -16,7 +17,7 @@ mod suspension_lines;
 use std::path::Path;
 
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics};
 use massline_shared::identify::inertia_restraint;
 use massline_shared::identify::{
     Applicability, IdentifySettings, Method, Observable, Observations,
@@ -25,7 +26,7 @@ use massline_shared::layout::{Dof, HostLayout, assumed_body};
 use massline_shared::modes::LinesPerSide;
 use nalgebra::{SVector, Vector3};
 
-use crate::identification::{Identification, Selection, identify};
+use crate::identification::{Identification, Selection, identify, learned};
 use crate::layout_file::{LayoutFile, Reference};
 use crate::report::{self, Truth, message_in};
 use crate::single_fault::{Examination, NominalTest};
@@ -96,7 +97,8 @@ impl Default for Options {
     }
 }
 
-/// Solves a layout file with a universal file, with these hits of the layout, or all of them for none. `progress` is told how many of all perturbations are done.
+/// Solves a layout file with a universal file, with these hits of the layout, or all of them for none. `progress` is
+/// told how many of all perturbations are done.
 ///
 /// # Errors
 /// As [`solve`], and exit 2 when a file cannot be read.
@@ -141,6 +143,7 @@ pub fn solve(
     let (of_mass_lines, of_modes): (Vec<_>, Vec<_>) =
         wanted.iter().copied().partition(uses_mass_lines);
     let (body, about_body) = body_for_checks(file);
+    let (of_modes, blocked) = admitted(layout, &body, of_modes);
     let checked = |methods: &[Method]| layout_problem(file, &body, &about_body, methods);
     // A layout that no method can use is named before its responses are looked for.
     checked(&wanted)?;
@@ -152,13 +155,17 @@ pub fn solve(
     let highest = look.as_ref().and_then(|look| look.as_ref().ok()?.highest_hz());
     let mass_lines = (!of_mass_lines.is_empty()).then(|| {
         checked(&of_mass_lines)?;
-        refuse_suspension_in_band(layout, highest)?;
-        mass_line_part(file, &responses, options)
+        let lines = responses.mass_lines(layout, options.decay)?;
+        refuse_suspension_in_band(lines.band_hz, highest)?;
+        mass_line_part(file, lines, options)
     });
     let answers = mass_lines.as_ref().and_then(|part| part.as_ref().ok());
-    let answers = answers.map(MassLinePart::answers);
-    let modal = look.map(|look| {
-        suspension::part(layout, &look?, options, &of_modes, answers.as_ref(), progress)
+    let answers = answers.map(|part| part.answers(layout));
+    let modal = look.filter(|_| !of_modes.is_empty()).map(|look| {
+        let mut part =
+            suspension::part(layout, &look?, options, &of_modes, answers.as_ref(), progress)?;
+        part.solution.not_applicable.extend(blocked);
+        Ok(part)
     });
     let mut notes = uff.notes.clone();
     notes.push(about_body);
@@ -197,9 +204,8 @@ pub fn modes_of_files(
 const LEAST_ABOVE_SUSPENSION: f64 = 2.0;
 
 /// Refuses mass lines whose band begins too near to the highest suspension mode.
-fn refuse_suspension_in_band(layout: &HostLayout, highest_hz: Option<f64>) -> Result<()> {
+fn refuse_suspension_in_band([begins, _]: [f64; 2], highest_hz: Option<f64>) -> Result<()> {
     let Some(highest) = highest_hz else { return Ok(()) };
-    let begins = layout.test.expected_band()[0];
     if begins >= LEAST_ABOVE_SUSPENSION * highest {
         return Ok(());
     }
@@ -219,7 +225,8 @@ fn combine(
     mut notes: Vec<String>,
 ) -> Result<FrfSolution> {
     let (mass_lines, modal) = match (mass_lines, modal) {
-        (None | Some(Err(_)), Some(Err(error))) | (Some(Err(error)), None) => return Err(error),
+        (Some(Err(of_lines)), Some(Err(of_modes))) => return Err(both_errors(of_lines, of_modes)),
+        (None, Some(Err(error))) | (Some(Err(error)), None) => return Err(error),
         (None, None) => return Err(Error::undetermined("no_answer", "no method was asked for")),
         both => both,
     };
@@ -237,6 +244,43 @@ fn combine(
         modal.and_then(Result::ok),
         notes,
     ))
+}
+
+/// Why neither mass lines nor suspension modes answer; a bad file outweighs data that determine nothing.
+fn both_errors(of_lines: Error, of_modes: Error) -> Error {
+    if of_lines.to_string() == of_modes.to_string() {
+        return of_modes;
+    }
+    let text = format!(
+        "no answer from suspension modes: {of_modes}; no answer from mass lines: {of_lines}"
+    );
+    match (of_modes, of_lines) {
+        (Error::Undetermined { .. }, Error::Input { code, .. }) if code != "band_too_narrow" => {
+            Error::Input { code, message: text }
+        }
+        (Error::Undetermined { code, .. }, _) => Error::Undetermined { code, message: text },
+        (Error::Input { code, .. }, _) => Error::Input { code, message: text },
+        (other, _) => other,
+    }
+}
+
+/// The methods that the layout admits, and the others with the reasons.
+fn admitted(
+    layout: &HostLayout,
+    body: &RigidBody<f64>,
+    methods: Vec<Method>,
+) -> (Vec<Method>, Vec<(Method, Diagnostics)>) {
+    let (mut admitted, mut blocked) = (Vec::new(), Vec::new());
+    for method in methods {
+        let checked = Applicability::new(layout, body, &[method]);
+        if checked.admits(method) {
+            admitted.push(method);
+        } else {
+            let reasons = checked.diagnostics.into_iter().filter(Diagnostic::is_error);
+            blocked.push((method, reasons.collect()));
+        }
+    }
+    (admitted, blocked)
 }
 
 /// Returns the error of a layout that rules out all of these methods.
@@ -268,8 +312,10 @@ pub(crate) struct MassLinePart {
 }
 
 impl MassLinePart {
-    fn answers(&self) -> MassLineAnswers<'_> {
+    fn answers(&self, layout: &HostLayout) -> MassLineAnswers<'_> {
+        let best = self.identification.estimates.first();
         MassLineAnswers {
+            budget: best.map_or_else(|| layout.clone(), |estimate| learned(layout, estimate)),
             lines: &self.lines.lines,
             settings: self.settings.inertia_restraint,
             estimates: &self.identification.estimates,
@@ -279,11 +325,10 @@ impl MassLinePart {
 
 fn mass_line_part(
     file: &LayoutFile,
-    responses: &LayoutResponses,
+    mut lines: FittedLines,
     options: &Options,
 ) -> Result<MassLinePart> {
     let layout = &file.layout;
-    let mut lines = responses.mass_lines(layout, options.decay)?;
     lines.diagnostics.extend(reciprocity_of_mass_lines(layout, &lines.lines));
     let reference = match options.reference_point {
         ReferencePoint::Centroid => inertia_restraint::ReferencePoint::Centroid,
@@ -300,7 +345,7 @@ fn mass_line_part(
     })?;
     let comparison = Comparison::default();
     let mut part = MassLinePart { lines, identification, examination, settings, comparison };
-    part.comparison = compare(layout, &part.answers());
+    part.comparison = compare(&part.answers(layout));
     Ok(part)
 }
 

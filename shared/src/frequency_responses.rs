@@ -57,12 +57,12 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
     }
 
     /// Laplace variable of a bin, `s = σ + iω`, 1/s.
-    pub(crate) fn s(&self, bin: usize) -> Complex<R> {
+    pub fn s(&self, bin: usize) -> Complex<R> {
         Complex::new(self.decay, self.frequencies[bin] * R::two_pi())
     }
 
     /// One accelerance, (m/s²)/N.
-    pub(crate) fn at(&self, bin: usize, channel: usize, hit: usize) -> Complex<R> {
+    pub fn at(&self, bin: usize, channel: usize, hit: usize) -> Complex<R> {
         self.accelerance[(bin * self.channels + channel) * self.hits + hit]
     }
 

@@ -84,6 +84,16 @@ pub(crate) fn spectrum<R: Real, const N: usize>(matrix: &[[R; N]; N]) -> Option<
     Some(Spectrum { rank, condition: largest / smallest })
 }
 
+/// Number of singular values of a square matrix that are not below `limit > 0`; zero when an element is not finite.
+pub(crate) fn count_above<R: Real, const N: usize>(matrix: &[[R; N]; N], limit: R) -> usize {
+    let largest = matrix.iter().flatten().fold(R::zero(), |top, value| top.max(value.abs()));
+    let finite = matrix.iter().flatten().all(|value| value.finite());
+    if !finite || largest == R::zero() {
+        return 0;
+    }
+    Bidiagonal::of(matrix, largest).count_from(limit / largest)
+}
+
 /// Squares of the diagonal and the superdiagonal of a bidiagonal matrix, which is scaled to a largest element
 /// of one.
 struct Bidiagonal<R, const N: usize> {

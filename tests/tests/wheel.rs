@@ -44,6 +44,10 @@ struct Figures {
 struct Comparison {
     methods: Value,
     runs: usize,
+    /// Runs in which the test of the global fit chose extra terms.
+    flexible: u64,
+    /// What mass lines say.
+    mass_lines: String,
 }
 
 impl Comparison {
@@ -57,11 +61,22 @@ impl Comparison {
         run(Cli::parse_from(arguments), &mut output).expect("the wheel is measured");
         let bytes = printed.0.lock().unwrap().clone();
         let document: Value = serde_json::from_slice(&bytes).expect("a document");
-        let methods = document["sets"][0]["methods"].clone();
+        let set_found = &document["sets"][0];
+        let methods = set_found["methods"].clone();
+        let flexible = set_found["runs_with_flexible_mode"].as_u64().expect("a number of runs");
+        let mass_lines = document["mass_lines"].as_str().expect("a sentence").to_owned();
         for method in methods.as_array().expect("methods") {
             println!("| {set} {more:?} | {method} |");
         }
-        Self { methods, runs }
+        Self { methods, runs, flexible, mass_lines }
+    }
+
+    /// The bound that the errors are divided by, % of scale.
+    fn bound(&self) -> f64 {
+        let all = self.methods.as_array().expect("methods");
+        let of = all.iter().find(|method| method["name"] == "global fit").expect("an answer");
+        let number = |key: &str| of[key].as_f64().expect("a number");
+        number("error_percent") / number("over_bound")
     }
 
     fn figures(&self, name: &str) -> Figures {
@@ -109,8 +124,18 @@ fn every_method_is_as_good_as_it_can_be_and_its_intervals_hold() {
         all.check(name, limit, HOLDS);
     }
     // Structural damping does not fit, and is refused.
-    assert!(all.figures("DPPIM structural").unanswered > 0);
+    assert_eq!(all.figures("DPPIM structural").unanswered, all.runs as u64);
+    // The bound from M, C, K and the noise alone, computed apart from this program: 0.0489 % and for three forces 0.0667 %.
+    // The scatter of the modes' noise between runs moves it by less than 2 %.
+    assert!((all.bound() / 0.0489 - 1.0).abs() < 0.02, "{}", all.bound());
+    // The suspension reaches up to the band of the mass lines.
+    assert!(
+        all.mass_lines.contains("the highest suspension mode lies at 7.6"),
+        "{}",
+        all.mass_lines
+    );
     let three = Comparison::of("A", runs(200), &[]);
+    assert!((three.bound() / 0.0667 - 1.0).abs() < 0.02, "{}", three.bound());
     three.check("DPPIM", 3.4, HOLDS);
     three.check("combined", 1.10, HOLDS);
 }
@@ -122,4 +147,8 @@ fn with_a_tyre_the_global_fit_covers() {
     let modal = tyre.figures("Toivola-Nuutila");
     // Some per cent of the mass move with the frequency; five times the bound is seen.
     assert!(modal.ratio > 3.0, "{modal:?}");
+    // The test of fit finds the tyre in every run.
+    assert_eq!(tyre.flexible, tyre.runs as u64);
+    let refused = "the highest suspension mode lies at 7.6";
+    assert!(tyre.mass_lines.contains(refused), "{}", tyre.mass_lines);
 }

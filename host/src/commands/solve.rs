@@ -19,10 +19,10 @@ use crate::suspension::ModeChoice;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Reads UFF dataset 58, ASCII and binary: frequency responses of every hit DOF at every sensor of
-the layout. Weights are equal; band and terms are those of [test], else 10 to 120 Hz and A, B/s²,
-C s². The errors of placement are averaged over test.hits_per_dof hits. The method global-fit,
-which has to be asked for, fits body and suspension to all bins of the band: for objects whose
-suspension modes are near the band.
+the layout. Mass lines: equal weights, band and terms of [test], else 10 to 120 Hz and A, B/s²,
+C s². Suspension modes: those between 0.5 and 12.5 Hz, for objects whose mass line is hidden by
+them or by elastic modes. All methods that apply answer and are compared. [prior] is used by ml,
+global-fit and toivola-nuutila. Placement errors are averaged over test.hits_per_dof hits.
 
 Examples:
   massline solve frame.toml frame.uff

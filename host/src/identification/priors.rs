@@ -55,7 +55,12 @@ fn search(
         return vec![found];
     }
     let Some(estimate) = without(&|_| true) else { return Vec::new() };
-    let all = layout.priors.iter().filter_map(|prior| contradiction(prior, &estimate));
+    contradicted(&layout.priors, &estimate)
+}
+
+/// The priors that an answer contradicts which does not use them.
+pub(crate) fn contradicted(priors: &[Prior<f64>], without: &Estimate<f64>) -> Vec<Diagnostic> {
+    let all = priors.iter().filter_map(|prior| contradiction(prior, without));
     all.map(|(_, found)| found).collect()
 }
 

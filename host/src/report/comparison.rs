@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use massline_shared::body::INERTIAL_PARAMETERS;
-use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
+use massline_shared::layout::HostLayout;
 use nalgebra::SVector;
 use serde_json::{Value, json};
 
@@ -12,16 +12,29 @@ use crate::output::{align_right, table};
 use crate::suspension::Comparison;
 
 /// All answers with their standard deviations, the combined one, and whether they agree; empty for fewer than two.
-pub fn comparison_text(comparison: &Comparison, estimates: &[Estimate<f64>]) -> String {
-    let Some(agreement) = &comparison.agreement else { return String::new() };
-    let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
+pub fn comparison_text(
+    comparison: &Comparison,
+    estimates: &[Estimate<f64>],
+    layout: &HostLayout,
+) -> String {
+    if estimates.len() < 2 {
+        return String::new();
+    }
     let mut rows: Vec<Row> = estimates
         .iter()
-        .map(|estimate| (estimate.method.name(), estimate.theta(), estimate.sigma()))
+        .map(|estimate| {
+            let method = estimate.method;
+            let place = comparison.methods.iter().position(|of| *of == Some(method));
+            let propagated = place.and_then(|place| comparison.sigmas[place]);
+            (method.name(), estimate.theta(), estimate.sigma().or(propagated))
+        })
         .collect();
-    rows.push(("combined", agreement.theta, Some(sigma)));
+    if let Some(agreement) = &comparison.agreement {
+        let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
+        rows.push(("combined", agreement.theta, Some(sigma)));
+    }
     let tables: String = [0..4, 4..10].map(|columns| table_of(&rows, columns)).concat();
-    format!("all methods on the same data\n{tables}{}\n", verdict(comparison, agreement))
+    format!("all methods on the same data\n{tables}{}\n", verdict(comparison, layout))
 }
 
 /// Name, values and standard deviations.
@@ -52,8 +65,17 @@ fn short(value: f64) -> String {
 }
 
 /// Whether the methods agree, or which one is off.
-fn verdict(comparison: &Comparison, agreement: &Agreement<f64>) -> String {
-    let name = |place: usize| comparison.methods.get(place).map_or("a method", |m| m.name());
+fn verdict(comparison: &Comparison, layout: &HostLayout) -> String {
+    if comparison.flexible {
+        return "a flexible mode above the band moves the apparent mass, which only the global fit takes into account: \
+                rely on it; the others are off by about their distance from it"
+            .into();
+    }
+    let Some(agreement) = &comparison.agreement else {
+        return "the methods cannot be compared: the uncertainty of their differences is not known"
+            .into();
+    };
+    let name = |place: usize| method_at(comparison, place).map_or("a method", Method::name);
     let largest = agreement.pairs.iter().max_by(|a, b| {
         let size = |d: &massline_shared::identify::agreement::Difference<f64>| {
             (d.significant, d.difference.abs() / (d.sigma + f64::MIN_POSITIVE))
@@ -75,7 +97,7 @@ fn verdict(comparison: &Comparison, agreement: &Agreement<f64>) -> String {
         (false, Some(outlier)) => format!(
             "{} is off: {difference}; {}. It is left out of the combined answer",
             name(outlier),
-            comparison.methods.get(outlier).map_or("", |method| reason(*method)),
+            method_at(comparison, outlier).map_or("", |method| reason(method, layout)),
         ),
         (false, None) => format!(
             "the methods disagree: {difference}; the combined standard deviations include the differences between the \
@@ -84,9 +106,18 @@ fn verdict(comparison: &Comparison, agreement: &Agreement<f64>) -> String {
     }
 }
 
+fn method_at(comparison: &Comparison, place: usize) -> Option<Method> {
+    comparison.methods.get(place).copied().flatten()
+}
+
 /// What puts a method off while the others agree.
-fn reason(method: Method) -> &'static str {
+fn reason(method: Method, layout: &HostLayout) -> &'static str {
+    let uses_priors =
+        matches!(method, Method::ToivolaNuutila | Method::GlobalFit | Method::MaximumLikelihood);
     match method {
+        _ if uses_priors && !layout.priors.is_empty() => {
+            "it uses [prior], which the others do not: check the values there"
+        }
         Method::ToivolaNuutila | Method::ContiBretl => {
             "modal methods are off when a mode is missing, complex or mixed with its neighbour"
         }
@@ -107,9 +138,18 @@ fn reason(method: Method) -> &'static str {
 }
 
 /// The comparison as JSON; `null` for fewer than two answers.
-pub fn comparison_json(comparison: &Comparison) -> Value {
-    let Some(agreement) = &comparison.agreement else { return Value::Null };
-    let name = |place: usize| comparison.methods.get(place).map(|method| method.name());
+pub fn comparison_json(comparison: &Comparison, layout: &HostLayout) -> Value {
+    if comparison.methods.iter().flatten().count() < 2 {
+        return Value::Null;
+    }
+    let name = |place: usize| method_at(comparison, place).map(Method::name);
+    let Some(agreement) = &comparison.agreement else {
+        let verdict = verdict(comparison, layout);
+        let none = Value::Null;
+        return json!({
+            "agree": false, "off": none, "verdict": verdict, "combined": none, "pairs": [],
+        });
+    };
     let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
     let of_ten = |values: &SVector<f64, 10>| {
         let names = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.name.to_owned());
@@ -118,7 +158,7 @@ pub fn comparison_json(comparison: &Comparison) -> Value {
     json!({
         "agree": agreement.agrees(),
         "off": agreement.outlier.and_then(name),
-        "verdict": verdict(comparison, agreement),
+        "verdict": verdict(comparison, layout),
         "combined": {
             "value": of_ten(&agreement.theta),
             "sigma": of_ten(&sigma),

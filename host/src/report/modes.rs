@@ -2,9 +2,10 @@
 
 use comfy_table::Table;
 use massline_shared::layout::HostLayout;
-use nalgebra::{Vector3, Vector6};
+use massline_shared::modes::SUSPENSION_MODES;
 use serde_json::{Value, json};
 
+use super::where_to_hit::{better_hit, new_direction};
 use crate::output::{align_right, table};
 use crate::suspension::{ModeRow, OrderRow, PoleRow, SuspensionModes};
 
@@ -12,8 +13,6 @@ use crate::suspension::{ModeRow, OrderRow, PoleRow, SuspensionModes};
 const ABOVE_SUSPENSION: f64 = 3.0;
 /// Length of the longest bar, characters.
 const BAR: f64 = 5.0;
-/// Share of the largest possible Norm Indicator below which the hits hardly show a mode.
-const HARDLY: f64 = 0.2;
 
 /// Frequencies, damping ratios and Norm Indicators: one row per mode, then what follows from them.
 pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayout) -> String {
@@ -44,7 +43,19 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
         );
     }
     for (place, row) in modes.rows.iter().enumerate() {
-        text += &remedy(place, row, layout);
+        if let Some((share, dof)) = better_hit(row, layout) {
+            text += &format!(
+                "mode {} hardly shows under any hit ({:.0} % of what is possible): hit {dof}\n",
+                place + 1,
+                100.0 * share
+            );
+        }
+    }
+    let missing = SUSPENSION_MODES.saturating_sub(modes.rows.len());
+    if let (1.., Some(dof)) = (missing, new_direction(layout)) {
+        text += &format!(
+            "{missing} of the six modes do not show: hit {dof}, a force unlike those of the hits so far\n"
+        );
     }
     text
 }
@@ -98,34 +109,6 @@ fn indicators(modes: &SuspensionModes, layout: &HostLayout) -> Table {
         all.add_row(std::iter::once(hit.dof.to_string()).chain(cells));
     }
     all
-}
-
-/// Where to hit for a mode that no hit shows well: a point of the layout and an axis along which it moves.
-fn remedy(place: usize, row: &ModeRow, layout: &HostLayout) -> String {
-    let shown = row.norm_indicators.iter().copied().fold(0.0, f64::max);
-    let nodes = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
-    let nodes = nodes.chain(layout.hits.iter().map(|hit| (hit.dof.node, hit.position)));
-    let size = balanced_norm(&row.shape, layout.characteristic_length());
-    let along = |(node, point): (u16, [f64; 3])| {
-        let turned = row.shape.fixed_rows::<3>(3).cross(&Vector3::from(point));
-        let motion = row.shape.fixed_rows::<3>(0) + turned;
-        let axis = motion.iamax();
-        (size * motion[axis].abs(), format!("{node}:+{}", ["X", "Y", "Z"][axis]))
-    };
-    let best = nodes.map(along).max_by(|a, b| a.0.total_cmp(&b.0));
-    match best {
-        Some((possible, dof)) if shown < HARDLY * possible => format!(
-            "mode {} hardly shows under any hit ({:.0} % of what is possible): hit {dof}\n",
-            place + 1,
-            100.0 * shown / possible
-        ),
-        _ => String::new(),
-    }
-}
-
-fn balanced_norm(shape: &Vector6<f64>, length: f64) -> f64 {
-    let square = |(i, v): (usize, &f64)| if i < 3 { v * v } else { (v * length).powi(2) };
-    shape.iter().enumerate().map(square).sum::<f64>().sqrt()
 }
 
 /// The modes as JSON.

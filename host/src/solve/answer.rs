@@ -2,6 +2,7 @@
 
 use massline_shared::Responses;
 use massline_shared::diagnosis::Diagnostic;
+use massline_shared::identify::global_fit::GlobalFitSolution;
 use massline_shared::identify::{DofMassLines, Estimate, MassLines};
 use massline_shared::layout::{HOST_SENSORS, HostLayout};
 use serde_json::{Value, json};
@@ -10,10 +11,11 @@ use super::suspension::ModalPart;
 use super::{MassLinePart, ReferencePoint};
 use crate::identification::Identification;
 use crate::report::{
-    self, Truth, comparison_json, comparison_text, message_in, modes_json, modes_text,
+    self, Truth, comparison_json, comparison_text, global_fit_json, global_fit_text, message_in,
+    modes_json, modes_text,
 };
 use crate::single_fault::Examination;
-use crate::suspension::{Comparison, SuspensionModes};
+use crate::suspension::{Comparison, SuspensionModes, warn_of_flexible_mode};
 
 /// Most answers that are printed whole.
 const SHOWN_WHOLE: usize = 2;
@@ -45,6 +47,8 @@ pub struct FrfSolution {
     pub band_hz: Option<[f64; 2]>,
     /// The suspension modes and the band they were found in, Hz.
     pub modes: Option<(SuspensionModes, [f64; 2])>,
+    /// What the global fit found besides the ten properties.
+    pub global_fit: Option<GlobalFitSolution<f64>>,
     /// What all methods say together.
     pub comparison: Comparison,
     /// Diagnostics of the mass lines and the modes.
@@ -74,6 +78,7 @@ impl FrfSolution {
             reference_point,
             band_hz: None,
             modes: None,
+            global_fit: None,
             comparison: Comparison::default(),
             diagnostics: Vec::new(),
             layout_hash,
@@ -97,6 +102,10 @@ impl FrfSolution {
             all.identification.estimates.extend(solution.estimates);
             all.identification.not_applicable.extend(solution.not_applicable);
             all.identification.sort();
+            if let Some(global) = &solution.global {
+                warn_of_flexible_mode(&mut all.identification.estimates, global, &all.layout);
+            }
+            all.global_fit = solution.global;
             all.diagnostics.extend(diagnostics);
             all.modes = Some((solution.modes, band_hz));
             all.comparison = solution.comparison;
@@ -141,7 +150,8 @@ impl FrfSolution {
             .modes
             .as_ref()
             .map_or(Value::Null, |(modes, band)| modes_json(modes, *band, &self.layout));
-        value["agreement"] = comparison_json(&self.comparison);
+        value["global_fit"] = self.global_fit.as_ref().map_or(Value::Null, global_fit_json);
+        value["agreement"] = comparison_json(&self.comparison, &self.layout);
         value["cannot_see"] = report::cannot_see_json(&self.cannot_see());
         value
     }
@@ -155,7 +165,10 @@ impl FrfSolution {
         if let Some((modes, band)) = &self.modes {
             text += &modes_text(modes, *band, &self.layout);
         }
-        text += &comparison_text(&self.comparison, &self.identification.estimates);
+        if let Some(global) = &self.global_fit {
+            text += &global_fit_text(global);
+        }
+        text += &comparison_text(&self.comparison, &self.identification.estimates, &self.layout);
         if let Some(examination) = &self.examination {
             text += &examination.to_text(&self.layout);
         }

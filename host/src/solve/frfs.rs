@@ -49,6 +49,9 @@ impl LinesOfBand {
     }
 }
 
+/// The bins of a mass line reach over at least this ratio of frequencies, where the band does.
+const OCTAVE: f64 = 2.0;
+
 /// One frequency response, with its sign corrected to the layout's directions.
 struct Response {
     name: String,
@@ -80,6 +83,7 @@ impl LayoutResponses {
             Some(band) => band,
             None => self.find_band(decay)?,
         };
+        self.check_reach(band_hz)?;
         let correlation = self.correlation(decay);
         let terms = layout.test.terms;
         let fitting = Fitting { band: band_hz, decay, terms, correlation, lag_sigma: 0.0 };
@@ -106,6 +110,26 @@ impl LayoutResponses {
             all.diagnostics.push(Diagnostic::whole(code, Severity::Warning, value));
         }
         Ok(all)
+    }
+
+    /// Refuses responses of which only a corner lies in a wide band: the terms of the mass line are then not told apart.
+    fn check_reach(&self, band_hz: [f64; 2]) -> Result<()> {
+        let [low, high] = band_hz;
+        for response in self.hits.iter().flatten() {
+            let inside =
+                || response.points.iter().map(|(f, _)| *f).filter(|f| low <= *f && *f <= high);
+            let ends = inside().next().zip(inside().next_back());
+            let Some((first, last)) = ends.filter(|_| high >= OCTAVE * low) else { continue };
+            if last < OCTAVE * first {
+                let text = format!(
+                    "the frequency response of {} (dataset {}) has bins only from {first} to {last} Hz of the mass \
+                     lines' band, {low} to {high} Hz; change test.band_hz or export bins over at least an octave of it",
+                    response.name, response.dataset
+                );
+                return Err(Error::input("band_too_narrow", text));
+            }
+        }
+        Ok(())
     }
 
     /// All bins of the band.
@@ -220,6 +244,13 @@ fn response(
     let sign = sign(function.response) * sign(function.reference) * hit.sign.factor();
     let (name, dataset) = (name(sensor.node, axis, hit), function.dataset);
     let points = points(&frf, sign);
+    if points.iter().all(|(_, h)| h.norm_sqr() == 0.0) {
+        let message = format!(
+            "the frequency response of {name} (dataset {dataset}) is zero at every line: its channel is dead; check the \
+             cable, or take the sensor or the hit out of the layout"
+        );
+        return Err(Error::input("channel_dead", message));
+    }
     match points.iter().find(|(f, h)| !(f.is_finite() && is_finite(h))) {
         None => Ok(Response { name, dataset, points }),
         Some((f, _)) => {

@@ -1,18 +1,24 @@
 //! The suspension modes of a universal file, and the methods that use them.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
-use massline_shared::identify::{Method, toivola_nuutila};
+use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
+use massline_shared::modes::MOST_FORCES;
 
 use super::frfs::{LayoutResponses, LinesOfBand};
 use super::suspension_lines::FEWEST_LINES;
 use super::{Options, first_error, undetermined};
-use crate::identification::Selection;
-use crate::report::message_in;
+use crate::identification::{Selection, contradicted};
+use crate::report::{message_in, new_direction};
 use crate::suspension::{
-    MassLineAnswers, ModalSettings, SuspensionModes, SuspensionSolution, find_modes, modes, solve,
+    FirstLook, MassLineAnswers, ModalSettings, ModeChoice, SuspensionModes, SuspensionSolution,
+    find_modes, modes, solve,
 };
 use crate::{Error, Result};
+
+/// Methods that do not use the priors of a layout, the best first.
+const NO_PRIORS: [Method; 4] =
+    [Method::ContiBretl, Method::Dppim, Method::DppimStructural, Method::ModalConstant];
 
 /// The answers from the suspension modes.
 pub(super) struct ModalPart {
@@ -22,33 +28,28 @@ pub(super) struct ModalPart {
     pub(super) diagnostics: Vec<Diagnostic>,
 }
 
-/// The lines of the suspension band, and the modes that a first look shows.
+/// The lines of the suspension band, and what a first look at them shows.
 pub(super) struct Look {
     all: LinesOfBand,
-    /// Frequencies, Hz, and damping ratios.
-    modes: Vec<(f64, f64)>,
+    first: FirstLook,
 }
 
 impl Look {
-    /// The frequency of the highest mode, Hz, when at least five show.
+    /// The frequency of the highest mode that is excited well, Hz.
     pub(super) fn highest_hz(&self) -> Option<f64> {
-        let enough = self.modes.len() >= toivola_nuutila::FEWEST_MODES;
-        self.modes.last().map(|(frequency, _)| *frequency).filter(|_| enough)
+        self.first.highest_hz
     }
 }
 
-/// Looks for the suspension modes; `None` when no method that uses them is wanted, or when the file has no lines for them
-/// and none was asked for by name.
+/// Looks for the suspension modes, which mass lines have to keep clear of; `None` when the file has no lines for them and
+/// no method that uses them was asked for by name.
 pub(super) fn look(
     layout: &HostLayout,
     responses: &LayoutResponses,
     options: &Options,
     wanted: &[Method],
 ) -> Option<Result<Look>> {
-    if wanted.is_empty() {
-        return None;
-    }
-    let named = matches!(options.selection, Selection::Only(_));
+    let named = matches!(options.selection, Selection::Only(_)) && !wanted.is_empty();
     let band = options.suspension_band_hz;
     let all = match responses.spectrum_bins(layout, band, options.decay) {
         Ok(lines) => lines,
@@ -64,10 +65,10 @@ pub(super) fn look(
         let error = Error::undetermined(Code::SuspensionModesMissing.name(), text);
         return named.then_some(Err(error));
     }
-    let modes = all.thinned().responses().and_then(|responses| {
+    let first = all.thinned().responses().and_then(|responses| {
         find_modes(layout, &responses, all.record_s()).map_err(|found| said(layout, &found))
     });
-    Some(modes.map(|modes| Look { all, modes }))
+    Some(first.map(|first| Look { all, first }))
 }
 
 /// Solves what a look has shown. `answers` are those of other methods to the same test.
@@ -79,12 +80,21 @@ pub(super) fn part(
     answers: Option<&MassLineAnswers<'_>>,
     progress: impl FnMut(u32, u32),
 ) -> Result<ModalPart> {
+    let too_many = layout.hits.len() > MOST_FORCES;
+    if options.mode_choice == ModeChoice::BestForce && too_many {
+        let text = format!(
+            "--shapes best takes each shape from one hit, of at most {MOST_FORCES}; the layout has {}: choose some with \
+             --hits",
+            layout.hits.len()
+        );
+        return Err(Error::input("too_many_hits", text));
+    }
     let settings = ModalSettings {
         choice: options.mode_choice,
         lines: options.lines,
         named: matches!(options.selection, Selection::Only(_)),
     };
-    let chosen = look.all.about(&look.modes);
+    let chosen = look.all.about(&look.first.modes);
     let solution = solve(layout, &chosen.responses()?, wanted, settings, answers, progress)
         .map_err(|found| said(layout, &found))?;
     if let (true, Some((_, reasons))) =
@@ -93,6 +103,9 @@ pub(super) fn part(
         return Err(said(layout, reasons));
     }
     let mut diagnostics = solution.modes.diagnostics.clone();
+    let without_priors = solution.estimates.iter().find(|e| NO_PRIORS.contains(&e.method));
+    diagnostics.extend(without_priors.iter().flat_map(|e| contradicted(&layout.priors, e)));
+    diagnostics.extend(look.first.diagnostics.iter().copied());
     diagnostics.extend(gap(look));
     Ok(ModalPart { solution, band_hz: options.suspension_band_hz, diagnostics })
 }
@@ -107,9 +120,10 @@ pub(super) fn modes_alone(
     let named = Options { selection: Selection::Only(Method::ToivolaNuutila), ..*options };
     let look = look(layout, responses, &named, &[Method::ToivolaNuutila]);
     let look = look.unwrap_or_else(|| Err(undetermined()))?;
-    let chosen = look.all.about(&look.modes);
+    let chosen = look.all.about(&look.first.modes);
     let mut modes =
         modes(layout, &chosen.responses()?, progress).map_err(|found| said(layout, &found))?;
+    modes.diagnostics.extend(look.first.diagnostics.iter().copied());
     modes.diagnostics.extend(gap(&look));
     Ok(modes)
 }
@@ -120,6 +134,21 @@ fn gap(look: &Look) -> Option<Diagnostic> {
     Some(Diagnostic::whole(Code::FrequencyGap, Severity::Warning, begin as f32))
 }
 
+/// The errors of a method, and which hit would show what is missing.
 fn said(layout: &HostLayout, found: &[Diagnostic]) -> Error {
-    first_error(found, |d| message_in(d, layout)).unwrap_or_else(undetermined)
+    let error = first_error(found, |d| message_in(d, layout)).unwrap_or_else(undetermined);
+    let more_hits = [
+        Code::SuspensionModesMissing,
+        Code::SixModesNeeded,
+        Code::ResponsesDoNotSpanSix,
+        Code::PropertyUndetermined,
+    ];
+    let missing = found.iter().any(|d| more_hits.contains(&d.code));
+    match (error, new_direction(layout).filter(|_| missing)) {
+        (Error::Undetermined { code, message }, Some(dof)) => Error::undetermined(
+            code,
+            format!("{message}; a hit at {dof} would be a force unlike those of the hits so far"),
+        ),
+        (error, _) => error,
+    }
 }

@@ -69,9 +69,23 @@ impl GlobalAnswer {
                 }
             }
         }
-        if let Some(shift) = perturbation.source.and_then(|source| self.nuisances.get(source)) {
-            theta += shift;
+        if let Some(source) = perturbation.source {
+            theta += match self.nuisances.get(source) {
+                Some(shift) => *shift,
+                // The priors come last.
+                None => self.shift_of_prior(fit.layout(), source - self.nuisances.len()),
+            };
         }
         theta
+    }
+
+    /// What a prior that is higher by one standard deviation does to the answer: the covariance with the property over
+    /// that standard deviation.
+    fn shift_of_prior(&self, layout: &HostLayout, place: usize) -> SVector<f64, 10> {
+        let covariance = self.solution.estimate.covariance;
+        let shift = layout.priors.get(place).zip(covariance).map(|(prior, covariance)| {
+            covariance.column(usize::from(prior.property)) / prior.sigma
+        });
+        shift.unwrap_or_default()
     }
 }

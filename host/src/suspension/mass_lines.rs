@@ -12,8 +12,10 @@ use nalgebra::SVector;
 const FIRST_PLACE: usize = 1 << 24;
 
 /// Mass lines that methods have answered.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct MassLineAnswers<'a> {
+    /// The layout with the error budget that the best answer has learned.
+    pub budget: HostLayout,
     /// The mass lines.
     pub lines: &'a [DofMassLines<f64, HOST_SENSORS>],
     /// How the equations of inertia restraint are weighted.
@@ -38,11 +40,7 @@ impl MassLineAnswers<'_> {
             }
             Method::MaximumLikelihood => {
                 let own = self.estimates.iter().find(|estimate| estimate.method == method)?;
-                let mut layout = layout.clone();
-                if let Some(learned) = &own.learned {
-                    learned.scales.apply_to(&mut layout);
-                }
-                refined(&layout, &lines, &own.body)
+                refined(layout, &lines, &own.body)
             }
             _ => None,
         }

@@ -1,33 +1,39 @@
 //! The methods that use the suspension modes, on the frequency responses of a test: all of them at once, their
 //! uncertainty and their agreement.
 
+mod deviations;
 mod global;
 mod mass_lines;
+mod methods;
 mod modes;
 mod reciprocity;
+mod rigidity;
+mod survey;
 
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use massline_shared::identify::agreement::{Agreement, Propagation, propagate};
+use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::global_fit::GlobalFitSolution;
-use massline_shared::identify::suspension::{Answer, SuspensionFit, mode_findings, truncated_mode};
-use massline_shared::identify::{Estimate, METHODS, Method, Observable, Perturbation};
+use massline_shared::identify::suspension::{
+    SuspensionFit, mode_findings, truncated_mode, undetermined_property,
+};
+use massline_shared::identify::toivola_nuutila::FEWEST_MODES;
+use massline_shared::identify::{Estimate, METHODS, Method, Observable};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
-use massline_shared::modes::{LinesPerSide, Modes, Reduction};
+use massline_shared::modes::{LinesPerSide, Reduction};
 use nalgebra::SVector;
 
 pub use global::GlobalAnswer;
 pub use mass_lines::MassLineAnswers;
+pub use methods::{Answered, ModeChoice, Variant, answered};
 pub use modes::{ModeRow, OrderRow, PoleRow, SuspensionModes};
 pub use reciprocity::reciprocity_of_mass_lines;
+use rigidity::not_rigid;
+pub use survey::{Asked, Survey};
 
 /// A fit with the capacity of the host.
 pub type HostFit<'a> = SuspensionFit<'a, f64, HOST_SENSORS, HOST_HITS>;
-
-/// The two forms of the direct method: when one fits worse than the other by this factor, it has no answer unless it is
-/// asked for.
-const CLEARLY_WORSE: f64 = 1.2;
 
 /// How the suspension modes are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,37 +44,6 @@ pub struct ModalSettings {
     pub lines: LinesPerSide,
     /// The user has asked for one method by its name.
     pub named: bool,
-}
-
-/// A method with a choice of modes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Variant {
-    /// The method.
-    pub method: Method,
-    /// The modes.
-    pub choice: ModeChoice,
-}
-
-/// The modes that a method gets.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ModeChoice {
-    /// All suspension modes, with shapes from all forces.
-    #[default]
-    All,
-    /// The five of lowest frequency.
-    Five,
-    /// All of them, each with its shape from the force that shows it best.
-    BestForce,
-}
-
-impl ModeChoice {
-    fn of(self, modes: &Modes<f64>, memory: &Reduction<f64>) -> Option<Modes<f64>> {
-        match self {
-            Self::All => Some(modes.clone()),
-            Self::Five => Some(modes.clone().first(5)),
-            Self::BestForce => modes.of_best_forces(&memory.responses()),
-        }
-    }
 }
 
 /// The answers of all methods to a test.
@@ -82,17 +57,21 @@ pub struct SuspensionSolution {
     pub not_applicable: Vec<(Method, Diagnostics)>,
     /// What all methods say together.
     pub comparison: Comparison,
-    /// The global fit, where it has an answer.
+    /// The global fit, where it has an answer, also if it was not asked for.
     pub global: Option<GlobalFitSolution<f64>>,
 }
 
 /// What all methods say together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
-    /// The methods that were compared.
-    pub methods: Vec<Method>,
-    /// How they agree; `None` with fewer than two of them.
+    /// The methods with an answer, by their places in the agreement.
+    pub methods: [Option<Method>; METHODS],
+    /// Standard deviations of their answers under the same changes of data and layout, at the same places.
+    pub sigmas: [Option<SVector<f64, 10>>; METHODS],
+    /// How they agree; `None` with fewer than two of them, and where they are known to differ.
     pub agreement: Option<Agreement<f64>>,
+    /// A flexible mode above the band, which only the global fit takes into account.
+    pub flexible: bool,
 }
 
 /// Solves the readings of the suspension band by these methods; any that do not use the suspension modes are left out.
@@ -109,9 +88,20 @@ pub fn solve(
     mass_lines: Option<&MassLineAnswers<'_>>,
     progress: impl FnMut(u32, u32),
 ) -> Result<SuspensionSolution, Diagnostics> {
+    // Sensors and hits have the errors that the mass lines have shown, where there are any.
+    let layout = mass_lines.map_or(layout, |of| &of.budget);
     let mut memory = Box::new(Reduction::new());
     let fit = HostFit::new(layout, readings, &mut memory)?.with_lines(settings.lines);
-    let findings = findings(&fit, readings, &memory);
+    let mut findings = findings(&fit, readings, &memory);
+    if layout.gravity.is_none() && layout.sensors.iter().any(|sensor| sensor.senses_gravity) {
+        findings.push(Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0));
+    }
+    if let Some(found) = not_rigid(&fit, readings) {
+        if found.is_error() {
+            return Err(Diagnostics::from_array([found]));
+        }
+        findings.push(found);
+    }
     // The modal answers are where the global fit starts, also when it is the only method that is wanted.
     let modal = Method::ALL.into_iter().filter(|m| m.entry().observes == Observable::Suspension);
     let variants: Vec<Variant> =
@@ -121,12 +111,16 @@ pub fn solve(
     let start = answers.first().map(|(_, answer)| answer.body);
     answers.retain(|(variant, _)| wanted.contains(&variant.method));
     not_applicable.retain(|(method, _)| wanted.contains(method));
+    // The global fit also tells the other methods whether a flexible mode is near.
+    let mut not_wanted = None;
     let mut global = None;
-    if wanted.contains(&Method::GlobalFit) {
-        match global_fit(layout, &fit, readings, start.as_ref()) {
-            Ok(found) => global = Some(found),
-            Err(reasons) => not_applicable.insert(0, (Method::GlobalFit, reasons)),
+    match global_fit(layout, &fit, readings, start.as_ref()) {
+        Ok(found) if wanted.contains(&Method::GlobalFit) => global = Some(found),
+        Ok(found) => not_wanted = Some(found.solution),
+        Err(reasons) if wanted.contains(&Method::GlobalFit) => {
+            not_applicable.insert(0, (Method::GlobalFit, reasons));
         }
+        Err(_) => {}
     }
     let mut asked: Vec<Asked<'_>> = global.iter().map(Asked::Global).collect();
     let first = asked.len();
@@ -142,32 +136,48 @@ pub fn solve(
     } else {
         Survey::of(layout, Some(&fit), &asked, &mut memory, progress)
     };
-    let mut estimates: Vec<Estimate<f64>> =
-        global.iter().map(|found| found.solution.estimate.clone()).collect();
+    let mut estimates: Vec<(usize, Estimate<f64>)> =
+        global.iter().map(|found| (0, found.solution.estimate.clone())).collect();
+    let length = layout.characteristic_length();
     for (place, (variant, answer)) in answers.iter().enumerate() {
-        estimates.push(survey.estimate(first + place, variant, answer));
+        match survey.estimate(first + place, variant, answer, length) {
+            Ok(estimate) => estimates.push((first + place, estimate)),
+            Err(reasons) => not_applicable.push((variant.method, reasons)),
+        }
     }
-    let flexible = global.as_ref().filter(|found| found.solution.extra_terms > 0);
-    if let Some(found) = flexible {
-        warn_of_flexible_mode(&mut estimates, &found.solution.estimate, layout);
-    }
+    let flexible = global.as_ref().is_some_and(|found| found.solution.extra_terms > 0);
+    let mut compared: Vec<(usize, &Estimate<f64>)> =
+        estimates.iter().map(|(place, estimate)| (*place, estimate)).collect();
+    compared.extend((first + answers.len()..).zip(others));
     let mut thetas = [None; METHODS];
-    for (to, estimate) in thetas.iter_mut().zip(estimates.iter().chain(others)) {
+    let (mut methods, mut sigmas) = ([None; METHODS], [None; METHODS]);
+    for (place, estimate) in compared {
+        methods[place] = Some(estimate.method);
+        sigmas[place] = survey.sigma(place);
         // With a flexible mode above the band the other methods are known to be off.
-        *to = flexible.is_none().then(|| estimate.theta());
+        thetas[place] = (!flexible).then(|| estimate.theta());
     }
-    let methods = estimates.iter().chain(others).map(|estimate| estimate.method).collect();
     Ok(SuspensionSolution {
         modes: SuspensionModes::new(&fit, &survey, findings),
-        comparison: Comparison { methods, agreement: survey.agreement(&thetas) },
-        estimates,
+        comparison: Comparison { methods, sigmas, agreement: survey.agreement(&thetas), flexible },
+        estimates: estimates.into_iter().map(|(_, estimate)| estimate).collect(),
         not_applicable,
-        global: global.map(|found| found.solution),
+        global: global.map(|found| found.solution).or(not_wanted),
     })
 }
 
-/// Frequencies, Hz, and damping ratios of the suspension modes that a first look at the readings shows; the records are
-/// taken to be this long, s, unless they had an exponential window.
+/// What a first look at the readings shows.
+#[derive(Clone, Debug)]
+pub struct FirstLook {
+    /// Frequencies, Hz, and damping ratios of the suspension modes.
+    pub modes: Vec<(f64, f64)>,
+    /// The frequency of the highest of them that the hits excite well, Hz, when there are enough for an answer.
+    pub highest_hz: Option<f64>,
+    /// A warning about records that end too early.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Looks for suspension modes in readings whose records are taken to be this long, s.
 ///
 /// # Errors
 /// Those of [`SuspensionFit::new`], and `record_too_short_for_damping`.
@@ -175,16 +185,28 @@ pub fn find_modes(
     layout: &HostLayout,
     readings: &FrequencyResponses<'_, f64>,
     record_s: f64,
-) -> Result<Vec<(f64, f64)>, Diagnostics> {
-    let fit = HostFit::new(layout, readings, &mut Reduction::new())?;
-    let truncated = truncated_mode(fit.modes(), record_s).filter(|_| readings.decay == 0.0);
-    if let Some((place, left)) = truncated {
-        let subject = Subject::mode(place);
-        let reason = Diagnostic::about(Code::RecordTooShort, Severity::Error, subject, left as f32);
-        return Err(Diagnostics::from_array([reason]));
+) -> Result<FirstLook, Diagnostics> {
+    let mut memory = Box::new(Reduction::new());
+    let fit = HostFit::new(layout, readings, &mut memory)?;
+    let truncated = truncated_mode(fit.modes(), record_s, readings.decay);
+    if let Some(error) = truncated.filter(Diagnostic::is_error) {
+        return Err(Diagnostics::from_array([error]));
     }
-    let modes = fit.modes().modes.iter();
-    Ok(modes.map(|mode| (mode.frequency_hz, mode.damping_ratio)).collect())
+    let found = fit.modes().modes.iter();
+    let modes: Vec<_> = found.map(|mode| (mode.frequency_hz, mode.damping_ratio)).collect();
+    let findings = mode_findings(fit.modes(), &memory.responses());
+    let poor = |place: usize| {
+        let subject = Subject::mode(place);
+        findings.iter().any(|d| d.code == Code::ModePoorlyExcited && d.subject == subject)
+    };
+    let excited: Vec<f64> = modes
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| !poor(*place))
+        .map(|(_, (frequency, _))| *frequency)
+        .collect();
+    let highest_hz = excited.last().copied().filter(|_| excited.len() >= FEWEST_MODES);
+    Ok(FirstLook { modes, highest_hz, diagnostics: truncated.into_iter().collect() })
 }
 
 /// The suspension modes with their uncertainty, without any method.
@@ -215,19 +237,23 @@ fn findings(
 }
 
 /// How the answers to mass lines alone agree.
-pub fn compare(layout: &HostLayout, answers: &MassLineAnswers<'_>) -> Comparison {
-    let methods: Vec<Method> = answers.estimates.iter().map(|estimate| estimate.method).collect();
-    if methods.len() < 2 {
-        return Comparison { methods, agreement: None };
+pub fn compare(answers: &MassLineAnswers<'_>) -> Comparison {
+    let (mut methods, mut thetas) = ([None; METHODS], [None; METHODS]);
+    let mut sigmas = [None; METHODS];
+    for (place, estimate) in answers.estimates.iter().enumerate() {
+        methods[place] = Some(estimate.method);
+        thetas[place] = Some(estimate.theta());
+    }
+    if answers.estimates.len() < 2 {
+        return Comparison { methods, ..Comparison::default() };
     }
     let asked: Vec<Asked<'_>> =
-        methods.iter().map(|&method| Asked::MassLines(method, answers)).collect();
-    let survey = Survey::of(layout, None, &asked, &mut Reduction::new(), |_, _| ());
-    let mut thetas = [None; METHODS];
-    for (to, estimate) in thetas.iter_mut().zip(answers.estimates) {
-        *to = Some(estimate.theta());
+        methods.iter().flatten().map(|&method| Asked::MassLines(method, answers)).collect();
+    let survey = Survey::of(&answers.budget, None, &asked, &mut Reduction::new(), |_, _| ());
+    for (place, sigma) in sigmas.iter_mut().enumerate().take(answers.estimates.len()) {
+        *sigma = survey.sigma(place);
     }
-    Comparison { methods, agreement: survey.agreement(&thetas) }
+    Comparison { methods, sigmas, agreement: survey.agreement(&thetas), flexible: false }
 }
 
 /// The global fit from a modal answer.
@@ -237,170 +263,47 @@ fn global_fit(
     readings: &FrequencyResponses<'_, f64>,
     start: Option<&RigidBody<f64>>,
 ) -> Result<GlobalAnswer, Diagnostics> {
-    let Some(start) = start else {
-        let count = fit.modes().modes.len() as f32;
-        let reason = Diagnostic::whole(Code::SuspensionModesMissing, Severity::Error, count);
-        return Err(Diagnostics::from_array([reason]));
+    let count = fit.modes().modes.len();
+    let few = || {
+        let code = Code::SuspensionModesMissing;
+        Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, count as f32)])
     };
-    GlobalAnswer::of(layout, readings, start)
+    let start = start.filter(|_| count > 0).ok_or_else(few)?;
+    let found = GlobalAnswer::of(layout, readings, start)
+        .map_err(|reasons| if count < FEWEST_MODES { few() } else { reasons })?;
+    let estimate = &found.solution.estimate;
+    let length = layout.characteristic_length();
+    let undetermined =
+        estimate.sigma().and_then(|sigma| undetermined_property(&estimate.theta(), &sigma, length));
+    match undetermined {
+        None => Ok(found),
+        Some(_) if count < FEWEST_MODES => Err(few()),
+        Some((property, share)) => Err(refusal_of_property(property, share)),
+    }
 }
 
-/// Warns every other method of a flexible mode above the band, with the largest distance of its answer from the global
-/// fit's, in parts of scale.
-fn warn_of_flexible_mode(
+/// The refusal of an answer that says next to nothing about a property.
+fn refusal_of_property(property: usize, share: f64) -> Diagnostics {
+    let (code, subject) = (Code::PropertyUndetermined, Subject::property(property));
+    let reason = Diagnostic::about(code, Severity::Error, subject, share as f32);
+    Diagnostics::from_array([reason])
+}
+
+/// Warns every other method of a flexible mode above the band where the global fit has found one, with the largest
+/// distance of its answer from the global fit's, in parts of scale.
+pub fn warn_of_flexible_mode(
     estimates: &mut [Estimate<f64>],
-    global: &Estimate<f64>,
+    global: &GlobalFitSolution<f64>,
     layout: &HostLayout,
 ) {
-    let scale = scale(global.body.mass, layout.characteristic_length());
+    if global.extra_terms == 0 {
+        return;
+    }
+    let scale = scale(global.estimate.body.mass, layout.characteristic_length());
     for estimate in estimates.iter_mut().filter(|e| e.method != Method::GlobalFit) {
-        let off = (estimate.theta() - global.theta()).component_div(&scale).amax();
+        let off = (estimate.theta() - global.estimate.theta()).component_div(&scale).amax();
         let code = Code::FlexibleModeAboveBand;
         // There is room for sixteen diagnostics; any others are dropped.
         let _ = estimate.diagnostics.push(Diagnostic::whole(code, Severity::Warning, off as f32));
-    }
-}
-
-/// Answers, and reasons where there is none.
-pub struct Answered {
-    /// The answers.
-    pub answers: Vec<(Variant, Answer<f64>)>,
-    /// The methods without an answer.
-    pub not_applicable: Vec<(Method, Diagnostics)>,
-}
-
-/// Asks every variant. Of the two forms of the direct method, the one that fits clearly worse is refused unless it is asked
-/// for by name.
-pub fn answered(
-    fit: &HostFit<'_>,
-    variants: &[Variant],
-    named: bool,
-    memory: &mut Reduction<f64>,
-) -> Answered {
-    let mut all = Answered { answers: Vec::new(), not_applicable: Vec::new() };
-    for variant in variants {
-        match answer(fit, fit.layout(), variant, memory, fit.modes()) {
-            Ok(answer) => all.answers.push((*variant, answer)),
-            Err(reasons) => all.not_applicable.push((variant.method, reasons)),
-        }
-    }
-    if !named {
-        refuse_other_damping(&mut all);
-    }
-    all
-}
-
-fn refuse_other_damping(all: &mut Answered) {
-    let misfit = |method: Method| {
-        let found = all.answers.iter().find(|(variant, _)| variant.method == method);
-        found.and_then(|(_, answer)| answer.misfit)
-    };
-    let pair = misfit(Method::Dppim).zip(misfit(Method::DppimStructural));
-    let Some((viscous, structural)) = pair else { return };
-    let (worse, code, times) = if viscous > structural * CLEARLY_WORSE {
-        (Method::Dppim, Code::DampingNotViscous, viscous / structural)
-    } else if structural > viscous {
-        (Method::DppimStructural, Code::DampingNotStructural, structural / viscous)
-    } else {
-        return;
-    };
-    all.answers.retain(|(variant, _)| variant.method != worse);
-    let reason = Diagnostic::whole(code, Severity::Error, times as f32);
-    all.not_applicable.push((worse, Diagnostics::from_array([reason])));
-}
-
-fn answer(
-    fit: &HostFit<'_>,
-    layout: &HostLayout,
-    variant: &Variant,
-    memory: &Reduction<f64>,
-    modes: &Modes<f64>,
-) -> Result<Answer<f64>, Diagnostics> {
-    let modes = variant.choice.of(modes, memory).ok_or_else(Diagnostics::new)?;
-    fit.answer(variant.method, layout, memory, &modes)
-}
-
-/// A method that small changes of data and layout are put through.
-#[derive(Clone, Copy)]
-pub enum Asked<'a> {
-    /// One that uses the suspension modes.
-    Modal(Variant),
-    /// The global fit.
-    Global(&'a GlobalAnswer),
-    /// One that uses mass lines.
-    MassLines(Method, &'a MassLineAnswers<'a>),
-}
-
-/// What small changes of the data and the layout do to answers and modes.
-pub struct Survey {
-    propagation: Propagation<f64, METHODS>,
-    modes: modes::Deviations,
-}
-
-impl Survey {
-    /// A survey of nothing: no covariance is known.
-    fn none() -> Self {
-        Self { propagation: Propagation::empty(), modes: modes::Deviations::new() }
-    }
-
-    /// Puts the changes through these methods, at most [`METHODS`] of them. Without a modal fit, only those that use mass
-    /// lines answer.
-    pub fn of(
-        layout: &HostLayout,
-        fit: Option<&HostFit<'_>>,
-        asked: &[Asked<'_>],
-        memory: &mut Reduction<f64>,
-        progress: impl FnMut(u32, u32),
-    ) -> Self {
-        let mut of_modes = modes::Deviations::new();
-        let ask = |perturbation: &Perturbation<'_, f64, HOST_SENSORS, HOST_HITS>| {
-            let modes = fit.and_then(|fit| fit.changed(perturbation, memory));
-            if let Some(modes) = &modes {
-                of_modes.add(modes, perturbation.draw.is_some());
-            }
-            let mut thetas = [None; METHODS];
-            for (to, asked) in thetas.iter_mut().zip(asked) {
-                *to = match asked {
-                    Asked::Modal(variant) => fit.zip(modes.as_ref()).and_then(|(fit, modes)| {
-                        let found = answer(fit, perturbation.layout, variant, memory, modes);
-                        found.ok().map(|answer| answer.body.theta())
-                    }),
-                    Asked::Global(global) => fit.map(|fit| global.perturbed(fit, perturbation)),
-                    Asked::MassLines(method, answers) => answers.perturbed(*method, perturbation),
-                };
-            }
-            thetas
-        };
-        let propagation = propagate(layout, ask, progress);
-        Self { propagation, modes: of_modes }
-    }
-
-    /// The answer with the covariance of the method at this place; none when the method is not stable under the noise.
-    pub fn estimate(&self, place: usize, variant: &Variant, answer: &Answer<f64>) -> Estimate<f64> {
-        let mut diagnostics = Diagnostics::new();
-        if !answer.body.is_physically_consistent() {
-            let margin = answer.body.physical_margin().unwrap_or(0.0) as f32;
-            let code = Code::NotPhysicallyConsistent;
-            // The list is empty.
-            let _ = diagnostics.push(Diagnostic::whole(code, Severity::Warning, margin));
-        }
-        let stable = self.propagation.is_stable(place);
-        Estimate {
-            method: variant.method,
-            body: answer.body,
-            covariance: stable.then(|| self.propagation.covariance(place, place)),
-            condition: answer.condition,
-            consistency: None,
-            learned: None,
-            diagnostics,
-        }
-    }
-
-    /// How these answers agree, by their places.
-    pub fn agreement(
-        &self,
-        answers: &[Option<SVector<f64, 10>>; METHODS],
-    ) -> Option<Agreement<f64>> {
-        Agreement::of(answers, &self.propagation)
     }
 }

@@ -1,13 +1,11 @@
 //! The suspension modes with their uncertainty.
 
 use massline_shared::diagnosis::Diagnostic;
-use massline_shared::modes::{MOST_PAIRS, Modes, modal_assurance};
-use nalgebra::{Vector3, Vector6};
+use massline_shared::modes::modal_assurance;
+use nalgebra::Vector6;
 
+use super::deviations::at_origin;
 use super::{HostFit, Survey};
-
-/// Numbers of a mode: frequency, damping ratio, shape.
-const FIGURES: usize = 8;
 
 /// A suspension mode.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +66,7 @@ impl SuspensionModes {
         let forces: Vec<_> = layout.hits.iter().map(|hit| hit.unit_force(&reference)).collect();
         let modes = &fit.modes().modes;
         let row = |(place, mode): (usize, &massline_shared::modes::Mode<f64>)| {
-            let sigma = survey.modes.sigma(place);
+            let sigma = survey.deviations.sigma(place);
             let shape = at_origin(&mode.shape, &reference);
             ModeRow {
                 frequency_hz: [mode.frequency_hz, sigma[0]],
@@ -105,53 +103,4 @@ fn orders(fit: &HostFit<'_>) -> Vec<OrderRow> {
         OrderRow { used: order.poles.len() == used, poles: poles.collect() }
     };
     fits.iter().enumerate().map(of).collect()
-}
-
-/// A shape of the reference point as one of the origin.
-fn at_origin(shape: &Vector6<f64>, reference: &Vector3<f64>) -> Vector6<f64> {
-    let rotation = shape.fixed_rows::<3>(3).into_owned();
-    let translation = shape.fixed_rows::<3>(0) - rotation.cross(reference);
-    Vector6::from_fn(|i, _| if i < 3 { translation[i] } else { rotation[i - 3] })
-}
-
-/// What small changes do to the modes.
-#[derive(Clone, Debug)]
-pub(super) struct Deviations {
-    unchanged: Option<Modes<f64>>,
-    /// Sums of squares under noise and under errors of the layout.
-    noise: [[f64; FIGURES]; MOST_PAIRS],
-    layout: [[f64; FIGURES]; MOST_PAIRS],
-    draws: u32,
-}
-
-impl Deviations {
-    pub(super) fn new() -> Self {
-        let zero = [[0.0; FIGURES]; MOST_PAIRS];
-        Self { unchanged: None, noise: zero, layout: zero, draws: 0 }
-    }
-
-    /// Adds changed modes; the first ones are the unchanged ones. `noise` tells a draw of noise from an error of the layout.
-    pub(super) fn add(&mut self, changed: &Modes<f64>, noise: bool) {
-        let Some(unchanged) = &self.unchanged else {
-            self.unchanged = Some(changed.clone());
-            return;
-        };
-        self.draws += u32::from(noise);
-        let sums = if noise { &mut self.noise } else { &mut self.layout };
-        for (sums, (new, old)) in sums.iter_mut().zip(changed.modes.iter().zip(&unchanged.modes)) {
-            // A shape has no sign.
-            let sign = if new.shape.dot(&old.shape) < 0.0 { -1.0 } else { 1.0 };
-            sums[0] += (new.frequency_hz - old.frequency_hz).powi(2);
-            sums[1] += (new.damping_ratio - old.damping_ratio).powi(2);
-            for i in 0..6 {
-                sums[2 + i] += (sign * new.shape[i] - old.shape[i]).powi(2);
-            }
-        }
-    }
-
-    /// Standard deviations; NaN when nothing was perturbed.
-    fn sigma(&self, place: usize) -> [f64; FIGURES] {
-        let draws = f64::from(self.draws);
-        std::array::from_fn(|k| (self.noise[place][k] / draws + self.layout[place][k]).sqrt())
-    }
 }

@@ -126,8 +126,8 @@ codes! {
     /// No gravity vector is given, so its effect on the sensors is left to the B/s² term.
     GravityNotGiven = 41, "gravity_not_given", Whole, None;
         "Layout gives no\ngravity: less exact\nbelow 20 Hz.";
-        "the layout gives no gravity vector; its effect on the sensors is left to the B/s² term of the \
-         mass line";
+        "the layout gives no gravity vector; a mass line leaves its effect on the sensors to the B/s² term, but \
+         suspension modes need it; state gravity or mark the sensors as not sensing it";
     /// The flash did not store the result. Make room or try again, then resume.
     ResultNotStored = 42, "result_not_stored", Whole, None;
         "Result not stored:\ndelete an old one,\nthen resume.";
@@ -375,8 +375,8 @@ codes! {
     /// A method needs all six suspension modes. Value: how many there are.
     SixModesNeeded = 98, "six_modes_needed", Whole, Count;
         "It needs six modes:\nhit where the missing\none moves.";
-        "this method inverts the shapes of six modes and there are {value}; hit where the missing mode moves, \
-         or widen the suspension band";
+        "this method needs all six suspension modes, and {value} show; hit where the missing mode moves, or widen \
+         the suspension band";
     /// The responses below the modes move the body in fewer than six directions. Value: the rank.
     ResponsesDoNotSpanSix = 99, "responses_do_not_span_six", Whole, Count;
         "Responses span fewer\nthan six motions: add\nhits.";
@@ -422,7 +422,7 @@ codes! {
         "a flexible mode above the band changes the apparent mass by up to {value} within it, which only the \
          global fit takes into account; this method may be off by as much";
     /// The decay of a mode does not fit into a record. Subject: the mode. Value: what is left of it at the end.
-    RecordTooShort = 107, "record_too_short_for_damping", Mode, Share(0);
+    RecordTooShort = 107, "record_too_short_for_damping", Mode, Share(1);
         "Still swings at the\nend of the record:\nrecord longer.";
         "{subject} still has {value} of its amplitude at the end of a record, which makes its shape complex; \
          record longer, or use an exponential window and state its --decay";
@@ -444,6 +444,28 @@ codes! {
         "Not reciprocal: check\ntheir points and\ndirections.";
         "{subject} are not reciprocal: what each does at the other differs by {value}; check their points and \
          directions, and those of the sensors";
+    /// The data say next to nothing about a property. Subject: the property. Value: its standard deviation relative to
+    /// its scale.
+    PropertyUndetermined = 111, "property_undetermined", Property, Share(0);
+        "These data do not\ndetermine it: hit in\nmore directions.";
+        "{subject} is not determined: its standard deviation is {value} of its scale; hit in more directions and \
+         places, so that every mode is excited";
+    /// A method has no answer to data that differ by the noise. Value: the share of such data.
+    UnstableUnderNoise = 119, "unstable_under_noise", Whole, Share(0);
+        "Noise decides whether\nit answers: hit\nharder.";
+        "this method has no answer to {value} of data that differ from these by the noise alone; hit harder or \
+         more often, so that every mode stands out";
+    /// Two modes at nearly the same frequency were found as one, so that their shapes are not known. Subject: the mode.
+    /// Value: its frequency.
+    ModesNotSeparated = 120, "modes_not_separated", Mode, Hertz;
+        "Two modes in one:\nhang the object less\nevenly.";
+        "{subject} at {value} is two modes that cannot be told apart, so their shapes are not known; rely on the \
+         methods without modes, or hang the object so that their frequencies differ";
+    /// The readings of the sensors fit no motion of a rigid body. Value: the part that does not fit.
+    ReadingsNotRigid = 121, "readings_not_rigid", Whole, Share(0);
+        "Sensors contradict\neach other: check\naxes and gains.";
+        "{value} of the readings fit no motion of a rigid body; check axes, gains, positions and cables of the \
+         sensors";
 
     // Codes of single mistakes that would explain the data.
 

@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
 
 use super::method::{Entry, Observable};
-use super::suspension::{Answer, Suspension, is_blocked};
+use super::suspension::{Answer, Suspension, is_blocked, refuse_mixed_modes};
 use crate::Real;
 use crate::body::{RigidBody, elements};
 use crate::diagnosis::{Code, Diagnostics, fatal};
@@ -32,6 +32,7 @@ pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagn
         return Err(fatal(Code::SixModesNeeded, R::of(modes.len() as f64)));
     }
     let length = of.responses.length;
+    refuse_mixed_modes(of.modes, length)?;
     let balanced = |i: usize, k: usize| {
         if i < 3 { modes[k].shape[i] } else { modes[k].shape[i] * length }
     };

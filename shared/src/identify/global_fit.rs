@@ -44,6 +44,7 @@ use self::problem::Problem;
 use super::maximum_likelihood::model::{HIT_NUISANCES, SENSOR_NUISANCES};
 use super::method::{self, Entry, Observable, Progress};
 use super::observations::{Observations, SpectrumBins};
+use super::suspension::is_blocked;
 use super::{Estimate, inertia_restraint};
 use crate::Real;
 use crate::body::RigidBody;
@@ -63,8 +64,7 @@ pub const ENTRY: Entry = Entry {
     summary: "Body and suspension fitted to all bins of the band",
     observes: Observable::SpectrumBins,
     on_request: false,
-    // The method starts from the answer of the inertia restraint method.
-    is_blocked: |_, _| true,
+    is_blocked,
     workspace: |sensors, _| workspace(sensors, HOST_HITS),
 };
 

@@ -9,6 +9,7 @@ use super::method::{Entry, Observable};
 use super::suspension::{Answer, Suspension};
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::modes::SUSPENSION_MODES;
 
 /// Description of the method for the registry.
 pub const ENTRY: Entry = Entry {
@@ -24,6 +25,10 @@ pub const ENTRY: Entry = Entry {
 
 /// The answer of the method, or why there is none.
 pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
+    let modes = of.modes.modes.len();
+    if modes < SUSPENSION_MODES {
+        return Err(fatal(Code::SixModesNeeded, R::of(modes as f64)));
+    }
     let mut regression = Regression::new(of.responses.length);
     for (motion, force) in of.modes.rigid.iter().zip(of.responses.forces) {
         regression.add(motion, force);

@@ -6,7 +6,7 @@
 use nalgebra::Vector6;
 
 use super::method::{Entry, Observable};
-use super::suspension::{Answer, KnownProperty, Suspension, is_blocked};
+use super::suspension::{Answer, KnownProperty, Suspension, is_blocked, refuse_mixed_modes};
 use crate::Real;
 use crate::body::{RigidBody, regressor, scale};
 use crate::diagnosis::{Code, Diagnostics, fatal};
@@ -27,6 +27,7 @@ pub const ENTRY: Entry = Entry {
 /// The answer of the method, or why there is none. Four modes are enough only with known properties; the rank of the
 /// equations decides.
 pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
+    refuse_mixed_modes(of.modes, of.responses.length)?;
     let shapes: heapless::Vec<Vector6<R>, { crate::modes::MOST_PAIRS }> =
         of.modes.modes.iter().map(|mode| mode.shape).collect();
     let found = solve_with_known(&shapes, of.known, of.responses.length)
@@ -37,7 +38,7 @@ pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagn
         match shapes.len() {
             FOUR_MODES => fatal(Code::FourModesRankNine, R::of(rank as f64)),
             0..FOUR_MODES => fatal(Code::SuspensionModesMissing, count),
-            _ => fatal(Code::TenParametersNotIdentifiable, R::of(rank as f64)),
+            _ => fatal(Code::SixModesNeeded, count),
         }
     })?;
     Ok(Answer { body, condition, misfit: None })

@@ -33,10 +33,12 @@ pub enum ErrorSource {
     Hammer,
     /// The mass of an attached body.
     Attached(usize),
+    /// A known property of the object.
+    Prior(usize),
 }
 
 impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
-    /// Every source of error, sensor by sensor, hit by hit, then the hammer and the attached bodies.
+    /// Every source of error, sensor by sensor, hit by hit, then the hammer, the attached bodies and the priors.
     pub fn error_sources(&self) -> impl Iterator<Item = ErrorSource> + use<R, S, H> {
         let of_sensors = (0..self.sensors.len()).flat_map(|index| {
             (0..SENSOR_SOURCES).map(move |source| ErrorSource::Sensor { index, source })
@@ -45,7 +47,8 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             (0..HIT_SOURCES).map(move |source| ErrorSource::Hit { index, source })
         });
         let attached = (0..self.attached.len().min(MAX_ATTACHED)).map(ErrorSource::Attached);
-        of_sensors.chain(of_hits).chain([ErrorSource::Hammer]).chain(attached)
+        let priors = (0..self.priors.len()).map(ErrorSource::Prior);
+        of_sensors.chain(of_hits).chain([ErrorSource::Hammer]).chain(attached).chain(priors)
     }
 
     /// Shifts the layout by one standard deviation of a source, to first order. The deviation of a hit is that of the
@@ -67,6 +70,11 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
                 let sigma = body.relative_sigma;
                 body.phi = body.phi.map(|v| v * (R::one() + sigma));
                 sigma != R::zero()
+            }
+            ErrorSource::Prior(index) => {
+                let Some(prior) = self.priors.get_mut(index) else { return false };
+                prior.value += prior.sigma;
+                prior.sigma != R::zero()
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use nalgebra::{Complex, SMatrix};
 
-use super::{Spectrum, spectrum};
+use super::{Spectrum, count_above, spectrum};
 use crate::Real;
 
 /// Complex linear least squares of `N` unknowns for `M` right sides, whose rows arrive one by one: as
@@ -45,6 +45,18 @@ impl<R: Real, const N: usize, const M: usize> ComplexLeastSquares<R, N, M> {
 
     /// Rank and condition of the matrix of all rows.
     pub(crate) fn spectrum<const DOUBLE: usize>(&self) -> Option<Spectrum<R>> {
+        let Spectrum { rank, condition } = spectrum(&self.as_real::<DOUBLE>())?;
+        Some(Spectrum { rank: rank / 2, condition })
+    }
+
+    /// Number of singular values of the matrix of all rows that are not below `limit > 0`; zero when an element is not
+    /// finite.
+    pub(crate) fn count_above<const DOUBLE: usize>(&self, limit: R) -> usize {
+        count_above(&self.as_real::<DOUBLE>(), limit) / 2
+    }
+
+    /// The factor as a real matrix, which has every singular value twice.
+    fn as_real<const DOUBLE: usize>(&self) -> [[R; DOUBLE]; DOUBLE] {
         const { assert!(DOUBLE == 2 * N, "a complex number is a real 2 × 2 matrix") };
         let mut real = [[R::zero(); DOUBLE]; DOUBLE];
         for i in 0..N {
@@ -54,8 +66,7 @@ impl<R: Real, const N: usize, const M: usize> ComplexLeastSquares<R, N, M> {
                 (real[i][N + j], real[N + i][j]) = (-im, im);
             }
         }
-        let Spectrum { rank, condition } = spectrum(&real)?;
-        Some(Spectrum { rank: rank / 2, condition })
+        real
     }
 
     /// Variance of each unknown for right sides with a variance of one: the diagonal of `(Aᴴ A)⁻¹`. `None` when the
@@ -146,5 +157,7 @@ mod tests {
             equations.push([value, value * i], []);
         }
         assert_eq!(equations.spectrum::<4>().unwrap().rank, 1);
+        // The other singular value is √2 times the norm of a column, √(2 + 5 + 10 + 17).
+        assert_eq!([8.2, 8.3].map(|limit| equations.count_above::<4>(limit)), [1, 0]);
     }
 }

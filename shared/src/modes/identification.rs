@@ -23,6 +23,9 @@ pub struct Mode<R> {
     /// Norm of the imaginary parts of these residues relative to that of the real parts: zero when the damping is
     /// proportional to mass and stiffness.
     pub complexity: R,
+    /// What one shape leaves of the residues, relative to them, wherever the hits are: two modes that were taken for one
+    /// have no common shape.
+    pub second_shape: R,
 }
 
 /// The modes of a test, and what else the same fit says.
@@ -39,17 +42,28 @@ pub struct Modes<R> {
 }
 
 impl<R: Real> Modes<R> {
-    /// The modes of known poles. `None` when a force has no residues or no force excites a mode.
-    pub fn of_poles(responses: &OriginResponses<'_, R>, poles: Poles<R>) -> Option<Self> {
+    /// The modes of known poles, and the places of their poles: a pole at which no force excites a shape is left out.
+    /// `None` when a force has no residues.
+    pub fn of_poles(
+        responses: &OriginResponses<'_, R>,
+        poles: &Poles<R>,
+    ) -> Option<(Self, Vec<usize, MOST_PAIRS>)> {
         let mut of_forces = Vec::<Residues<R>, MOST_FORCES>::new();
         for force in 0..responses.forces.len() {
-            of_forces.push(residues_of_force(responses, &poles, force)?).ok()?;
+            of_forces.push(residues_of_force(responses, poles, force)?).ok()?;
         }
-        let mode = |(k, pole): (usize, &Complex<R>)| Mode::new(responses, &of_forces, k, *pole);
-        let modes = poles.iter().enumerate().map(mode).collect::<Option<_>>()?;
         let rigid = of_forces.iter().map(|of| of.constant).collect();
         let residual = of_forces.iter().fold(R::zero(), |sum, of| sum + of.left);
-        Some(Self { modes, poles, rigid, residual })
+        let mut found = Self { modes: Vec::new(), poles: Vec::new(), rigid, residual };
+        let mut places = Vec::new();
+        for (place, pole) in poles.iter().enumerate() {
+            if let Some(mode) = Mode::new(responses, &of_forces, place, *pole) {
+                found.modes.push(mode).ok()?;
+                found.poles.push(*pole).ok()?;
+                places.push(place).ok()?;
+            }
+        }
+        Some((found, places))
     }
 
     /// The same with each shape from the force that shows the mode best, as Almeida, Maia and Urgueira choose it.
@@ -84,7 +98,8 @@ pub fn identify_modes<R: Real>(
     responses: &OriginResponses<'_, R>,
     count: usize,
 ) -> Option<Modes<R>> {
-    Modes::of_poles(responses, find_poles(responses, count)?.poles)
+    let (modes, places) = Modes::of_poles(responses, &find_poles(responses, count)?.poles)?;
+    (places.len() == count).then_some(modes)
 }
 
 impl<R: Real> Mode<R> {
@@ -108,11 +123,13 @@ impl<R: Real> Mode<R> {
         };
         let residues: Vec<_, MOST_FORCES> =
             of_forces.iter().map(|of| turned(of).map(|z| z.re)).collect();
+        let shape = shape_of_forces(&residues, responses.forces, responses.length)?;
         let magnitude = pole.norm_sqr().sqrt();
         Some(Self {
             frequency_hz: magnitude / R::two_pi(),
             damping_ratio: -pole.re / magnitude,
-            shape: shape_of_forces(&residues, responses.forces, responses.length)?,
+            shape,
+            second_shape: second_shape(&residues, responses.length),
             residues,
             complexity: (sum(|z| z.im) / sum(|z| z.re)).sqrt(),
         })
@@ -123,6 +140,32 @@ impl<R: Real> Mode<R> {
     pub fn indicator(&self, force: &Vector6<R>, length: R) -> R {
         super::norm_indicator(&(self.shape * self.shape.dot(force)), length)
     }
+}
+
+/// Steps of the power iteration for the common shape of residues.
+const POWER_STEPS: usize = 10;
+
+/// The norm of the residues across their common direction, relative to all, in balanced variables.
+fn second_shape<R: Real>(residues: &[Vector6<R>], length: R) -> R {
+    let balanced = |residue: &Vector6<R>| {
+        Vector6::from_fn(|i, _| if i < 3 { residue[i] } else { residue[i] * length })
+    };
+    let best = residues.get(best_force(residues, length)).map_or(Vector6::zeros(), balanced);
+    let mut common = best / best.norm();
+    for _ in 0..POWER_STEPS {
+        let along = |sum: Vector6<R>, residue: &Vector6<R>| {
+            let residue = balanced(residue);
+            sum + residue * residue.dot(&common)
+        };
+        let next = residues.iter().fold(Vector6::zeros(), along);
+        common = next / next.norm();
+    }
+    let parts = residues.iter().fold((R::zero(), R::zero()), |(across, all), residue| {
+        let residue = balanced(residue);
+        let left = residue - common * common.dot(&residue);
+        (across + left.norm_squared(), all + residue.norm_squared())
+    });
+    (parts.0 / parts.1).sqrt()
 }
 
 /// Modal assurance criterion of two shapes in balanced variables, `|φᵃ·φᵇ|²/(|φᵃ|²|φᵇ|²)`: one for the same shape.

@@ -18,8 +18,8 @@ pub const MOST_PAIRS: usize = 8;
 const MOST_STATES: usize = 2 * MOST_PAIRS;
 /// Number of modes of a body on its suspension.
 pub const SUSPENSION_MODES: usize = 6;
-/// Largest number of relocations; five to fifteen are usual.
-const MOST_STEPS: usize = 40;
+/// Largest number of relocations; five are usual, and the poles of an order that is too high never settle.
+const MOST_STEPS: usize = 12;
 /// The poles have settled when none moves by more than this share of its magnitude.
 const SETTLED: f64 = 1e-9;
 /// Damping ratio of the first trial poles.

@@ -5,10 +5,11 @@ use nalgebra::{SMatrix, SVector};
 
 use super::Propagation;
 use crate::Real;
+use crate::identify::METHODS;
 use crate::linalg::cholesky;
 
-/// Most methods that are compared.
-pub const MOST_METHODS: usize = 8;
+/// Most methods that are compared: all of them.
+pub const MOST_METHODS: usize = METHODS;
 /// Probability that chance alone makes any difference of a test significant.
 const CHANCE: f64 = 1e-3;
 /// A difference below this share of the larger standard deviation of two methods does not matter, however well it is known:
@@ -53,8 +54,9 @@ impl<R: Real> Agreement<R> {
         answers: &[Option<SVector<R, 10>>; M],
         propagation: &Propagation<R, M>,
     ) -> Option<Self> {
-        let mut seen: Vec<usize, M> =
-            (0..M).filter(|m| answers[*m].is_some() && propagation.is_stable(*m)).collect();
+        let mut seen: Vec<usize, M> = (0..M)
+            .filter(|m| answers[*m].is_some() && propagation.unstable(*m).is_none())
+            .collect();
         if seen.len() < 2 {
             return None;
         }

@@ -23,6 +23,8 @@ pub struct Propagation<R, const M: usize> {
     /// The same under errors of the layout.
     layout: Sums<R, M>,
     asked: u32,
+    /// Errors of the layout that were asked about.
+    shifts: u32,
 }
 
 #[derive(Clone, Debug)]
@@ -58,13 +60,18 @@ impl<R: Real, const M: usize> Sums<R, M> {
 impl<R: Real, const M: usize> Propagation<R, M> {
     /// Nothing has been asked yet.
     pub fn empty() -> Self {
-        Self { noise: Sums::new(), layout: Sums::new(), asked: 0 }
+        Self { noise: Sums::new(), layout: Sums::new(), asked: 0, shifts: 0 }
     }
 
-    /// True when a method has answered nearly all draws: its answer is then stable under its noise.
-    pub fn is_stable(&self, method: usize) -> bool {
-        let answered = self.noise.of(method, method).1;
-        f64::from(self.asked - answered) <= MOST_UNANSWERED * f64::from(self.asked) && answered > 0
+    /// The share of the changes that a method has not answered, if it is so large that its answer is not stable: more
+    /// than a few draws of noise, or any error of the layout, whose effect is then unknown.
+    pub fn unstable(&self, method: usize) -> Option<f64> {
+        let (draws, shifts) = (self.noise.of(method, method).1, self.layout.of(method, method).1);
+        let share =
+            |answered: u32, asked: u32| f64::from(asked - answered) / f64::from(asked.max(1));
+        let (of_draws, of_shifts) = (share(draws, self.asked), share(shifts, self.shifts));
+        let unstable = of_draws > MOST_UNANSWERED || of_shifts > 0.0 || draws == 0;
+        unstable.then_some(of_draws.max(of_shifts))
     }
 
     /// Covariance of `theta` of one method with `theta` of another.
@@ -106,6 +113,7 @@ pub fn propagate<R: Real, const S: usize, const H: usize, const M: usize>(
         let mut shifted = layout.clone();
         if shifted.shift(source) {
             let source = Some(place);
+            found.shifts += 1;
             let shifted = Perturbation { layout: &shifted, source, draw: None };
             found.layout.add(&deviations(answers(&shifted)));
         }

@@ -13,6 +13,7 @@ use super::method::{Entry, Observable};
 use super::suspension::{Answer, Suspension, is_blocked};
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::linalg::ComplexLeastSquares;
 
 pub use equations::{Excitation, Excitations, Solution, solve_structural, solve_viscous, span};
 
@@ -32,11 +33,31 @@ pub const ENTRY: Entry = Entry {
 pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagnostics> {
     let [below, above] = sides(of);
     let length = of.responses.length;
-    let rank = span(&below, length).unwrap_or(0);
+    let rank = span_above_noise(of).min(span(&below, length).unwrap_or(0));
     if rank < 6 {
         return Err(fatal(Code::ResponsesDoNotSpanSix, R::of(rank as f64)));
     }
     accepted(solve_viscous(&below, &above, length))
+}
+
+/// The noise alone makes singular values of up to the square root of the number of rows, when the rows are relative to
+/// it; a motion counts from this many times that.
+const ABOVE_NOISE: f64 = 3.0;
+
+/// Number of independent motions below the modes that stand out of the noise.
+fn span_above_noise<R: Real>(of: &Suspension<'_, R>) -> usize {
+    let responses = of.responses;
+    let mut motions = ComplexLeastSquares::<R, 6, 0>::new();
+    let forces = responses.forces.len();
+    for line in &of.lines.below {
+        let sigma = responses.sigma[*line].max() * of.noise;
+        for motion in &responses.motions[line * forces..][..forces] {
+            let balanced = |i: usize| if i < 3 { R::one() } else { responses.length };
+            motions.push(core::array::from_fn(|i| motion[i].scale(balanced(i) / sigma)), []);
+        }
+    }
+    let rows = R::of((of.lines.below.len() * forces) as f64);
+    motions.count_above::<12>(R::of(ABOVE_NOISE) * rows.sqrt())
 }
 
 /// Turns a solution into an answer.

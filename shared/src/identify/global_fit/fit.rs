@@ -25,15 +25,16 @@ const MOST_STEPS: usize = 60;
 const MOST_TRIALS: usize = 16;
 /// First damping, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
-/// Smallest damping. Without it, rounding would decide about directions that the data do not determine.
-pub(super) const LEAST_DAMPING: f64 = 1e-13;
+/// Smallest damping. Without it, rounding would decide about directions that the data do not determine; a larger one would
+/// compete with the prior of the hammer, of which lightly damped modes say 1e-14 of what they say about the mass.
+pub(super) const LEAST_DAMPING: f64 = 1e-15;
 /// The noise has settled when the estimate changes by less than this fraction.
 const SETTLED: f64 = 1e-2;
 /// Rounds of estimating how many nuisance parameters the data determine.
 const MOST_ROUNDS: usize = 3;
 /// Smallest standard deviation relative to the root mean square of the readings, with a budget: the priors
-/// must not drown in the rounding of the equations. No sensor is nearly as good.
-const LEAST_NOISE: f64 = 1e-5;
+/// must not drown in the rounding of the equations, and no sensor is better than a tenth of this.
+const LEAST_NOISE: f64 = 5e-4;
 /// The same without a budget, where only rounding counts.
 const LEAST_ROUNDING: f64 = 1e-12;
 

@@ -10,7 +10,7 @@ use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 
 /// Smallest pivot of the matrix with unit columns.
-const LEAST_PIVOT: f64 = 1e-14;
+const LEAST_PIVOT: f64 = 1e-16;
 /// Smallest part of a column of K that no other column explains; a smaller one is rounding and damping.
 const LEAST_OWN_PART: f64 = 1e-5;
 

@@ -1,8 +1,9 @@
 //! What the modes of a test say about its quality.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, SVector};
 
 use crate::Real;
+use crate::body::scale;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use crate::modes::{Mode, Modes, OriginResponses, best_force, norm_indicator};
 
@@ -15,8 +16,17 @@ const BEYOND: f64 = 1.0;
 /// Largest Norm Indicator of a mode over the median below which it is poorly excited.
 const POOR: f64 = 0.1;
 
-/// Share of a mode's amplitude at the end of a record above which its shape is wrong by more than the methods are.
-const LEFT: f64 = 0.05;
+/// Share of the residues of a mode that no shape explains from which it is two modes.
+const MIXED: f64 = 0.2;
+/// Standard deviation of a property relative to its scale above which it is not determined: the interval then contains
+/// zero and twice the property of a body as large as the layout.
+const UNDETERMINED: f64 = 0.5;
+
+/// Share of a mode's amplitude at the end of a record above which there is no answer: at 3 % the methods are off by twenty
+/// of their standard deviations, and in proportion below.
+const LEFT: f64 = 0.01;
+/// The same above which an answer may be off by its standard deviation.
+const LEFT_NOTICEABLE: f64 = 0.001;
 
 /// Warnings about modes: at the end of the band, complex, close to each other, poorly excited. `lines` are those of the
 /// fit, ascending.
@@ -49,31 +59,72 @@ pub fn mode_findings<R: Real>(modes: &Modes<R>, responses: &OriginResponses<'_, 
         let share = largest_indicator(mode, responses.length) / median;
         if share < R::of(POOR) {
             warn(Code::ModePoorlyExcited, place, share);
+        } else if mode.second_shape > R::of(MIXED) {
+            warn(Code::ModesNotSeparated, place, mode.frequency_hz);
         }
     }
     found
 }
 
-/// The mode of which most is left at the end of a record of this length, s, and the share that is left, where the shapes
-/// show that the records really ended there.
+/// The first mode that is two modes at nearly the same frequency, which have no common shape.
+pub fn mixed_mode<R: Real>(modes: &Modes<R>, length: R) -> Option<usize> {
+    let median = median_indicator(modes, length);
+    modes.modes.iter().position(|mode| {
+        let excited = largest_indicator(mode, length) >= median * R::of(POOR);
+        excited && mode.second_shape > R::of(MIXED)
+    })
+}
+
+/// The refusal of a method that needs the shape of every mode.
+pub(in crate::identify) fn refuse_mixed_modes<R: Real>(
+    modes: &Modes<R>,
+    length: R,
+) -> Result<(), Diagnostics> {
+    let Some(place) = mixed_mode(modes, length) else { return Ok(()) };
+    let (code, subject) = (Code::ModesNotSeparated, Subject::mode(place));
+    let value = modes.modes[place].frequency_hz.to_f32();
+    let reason = Diagnostic::about(code, Severity::Error, subject, value);
+    Err(core::iter::once(reason).collect())
+}
+
+/// A finding about the mode of which most is left at the end of a record of this length, s, where the shapes show that the
+/// records really ended there; `decay` is σ of the exponential window, 1/s. An error where too much is left for an answer.
 ///
-/// A record that ends after `T` multiplies the residues of a mode by `1 − e^{pT}` at the lines `k/T`, which makes its shape
-/// complex by a known amount. Responses of another origin (stepped sines, a longer record) have no such shapes.
-pub fn truncated_mode<R: Real>(modes: &Modes<R>, record_s: R) -> Option<(usize, R)> {
+/// A record that ends after `T` multiplies the residues of a mode by `1 − e^{(p − σ)T}` at the lines `k/T`, which makes its
+/// shape complex by a known amount. Responses of another origin (stepped sines, a longer record) have no such shapes.
+pub fn truncated_mode<R: Real>(modes: &Modes<R>, record_s: R, decay: R) -> Option<Diagnostic> {
     let one = Complex::new(R::one(), R::zero());
     let figures = modes.modes.iter().zip(&modes.poles).map(|(mode, pole)| {
-        let left = (pole.re * record_s).exp();
+        let left = ((pole.re - decay) * record_s).exp();
         let (sin, cos) = (pole.im * record_s).sin_cos();
         let factor = one - Complex::new(left * cos, left * sin);
         (left, (factor.im / factor.re).abs(), mode.complexity)
     });
-    let square = |sum: R, v: R| sum + v * v;
-    let expected = figures.clone().map(|(_, expected, _)| expected).fold(R::zero(), square).sqrt();
-    let seen = figures.clone().map(|(_, _, seen)| seen).fold(R::zero(), square).sqrt();
+    // Most modes have to show it, and no more than it: noise alone makes modes complex as well.
+    let is_shown = |(_, expected, seen): &(R, R, R)| {
+        *seen > *expected * R::of(0.5) && *seen < *expected * R::of(2.0)
+    };
+    let shows = figures.clone().filter(is_shown).count();
     let (place, (left, ..)) =
         figures.enumerate().reduce(|most, next| if next.1.0 > most.1.0 { next } else { most })?;
-    let truncated = left > R::of(LEFT) && seen > expected * R::of(0.5);
-    truncated.then_some((place, left))
+    let severity = if left > R::of(LEFT) { Severity::Error } else { Severity::Warning };
+    let truncated = left > R::of(LEFT_NOTICEABLE) && 2 * shows > modes.modes.len();
+    let subject = Subject::mode(place);
+    let finding = Diagnostic::about(Code::RecordTooShort, severity, subject, left.to_f32());
+    truncated.then_some(finding)
+}
+
+/// The property of which the data say least, and its standard deviation relative to its scale, where that is so large that
+/// there is no answer; `theta` and its standard deviations in SI units, `length` is L in m.
+pub fn undetermined_property<R: Real>(
+    theta: &SVector<R, 10>,
+    sigma: &SVector<R, 10>,
+    length: R,
+) -> Option<(usize, R)> {
+    let scale = scale(theta[0].abs(), length);
+    let relative = (0..10).map(|k| (k, sigma[k] / scale[k]));
+    let (property, share) = relative.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+    (share > R::of(UNDETERMINED)).then_some((property, share))
 }
 
 fn largest_indicator<R: Real>(mode: &Mode<R>, length: R) -> R {

@@ -13,7 +13,7 @@ use crate::identify::{Method, Perturbation, random_signs};
 use crate::layout::{Layout, is_finite};
 use crate::modes::{
     ForceMixing, Lines, LinesPerSide, MOST_LINES, MOST_PAIRS, Modes, Orders, Peak, Poles,
-    Reduction, SUSPENSION_MODES, choose_lines, reduce_line, relocate_once,
+    Reduction, SUSPENSION_MODES, choose_lines, norm_indicator, reduce_line, relocate_once,
 };
 
 /// The modal fit of a test under its layout.
@@ -61,13 +61,17 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         let noise = order.noise_variance().sqrt();
         let poles = order.poles.clone();
         let frequencies: Vec<R, MOST_LINES> = s.iter().map(|s| s.im / R::two_pi()).collect();
-        let Some(all) = Modes::of_poles(&responses, poles.clone()) else {
+        let (all, places) = Modes::of_poles(&responses, &poles).ok_or_else(missing)?;
+        if places.len() < poles.len() {
             let lines = choose_lines(&frequencies, &peaks(&poles), LinesPerSide::Width);
             let reversed = reversed_hits(layout, readings, &reference, &lines);
-            return Err(if reversed.is_empty() { missing() } else { reversed });
-        };
-        let kept = suspension_modes(&all, &s);
+            if !reversed.is_empty() {
+                return Err(reversed);
+            }
+        }
+        let kept = suspension_modes(&all, &s, responses.length);
         let modes = all.only(&kept);
+        let kept = kept.iter().map(|kept| places[*kept]).collect();
         let lines = choose_lines(&frequencies, &peaks(&modes.poles), LinesPerSide::Width);
         Ok(Self {
             layout,
@@ -126,7 +130,7 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
     }
 
     /// The motions and modes of changed data: noise moves the poles, which are found again by one step from where they
-    /// are; an error of the layout mixes the responses and leaves the poles. `None` when there are no modes.
+    /// are; as does an error of the layout. `None` when one of the modes is not found again.
     pub fn changed(
         &self,
         changed: &Perturbation<'_, R, S, H>,
@@ -139,8 +143,16 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         };
         memory.fill(changed.layout, reference, mixing, s, reading)?;
         let responses = memory.responses();
-        let poles = relocate_once(&responses, poles)?;
-        Some(Modes::of_poles(&responses, poles)?.only(&self.kept))
+        let (all, places) = Modes::of_poles(&responses, &relocate_once(&responses, poles)?)?;
+        // Noise may change the order of close modes, or find one where there was none.
+        let nearest = |kept: &usize| {
+            let distance = |place: &usize| (all.poles[*place] - poles[*kept]).norm_sqr();
+            let nearer = |a: usize, b: usize| if distance(&b) < distance(&a) { b } else { a };
+            (0..places.len()).reduce(nearer)
+        };
+        let kept: Vec<usize, MOST_PAIRS> = self.kept.iter().map(nearest).collect::<Option<_>>()?;
+        let twice = kept.iter().enumerate().any(|(k, place)| kept[..k].contains(place));
+        (!twice).then(|| all.only(&kept))
     }
 
     /// The answer of a method to these motions and modes, as a body in the body frame without the attached ones.
@@ -154,14 +166,11 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         memory: &Reduction<R>,
         modes: &Modes<R>,
     ) -> Result<Answer<R>, Diagnostics> {
-        let mass = R::one();
-        let known = known_properties(layout, &self.reference, mass);
-        let responses = memory.responses();
-        let suspension =
-            Suspension { responses: &responses, modes, lines: &self.lines, known: &known };
-        let answer = method
-            .of_suspension(&suspension)
-            .unwrap_or_else(|| Err(fatal(Code::FrfMissing, R::zero())))?;
+        let mut answer = self.answer_with(method, layout, memory, modes, R::one())?;
+        // The weight of a known centre of mass depends on the mass.
+        if layout.priors.iter().any(|prior| (1..4).contains(&prior.property)) {
+            answer = self.answer_with(method, layout, memory, modes, answer.body.mass)?;
+        }
         let mut phi = answer.body.shifted_to(&-self.reference).phi();
         for attached in &layout.attached {
             phi -= SVector::from(attached.phi);
@@ -169,6 +178,23 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         let body = RigidBody::from_phi(&phi).filter(|body| body.mass > R::zero());
         let body = body.ok_or_else(|| fatal(Code::MassNotPositive, phi[0]))?;
         Ok(Answer { body, ..answer })
+    }
+
+    /// The answer about the reference point, with the attached bodies, for this expected mass in kg.
+    fn answer_with(
+        &self,
+        method: Method,
+        layout: &Layout<R, S, H>,
+        memory: &Reduction<R>,
+        modes: &Modes<R>,
+        mass: R,
+    ) -> Result<Answer<R>, Diagnostics> {
+        let known = known_properties(layout, &self.reference, mass);
+        let responses = memory.responses();
+        let Self { lines, noise, .. } = self;
+        let suspension =
+            Suspension { responses: &responses, modes, lines, noise: *noise, known: &known };
+        method.of_suspension(&suspension).unwrap_or_else(|| Err(fatal(Code::FrfMissing, R::zero())))
     }
 
     /// The layout of the test.
@@ -231,7 +257,11 @@ fn reversed_hits<R: Real, const S: usize, const H: usize>(
 
 /// Places of the modes that are those of the suspension: within the band, and at most six, since a body on its suspension
 /// has no more and any others are hum, drift or an elastic mode. Those with the highest peaks are kept.
-fn suspension_modes<R: Real>(all: &Modes<R>, s: &[Complex<R>]) -> Vec<usize, MOST_PAIRS> {
+fn suspension_modes<R: Real>(
+    all: &Modes<R>,
+    s: &[Complex<R>],
+    length: R,
+) -> Vec<usize, MOST_PAIRS> {
     let hertz = |s: Option<&Complex<R>>| s.map_or(R::zero(), |s| s.im / R::two_pi());
     let (low, high) = (hertz(s.first()), hertz(s.last()));
     let inside = |place: &usize| {
@@ -240,8 +270,11 @@ fn suspension_modes<R: Real>(all: &Modes<R>, s: &[Complex<R>]) -> Vec<usize, MOS
     };
     let height = |place: usize| {
         let mode = &all.modes[place];
-        let size = mode.residues.iter().fold(R::zero(), |sum, v| sum + v.norm_squared());
-        size.sqrt() / mode.damping_ratio
+        let square = |sum: R, residue| {
+            let indicator = norm_indicator(residue, length);
+            sum + indicator * indicator
+        };
+        mode.residues.iter().fold(R::zero(), square).sqrt() / mode.damping_ratio
     };
     let mut kept: Vec<usize, MOST_PAIRS> = (0..all.modes.len()).filter(inside).collect();
     while kept.len() > SUSPENSION_MODES {

@@ -13,7 +13,8 @@ use crate::body::RigidBody;
 use crate::diagnosis::Code;
 use crate::modes::{Lines, Modes, OriginResponses};
 
-pub use checks::{mode_findings, truncated_mode};
+pub(in crate::identify) use checks::refuse_mixed_modes;
+pub use checks::{mixed_mode, mode_findings, truncated_mode, undetermined_property};
 pub use fit::SuspensionFit;
 pub use known::KnownProperty;
 
@@ -39,6 +40,8 @@ pub struct Suspension<'a, R> {
     pub modes: &'a Modes<R>,
     /// The lines about the modes.
     pub lines: &'a Lines,
+    /// Standard deviation of the noise of a reading, (m/s²)/N, of a complex number.
+    pub noise: R,
     /// Properties that are known before the test.
     pub known: &'a [KnownProperty<R>],
 }

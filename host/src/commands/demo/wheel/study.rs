@@ -23,8 +23,11 @@ use crate::uff::{Encoding, Frf, NodeDirection, write};
 pub(super) const SET_NAMES: [&str; 5] = ["all", "A", "B", "C", "D"];
 /// The forces of each set, as places in the layout.
 const SETS: [&[usize]; 5] = [&[0, 1, 2, 3, 4], &[0, 1, 3], &[1, 2, 3], &[1, 3, 4], &[0, 1, 2, 3]];
-/// Band, Hz.
+/// Band of the suspension modes, Hz.
 pub(super) const BAND: [f64; 2] = [0.5, 12.5];
+/// Band of an analyser that mass lines would be taken from, Hz, and the distance of its lines.
+const WIDE_BAND: [f64; 2] = [0.5, 120.0];
+const WIDE_SPACING: f64 = 0.25;
 /// 9 of 17.3 kg.
 const TYRE: SprungPart =
     SprungPart { share: 9.0 / 17.295, frequency_hz: 50.0, damping_ratio: 0.03 };
@@ -68,6 +71,8 @@ pub(super) struct Study {
     pub(super) forces: String,
     pub(super) runs: u64,
     pub(super) rows: Vec<Row>,
+    /// Runs in which the global fit found a flexible mode above the band.
+    pub(super) flexible: u64,
     /// The modes of the first run.
     pub(super) modes: Option<SuspensionModes>,
 }
@@ -80,15 +85,33 @@ struct Run {
     errors: Errors,
     /// Squared Cramér-Rao bound in the same measure.
     bound: Option<f64>,
+    /// The global fit found a flexible mode above the band.
+    flexible: bool,
     /// The modes, in the first run.
     modes: Option<SuspensionModes>,
 }
 
 impl Wheel {
+    /// The wheel's responses in the band of its suspension modes.
     pub(super) fn new(layout: &HostLayout, noise: f64, spacing: f64, tyre: bool) -> Result<Self> {
+        Self::in_band(layout, noise, spacing, tyre, BAND)
+    }
+
+    /// The wheel's responses in the band that an analyser measures.
+    pub(super) fn wide(layout: &HostLayout, noise: f64, tyre: bool) -> Result<Self> {
+        Self::in_band(layout, noise, WIDE_SPACING, tyre, WIDE_BAND)
+    }
+
+    fn in_band(
+        layout: &HostLayout,
+        noise: f64,
+        spacing: f64,
+        tyre: bool,
+        [low, high]: [f64; 2],
+    ) -> Result<Self> {
         let bench = Bench::named("wheel")?;
-        let count = ((BAND[1] - BAND[0]) / spacing).round() as u32;
-        let frequencies: Vec<f64> = (0..=count).map(|k| BAND[0] + spacing * f64::from(k)).collect();
+        let count = ((high - low) / spacing).round() as u32;
+        let frequencies: Vec<f64> = (0..=count).map(|k| low + spacing * f64::from(k)).collect();
         let part = tyre.then_some(TYRE);
         let exact =
             frequency_responses(&bench, layout, &frequencies, part).map_err(BenchError::from)?;
@@ -144,12 +167,13 @@ impl Wheel {
         let rows = rows(&made);
         let names: Vec<String> = forces.iter().map(|f| (f + 1).to_string()).collect();
         let forces = names.join(", ");
-        Ok(Study { set: set.into(), forces, runs: made.len() as u64, rows, modes })
+        let flexible = made.iter().filter(|run| run.flexible).count() as u64;
+        Ok(Study { set: set.into(), forces, runs: made.len() as u64, rows, flexible, modes })
     }
 
     fn run(&self, forces: &[usize], seed: u64, run: u64, memory: &mut Reduction<f64>) -> Run {
         let unanswered = || vec![None; VARIANTS.len() + 2];
-        let nothing = || Run { errors: unanswered(), bound: None, modes: None };
+        let nothing = || Run { errors: unanswered(), bound: None, flexible: false, modes: None };
         let mut noisy = self.exact.clone();
         add_noise(&mut noisy, self.noise, seed, run);
         let all = self.layout.hits.len();
@@ -174,7 +198,8 @@ impl Wheel {
         let mut errors = unanswered();
         let mut thetas = [None; METHODS];
         for (place, (variant, answer)) in answers.iter().enumerate() {
-            let estimate = survey.estimate(place, variant, answer);
+            let length = layout.characteristic_length();
+            let Ok(estimate) = survey.estimate(place, variant, answer, length) else { continue };
             if let Some(row) = variants.iter().position(|other| other == variant) {
                 errors[row] = Some(self.error(&estimate.theta(), estimate.sigma()));
             }
@@ -182,11 +207,11 @@ impl Wheel {
                 thetas[place] = Some(estimate.theta());
             }
         }
+        let flexible = global.as_ref().is_some_and(|global| global.solution.extra_terms > 0);
         if let Some(GlobalAnswer { solution, .. }) = &global {
             let estimate = &solution.estimate;
             errors[VARIANTS.len()] = Some(self.error(&estimate.theta(), estimate.sigma()));
             thetas[answers.len()] = Some(estimate.theta());
-            let flexible = solution.extra_terms > 0;
             if flexible {
                 thetas = [None; METHODS];
                 errors[VARIANTS.len() + 1] = errors[VARIANTS.len()];
@@ -198,7 +223,7 @@ impl Wheel {
         }
         let modes = (run == 0).then(|| SuspensionModes::new(&fit, &survey, Vec::new()));
         let bound = global.as_ref().and_then(|global| self.bound(&global.solution));
-        Run { errors, bound, modes }
+        Run { errors, bound, flexible, modes }
     }
 
     /// The squared Cramér-Rao bound over scale, summed over the ten: the covariance of the global fit under the true noise.
@@ -254,6 +279,7 @@ impl Study {
             "set": self.set,
             "forces": self.forces,
             "runs": self.runs,
+            "runs_with_flexible_mode": self.flexible,
             "methods": self.rows.iter().map(|row| json!({
                 "name": row.name,
                 "error_percent": row.error,

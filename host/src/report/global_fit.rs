@@ -1,0 +1,34 @@
+//! What the global fit finds besides the ten properties, as text and JSON.
+
+use massline_shared::identify::REJECTION_Z;
+use massline_shared::identify::global_fit::GlobalFitSolution;
+use nalgebra::Matrix6;
+use serde_json::{Value, json};
+
+/// How many terms the suspension needed; empty for stiffness and damping alone.
+pub fn global_fit_text(found: &GlobalFitSolution<f64>) -> String {
+    let z = found.extra_terms_z.iter().flatten().next().copied().unwrap_or_default();
+    let terms = match found.extra_terms {
+        0 => return String::new(),
+        1 => "s⁴ R",
+        _ => "s⁴ R and s⁶ Q",
+    };
+    format!(
+        "global fit: a flexible mode above the band shows (z = {z:.1}, {REJECTION_Z} is the limit); the fit includes {terms}\n"
+    )
+}
+
+/// Stiffness and damping about the origin of the body frame, extra terms and noise.
+pub fn global_fit_json(found: &GlobalFitSolution<f64>) -> Value {
+    json!({
+        "stiffness": rows(&found.stiffness),
+        "damping": found.damping.as_ref().map(rows),
+        "extra_terms": found.extra_terms,
+        "extra_terms_z": found.extra_terms_z,
+        "noise_m_per_s2_per_n": found.noise,
+    })
+}
+
+fn rows(matrix: &Matrix6<f64>) -> Vec<[f64; 6]> {
+    matrix.row_iter().map(|row| row.transpose().into()).collect()
+}

@@ -1,0 +1,67 @@
+//! Which hits would show what the hits of a test do not show.
+
+use massline_shared::layout::{Axis, Dof, HostLayout, Sign};
+use nalgebra::{Matrix6xX, Vector3, Vector6};
+
+use crate::suspension::ModeRow;
+
+/// Share of the largest possible Norm Indicator below which the hits hardly show a mode.
+const HARDLY: f64 = 0.2;
+/// Singular value of the unit forces, relative to the largest, below which a direction is not hit.
+const NOT_HIT: f64 = 0.05;
+/// Share of a force that must lie outside those of the hits for it to be new.
+const NEW: f64 = 0.2;
+
+/// For a mode that no hit shows well, what share of the possible the best one shows, and a hit that shows most.
+pub(super) fn better_hit(row: &ModeRow, layout: &HostLayout) -> Option<(f64, Dof)> {
+    let shown = row.norm_indicators.iter().copied().fold(0.0, f64::max);
+    let rotation = row.shape.fixed_rows::<3>(3).into_owned();
+    let translation = row.shape.fixed_rows::<3>(0) + rotation.cross(&layout.sensor_centroid());
+    let shape = Vector6::from_fn(|i, _| if i < 3 { translation[i] } else { rotation[i - 3] });
+    let size = balanced_motion(&shape, layout.characteristic_length()).norm();
+    let possible = |(dof, force): (Dof, Vector6<f64>)| (size * shape.dot(&force).abs(), dof);
+    let (possible, dof) = candidates(layout).map(possible).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (shown < HARDLY * possible).then(|| (shown / possible, dof))
+}
+
+/// A hit whose force and torque are least like those of all hits so far; `None` when these span all six directions.
+pub fn new_direction(layout: &HostLayout) -> Option<Dof> {
+    let length = layout.characteristic_length();
+    let forces: Vec<_> = layout
+        .hits
+        .iter()
+        .map(|hit| balanced_force(&hit.unit_force(&layout.sensor_centroid()), length))
+        .collect();
+    let decomposed = Matrix6xX::from_columns(&forces).svd(true, false);
+    let (vectors, values) = (decomposed.u?, decomposed.singular_values);
+    let outside = |(dof, force): (Dof, Vector6<f64>)| {
+        let force = balanced_force(&force, length);
+        let hit = vectors.column_iter().zip(&values).filter(|(_, v)| **v > NOT_HIT * values.max());
+        let left = hit.fold(force, |left, (vector, _)| left - vector * vector.dot(&force));
+        (left.norm() / force.norm(), dof)
+    };
+    let (share, dof) = candidates(layout).map(outside).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (share > NEW).then_some(dof)
+}
+
+/// Hits along every axis of the body at every point of the layout, with force and torque about the sensors' centroid.
+fn candidates(layout: &HostLayout) -> impl Iterator<Item = (Dof, Vector6<f64>)> + '_ {
+    let sensors = layout.sensors.iter().map(|sensor| (sensor.node, sensor.position));
+    let points = sensors.chain(layout.hits.iter().map(|hit| (hit.dof.node, hit.position)));
+    points.flat_map(move |(node, point)| {
+        Axis::ALL.into_iter().map(move |axis| {
+            let force = Vector3::ith(axis.index(), 1.0);
+            let torque = (Vector3::from(point) - layout.sensor_centroid()).cross(&force);
+            let six = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+            (Dof { node, sign: Sign::Plus, axis }, six)
+        })
+    })
+}
+
+fn balanced_force(force: &Vector6<f64>, length: f64) -> Vector6<f64> {
+    Vector6::from_fn(|i, _| if i < 3 { force[i] } else { force[i] / length })
+}
+
+fn balanced_motion(motion: &Vector6<f64>, length: f64) -> Vector6<f64> {
+    Vector6::from_fn(|i, _| if i < 3 { motion[i] } else { motion[i] * length })
+}

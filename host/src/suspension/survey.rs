@@ -1,0 +1,129 @@
+//! What small changes of data and layout do to the answers.
+
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::identify::agreement::{Agreement, Propagation, propagate};
+use massline_shared::identify::suspension::{Answer, undetermined_property};
+use massline_shared::identify::{Estimate, METHODS, Method, Perturbation};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
+use massline_shared::modes::Reduction;
+use nalgebra::{SVector, Vector3};
+
+use super::deviations::Deviations;
+use super::methods::{Variant, answer};
+use super::{GlobalAnswer, HostFit, MassLineAnswers, refusal_of_property};
+
+/// A method that small changes of data and layout are put through.
+#[derive(Clone, Copy)]
+pub enum Asked<'a> {
+    /// One that uses the suspension modes.
+    Modal(Variant),
+    /// The global fit.
+    Global(&'a GlobalAnswer),
+    /// One that uses mass lines.
+    MassLines(Method, &'a MassLineAnswers<'a>),
+}
+
+/// What small changes of the data and the layout do to answers and modes.
+pub struct Survey {
+    propagation: Propagation<f64, METHODS>,
+    pub(super) deviations: Deviations,
+}
+
+impl Survey {
+    /// A survey of nothing: no covariance is known.
+    pub(super) fn none() -> Self {
+        Self { propagation: Propagation::empty(), deviations: Deviations::new(Vector3::zeros()) }
+    }
+
+    /// Puts the changes through these methods, at most [`METHODS`] of them. Without a modal fit, only those that use mass
+    /// lines answer.
+    pub fn of(
+        layout: &HostLayout,
+        fit: Option<&HostFit<'_>>,
+        asked: &[Asked<'_>],
+        memory: &mut Reduction<f64>,
+        progress: impl FnMut(u32, u32),
+    ) -> Self {
+        let reference = fit.map_or_else(Vector3::zeros, HostFit::reference);
+        let mut of_modes = Deviations::new(reference);
+        let ask = |perturbation: &Perturbation<'_, f64, HOST_SENSORS, HOST_HITS>| {
+            let modes = fit.and_then(|fit| fit.changed(perturbation, memory));
+            if let Some(modes) = &modes {
+                of_modes.add(modes, perturbation.draw.is_some());
+            }
+            let mut thetas = [None; METHODS];
+            for (to, asked) in thetas.iter_mut().zip(asked) {
+                *to = match asked {
+                    Asked::Modal(variant) => fit.zip(modes.as_ref()).and_then(|(fit, modes)| {
+                        let found = answer(fit, perturbation.layout, variant, memory, modes);
+                        found.ok().map(|answer| answer.body.theta())
+                    }),
+                    Asked::Global(global) => fit.map(|fit| global.perturbed(fit, perturbation)),
+                    Asked::MassLines(method, answers) => answers.perturbed(*method, perturbation),
+                };
+            }
+            thetas
+        };
+        let propagation = propagate(layout, ask, progress);
+        Self { propagation, deviations: of_modes }
+    }
+
+    /// The answer with the covariance of the method at this place.
+    ///
+    /// # Errors
+    /// `unstable_under_noise`, `property_undetermined` for one whose uncertainty says that there is no answer, and
+    /// `not_physically_consistent` for a negative moment of inertia.
+    pub fn estimate(
+        &self,
+        place: usize,
+        variant: &Variant,
+        answer: &Answer<f64>,
+        length: f64,
+    ) -> Result<Estimate<f64>, Diagnostics> {
+        if let Some(share) = self.propagation.unstable(place) {
+            let code = Code::UnstableUnderNoise;
+            let reason = Diagnostic::whole(code, Severity::Error, share as f32);
+            return Err(Diagnostics::from_array([reason]));
+        }
+        let covariance = self.propagation.covariance(place, place);
+        let sigma = covariance.diagonal().map(f64::sqrt);
+        if let Some((property, share)) = undetermined_property(&answer.body.theta(), &sigma, length)
+        {
+            return Err(refusal_of_property(property, share));
+        }
+        let mut diagnostics = Diagnostics::new();
+        if !answer.body.is_physically_consistent() {
+            let margin = answer.body.physical_margin().unwrap_or(0.0) as f32;
+            let code = Code::NotPhysicallyConsistent;
+            if answer.body.inertia.symmetric_eigenvalues().min() < 0.0 {
+                let reason = Diagnostic::whole(code, Severity::Error, margin);
+                return Err(Diagnostics::from_array([reason]));
+            }
+            // The list is empty.
+            let _ = diagnostics.push(Diagnostic::whole(code, Severity::Warning, margin));
+        }
+        Ok(Estimate {
+            method: variant.method,
+            body: answer.body,
+            covariance: Some(covariance),
+            condition: answer.condition,
+            consistency: None,
+            learned: None,
+            diagnostics,
+        })
+    }
+
+    /// Standard deviations of the answer at this place; `None` for one that is not stable.
+    pub fn sigma(&self, place: usize) -> Option<SVector<f64, 10>> {
+        let stable = self.propagation.unstable(place).is_none();
+        stable.then(|| self.propagation.covariance(place, place).diagonal().map(f64::sqrt))
+    }
+
+    /// How these answers agree, by their places.
+    pub fn agreement(
+        &self,
+        answers: &[Option<SVector<f64, 10>>; METHODS],
+    ) -> Option<Agreement<f64>> {
+        Agreement::of(answers, &self.propagation)
+    }
+}
