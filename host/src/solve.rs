@@ -10,25 +10,23 @@
 //! [`identification`]: crate::identification
 
 mod answer;
+mod errors;
 mod frfs;
+mod layout_checks;
 mod suspension;
 mod suspension_lines;
 
 use std::path::Path;
 
-use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics};
+use massline_shared::diagnosis::Code;
 use massline_shared::identify::inertia_restraint;
-use massline_shared::identify::{
-    Applicability, IdentifySettings, Method, Observable, Observations,
-};
-use massline_shared::layout::{Dof, HostLayout, assumed_body};
+use massline_shared::identify::{IdentifySettings, Method, Observable, Observations};
+use massline_shared::layout::{Dof, HostLayout};
 use massline_shared::modes::LinesPerSide;
-use nalgebra::{SVector, Vector3};
 
 use crate::identification::{Identification, Selection, identify, learned};
-use crate::layout_file::{LayoutFile, Reference};
-use crate::report::{self, Truth, message_in};
+use crate::layout_file::LayoutFile;
+use crate::report::{Truth, message_in};
 use crate::single_fault::{Examination, NominalTest};
 use crate::suspension::{
     Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
@@ -36,10 +34,14 @@ use crate::suspension::{
 use crate::uff::{Quantity, UffFile};
 use crate::{Error, Result};
 use answer::Settings;
+use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses};
+use layout_checks::{admitted, layout_problem};
 use suspension::ModalPart;
 
 pub use answer::FrfSolution;
+pub(crate) use errors::first_error;
+pub use layout_checks::body_for_checks;
 
 /// The point about which the equations are set up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -120,7 +122,9 @@ pub fn solve_files(
     }
     let uff = UffFile::read(frfs)?;
     solve(&file, &uff, options, progress).map_err(|error| match error {
-        Error::Undetermined { .. } => error.within(layout.display()),
+        Error::Undetermined { .. } => {
+            error.within(format!("{} with {}", layout.display(), frfs.display()))
+        }
         other => other.within(frfs.display()),
     })
 }
@@ -161,7 +165,13 @@ pub fn solve(
     });
     let answers = mass_lines.as_ref().and_then(|part| part.as_ref().ok());
     let answers = answers.map(|part| part.answers(layout));
-    let modal = look.filter(|_| !of_modes.is_empty()).map(|look| {
+    let asked_for = !(of_modes.is_empty() && blocked.is_empty());
+    let modal = look.filter(|_| asked_for).map(|look| {
+        if of_modes.is_empty() {
+            let reasons = blocked.first().map(|(_, reasons)| reasons.as_slice());
+            let error = first_error(reasons.unwrap_or_default(), |d| message_in(d, layout));
+            return Err(error.unwrap_or_else(undetermined));
+        }
         let mut part =
             suspension::part(layout, &look?, options, &of_modes, answers.as_ref(), progress)?;
         part.solution.not_applicable.extend(blocked);
@@ -211,7 +221,7 @@ fn refuse_suspension_in_band([begins, _]: [f64; 2], highest_hz: Option<f64>) -> 
     }
     let text = format!(
         "the band of the mass lines begins at {begins:.1} Hz, and the highest suspension mode lies at {highest:.2} Hz; \
-         let test.band_hz begin at {:.0} Hz, if no elastic mode is near",
+         let test.band_hz begin at {:.0} Hz, provided that no elastic mode is near",
         (3.0 * highest).ceil()
     );
     Err(Error::undetermined(Code::SuspensionInBand.name(), text))
@@ -244,61 +254,6 @@ fn combine(
         modal.and_then(Result::ok),
         notes,
     ))
-}
-
-/// Why neither mass lines nor suspension modes answer; a bad file outweighs data that determine nothing.
-fn both_errors(of_lines: Error, of_modes: Error) -> Error {
-    if of_lines.to_string() == of_modes.to_string() {
-        return of_modes;
-    }
-    let text = format!(
-        "no answer from suspension modes: {of_modes}; no answer from mass lines: {of_lines}"
-    );
-    match (of_modes, of_lines) {
-        (Error::Undetermined { .. }, Error::Input { code, .. }) if code != "band_too_narrow" => {
-            Error::Input { code, message: text }
-        }
-        (Error::Undetermined { code, .. }, _) => Error::Undetermined { code, message: text },
-        (Error::Input { code, .. }, _) => Error::Input { code, message: text },
-        (other, _) => other,
-    }
-}
-
-/// The methods that the layout admits, and the others with the reasons.
-fn admitted(
-    layout: &HostLayout,
-    body: &RigidBody<f64>,
-    methods: Vec<Method>,
-) -> (Vec<Method>, Vec<(Method, Diagnostics)>) {
-    let (mut admitted, mut blocked) = (Vec::new(), Vec::new());
-    for method in methods {
-        let checked = Applicability::new(layout, body, &[method]);
-        if checked.admits(method) {
-            admitted.push(method);
-        } else {
-            let reasons = checked.diagnostics.into_iter().filter(Diagnostic::is_error);
-            blocked.push((method, reasons.collect()));
-        }
-    }
-    (admitted, blocked)
-}
-
-/// Returns the error of a layout that rules out all of these methods.
-fn layout_problem(
-    file: &LayoutFile,
-    body: &RigidBody<f64>,
-    about_body: &str,
-    methods: &[Method],
-) -> Result<()> {
-    let layout = &file.layout;
-    let checked = Applicability::new(layout, body, methods);
-    match first_error(&checked.diagnostics, |d| message_in(d, layout)) {
-        None => Ok(()),
-        Some(Error::Undetermined { code, message }) => {
-            Err(Error::undetermined(code, format!("{message} ({about_body})")))
-        }
-        Some(other) => Err(other),
-    }
 }
 
 /// What the mass lines of a file say.
@@ -347,85 +302,6 @@ fn mass_line_part(
     let mut part = MassLinePart { lines, identification, examination, settings, comparison };
     part.comparison = compare(&part.answers(layout));
     Ok(part)
-}
-
-/// The body that a layout is checked with, and a sentence that names its origin: what `[reference]` states,
-/// for the rest the mass of `[prior]` or 1 kg, near the centroid of the nodes, with the inertia `m L² I`.
-pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
-    let none = Reference { mass_kg: None, center_of_mass_m: None, inertia_kg_m2: None };
-    let reference = file.reference.unwrap_or(none);
-    if let Some(ten) = reference.complete() {
-        let body = RigidBody::from_theta(&SVector::from(ten));
-        return (body, "the layout was checked with the body of [reference]".into());
-    }
-    let prior = file.layout.priors.iter().find(|p| p.property == 0).map(|known| known.value);
-    let mass = reference.mass_kg.or(prior);
-    let nodes = file.nodes.iter().map(|node| node.position);
-    let mut body = assumed_body(mass, nodes);
-    let mass_from = match (reference.mass_kg, prior) {
-        (Some(_), _) => "the mass of [reference]",
-        (None, Some(_)) => "the mass of [prior]",
-        (None, None) => "an assumed mass of 1 kg",
-    };
-    let center_from = match reference.center_of_mass_m {
-        Some(center) => {
-            body.center_of_mass = Vector3::from(center);
-            "the centre of mass of [reference]"
-        }
-        None => "an assumed centre of mass near the centroid of the nodes",
-    };
-    let text = format!(
-        "the layout was checked with {mass_from}, {center_from} and an assumed inertia m L² I, L being the \
-         extent of the nodes; give [reference] to check it with the body itself"
-    );
-    (body, text)
-}
-
-/// The errors among `found` as one error with the messages that `say` returns and the code of the first;
-/// `None` when there is none.
-pub(crate) fn first_error(
-    found: &[Diagnostic],
-    message_of: impl Fn(&Diagnostic) -> String,
-) -> Option<Error> {
-    let errors: Vec<&Diagnostic> = found.iter().filter(|d| d.is_error()).collect();
-    let first = errors.first()?;
-    let text = errors.iter().map(|d| message_of(d)).collect::<Vec<_>>().join("; ");
-    let code = report::code_name(first);
-    Some(match first.code {
-        Code::TwoSensorsOnOneNode
-        | Code::UnknownNode
-        | Code::AxesNotOrthonormal
-        | Code::LayoutNotFinite
-        | Code::SettingOutOfRange
-        | Code::HitNotInLayout
-        | Code::DataNotFinite
-        | Code::FrfMissing
-        | Code::BandTooNarrow => Error::input(code, text),
-        _ => Error::undetermined(code, text),
-    })
-}
-
-fn undetermined() -> Error {
-    Error::undetermined("no_answer", "the data do not determine the ten properties")
-}
-
-/// Adds to `error` that the layout alone is sound, so that frequency responses must be missing or wrong.
-fn blame_the_responses(error: Error, examination: &Examination, layout: &HostLayout) -> Error {
-    match error {
-        Error::Undetermined { code, message } => {
-            let mistakes = examination.to_text(layout);
-            let mistakes = mistakes.trim_end().replace('\n', "; ");
-            Error::undetermined(
-                code,
-                format!(
-                    "the layout is good but its frequency responses are not: {message}; check that \
-                     the file holds this object's responses and what quantity they are \
-                     (--quantity); {mistakes}"
-                ),
-            )
-        }
-        other => other,
-    }
 }
 
 #[cfg(test)]

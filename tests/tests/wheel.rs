@@ -118,7 +118,7 @@ fn every_method_is_as_good_as_it_can_be_and_its_intervals_hold() {
         ("global fit", 1.05),
         ("combined", 1.10),
         // Without a limit on the error: the paper's choice of one force a mode, and the mass line as a constant.
-        ("Toivola-Nuutila, best force (paper)", f64::INFINITY),
+        ("Toivola-Nuutila, best force", f64::INFINITY),
         ("modal constant", f64::INFINITY),
     ] {
         all.check(name, limit, HOLDS);

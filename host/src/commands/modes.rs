@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::responses::ResponseArgs;
+use super::responses::{PERTURBATIONS, ResponseArgs};
 use crate::error::Result;
 use crate::output::Output;
 use crate::report::{
@@ -13,9 +13,10 @@ use crate::solve::modes_of_files;
 /// Arguments of `massline modes`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Reads UFF dataset 58 as `massline solve` does, fits poles and residues to all responses of the suspension
-band together, and prints frequency, damping ratio and Norm Indicator of every mode, how alike the shapes
-are, and the poles of every order: those that return from order to order are modes.
+Reads UFF dataset 58 as `massline solve` does, fits poles and residues to all responses of the
+suspension band together, and prints frequency, damping ratio and Norm Indicator of every mode,
+how alike the shapes are, and the poles of every order: those that return from order to order
+are modes.
 
 Examples:
   massline modes wheel.toml wheel.uff
@@ -36,7 +37,7 @@ pub struct Args {
 /// When a file is bad, or its responses show no modes.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let options = args.responses.options();
-    let bar = output.bar(0, "perturbations");
+    let bar = output.bar(PERTURBATIONS, "uncertainty");
     let found = modes_of_files(&args.layout, &args.frfs, &options, |done, all| {
         bar.set_length(all.into());
         bar.set_position(done.into());

@@ -3,10 +3,14 @@
 use std::str::FromStr;
 
 use clap::ValueEnum;
+use massline_shared::identify::agreement::NOISE_DRAWS;
 
 use super::number;
 use crate::solve::Options;
 use crate::uff::Quantity;
+
+/// Number of changed data sets that are solved at least, for the progress bar.
+pub const PERTURBATIONS: u64 = NOISE_DRAWS as u64;
 
 /// Options about the responses of a file.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -19,7 +23,7 @@ pub struct ResponseArgs {
     #[arg(long, value_name = "1/S", default_value = "0", value_parser = number::not_negative)]
     decay: f64,
     /// Band in which the suspension modes are looked for, Hz: from below the lowest to above the highest of them.
-    #[arg(long, value_name = "LOW:HIGH", default_value = "0.5:12.5")]
+    #[arg(long, value_name = "LOW:HIGH", default_value = "0.5:12.5", allow_hyphen_values = true)]
     suspension_band: Band,
 }
 
@@ -52,7 +56,10 @@ impl FromStr for Band {
         });
         ends.filter(|[low, high]| *low > 0.0 && low < high && high.is_finite())
             .map(Self)
-            .ok_or_else(|| "give two frequencies in Hz, as in 0.5:12.5".into())
+            .ok_or_else(|| {
+                "give two frequencies in Hz, both above 0 and the lower one first, as in 0.5:12.5"
+                    .into()
+            })
     }
 }
 

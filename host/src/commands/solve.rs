@@ -8,7 +8,7 @@ use massline_shared::layout::Dof;
 use massline_shared::modes::{LINES_OF_A_SIDE, LinesPerSide};
 
 use super::method;
-use super::responses::ResponseArgs;
+use super::responses::{PERTURBATIONS, ResponseArgs};
 use crate::error::Result;
 use crate::identification::Selection;
 use crate::output::Output;
@@ -27,7 +27,8 @@ global-fit and toivola-nuutila. Placement errors are averaged over test.hits_per
 Examples:
   massline solve frame.toml frame.uff
   massline solve frame.toml frame.uff --method ml
-  massline solve wheel.toml wheel.uff --method global-fit
+  massline solve wheel.toml wheel.uff
+  massline solve wheel.toml wheel.uff --method dppim --lines-per-side 2
   massline solve wheel.toml wheel.uff --hits 101:+X,102:+Z,104:+Y --shapes best
   massline solve frame.toml frame.uff --method irm --reference-point origin --json
   massline solve frame.toml frame.unv --quantity receptance
@@ -45,7 +46,7 @@ pub struct Args {
     /// Forces that a mode shape comes from.
     #[arg(long, value_enum, default_value_t, value_name = "FORCES")]
     shapes: Shapes,
-    /// Lines of the direct method on each side of a mode: those within its width, or a number.
+    /// Lines of the direct method on each side of a mode: those within its width, or a number from 1 to 4.
     #[arg(long, value_name = "N", default_value = "auto")]
     lines_per_side: PerSide,
     /// Hits to use, such as `1:+Y,4:+X`; default: all of the layout.
@@ -117,7 +118,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         lines: args.lines_per_side.0,
         ..args.responses.options()
     };
-    let bar = output.bar(0, "perturbations");
+    let bar = output.bar(PERTURBATIONS, "uncertainty");
     let solution = solve_files(&args.layout, &args.frfs, &args.hits, &options, |done, all| {
         bar.set_length(all.into());
         bar.set_position(done.into());

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use massline_shared::body::INERTIAL_PARAMETERS;
+use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
 use massline_shared::layout::HostLayout;
 use nalgebra::SVector;
@@ -33,8 +34,23 @@ pub fn comparison_text(
         let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
         rows.push(("combined", agreement.theta, Some(sigma)));
     }
-    let tables: String = [0..4, 4..10].map(|columns| table_of(&rows, columns)).concat();
-    format!("all methods on the same data\n{tables}{}\n", verdict(comparison, layout))
+    let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
+    let distances = distances_from_global_fit(estimates);
+    format!("all methods on the same data\n{tables}{}\n{distances}", verdict(comparison, layout))
+}
+
+/// How far the other methods are from the global fit where they have been warned of it; empty otherwise.
+fn distances_from_global_fit(estimates: &[Estimate<f64>]) -> String {
+    let distance = |estimate: &Estimate<f64>| {
+        let warned = |d: &&Diagnostic| d.code == Code::FlexibleModeAboveBand;
+        let share = estimate.diagnostics.iter().find(warned)?.value;
+        Some(format!("{} {:.1}", estimate.method.name(), 100.0 * share))
+    };
+    let all: Vec<String> = estimates.iter().filter_map(distance).collect();
+    if all.is_empty() {
+        return String::new();
+    }
+    format!("largest distance from the global fit, % of scale: {}\n", all.join(", "))
 }
 
 /// Name, values and standard deviations.
@@ -97,7 +113,8 @@ fn verdict(comparison: &Comparison, layout: &HostLayout) -> String {
         (false, Some(outlier)) => format!(
             "{} is off: {difference}; {}. It is left out of the combined answer",
             name(outlier),
-            method_at(comparison, outlier).map_or("", |method| reason(method, layout)),
+            method_at(comparison, outlier)
+                .map_or_else(String::new, |method| reason(method, layout)),
         ),
         (false, None) => format!(
             "the methods disagree: {difference}; the combined standard deviations include the differences between the \
@@ -111,30 +128,12 @@ fn method_at(comparison: &Comparison, place: usize) -> Option<Method> {
 }
 
 /// What puts a method off while the others agree.
-fn reason(method: Method, layout: &HostLayout) -> &'static str {
-    let uses_priors =
-        matches!(method, Method::ToivolaNuutila | Method::GlobalFit | Method::MaximumLikelihood);
-    match method {
-        _ if uses_priors && !layout.priors.is_empty() => {
-            "it uses [prior], which the others do not: check the values there"
-        }
-        Method::ToivolaNuutila | Method::ContiBretl => {
-            "modal methods are off when a mode is missing, complex or mixed with its neighbour"
-        }
-        Method::Dppim => {
-            "the viscous form is off when the damping is structural, or with hum at its lines"
-        }
-        Method::DppimStructural => "the structural form is off when the damping is viscous",
-        Method::ModalConstant => {
-            "the constant of the modal fit is off when an elastic mode is near the band"
-        }
-        Method::GlobalFit => {
-            "the global fit is off when the object is not rigid or the suspension not linear in the band"
-        }
-        Method::MaximumLikelihood | Method::InertiaRestraint => {
-            "mass lines are off when the suspension or an elastic mode is near their band"
-        }
+fn reason(method: Method, layout: &HostLayout) -> String {
+    let entry = method.entry();
+    if entry.uses_priors && !layout.priors.is_empty() {
+        return "it uses [prior], which not all others do: check the values there".into();
     }
+    format!("it is off when {}", entry.off_when)
 }
 
 /// The comparison as JSON; `null` for fewer than two answers.

@@ -25,7 +25,8 @@ pub fn global_fit_json(found: &GlobalFitSolution<f64>) -> Value {
         "damping": found.damping.as_ref().map(rows),
         "extra_terms": found.extra_terms,
         "extra_terms_z": found.extra_terms_z,
-        "noise_m_per_s2_per_n": found.noise,
+        // Of a complex number, as that of the modes.
+        "noise_m_per_s2_per_n": found.noise * std::f64::consts::SQRT_2,
     })
 }
 

@@ -12,7 +12,7 @@ use crate::suspension::{ModeRow, OrderRow, PoleRow, SuspensionModes};
 /// The mass line of a body begins this much above its highest suspension mode (theory, section 5).
 const ABOVE_SUSPENSION: f64 = 3.0;
 /// Length of the longest bar, characters.
-const BAR: f64 = 5.0;
+const BAR: f64 = 4.0;
 
 /// Frequencies, damping ratios and Norm Indicators: one row per mode, then what follows from them.
 pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayout) -> String {
@@ -33,10 +33,11 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
     let mut text = format!("suspension modes from {low} to {high} Hz\n{of_modes}\n");
     text +=
         &format!("Norm Indicator: how much of a mode a hit shows\n{}\n", indicators(modes, layout));
-    if let Some(highest) = modes.rows.last() {
-        let highest = highest.frequency_hz[0];
+    let highest = modes.rows.get(SUSPENSION_MODES - 1).map(|row| row.frequency_hz[0]);
+    if let Some(highest) = highest {
         text += &format!(
-            "the highest one lies at {highest:.2} Hz: a mass line begins at {:.0} Hz, if no elastic mode is below {:.0} Hz\n",
+            "the highest one lies at {highest:.2} Hz: a mass line begins at {:.0} Hz, provided that no elastic mode \
+             lies below {:.0} Hz\n",
             ABOVE_SUSPENSION * highest,
             // The band ends at 0.4 of the first elastic mode and is at least twice as wide as it is high.
             ABOVE_SUSPENSION * highest * 2.0 / 0.4,
@@ -45,7 +46,7 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
     for (place, row) in modes.rows.iter().enumerate() {
         if let Some((share, dof)) = better_hit(row, layout) {
             text += &format!(
-                "mode {} hardly shows under any hit ({:.0} % of what is possible): hit {dof}\n",
+                "mode {} hardly shows under any hit ({:.0} % of the largest possible): hit {dof}\n",
                 place + 1,
                 100.0 * share
             );
@@ -78,17 +79,17 @@ pub fn assurance_text(modes: &SuspensionModes) -> String {
     format!("modal assurance criterion\n{all}\n")
 }
 
-/// The poles of every order: `●` for one that the next smaller order also has.
+/// The poles of every order, marked where the next smaller order also has them.
 pub fn orders_text(modes: &SuspensionModes) -> String {
     let mut all = table();
-    all.set_header(["order", "poles, Hz; ● returns from the order above it, ○ does not"]);
+    all.set_header(["order", "poles, Hz; ● is also in the row above"]);
     for (place, OrderRow { used, poles }) in modes.orders.iter().enumerate() {
         let pole = |pole: &PoleRow| {
-            format!("{:.3} {}", pole.frequency_hz, if pole.stable { '●' } else { '○' })
+            format!("{:.3}{}", pole.frequency_hz, if pole.stable { " ●" } else { "" })
         };
         let poles: Vec<String> = poles.iter().map(pole).collect();
         let mark = if *used { "used" } else { "" };
-        all.add_row([format!("{} {mark}", place + 1), poles.join("   ")]);
+        all.add_row([format!("{} {mark}", place + 1), poles.join("  ")]);
     }
     format!("stabilisation\n{all}\n")
 }
@@ -96,8 +97,8 @@ pub fn orders_text(modes: &SuspensionModes) -> String {
 /// Norm Indicators with bars, one row per hit and one column per mode.
 fn indicators(modes: &SuspensionModes, layout: &HostLayout) -> Table {
     let mut all = table();
-    let header = (1..=modes.rows.len()).map(|mode| format!("mode {mode}"));
-    all.set_header(std::iter::once("hit".to_owned()).chain(header));
+    let header = (1..=modes.rows.len()).map(|mode| mode.to_string());
+    all.set_header(std::iter::once("hit \\ mode".to_owned()).chain(header));
     let every = || modes.rows.iter().flat_map(|row| &row.norm_indicators);
     let largest = every().copied().fold(f64::MIN_POSITIVE, f64::max);
     for (place, hit) in layout.hits.iter().enumerate() {

@@ -1,5 +1,7 @@
 //! Which hits would show what the hits of a test do not show.
 
+use std::fmt;
+
 use massline_shared::layout::{Axis, Dof, HostLayout, Sign};
 use nalgebra::{Matrix6xX, Vector3, Vector6};
 
@@ -12,8 +14,29 @@ const NOT_HIT: f64 = 0.05;
 /// Share of a force that must lie outside those of the hits for it to be new.
 const NEW: f64 = 0.2;
 
+/// A hit that is worth making.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    dof: Dof,
+    /// A sensor stands there, so that only the point beside it can be hit.
+    at_sensor: bool,
+}
+
+impl Place {
+    fn of(dof: Dof, layout: &HostLayout) -> Self {
+        Self { dof, at_sensor: layout.sensors.iter().any(|sensor| sensor.node == dof.node) }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let beside = if self.at_sensor { " (beside the sensor)" } else { "" };
+        write!(f, "{}{beside}", self.dof)
+    }
+}
+
 /// For a mode that no hit shows well, what share of the possible the best one shows, and a hit that shows most.
-pub(super) fn better_hit(row: &ModeRow, layout: &HostLayout) -> Option<(f64, Dof)> {
+pub(super) fn better_hit(row: &ModeRow, layout: &HostLayout) -> Option<(f64, Place)> {
     let shown = row.norm_indicators.iter().copied().fold(0.0, f64::max);
     let rotation = row.shape.fixed_rows::<3>(3).into_owned();
     let translation = row.shape.fixed_rows::<3>(0) + rotation.cross(&layout.sensor_centroid());
@@ -21,11 +44,11 @@ pub(super) fn better_hit(row: &ModeRow, layout: &HostLayout) -> Option<(f64, Dof
     let size = balanced_motion(&shape, layout.characteristic_length()).norm();
     let possible = |(dof, force): (Dof, Vector6<f64>)| (size * shape.dot(&force).abs(), dof);
     let (possible, dof) = candidates(layout).map(possible).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (shown < HARDLY * possible).then(|| (shown / possible, dof))
+    (shown < HARDLY * possible).then(|| (shown / possible, Place::of(dof, layout)))
 }
 
 /// A hit whose force and torque are least like those of all hits so far; `None` when these span all six directions.
-pub fn new_direction(layout: &HostLayout) -> Option<Dof> {
+pub fn new_direction(layout: &HostLayout) -> Option<Place> {
     let length = layout.characteristic_length();
     let forces: Vec<_> = layout
         .hits
@@ -41,7 +64,7 @@ pub fn new_direction(layout: &HostLayout) -> Option<Dof> {
         (left.norm() / force.norm(), dof)
     };
     let (share, dof) = candidates(layout).map(outside).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (share > NEW).then_some(dof)
+    (share > NEW).then(|| Place::of(dof, layout))
 }
 
 /// Hits along every axis of the body at every point of the layout, with force and torque about the sensors' centroid.

@@ -16,10 +16,6 @@ use crate::suspension::{
 };
 use crate::{Error, Result};
 
-/// Methods that do not use the priors of a layout, the best first.
-const NO_PRIORS: [Method; 4] =
-    [Method::ContiBretl, Method::Dppim, Method::DppimStructural, Method::ModalConstant];
-
 /// The answers from the suspension modes.
 pub(super) struct ModalPart {
     pub(super) solution: SuspensionSolution,
@@ -103,7 +99,7 @@ pub(super) fn part(
         return Err(said(layout, reasons));
     }
     let mut diagnostics = solution.modes.diagnostics.clone();
-    let without_priors = solution.estimates.iter().find(|e| NO_PRIORS.contains(&e.method));
+    let without_priors = solution.estimates.iter().find(|e| !e.method.entry().uses_priors);
     diagnostics.extend(without_priors.iter().flat_map(|e| contradicted(&layout.priors, e)));
     diagnostics.extend(look.first.diagnostics.iter().copied());
     diagnostics.extend(gap(look));

@@ -69,11 +69,11 @@ impl GlobalAnswer {
                 }
             }
         }
-        if let Some(source) = perturbation.source {
-            theta += match self.nuisances.get(source) {
+        if let Some(quantity) = perturbation.quantity {
+            theta += match self.nuisances.get(quantity) {
                 Some(shift) => *shift,
                 // The priors come last.
-                None => self.shift_of_prior(fit.layout(), source - self.nuisances.len()),
+                None => self.shift_of_prior(fit.layout(), quantity - self.nuisances.len()),
             };
         }
         theta

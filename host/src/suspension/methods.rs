@@ -11,6 +11,8 @@ use super::HostFit;
 /// The two forms of the direct method: when one fits worse than the other by this factor, it has no answer unless it is
 /// asked for.
 const CLEARLY_WORSE: f64 = 1.2;
+/// The same for the structural form, which has to be needed.
+const WORSE: f64 = 1.05;
 
 /// A method with a choice of modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +51,8 @@ pub struct Answered {
     pub answers: Vec<(Variant, Answer<f64>)>,
     /// The methods without an answer.
     pub not_applicable: Vec<(Method, Diagnostics)>,
+    /// A form of the direct method that fits worse than the other, where it was asked for by name.
+    pub warned: Option<(Method, Diagnostic)>,
 }
 
 /// Asks every variant. Of the two forms of the direct method, the one that fits clearly worse is refused unless it is asked
@@ -59,20 +63,18 @@ pub fn answered(
     named: bool,
     memory: &mut Reduction<f64>,
 ) -> Answered {
-    let mut all = Answered { answers: Vec::new(), not_applicable: Vec::new() };
+    let mut all = Answered { answers: Vec::new(), not_applicable: Vec::new(), warned: None };
     for variant in variants {
         match answer(fit, fit.layout(), variant, memory, fit.modes()) {
             Ok(answer) => all.answers.push((*variant, answer)),
             Err(reasons) => all.not_applicable.push((variant.method, reasons)),
         }
     }
-    if !named {
-        refuse_other_damping(&mut all);
-    }
+    refuse_other_damping(&mut all, named);
     all
 }
 
-fn refuse_other_damping(all: &mut Answered) {
+fn refuse_other_damping(all: &mut Answered, named: bool) {
     let misfit = |method: Method| {
         let found = all.answers.iter().find(|(variant, _)| variant.method == method);
         found.and_then(|(_, answer)| answer.misfit)
@@ -81,11 +83,15 @@ fn refuse_other_damping(all: &mut Answered) {
     let Some((viscous, structural)) = pair else { return };
     let (worse, code, times) = if viscous > structural * CLEARLY_WORSE {
         (Method::Dppim, Code::DampingNotViscous, viscous / structural)
-    } else if structural > viscous {
+    } else if structural > viscous * WORSE {
         (Method::DppimStructural, Code::DampingNotStructural, structural / viscous)
     } else {
         return;
     };
+    if named {
+        all.warned = Some((worse, Diagnostic::whole(code, Severity::Warning, times as f32)));
+        return;
+    }
     all.answers.retain(|(variant, _)| variant.method != worse);
     let reason = Diagnostic::whole(code, Severity::Error, times as f32);
     all.not_applicable.push((worse, Diagnostics::from_array([reason])));

@@ -1,7 +1,9 @@
 //! The methods that use the suspension modes, on the frequency responses of a test: all of them at once, their
 //! uncertainty and their agreement.
 
+mod comparison;
 mod deviations;
+mod first_look;
 mod global;
 mod mass_lines;
 mod methods;
@@ -13,17 +15,15 @@ mod survey;
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::global_fit::GlobalFitSolution;
-use massline_shared::identify::suspension::{
-    SuspensionFit, mode_findings, truncated_mode, undetermined_property,
-};
+use massline_shared::identify::suspension::{SuspensionFit, mode_findings, undetermined_property};
 use massline_shared::identify::toivola_nuutila::FEWEST_MODES;
-use massline_shared::identify::{Estimate, METHODS, Method, Observable};
+use massline_shared::identify::{Estimate, Method, Observable};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use massline_shared::modes::{LinesPerSide, Reduction};
-use nalgebra::SVector;
 
+pub use comparison::{Comparison, compare};
+pub use first_look::{FirstLook, find_modes};
 pub use global::GlobalAnswer;
 pub use mass_lines::MassLineAnswers;
 pub use methods::{Answered, ModeChoice, Variant, answered};
@@ -61,19 +61,6 @@ pub struct SuspensionSolution {
     pub global: Option<GlobalFitSolution<f64>>,
 }
 
-/// What all methods say together.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Comparison {
-    /// The methods with an answer, by their places in the agreement.
-    pub methods: [Option<Method>; METHODS],
-    /// Standard deviations of their answers under the same changes of data and layout, at the same places.
-    pub sigmas: [Option<SVector<f64, 10>>; METHODS],
-    /// How they agree; `None` with fewer than two of them, and where they are known to differ.
-    pub agreement: Option<Agreement<f64>>,
-    /// A flexible mode above the band, which only the global fit takes into account.
-    pub flexible: bool,
-}
-
 /// Solves the readings of the suspension band by these methods; any that do not use the suspension modes are left out.
 /// `mass_lines` has the answers of other methods to the
 /// same test, to compare with. `progress` is told how many of all changes are done.
@@ -92,21 +79,12 @@ pub fn solve(
     let layout = mass_lines.map_or(layout, |of| &of.budget);
     let mut memory = Box::new(Reduction::new());
     let fit = HostFit::new(layout, readings, &mut memory)?.with_lines(settings.lines);
-    let mut findings = findings(&fit, readings, &memory);
-    if layout.gravity.is_none() && layout.sensors.iter().any(|sensor| sensor.senses_gravity) {
-        findings.push(Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0));
-    }
-    if let Some(found) = not_rigid(&fit, readings) {
-        if found.is_error() {
-            return Err(Diagnostics::from_array([found]));
-        }
-        findings.push(found);
-    }
+    let findings = findings(&fit, readings, &memory)?;
     // The modal answers are where the global fit starts, also when it is the only method that is wanted.
     let modal = Method::ALL.into_iter().filter(|m| m.entry().observes == Observable::Suspension);
     let variants: Vec<Variant> =
         modal.map(|method| Variant { method, choice: settings.choice }).collect();
-    let Answered { mut answers, mut not_applicable } =
+    let Answered { mut answers, mut not_applicable, warned } =
         answered(&fit, &variants, settings.named, &mut memory);
     let start = answers.first().map(|(_, answer)| answer.body);
     answers.retain(|(variant, _)| wanted.contains(&variant.method));
@@ -141,7 +119,12 @@ pub fn solve(
     let length = layout.characteristic_length();
     for (place, (variant, answer)) in answers.iter().enumerate() {
         match survey.estimate(first + place, variant, answer, length) {
-            Ok(estimate) => estimates.push((first + place, estimate)),
+            Ok(mut estimate) => {
+                let warning = warned.filter(|(method, _)| *method == variant.method);
+                // There is room for sixteen diagnostics; this is the second at most.
+                estimate.diagnostics.extend(warning.map(|(_, warning)| warning));
+                estimates.push((first + place, estimate));
+            }
             Err(reasons) => not_applicable.push((variant.method, reasons)),
         }
     }
@@ -149,64 +132,13 @@ pub fn solve(
     let mut compared: Vec<(usize, &Estimate<f64>)> =
         estimates.iter().map(|(place, estimate)| (*place, estimate)).collect();
     compared.extend((first + answers.len()..).zip(others));
-    let mut thetas = [None; METHODS];
-    let (mut methods, mut sigmas) = ([None; METHODS], [None; METHODS]);
-    for (place, estimate) in compared {
-        methods[place] = Some(estimate.method);
-        sigmas[place] = survey.sigma(place);
-        // With a flexible mode above the band the other methods are known to be off.
-        thetas[place] = (!flexible).then(|| estimate.theta());
-    }
     Ok(SuspensionSolution {
         modes: SuspensionModes::new(&fit, &survey, findings),
-        comparison: Comparison { methods, sigmas, agreement: survey.agreement(&thetas), flexible },
+        comparison: Comparison::of(&survey, compared, flexible),
         estimates: estimates.into_iter().map(|(_, estimate)| estimate).collect(),
         not_applicable,
         global: global.map(|found| found.solution).or(not_wanted),
     })
-}
-
-/// What a first look at the readings shows.
-#[derive(Clone, Debug)]
-pub struct FirstLook {
-    /// Frequencies, Hz, and damping ratios of the suspension modes.
-    pub modes: Vec<(f64, f64)>,
-    /// The frequency of the highest of them that the hits excite well, Hz, when there are enough for an answer.
-    pub highest_hz: Option<f64>,
-    /// A warning about records that end too early.
-    pub diagnostics: Vec<Diagnostic>,
-}
-
-/// Looks for suspension modes in readings whose records are taken to be this long, s.
-///
-/// # Errors
-/// Those of [`SuspensionFit::new`], and `record_too_short_for_damping`.
-pub fn find_modes(
-    layout: &HostLayout,
-    readings: &FrequencyResponses<'_, f64>,
-    record_s: f64,
-) -> Result<FirstLook, Diagnostics> {
-    let mut memory = Box::new(Reduction::new());
-    let fit = HostFit::new(layout, readings, &mut memory)?;
-    let truncated = truncated_mode(fit.modes(), record_s, readings.decay);
-    if let Some(error) = truncated.filter(Diagnostic::is_error) {
-        return Err(Diagnostics::from_array([error]));
-    }
-    let found = fit.modes().modes.iter();
-    let modes: Vec<_> = found.map(|mode| (mode.frequency_hz, mode.damping_ratio)).collect();
-    let findings = mode_findings(fit.modes(), &memory.responses());
-    let poor = |place: usize| {
-        let subject = Subject::mode(place);
-        findings.iter().any(|d| d.code == Code::ModePoorlyExcited && d.subject == subject)
-    };
-    let excited: Vec<f64> = modes
-        .iter()
-        .enumerate()
-        .filter(|(place, _)| !poor(*place))
-        .map(|(_, (frequency, _))| *frequency)
-        .collect();
-    let highest_hz = excited.last().copied().filter(|_| excited.len() >= FEWEST_MODES);
-    Ok(FirstLook { modes, highest_hz, diagnostics: truncated.into_iter().collect() })
 }
 
 /// The suspension modes with their uncertainty, without any method.
@@ -220,40 +152,31 @@ pub fn modes(
 ) -> Result<SuspensionModes, Diagnostics> {
     let mut memory = Box::new(Reduction::new());
     let fit = HostFit::new(layout, readings, &mut memory)?;
-    let findings = findings(&fit, readings, &memory);
+    let findings = findings(&fit, readings, &memory)?;
     let survey = Survey::of(layout, Some(&fit), &[], &mut memory, progress);
     Ok(SuspensionModes::new(&fit, &survey, findings))
 }
 
-/// Warnings about modes and about hits that are not reciprocal.
+/// Warnings about modes, sensors and hits.
+///
+/// # Errors
+/// When the sensors contradict each other.
 fn findings(
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
     memory: &Reduction<f64>,
-) -> Vec<Diagnostic> {
+) -> Result<Vec<Diagnostic>, Diagnostics> {
     let mut all = mode_findings(fit.modes(), &memory.responses()).to_vec();
     all.extend(reciprocity::reciprocity_of_modes(fit, readings));
-    all
-}
-
-/// How the answers to mass lines alone agree.
-pub fn compare(answers: &MassLineAnswers<'_>) -> Comparison {
-    let (mut methods, mut thetas) = ([None; METHODS], [None; METHODS]);
-    let mut sigmas = [None; METHODS];
-    for (place, estimate) in answers.estimates.iter().enumerate() {
-        methods[place] = Some(estimate.method);
-        thetas[place] = Some(estimate.theta());
+    let layout = fit.layout();
+    if layout.gravity.is_none() && layout.sensors.iter().any(|sensor| sensor.senses_gravity) {
+        all.push(Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0));
     }
-    if answers.estimates.len() < 2 {
-        return Comparison { methods, ..Comparison::default() };
+    match not_rigid(fit, readings) {
+        Some(error) if error.is_error() => return Err(Diagnostics::from_array([error])),
+        warning => all.extend(warning),
     }
-    let asked: Vec<Asked<'_>> =
-        methods.iter().flatten().map(|&method| Asked::MassLines(method, answers)).collect();
-    let survey = Survey::of(&answers.budget, None, &asked, &mut Reduction::new(), |_, _| ());
-    for (place, sigma) in sigmas.iter_mut().enumerate().take(answers.estimates.len()) {
-        *sigma = survey.sigma(place);
-    }
-    Comparison { methods, sigmas, agreement: survey.agreement(&thetas), flexible: false }
+    Ok(all)
 }
 
 /// The global fit from a modal answer.

@@ -12,14 +12,14 @@ codes! {
     FewerThanThreeSensors = 1, "fewer_than_three_sensors", Whole, Count;
         "Under 3 sensors: only\nML works, with wider\nintervals.";
         "fewer than three triaxial sensors cannot resolve the six motions of the body, which the inertia \
-         restraint method needs; put three on nodes that are not on one line, or rely on maximum \
-         likelihood with its wider intervals";
+         restraint method needs and those of the suspension modes; put three on nodes that are not on one line, \
+         or rely on maximum likelihood with its wider intervals";
     /// The second singular value of the centred sensor positions is below 2 % of the first. Value: the ratio.
     SensorsCollinear = 2, "sensors_collinear", Whole, Share(1);
         "Sensors on one line:\nmove one away. IRM\ncannot, ML can.";
         "the sensors stand on one line (within 2 %), so the rotation about that line is not seen, which \
-         the inertia restraint method needs; move one sensor away from the line, or rely on maximum \
-         likelihood with its wider intervals";
+         the inertia restraint method needs and those of the suspension modes; move one sensor away from the \
+         line, or rely on maximum likelihood with its wider intervals";
     /// `G diag(1,1,1,1/L,1/L,1/L)` has a rank below six (relative cut 1e-6). Value: the rank.
     ResponseRankDeficient = 3, "response_rank_deficient", Whole, Count;
         "Sensors do not see\nall six motions:\nspread or turn them.";
@@ -398,8 +398,8 @@ codes! {
     /// their distance over the mean bandwidth.
     ModesClose = 102, "modes_close", Mode, Factor;
         "Two modes nearly\ncoincide: shapes are\nuncertain.";
-        "{subject} and the next are {value} bandwidths apart, so their shapes mix; more forces tell them apart, \
-         or another suspension separates them";
+        "{subject} and the next higher one are {value} bandwidths apart, so their shapes mix; more hits tell them \
+         apart, or another suspension separates them";
     /// A mode hardly shows under any force. Subject: the mode. Value: its largest Norm Indicator over the
     /// median of the modes.
     ModePoorlyExcited = 103, "mode_poorly_excited", Mode, Share(0);
@@ -416,11 +416,12 @@ codes! {
         "Viscous damping fits\nbetter.";
         "viscous damping fits these responses {value} times better than structural damping; rely on the viscous \
          form";
-    /// A flexible mode above the band moves the apparent mass within it. Value: by how much at the upper end.
+    /// A flexible mode above the band moves the apparent mass within it. Value: the largest distance of the answer from
+    /// that of the global fit, relative to scale.
     FlexibleModeAboveBand = 106, "flexible_mode_above_band", Whole, Share(1);
         "A part on springs\nmoves the mass: only\nthe global fit holds.";
-        "a flexible mode above the band changes the apparent mass by up to {value} within it, which only the \
-         global fit takes into account; this method may be off by as much";
+        "a flexible mode above the band moves the apparent mass, which only the global fit takes into account; \
+         this answer is {value} of scale away from it";
     /// The decay of a mode does not fit into a record. Subject: the mode. Value: what is left of it at the end.
     RecordTooShort = 107, "record_too_short_for_damping", Mode, Share(1);
         "Still swings at the\nend of the record:\nrecord longer.";

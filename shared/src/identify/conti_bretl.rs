@@ -20,6 +20,8 @@ pub const ENTRY: Entry = Entry {
     title: "Conti-Bretl",
     summary: "Mass matrix from six mode shapes, of Conti and Bretl",
     observes: Observable::Suspension,
+    uses_priors: false,
+    off_when: "a mode is missing, complex or mixed with its neighbour",
     on_request: false,
     is_blocked,
     workspace: |_, _| 0,

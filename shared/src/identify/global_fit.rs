@@ -63,6 +63,8 @@ pub const ENTRY: Entry = Entry {
     title: "Global fit",
     summary: "Body and suspension fitted to all bins of the band",
     observes: Observable::SpectrumBins,
+    uses_priors: true,
+    off_when: "the object is not rigid or the suspension not linear in the band",
     on_request: false,
     is_blocked,
     workspace: |sensors, _| workspace(sensors, HOST_HITS),

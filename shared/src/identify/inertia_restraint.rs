@@ -32,6 +32,8 @@ pub const ENTRY: Entry = Entry {
     title: "Inertia restraint",
     summary: "Inertia restraint: linear, of the literature",
     observes: Observable::MassLines,
+    uses_priors: false,
+    off_when: "the suspension or an elastic mode is near the band of the mass lines",
     on_request: false,
     // The method starts from the motion of the body, which the sensors have to determine.
     is_blocked: |_, _| true,

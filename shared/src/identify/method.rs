@@ -31,6 +31,10 @@ pub struct Entry {
     pub summary: &'static str,
     /// The data that it uses.
     pub observes: Observable,
+    /// True for a method that uses what `[prior]` says about the object.
+    pub uses_priors: bool,
+    /// When its answer is off while others are not, to complete the sentence "it is off when …".
+    pub off_when: &'static str,
     /// True for a method that runs only when it is requested by name.
     pub on_request: bool,
     /// Whether a layout with this code rules out the method; the flag is true when priors compensate for the

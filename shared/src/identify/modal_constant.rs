@@ -18,6 +18,8 @@ pub const ENTRY: Entry = Entry {
     title: "Modal constant",
     summary: "Inertia restraint on the constant of the modal fit",
     observes: Observable::Suspension,
+    uses_priors: false,
+    off_when: "an elastic mode is near the band",
     on_request: false,
     is_blocked: |_, _| true,
     workspace: |_, _| 0,

@@ -7,9 +7,9 @@ use crate::layout::Layout;
 pub struct Perturbation<'a, R, const S: usize, const H: usize> {
     /// The layout.
     pub layout: &'a Layout<R, S, H>,
-    /// Place of the source of error by which the layout was shifted, in
-    /// [`Layout::error_sources`](crate::layout::Layout::error_sources).
-    pub source: Option<usize>,
+    /// Place of the uncertain quantity by which the layout was shifted, in
+    /// [`Layout::uncertain_quantities`](crate::layout::Layout::uncertain_quantities).
+    pub quantity: Option<usize>,
     /// Number of the draw of noise that is added to the readings.
     pub draw: Option<u32>,
 }

@@ -19,6 +19,8 @@ pub const ENTRY: Entry = Entry {
     title: "Toivola-Nuutila",
     summary: "Orthogonality of five or six mode shapes, of Toivola and Nuutila",
     observes: Observable::Suspension,
+    uses_priors: true,
+    off_when: "a mode is missing, complex or mixed with its neighbour",
     on_request: false,
     is_blocked,
     workspace: |_, _| 0,

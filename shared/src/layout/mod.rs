@@ -7,11 +7,11 @@
 
 mod check;
 mod dof;
-mod error_sources;
 mod kinematics;
 mod policy;
 mod settings;
 mod target;
+mod uncertain_quantities;
 mod uncertainty;
 
 pub(crate) use check::is_finite;
@@ -20,12 +20,12 @@ pub use check::{
     extent,
 };
 pub use dof::{AXIS_LETTERS, Axis, Dof, DofError, Sign};
-pub(crate) use error_sources::across;
-pub use error_sources::{ErrorSource, HIT_SOURCES, SENSOR_SOURCES};
 pub use kinematics::sensor_shift;
 pub use policy::{HitPolicy, Verdict};
 pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings};
 pub use target::Target;
+pub(crate) use uncertain_quantities::across;
+pub use uncertain_quantities::{HIT_QUANTITIES, SENSOR_QUANTITIES, UncertainQuantity};
 pub use uncertainty::{
     Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty,
 };

@@ -6,8 +6,8 @@ use std::io::Write;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
+use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::Method;
-use massline_shared::layout::HostLayout;
 use serde_json::json;
 
 use crate::commands::number::seed;
@@ -31,30 +31,34 @@ Examples:
   massline demo wheel
   massline demo wheel --tyre                  9 kg of it on springs of 50 Hz
   massline demo wheel --set all --runs 200    errors over the Cramér-Rao bound, coverage
-  massline demo wheel --write wheel.uff       the responses, for `massline solve`")]
+  massline demo wheel --write wheel.uff       the responses, for `massline solve`
+  massline demo wheel --tyre --write tyre.uff")]
 pub struct Args {
     /// The tyre: 9 of the 17.3 kg sit on springs of 50 Hz.
     #[arg(long)]
     tyre: bool,
-    /// Set of forces; may be repeated. Default: each of them.
+    /// Set of forces; may be repeated [default: each of them]
     #[arg(long, value_name = "SET", value_parser = SET_NAMES)]
     set: Vec<String>,
     /// Repeat with other noise.
     #[arg(long, value_name = "N", default_value = "1")]
     runs: NonZeroU32,
-    /// Standard deviation of the noise of a line, (m/s²)/N.
+    /// Standard deviation of the noise of a line, (m/s²)/N, from 1e-9 to 1.
     #[arg(long, value_name = "SIGMA", default_value_t = 0.002)]
     noise: f64,
-    /// Distance of the lines, Hz.
+    /// Distance of the lines, Hz, from 0.1 to 0.4.
     #[arg(long, value_name = "HZ", default_value_t = 0.125)]
     spacing: f64,
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed)]
     seed: u64,
-    /// Write the first run's responses to this universal file, and the layout beside it, instead of solving them.
-    #[arg(long, value_name = "FILE")]
+    /// Write the responses to all forces to this universal file, and the layout beside it, instead of solving them.
+    #[arg(long, value_name = "FILE.uff", conflicts_with_all = ["set", "runs"])]
     write: Option<PathBuf>,
 }
+
+/// Fewest runs whose coverage says something.
+const FEWEST_RUNS: u64 = 20;
 
 /// The layout of the demonstration.
 const LAYOUT: &str = include_str!("../../../examples/wheel.toml");
@@ -95,10 +99,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         "mass_lines": mass_lines,
     });
     output.answer(&value, |output| {
-        format!(
-            "{}mass lines of responses up to 120 Hz: {mass_lines}\n",
-            text(&studies, &layout, output)
-        )
+        format!("{}mass lines of responses up to 120 Hz: {mass_lines}\n", text(&studies, output))
     })
 }
 
@@ -118,6 +119,11 @@ fn mass_lines(args: &Args) -> Result<String> {
 /// Writes responses and layout.
 fn write_files(wheel: &Wheel, seed: u64, path: &Path, output: &mut Output) -> Result<()> {
     let layout = path.with_extension("toml");
+    if layout == path {
+        let text =
+            format!("{} is the name of the layout; give one that ends in .uff", path.display());
+        return Err(Error::input("cannot_write", text));
+    }
     let files = [(path, wheel.universal_file(seed)), (&layout, LAYOUT.into())];
     for (file, bytes) in files {
         let created = std::fs::File::options().write(true).create_new(true).open(file);
@@ -132,28 +138,47 @@ fn write_files(wheel: &Wheel, seed: u64, path: &Path, output: &mut Output) -> Re
         .answer(&value, |_| format!("try: massline solve {} {}", layout.display(), path.display()))
 }
 
-fn text(studies: &[Study], layout: &HostLayout, output: &Output) -> String {
+fn text(studies: &[Study], output: &Output) -> String {
     let mut text = String::new();
-    if let Some(modes) = studies.iter().find_map(|study| study.modes.as_ref()) {
-        text += &modes_text(modes, study::BAND, layout);
+    if let Some((study, modes)) =
+        studies.iter().find_map(|study| Some((study, study.modes.as_ref()?)))
+    {
+        text += &modes_text(modes, study::BAND, &study.layout);
     }
+    text += &truth_text();
     for study in studies {
-        let heading = format!("forces {} (set {}), {} run(s)", study.forces, study.set, study.runs);
+        let runs = if study.runs == 1 { "one run".into() } else { format!("{} runs", study.runs) };
+        let heading = format!("set {}: {}; {runs}", study.set, study.forces.join(", "));
         text += &format!("\n{}\n{}", output.toned(&heading, Tone::Strong), table_of(study));
         if study.flexible > 0 {
+            let which = if study.flexible == study.runs {
+                "every run".into()
+            } else {
+                format!("{} of {} runs", study.flexible, study.runs)
+            };
             text += &format!(
-                "a flexible mode above the band shows in {} of {} runs: only the global fit takes it into account, \
-                 and the other methods are off\n",
-                study.flexible, study.runs
+                "a flexible mode above the band shows in {which}: only the global fit takes it into account, and the \
+                 other methods are off\n"
             );
         }
     }
-    text + "\nerrors in % of scale (m, L, L, L, m L² × 6), root mean square of the ten properties\n"
+    text + "\nerror: root mean square of the ten properties, relative to m, L, L, L and m L² (six times); over the bound: \
+            of Cramér and Rao; coverage: part of the 95 % intervals that contain the truth\n"
+}
+
+/// The wheel's properties.
+fn truth_text() -> String {
+    let values = Wheel::truth();
+    let all = INERTIAL_PARAMETERS.iter().zip(&values).map(|(parameter, value)| {
+        let value = value * parameter.table_factor;
+        format!("{} {value:.4} {}", parameter.symbol, parameter.table_unit)
+    });
+    format!("the truth: {}\n", all.collect::<Vec<_>>().join(", "))
 }
 
 fn table_of(study: &Study) -> String {
     let mut table = table();
-    table.set_header(["method", "error", "over the bound", "95 % intervals hold", "unanswered"]);
+    table.set_header(["method", "error, %", "over bound", "coverage", "unanswered"]);
     align_right(&mut table, 1..5);
     for row in &study.rows {
         let Row { name, error, ratio, coverage, unanswered } = row;
@@ -164,7 +189,7 @@ fn table_of(study: &Study) -> String {
             name.clone(),
             figure(error, 4, ""),
             figure(ratio, 2, ""),
-            figure(&coverage.map(|c| 100.0 * c), 1, " %"),
+            figure(&coverage.filter(|_| study.runs >= FEWEST_RUNS).map(|c| 100.0 * c), 1, " %"),
             unanswered.to_string(),
         ]);
     }

@@ -94,27 +94,27 @@ pub fn propagate<R: Real, const S: usize, const H: usize, const M: usize>(
     mut answers: impl FnMut(&Perturbation<'_, R, S, H>) -> Answers<R, M>,
     mut progress: impl FnMut(u32, u32),
 ) -> Propagation<R, M> {
-    let unchanged = answers(&Perturbation { layout, source: None, draw: None });
+    let unchanged = answers(&Perturbation { layout, quantity: None, draw: None });
     let deviations = |changed: Answers<R, M>| {
         core::array::from_fn(|m| changed[m].zip(unchanged[m]).map(|(new, old)| new - old))
     };
     let mut found = Propagation { asked: NOISE_DRAWS, ..Propagation::empty() };
-    let sources = u32::try_from(layout.error_sources().count()).unwrap_or(0);
-    let all = NOISE_DRAWS + sources;
+    let quantities = u32::try_from(layout.uncertain_quantities().count()).unwrap_or(0);
+    let all = NOISE_DRAWS + quantities;
     for draw in 0..NOISE_DRAWS {
         found.noise.add(&deviations(answers(&Perturbation {
             layout,
-            source: None,
+            quantity: None,
             draw: Some(draw),
         })));
         progress(draw + 1, all);
     }
-    for (place, source) in layout.error_sources().enumerate() {
+    for (place, quantity) in layout.uncertain_quantities().enumerate() {
         let mut shifted = layout.clone();
-        if shifted.shift(source) {
-            let source = Some(place);
+        if shifted.shift(quantity) {
+            let quantity = Some(place);
             found.shifts += 1;
-            let shifted = Perturbation { layout: &shifted, source, draw: None };
+            let shifted = Perturbation { layout: &shifted, quantity, draw: None };
             found.layout.add(&deviations(answers(&shifted)));
         }
         progress(NOISE_DRAWS + place as u32 + 1, all);

@@ -24,6 +24,8 @@ pub const ENTRY: Entry = Entry {
     title: "DPPIM",
     summary: "Direct identification of Huang and Lallement, viscous damping",
     observes: Observable::Suspension,
+    uses_priors: false,
+    off_when: "the damping is structural, or there is hum at its lines",
     on_request: false,
     is_blocked,
     workspace: |_, _| 0,

@@ -13,6 +13,8 @@ pub const ENTRY: Entry = Entry {
     title: "DPPIM structural",
     summary: "Direct identification of Huang and Lallement, structural damping",
     observes: Observable::Suspension,
+    uses_priors: false,
+    off_when: "the damping is viscous",
     on_request: false,
     is_blocked,
     workspace: |_, _| 0,

@@ -62,6 +62,8 @@ pub const ENTRY: Entry = Entry {
     title: "Maximum likelihood",
     summary: "Maximum likelihood with the complete error budget",
     observes: Observable::MassLines,
+    uses_priors: true,
+    off_when: "the suspension or an elastic mode is near the band of the mass lines",
     on_request: false,
     is_blocked,
     workspace: |sensors, _| workspace(sensors),

@@ -40,7 +40,7 @@ const VARIANTS: [(&str, Method, ModeChoice); 7] = [
     ("DPPIM structural", Method::DppimStructural, ModeChoice::All),
     ("modal constant", Method::ModalConstant, ModeChoice::All),
     ("Toivola-Nuutila, five modes", Method::ToivolaNuutila, ModeChoice::Five),
-    ("Toivola-Nuutila, best force (paper)", Method::ToivolaNuutila, ModeChoice::BestForce),
+    ("Toivola-Nuutila, best force", Method::ToivolaNuutila, ModeChoice::BestForce),
 ];
 
 /// The wheel and its exact responses.
@@ -68,7 +68,10 @@ pub(super) struct Row {
 /// The comparison for a set of forces.
 pub(super) struct Study {
     pub(super) set: String,
-    pub(super) forces: String,
+    /// Hit DOFs.
+    pub(super) forces: Vec<String>,
+    /// The layout with these hits.
+    pub(super) layout: HostLayout,
     pub(super) runs: u64,
     pub(super) rows: Vec<Row>,
     /// Runs in which the global fit found a flexible mode above the band.
@@ -123,6 +126,20 @@ impl Wheel {
         Ok(Self { layout, truth: bench.truth(), frequencies, exact, noise })
     }
 
+    /// The ten properties, in the order of `theta`, SI.
+    pub(super) fn truth() -> Vec<f64> {
+        Bench::named("wheel")
+            .map(|bench| bench.truth().theta().iter().copied().collect())
+            .unwrap_or_default()
+    }
+
+    /// The layout with only these hits.
+    fn with_forces(&self, forces: &[usize]) -> HostLayout {
+        let mut layout = self.layout.clone();
+        layout.hits = forces.iter().map(|force| self.layout.hits[*force]).collect();
+        layout
+    }
+
     /// The responses of all forces with the noise of the first run.
     pub(super) fn universal_file(&self, seed: u64) -> Vec<u8> {
         let mut noisy = self.exact.clone();
@@ -165,10 +182,11 @@ impl Wheel {
         let made = pieces(runs, interrupt, progress, memory, one);
         let modes = made.first().and_then(|run| run.modes.clone());
         let rows = rows(&made);
-        let names: Vec<String> = forces.iter().map(|f| (f + 1).to_string()).collect();
-        let forces = names.join(", ");
+        let layout = self.with_forces(forces);
+        let forces = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();
         let flexible = made.iter().filter(|run| run.flexible).count() as u64;
-        Ok(Study { set: set.into(), forces, runs: made.len() as u64, rows, flexible, modes })
+        let runs = made.len() as u64;
+        Ok(Study { set: set.into(), forces, layout, runs, rows, flexible, modes })
     }
 
     fn run(&self, forces: &[usize], seed: u64, run: u64, memory: &mut Reduction<f64>) -> Run {
@@ -181,8 +199,7 @@ impl Wheel {
             .chunks_exact(all)
             .flat_map(|of_hits| forces.iter().map(|force| of_hits[*force]))
             .collect();
-        let mut layout = self.layout.clone();
-        layout.hits = forces.iter().map(|force| self.layout.hits[*force]).collect();
+        let layout = self.with_forces(forces);
         let channels = 3 * layout.sensors.len();
         let readings = FrequencyResponses::new(&self.frequencies, &picked, channels, forces.len());
         let Some(readings) = readings else { return nothing() };

@@ -1,33 +1,33 @@
-//! The sources of error of a test one by one, to see what each does to an answer.
+//! What a test does not know exactly, one quantity after the other, to see what each does to an answer.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Layout, MAX_ATTACHED};
 use crate::Real;
 
-/// Sources of one sensor: nine sensitivities row by row, three rotations, three displacements.
-pub const SENSOR_SOURCES: usize = 15;
-/// Number of sensitivities, the first sources of a sensor.
+/// Uncertain quantities of one sensor: nine sensitivities row by row, three rotations, three displacements.
+pub const SENSOR_QUANTITIES: usize = 15;
+/// Number of sensitivities, the first quantities of a sensor.
 const SENSITIVITIES: usize = 9;
-/// Sources of one hit DOF: two displacements and two rotations across its direction.
-pub const HIT_SOURCES: usize = 4;
+/// Uncertain quantities of one hit DOF: two displacements and two rotations across its direction.
+pub const HIT_QUANTITIES: usize = 4;
 
 /// A quantity of the layout that is not known exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ErrorSource {
-    /// One of the [`SENSOR_SOURCES`] of a sensor.
+pub enum UncertainQuantity {
+    /// One of the [`SENSOR_QUANTITIES`] of a sensor.
     Sensor {
         /// Index of the sensor.
         index: usize,
         /// Which one.
-        source: usize,
+        quantity: usize,
     },
-    /// One of the [`HIT_SOURCES`] of a hit DOF.
+    /// One of the [`HIT_QUANTITIES`] of a hit DOF.
     Hit {
         /// Index of the hit.
         index: usize,
         /// Which one.
-        source: usize,
+        quantity: usize,
     },
     /// The gain of the hammer.
     Hammer,
@@ -38,26 +38,27 @@ pub enum ErrorSource {
 }
 
 impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
-    /// Every source of error, sensor by sensor, hit by hit, then the hammer, the attached bodies and the priors.
-    pub fn error_sources(&self) -> impl Iterator<Item = ErrorSource> + use<R, S, H> {
+    /// Every uncertain quantity, sensor by sensor, hit by hit, then the hammer, the attached bodies and the priors.
+    pub fn uncertain_quantities(&self) -> impl Iterator<Item = UncertainQuantity> + use<R, S, H> {
         let of_sensors = (0..self.sensors.len()).flat_map(|index| {
-            (0..SENSOR_SOURCES).map(move |source| ErrorSource::Sensor { index, source })
+            (0..SENSOR_QUANTITIES)
+                .map(move |quantity| UncertainQuantity::Sensor { index, quantity })
         });
         let of_hits = (0..self.hits.len()).flat_map(|index| {
-            (0..HIT_SOURCES).map(move |source| ErrorSource::Hit { index, source })
+            (0..HIT_QUANTITIES).map(move |quantity| UncertainQuantity::Hit { index, quantity })
         });
-        let attached = (0..self.attached.len().min(MAX_ATTACHED)).map(ErrorSource::Attached);
-        let priors = (0..self.priors.len()).map(ErrorSource::Prior);
-        of_sensors.chain(of_hits).chain([ErrorSource::Hammer]).chain(attached).chain(priors)
+        let attached = (0..self.attached.len().min(MAX_ATTACHED)).map(UncertainQuantity::Attached);
+        let priors = (0..self.priors.len()).map(UncertainQuantity::Prior);
+        of_sensors.chain(of_hits).chain([UncertainQuantity::Hammer]).chain(attached).chain(priors)
     }
 
-    /// Shifts the layout by one standard deviation of a source, to first order. The deviation of a hit is that of the
-    /// mean of [`hits_per_dof`](super::TestSettings::hits_per_dof) hits. Returns false when the source has none.
-    pub fn shift(&mut self, source: ErrorSource) -> bool {
-        match source {
-            ErrorSource::Sensor { index, source } => self.shift_sensor(index, source),
-            ErrorSource::Hit { index, source } => self.shift_hit(index, source),
-            ErrorSource::Hammer => {
+    /// Shifts the layout by one standard deviation of a quantity, to first order. The deviation of a hit is that of the
+    /// mean of [`hits_per_dof`](super::TestSettings::hits_per_dof) hits. Returns false when the quantity has none.
+    pub fn shift(&mut self, quantity: UncertainQuantity) -> bool {
+        match quantity {
+            UncertainQuantity::Sensor { index, quantity } => self.shift_sensor(index, quantity),
+            UncertainQuantity::Hit { index, quantity } => self.shift_hit(index, quantity),
+            UncertainQuantity::Hammer => {
                 let gain = self.hammer_gain;
                 for hit in &mut self.hits {
                     // It reads too much, so the force is smaller.
@@ -65,13 +66,13 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
                 }
                 gain != R::zero()
             }
-            ErrorSource::Attached(index) => {
+            UncertainQuantity::Attached(index) => {
                 let Some(body) = self.attached.get_mut(index) else { return false };
                 let sigma = body.relative_sigma;
                 body.phi = body.phi.map(|v| v * (R::one() + sigma));
                 sigma != R::zero()
             }
-            ErrorSource::Prior(index) => {
+            UncertainQuantity::Prior(index) => {
                 let Some(prior) = self.priors.get_mut(index) else { return false };
                 prior.value += prior.sigma;
                 prior.sigma != R::zero()
@@ -79,13 +80,13 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         }
     }
 
-    fn shift_sensor(&mut self, index: usize, source: usize) -> bool {
+    fn shift_sensor(&mut self, index: usize, quantity: usize) -> bool {
         let Some(sensor) = self.sensors.get_mut(index) else { return false };
         let uncertainty = sensor.uncertainty;
         let axes = sensor.axes_matrix();
-        let (turned, sigma) = match source {
+        let (turned, sigma) = match quantity {
             0..SENSITIVITIES => {
-                let (to, from) = (source / 3, source % 3);
+                let (to, from) = (quantity / 3, quantity % 3);
                 let sigma = if to == from { uncertainty.gain } else { uncertainty.cross_axis };
                 let mut gains = Matrix3::<R>::identity();
                 gains[(to, from)] += sigma;
@@ -94,13 +95,13 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
             9..12 => {
                 let sigma = uncertainty.rotation;
                 let mut turn = Vector3::zeros();
-                turn[source - SENSITIVITIES] = sigma;
+                turn[quantity - SENSITIVITIES] = sigma;
                 // A reading r of the sensor turns into r + r × ω.
                 (axes - crate::linalg::skew(&turn) * axes, sigma)
             }
             _ => {
                 let sigma = uncertainty.position;
-                if let Some(coordinate) = sensor.position.get_mut(source - 12) {
+                if let Some(coordinate) = sensor.position.get_mut(quantity - 12) {
                     *coordinate += sigma;
                 }
                 (axes, sigma)
@@ -110,13 +111,13 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         sigma != R::zero()
     }
 
-    fn shift_hit(&mut self, index: usize, source: usize) -> bool {
+    fn shift_hit(&mut self, index: usize, quantity: usize) -> bool {
         let hits = u16::from(self.test.hits_per_dof);
         let Some(hit) = self.hits.get_mut(index) else { return false };
         let (position, direction) = hit.uncertainty.of_mean(hits);
         let [first, second] = across(&Vector3::from(hit.direction));
-        let axis = if source.is_multiple_of(2) { first } else { second };
-        let (to, sigma) = if source < 2 {
+        let axis = if quantity.is_multiple_of(2) { first } else { second };
+        let (to, sigma) = if quantity < 2 {
             (&mut hit.position, position)
         } else {
             (&mut hit.direction, direction)

@@ -1,0 +1,77 @@
+//! Why there is no answer, as one error.
+
+use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::layout::HostLayout;
+
+use crate::Error;
+use crate::report;
+use crate::single_fault::Examination;
+
+/// Why neither mass lines nor suspension modes answer; a bad file outweighs data that determine nothing.
+pub(super) fn both_errors(of_lines: Error, of_modes: Error) -> Error {
+    if of_lines.to_string() == of_modes.to_string() {
+        return of_modes;
+    }
+    let text = format!(
+        "no answer from suspension modes: {of_modes}; no answer from mass lines: {of_lines}"
+    );
+    match (of_modes, of_lines) {
+        (Error::Undetermined { .. }, Error::Input { code, .. }) if code != "band_too_narrow" => {
+            Error::Input { code, message: text }
+        }
+        (Error::Undetermined { code, .. }, _) => Error::Undetermined { code, message: text },
+        (Error::Input { code, .. }, _) => Error::Input { code, message: text },
+        (other, _) => other,
+    }
+}
+
+/// The errors among `found` as one error with the messages that `say` returns and the code of the first;
+/// `None` when there is none.
+pub(crate) fn first_error(
+    found: &[Diagnostic],
+    message_of: impl Fn(&Diagnostic) -> String,
+) -> Option<Error> {
+    let errors: Vec<&Diagnostic> = found.iter().filter(|d| d.is_error()).collect();
+    let first = errors.first()?;
+    let text = errors.iter().map(|d| message_of(d)).collect::<Vec<_>>().join("; ");
+    let code = report::code_name(first);
+    Some(match first.code {
+        Code::TwoSensorsOnOneNode
+        | Code::UnknownNode
+        | Code::AxesNotOrthonormal
+        | Code::LayoutNotFinite
+        | Code::SettingOutOfRange
+        | Code::HitNotInLayout
+        | Code::DataNotFinite
+        | Code::FrfMissing
+        | Code::BandTooNarrow => Error::input(code, text),
+        _ => Error::undetermined(code, text),
+    })
+}
+
+pub(super) fn undetermined() -> Error {
+    Error::undetermined("no_answer", "the data do not determine the ten properties")
+}
+
+/// Adds to `error` that the layout alone is sound, so that frequency responses must be missing or wrong.
+pub(super) fn blame_the_responses(
+    error: Error,
+    examination: &Examination,
+    layout: &HostLayout,
+) -> Error {
+    match error {
+        Error::Undetermined { code, message } => {
+            let mistakes = examination.to_text(layout);
+            let mistakes = mistakes.trim_end().replace('\n', "; ");
+            Error::undetermined(
+                code,
+                format!(
+                    "the layout is good but its frequency responses are not: {message}; check that \
+                     the file holds this object's responses and what quantity they are \
+                     (--quantity); {mistakes}"
+                ),
+            )
+        }
+        other => other,
+    }
+}

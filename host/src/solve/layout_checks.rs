@@ -1,0 +1,81 @@
+//! Whether a layout admits the methods, judged with the body that it says most about.
+
+use massline_shared::body::RigidBody;
+use massline_shared::diagnosis::{Diagnostic, Diagnostics};
+use massline_shared::identify::{Applicability, Method};
+use massline_shared::layout::{HostLayout, assumed_body};
+use nalgebra::{SVector, Vector3};
+
+use super::errors::first_error;
+use crate::layout_file::{LayoutFile, Reference};
+use crate::report::message_in;
+use crate::{Error, Result};
+
+/// The methods that the layout admits, and the others with the reasons.
+pub(super) fn admitted(
+    layout: &HostLayout,
+    body: &RigidBody<f64>,
+    methods: Vec<Method>,
+) -> (Vec<Method>, Vec<(Method, Diagnostics)>) {
+    let (mut admitted, mut blocked) = (Vec::new(), Vec::new());
+    for method in methods {
+        let checked = Applicability::new(layout, body, &[method]);
+        if checked.admits(method) {
+            admitted.push(method);
+        } else {
+            let reasons = checked.diagnostics.into_iter().filter(Diagnostic::is_error);
+            blocked.push((method, reasons.collect()));
+        }
+    }
+    (admitted, blocked)
+}
+
+/// Returns the error of a layout that rules out all of these methods.
+pub(super) fn layout_problem(
+    file: &LayoutFile,
+    body: &RigidBody<f64>,
+    about_body: &str,
+    methods: &[Method],
+) -> Result<()> {
+    let layout = &file.layout;
+    let checked = Applicability::new(layout, body, methods);
+    match first_error(&checked.diagnostics, |d| message_in(d, layout)) {
+        None => Ok(()),
+        Some(Error::Undetermined { code, message }) => {
+            Err(Error::undetermined(code, format!("{message} ({about_body})")))
+        }
+        Some(other) => Err(other),
+    }
+}
+
+/// The body that a layout is checked with, and a sentence that names its origin: what `[reference]` states,
+/// for the rest the mass of `[prior]` or 1 kg, near the centroid of the nodes, with the inertia `m L² I`.
+pub fn body_for_checks(file: &LayoutFile) -> (RigidBody<f64>, String) {
+    let none = Reference { mass_kg: None, center_of_mass_m: None, inertia_kg_m2: None };
+    let reference = file.reference.unwrap_or(none);
+    if let Some(ten) = reference.complete() {
+        let body = RigidBody::from_theta(&SVector::from(ten));
+        return (body, "the layout was checked with the body of [reference]".into());
+    }
+    let prior = file.layout.priors.iter().find(|p| p.property == 0).map(|known| known.value);
+    let mass = reference.mass_kg.or(prior);
+    let nodes = file.nodes.iter().map(|node| node.position);
+    let mut body = assumed_body(mass, nodes);
+    let mass_from = match (reference.mass_kg, prior) {
+        (Some(_), _) => "the mass of [reference]",
+        (None, Some(_)) => "the mass of [prior]",
+        (None, None) => "an assumed mass of 1 kg",
+    };
+    let center_from = match reference.center_of_mass_m {
+        Some(center) => {
+            body.center_of_mass = Vector3::from(center);
+            "the centre of mass of [reference]"
+        }
+        None => "an assumed centre of mass near the centroid of the nodes",
+    };
+    let text = format!(
+        "the layout was checked with {mass_from}, {center_from} and an assumed inertia m L² I, L being the \
+         extent of the nodes; give [reference] to check it with the body itself"
+    );
+    (body, text)
+}

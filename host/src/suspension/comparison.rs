@@ -1,0 +1,53 @@
+//! What all methods say together.
+
+use massline_shared::identify::agreement::Agreement;
+use massline_shared::identify::{Estimate, METHODS, Method};
+use massline_shared::modes::Reduction;
+use nalgebra::SVector;
+
+use super::{Asked, MassLineAnswers, Survey};
+
+/// What all methods say together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Comparison {
+    /// The methods with an answer, by their places in the agreement.
+    pub methods: [Option<Method>; METHODS],
+    /// Standard deviations of their answers under the same changes of data and layout, at the same places.
+    pub sigmas: [Option<SVector<f64, 10>>; METHODS],
+    /// How they agree; `None` with fewer than two of them, and where they are known to differ.
+    pub agreement: Option<Agreement<f64>>,
+    /// A flexible mode above the band, which only the global fit takes into account.
+    pub flexible: bool,
+}
+
+impl Comparison {
+    /// Compares the answers that a survey has asked about, given by their places there. With a flexible mode above the band
+    /// the other methods are known to be off, and nothing is combined.
+    pub(super) fn of<'e>(
+        survey: &Survey,
+        answers: impl IntoIterator<Item = (usize, &'e Estimate<f64>)>,
+        flexible: bool,
+    ) -> Self {
+        let mut thetas = [None; METHODS];
+        let mut all = Self { flexible, ..Self::default() };
+        for (place, estimate) in answers {
+            all.methods[place] = Some(estimate.method);
+            all.sigmas[place] = survey.sigma(place);
+            thetas[place] = (!flexible).then(|| estimate.theta());
+        }
+        all.agreement = survey.agreement(&thetas);
+        all
+    }
+}
+
+/// How the answers to mass lines alone agree.
+pub fn compare(answers: &MassLineAnswers<'_>) -> Comparison {
+    let asked: Vec<Asked<'_>> =
+        answers.estimates.iter().map(|e| Asked::MassLines(e.method, answers)).collect();
+    let survey = if asked.len() < 2 {
+        Survey::none()
+    } else {
+        Survey::of(&answers.budget, None, &asked, &mut Reduction::new(), |_, _| ())
+    };
+    Comparison::of(&survey, answers.estimates.iter().enumerate(), false)
+}
