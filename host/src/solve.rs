@@ -155,7 +155,8 @@ pub fn solve(
         checked(&of_mass_lines)?;
         Err(error)
     })?;
-    let look = suspension::look(layout, &responses, options, &of_modes);
+    let named = matches!(options.selection, Selection::Only(_)) && !of_modes.is_empty();
+    let look = suspension::look(layout, &responses, options, named);
     let highest = look.as_ref().and_then(|look| look.as_ref().ok()?.highest_hz());
     let mass_lines = (!of_mass_lines.is_empty()).then(|| {
         checked(&of_mass_lines)?;

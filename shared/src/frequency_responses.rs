@@ -3,6 +3,8 @@
 use nalgebra::Complex;
 
 use crate::Real;
+use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::layout::{Layout, is_finite};
 
 /// Frequency responses of a whole test.
 #[derive(Clone, Copy, Debug)]
@@ -66,8 +68,25 @@ impl<'a, R: Real> FrequencyResponses<'a, R> {
         self.accelerance[(bin * self.channels + channel) * self.hits + hit]
     }
 
+    /// Refuses a layout or responses that are not finite, and responses that are not those of the layout.
+    pub(crate) fn check<const S: usize, const H: usize>(
+        &self,
+        layout: &Layout<R, S, H>,
+    ) -> Result<(), Diagnostics> {
+        if !is_finite(layout) {
+            return Err(fatal(Code::LayoutNotFinite, 0.0));
+        }
+        if !self.is_finite() {
+            return Err(fatal(Code::DataNotFinite, 0.0));
+        }
+        if self.channels != 3 * layout.sensors.len() || self.hits != layout.hits.len() {
+            return Err(fatal(Code::FrfMissing, 0.0));
+        }
+        Ok(())
+    }
+
     /// True when no number is NaN or infinite.
-    pub(crate) fn is_finite(&self) -> bool {
+    fn is_finite(&self) -> bool {
         self.decay.finite()
             && self.frequencies.iter().all(|f| f.finite())
             && self.accelerance.iter().all(|h| h.re.finite() && h.im.finite())

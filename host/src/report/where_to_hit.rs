@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use massline_shared::layout::{Axis, Dof, HostLayout, Sign};
+use massline_shared::layout::{
+    Axis, Dof, HostLayout, Sign, balanced_force, balanced_motion, motion_at, unit_force,
+};
 use nalgebra::{Matrix6xX, Vector3, Vector6};
 
 use crate::suspension::ModeRow;
@@ -38,9 +40,7 @@ impl fmt::Display for Place {
 /// For a mode that no hit shows well, what share of the possible the best one shows, and a hit that shows most.
 pub(super) fn better_hit(row: &ModeRow, layout: &HostLayout) -> Option<(f64, Place)> {
     let shown = row.norm_indicators.iter().copied().fold(0.0, f64::max);
-    let rotation = row.shape.fixed_rows::<3>(3).into_owned();
-    let translation = row.shape.fixed_rows::<3>(0) + rotation.cross(&layout.sensor_centroid());
-    let shape = Vector6::from_fn(|i, _| if i < 3 { translation[i] } else { rotation[i - 3] });
+    let shape = motion_at(&row.shape, &layout.sensor_centroid());
     let size = balanced_motion(&shape, layout.characteristic_length()).norm();
     let possible = |(dof, force): (Dof, Vector6<f64>)| (size * shape.dot(&force).abs(), dof);
     let (possible, dof) = candidates(layout).map(possible).max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -73,18 +73,9 @@ fn candidates(layout: &HostLayout) -> impl Iterator<Item = (Dof, Vector6<f64>)> 
     let points = sensors.chain(layout.hits.iter().map(|hit| (hit.dof.node, hit.position)));
     points.flat_map(move |(node, point)| {
         Axis::ALL.into_iter().map(move |axis| {
-            let force = Vector3::ith(axis.index(), 1.0);
-            let torque = (Vector3::from(point) - layout.sensor_centroid()).cross(&force);
-            let six = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
-            (Dof { node, sign: Sign::Plus, axis }, six)
+            let direction = Vector3::ith(axis.index(), 1.0);
+            let force = unit_force(&point.into(), &direction, &layout.sensor_centroid());
+            (Dof { node, sign: Sign::Plus, axis }, force)
         })
     })
-}
-
-fn balanced_force(force: &Vector6<f64>, length: f64) -> Vector6<f64> {
-    Vector6::from_fn(|i, _| if i < 3 { force[i] } else { force[i] / length })
-}
-
-fn balanced_motion(motion: &Vector6<f64>, length: f64) -> Vector6<f64> {
-    Vector6::from_fn(|i, _| if i < 3 { motion[i] } else { motion[i] * length })
 }

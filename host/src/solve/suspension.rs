@@ -38,14 +38,13 @@ impl Look {
 }
 
 /// Looks for the suspension modes, which mass lines have to keep clear of; `None` when the file has no lines for them and
-/// no method that uses them was asked for by name.
+/// they were not asked for by name.
 pub(super) fn look(
     layout: &HostLayout,
     responses: &LayoutResponses,
     options: &Options,
-    wanted: &[Method],
+    named: bool,
 ) -> Option<Result<Look>> {
-    let named = matches!(options.selection, Selection::Only(_)) && !wanted.is_empty();
     let band = options.suspension_band_hz;
     let all = match responses.spectrum_bins(layout, band, options.decay) {
         Ok(lines) => lines,
@@ -113,9 +112,7 @@ pub(super) fn modes_alone(
     options: &Options,
     progress: impl FnMut(u32, u32),
 ) -> Result<SuspensionModes> {
-    let named = Options { selection: Selection::Only(Method::ToivolaNuutila), ..*options };
-    let look = look(layout, responses, &named, &[Method::ToivolaNuutila]);
-    let look = look.unwrap_or_else(|| Err(undetermined()))?;
+    let look = look(layout, responses, options, true).unwrap_or_else(|| Err(undetermined()))?;
     let chosen = look.all.about(&look.first.modes);
     let mut modes =
         modes(layout, &chosen.responses()?, progress).map_err(|found| said(layout, &found))?;

@@ -1,17 +1,11 @@
 //! What small changes of data and layout do to the modes.
 
+use massline_shared::layout::motion_at;
 use massline_shared::modes::{MOST_PAIRS, Modes};
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 
 /// Numbers of a mode: frequency, damping ratio, shape.
 const FIGURES: usize = 8;
-
-/// A shape of the reference point as one of the origin.
-pub(super) fn at_origin(shape: &Vector6<f64>, reference: &Vector3<f64>) -> Vector6<f64> {
-    let rotation = shape.fixed_rows::<3>(3).into_owned();
-    let translation = shape.fixed_rows::<3>(0) - rotation.cross(reference);
-    Vector6::from_fn(|i, _| if i < 3 { translation[i] } else { rotation[i - 3] })
-}
 
 /// What small changes do to the modes.
 #[derive(Clone, Debug)]
@@ -44,7 +38,7 @@ impl Deviations {
             let sign = if new.shape.dot(&old.shape) < 0.0 { -1.0 } else { 1.0 };
             sums[0] += (new.frequency_hz - old.frequency_hz).powi(2);
             sums[1] += (new.damping_ratio - old.damping_ratio).powi(2);
-            let moved = at_origin(&(new.shape * sign - old.shape), &self.reference);
+            let moved = motion_at(&(new.shape * sign - old.shape), &-self.reference);
             for (sum, moved) in sums[2..].iter_mut().zip(&moved) {
                 *sum += moved.powi(2);
             }

@@ -55,6 +55,14 @@ pub struct Answered {
     pub warned: Option<(Method, Diagnostic)>,
 }
 
+impl Answered {
+    /// Drops what these methods do not say.
+    pub(super) fn keep(&mut self, wanted: &[Method]) {
+        self.answers.retain(|(variant, _)| wanted.contains(&variant.method));
+        self.not_applicable.retain(|(method, _)| wanted.contains(method));
+    }
+}
+
 /// Asks every variant. Of the two forms of the direct method, the one that fits clearly worse is refused unless it is asked
 /// for by name.
 pub fn answered(

@@ -62,8 +62,8 @@ pub struct SuspensionSolution {
 }
 
 /// Solves the readings of the suspension band by these methods; any that do not use the suspension modes are left out.
-/// `mass_lines` has the answers of other methods to the
-/// same test, to compare with. `progress` is told how many of all changes are done.
+/// `mass_lines` has the answers of other methods to the same test, to compare with. `progress` is told how many of all
+/// changes are done.
 ///
 /// # Errors
 /// Those of [`SuspensionFit::new`].
@@ -84,60 +84,40 @@ pub fn solve(
     let modal = Method::ALL.into_iter().filter(|m| m.entry().observes == Observable::Suspension);
     let variants: Vec<Variant> =
         modal.map(|method| Variant { method, choice: settings.choice }).collect();
-    let Answered { mut answers, mut not_applicable, warned } =
-        answered(&fit, &variants, settings.named, &mut memory);
-    let start = answers.first().map(|(_, answer)| answer.body);
-    answers.retain(|(variant, _)| wanted.contains(&variant.method));
-    not_applicable.retain(|(method, _)| wanted.contains(method));
+    let mut modal = answered(&fit, &variants, settings.named, &mut memory);
+    let start = modal.answers.first().map(|(_, answer)| answer.body);
     // The global fit also tells the other methods whether a flexible mode is near.
-    let mut not_wanted = None;
-    let mut global = None;
-    match global_fit(layout, &fit, readings, start.as_ref()) {
-        Ok(found) if wanted.contains(&Method::GlobalFit) => global = Some(found),
-        Ok(found) => not_wanted = Some(found.solution),
-        Err(reasons) if wanted.contains(&Method::GlobalFit) => {
-            not_applicable.insert(0, (Method::GlobalFit, reasons));
-        }
-        Err(_) => {}
+    let global = global_fit(layout, &fit, readings, start.as_ref());
+    modal.keep(wanted);
+    let global_wanted = wanted.contains(&Method::GlobalFit);
+    if let (Err(reasons), true) = (&global, global_wanted) {
+        modal.not_applicable.insert(0, (Method::GlobalFit, reasons.clone()));
     }
-    let mut asked: Vec<Asked<'_>> = global.iter().map(Asked::Global).collect();
-    let first = asked.len();
-    asked.extend(answers.iter().map(|(variant, _)| Asked::Modal(*variant)));
-    let others = mass_lines.map_or(&[][..], |of| of.estimates);
-    asked.extend(
-        mass_lines.iter().flat_map(|of| others.iter().map(|e| Asked::MassLines(e.method, of))),
-    );
-    // The global fit has its own covariance: alone, it needs no perturbations.
-    let alone = asked.len() == first && first == 1;
-    let survey = if alone {
-        Survey::none()
-    } else {
-        Survey::of(layout, Some(&fit), &asked, &mut memory, progress)
+    let global = global.ok();
+    let compared = global.as_ref().filter(|_| global_wanted);
+    let of_lines = mass_lines.into_iter().flat_map(|of| of.estimates.iter().map(move |e| (of, e)));
+    let asked: Vec<Asked<'_>> = (compared.into_iter().map(Asked::Global))
+        .chain(modal.answers.iter().map(|(variant, _)| Asked::Modal(*variant)))
+        .chain(of_lines.clone().map(|(of, estimate)| Asked::MassLines(estimate.method, of)))
+        .collect();
+    let survey = match asked[..] {
+        // The global fit has its own covariance: alone, it needs no changes.
+        [Asked::Global(_)] => Survey::none(),
+        _ => Survey::of(layout, Some(&fit), &asked, &mut memory, progress),
     };
+    let first = usize::from(compared.is_some());
     let mut estimates: Vec<(usize, Estimate<f64>)> =
-        global.iter().map(|found| (0, found.solution.estimate.clone())).collect();
-    let length = layout.characteristic_length();
-    for (place, (variant, answer)) in answers.iter().enumerate() {
-        match survey.estimate(first + place, variant, answer, length) {
-            Ok(mut estimate) => {
-                let warning = warned.filter(|(method, _)| *method == variant.method);
-                // There is room for sixteen diagnostics; this is the second at most.
-                estimate.diagnostics.extend(warning.map(|(_, warning)| warning));
-                estimates.push((first + place, estimate));
-            }
-            Err(reasons) => not_applicable.push((variant.method, reasons)),
-        }
-    }
+        compared.map(|found| (0, found.solution.estimate.clone())).into_iter().collect();
+    estimates.extend(survey.estimates(&mut modal, first, layout.characteristic_length()));
     let flexible = global.as_ref().is_some_and(|found| found.solution.extra_terms > 0);
-    let mut compared: Vec<(usize, &Estimate<f64>)> =
-        estimates.iter().map(|(place, estimate)| (*place, estimate)).collect();
-    compared.extend((first + answers.len()..).zip(others));
+    let of_lines = (first + modal.answers.len()..).zip(of_lines.map(|(_, estimate)| estimate));
+    let all = estimates.iter().map(|(place, estimate)| (*place, estimate)).chain(of_lines);
     Ok(SuspensionSolution {
         modes: SuspensionModes::new(&fit, &survey, findings),
-        comparison: Comparison::of(&survey, compared, flexible),
+        comparison: Comparison::of(&survey, all, flexible),
         estimates: estimates.into_iter().map(|(_, estimate)| estimate).collect(),
-        not_applicable,
-        global: global.map(|found| found.solution).or(not_wanted),
+        not_applicable: modal.not_applicable,
+        global: global.map(|found| found.solution),
     })
 }
 
@@ -168,8 +148,7 @@ fn findings(
 ) -> Result<Vec<Diagnostic>, Diagnostics> {
     let mut all = mode_findings(fit.modes(), &memory.responses()).to_vec();
     all.extend(reciprocity::reciprocity_of_modes(fit, readings));
-    let layout = fit.layout();
-    if layout.gravity.is_none() && layout.sensors.iter().any(|sensor| sensor.senses_gravity) {
+    if fit.layout().lacks_gravity() {
         all.push(Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0));
     }
     match not_rigid(fit, readings) {

@@ -1,10 +1,10 @@
 //! The suspension modes with their uncertainty.
 
 use massline_shared::diagnosis::Diagnostic;
+use massline_shared::layout::motion_at;
 use massline_shared::modes::modal_assurance;
 use nalgebra::Vector6;
 
-use super::deviations::at_origin;
 use super::{HostFit, Survey};
 
 /// A suspension mode.
@@ -67,7 +67,7 @@ impl SuspensionModes {
         let modes = &fit.modes().modes;
         let row = |(place, mode): (usize, &massline_shared::modes::Mode<f64>)| {
             let sigma = survey.deviations.sigma(place);
-            let shape = at_origin(&mode.shape, &reference);
+            let shape = motion_at(&mode.shape, &-reference);
             ModeRow {
                 frequency_hz: [mode.frequency_hz, sigma[0]],
                 damping_ratio: [mode.damping_ratio, sigma[1]],

@@ -9,7 +9,7 @@ use massline_shared::modes::Reduction;
 use nalgebra::{SVector, Vector3};
 
 use super::deviations::Deviations;
-use super::methods::{Variant, answer};
+use super::methods::{Answered, Variant, answer};
 use super::{GlobalAnswer, HostFit, MassLineAnswers, refusal_of_property};
 
 /// A method that small changes of data and layout are put through.
@@ -66,6 +66,29 @@ impl Survey {
         };
         let propagation = propagate(layout, ask, progress);
         Self { propagation, deviations: of_modes }
+    }
+
+    /// The answers with their covariances, and their places here from `first` on. Any that the changes leave nothing of are
+    /// no longer applicable.
+    pub fn estimates(
+        &self,
+        modal: &mut Answered,
+        first: usize,
+        length: f64,
+    ) -> Vec<(usize, Estimate<f64>)> {
+        let mut found = Vec::new();
+        for (place, (variant, answer)) in (first..).zip(&modal.answers) {
+            match self.estimate(place, variant, answer, length) {
+                Ok(mut estimate) => {
+                    let warning = modal.warned.filter(|(method, _)| *method == variant.method);
+                    // There is room for sixteen diagnostics; this is the second at most.
+                    estimate.diagnostics.extend(warning.map(|(_, warning)| warning));
+                    found.push((place, estimate));
+                }
+                Err(reasons) => modal.not_applicable.push((variant.method, reasons)),
+            }
+        }
+        found
     }
 
     /// The answer with the covariance of the method at this place.

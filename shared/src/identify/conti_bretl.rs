@@ -3,6 +3,7 @@
 //! Mass-normalised shapes satisfy `Φᵀ M₀ Φ = I`, so six of them give `M₀ = Φ⁻ᵀ Φ⁻¹`. The ten properties are read from
 //! its elements, of which there are more than ten (theory, section 7).
 
+use heapless::Vec;
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
 
 use super::method::{Entry, Observable};
@@ -10,6 +11,7 @@ use super::suspension::{Answer, Suspension, is_blocked, refuse_mixed_modes};
 use crate::Real;
 use crate::body::{RigidBody, elements};
 use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::layout::balanced_motion;
 use crate::linalg::spectrum;
 use crate::modes::SUSPENSION_MODES;
 
@@ -35,10 +37,9 @@ pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagn
     }
     let length = of.responses.length;
     refuse_mixed_modes(of.modes, length)?;
-    let balanced = |i: usize, k: usize| {
-        if i < 3 { modes[k].shape[i] } else { modes[k].shape[i] * length }
-    };
-    let columns = core::array::from_fn(|i| core::array::from_fn(|k| balanced(i, k)));
+    let balanced: Vec<_, SUSPENSION_MODES> =
+        modes.iter().map(|mode| balanced_motion(&mode.shape, length)).collect();
+    let columns = core::array::from_fn(|i| core::array::from_fn(|k| balanced[k][i]));
     let condition = spectrum::<R, 6>(&columns).map_or(R::zero(), |spectrum| spectrum.condition);
     let (_, body) = body_from_shapes(&Matrix6::from_fn(|i, k| modes[k].shape[i]))
         .ok_or_else(|| fatal(Code::TenParametersNotIdentifiable, R::zero()))?;

@@ -50,7 +50,7 @@ use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, fatal};
 use crate::frequency_responses::FrequencyResponses;
-use crate::layout::{HOST_HITS, Layout, is_finite};
+use crate::layout::{HOST_HITS, Layout};
 use crate::mass_line::Terms;
 
 pub use memory::workspace;
@@ -287,17 +287,8 @@ fn check<R: Real, const S: usize, const H: usize>(
     problem: &Problem<'_, R, S, H>,
     start: &RigidBody<R>,
 ) -> Result<(), Diagnostics> {
-    let Problem { layout, responses, .. } = problem;
-    if !is_finite(layout) {
-        return Err(fatal(Code::LayoutNotFinite, 0.0));
-    }
-    if !(responses.is_finite() && start.is_finite()) {
-        return Err(fatal(Code::DataNotFinite, 0.0));
-    }
-    if responses.channels() != 3 * layout.sensors.len() || responses.hits() != layout.hits.len() {
-        return Err(fatal(Code::FrfMissing, 0.0));
-    }
-    Ok(())
+    problem.responses.check(problem.layout)?;
+    if start.is_finite() { Ok(()) } else { Err(fatal(Code::DataNotFinite, 0.0)) }
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use super::{DofMassLines, Estimate, MassLines, Method, ResponseInverse};
 use crate::Real;
 use crate::body::{RigidBody, regressor};
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
-use crate::layout::{Hit, Layout, check_hits, is_finite};
+use crate::layout::{Hit, Layout, balanced_force, balanced_motion, check_hits, is_finite};
 use crate::linalg::{LeastSquares, Spectrum, all_finite, congruence};
 
 /// A condition of the balanced regression matrix above this gives a warning: errors of 1 % in the mass lines
@@ -260,9 +260,9 @@ impl<R: Real> Regression<R> {
         force: &Vector6<R>,
         factor: Option<&Triangle6<R>>,
     ) {
-        let mut rows = regressor(&self.balance_motion(motion));
-        let mut right: [[R; 1]; 6] =
-            from_fn(|i| [if i < 3 { force[i] } else { force[i] / self.length }]);
+        let mut rows = regressor(&balanced_motion(motion, self.length));
+        let right: [R; 6] = balanced_force(force, self.length).into();
+        let mut right = right.map(|value| [value]);
         if let Some(factor) = factor {
             whiten(factor, &mut rows);
             whiten(factor, &mut right);
@@ -291,12 +291,6 @@ impl<R: Real> Regression<R> {
         let body =
             RigidBody::from_phi(&phi).ok_or_else(|| fatal(Code::DataNotFinite, R::zero()))?;
         Ok(InertiaRestraintSolution { phi, body, rank, condition, rms: self.equations.rms() })
-    }
-
-    fn balance_motion(&self, motion: &Vector6<R>) -> Vector6<R> {
-        let mut balanced = *motion;
-        balanced.fixed_rows_mut::<3>(3).scale_mut(self.length);
-        balanced
     }
 
     /// [1, L, L, L, L² × 6]: scales of `phi` and of `theta` relative to the balanced variables.
@@ -365,7 +359,7 @@ fn covariance<R: Real, const S: usize>(
         let spread = forces.0.map(|force| lines.scatter.times(&force));
         let hits = R::of(f64::from(lines.hits));
         let mut weight = Matrix6::from_fn(|i, j| spread[i].dot(&forces.0[j]) / hits);
-        let motion = regression.balance_motion(&inverse.motion(&lines.accelerance));
+        let motion = balanced_motion(&inverse.motion(&lines.accelerance), regression.length);
         let mut rows = regressor(&motion);
         if let Some(Some(factor)) = factors.get(number) {
             whiten(factor, &mut rows);
@@ -469,7 +463,7 @@ fn comment<R: Real, const S: usize, const H: usize>(
     } else {
         push_diagnostic(Code::TooFewHitsForSigma, Severity::Warning, R::zero());
     }
-    if layout.gravity.is_none() && layout.sensors.iter().any(|s| s.senses_gravity) {
+    if layout.lacks_gravity() {
         push_diagnostic(Code::GravityNotGiven, Severity::Note, R::zero());
     }
 }

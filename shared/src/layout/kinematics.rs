@@ -3,7 +3,7 @@
 //! The motion is `x₀ = [a_O; α]`, the acceleration of a reference point and the angular acceleration;
 //! products of velocities are neglected. Theory, section 2.
 
-use nalgebra::{Complex, Matrix3, SMatrix, Vector3, Vector6};
+use nalgebra::{Complex, ComplexField, Matrix3, SMatrix, Vector3, Vector6};
 
 use super::{Hit, Layout, Sensor};
 use crate::Real;
@@ -42,10 +42,48 @@ impl<R: Real> Sensor<R> {
 impl<R: Real> Hit<R> {
     /// `f₀ = [d; (q − r) × d]`: force and torque about the point `r` of a unit force along the hit.
     pub fn unit_force(&self, reference: &Vector3<R>) -> Vector6<R> {
-        let d = Vector3::from(self.direction);
-        let t = (Vector3::from(self.position) - reference).cross(&d);
-        Vector6::new(d.x, d.y, d.z, t.x, t.y, t.z)
+        unit_force(&self.position.into(), &self.direction.into(), reference)
     }
+}
+
+/// `f₀ = [d; (q − r) × d]`: force and torque about `r` of a force of 1 N at `q` along the unit vector `d`.
+pub fn unit_force<R: Real>(q: &Vector3<R>, d: &Vector3<R>, r: &Vector3<R>) -> Vector6<R> {
+    let t = (q - r).cross(d);
+    Vector6::new(d.x, d.y, d.z, t.x, t.y, t.z)
+}
+
+/// The motion `[x; θ]`, or the acceleration `[a; α]`, of the point of a body that is `arm` away: `[x + θ × arm; θ]`.
+pub fn motion_at<R: Real>(motion: &Vector6<R>, arm: &Vector3<R>) -> Vector6<R> {
+    let rotation = motion.fixed_rows::<3>(3).into_owned();
+    let moved = motion.fixed_rows::<3>(0) + rotation.cross(arm);
+    let mut motion = *motion;
+    motion.fixed_rows_mut::<3>(0).copy_from(&moved);
+    motion
+}
+
+/// A motion in balanced variables, `diag(1, 1, 1, L, L, L) x`, which make rotations comparable with translations.
+pub fn balanced_motion<R: Real, T: ComplexField<RealField = R>>(
+    motion: &Vector6<T>,
+    length: R,
+) -> Vector6<T> {
+    scaled_last_three(motion, length)
+}
+
+/// Force and torque in balanced variables, `diag(1, 1, 1, 1/L, 1/L, 1/L) f`; also a motion from balanced variables.
+pub fn balanced_force<R: Real, T: ComplexField<RealField = R>>(
+    force: &Vector6<T>,
+    length: R,
+) -> Vector6<T> {
+    scaled_last_three(force, R::one() / length)
+}
+
+fn scaled_last_three<R: Real, T: ComplexField<RealField = R>>(
+    six: &Vector6<T>,
+    factor: R,
+) -> Vector6<T> {
+    let mut six = six.clone();
+    six.iter_mut().skip(3).for_each(|value| *value = value.clone().scale(factor));
+    six
 }
 
 impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
@@ -68,6 +106,11 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         }
         let length = (sum / R::of(self.sensors.len().max(1) as f64)).sqrt();
         if length > R::zero() { length } else { R::one() }
+    }
+
+    /// True when a sensor senses gravity and its direction is not given.
+    pub fn lacks_gravity(&self) -> bool {
+        self.gravity.is_none() && self.sensors.iter().any(|sensor| sensor.senses_gravity)
     }
 
     /// `G`: the stacked readings of all sensors for the motion `[a_r; α]`; three rows per sensor, zero beyond

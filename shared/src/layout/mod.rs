@@ -20,7 +20,7 @@ pub use check::{
     extent,
 };
 pub use dof::{AXIS_LETTERS, Axis, Dof, DofError, Sign};
-pub use kinematics::sensor_shift;
+pub use kinematics::{balanced_force, balanced_motion, motion_at, sensor_shift, unit_force};
 pub use policy::{HitPolicy, Verdict};
 pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings};
 pub use target::Target;

@@ -8,6 +8,7 @@ use super::origin_responses::OriginResponses;
 use super::shapes::{best_force, shape_of_force, shape_of_forces};
 use super::vector_fitting::{MOST_PAIRS, Poles, Residues, find_poles, residues_of_force};
 use crate::Real;
+use crate::layout::balanced_motion;
 
 /// A mode of a body on its suspension.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,10 +115,7 @@ impl<R: Real> Mode<R> {
         let turned = |of: &Residues<R>| {
             of.of_poles[place].map(|r| Complex::new(-r.im, r.re).scale(pole.im + pole.im))
         };
-        let square = |part: Vector6<R>| {
-            let balanced = |i: usize| if i < 3 { part[i] } else { part[i] * responses.length };
-            (0..6).fold(R::zero(), |sum, i| sum + balanced(i) * balanced(i))
-        };
+        let square = |part: Vector6<R>| balanced_motion(&part, responses.length).norm_squared();
         let sum = |part: fn(Complex<R>) -> R| {
             of_forces.iter().fold(R::zero(), |sum, of| sum + square(turned(of).map(part)))
         };
@@ -147,9 +145,7 @@ const POWER_STEPS: usize = 10;
 
 /// The norm of the residues across their common direction, relative to all, in balanced variables.
 fn second_shape<R: Real>(residues: &[Vector6<R>], length: R) -> R {
-    let balanced = |residue: &Vector6<R>| {
-        Vector6::from_fn(|i, _| if i < 3 { residue[i] } else { residue[i] * length })
-    };
+    let balanced = |residue: &Vector6<R>| balanced_motion(residue, length);
     let best = residues.get(best_force(residues, length)).map_or(Vector6::zeros(), balanced);
     let mut common = best / best.norm();
     for _ in 0..POWER_STEPS {
@@ -170,12 +166,7 @@ fn second_shape<R: Real>(residues: &[Vector6<R>], length: R) -> R {
 
 /// Modal assurance criterion of two shapes in balanced variables, `|φᵃ·φᵇ|²/(|φᵃ|²|φᵇ|²)`: one for the same shape.
 pub fn modal_assurance<R: Real>(first: &Vector6<R>, second: &Vector6<R>, length: R) -> R {
-    let dot = |a: &Vector6<R>, b: &Vector6<R>| {
-        (0..6).fold(R::zero(), |sum, i| {
-            let unit = if i < 3 { R::one() } else { length * length };
-            sum + a[i] * b[i] * unit
-        })
-    };
-    let across = dot(first, second);
-    across * across / (dot(first, first) * dot(second, second))
+    let [first, second] = [first, second].map(|shape| balanced_motion(shape, length));
+    let across = first.dot(&second);
+    across * across / (first.norm_squared() * second.norm_squared())
 }

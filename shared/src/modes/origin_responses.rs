@@ -7,7 +7,7 @@ use super::force_mixing::ForceMixing;
 use super::{MOST_FORCES, MOST_LINES};
 use crate::Real;
 use crate::frequency_responses::FrequencyResponses;
-use crate::layout::Layout;
+use crate::layout::{Layout, balanced_force};
 use crate::linalg::ComplexLeastSquares;
 
 /// Accelerances of a reference point: its motion `[a; α]` per newton of every force, at every line.
@@ -166,8 +166,7 @@ fn reduce<R: Real, const S: usize, const H: usize>(
     let determined = equations.spectrum::<12>().is_some_and(|spectrum| spectrum.rank == 6);
     let solved = equations.solve().filter(|_| determined)?;
     for (motion, column) in motions.iter_mut().zip(solved.column_iter()) {
-        *motion =
-            Vector6::from_fn(|i, _| if i < 3 { column[i] } else { column[i].unscale(length) });
+        *motion = balanced_force(&column.into_owned(), length);
     }
     Some(Vector6::from(equations.variances()?.map(|variance| variance.sqrt())))
 }

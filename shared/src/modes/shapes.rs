@@ -3,6 +3,7 @@
 use nalgebra::Vector6;
 
 use crate::Real;
+use crate::layout::{balanced_force, balanced_motion};
 use crate::linalg::LeastSquares;
 
 /// Largest number of steps of Gauss and Newton; three or four are usual.
@@ -13,7 +14,7 @@ const MOST_STEPS: usize = 30;
 /// `residue` is `A = φ (φᵀ f)` at the origin, in the units of [a in m/s²; α in rad/s²] for 1 N; `length` is L in m.
 /// Almeida, Maia and Urgueira give the idea (figure 6) and no formula; this one is of theory, section 7.
 pub fn norm_indicator<R: Real>(residue: &Vector6<R>, length: R) -> R {
-    scaled(residue, length).norm()
+    balanced_motion(residue, length).norm()
 }
 
 /// The force with the largest [Norm Indicator](norm_indicator) of a mode, given the mode's residues under all forces;
@@ -51,13 +52,14 @@ pub fn shape_of_forces<R: Real>(
     length: R,
 ) -> Option<Vector6<R>> {
     let best = best_force(residues, length);
-    let mut shape = scaled(&shape_of_force(residues.get(best)?, forces.get(best)?)?, length);
+    let mut shape =
+        balanced_motion(&shape_of_force(residues.get(best)?, forces.get(best)?)?, length);
     for _step in 0..MOST_STEPS {
         let mut equations = LeastSquares::<R, 6>::new();
         for (residue, force) in residues.iter().zip(forces) {
-            let force = unscaled(force, length);
+            let force = balanced_force(force, length);
             let excited = shape.dot(&force);
-            let left = scaled(residue, length) - shape * excited;
+            let left = balanced_motion(residue, length) - shape * excited;
             for (i, left) in left.iter().enumerate() {
                 let mut row: [R; 6] = (force * shape[i]).into();
                 row[i] += excited;
@@ -70,17 +72,7 @@ pub fn shape_of_forces<R: Real>(
             break;
         }
     }
-    shape.iter().all(|v| v.finite()).then(|| unscaled(&shape, length))
-}
-
-/// `S x` with `S = diag(1, 1, 1, L, L, L)`: a motion in balanced variables.
-fn scaled<R: Real>(motion: &Vector6<R>, length: R) -> Vector6<R> {
-    Vector6::from_fn(|i, _| if i < 3 { motion[i] } else { motion[i] * length })
-}
-
-/// `S⁻¹ x`: a force in balanced variables, or a motion from them.
-fn unscaled<R: Real>(force: &Vector6<R>, length: R) -> Vector6<R> {
-    Vector6::from_fn(|i, _| if i < 3 { force[i] } else { force[i] / length })
+    shape.iter().all(|v| v.finite()).then(|| balanced_force(&shape, length))
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use super::method::{Entry, Observable};
 use super::suspension::{Answer, Suspension, is_blocked};
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::layout::balanced_motion;
 use crate::linalg::ComplexLeastSquares;
 
 pub use equations::{Excitation, Excitations, Solution, solve_structural, solve_viscous, span};
@@ -54,8 +55,7 @@ fn span_above_noise<R: Real>(of: &Suspension<'_, R>) -> usize {
     for line in &of.lines.below {
         let sigma = responses.sigma[*line].max() * of.noise;
         for motion in &responses.motions[line * forces..][..forces] {
-            let balanced = |i: usize| if i < 3 { R::one() } else { responses.length };
-            motions.push(core::array::from_fn(|i| motion[i].scale(balanced(i) / sigma)), []);
+            motions.push(balanced_motion(motion, responses.length).unscale(sigma).into(), []);
         }
     }
     let rows = R::of((of.lines.below.len() * forces) as f64);

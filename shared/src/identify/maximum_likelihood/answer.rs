@@ -70,8 +70,7 @@ impl<R: Real> Fit<R> {
         }
         let covariance = covariance_of(&equations.information(), &object);
         let covariance = covariance.ok_or_else(undetermined)?;
-        let layout = problem.layout;
-        if layout.gravity.is_none() && layout.sensors.iter().any(|s| s.senses_gravity) {
+        if problem.layout.lacks_gravity() {
             self.push_diagnostic(Code::GravityNotGiven, Severity::Note, R::zero());
         }
         Ok(Estimate {

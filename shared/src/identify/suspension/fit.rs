@@ -10,7 +10,7 @@ use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
 use crate::frequency_responses::FrequencyResponses;
 use crate::identify::{Method, Perturbation, random_signs};
-use crate::layout::{Layout, is_finite};
+use crate::layout::Layout;
 use crate::modes::{
     ForceMixing, Lines, LinesPerSide, MOST_LINES, MOST_PAIRS, Modes, Orders, Peak, Poles,
     Reduction, SUSPENSION_MODES, choose_lines, norm_indicator, reduce_line, relocate_once,
@@ -44,7 +44,7 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         readings: &'a FrequencyResponses<'a, R>,
         memory: &mut Reduction<R>,
     ) -> Result<Self, Diagnostics> {
-        check(layout, readings)?;
+        readings.check(layout)?;
         let reference = layout.sensor_centroid();
         let mixing = ForceMixing::of(layout, &reference);
         let s: Vec<_, MOST_LINES> = (0..readings.frequencies().len().min(MOST_LINES))
@@ -60,10 +60,9 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         let order = orders.sufficient().ok_or_else(missing)?;
         let noise = order.noise_variance().sqrt();
         let poles = order.poles.clone();
-        let frequencies: Vec<R, MOST_LINES> = s.iter().map(|s| s.im / R::two_pi()).collect();
         let (all, places) = Modes::of_poles(&responses, &poles).ok_or_else(missing)?;
         if places.len() < poles.len() {
-            let lines = choose_lines(&frequencies, &peaks(&poles), LinesPerSide::Width);
+            let lines = lines_about(&poles, &s, LinesPerSide::Width);
             let reversed = reversed_hits(layout, readings, &reference, &lines);
             if !reversed.is_empty() {
                 return Err(reversed);
@@ -72,7 +71,7 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         let kept = suspension_modes(&all, &s, responses.length);
         let modes = all.only(&kept);
         let kept = kept.iter().map(|kept| places[*kept]).collect();
-        let lines = choose_lines(&frequencies, &peaks(&modes.poles), LinesPerSide::Width);
+        let lines = lines_about(&modes.poles, &s, LinesPerSide::Width);
         Ok(Self {
             layout,
             readings,
@@ -115,8 +114,7 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
 
     /// The same with other lines for the direct methods.
     pub fn with_lines(self, per_side: LinesPerSide) -> Self {
-        let frequencies: Vec<R, MOST_LINES> = self.s.iter().map(|s| s.im / R::two_pi()).collect();
-        let lines = choose_lines(&frequencies, &peaks(&self.modes.poles), per_side);
+        let lines = lines_about(&self.modes.poles, &self.s, per_side);
         Self { lines, ..self }
     }
 
@@ -203,29 +201,15 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
     }
 }
 
-fn check<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    readings: &FrequencyResponses<'_, R>,
-) -> Result<(), Diagnostics> {
-    if !is_finite(layout) {
-        return Err(fatal(Code::LayoutNotFinite, 0.0));
-    }
-    if !readings.is_finite() {
-        return Err(fatal(Code::DataNotFinite, 0.0));
-    }
-    if readings.channels() != 3 * layout.sensors.len() || readings.hits() != layout.hits.len() {
-        return Err(fatal(Code::FrfMissing, 0.0));
-    }
-    Ok(())
-}
-
-/// The peaks of these poles.
-fn peaks<R: Real>(poles: &Poles<R>) -> Vec<Peak<R>, MOST_PAIRS> {
+/// The lines about these poles.
+fn lines_about<R: Real>(poles: &Poles<R>, s: &[Complex<R>], per_side: LinesPerSide) -> Lines {
     let peak = |pole: &Complex<R>| {
         let size = pole.norm_sqr().sqrt();
         Peak { frequency_hz: size / R::two_pi(), damping_ratio: -pole.re / size }
     };
-    poles.iter().map(peak).collect()
+    let peaks: Vec<_, MOST_PAIRS> = poles.iter().map(peak).collect();
+    let frequencies: Vec<R, MOST_LINES> = s.iter().map(|s| s.im / R::two_pi()).collect();
+    choose_lines(&frequencies, &peaks, per_side)
 }
 
 /// Errors for hits whose point moves against the force at these lines, near which an accelerance is imaginary.

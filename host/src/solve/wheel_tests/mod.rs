@@ -1,0 +1,88 @@
+//! The suspension-mode methods on the wheel's responses, as files: what they answer, and what they refuse or warn of.
+
+mod answers;
+mod warnings;
+
+use massline_shared::body::RigidBody;
+use massline_shared::identify::Estimate;
+use massline_virtual::bench::Bench;
+use massline_virtual::bench::responses::{SprungPart, add_noise, frequency_responses};
+use massline_virtual::bench::suspension::Suspension;
+use nalgebra::Complex;
+use serde_json::json;
+
+use super::*;
+use crate::uff::{Encoding, Frf, NodeDirection, write};
+
+const LAYOUT: &str = include_str!("../../../examples/wheel.toml");
+/// Noise of a line, (m/s²)/N.
+const NOISE: f64 = 0.002;
+
+/// The lines of the paper, Hz.
+fn lines() -> Vec<f64> {
+    (0..97).map(|k| 0.5 + 0.125 * f64::from(k)).collect()
+}
+
+/// The wheel's responses with noise at these lines, changed by `change(frequency, channel, hit, response)`.
+fn file(
+    frequencies: &[f64],
+    part: Option<SprungPart>,
+    change: impl Fn(f64, usize, usize, Complex<f64>) -> Complex<f64>,
+) -> UffFile {
+    file_of(&Bench::named("wheel").unwrap(), LAYOUT, frequencies, part, change)
+}
+
+/// The same for another bench or other hits.
+fn file_of(
+    bench: &Bench,
+    layout: &str,
+    frequencies: &[f64],
+    part: Option<SprungPart>,
+    change: impl Fn(f64, usize, usize, Complex<f64>) -> Complex<f64>,
+) -> UffFile {
+    let layout = LayoutFile::parse(layout, "wheel.toml").unwrap().layout;
+    let mut responses = frequency_responses(bench, &layout, frequencies, part).unwrap();
+    add_noise(&mut responses, NOISE, 12, 0);
+    let mut frfs = Vec::new();
+    let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());
+    for (place, hit) in layout.hits.iter().enumerate() {
+        let direction = hit.dof.axis.index() as i64 + 1;
+        let reference = NodeDirection { node: hit.dof.node.into(), direction };
+        for channel in 0..channels {
+            let node = layout.sensors[channel / 3].node.into();
+            let response = NodeDirection { node, direction: (channel % 3) as i64 + 1 };
+            let of_line = responses.chunks_exact(channels * hits).zip(frequencies);
+            let accelerance = of_line
+                .map(|(line, f)| change(*f, channel, place, line[channel * hits + place]))
+                .collect();
+            let frequency_hz = frequencies.to_vec();
+            frfs.push(Frf { response, reference, frequency_hz, accelerance });
+        }
+    }
+    UffFile::parse(&write(&frfs, Encoding::Binary)).unwrap()
+}
+
+fn unchanged(frequencies: &[f64], part: Option<SprungPart>) -> UffFile {
+    file(frequencies, part, |_, _, _, h| h)
+}
+
+fn solved(text: &str, uff: &UffFile, options: &Options) -> Result<FrfSolution> {
+    solve(&LayoutFile::parse(text, "wheel.toml").unwrap(), uff, options, |_, _| ())
+}
+
+/// The responses have noise and no other errors.
+fn noise_alone() -> String {
+    let none = "sensor_position_m = 0\nsensor_rotation_rad = 0\ngain = 0\ncross_axis = 0\nhammer_gain = 0\n\
+                hit_position_m = 0\nhit_direction_rad = 0\nnode_position_m = 0\nnode_direction_rad = 0\n";
+    format!("{LAYOUT}\n[uncertainty]\n{none}")
+}
+
+fn named(method: Method) -> Options {
+    Options { selection: Selection::Only(method), ..Options::default() }
+}
+
+/// Every number within four standard deviations: fifty of them are, in 99.7 % of tests.
+fn assert_near_truth(estimate: &Estimate<f64>, truth: &RigidBody<f64>) {
+    let off = (estimate.theta() - truth.theta()).component_div(&estimate.sigma().unwrap());
+    assert!(off.amax() < 4.0, "{:?} {off}", estimate.method);
+}
