@@ -172,7 +172,7 @@ impl LayoutFile {
 }
 
 fn bytes_of(path: &Path) -> Result<Vec<u8>, LayoutFileError> {
-    crate::bounded::read(path, MAX_BYTES)
+    crate::file::read(path, MAX_BYTES)
         .map_err(|source| LayoutFileError::Read { file: path.display().to_string(), source })
 }
 

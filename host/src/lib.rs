@@ -31,7 +31,6 @@
 //! | [`flash`] | writes firmware to a board |
 #![deny(unsafe_code)]
 
-mod bounded;
 pub mod calibration;
 pub mod calibration_file;
 pub mod campaign;
@@ -39,6 +38,7 @@ pub mod client;
 pub mod commands;
 pub mod design;
 pub mod error;
+pub mod file;
 pub mod firmware;
 pub mod flash;
 pub mod hits;

@@ -169,7 +169,7 @@ impl Recording {
     /// file and the place.
     pub fn read(path: &Path) -> crate::Result<Self> {
         let file = path.display();
-        let bytes = crate::bounded::read(path, MAX_BYTES).map_err(|error| {
+        let bytes = crate::file::read(path, MAX_BYTES).map_err(|error| {
             let message = format!("{file}: the file cannot be read: {error}; check the path");
             crate::Error::input("recording_not_readable", message)
         })?;

@@ -6,20 +6,20 @@
 
 mod npy;
 mod play;
+mod scans;
 mod sidecar;
 
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use massline_shared::layout::Dof;
-use massline_shared::signal::{AdcProperties, CHANNELS, Calibration, Scan};
+use massline_shared::signal::{AdcProperties, CHANNELS, Calibration};
 
 use crate::{Error, Result};
 
 pub use npy::TapeWriter;
 pub use play::{TapeProgress, TapeSource};
-
-/// Largest tape that is read, bytes: about seven hours at 4 kS/s.
-pub const MAX_BYTES: u64 = 1 << 31;
+pub use scans::Scans;
 
 /// The contents of a tape's sidecar.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,29 +46,34 @@ pub struct Segment {
 }
 
 /// A whole tape.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Tape {
     /// The sidecar.
     pub sidecar: Sidecar,
     /// Raw ADC codes.
-    pub scans: Vec<Scan>,
+    pub scans: Scans,
+    /// The recording was cut short: the scans are those before that, and segments that they do not reach are left out.
+    pub cut_short: bool,
 }
 
 impl Tape {
-    /// Reads a tape and its sidecar.
+    /// Opens a tape and reads its sidecar; the scans are read as they are played.
     ///
     /// # Errors
     /// Exit 2 when a file is missing, the array has another type or shape or is truncated, or the sidecar
     /// does not match the array.
     pub fn read(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
-        let bytes = crate::bounded::read(path, MAX_BYTES).map_err(|error| {
+        let opened = crate::file::open(path).map_err(|error| {
             let message = format!("{file}: the tape cannot be read: {error}; check the path");
             Error::input("tape_not_readable", message)
         })?;
-        let scans = npy::scans(&bytes).map_err(|e| Error::from(e).within(&file))?;
-        let sidecar = Sidecar::read(&sidecar_path(path))?;
-        let length = scans.len() as u64;
+        let (scans, cut_short) = npy::scans(opened).map_err(|e| Error::from(e).within(&file))?;
+        let mut sidecar = Sidecar::read(&sidecar_path(path))?;
+        let length = scans.count();
+        if cut_short {
+            sidecar.segments.retain(|segment| segment.start < length);
+        }
         if let Some(segment) = sidecar.segments.iter().find(|s| s.start >= length) {
             let message = format!(
                 "{}: the segment of {} starts at scan {}, and the tape has {length}; the two files \
@@ -79,7 +84,7 @@ impl Tape {
             );
             return Err(Error::input("sidecar_malformed", message));
         }
-        Ok(Self { sidecar, scans })
+        Ok(Self { sidecar, scans, cut_short })
     }
 }
 
@@ -88,8 +93,8 @@ impl Tape {
 /// # Errors
 /// Exit 2 when the bytes are not an array of little-endian u16 of shape (scans, 10) in C order, or are
 /// truncated.
-pub fn scans_of_npy(bytes: &[u8]) -> Result<Vec<Scan>> {
-    Ok(npy::scans(bytes)?)
+pub fn scans_of_npy(bytes: Vec<u8>) -> Result<Scans> {
+    Ok(npy::scans(Cursor::new(bytes))?.0)
 }
 
 /// The sidecar of a tape: the same name with `.toml`.

@@ -13,7 +13,7 @@ const MAX_BYTES: u64 = 1 << 24;
 /// The text of a file; `code` is the code of its errors.
 pub(crate) fn read(path: &Path, code: &'static str) -> Result<String> {
     let file = path.display();
-    let bytes = crate::bounded::read(path, MAX_BYTES)
+    let bytes = crate::file::read(path, MAX_BYTES)
         .map_err(|e| Error::input(code, format!("{file}: cannot be read: {e}; check the path")))?;
     String::from_utf8(bytes)
         .map_err(|_| Error::input(code, format!("{file}: this is not UTF-8 text")))

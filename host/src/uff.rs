@@ -107,7 +107,7 @@ impl UffFile {
     /// When the file cannot be read, is truncated or corrupt; the message names file and dataset.
     pub fn read(path: &Path) -> crate::Result<Self> {
         let file = path.display();
-        let bytes = crate::bounded::read(path, MAX_BYTES).map_err(|error| {
+        let bytes = crate::file::read(path, MAX_BYTES).map_err(|error| {
             let message = format!("{file}: the file cannot be read: {error}; check the path");
             crate::Error::input("uff_not_readable", message)
         })?;

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::electronics::{ConversionOrder, Memory};
 use crate::error::{Error, Result};
+use crate::file::{self, Existing};
 use crate::toml_file;
 
 /// Error code for the file of readings.
@@ -103,10 +104,7 @@ impl TumbleFile {
         let table = TumbleTable { reading: self.test.readings().iter().map(reading).collect() };
         // Texts and numbers only, so this cannot fail.
         let text = toml::to_string(&table).unwrap_or_default();
-        std::fs::write(&self.path, text).map_err(|e| {
-            let path = self.path.display();
-            Error::input("cannot_write", format!("{path}: cannot be written: {e}"))
-        })
+        file::write(&self.path, text.as_bytes(), Existing::Replaced)
     }
 
     /// Discards all readings and their file.

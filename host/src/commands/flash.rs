@@ -37,6 +37,16 @@ pub struct Args {
     /// Check the image and show what would be erased and written, without touching a board.
     #[arg(long)]
     dry_run: bool,
+    /// With --dry-run and without --image: build the firmware first.
+    #[arg(long, requires = "dry_run", conflicts_with = "image")]
+    build: bool,
+}
+
+fn nothing_built() -> Error {
+    Error::input(
+        "no_image",
+        "--dry-run builds nothing unless it is told to: give --image ELF, or --build to build the firmware first",
+    )
 }
 
 /// Runs the command.
@@ -49,6 +59,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let way = way(args, board)?;
     let path = match &args.image {
         Some(path) => path.clone(),
+        None if args.dry_run && !args.build => return Err(nothing_built()),
         None => firmware::build(&board.package, &board.target, "--image")?,
     };
     let plan = Plan::new(board, Image::read(&path, board)?)
@@ -71,7 +82,7 @@ than it writes: download your results first, or use --via probe.
 
 Examples:
   massline flash --board blackpill-f411
-  massline flash --board blackpill-f411 --dry-run
+  massline flash --board blackpill-f411 --dry-run --build
   massline flash --board nucleo-g474re --image massline-nucleo-g474re
   massline flash --board pico2 --drive /media/me/RP2350 --json"
     )

@@ -9,7 +9,8 @@ use massline_shared::layout::{HitPolicy, HostLayout};
 use serde_json::{Value, json};
 
 use super::hash;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::file::{self, ReplaceArgs};
 use crate::layout_file::{LayoutFile, TEMPLATE, schema};
 use crate::output::{self, Output};
 
@@ -34,9 +35,11 @@ enum Command {
         after_help = "Examples:\n  massline layout new > frame.toml\n  massline layout new -o frame.toml"
     )]
     New {
-        /// Write to this file instead, which must not exist yet.
+        /// Write to this file instead.
         #[arg(short, long, value_name = "FILE")]
         output: Option<PathBuf>,
+        #[command(flatten)]
+        replace: ReplaceArgs,
     },
     /// Check whether this layout can determine all ten properties; exit 3 when it cannot.
     Check(check::Args),
@@ -59,13 +62,13 @@ enum Command {
 /// When the file is bad, or with `check` and `suggest` no layout determines the ten properties.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     match &args.command {
-        Command::New { output: None } if output.json() => {
+        Command::New { output: None, .. } if output.json() => {
             output.answer(&json!({ "layout": TEMPLATE }), |_| String::new())
         }
         // Unwrapped: a comment that goes on in a line of its own is none.
-        Command::New { output: None } => output.verbatim(TEMPLATE.trim_end()),
-        Command::New { output: Some(path) } => {
-            create(path)?;
+        Command::New { output: None, .. } => output.verbatim(TEMPLATE.trim_end()),
+        Command::New { output: Some(path), replace } => {
+            file::write(path, TEMPLATE.as_bytes(), replace.existing())?;
             output.answer(&json!({ "written": path }), |_| format!("{} written", path.display()))
         }
         Command::Check(args) => check::run(args, output),
@@ -76,15 +79,6 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
         Command::Schema => output.verbatim(format!("{:#}", schema().to_value())),
     }
-}
-
-fn create(path: &PathBuf) -> Result<()> {
-    use std::io::Write;
-    let cannot = |e: std::io::Error| {
-        Error::input("cannot_write", format!("{} cannot be written: {e}", path.display()))
-    };
-    let mut file = std::fs::File::create_new(path).map_err(cannot)?;
-    file.write_all(TEMPLATE.as_bytes()).map_err(cannot)
 }
 
 fn show_json(file: &LayoutFile) -> Value {

@@ -60,6 +60,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read(&args.layout)?;
     let layout = files::for_rig(&file, &args.layout)?;
     let tape = Tape::read(&args.tape)?;
+    if tape.cut_short {
+        output.warn(format!(
+            "{}: the recording was cut short; its {} whole scans are played",
+            args.tape.display(),
+            tape.scans.count()
+        ));
+    }
     let calibration = files::calibration(args.calibration.as_deref(), &file)?
         .unwrap_or_else(|| tape.sidecar.calibration.into());
     let firmware = args.rig.image()?;
@@ -92,6 +99,10 @@ impl Player {
         status: &Status,
         shown: &mut Progress,
     ) -> Result<Option<OperatorAction>> {
+        if let Some(failed) = self.tape.failed() {
+            let message = format!("the tape cannot be read any more: {failed}");
+            return Err(Error::input("tape_not_readable", message));
+        }
         if Phase::try_from(status.phase).ok() != Some(Phase::Armed) {
             self.silent_since = None;
             return Ok(None);

@@ -15,6 +15,7 @@ use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
 use super::simulated::{RigArgs, narrow};
 use crate::error::Result;
+use crate::file::{Existing, ReplaceArgs};
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
@@ -56,6 +57,8 @@ pub struct Args {
     #[arg(long, value_name = "OUT.npy", conflicts_with = "runs")]
     tape: Option<PathBuf>,
     #[command(flatten)]
+    replace: ReplaceArgs,
+    #[command(flatten)]
     monte_carlo: MonteCarloArgs,
 }
 
@@ -86,8 +89,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let result = match &args.tape {
         None => test.run_with(&calibration, output, |source| source)?,
         Some(path) => {
-            TapeWriter::check(path)?;
-            let recorder = Recorder::new(path, &layout, &calibration.calibration);
+            TapeWriter::check(path, args.replace.existing())?;
+            let recorder =
+                Recorder::new(path, args.replace.existing(), &layout, &calibration.calibration);
             let result = test.run_with(&calibration, output, |source| recorder.around(source));
             // The scans before an error are saved too.
             let scans = recorder.finish()?;
@@ -123,6 +127,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 #[derive(Clone, Debug)]
 pub struct Recorder {
     path: PathBuf,
+    existing: Existing,
     sidecar: Sidecar,
     dofs: Vec<Dof>,
     state: Arc<Mutex<State>>,
@@ -137,9 +142,15 @@ struct State {
 
 impl Recorder {
     /// A recorder for a test with this layout and calibration.
-    pub fn new(path: &Path, layout: &RigLayout, calibration: &Calibration) -> Self {
+    pub fn new(
+        path: &Path,
+        existing: Existing,
+        layout: &RigLayout,
+        calibration: &Calibration,
+    ) -> Self {
         Self {
             path: path.to_owned(),
+            existing,
             sidecar: sidecar(
                 layout,
                 calibration,
@@ -160,7 +171,7 @@ impl Recorder {
     pub fn around(&self, source: Box<dyn ScanSource>) -> Box<dyn ScanSource> {
         let sidecar = Sidecar { adc: source.adc(), ..self.sidecar.clone() };
         self.state().attempt(|state| {
-            state.writer = Some(TapeWriter::create(&self.path, sidecar)?);
+            state.writer = Some(TapeWriter::create(&self.path, sidecar, self.existing)?);
             Ok(())
         });
         Box::new(Recorded { source, recorder: self.clone() })
@@ -220,10 +231,10 @@ impl ScanSource for Recorded {
     fn armed(&mut self, arming: u32, dof: usize) {
         self.source.armed(arming, dof);
         let Some(&dof) = self.recorder.dofs.get(dof) else { return };
-        if let Some(writer) = &mut self.recorder.state().writer {
-            let start = writer.scans();
-            writer.segment(Segment { start, dof });
-        }
+        self.recorder.state().attempt(|state| match &mut state.writer {
+            Some(writer) => writer.segment(Segment { start: writer.scans(), dof }),
+            None => Ok(()),
+        });
     }
 
     fn next_scan(&mut self) -> Option<Scan> {

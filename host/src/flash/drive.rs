@@ -13,6 +13,7 @@ use super::board::Board;
 use super::plan::Plan;
 use super::{ProgressObserver, Step, uf2};
 use crate::error::{Error, Result};
+use crate::file;
 
 /// The file format of a drive, and how the drive is recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,8 +67,9 @@ impl<'b> Kind<'b> {
     /// True when this mounted drive is of this kind.
     fn is(self, drive: &Path) -> bool {
         match self {
-            Self::Uf2(uf2) => fs::read_to_string(drive.join("INFO_UF2.TXT"))
-                .is_ok_and(|text| text.contains(&uf2.model)),
+            Self::Uf2(uf2) => {
+                read_text(&drive.join("INFO_UF2.TXT")).is_some_and(|text| text.contains(&uf2.model))
+            }
             Self::StLink(_) => ["DETAILS.TXT", "MBED.HTM"].iter().any(|f| drive.join(f).is_file()),
         }
     }
@@ -132,6 +134,11 @@ pub fn find(kind: Kind<'_>, named: Option<&Path>) -> Result<PathBuf> {
         )),
         (None, _) => Err(kind.missing()),
     }
+}
+
+/// The text of a small file on a drive.
+fn read_text(path: &Path) -> Option<String> {
+    file::read(path, 1 << 16).ok().map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// The mount points of FAT file systems, or of all volumes on macOS.
@@ -219,7 +226,7 @@ fn copy(path: &Path, bytes: &[u8], watch: &mut dyn ProgressObserver) -> Result<(
 /// The text of the file that the ST-LINK writes on its drive after a failure; an empty file is still being
 /// written.
 fn complaint(drive: &Path) -> Option<String> {
-    let text = fs::read_to_string(drive.join("FAIL.TXT")).ok()?;
+    let text = read_text(&drive.join("FAIL.TXT"))?;
     let text: String = text.trim().chars().filter(|c| !c.is_control()).take(200).collect();
     (!text.is_empty()).then_some(text)
 }

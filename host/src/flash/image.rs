@@ -8,6 +8,10 @@ use object::{Endianness, LittleEndian, U32};
 
 use super::board::{BOARDS, Board};
 use crate::error::{Error, Result};
+use crate::file;
+
+/// Largest ELF file that is read, bytes: firmware with its debug information has a few million.
+const MAX_BYTES: u64 = 1 << 26;
 
 /// Contiguous bytes at an address.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,7 +42,7 @@ impl Image {
     /// # Errors
     /// `image_not_read`, `image_malformed`, `image_for_another_board`.
     pub fn read(path: &Path, board: &Board) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|error| {
+        let bytes = file::read(path, MAX_BYTES).map_err(|error| {
             Error::input("image_not_read", format!("{}: {error}", path.display()))
         })?;
         let image = Self::parse(&bytes).and_then(|image| image.checked_for(board).map(|()| image));

@@ -1,21 +1,23 @@
 //! NumPy's array file, limited to what a tape needs: two dimensions of little-endian u16.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use massline_shared::signal::{CHANNELS, Scan};
-use npyz::{DType, NpyFile, NpyHeader, NpyReader, Order, WriteOptions, WriterBuilder};
+use npyz::{DType, NpyHeader, Order, WriteOptions, WriterBuilder};
 use thiserror::Error;
 
+use super::scans::{SCAN, Scans};
 use super::{Sidecar, sidecar_path};
+use crate::file::{self, Existing};
 use crate::npy::{HeaderError, open, shape_text};
 use crate::{Error, Result};
 
 /// The data type of a tape.
 const TYPE: &str = "<u2";
-/// Length of a scan, bytes.
-const SCAN: u64 = 2 * CHANNELS as u64;
+/// Longest header that is read, bytes: NumPy reads dictionaries of 10 000.
+const LONGEST_HEADER: u64 = 1 << 14;
 
 /// Why bytes are not a tape.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -36,6 +38,8 @@ pub(super) enum NpyError {
          it again"
     )]
     Truncated { wanted: u64, found: u64 },
+    #[error("the tape has no scans; record it again")]
+    Empty,
     #[error("the scans cannot be read: {0}; copy the tape again")]
     Data(String),
 }
@@ -46,36 +50,33 @@ impl From<NpyError> for Error {
             NpyError::Type(_) => "tape_wrong_type",
             NpyError::Shape(_) | NpyError::Order => "tape_wrong_shape",
             NpyError::Truncated { .. } => "tape_truncated",
+            NpyError::Empty => "tape_empty",
             NpyError::Header(_) | NpyError::Data(_) => "tape_malformed",
         };
         Self::input(code, error.to_string())
     }
 }
 
-/// Reads the scans of an array file.
-pub(super) fn scans(bytes: &[u8]) -> Result<Vec<Scan>, NpyError> {
-    let (header, data) = open(bytes)?;
-    let scans = scans_in(&header)?;
-    let (wanted, found) = (scans.saturating_mul(SCAN), data.len() as u64);
-    if wanted > found {
-        return Err(NpyError::Truncated { wanted, found });
-    }
-    let unreadable = |e: &dyn std::fmt::Display| NpyError::Data(e.to_string());
-    let codes = NpyFile::with_header(header, data).data().map_err(|e| unreadable(&e))?;
-    scans_of(codes).map_err(|e| unreadable(&e))
-}
-
-/// Groups the codes into scans of ten, as the shape states.
-fn scans_of(mut codes: NpyReader<u16, &[u8]>) -> io::Result<Vec<Scan>> {
-    let mut scans = Vec::with_capacity(codes.len() as usize / CHANNELS);
-    while codes.len() > 0 {
-        let mut scan = [0; CHANNELS];
-        for (to, code) in scan.iter_mut().zip(&mut codes) {
-            *to = code?;
+/// The scans of an array file, and whether its recording was cut short, so that the header does not state how many there
+/// are.
+pub(super) fn scans(
+    mut file: impl Read + Seek + Send + 'static,
+) -> Result<(Scans, bool), NpyError> {
+    let unreadable = |e: io::Error| NpyError::Data(e.to_string());
+    let mut head = Vec::new();
+    (&mut file).take(LONGEST_HEADER).read_to_end(&mut head).map_err(unreadable)?;
+    let (header, rest) = open(&head)?;
+    let offset = (head.len() - rest.len()) as u64;
+    let length = file.seek(SeekFrom::End(0)).map_err(unreadable)?;
+    let found = length.saturating_sub(offset);
+    match scans_in(&header)? {
+        0 if found < SCAN => Err(NpyError::Empty),
+        0 => Ok((Scans::new(file, offset, found / SCAN), true)),
+        scans if scans.saturating_mul(SCAN) > found => {
+            Err(NpyError::Truncated { wanted: scans.saturating_mul(SCAN), found })
         }
-        scans.push(scan);
+        scans => Ok((Scans::new(file, offset, scans), false)),
     }
-    Ok(scans)
 }
 
 /// The number of scans of an array.
@@ -85,7 +86,7 @@ fn scans_in(header: &NpyHeader) -> Result<u64, NpyError> {
         return Err(NpyError::Type(descr));
     }
     let scans = match *header.shape() {
-        [scans, channels] if channels == CHANNELS as u64 && scans > 0 => scans,
+        [scans, channels] if channels == CHANNELS as u64 => scans,
         _ => return Err(NpyError::Shape(shape_text(header.shape()))),
     };
     if header.order() == Order::Fortran { Err(NpyError::Order) } else { Ok(scans) }
@@ -98,8 +99,9 @@ fn header_bytes(scans: u64) -> io::Result<Vec<u8>> {
     header.writer(Vec::new()).write_header_only()
 }
 
-/// Writes a tape during a recording. Scans are appended; [`TapeWriter::finish`] completes the header and
-/// writes the sidecar. A writer that is dropped earlier saves the scans so far in the same way.
+/// Writes a tape during a recording. Scans are appended, and the sidecar is up to date after each hit, so that a process
+/// that is killed leaves a tape that can be replayed: its header, which [`TapeWriter::finish`] completes, states no scans
+/// until then. A writer that is dropped earlier completes it in the same way.
 ///
 /// npyz's own writer, which would also complete its header, is not used because it cannot be moved to the
 /// recording thread.
@@ -113,61 +115,60 @@ pub struct TapeWriter {
 }
 
 impl TapeWriter {
-    /// Checks that a tape may be written here: an earlier tape may be replaced, any other file may not.
+    /// Checks that a tape and its sidecar may be written here.
     ///
     /// # Errors
-    /// Exit 2 when the tape or its sidecar would replace another file, or the folder does not exist.
-    pub fn check(path: &Path) -> Result<()> {
-        let refuse = |message: String| Err(Error::input("tape_not_writable", message));
+    /// Exit 2 when one of them exists and is kept, the name does not end with `.npy`, or the folder does not exist.
+    pub fn check(path: &Path, existing: Existing) -> Result<()> {
+        if path.extension().is_none_or(|extension| extension != "npy") {
+            return Err(file::cannot(path, "the name of a tape ends with .npy"));
+        }
+        file::check(path, existing)?;
         let sidecar = sidecar_path(path);
-        if sidecar == path {
-            return refuse(format!("{}: a tape's name ends with .npy", path.display()));
-        }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if folder.is_some_and(|folder| !folder.is_dir()) {
-            return refuse(format!("{}: there is no such folder", path.display()));
-        }
+        // Not even with --force: it may be the layout.
         if sidecar.exists() && Sidecar::read(&sidecar).is_err() {
-            return refuse(format!(
-                "{} would become the sidecar of {} but is another file; give the tape another name",
-                sidecar.display(),
-                path.display(),
+            return Err(file::cannot(
+                path,
+                format!(
+                    "its sidecar would be {}, which is another file; give another name",
+                    sidecar.display()
+                ),
             ));
         }
-        if path.exists() && !sidecar.exists() {
-            return refuse(format!(
-                "{} is there already and no tape of this program; give the tape another name",
-                path.display(),
-            ));
-        }
-        Ok(())
+        file::check(&sidecar, existing)
     }
 
     /// Creates a tape; `sidecar` may already hold segments.
     ///
     /// # Errors
-    /// As [`TapeWriter::check`], and exit 2 when the file cannot be written.
-    pub fn create(path: &Path, sidecar: Sidecar) -> Result<Self> {
-        Self::check(path)?;
-        let file = File::create(path).map_err(|e| not_writable(path, &e))?;
-        let mut writer = Self {
-            path: path.to_owned(),
-            file: BufWriter::new(file),
-            sidecar,
-            scans: 0,
-            finished: false,
-        };
-        writer.write_header().map_err(|e| not_writable(path, &e))?;
-        Ok(writer)
+    /// As [`TapeWriter::check`], and exit 2 when a file cannot be written; then there is neither.
+    pub fn create(path: &Path, sidecar: Sidecar, existing: Existing) -> Result<Self> {
+        Self::check(path, existing)?;
+        let text = sidecar.to_toml();
+        file::write(&sidecar_path(path), text.as_bytes(), existing)?;
+        let created = File::create(path).map_err(|e| file::cannot(path, e));
+        let opened = created.and_then(|file| {
+            let file = BufWriter::new(file);
+            let path = path.to_owned();
+            let mut writer = Self { path, file, sidecar, scans: 0, finished: true };
+            writer.write_header().map_err(|e| file::cannot(&writer.path, e))?;
+            writer.finished = false;
+            Ok(writer)
+        });
+        if opened.is_err() {
+            // They would be in the way of the next attempt.
+            let _ = (fs::remove_file(path), fs::remove_file(sidecar_path(path)));
+        }
+        opened
     }
 
     /// Appends scans.
     ///
     /// # Errors
-    /// Exit 2 when the file cannot be written.
+    /// Exit 2 when the file cannot be written; the tape keeps the scans so far.
     pub fn push(&mut self, scans: &[Scan]) -> Result<()> {
         for code in scans.as_flattened() {
-            self.file.write_all(&code.to_le_bytes()).map_err(|e| not_writable(&self.path, &e))?;
+            self.file.write_all(&code.to_le_bytes()).map_err(|e| file::cannot(&self.path, e))?;
         }
         self.scans += scans.len() as u64;
         Ok(())
@@ -179,8 +180,21 @@ impl TapeWriter {
     }
 
     /// Records the segment of a hit.
-    pub fn segment(&mut self, segment: super::Segment) {
+    ///
+    /// # Errors
+    /// Exit 2 when the sidecar cannot be written.
+    pub fn segment(&mut self, segment: super::Segment) -> Result<()> {
         self.sidecar.segments.push(segment);
+        self.write_sidecar()
+    }
+
+    /// Replaces all segments.
+    ///
+    /// # Errors
+    /// Exit 2 when the sidecar cannot be written.
+    pub fn set_segments(&mut self, segments: &[super::Segment]) -> Result<()> {
+        self.sidecar.segments = segments.to_vec();
+        self.write_sidecar()
     }
 
     /// Completes the tape; returns its number of scans.
@@ -194,9 +208,13 @@ impl TapeWriter {
 
     fn complete(&mut self) -> Result<()> {
         self.finished = true;
-        self.write_header().map_err(|e| not_writable(&self.path, &e))?;
-        let sidecar = sidecar_path(&self.path);
-        std::fs::write(&sidecar, self.sidecar.to_toml()).map_err(|e| not_writable(&sidecar, &e))
+        self.write_header().map_err(|e| file::cannot(&self.path, e))?;
+        self.write_sidecar()
+    }
+
+    fn write_sidecar(&self) -> Result<()> {
+        let text = self.sidecar.to_toml();
+        file::write(&sidecar_path(&self.path), text.as_bytes(), Existing::Replaced)
     }
 
     /// Writes the header for the scans so far and moves to its end.
@@ -214,8 +232,4 @@ impl Drop for TapeWriter {
             let _ = self.complete();
         }
     }
-}
-
-fn not_writable(path: &Path, error: &io::Error) -> Error {
-    Error::input("tape_not_writable", format!("{}: cannot be written: {error}", path.display()))
 }

@@ -1,18 +1,18 @@
 //! Plays a tape to a rig: one segment of the requested DOF per arming.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use massline_protocol::LayoutHash;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, RECORD_SCANS, Scan};
 use massline_virtual::source::ScanSource;
 
-use super::{Segment, Tape, sensors};
+use super::{Scans, Segment, Tape, sensors};
 use crate::{Error, Result};
 
 /// Shortest length of a played segment, scans: a record, and a quarter more for a late trigger.
-const SHORTEST_PLAY: usize = RECORD_SCANS + RECORD_SCANS / 4;
+const SHORTEST_PLAY: u64 = (RECORD_SCANS + RECORD_SCANS / 4) as u64;
 /// Stands for no DOF.
 const NONE: usize = usize::MAX;
 
@@ -25,13 +25,13 @@ const NONE: usize = usize::MAX;
 #[derive(Debug)]
 pub struct TapeSource {
     adc: AdcProperties,
-    scans: Vec<Scan>,
+    scans: Scans,
     segments: Vec<Played>,
     dofs: Vec<Dof>,
     armed: Option<(u32, usize)>,
     /// Index of the next scan, and of the scan after the last of the current segment.
-    at: usize,
-    end: usize,
+    at: u64,
+    end: u64,
     progress: TapeProgress,
 }
 
@@ -51,6 +51,7 @@ struct Shared {
     played_out: AtomicBool,
     play_next: AtomicBool,
     unused: AtomicUsize,
+    failed: OnceLock<String>,
 }
 
 impl TapeProgress {
@@ -72,6 +73,11 @@ impl TapeProgress {
         self.0.play_next.store(true, Ordering::Release);
     }
 
+    /// Why the tape cannot be read any more.
+    pub fn failed(&self) -> Option<&str> {
+        self.0.failed.get().map(String::as_str)
+    }
+
     /// Number of segments that have not been played.
     pub fn unused(&self) -> usize {
         self.0.unused.load(Ordering::Acquire)
@@ -86,7 +92,7 @@ impl TapeSource {
     /// Exit 2 when the layout has more sensors than the tape, or the tape was recorded with another layout
     /// whose DOFs differ.
     pub fn new(tape: Tape, layout: &RigLayout) -> Result<(Self, Option<String>)> {
-        let Tape { sidecar, scans } = tape;
+        let Tape { sidecar, scans, .. } = tape;
         let dofs: Vec<Dof> = layout.hits.iter().map(|hit| hit.dof).collect();
         let there = sensors(&sidecar.adc);
         if layout.sensors.len() > there {
@@ -126,6 +132,7 @@ impl TapeSource {
             played_out: AtomicBool::new(false),
             play_next: AtomicBool::new(false),
             unused: AtomicUsize::new(segments.len()),
+            failed: OnceLock::new(),
         }));
         let adc = sidecar.adc;
         let source = Self { adc, scans, segments, dofs, armed: None, at: 0, end: 0, progress };
@@ -152,8 +159,8 @@ impl TapeSource {
         next.used = true;
         let start = next.segment.start;
         let following = self.segments.iter().map(|s| s.segment.start).filter(|&s| s > start).min();
-        let following = following.map_or(self.scans.len(), |s| s as usize);
-        self.at = start as usize;
+        let following = following.unwrap_or(self.scans.count());
+        self.at = start;
         self.end = following.max(self.at.saturating_add(SHORTEST_PLAY));
         shared.unused.fetch_sub(1, Ordering::AcqRel);
         shared.played_out.store(false, Ordering::Release);
@@ -185,7 +192,14 @@ impl ScanSource for TapeSource {
         if self.at >= self.end {
             return None;
         }
-        let scan = self.scans.get(self.at).or(self.scans.last()).copied()?;
+        let last = self.scans.count().checked_sub(1)?;
+        let scan = match self.scans.get(self.at.min(last)) {
+            Ok(scan) => scan?,
+            Err(error) => {
+                let _ = self.progress.0.failed.set(error.to_string());
+                return None;
+            }
+        };
         self.at += 1;
         Some(scan)
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use massline::file::Existing;
 use massline::tape::{Segment, Sidecar, Tape, TapeWriter};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -29,11 +30,11 @@ impl Recording {
     }
 
     /// Replays the tape with other segments: exit code, JSON, text.
-    fn replay(&self, segments: Vec<Segment>) -> (i32, Value, String) {
+    fn replay(&mut self, segments: Vec<Segment>) -> (i32, Value, String) {
         let path = self.folder.path().join("some.npy");
         let sidecar = Sidecar { segments, ..self.tape.sidecar.clone() };
-        let mut writer = TapeWriter::create(&path, sidecar).unwrap();
-        writer.push(&self.tape.scans).unwrap();
+        let mut writer = TapeWriter::create(&path, sidecar, Existing::Replaced).unwrap();
+        writer.push(&self.tape.scans.to_vec().unwrap()).unwrap();
         writer.finish().unwrap();
         let path = path.display().to_string();
         let (run, value) = run_json(&["replay", &path, "--layout", &self.layout]);
@@ -52,7 +53,7 @@ fn hits(value: &Value) -> Vec<u64> {
 
 #[test]
 fn a_whole_tape_gives_every_hit() {
-    let recording = Recording::new();
+    let mut recording = Recording::new();
     let (exit, value, text) = recording.replay(recording.segments());
     assert_eq!((exit, hits(&value)), (0, vec![3, 3, 3]), "{text}");
     assert!(!text.contains("warning"), "{text}");
@@ -60,7 +61,7 @@ fn a_whole_tape_gives_every_hit() {
 
 #[test]
 fn a_dof_with_fewer_hits_goes_on_with_a_warning() {
-    let recording = Recording::new();
+    let mut recording = Recording::new();
     let mut segments = recording.segments();
     segments.remove(4);
     let (exit, value, text) = recording.replay(segments);
@@ -72,18 +73,49 @@ fn a_dof_with_fewer_hits_goes_on_with_a_warning() {
 
 #[test]
 fn a_segment_without_a_hit_counts_as_used_up() {
-    let recording = Recording::new();
+    let mut recording = Recording::new();
     let mut segments = recording.segments();
     // The last segment contains only the ring-down after its tap, without a contact of the hammer.
-    segments[8].start = recording.tape.scans.len() as u64 - 500;
+    segments[8].start = recording.tape.scans.count() - 500;
     let (exit, value, text) = recording.replay(segments);
     assert_eq!((exit, hits(&value)), (0, vec![3, 3, 2]), "{text}");
     assert!(text.contains("a segment of 4:+X holds no hit"), "{text}");
 }
 
+/// The tape is written while the simulated rig measures; SIGKILL leaves the program no time to complete it.
+#[cfg(unix)]
+#[test]
+fn a_recording_that_is_killed_replays_up_to_its_last_whole_scan() {
+    let folder = tempfile::tempdir().unwrap();
+    let layout = layout_with_hits(folder.path(), 50);
+    let path = folder.path().join("cut.npy");
+    let tape = path.display().to_string();
+    let mut recording = std::process::Command::new(env!("CARGO_BIN_EXE_massline"))
+        .args(["simulate", &layout, "--tape", &tape])
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // More than the first hits of the first DOF, far less than all 150.
+    let written = || std::fs::metadata(&path).map_or(0, |of| of.len());
+    while written() < 2_000_000 {
+        assert!(recording.try_wait().unwrap().is_none(), "it ended at {} bytes", written());
+        std::thread::yield_now();
+    }
+    recording.kill().unwrap();
+    recording.wait().unwrap();
+    let cut = Tape::read(&path).unwrap();
+    assert!(cut.cut_short && cut.scans.count() >= 90_000, "{cut:?}");
+    assert!(cut.sidecar.segments.len() > 2);
+    let (run, value) = run_json(&["replay", &tape, "--layout", &layout]);
+    assert!(run.stderr.contains("the recording was cut short"), "{}", run.stderr);
+    // Other DOFs than the first have no hits.
+    assert_eq!((run.exit, &value["error"]["code"]), (3, &"dof_without_hits".into()));
+}
+
 #[test]
 fn a_dof_without_any_hit_cannot_determine_the_answer() {
-    let recording = Recording::new();
+    let mut recording = Recording::new();
     let mut segments = recording.segments();
     segments.truncate(6);
     let (exit, value, text) = recording.replay(segments);

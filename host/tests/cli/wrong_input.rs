@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use crate::program::{run, run_json};
+use crate::program::{run, run_json, success};
 
 /// A folder with a valid layout and a few invalid ones.
 struct Files(TempDir);
@@ -199,7 +199,8 @@ fn suggestions_that_cannot_be_made_are_refused() {
 fn files_are_not_overwritten_by_layout_new() {
     let files = Files::new();
     let good = files.good();
-    fails(&["layout", "new", "--output", &good], 2, "cannot_write");
+    fails(&["layout", "new", "--output", &good], 2, "file_exists");
+    success(&["layout", "new", "--output", &good, "--force"]);
     fails(&["layout", "new", "--output", "/no/such/folder/l.toml"], 2, "cannot_write");
 }
 
@@ -276,7 +277,7 @@ fn record_and_simulate_name_the_file_that_they_cannot_use() {
     let bench = files.rigid_bench();
     for tape in ["/no/such/folder/t.npy", path_text(&files.path("named.toml"))] {
         let arguments = ["simulate", &good, "--bench", &bench, "--tape", tape];
-        fails(&arguments, 2, "tape_not_writable");
+        fails(&arguments, 2, "cannot_write");
     }
     let four = files.layout("[1, 2, 3, 4]", HITS);
     fails(&["simulate", &four], 2, "layout_too_large");

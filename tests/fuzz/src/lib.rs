@@ -161,8 +161,8 @@ pub fn fuzz_layout(bytes: &[u8]) {
 /// # Panics
 /// When more scans are read than the bytes contain, or a written sidecar does not read back the same.
 pub fn fuzz_tape(bytes: &[u8]) {
-    if let Ok(scans) = scans_of_npy(bytes) {
-        assert!(scans.len() * 20 <= bytes.len());
+    if let Ok(scans) = scans_of_npy(bytes.to_vec()) {
+        assert!(scans.count() * 20 <= bytes.len() as u64);
     }
     if let Ok(sidecar) = std::str::from_utf8(bytes).map(|text| Sidecar::parse(text, "fuzz.toml"))
         && let Ok(sidecar) = sidecar

@@ -31,6 +31,8 @@
 //! | [`tumble`] | the sensors held still in the six positions of a tumble test |
 //! | [`operator`] | the person, and the bench as a source of scans |
 
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
 use massline_shared::body::RigidBody;
@@ -203,7 +205,7 @@ impl Bench {
     /// When the file cannot be read or has invalid content.
     pub fn read(path: &Path) -> Result<Self, BenchError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
+        let text = read_at_most(path, MAX_BYTES)
             .map_err(|source| BenchError::Unreadable { file: file.clone(), source })?;
         Self::parse(&text, &file)
     }
@@ -221,4 +223,17 @@ impl Bench {
             Self::read(path)
         }
     }
+}
+
+/// Largest bench file that is read, bytes.
+const MAX_BYTES: u64 = 1 << 20;
+
+fn read_at_most(path: &Path, most: u64) -> io::Result<String> {
+    let mut text = String::new();
+    File::open(path)?.take(most + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > most {
+        let message = format!("it is longer than {most} bytes, so it is no bench");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+    }
+    Ok(text)
 }

@@ -28,7 +28,11 @@ pub(super) fn load(file: &mut File, path: &Path) -> Result<FlashMemory, FlashOpe
     let failed = |source| FlashOpenError::Io { path: path.to_owned(), source };
     let mut bytes = vec![0xFF; FLASH_BYTES];
     match file.metadata().map_err(failed)?.len() {
-        0 => file.write_all(&bytes).map_err(failed)?,
+        0 => file.write_all(&bytes).map_err(|source| {
+            // An incomplete file would be refused the next time.
+            let _ = file.set_len(0);
+            failed(source)
+        })?,
         length if length == FLASH_BYTES as u64 => file.read_exact(&mut bytes).map_err(failed)?,
         found => return Err(FlashOpenError::WrongLength { path: path.to_owned(), found }),
     }

@@ -1,6 +1,5 @@
 //! `massline calibrate show`, `pull` and `push`: the calibration stored on a rig.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use massline_shared::calibration::CalibrationRecord;
@@ -8,7 +7,8 @@ use serde_json::json;
 
 use super::{report, rig::RigArgs, store};
 use crate::calibration_file::{CalibrationFile, to_toml};
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::file::{self, ReplaceArgs};
 use crate::output::Output;
 
 /// Arguments of `massline calibrate show`.
@@ -26,8 +26,10 @@ pub struct ShowArgs {
                         --bench uncalibrated --calibration rig.toml"
 )]
 pub struct PullArgs {
-    /// The file, which must not exist yet.
+    /// The file.
     file: PathBuf,
+    #[command(flatten)]
+    replace: ReplaceArgs,
     #[command(flatten)]
     rig: RigArgs,
 }
@@ -57,19 +59,9 @@ pub fn show(args: &ShowArgs, output: &mut Output) -> Result<()> {
 /// When the rig cannot be reached, or the file exists or cannot be written.
 pub fn pull(args: &PullArgs, output: &mut Output) -> Result<()> {
     let path = args.file.display();
-    let mut file = std::fs::File::create_new(&args.file)
-        .map_err(|e| Error::input("cannot_write", format!("{path} cannot be written: {e}")))?;
-    let pulled = args.rig.tumble_rig().and_then(|mut rig| Ok(rig.client.calibration()?));
-    let record = match pulled {
-        Ok(record) => record,
-        Err(error) => {
-            // An empty file would block the next attempt.
-            let _ = std::fs::remove_file(&args.file);
-            return Err(error);
-        }
-    };
-    file.write_all(to_toml(&record).as_bytes())
-        .map_err(|e| Error::input("cannot_write", format!("{path} cannot be written: {e}")))?;
+    file::check(&args.file, args.replace.existing())?;
+    let record = args.rig.tumble_rig()?.client.calibration()?;
+    file::write(&args.file, to_toml(&record).as_bytes(), args.replace.existing())?;
     output.answer(&json!({ "written": args.file }), |_| format!("{path} written"))
 }
 

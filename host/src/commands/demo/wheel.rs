@@ -2,7 +2,6 @@
 
 mod study;
 
-use std::io::Write;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
@@ -12,6 +11,7 @@ use serde_json::json;
 
 use crate::commands::number::seed;
 use crate::error::{Error, Result};
+use crate::file::{self, Existing, ReplaceArgs};
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone, align_right, table};
@@ -55,6 +55,8 @@ pub struct Args {
     /// Write the responses to all forces to this universal file, and the layout beside it, instead of solving them.
     #[arg(long, value_name = "FILE.uff", conflicts_with_all = ["set", "runs"])]
     write: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceArgs,
 }
 
 /// Fewest runs whose coverage says something.
@@ -76,7 +78,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let layout = LayoutFile::parse(LAYOUT, "wheel.toml")?.layout;
     let wheel = Wheel::new(&layout, args.noise, args.spacing, args.tyre)?;
     if let Some(path) = &args.write {
-        return write_files(&wheel, args.seed, path, output);
+        return write_files(&wheel, args.seed, path, args.replace.existing(), output);
     }
     let all = || SET_NAMES.map(str::to_owned).to_vec();
     let sets = if args.set.is_empty() { all() } else { args.set.clone() };
@@ -117,7 +119,13 @@ fn mass_lines(args: &Args) -> Result<String> {
 }
 
 /// Writes responses and layout.
-fn write_files(wheel: &Wheel, seed: u64, path: &Path, output: &mut Output) -> Result<()> {
+fn write_files(
+    wheel: &Wheel,
+    seed: u64,
+    path: &Path,
+    existing: Existing,
+    output: &mut Output,
+) -> Result<()> {
     let layout = path.with_extension("toml");
     if layout == path {
         let text =
@@ -125,13 +133,11 @@ fn write_files(wheel: &Wheel, seed: u64, path: &Path, output: &mut Output) -> Re
         return Err(Error::input("cannot_write", text));
     }
     let files = [(path, wheel.universal_file(seed)), (&layout, LAYOUT.into())];
+    for (file, _) in &files {
+        file::check(file, existing)?;
+    }
     for (file, bytes) in files {
-        let created = std::fs::File::options().write(true).create_new(true).open(file);
-        let written = created.and_then(|mut to| to.write_all(&bytes));
-        written.map_err(|e| {
-            let text = format!("{} cannot be written: {e}; give another name", file.display());
-            Error::input("cannot_write", text)
-        })?;
+        file::write(file, &bytes, existing)?;
     }
     let value = json!({ "universal_file": path, "layout": layout });
     output

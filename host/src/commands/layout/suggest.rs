@@ -1,6 +1,5 @@
 //! `massline layout suggest`: better sensors and hits among the nodes of a layout file.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use massline_shared::diagnosis::Diagnostic;
@@ -13,6 +12,7 @@ use super::super::show;
 use super::check::NoiseArgs;
 use crate::design::{Options, Wanted, report, suggest};
 use crate::error::{Error, Result};
+use crate::file::{self, Existing, ReplaceArgs};
 use crate::layout_file::{LayoutFile, MAX_BYTES};
 use crate::output::Output;
 use crate::report::{diagnostics_json, message_in};
@@ -66,6 +66,8 @@ pub struct Args {
     /// stays.
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceArgs,
 }
 
 /// Runs the command.
@@ -76,13 +78,16 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read_candidates(&args.layout)?;
     there_is_something_to_keep(args, &file).map_err(|e| e.within(args.layout.display()))?;
+    if let Some(path) = &args.write {
+        file::check(path, args.replace.existing())?;
+    }
     let options = options(args, &file);
     let bar = output.bar(u64::from(args.starts), "starts");
     let found = suggest(&file, &options, output.interrupt(), |done| bar.set_position(done));
     bar.finish_and_clear();
     let suggestion = found.map_err(|error| error.within(args.layout.display()))?;
     if let Some(path) = &args.write {
-        write(&args.layout, path, &suggestion.layout)?;
+        write(&args.layout, path, &suggestion.layout, args.replace.existing())?;
     }
     let layout = &suggestion.layout;
     let message_of = |d: &Diagnostic| message_in(d, layout);
@@ -142,15 +147,11 @@ fn options(args: &Args, file: &LayoutFile) -> Options {
     }
 }
 
-/// Copies a layout file with other sensors and hits; an existing file is not overwritten.
-fn write(from: &Path, to: &Path, layout: &HostLayout) -> Result<()> {
-    let cannot = |path: &Path, e: &dyn std::fmt::Display| {
-        Error::input("cannot_write", format!("{} cannot be written: {e}", path.display()))
-    };
-    let bytes = crate::bounded::read(from, MAX_BYTES).map_err(|e| cannot(to, &e))?;
-    let text = edited(&String::from_utf8_lossy(&bytes), layout).map_err(|e| cannot(to, &e))?;
-    let mut file = std::fs::File::create_new(to).map_err(|e| cannot(to, &e))?;
-    file.write_all(text.as_bytes()).map_err(|e| cannot(to, &e))
+/// Copies a layout file with other sensors and hits.
+fn write(from: &Path, to: &Path, layout: &HostLayout, existing: Existing) -> Result<()> {
+    let bytes = file::read(from, MAX_BYTES).map_err(|e| file::cannot(to, e))?;
+    let text = edited(&String::from_utf8_lossy(&bytes), layout).map_err(|e| file::cannot(to, e))?;
+    file::write(to, text.as_bytes(), existing)
 }
 
 /// The text of a layout file with these sensors, hits and hits per DOF. Entries that stay keep their

@@ -20,6 +20,7 @@ use super::files;
 use super::measure::fits;
 use crate::client::Client;
 use crate::error::{Error, Result};
+use crate::file::{Existing, ReplaceArgs};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::tape::{Sidecar, TapeWriter};
@@ -42,6 +43,8 @@ pub struct Args {
     /// The tape to write.
     #[arg(short, long, value_name = "OUT.npy")]
     output: PathBuf,
+    #[command(flatten)]
+    replace: ReplaceArgs,
     #[command(flatten)]
     port: PortArgs,
     /// Read the record of each hit instead of the stream.
@@ -71,7 +74,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = LayoutFile::read(&args.layout)?;
     let layout = files::for_rig(&file, &args.layout)?;
     let given = files::calibration(args.calibration.as_deref(), &file)?;
-    TapeWriter::check(&args.output)?;
+    TapeWriter::check(&args.output, args.replace.existing())?;
     let (mut client, identity) = args.port.connect()?;
     fits(&layout, &identity)?;
     clear(&mut client, args.restart)?;
@@ -83,7 +86,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         None => client.calibration()?.calibration,
     };
     let recording = Recording { layout: &layout, calibration: &calibration, identity: &identity };
-    let mut writer = recording.writer(&args.output)?;
+    let mut writer = recording.writer(&args.output, args.replace.existing())?;
     let triggered = args.triggered || !identity.streams;
     if triggered && !args.triggered {
         output.note("the link is too slow for the stream: the record of each hit is read");
@@ -122,7 +125,7 @@ fn kept(path: &Path, scans: u64) -> String {
 }
 
 impl Recording<'_> {
-    fn writer(&self, path: &Path) -> Result<TapeWriter> {
+    fn writer(&self, path: &Path, existing: Existing) -> Result<TapeWriter> {
         let sidecar = Sidecar {
             adc: self.identity.adc,
             calibration: *self.calibration,
@@ -130,7 +133,7 @@ impl Recording<'_> {
             layout_hash: self.layout.hash(),
             segments: Vec::new(),
         };
-        TapeWriter::create(path, sidecar)
+        TapeWriter::create(path, sidecar, existing)
     }
 
     fn dof(&self, index: usize) -> String {

@@ -57,11 +57,9 @@ pub(super) fn record(
         }
     };
     output.set_raw(false);
-    for segment in &tape.segments {
-        writer.segment(*segment);
-    }
     // An error of the recording takes precedence over one of stopping the stream.
     let stopped = client.set_stream(false);
+    writer.set_segments(&tape.segments)?;
     recorded?;
     stopped?;
     Ok(tape.segments.len() as u32)
@@ -175,6 +173,7 @@ impl<'r> Stream<'r> {
         for (scan, index) in scans.iter().zip(next - base..) {
             if let Some((start, report)) = self.finder.feed(scan, index) {
                 self.found(start, &report, output);
+                writer.set_segments(&self.segments)?;
                 self.last_hit = index;
             }
         }

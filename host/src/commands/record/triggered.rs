@@ -60,9 +60,10 @@ impl Recorder<'_, '_> {
         let scans = scans_of(&client.download(object, |_, _| ())?);
         let dof = self.recording.layout.hits.get(usize::from(status.dof)).map(|hit| hit.dof);
         let Some(dof) = dof else { return Ok(()) };
-        self.writer.segment(Segment { start: self.writer.scans(), dof });
+        let start = self.writer.scans();
         self.writer.push(&lead_in(&scans))?;
-        self.writer.push(&scans)
+        self.writer.push(&scans)?;
+        self.writer.segment(Segment { start, dof })
     }
 }
 
