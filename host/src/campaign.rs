@@ -189,8 +189,14 @@ pub fn follow(
     observer: &mut dyn Observer,
 ) -> Result<CampaignOutcome> {
     let _guard = interrupt.guard();
-    let mut follower =
-        Follower { client, observer, last: None, reported: None, changed: Instant::now() };
+    let mut follower = Follower {
+        client,
+        observer,
+        last: None,
+        heard: None,
+        reported: None,
+        changed: Instant::now(),
+    };
     let ending = follower.run(interrupt, patience);
     // With the link gone, an interrupt would only wait for it again; the first error is the one to report.
     if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
@@ -203,6 +209,8 @@ struct Follower<'a> {
     client: &'a mut Client,
     observer: &'a mut dyn Observer,
     last: Option<Status>,
+    /// The last hit that the observer was told of, or that was graded before it began to look.
+    heard: Option<u32>,
     /// The last arming that the observer was notified of.
     reported: Option<u32>,
     changed: Instant,
@@ -240,6 +248,7 @@ impl Follower<'_> {
     /// Processes a status; returns how the campaign ended, if it has.
     fn take(&mut self, status: &Status) -> Result<Option<CampaignOutcome>> {
         if self.last.as_ref() != Some(status) {
+            self.hear_hits(status.last_hit)?;
             self.observer.status(status);
             self.last = Some(status.clone());
             self.changed = Instant::now();
@@ -262,6 +271,22 @@ impl Follower<'_> {
             Some(Phase::Idle) => Ok(Some(CampaignOutcome::Aborted)),
             _ => Ok(None),
         }
+    }
+
+    /// Waits a moment for the event of a hit that a status already counts, so that the observer hears of the hit first.
+    fn hear_hits(&mut self, last: u32) -> Result<()> {
+        let deadline = Instant::now() + POLL;
+        while *self.heard.get_or_insert(last) < last {
+            let left = deadline.saturating_duration_since(Instant::now());
+            match self.client.next_event(left)? {
+                // The caller has a newer one.
+                Some(Event::Status(_)) => {}
+                Some(event) => self.pass_on(&event),
+                // The event is lost.
+                None => self.heard = Some(last),
+            }
+        }
+        Ok(())
     }
 
     /// Waits for the next status: from an event, or by polling after a silence.
@@ -287,6 +312,7 @@ impl Follower<'_> {
         match event {
             Event::Hit(hit) => {
                 self.changed = Instant::now();
+                self.heard = self.heard.max(Some(hit.number));
                 self.observer.hit(hit);
             }
             Event::Scans(block) => self.observer.scans(block),

@@ -14,6 +14,8 @@
 mod wrap;
 
 use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use comfy_table::{CellAlignment, LineStyle, Table, presets};
@@ -35,18 +37,45 @@ pub const WIDTH: usize = 100;
 /// The output streams of a command, and whether the user has pressed Ctrl-C.
 pub struct Output {
     out: Box<dyn Write + Send>,
-    err: Box<dyn Write + Send>,
+    notes: Notes,
     json: bool,
     color: bool,
     /// Whether stdout is a terminal.
     out_terminal: bool,
-    /// Whether stderr is a terminal, so that progress bars can be shown.
-    err_terminal: bool,
     keyboard: bool,
-    raw: bool,
     interrupt: Interrupt,
     /// Further keys for the JSON object of the next error.
     details: Option<Value>,
+}
+
+/// The stream of what is said beside the answer. Clones write to the same stream.
+#[derive(Clone)]
+pub struct Notes {
+    err: Arc<Mutex<Box<dyn Write + Send>>>,
+    /// Whether it is a terminal, so that progress bars can be shown.
+    terminal: bool,
+    raw: Arc<AtomicBool>,
+}
+
+impl Notes {
+    fn to(err: impl Write + Send + 'static, terminal: bool) -> Self {
+        let err: Box<dyn Write + Send> = Box::new(err);
+        Self { err: Arc::new(Mutex::new(err)), terminal, raw: Arc::default() }
+    }
+
+    /// Writes a note.
+    pub fn note(&self, text: &str) {
+        self.verbatim(wrapped(text, width(self.terminal)));
+    }
+
+    fn verbatim(&self, mut text: String) {
+        if self.raw.load(Ordering::Relaxed) {
+            text = text.replace('\n', "\r\n") + "\r";
+        }
+        let mut err = self.err.lock().unwrap_or_else(PoisonError::into_inner);
+        // A failure to write to stderr cannot be reported anywhere.
+        let _ = writeln!(err, "{text}");
+    }
 }
 
 /// A JSON answer with the version of its schema.
@@ -88,13 +117,11 @@ impl Output {
         let (out_terminal, err_terminal) = (io::stdout().is_terminal(), io::stderr().is_terminal());
         Self {
             out: Box::new(io::stdout()),
-            err: Box::new(io::stderr()),
+            notes: Notes::to(io::stderr(), err_terminal),
             json,
             color: out_terminal && err_terminal && !no_color,
             out_terminal,
-            err_terminal,
             keyboard: io::stdin().is_terminal() && err_terminal,
-            raw: false,
             interrupt,
             details: None,
         }
@@ -108,13 +135,11 @@ impl Output {
     ) -> Self {
         Self {
             out: Box::new(out),
-            err: Box::new(err),
+            notes: Notes::to(err, false),
             json,
             color: false,
             out_terminal: false,
-            err_terminal: false,
             keyboard: false,
-            raw: false,
             interrupt: Interrupt::new(),
             details: None,
         }
@@ -132,7 +157,7 @@ impl Output {
 
     /// Sets whether the terminal is in raw mode, where a line feed does not return to the first column.
     pub fn set_raw(&mut self, raw: bool) {
-        self.raw = raw;
+        self.notes.raw.store(raw, Ordering::Relaxed);
     }
 
     /// The record of whether the user has pressed Ctrl-C.
@@ -185,15 +210,12 @@ impl Output {
 
     /// Writes a note on stderr, beside the answer.
     pub fn note(&mut self, text: impl AsRef<str>) {
-        self.note_verbatim(wrapped(text.as_ref(), width(self.err_terminal)));
+        self.notes.note(text.as_ref());
     }
 
-    fn note_verbatim(&mut self, mut text: String) {
-        if self.raw {
-            text = text.replace('\n', "\r\n") + "\r";
-        }
-        // A failure to write to stderr cannot be reported anywhere.
-        let _ = writeln!(self.err, "{text}");
+    /// The stream of the notes, for a part that works on its own, such as a client that waits for its rig.
+    pub fn notes(&self) -> Notes {
+        self.notes.clone()
     }
 
     /// Writes a warning on stderr.
@@ -209,7 +231,7 @@ impl Output {
             return self.note(format!("{head} {error}"));
         }
         // Unwrapped, as in the JSON object.
-        self.note_verbatim(format!("{head} {error}"));
+        self.notes.verbatim(format!("{head} {error}"));
         let mut value = error.to_json();
         if let (Some(Value::Object(details)), Some(object)) =
             (self.details.take(), value.as_object_mut())
@@ -232,7 +254,7 @@ impl Output {
 
     /// A progress bar on stderr that counts to `length`; invisible when stderr is not a terminal.
     pub fn bar(&self, length: u64, label: &str) -> ProgressBar {
-        if !self.err_terminal {
+        if !self.notes.terminal {
             return ProgressBar::hidden();
         }
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
@@ -282,7 +304,6 @@ fn check(written: io::Result<()>) -> Result<()> {
 mod tests {
     use super::*;
     use serde_json::json;
-    use std::sync::{Arc, Mutex};
 
     #[derive(Clone, Default)]
     struct Shared(Arc<Mutex<Vec<u8>>>);

@@ -28,6 +28,9 @@ pub mod rig;
 pub mod sampler;
 pub mod source;
 
+/// Name of this board in the identity of a rig.
+pub const BOARD: &str = "virtual";
+
 pub use flash::FlashBacking;
 pub use rig::{RigPanicked, StartError, VirtualBoard, VirtualRig, VirtualRigOptions};
 pub use sampler::Timing;

@@ -224,7 +224,7 @@ impl Drop for VirtualRig {
 
 fn board_info(boot_reason: BootReason, last_panic: &'static str) -> BoardInfo {
     BoardInfo {
-        name: "virtual",
+        name: crate::BOARD,
         firmware: env!("CARGO_PKG_VERSION"),
         git_hash: env!("MASSLINE_GIT_HASH"),
         git_dirty: env!("MASSLINE_GIT_DIRTY") == "true",

@@ -37,7 +37,7 @@ pub enum ClientError {
     },
     /// The link was lost and did not come back.
     #[error(
-        "{port} was lost ({reason}) and did not come back within {waited:.0?}; connect the rig \
+        "{port} was lost ({reason}) and did not come back within {waited:.3?}; connect the rig \
          again and repeat the command: what the rig has accepted and stored is kept"
     )]
     Lost {
@@ -50,7 +50,7 @@ pub enum ClientError {
     },
     /// The rig does not answer.
     #[error(
-        "{port} does not answer `{request}` ({attempts} attempts in {waited:?}); is it a massline \
+        "{port} does not answer `{request}` ({attempts} attempts in {waited:.3?}); is it a massline \
          rig, and does it run?"
     )]
     NoAnswer {
@@ -193,7 +193,8 @@ fn explain(raw: u16) -> String {
             "nothing is stored under that number; `massline results list` shows what is"
         }
         Some(Reason::WrongPhase) => {
-            "not while the campaign is in this phase; `massline device identify` shows the phase"
+            "a campaign is running or interrupted; `massline device identify` shows its phase, `massline measure` \
+             goes on with it, `massline device abort` discards it"
         }
         Some(Reason::NoLayout) => "it has no layout; `massline measure LAYOUT` sends one",
         Some(Reason::LayoutRefused) => "its layout cannot determine the ten properties",

@@ -71,6 +71,8 @@ pub struct Client {
     timing: Timing,
     broken_frames: u64,
     reconnects: u64,
+    /// Told what the client waits for.
+    listener: Box<dyn FnMut(&str) + Send>,
 }
 
 impl std::fmt::Debug for Client {
@@ -98,12 +100,19 @@ impl Client {
             timing,
             broken_frames: 0,
             reconnects: 0,
+            listener: Box::new(|_| ()),
         }
     }
 
     /// Timeouts and attempts of this client.
     pub fn timing(&self) -> Timing {
         self.timing
+    }
+
+    /// Tells `listener` from now on, in sentences for people, while the rig does not answer or the link is lost.
+    pub fn telling(mut self, listener: impl FnMut(&str) + Send + 'static) -> Self {
+        self.listener = Box::new(listener);
+        self
     }
 
     /// Name of the port.
@@ -137,7 +146,15 @@ impl Client {
         bytes.extend_from_slice(&frame[..length]);
 
         let started = Instant::now();
-        for _ in 0..self.timing.attempts.max(1) {
+        let attempts = self.timing.attempts.max(1);
+        for attempt in 1..=attempts {
+            if attempt > 1 {
+                let (port, waited) = (self.transport.name(), started.elapsed());
+                let said = format!(
+                    "no answer from {port} for {waited:.1?}; asking again ({attempt} of {attempts})"
+                );
+                (self.listener)(&said);
+            }
             self.send(&bytes)?;
             let deadline = Instant::now() + self.timing.answer;
             while let Some(message) = self.next_message(deadline)? {
@@ -160,7 +177,7 @@ impl Client {
         Err(ClientError::NoAnswer {
             port: self.port().into(),
             request: name,
-            attempts: self.timing.attempts.max(1),
+            attempts,
             waited: started.elapsed(),
         })
     }
@@ -391,16 +408,27 @@ impl Client {
         let started = Instant::now();
         self.unread.clear();
         *self.deframer = Deframer::new();
+        let (port, reconnect) = (self.port().to_owned(), self.timing.reconnect);
+        let mut told = false;
         loop {
             match self.transport.reconnect() {
                 Ok(()) => {
                     self.reconnects += 1;
+                    if told {
+                        (self.listener)(&format!("{port} is back"));
+                    }
                     return Ok(());
                 }
                 Err(e)
                     if e.kind() != io::ErrorKind::Unsupported
                         && started.elapsed() < self.timing.reconnect =>
                 {
+                    if !told {
+                        (self.listener)(&format!(
+                            "{port} is gone ({lost}): connect the rig again; waiting up to {reconnect:.0?} for it"
+                        ));
+                        told = true;
+                    }
                     std::thread::sleep(self.timing.pause);
                 }
                 Err(_) => {

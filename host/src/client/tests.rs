@@ -326,6 +326,32 @@ fn a_link_that_does_not_come_back_is_a_named_error() {
     assert_eq!(error.code(), "link_lost");
 }
 
+/// What a client tells its listener.
+fn told(client: Client) -> (Client, Arc<Mutex<Vec<String>>>) {
+    let said = Arc::new(Mutex::new(Vec::new()));
+    let listener = said.clone();
+    (client.telling(move |text| listener.lock().unwrap().push(text.to_owned())), said)
+}
+
+#[test]
+fn a_rig_that_is_unplugged_or_silent_is_named_while_it_is_waited_for() {
+    let mut rig = FakeRig::new(|_| Err(unplugged()));
+    rig.comes_back = false;
+    let (mut client, said) = told(rig.client());
+    client.status().unwrap_err();
+    let said = said.lock().unwrap().clone();
+    assert_eq!(
+        said,
+        ["fake is gone (unplugged): connect the rig again; waiting up to 200ms for it"]
+    );
+    let (mut client, said) = told(FakeRig::new(|_| Ok(Vec::new())).client());
+    client.status().unwrap_err();
+    let said = said.lock().unwrap().clone();
+    assert_eq!(said.len(), 2);
+    assert!(said[1].starts_with("no answer from fake for "), "{said:?}");
+    assert!(said[1].ends_with("asking again (3 of 3)"), "{said:?}");
+}
+
 #[test]
 fn an_object_that_changed_on_the_way_is_read_again() {
     let mut client = object_server(|n, chunk| {

@@ -4,6 +4,7 @@ use massline_protocol::message::Identity;
 
 use crate::client::{Client, SerialTransport, choose_port};
 use crate::error::Result;
+use crate::output::Output;
 
 /// The port of the rig.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -18,9 +19,11 @@ impl PortArgs {
     ///
     /// # Errors
     /// When there is no rig, it does not answer, or its protocol is incompatible.
-    pub fn connect(&self) -> Result<(Client, Identity)> {
+    pub fn connect(&self, output: &Output) -> Result<(Client, Identity)> {
         let path = choose_port(self.port.as_deref())?;
-        let mut client = Client::new(SerialTransport::open(path)?);
+        let notes = output.notes();
+        let client = Client::new(SerialTransport::open(path)?);
+        let mut client = client.telling(move |text| notes.note(text));
         let identity = client.identify()?;
         Ok((client, identity))
     }

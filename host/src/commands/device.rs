@@ -1,16 +1,17 @@
-//! `massline device`: finds rigs, and shows their identity and counters.
+//! `massline device`: finds rigs, shows their identity and counters, aborts campaigns.
 
 mod stats;
 
 use std::fmt::Write;
 
 use massline_protocol::BootReason;
-use massline_protocol::message::{Identity, Status};
+use massline_protocol::message::{CampaignCommand, Identity, Status};
+use massline_shared::measurement::campaign::Phase;
 use serde_json::{Value, json};
 
 use super::connect::PortArgs;
 use crate::campaign::phase_name;
-use crate::client::{PortFacts, list_ports};
+use crate::client::{Client, PortFacts, list_ports};
 use crate::error::Result;
 use crate::output::Output;
 use stats::Report;
@@ -21,7 +22,8 @@ use stats::Report;
 Examples:
   massline device list
   massline device identify --port /dev/ttyACM0
-  massline device stats --json")]
+  massline device stats --json
+  massline device abort")]
 pub struct Args {
     #[command(subcommand)]
     command: Command,
@@ -48,6 +50,12 @@ Examples:
   massline device stats
   massline device stats --port /dev/ttyACM0 --json")]
     Stats(PortArgs),
+    /// Abort the campaign that is running or interrupted on the rig; its hits are discarded, results stay.
+    #[command(after_help = "\
+Examples:
+  massline device abort
+  massline device abort --port /dev/ttyACM0 --json")]
+    Abort(PortArgs),
 }
 
 /// Runs the command.
@@ -61,17 +69,36 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             output.answer(&ports_json(&ports), |_| ports_text(&ports))
         }
         Command::Identify(port) => {
-            let (mut client, identity) = port.connect()?;
+            let (mut client, identity) = port.connect(output)?;
             let status = client.status()?;
             let value = identity_json(client.port(), &identity, &status);
             output.answer(&value, |_| identity_text(client.port(), &identity, &status))
         }
         Command::Stats(port) => {
-            let (mut client, identity) = port.connect()?;
+            let (mut client, identity) = port.connect(output)?;
             let report = Report { identity: &identity, stats: client.stats()? };
             output.answer(&report.json(), |_| report.text())
         }
+        Command::Abort(port) => {
+            let (mut client, _) = port.connect(output)?;
+            abort(&mut client, output)
+        }
     }
+}
+
+/// Aborts the campaign on the rig, if there is one.
+fn abort(client: &mut Client, output: &mut Output) -> Result<()> {
+    let status = client.status()?;
+    let there = !matches!(Phase::try_from(status.phase).ok(), Some(Phase::Idle | Phase::Done));
+    let hits: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
+    if there {
+        client.command(CampaignCommand::Abort)?;
+    }
+    let value = json!({ "aborted": there, "discarded_hits": if there { hits } else { 0 } });
+    output.answer(&value, |_| match there {
+        true => format!("aborted; {hits} accepted hits are discarded, stored results stay"),
+        false => "there was no campaign to abort".into(),
+    })
 }
 
 fn ports_json(ports: &[PortFacts]) -> Value {

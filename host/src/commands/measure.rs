@@ -82,7 +82,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
              terminal or leave --confirm out",
         ));
     }
-    let (mut client, identity) = args.port.connect()?;
+    let (mut client, identity) = args.port.connect(output)?;
     let kept = client.calibration()?;
     let layout = files::for_rig(&file, &args.layout)?;
     fits(&layout, &identity)?;
@@ -155,7 +155,7 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
             "another_campaign",
             format!(
                 "the rig is {} in a campaign with another layout ({}); go on with it by `massline \
-                 measure` with that layout, or forget it with --restart",
+                 measure` with that layout, or discard its hits with `massline device abort` or --restart",
                 phase_name(status.phase),
                 hash(status.layout_hash).unwrap_or_default(),
             ),

@@ -73,7 +73,7 @@ pub enum Command {
     Demo(demo::Args),
     /// Create, check, improve and show layout files.
     Layout(layout::Args),
-    /// Find rigs, and show their identity and counters.
+    /// Find rigs, show their identity and counters, abort a campaign.
     Device(device::Args),
     /// Write the firmware to a board; the data stored on the rig stay.
     Flash(flash::Args),

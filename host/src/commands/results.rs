@@ -55,7 +55,7 @@ enum Command {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     match &args.command {
         Command::List(port) => {
-            let (mut client, _) = port.connect()?;
+            let (mut client, _) = port.connect(output)?;
             let entries = client.results()?;
             let list: Vec<_> = entries
                 .iter()
@@ -72,7 +72,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             output.answer(&json!({ "results": list }), |_| table(&entries))
         }
         Command::Get { number, port } => {
-            let (mut client, _) = port.connect()?;
+            let (mut client, _) = port.connect(output)?;
             let result = client.result(*number)?;
             // The rig returns the layout in use, which may differ from that of an older result.
             let layout = client.layout().ok().filter(|kept| kept.hash() == result.head.layout_hash);
@@ -80,7 +80,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             show::measurement(&result, nominal.as_ref(), Selection::All, output)
         }
         Command::Delete { number, port } => {
-            let (mut client, _) = port.connect()?;
+            let (mut client, _) = port.connect(output)?;
             client.delete_result(*number)?;
             output.answer(&json!({ "deleted": number }), |_| format!("result {number} deleted"))
         }

@@ -29,7 +29,7 @@ which mark each prompt of the rig means; measure with the same one.
 
 Examples:
   massline virtual                            taps by itself when the rig is armed
-  massline virtual --manual                   taps when you press Enter
+  massline virtual --manual                   taps when you press Enter, also for `record`
   massline virtual --layout frame.toml --flash rig.bin
   massline measure frame.toml --port /dev/pts/5")]
 pub struct Args {
@@ -71,7 +71,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     output.answer(&json!({ "port": path }), |_| path.clone())?;
     output.note(format!("massline measure LAYOUT --port {path}; Ctrl-C ends the rig"));
     if let Some(taps) = taps {
-        output.note("Enter taps where the rig waits; a DOF such as 1:+Y and Enter taps there");
+        output.note(
+            "Enter taps where the rig waits, or where you tapped last; a DOF such as 1:+Y and Enter taps there",
+        );
         let dofs = layout.hits.iter().map(|hit| hit.dof).collect();
         listen(taps, dofs, &rig);
     }

@@ -8,7 +8,7 @@ use nix::unistd::Pid;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::{answer, layout_with_hits, success};
+use crate::program::{answer, layout_with_hits, run, success};
 use crate::virtual_process::VirtualProcess;
 
 /// Five DOFs of the three-bar frame, three hits each, and a target.
@@ -217,4 +217,93 @@ fn a_replay_of_recorded_hits_gives_what_the_rig_itself_had() {
         }
         assert_eq!(own[beside], expected);
     }
+}
+
+/// A recording that is killed leaves a rig that asks for a verdict on every hit.
+#[test]
+fn after_a_killed_recording_a_campaign_ends_without_a_keyboard_and_can_be_aborted() {
+    let rig = Rig::start(&[]);
+    let layout = rig.layout(2);
+    let tape = rig.folder.path().join("tape.npy").display().to_string();
+    let kill_a_recording = || {
+        let mut record = Command::new(env!("CARGO_BIN_EXE_massline"))
+            .args(["record", &layout, "-o", &tape, "--force", "--triggered"])
+            .args(["--port", &rig.process.port])
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let lines = BufReader::new(record.stderr.take().unwrap()).lines();
+        assert!(lines.map_while(Result::ok).any(|line| line.ends_with("good")));
+        record.kill().unwrap();
+        record.wait().unwrap();
+    };
+    kill_a_recording();
+    let measured = run(&["measure", &layout, "--port", &rig.process.port]);
+    assert_eq!(measured.exit, 0, "{}", measured.stderr);
+    let unasked = measured.stderr.contains("the rig asks for a verdict, and there is no keyboard");
+    assert!(unasked, "{}", measured.stderr);
+
+    kill_a_recording();
+    let (exit, refused) = rig.run(&["measure", &rig.layout(1)]);
+    assert_eq!((exit, &refused["error"]["code"]), (4, &"another_campaign".into()));
+    let said = refused["error"]["message"].as_str().unwrap();
+    assert!(said.contains("`massline device abort`"), "{said}");
+    assert_eq!(rig.run(&["device", "abort"]).1["aborted"], true);
+    assert_eq!(rig.run(&["device", "abort"]).1["aborted"], false);
+    let (exit, identity) = rig.run(&["device", "identify"]);
+    assert_eq!((exit, &identity["phase"]), (0, &"idle".into()));
+}
+
+#[test]
+fn a_prompt_counts_the_hits_that_were_shown_before_it() {
+    let rig = Rig::start(&["--fast"]);
+    let measured = run(&["measure", &rig.layout(5), "--port", &rig.process.port]);
+    assert_eq!(measured.exit, 0, "{}", measured.stderr);
+    let mut prompts = 0;
+    let lines: Vec<&str> = measured.stderr.lines().collect();
+    for (place, line) in lines.iter().enumerate() {
+        // hit 1:+Y now (1:+Y 3/5)
+        let Some((dof, count)) = line.strip_prefix("hit ").and_then(|l| l.split_once(" now ("))
+        else {
+            continue;
+        };
+        let count = count.split([' ', '/']).nth(1).unwrap().parse::<usize>().unwrap();
+        let shown =
+            lines[..place].iter().filter(|l| l.ends_with("good") && l.contains(dof)).count();
+        assert_eq!(shown, count, "{line}\n{}", measured.stderr);
+        prompts += usize::from(count > 0);
+    }
+    assert!(prompts > 3, "{}", measured.stderr);
+}
+
+#[test]
+fn the_stream_of_a_manual_rig_has_the_taps_of_enter() {
+    let mut rig = Rig::start(&["--manual"]);
+    let layout = rig.layout(2);
+    let tape = rig.folder.path().join("tape.npy").display().to_string();
+    let mut record = Command::new(env!("CARGO_BIN_EXE_massline"))
+        .args(["record", &layout, "-o", &tape, "--json", "--port", &rig.process.port])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(record.stderr.take().unwrap()).lines();
+    let mut text = String::new();
+    for line in lines.map_while(Result::ok) {
+        text += &format!("{line}\n");
+        let Some((dof, count)) = line.strip_prefix("hit ").and_then(|l| l.split_once(" now ("))
+        else {
+            continue;
+        };
+        // The first tap at a DOF names it.
+        rig.process.type_line(if count.starts_with('0') { dof } else { "" });
+    }
+    let mut answer = String::new();
+    record.stdout.take().unwrap().read_to_string(&mut answer).unwrap();
+    assert_eq!(record.wait().unwrap().code(), Some(0), "{text}");
+    let answer: Value = serde_json::from_str(&answer).unwrap();
+    assert_eq!(answer["segments"], 6, "{text}");
 }

@@ -1,6 +1,6 @@
 //! A virtual rig in its own process.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
 
 /// `massline virtual` on the ideal bench; the process ends when this value is dropped.
@@ -25,6 +25,12 @@ impl VirtualProcess {
         let stdout = process.stdout.take().expect("its output is piped");
         BufReader::new(stdout).read_line(&mut port).expect("it prints its port");
         Self { process, port: port.trim().to_owned() }
+    }
+
+    /// Types a line on its keyboard.
+    pub fn type_line(&mut self, line: &str) {
+        let keyboard = self.process.stdin.as_mut().expect("its input is piped");
+        writeln!(keyboard, "{line}").expect("it reads its input");
     }
 }
 

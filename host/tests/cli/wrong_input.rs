@@ -174,7 +174,7 @@ fn suggestions_that_cannot_be_made_are_refused() {
         }
     }
     fails(&["layout", "suggest", &good, "--keep-sensors", "--keep-hits"], 2, "usage");
-    fails(&["layout", "suggest", &good, "--write", &good], 2, "cannot_write");
+    fails(&["layout", "suggest", &good, "--write", &good], 2, "file_exists");
     let forbidden = NODES.replace("] },", "], can_hit = [], can_carry_sensor = false },");
     let forbidden = format!("sensors = [1, 2, 3]\nhits = {HITS}\n{forbidden}");
     let forbidden = files.write("forbidden.toml", forbidden);

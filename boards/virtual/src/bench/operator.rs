@@ -42,6 +42,8 @@ pub struct BenchSource {
     losses: ChaCha8Rng,
     drives: Vec<Drive>,
     armed: Option<(u32, usize)>,
+    /// The DOF of the last arming, where a person goes on hitting when the rig waits for nothing.
+    last_dof: usize,
     last_tap: Option<Tap>,
     prompt: Prompt,
     /// Taps since the arming.
@@ -53,7 +55,7 @@ pub struct BenchSource {
 pub struct TapHandle(Arc<AtomicU32>);
 
 impl TapHandle {
-    /// Taps once at the DOF that the rig waits for; has no effect while it waits for none.
+    /// Taps once at the DOF that the rig waits for, or else where the last tap was: first at the first DOF.
     pub fn tap(&self) {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
@@ -72,6 +74,8 @@ enum Prompt {
     Key { handle: TapHandle, answered: u32 },
 }
 
+/// Number of the arming of taps for which no rig has armed.
+const NO_ARMING: u32 = 0xff_ffff;
 /// Numbers of the random streams of one arming.
 const NOISE: u64 = 0;
 const TAPS: u64 = 1;
@@ -113,6 +117,7 @@ impl BenchSource {
             losses: stream(seed, TEST - 3),
             drives: Vec::new(),
             armed: None,
+            last_dof: 0,
             last_tap: None,
             prompt: Prompt::Rig { next: 0.0 },
             taps: 0,
@@ -158,7 +163,9 @@ impl BenchSource {
 
     /// Prepares a tap at the DOF that the rig waits for.
     fn tap(&mut self, start: f64) {
-        let Some((arming, dof)) = self.armed else { return };
+        let unprompted =
+            matches!(self.prompt, Prompt::Key { .. }).then_some((NO_ARMING, self.last_dof));
+        let Some((arming, dof)) = self.armed.or(unprompted) else { return };
         let Some((node, point, direction)) = faults::mark(&self.bench, &self.layout, dof) else {
             return;
         };
@@ -193,6 +200,7 @@ impl ScanSource for BenchSource {
 
     fn armed(&mut self, arming: u32, dof: usize) {
         self.armed = Some((arming, dof));
+        self.last_dof = dof;
         self.drives.clear();
         self.noise = stream(self.seed, purpose(arming, dof, NOISE));
         let disturbances = stream(self.seed, purpose(arming, dof, DISTURBANCES));

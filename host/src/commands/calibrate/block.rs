@@ -113,7 +113,7 @@ pub struct VerifyArgs {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let test = args.block.test(args.hits)?;
     let origin = args.origin.origin(test.layout.sensors.len())?;
-    let mut rig = args.block.rig.block_rig(&test.file.layout)?;
+    let mut rig = args.block.rig.block_rig(&test.file.layout, output)?;
     let before = rig.client.calibration()?;
     let found = test.run(&mut rig, &before, output)?;
     judge(&found, &before, &test.layout, output)?;
@@ -171,7 +171,7 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
         return Err(Error::input("tolerance_out_of_range", "--tolerance must lie between 0 and 1"));
     }
     let test = args.block.test(Some(args.hits))?;
-    let mut rig = args.block.rig.block_rig(&test.file.layout)?;
+    let mut rig = args.block.rig.block_rig(&test.file.layout, output)?;
     let record = rig.client.calibration()?;
     let from_data_sheets = record.method == CalibrationMethod::DataSheet;
     if from_data_sheets {

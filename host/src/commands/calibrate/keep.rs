@@ -49,7 +49,7 @@ pub struct PushArgs {
 /// # Errors
 /// When the rig cannot be reached.
 pub fn show(args: &ShowArgs, output: &mut Output) -> Result<()> {
-    let record = args.rig.tumble_rig()?.client.calibration()?;
+    let record = args.rig.tumble_rig(output)?.client.calibration()?;
     output.answer(&report::record_json(&record), |_| report::record_text(&record))
 }
 
@@ -60,7 +60,7 @@ pub fn show(args: &ShowArgs, output: &mut Output) -> Result<()> {
 pub fn pull(args: &PullArgs, output: &mut Output) -> Result<()> {
     let path = args.file.display();
     file::check(&args.file, args.replace.existing())?;
-    let record = args.rig.tumble_rig()?.client.calibration()?;
+    let record = args.rig.tumble_rig(output)?.client.calibration()?;
     file::write(&args.file, to_toml(&record).as_bytes(), args.replace.existing())?;
     output.answer(&json!({ "written": args.file }), |_| format!("{path} written"))
 }
@@ -71,7 +71,7 @@ pub fn pull(args: &PullArgs, output: &mut Output) -> Result<()> {
 /// When the file is bad, or the rig cannot be reached or refuses.
 pub fn push(args: &PushArgs, output: &mut Output) -> Result<()> {
     let record: CalibrationRecord = CalibrationFile::read(&args.file)?.record;
-    let mut rig = args.rig.tumble_rig()?;
+    let mut rig = args.rig.tumble_rig(output)?;
     store(&mut rig.client, &record)?;
     output.answer(&report::record_json(&record), |_| report::record_text(&record))
 }

@@ -65,9 +65,9 @@ impl RigArgs {
     ///
     /// # Errors
     /// When there is no rig, or the bench is bad.
-    pub fn tumble_rig(&self) -> Result<TumbleRig> {
+    pub fn tumble_rig(&self, output: &Output) -> Result<TumbleRig> {
         let Some(Simulated::Virtual) = self.rig else {
-            let (client, identity) = self.port.connect()?;
+            let (client, identity) = self.port.connect(output)?;
             return Ok(TumbleRig { client, identity, turner: Turner::Person, _rig: None });
         };
         TumbleRig::on_bench(&Bench::open(&self.bench)?, SENSORS, self.seed, self.flash.as_deref())
@@ -77,9 +77,9 @@ impl RigArgs {
     ///
     /// # Errors
     /// When there is no rig, the bench is bad, or the layout does not fit it.
-    pub fn block_rig(&self, layout: &HostLayout) -> Result<BlockRig> {
+    pub fn block_rig(&self, layout: &HostLayout, output: &Output) -> Result<BlockRig> {
         let Some(Simulated::Virtual) = self.rig else {
-            let (client, identity) = self.port.connect()?;
+            let (client, identity) = self.port.connect(output)?;
             return Ok(BlockRig { client, identity, rig: None });
         };
         BlockRig::on_bench(&Bench::open(&self.bench)?, layout, self.seed, self.flash.as_deref())

@@ -60,7 +60,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if args.restart {
         readings.forget();
     }
-    let mut rig = args.rig.tumble_rig()?;
+    let mut rig = args.rig.tumble_rig(output)?;
     if !readings.is_empty() {
         output.note(format!("resuming with the readings of {}", args.readings.display()));
     }

@@ -97,6 +97,15 @@ impl Person<'_> {
         }
     }
 
+    /// Only good hits wait for a verdict; the rig has been asked to wait by another program or on its panel.
+    fn accept_unasked(&mut self, status: &Status) -> OperatorAction {
+        self.progress.line(&format!(
+            "hit {} is accepted: the rig asks for a verdict, and there is no keyboard to give it",
+            status.last_hit
+        ));
+        OperatorAction::Command(CampaignCommand::Accept)
+    }
+
     fn asks(&self) -> bool {
         self.keyboard.is_some() && !self.yes
     }
@@ -146,6 +155,10 @@ impl Observer for Person<'_> {
     fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
         self.asked = false;
         self.follow_precision(client, status)?;
+        if self.keyboard.is_none() && Phase::try_from(status.phase).ok() == Some(Phase::Confirming)
+        {
+            return Ok(Some(self.accept_unasked(status)));
+        }
         self.poll(status)
     }
 

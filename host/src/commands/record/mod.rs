@@ -75,7 +75,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let layout = files::for_rig(&file, &args.layout)?;
     let given = files::calibration(args.calibration.as_deref(), &file)?;
     TapeWriter::check(&args.output, args.replace.existing())?;
-    let (mut client, identity) = args.port.connect()?;
+    let (mut client, identity) = args.port.connect(output)?;
     fits(&layout, &identity)?;
     clear(&mut client, args.restart)?;
     let calibration = match given {
@@ -113,7 +113,7 @@ fn clear(client: &mut Client, restart: bool) -> Result<()> {
         return Err(Error::device(
             "another_campaign",
             "a campaign is under way or interrupted on the rig; finish it with `massline measure`, \
-             or forget it with --restart",
+             or discard its hits with `massline device abort` or --restart",
         ));
     }
     client.command(CampaignCommand::Abort)?;

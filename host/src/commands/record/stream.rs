@@ -38,6 +38,12 @@ pub(super) fn record(
     let mut keyboard =
         keyboard.map_err(|e| Error::internal("no_keyboard", format!("the terminal: {e}")))?;
     output.set_raw(keyboard.is_some());
+    if recording.identity.board == massline_virtual::BOARD {
+        output.note(
+            "a simulated rig taps by itself only in a campaign: press Enter at `massline virtual --manual`, or \
+             record with --triggered",
+        );
+    }
     client.set_stream(true)?;
     let mut tape = Stream::new(recording);
     let recorded = loop {

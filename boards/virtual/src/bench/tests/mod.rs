@@ -169,6 +169,25 @@ fn a_manual_operator_taps_on_request() {
 }
 
 #[test]
+fn a_manual_operator_also_taps_when_the_rig_only_listens() {
+    let bench = Bench::named("default").unwrap();
+    let mut source = BenchSource::new(&bench, &test_one(), 8).unwrap();
+    let handle = source.manual();
+    let touched = |record: &[Scan]| record.iter().any(|s| s[0] > 137 + 60);
+    source.started();
+    handle.tap();
+    assert!(touched(&scans(&mut source, 400)));
+    assert_eq!(source.last_tap().unwrap().dof, 0);
+    // After a tap at another DOF the next is there too.
+    source.armed(7, 2);
+    source.started();
+    assert!(!touched(&scans(&mut source, 4000)));
+    handle.tap();
+    assert!(touched(&scans(&mut source, 400)));
+    assert_eq!(source.last_tap().unwrap().dof, 2);
+}
+
+#[test]
 fn an_arming_for_a_dof_that_is_not_there_is_quiet() {
     let bench = Bench::named("default").unwrap();
     let mut source = BenchSource::new(&bench, &test_one(), 8).unwrap();
