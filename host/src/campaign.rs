@@ -193,7 +193,7 @@ pub fn follow(
         client,
         observer,
         last: None,
-        heard: None,
+        heard: 0,
         reported: None,
         changed: Instant::now(),
     };
@@ -209,8 +209,8 @@ struct Follower<'a> {
     client: &'a mut Client,
     observer: &'a mut dyn Observer,
     last: Option<Status>,
-    /// The last hit that the observer was told of, or that was graded before it began to look.
-    heard: Option<u32>,
+    /// The last hit that the observer was told of, or whose event did not come.
+    heard: u32,
     /// The last arming that the observer was notified of.
     reported: Option<u32>,
     changed: Instant,
@@ -276,14 +276,14 @@ impl Follower<'_> {
     /// Waits a moment for the event of a hit that a status already counts, so that the observer hears of the hit first.
     fn hear_hits(&mut self, last: u32) -> Result<()> {
         let deadline = Instant::now() + POLL;
-        while *self.heard.get_or_insert(last) < last {
+        while self.heard < last {
             let left = deadline.saturating_duration_since(Instant::now());
             match self.client.next_event(left)? {
                 // The caller has a newer one.
                 Some(Event::Status(_)) => {}
                 Some(event) => self.pass_on(&event),
-                // The event is lost.
-                None => self.heard = Some(last),
+                // The event is lost, or the hit was graded before.
+                None => self.heard = last,
             }
         }
         Ok(())
@@ -312,7 +312,7 @@ impl Follower<'_> {
         match event {
             Event::Hit(hit) => {
                 self.changed = Instant::now();
-                self.heard = self.heard.max(Some(hit.number));
+                self.heard = self.heard.max(hit.number);
                 self.observer.hit(hit);
             }
             Event::Scans(block) => self.observer.scans(block),

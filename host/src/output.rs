@@ -224,14 +224,12 @@ impl Output {
         self.note(format!("{head} {}", text.as_ref()));
     }
 
-    /// Reports an error: as text on stderr, and with `--json` also as an object on stdout.
+    /// Reports an error: as text on stderr, or with `--json` as an object on stdout.
     pub fn error(&mut self, error: &Error) {
-        let head = self.toned("error:", Tone::Bad);
         if !self.json {
+            let head = self.toned("error:", Tone::Bad);
             return self.note(format!("{head} {error}"));
         }
-        // Unwrapped, as in the JSON object.
-        self.notes.verbatim(format!("{head} {error}"));
         let mut value = error.to_json();
         if let (Some(Value::Object(details)), Some(object)) =
             (self.details.take(), value.as_object_mut())
@@ -294,7 +292,7 @@ pub fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) 
 fn check(written: io::Result<()>) -> Result<()> {
     match written {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Error::internal("cannot_write", format!("standard output cannot be written: {e}")))
+            Err(Error::input("cannot_write", format!("standard output cannot be written: {e}")))
         }
         _ => Ok(()),
     }
@@ -325,13 +323,13 @@ mod tests {
     }
 
     #[test]
-    fn with_json_an_error_is_one_object_on_stdout_and_a_line_on_stderr() {
+    fn with_json_an_error_is_one_object_on_stdout_and_nothing_else() {
         let (out, err) = (Shared::default(), Shared::default());
         Output::to(true, out.clone(), err.clone()).error(&Error::input("wrong", "so it is"));
         let value: Value = serde_json::from_str(&out.text()).unwrap();
         assert_eq!(value["error"]["exit"], 2);
         assert_eq!(value["schema_version"], SCHEMA_VERSION);
-        assert_eq!(err.text(), "error: so it is\n");
+        assert_eq!(err.text(), "");
     }
 
     #[test]

@@ -24,7 +24,7 @@ use thiserror::Error;
 pub use si::StatedUnit;
 
 /// Largest file that is read, bytes.
-pub const MAX_BYTES: u64 = 1 << 28;
+pub const MAX_BYTES: u64 = 1 << 27;
 
 /// Channels over time, in one segment or in several.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +108,7 @@ pub enum RecordingError {
     },
     /// NaN, infinity, or a value that no measurement can have.
     #[error(
-        "{place}, channel {channel}: the value is {value}; cut the recording where the signal is \
+        "{place}, channel {channel}: the value is {value:e}; cut the recording where the signal is \
          lost"
     )]
     NotFinite {

@@ -28,7 +28,7 @@ use lines::Lines;
 use units::UnitSystem;
 
 /// Largest universal file that is read, bytes.
-pub const MAX_BYTES: u64 = 1 << 30;
+pub const MAX_BYTES: u64 = 1 << 27;
 
 /// The contents of a universal file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,6 +85,16 @@ pub struct AxisProperties {
     pub data_type: i64,
     /// Label of the unit, empty when none is given.
     pub unit: String,
+    /// Line and byte of its record in the file.
+    line: usize,
+    byte: usize,
+}
+
+impl AxisProperties {
+    /// True for the same quantity in the same unit.
+    pub(crate) fn measures_as(&self, other: &Self) -> bool {
+        (self.data_type, &self.unit) == (other.data_type, &other.unit)
+    }
 }
 
 /// An accelerance, SI.
@@ -171,7 +181,7 @@ impl Function {
             let found = self.function_type;
             return Err(self.error(UffFault::FunctionType { found }));
         }
-        let units = units::conversion(self, quantity).map_err(|fault| self.error(fault))?;
+        let units = units::conversion(self, quantity)?;
         let frequency_hz: Vec<f64> = self.abscissa.iter().map(|x| x * units.hertz).collect();
         let accelerance = frequency_hz
             .iter()
@@ -208,6 +218,11 @@ impl Function {
     /// dataset, and for another quantity.
     pub fn time_factor(&self) -> Option<f64> {
         units::time_factor(self)
+    }
+
+    /// An error about one of its axes.
+    fn axis_error(&self, axis: &AxisProperties, fault: UffFault) -> UffError {
+        UffError { line: axis.line, byte: axis.byte, ..self.error(fault) }
     }
 
     /// An error about this function.

@@ -13,6 +13,11 @@ pub enum Quantity {
     Displacement,
 }
 
+impl Quantity {
+    /// Every quantity.
+    pub const ALL: [Self; 3] = [Self::Acceleration, Self::Velocity, Self::Displacement];
+}
+
 pub(crate) const FOOT: f64 = 0.3048;
 pub(crate) const INCH: f64 = 0.0254;
 pub(crate) const KILOGRAM_FORCE: f64 = STANDARD_GRAVITY;

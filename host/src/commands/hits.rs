@@ -85,12 +85,22 @@ fn test_defaults() -> TestSettings<f64> {
 /// Runs the command.
 ///
 /// # Errors
-/// Exit 2 when the file or an option is bad, or the file has no hit.
+/// Exit 2 when the file or an option is bad, or the file has no hit; exit 3 when every hit was rejected.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let hits = grade(Recording::read(&args.file)?, &options(args)?)
         .map_err(|error| error.within(args.file.display()))?;
     hits.warnings.iter().for_each(|warning| output.warn(warning));
-    output.answer(&hits.to_json(), |_| hits.to_text())
+    if hits.hits.iter().any(|hit| hit.verdict() != "rejected") {
+        return output.answer(&hits.to_json(), |_| hits.to_text());
+    }
+    if output.json() {
+        output.explain(hits.to_json());
+    } else {
+        output.text(hits.to_text())?;
+    }
+    let all = hits.hits.len();
+    let text = format!("all {all} hits were rejected; the sentence beside each says what to do");
+    Err(Error::undetermined("all_hits_rejected", text).within(args.file.display()))
 }
 
 fn options(args: &Args) -> Result<Options> {

@@ -136,6 +136,8 @@ pub struct Recorder {
 #[derive(Debug, Default)]
 struct State {
     writer: Option<TapeWriter>,
+    /// The segment of the present arming, which is listed when it is complete.
+    begun: Option<Segment>,
     /// The first error; later ones are consequences of it.
     failed: Option<crate::Error>,
 }
@@ -183,6 +185,7 @@ impl Recorder {
     /// When the tape could not be written.
     pub fn finish(&self) -> Result<u64> {
         let mut state = self.state();
+        state.attempt(State::end_segment);
         let writer = state.writer.take();
         match state.failed.take() {
             Some(error) => Err(error),
@@ -196,6 +199,16 @@ impl Recorder {
 }
 
 impl State {
+    /// Lists the segment that was begun, if it has scans.
+    fn end_segment(&mut self) -> Result<()> {
+        match (self.begun.take(), &mut self.writer) {
+            (Some(segment), Some(writer)) if segment.start < writer.scans() => {
+                writer.segment(segment)
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn attempt(&mut self, action: impl FnOnce(&mut Self) -> Result<()>) {
         if self.failed.is_none() {
             self.failed = action(self).err();
@@ -231,9 +244,10 @@ impl ScanSource for Recorded {
     fn armed(&mut self, arming: u32, dof: usize) {
         self.source.armed(arming, dof);
         let Some(&dof) = self.recorder.dofs.get(dof) else { return };
-        self.recorder.state().attempt(|state| match &mut state.writer {
-            Some(writer) => writer.segment(Segment { start: writer.scans(), dof }),
-            None => Ok(()),
+        self.recorder.state().attempt(|state| {
+            state.end_segment()?;
+            state.begun = state.writer.as_ref().map(|tape| Segment { start: tape.scans(), dof });
+            Ok(())
         });
     }
 

@@ -51,8 +51,18 @@ fn found(recording: &Recording, used: &[usize]) -> Result<usize> {
         ["force", "hammer", "kraft"].iter().any(|word| name.contains(word))
             || force_unit(&channel.unit).is_some()
     };
-    if let Some(&force) = used.iter().find(|&&k| channels.get(k).is_some_and(is_force)) {
-        return Ok(force);
+    let forces = used.iter().copied().filter(|&k| channels.get(k).is_some_and(is_force));
+    match forces.collect::<Vec<_>>()[..] {
+        [force] => return Ok(force),
+        [] => {}
+        _ => {
+            let message = format!(
+                "several channels are forces by their names or units; the recording has {}: say which is the \
+                 hammer with --force, and leave the others out with --leave-out",
+                recording.list()
+            );
+            return Err(Error::input("several_forces", message));
+        }
     }
     if let Some(&first) = used.first()
         && channels.iter().all(|channel| channel.name.is_empty())

@@ -3,26 +3,30 @@
 
 use super::number::Decimal;
 use super::{Channel, Recording, RecordingError, Segment};
+use crate::units::{Quantity, force_unit, motion_unit};
 
 /// Largest relative deviation of a time step from the mean step at which the time column counts as even.
 const EVEN: f64 = 1e-2;
 
+/// A line of fields, with its number, from 1.
+struct Row {
+    line: usize,
+    fields: Vec<String>,
+}
+
 /// Reads the text of a file.
 pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
-    let lines = || (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
+    let sample = text.lines().filter(|line| !is_comment(line)).take(8).last().unwrap_or_default();
     // The last of the first eight lines is numeric if any of them is.
-    let sample = lines().take(8).last().map_or("", |(_, line)| line);
     let (separator, decimal) = dialect(sample).ok_or(RecordingError::UnknownFormat)?;
-    let fields = |line: &'_ str| -> Vec<String> {
-        let line = line.trim_end_matches(separator).trim_end_matches('\r');
-        line.split(separator).map(|field| field.trim().trim_matches('"').to_owned()).collect()
-    };
-    let (mut names, mut rows, mut columns) = (Vec::new(), Vec::new(), 0);
-    for (line, text) in lines() {
-        let fields = fields(text);
-        let is_names = rows.is_empty() && fields.iter().any(|f| is_text(f));
-        if is_names {
-            names = fields;
+    let (mut header, mut rows, mut columns) = (Vec::new(), Vec::new(), 0);
+    for row in rows_of(text, separator) {
+        let Row { line, fields } = row?;
+        if rows.is_empty() && fields.iter().any(|f| is_text(f)) {
+            header.push(Row { line, fields });
+            continue;
+        }
+        if fields.first().is_some_and(|first| first.starts_with('#')) {
             continue;
         }
         if rows.is_empty() {
@@ -31,15 +35,7 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
         if fields.len() != columns {
             return Err(RecordingError::Ragged { line, found: fields.len(), wanted: columns });
         }
-        let halved = names.len() * 2 == columns && !text.contains('.');
-        let decimals = |(k, field): (usize, &String)| is_decimals(field) || (halved && k % 2 == 1);
-        if separator == ','
-            && let Some(column) = fields.iter().enumerate().position(decimals)
-        {
-            let text =
-                fields.get(column).map_or_else(String::new, |f| f.chars().take(40).collect());
-            return Err(RecordingError::CommaTwice { line, column: column + 1, text });
-        }
+        refuse_decimals(&fields, separator, &header, line)?;
         for (column, field) in fields.iter().enumerate() {
             rows.push(decimal.value(field, line, column)?);
         }
@@ -47,17 +43,120 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
     if rows.is_empty() {
         return Err(RecordingError::UnknownFormat);
     }
-    // The header may omit names, but must not have more names than there are columns.
-    if names.len() > columns {
-        return Err(RecordingError::Ragged { line: 1, found: names.len(), wanted: columns });
+    Ok(recording(channels(header, columns)?, Segment::of_rows(&rows, columns)))
+}
+
+/// The rows of the text, with quotes taken off; blank lines are left out.
+fn rows_of(text: &str, separator: char) -> impl Iterator<Item = Result<Row, RecordingError>> {
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(u8::try_from(separator).unwrap_or(b','))
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let mut record = csv::StringRecord::new();
+    std::iter::from_fn(move || {
+        loop {
+            match reader.read_record(&mut record) {
+                Ok(false) => return None,
+                Ok(true) => {}
+                // Reading from memory fails only where the text is no UTF-8, which has been checked.
+                Err(_) => return Some(Err(RecordingError::UnknownFormat)),
+            }
+            let line = record.position().map_or(1, |at| at.line()) as usize;
+            let mut fields: Vec<String> = record.iter().map(str::to_owned).collect();
+            if fields.len() > 1 && fields.last().is_some_and(String::is_empty) {
+                fields.pop();
+            }
+            if fields.iter().any(|field| !field.is_empty()) {
+                return Some(Ok(Row { line, fields }));
+            }
+        }
+    })
+}
+
+/// The channels from the lines of text before the data: names, then perhaps units; other lines are comments.
+fn channels(header: Vec<Row>, columns: usize) -> Result<Vec<Channel>, RecordingError> {
+    let mut whole: Vec<Vec<String>> = Vec::new();
+    let mut last = None;
+    for Row { line, mut fields } in header {
+        if let Some(first) = fields.first_mut() {
+            *first = first.trim_start_matches(['#', '%']).trim().to_owned();
+        }
+        if fields.len() == columns {
+            whole.push(fields);
+        } else {
+            last = Some((line, fields));
+        }
     }
-    Ok(recording(names, Segment::of_rows(&rows, columns)))
+    let units = whole.pop_if(|fields| fields.iter().all(|f| f.is_empty() || is_unit(f)));
+    let names = match (whole.pop(), last) {
+        (Some(names), _) => names,
+        // The header may omit names, but must not have more names than there are columns.
+        (None, Some((line, fields))) if fields.len() > columns && columns > 1 => {
+            return Err(RecordingError::Ragged { line, found: fields.len(), wanted: columns });
+        }
+        (None, Some((_, fields))) => fields,
+        (None, None) => Vec::new(),
+    };
+    let unit = |k: usize| units.as_ref().and_then(|units| units.get(k)).filter(|u| !u.is_empty());
+    let named = |k: usize| channel(names.get(k).map_or("", String::as_str));
+    Ok((0..columns)
+        .map(|k| match unit(k) {
+            Some(unit) => Channel { unit: unwrapped(unit), ..named(k) },
+            None => named(k),
+        })
+        .collect())
+}
+
+/// A unit without its brackets.
+fn unwrapped(unit: &str) -> String {
+    unit.trim_matches(['[', ']', '(', ')']).trim().to_owned()
+}
+
+fn is_unit(text: &str) -> bool {
+    let unit = unwrapped(text);
+    let known = ["s", "ms", "us", "µs", "V", "mV", "-", "1", "°C", "degC"];
+    known.contains(&unit.as_str())
+        || force_unit(&unit).is_some()
+        || Quantity::ALL.into_iter().any(|quantity| motion_unit(&unit, quantity).is_some())
+}
+
+/// A comment, or nothing.
+fn is_comment(line: &str) -> bool {
+    line.trim().is_empty() || line.trim_start().starts_with('#')
+}
+
+/// Refuses a row in which commas are decimal signs and separators.
+fn refuse_decimals(
+    fields: &[String],
+    separator: char,
+    header: &[Row],
+    line: usize,
+) -> Result<(), RecordingError> {
+    if separator != ',' {
+        return Ok(());
+    }
+    let names = header.last().map_or(0, |names| names.fields.len());
+    let halved = names * 2 == fields.len() && !fields.iter().any(|field| field.contains('.'));
+    let decimals = |(k, field): (usize, &String)| is_decimals(field) || (halved && k % 2 == 1);
+    match fields.iter().enumerate().position(decimals) {
+        None => Ok(()),
+        Some(column) => {
+            let text =
+                fields.get(column).map_or_else(String::new, |f| f.chars().take(40).collect());
+            Err(RecordingError::CommaTwice { line, column: column + 1, text })
+        }
+    }
 }
 
 /// True for a field that is a name rather than a malformed number: it begins with a letter; NaN and infinity
 /// count as numbers.
 fn is_text(field: &str) -> bool {
-    let begins = field.chars().next().is_some_and(|c| c.is_alphabetic() || c == '#' || c == '[');
+    let begins = field
+        .chars()
+        .next()
+        .is_some_and(|c| c.is_alphabetic() || matches!(c, '#' | '[' | '(' | '%'));
     begins && field.parse::<f64>().is_err()
 }
 
@@ -84,16 +183,18 @@ fn dialect(line: &str) -> Option<(char, Decimal)> {
     }
 }
 
-/// Removes a time column, and splits units in brackets off the names.
-fn recording(names: Vec<String>, mut segment: Segment) -> Recording {
-    let mut channels: Vec<Channel> =
-        (0..segment.0.len()).map(|k| channel(names.get(k).map_or("", String::as_str))).collect();
+/// Removes a time column.
+fn recording(mut channels: Vec<Channel>, mut segment: Segment) -> Recording {
     let named = channels.first().is_some_and(|c| is_time(&c.name));
     let step = segment.0.first().and_then(|first| even_step(first));
     let unnamed = channels.first().is_some_and(|c| c.name.is_empty());
     let mut rate_hz = None;
     if named || (unnamed && step.is_some()) {
-        let unit = if channels.first().is_some_and(|c| c.unit == "ms") { 1e3 } else { 1.0 };
+        let unit = match channels.first().map(|c| c.unit.as_str()) {
+            Some("ms") => 1e3,
+            Some("us" | "µs") => 1e6,
+            _ => 1.0,
+        };
         rate_hz = step.map(|step| unit / step);
         channels.remove(0);
         segment.0.remove(0);
@@ -106,11 +207,9 @@ fn channel(text: &str) -> Channel {
     let open = text.rfind(['[', '(']);
     let parts = open.and_then(|at| text.split_at_checked(at));
     match parts {
-        Some((name, unit)) if unit.ends_with([']', ')']) => Channel {
-            name: name.trim().to_owned(),
-            unit: unit.trim_matches(['[', ']', '(', ')']).trim().to_owned(),
-            factor: None,
-        },
+        Some((name, unit)) if unit.ends_with([']', ')']) => {
+            Channel { name: name.trim().to_owned(), unit: unwrapped(unit), factor: None }
+        }
         _ => Channel { name: text.to_owned(), ..Channel::default() },
     }
 }

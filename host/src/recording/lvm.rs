@@ -138,12 +138,34 @@ fn segment_header(lines: &mut Lines<'_>, format: &Format) -> Result<SegmentHeade
             }
             "Channels" => header.channels = count(first())?,
             "Samples" => header.samples = Some(count(first())?),
-            "Delta_X" => header.delta = Some(format.decimal.value(first(), line, 1)?),
+            "Delta_X" => header.delta = delta(fields, format, line)?,
             "Y_Unit_Label" => header.units = fields.map(str::to_owned).collect(),
             _ => {}
         }
     }
     Err(RecordingError::Truncated { wanted: format!("the line {END_OF_HEADER} of a segment") })
+}
+
+/// The time step of all channels; none when the entry is empty.
+fn delta<'t>(
+    fields: impl Iterator<Item = &'t str>,
+    format: &Format,
+    line: usize,
+) -> Result<Option<f64>, RecordingError> {
+    let mut first = None;
+    for (column, field) in (1..).zip(fields).filter(|(_, field)| !field.is_empty()) {
+        let step = format.decimal.value(field, line, column)?;
+        let same = |first: f64| (step - first).abs() <= 1e-6 * first.abs();
+        if !same(*first.get_or_insert(step)) {
+            let fault = format!(
+                "Delta_X: channel {column} has a step of {step} s and channel 1 one of {} s; export channels of \
+                 one rate",
+                first.unwrap_or(step)
+            );
+            return Err(RecordingError::Header { line, fault });
+        }
+    }
+    Ok(first)
 }
 
 /// Index of the value column of channel `k`, from 0.

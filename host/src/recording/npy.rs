@@ -34,10 +34,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
             )));
         }
     };
-    if header.order() == Order::Fortran {
-        let text = "the array is in Fortran order; save numpy.ascontiguousarray(array)";
-        return Err(fault(text.into()));
-    }
     if header.len().checked_mul(size as u64).is_none_or(|wanted| wanted > data.len() as u64) {
         let wanted = format!("an array of shape {shape} ({} bytes are there)", data.len());
         return Err(RecordingError::Truncated { wanted });
@@ -46,24 +42,30 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
         return Err(RecordingError::Empty);
     }
     // The shape has been checked: these fit, and none is zero.
-    let channels = channels as usize;
-    let segments = segments_of(numbers, segments as usize, samples as usize * channels, channels)
-        .map_err(|error| fault(error.to_string()))?;
+    let shape = [segments, samples, channels].map(|size| size as usize);
+    let numbers: Vec<f64> =
+        numbers.collect::<io::Result<_>>().map_err(|error| fault(error.to_string()))?;
+    let segments = segments_of(&numbers, shape, header.order());
+    let [_, _, channels] = shape;
     Ok(Recording { rate_hz: None, channels: vec![Channel::default(); channels], segments })
 }
 
-/// Splits the numbers into this many segments with `count` numbers each.
+/// The segments of an array of this shape: segments, samples, channels.
 fn segments_of(
-    mut numbers: Numbers<'_>,
-    segments: usize,
-    count: usize,
-    channels: usize,
-) -> io::Result<Vec<Segment>> {
+    numbers: &[f64],
+    [segments, samples, channels]: [usize; 3],
+    order: Order,
+) -> Vec<Segment> {
+    let place = |segment: usize, sample: usize, channel: usize| match order {
+        Order::C => (segment * samples + sample) * channels + channel,
+        Order::Fortran => segment + segments * (sample + samples * channel),
+    };
+    let at = |place: usize| numbers.get(place).copied().unwrap_or(f64::NAN);
+    let column = |segment: usize, channel: usize| {
+        (0..samples).map(|sample| at(place(segment, sample, channel))).collect()
+    };
     (0..segments)
-        .map(|_| {
-            let rows: Vec<f64> = numbers.by_ref().take(count).collect::<io::Result<_>>()?;
-            Ok(Segment::of_rows(&rows, channels))
-        })
+        .map(|segment| Segment((0..channels).map(|channel| column(segment, channel)).collect()))
         .collect()
 }
 

@@ -16,7 +16,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
     let per_segment = records
         .iter()
         .skip(1)
-        .position(|f| f.response == first.response && f.numerator_axis == first.numerator_axis)
+        .position(|f| {
+            f.response == first.response && f.numerator_axis.measures_as(&first.numerator_axis)
+        })
         .map_or(records.len(), |at| at + 1);
     let channels: Vec<Channel> =
         records.iter().take(per_segment).map(|f| f.time_channel()).collect();

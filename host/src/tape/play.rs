@@ -20,7 +20,7 @@ const NONE: usize = usize::MAX;
 ///
 /// When the rig is armed at a DOF, the next unused segment of that DOF is played from its start to the start
 /// of the next segment, but always for more than the length of a record; past the end of the tape its last
-/// scan is repeated. Then no scans follow until the next arming. [`TapeProgress`] reports the state to the
+/// scan is repeated for the length of a record, so that a record that has begun ends. Then no scans follow until the next arming. [`TapeProgress`] reports the state to the
 /// host.
 #[derive(Debug)]
 pub struct TapeSource {
@@ -159,7 +159,7 @@ impl TapeSource {
         next.used = true;
         let start = next.segment.start;
         let following = self.segments.iter().map(|s| s.segment.start).filter(|&s| s > start).min();
-        let following = following.unwrap_or(self.scans.count());
+        let following = following.unwrap_or(self.scans.count() + RECORD_SCANS as u64);
         self.at = start;
         self.end = following.max(self.at.saturating_add(SHORTEST_PLAY));
         shared.unused.fetch_sub(1, Ordering::AcqRel);

@@ -195,7 +195,10 @@ fn each_arming_plays_the_next_segment_of_its_dof() {
     assert_eq!(source.next_scan(), None);
     source.armed(4, 2);
     assert_eq!(progress.exhausted(), None);
-    assert_eq!(play(&mut source), (12_000..20_000).collect::<Vec<_>>());
+    // A record that the end of the tape cuts is completed.
+    let played = play(&mut source);
+    assert_eq!(played[..8000], (12_000..20_000).collect::<Vec<_>>());
+    assert_eq!(played[8000..], [19_999; RECORD_SCANS]);
     assert_eq!(progress.unused(), 1);
 }
 

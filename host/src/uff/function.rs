@@ -62,7 +62,8 @@ pub(super) fn read_function(
     }
     let (function_type, response, reference) = dof_record(lines)?;
     let shape = shape_record(lines)?;
-    let mut axes = [const { AxisProperties { data_type: 0, unit: String::new() } }; 4];
+    let mut axes =
+        [const { AxisProperties { data_type: 0, unit: String::new(), line: 0, byte: 0 } }; 4];
     for axis in &mut axes {
         *axis = axis_record(lines)?;
     }
@@ -194,7 +195,8 @@ fn axis_record(lines: &mut Lines<'_>) -> Result<AxisProperties, UffError> {
     let data_type = field(lines, &text, 0, 10, "the specific data type")?;
     let unit = column(&text, 47, 20).unwrap_or_default().trim();
     let unit = if unit.eq_ignore_ascii_case("none") { "" } else { unit };
-    Ok(AxisProperties { data_type, unit: unit.to_owned() })
+    let (line, byte) = lines.place();
+    Ok(AxisProperties { data_type, unit: unit.to_owned(), line, byte })
 }
 
 /// Splits the values of the file into abscissa and ordinate.

@@ -117,6 +117,11 @@ impl<'a> Lines<'a> {
         Err(self.error(UffFault::Truncated { wanted: "the end of the dataset, \"    -1\"," }))
     }
 
+    /// Line and byte of the line read last.
+    pub(super) fn place(&self) -> (usize, usize) {
+        (self.line, self.line_start)
+    }
+
     /// An error at the line or data read last.
     pub(super) fn error(&self, fault: UffFault) -> UffError {
         UffError { dataset: self.dataset, line: self.line, byte: self.line_start, fault }

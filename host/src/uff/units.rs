@@ -101,8 +101,9 @@ pub(super) fn time_factor(function: &Function) -> Option<f64> {
 pub(super) fn conversion(
     function: &Function,
     quantity: Option<Quantity>,
-) -> Result<Conversion, UffFault> {
-    let hertz = hertz(function)?;
+) -> Result<Conversion, UffError> {
+    let hertz =
+        hertz(function).map_err(|fault| function.axis_error(&function.abscissa_axis, fault))?;
     let units = function.units.unwrap_or_default();
     let length = 1.0 / units.length;
     let force = 1.0 / units.force;
@@ -117,7 +118,8 @@ pub(super) fn conversion(
         found => {
             let wanted = "acceleration (12), velocity (11) or displacement (8) is needed; when it \
                           is one of these, state it with --quantity";
-            return Err(UffFault::WrongQuantity { axis: "ordinate numerator", found, wanted });
+            let fault = UffFault::WrongQuantity { axis: "ordinate numerator", found, wanted };
+            return Err(function.axis_error(numerator, fault));
         }
     };
     let denominator = &function.denominator_axis;
@@ -125,25 +127,27 @@ pub(super) fn conversion(
         let wanted = "excitation force (13) is needed; when it is a force, say what the response \
                       is with --quantity";
         let (axis, found) = ("ordinate denominator", denominator.data_type);
-        return Err(UffFault::WrongQuantity { axis, found, wanted });
+        let fault = UffFault::WrongQuantity { axis, found, wanted };
+        return Err(function.axis_error(denominator, fault));
     }
     let (motion, over) = split_ratio(&numerator.unit);
     let motion = match motion {
         "" => length,
-        unit => motion_unit(unit, quantity).ok_or_else(|| unknown_motion(unit, quantity))?,
+        unit => motion_unit(unit, quantity)
+            .ok_or_else(|| function.axis_error(numerator, unknown_motion(unit, quantity)))?,
     };
+    let unknown = |axis, unit| function.axis_error(axis, unknown_force(unit));
     let over = match (over, denominator.unit.as_str()) {
         ("", "") => force,
-        ("", unit) | (unit, "") => force_unit(unit).ok_or_else(|| unknown_force(unit))?,
+        ("", unit) => force_unit(unit).ok_or_else(|| unknown(denominator, unit))?,
+        (unit, "") => force_unit(unit).ok_or_else(|| unknown(numerator, unit))?,
         (a, b) => {
-            let (a, b) = (
-                force_unit(a).ok_or_else(|| unknown_force(a))?,
-                force_unit(b).ok_or_else(|| unknown_force(b))?,
-            );
-            if a != b {
-                return Err(unknown_force(&denominator.unit));
+            let of_numerator = force_unit(a).ok_or_else(|| unknown(numerator, a))?;
+            let of_denominator = force_unit(b).ok_or_else(|| unknown(denominator, b))?;
+            if of_numerator != of_denominator {
+                return Err(unknown(denominator, b));
             }
-            a
+            of_numerator
         }
     };
     Ok(Conversion { quantity, ordinate: motion / over, hertz })

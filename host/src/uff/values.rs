@@ -33,7 +33,17 @@ pub(super) struct Binary {
 /// Parses a number in Fortran notation.
 pub(super) fn real(text: &str) -> Option<f64> {
     let text = text.trim();
-    text.parse().ok().or_else(|| text.replace(['D', 'd'], "E").parse().ok())
+    let exponent = || text.replace(['D', 'd'], "E").parse().ok();
+    text.parse().ok().or_else(exponent).or_else(|| without_letter(text))
+}
+
+/// Parses a number whose exponent has three digits, for which Fortran leaves the letter out: `1.0-101`.
+fn without_letter(text: &str) -> Option<f64> {
+    let at = text.rfind(['+', '-']).filter(|&at| at > 0)?;
+    let (digits, exponent) = text.split_at_checked(at)?;
+    let plain = |c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-');
+    let good = exponent.len() == 4 && digits.ends_with(|c: char| c.is_ascii_digit() || c == '.');
+    (good && text.chars().all(plain)).then(|| format!("{digits}E{exponent}").parse().ok()).flatten()
 }
 
 /// Reads the values of an ASCII dataset up to the delimiter.

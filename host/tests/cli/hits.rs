@@ -281,6 +281,20 @@ fn whatever_is_no_recording_is_named() {
             "recording_malformed",
             &["time records", "solve"],
         ),
+        bad(
+            "forces.csv",
+            "Force [N];Reaction force;a\n1.0;2.0;3.0\n".as_bytes(),
+            rate,
+            "several_forces",
+            &["2 \"Reaction force\"", "--leave-out"],
+        ),
+        bad(
+            "rates.lvm",
+            lvm.replacen("Delta_X\t", "Delta_X\t0.5\t", 1).as_bytes(),
+            &[],
+            "recording_malformed",
+            &["Delta_X", "one rate"],
+        ),
         bad("cut.uff", b"    -1\n    58\nNONE\n", rate, "uff_truncated", &["dataset 1"]),
     ] {
         let folder = tempfile::tempdir().unwrap();
@@ -389,4 +403,78 @@ pub fn triggered_record() -> String {
         text += &row.replace('.', ",");
     }
     text
+}
+
+/// The third-party record in the forms that other programs export.
+#[test]
+fn quotes_comments_units_orders_and_bytes_of_other_programs_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, content: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        path.display().to_string()
+    };
+    let (rate, good) = (["--rate-hz", "51200"], vec![(0, "accepted".to_owned(), Vec::new())]);
+    let hit = &segments()[1];
+    let rows = |quote: &str| -> String {
+        let row = |[f, a]: &[f64; 2]| format!("{quote}{f}{quote},{quote}{a}{quote}\n");
+        hit.iter().map(row).collect()
+    };
+    for header in [
+        "\"Force, top\",\"Acc\"\n",
+        "# exported by hand\n# 2026-11-24, 10:00, rig 3\nForce,Acc\n",
+        "# Force,Acc\n",
+        "Force,Acc\nN,m/s²\n",
+        "Force,Acc\n[N],[m/s^2]\n",
+    ] {
+        for quote in ["", "\""] {
+            let file = write("taps.csv", (header.to_owned() + &rows(quote)).as_bytes());
+            assert_eq!(verdicts(&[&[file.as_str()], &rate[..]].concat()), good, "{header}");
+        }
+    }
+    // The unit of a row of its own counts.
+    let peak = |file: &str| {
+        let (_, value, _) = run(&[&[file], &rate[..]].concat());
+        value["hits"][0]["peak_force_n"].as_f64().unwrap()
+    };
+    let newtons = peak(&write("n.csv", ("Force,Acc\nN,g\n".to_owned() + &rows("")).as_bytes()));
+    let pounds = peak(&write("lbf.csv", ("Force,Acc\nlbf,g\n".to_owned() + &rows("")).as_bytes()));
+    // The larger force reaches the trigger a sample earlier, which moves the zero level by its noise.
+    assert!((pounds / newtons - 4.448_221_6).abs() < 1e-4, "{newtons} {pounds}");
+
+    let samples = hit.len();
+    let npy = |descr: &str, fortran: bool, data: Vec<u8>| {
+        let order = if fortran { "True" } else { "False" };
+        let head = format!(
+            "{{'descr': '{descr}', 'fortran_order': {order}, 'shape': ({samples}, 2), }}\n"
+        );
+        let mut bytes = b"\x93NUMPY\x01\0".to_vec();
+        bytes.extend(u16::try_from(head.len()).unwrap().to_le_bytes());
+        bytes.extend(head.bytes());
+        bytes.extend(data);
+        bytes
+    };
+    let by_row = || hit.iter().flatten();
+    let by_column = || (0..2).flat_map(|k| hit.iter().map(move |row| &row[k]));
+    let big = by_row().flat_map(|v| v.to_be_bytes()).collect();
+    let columns = by_column().flat_map(|v| v.to_le_bytes()).collect();
+    for (name, bytes) in
+        [("big.npy", npy(">f8", false, big)), ("columns.npy", npy("<f8", true, columns))]
+    {
+        let file = write(name, &bytes);
+        assert_eq!(verdicts(&[&[file.as_str()], &rate[..]].concat()), good, "{name}");
+    }
+}
+
+#[test]
+fn a_recording_of_rejected_hits_alone_is_no_success() {
+    let lvm = data("impact2_response0.lvm").display().to_string();
+    let all = [lvm.as_str(), "--min-peak-force-n", "5000"];
+    let (exit, value, _) = run(&all);
+    assert_eq!((exit, &value["error"]["code"]), (3, &"all_hits_rejected".into()));
+    assert_eq!(value["hits"].as_array().unwrap().len(), 5);
+    let text = program::run(&[&["hits"], &all[..]].concat());
+    assert_eq!(text.exit, 3);
+    assert!(text.stdout.contains("best consistent set: none"), "{}", text.stdout);
+    assert!(text.stderr.contains("all 5 hits were rejected"), "{}", text.stderr);
 }

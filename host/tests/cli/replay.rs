@@ -38,7 +38,8 @@ impl Recording {
         writer.finish().unwrap();
         let path = path.display().to_string();
         let (run, value) = run_json(&["replay", &path, "--layout", &self.layout]);
-        (run.exit, value, run.stderr)
+        let text = format!("{}{}", run.stderr, value["error"]["message"]);
+        (run.exit, value, text)
     }
 
     fn segments(&self) -> Vec<Segment> {

@@ -1,6 +1,6 @@
 //! The program with a virtual rig on a pty, used like real hardware.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Command, Stdio};
 
 use nix::sys::signal::{Signal, kill};
@@ -299,7 +299,8 @@ fn the_stream_of_a_manual_rig_has_the_taps_of_enter() {
             continue;
         };
         // The first tap at a DOF names it.
-        rig.process.type_line(if count.starts_with('0') { dof } else { "" });
+        let keyboard = rig.process.process.stdin.as_mut().unwrap();
+        writeln!(keyboard, "{}", if count.starts_with('0') { dof } else { "" }).unwrap();
     }
     let mut answer = String::new();
     record.stdout.take().unwrap().read_to_string(&mut answer).unwrap();

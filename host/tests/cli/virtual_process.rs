@@ -1,11 +1,12 @@
 //! A virtual rig in its own process.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
 /// `massline virtual` on the ideal bench; the process ends when this value is dropped.
 pub struct VirtualProcess {
-    process: Child,
+    /// The process; what is typed goes to its input.
+    pub process: Child,
     /// Path of the pty that it serves.
     pub port: String,
 }
@@ -25,12 +26,6 @@ impl VirtualProcess {
         let stdout = process.stdout.take().expect("its output is piped");
         BufReader::new(stdout).read_line(&mut port).expect("it prints its port");
         Self { process, port: port.trim().to_owned() }
-    }
-
-    /// Types a line on its keyboard.
-    pub fn type_line(&mut self, line: &str) {
-        let keyboard = self.process.stdin.as_mut().expect("its input is piped");
-        writeln!(keyboard, "{line}").expect("it reads its input");
     }
 }
 
