@@ -198,6 +198,10 @@ pub fn follow(
         changed: Instant::now(),
     };
     let ending = follower.run(interrupt, patience);
+    if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
+        // The first error is the one to report.
+        let _ = follower.hear_the_rest();
+    }
     // With the link gone, an interrupt would only wait for it again; the first error is the one to report.
     if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
         let _ = client.command(CampaignCommand::Pause);
@@ -287,6 +291,13 @@ impl Follower<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Tells the observer of the hits that it has not heard of yet.
+    fn hear_the_rest(&mut self) -> Result<()> {
+        let last = self.ask()?.last_hit;
+        self.hear_hits(last)?;
+        self.drain()
     }
 
     /// Waits for the next status: from an event, or by polling after a silence.

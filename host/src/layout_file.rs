@@ -12,7 +12,9 @@ mod known;
 mod policy;
 mod raw;
 mod resolve;
+mod rig_settings;
 mod source;
+mod suspicion;
 mod template;
 mod tensor;
 mod values;
@@ -20,6 +22,7 @@ mod values;
 use std::path::Path;
 
 use massline_protocol::LayoutHash;
+use massline_shared::diagnosis::Setting;
 use massline_shared::layout::{Dof, HostLayout, RigLayout};
 
 pub(crate) use error::Place;
@@ -35,6 +38,8 @@ pub const MAX_BYTES: u64 = 1 << 20;
 /// A layout file, checked and resolved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayoutFile {
+    /// The title; that of `layout` is cut to what a rig has room for.
+    pub title: String,
     /// Sensors, hits and settings in the body frame.
     pub layout: HostLayout,
     /// The nodes, in the order of the file.
@@ -45,6 +50,8 @@ pub struct LayoutFile {
     pub uncertainty: Uncertainty,
     /// Expected values to compare with.
     pub reference: Option<Reference>,
+    /// Where the file states the settings of the test.
+    places: Vec<(Setting, Place)>,
 }
 
 /// A numbered point of the object.

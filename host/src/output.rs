@@ -13,6 +13,7 @@
 
 mod wrap;
 
+use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -68,7 +69,8 @@ impl Notes {
         self.verbatim(wrapped(text, width(self.terminal)));
     }
 
-    fn verbatim(&self, mut text: String) {
+    fn verbatim(&self, text: String) {
+        let mut text = harmless(&text).into_owned();
         if self.raw.load(Ordering::Relaxed) {
             text = text.replace('\n', "\r\n") + "\r";
         }
@@ -98,6 +100,9 @@ pub enum Tone {
     /// An error.
     Bad,
 }
+
+/// Ends a [`Tone`].
+const RESET: &str = "\x1b[0m";
 
 impl Tone {
     fn escape(self) -> &'static str {
@@ -179,7 +184,8 @@ impl Output {
     /// # Errors
     /// As [`Output::text`].
     pub fn verbatim(&mut self, text: impl AsRef<str>) -> Result<()> {
-        let written = writeln!(self.out, "{}", text.as_ref()).and_then(|()| self.out.flush());
+        let text = harmless(text.as_ref());
+        let written = writeln!(self.out, "{text}").and_then(|()| self.out.flush());
         check(written)
     }
 
@@ -227,7 +233,10 @@ impl Output {
     /// Reports an error: as text on stderr, or with `--json` as an object on stdout.
     pub fn error(&mut self, error: &Error) {
         if !self.json {
-            let head = self.toned("error:", Tone::Bad);
+            let head = match error {
+                Error::Interrupted { .. } => self.toned("stopped:", Tone::Warning),
+                _ => self.toned("error:", Tone::Bad),
+            };
             return self.note(format!("{head} {error}"));
         }
         let mut value = error.to_json();
@@ -247,7 +256,7 @@ impl Output {
 
     /// `text` in the colour of `tone`, if stdout shows colours.
     pub fn toned(&self, text: &str, tone: Tone) -> String {
-        if self.color { format!("{}{text}\x1b[0m", tone.escape()) } else { text.into() }
+        if self.color { format!("{}{text}{RESET}", tone.escape()) } else { text.into() }
     }
 
     /// A progress bar on stderr that counts to `length`; invisible when stderr is not a terminal.
@@ -263,6 +272,26 @@ impl Output {
         bar.enable_steady_tick(Duration::from_millis(200));
         bar
     }
+}
+
+/// The text without the control characters of files, rigs and systems, which a terminal would obey; those of
+/// [`Tone`] stay.
+fn harmless(text: &str) -> Cow<'_, str> {
+    let obeyed = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if !text.contains(obeyed) {
+        return text.into();
+    }
+    let tones = [Tone::Strong, Tone::Good, Tone::Warning, Tone::Bad].map(Tone::escape);
+    let mut clean = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find(obeyed) {
+        clean += &rest[..at];
+        let tail = &rest[at..];
+        let own = tones.into_iter().chain([RESET]).find(|tone| tail.starts_with(tone));
+        clean += own.unwrap_or("\u{fffd}");
+        rest = &tail[own.map_or_else(|| tail.chars().next().map_or(0, char::len_utf8), str::len)..];
+    }
+    (clean + rest).into()
 }
 
 /// Width of text: that of the terminal at this moment, or [`WIDTH`] without a terminal.
@@ -339,6 +368,16 @@ mod tests {
         output.value(&json!({ "a": [1], "z": null })).unwrap();
         assert_eq!(out.text(), "{\"schema_version\":1,\"a\":[1],\"z\":null}\n");
         assert_eq!(output.value(&json!([1])).unwrap_err().code(), "no_object");
+    }
+
+    #[test]
+    fn control_characters_of_others_do_not_reach_the_terminal() {
+        let (out, err) = (Shared::default(), Shared::default());
+        let mut output = Output::to(false, out.clone(), err.clone());
+        output.text("a\x1b]0;title\x07b\x1b[2J\tc\rd\u{9b}e").unwrap();
+        assert_eq!(out.text(), "a\u{fffd}]0;title\u{fffd}b\u{fffd}[2J\tc\u{fffd}d\u{fffd}e\n");
+        output.note("\x1b[1mbold\x1b[0m \x1b[5m");
+        assert_eq!(err.text(), "\x1b[1mbold\x1b[0m \u{fffd}[5m\n");
     }
 
     #[test]

@@ -180,6 +180,7 @@ pub fn solve(
     });
     let mut notes = uff.notes.clone();
     notes.push(about_body);
+    notes.extend(file.suspicion());
     let truth = file.reference.map(|reference| Truth {
         properties: reference.properties(),
         length: layout.characteristic_length(),

@@ -3,17 +3,34 @@
 use std::path::Path;
 
 use massline_shared::calibration::CalibrationRecord;
+use massline_shared::diagnosis::Code;
 use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout};
 
 use crate::calibration_file::CalibrationFile;
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
+use crate::output::Output;
+
+/// Reads a layout, and warns of what looks like values in another unit.
+///
+/// # Errors
+/// When the file is bad.
+pub fn layout(path: &Path, output: &mut Output) -> Result<LayoutFile> {
+    let file = LayoutFile::read(path)?;
+    if let Some(suspicion) = file.suspicion() {
+        output.warn(format!("{}: {suspicion}", path.display()));
+    }
+    Ok(file)
+}
 
 /// The layout of a file in the precision and capacity of the rig.
 ///
 /// # Errors
-/// When it has more sensors or hits than any rig has room for.
+/// When it has a setting that no rig can measure with, or more sensors or hits than any rig has room for.
 pub fn for_rig(file: &LayoutFile, path: &Path) -> Result<RigLayout> {
+    if let Some(found) = file.not_for_a_rig() {
+        return Err(Error::input(Code::SettingOutOfRange.name(), found));
+    }
     file.rig_layout().ok_or_else(|| {
         Error::input(
             "layout_too_large",

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use massline_shared::layout::{HitPolicy, HostLayout};
 use serde_json::{Value, json};
 
-use super::hash;
+use super::{files, hash};
 use crate::error::Result;
 use crate::file::{self, ReplaceArgs};
 use crate::layout_file::{LayoutFile, TEMPLATE, schema};
@@ -74,7 +74,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Command::Check(args) => check::run(args, output),
         Command::Suggest(args) => suggest::run(args, output),
         Command::Show { layout } => {
-            let file = LayoutFile::read(layout)?;
+            let file = files::layout(layout, output)?;
             output.answer(&show_json(&file), |_| show_text(&file))
         }
         Command::Schema => output.verbatim(format!("{:#}", schema().to_value())),
@@ -111,7 +111,7 @@ fn show_json(file: &LayoutFile) -> Value {
         .map(|code| (code.name().into(), layout.test.policy.verdict(code).name().into()))
         .collect();
     json!({
-        "title": layout.title.as_str(),
+        "title": file.title,
         "layout_hash": file.hash(),
         "gravity_m_per_s2": layout.gravity,
         "characteristic_length_m": layout.characteristic_length(),
@@ -148,7 +148,7 @@ fn show_text(file: &LayoutFile) -> String {
     let band = band.map_or("from the data".into(), |[low, high]| format!("{low} to {high} Hz"));
     format!(
         "{}\n{table}\ngravity {gravity} m/s², L = {:.1} mm, {} hits per DOF, band {band}, hash {}",
-        layout.title,
+        file.title,
         layout.characteristic_length() * 1e3,
         layout.test.hits_per_dof,
         file.hash().and_then(hash).unwrap_or_else(|| "none: too large for a rig".into()),

@@ -21,7 +21,6 @@ use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
-use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::precision::PrecisionMonitor;
 use crate::report;
@@ -72,7 +71,7 @@ pub struct Args {
 /// When a file is bad, the rig cannot be reached or refuses, the data cannot determine the answer, or the
 /// user interrupts the command.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let file = LayoutFile::read(&args.layout)?;
+    let file = files::layout(&args.layout, output)?;
     files::for_rig(&file, &args.layout)?;
     let calibration = files::calibration(args.calibration.as_deref(), &file)?;
     if args.confirm && !output.has_keyboard() {

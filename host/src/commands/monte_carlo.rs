@@ -23,7 +23,7 @@ pub struct MonteCarloArgs {
     #[arg(long, value_enum, default_value_t, value_name = "BUDGET", requires = "runs")]
     budget: Budget,
     /// Number of threads; default: all cores.
-    #[arg(long, value_name = "N", requires = "runs")]
+    #[arg(long, value_name = "N", requires = "runs", value_parser = threads)]
     threads: Option<NonZeroUsize>,
 }
 
@@ -44,6 +44,17 @@ impl Budget {
             Self::Bench => "bench",
         }
     }
+}
+
+/// Most threads: more than any computer has cores.
+const MOST_THREADS: usize = 1024;
+
+/// Parses a number of threads.
+fn threads(text: &str) -> std::result::Result<NonZeroUsize, String> {
+    let number = text.parse().ok().filter(|number| *number <= MOST_THREADS);
+    number
+        .and_then(NonZeroUsize::new)
+        .ok_or_else(|| format!("give a number from 1 to {MOST_THREADS}"))
 }
 
 /// Parses a number of runs.
@@ -106,7 +117,7 @@ pub fn run(
 }
 
 fn to_text(study: &Study, file: &LayoutFile, output: &Output) -> String {
-    let heading = output.toned(&file.layout.title, Tone::Strong);
+    let heading = output.toned(&file.title, Tone::Strong);
     format!("{heading}\n{}", report::to_text(study))
 }
 

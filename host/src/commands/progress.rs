@@ -7,6 +7,7 @@ use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
 use crate::campaign::phase_name;
+use crate::error::{Error, Result};
 use crate::output::{Output, Tone};
 use crate::report;
 
@@ -19,7 +20,12 @@ pub struct Progress<'o> {
     /// The arming and phase for which the operator has been prompted.
     prompted: Option<(u32, u8)>,
     prompts: Prompts,
+    /// Number of rejected hits in a row.
+    rejected: u32,
 }
+
+/// A bench that taps by itself is given up after this many rejected hits in a row.
+const MOST_REJECTED: u32 = 50;
 
 /// What the operator is prompted to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +44,7 @@ impl<'o> Progress<'o> {
         let hits_per_dof = u32::from(layout.test.hits_per_dof);
         let dofs: Vec<_> = layout.hits.iter().map(|hit| hit.dof.to_string()).collect();
         let bar = output.bar(u64::from(hits_per_dof) * dofs.len() as u64, label);
-        Self { output, bar, dofs, hits_per_dof, prompted: None, prompts }
+        Self { output, bar, dofs, hits_per_dof, prompted: None, prompts, rejected: 0 }
     }
 
     /// The name of the DOF with this index.
@@ -75,8 +81,25 @@ impl<'o> Progress<'o> {
         self.prompted = Some(prompt);
     }
 
+    /// Gives up a bench whose taps are all rejected.
+    ///
+    /// # Errors
+    /// `always_rejected`.
+    pub fn refuse_rejections(&self, dof: usize) -> Result<()> {
+        if self.rejected < MOST_REJECTED {
+            return Ok(());
+        }
+        let name = self.dof(dof);
+        let text = format!(
+            "{MOST_REJECTED} hits in a row at {name} were rejected; look at what is said of them, at the taps and \
+             faults of the bench and at [test] of the layout"
+        );
+        Err(Error::undetermined("always_rejected", text))
+    }
+
     /// Shows a graded hit.
     pub fn hit(&mut self, hit: &HitEvent) {
+        self.rejected = if hit.good { 0 } else { self.rejected + 1 };
         let verdict = if hit.good {
             self.output.toned("good", Tone::Good)
         } else {

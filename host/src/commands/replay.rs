@@ -14,7 +14,6 @@ use super::simulated::{RigArgs, SimulatedCampaign};
 use crate::campaign::OperatorAction;
 use crate::client::Client;
 use crate::error::{Error, Result};
-use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::rig::SimulatedRig;
 use crate::single_fault::NominalTest;
@@ -57,7 +56,7 @@ pub struct Args {
 /// When a file is bad or does not fit the others, the rig does not start or gets stuck, or the tape
 /// cannot determine the answer.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let file = LayoutFile::read(&args.layout)?;
+    let file = files::layout(&args.layout, output)?;
     let layout = files::for_rig(&file, &args.layout)?;
     let tape = Tape::read(&args.tape)?;
     if tape.cut_short {
@@ -100,7 +99,7 @@ impl Player {
         shown: &mut Progress,
     ) -> Result<Option<OperatorAction>> {
         if let Some(failed) = self.tape.failed() {
-            let message = format!("the tape cannot be read any more: {failed}");
+            let message = format!("the tape cannot be played on: {failed}");
             return Err(Error::input("tape_not_readable", message));
         }
         if Phase::try_from(status.phase).ok() != Some(Phase::Armed) {

@@ -13,12 +13,11 @@ use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::compare::{Comparison, SIGMA_NOTE};
 use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
-use super::simulated::{RigArgs, narrow};
+use super::simulated::RigArgs;
 use crate::error::Result;
 use crate::file::{Existing, ReplaceArgs};
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
-use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone};
 use crate::single_fault::NominalTest;
 use crate::tape::{Segment, Sidecar, TapeWriter};
@@ -67,14 +66,14 @@ pub struct Args {
 /// # Errors
 /// When a file is bad, the rig does not start or gets stuck, or there is no answer.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let file = LayoutFile::read(&args.layout)?;
+    let file = files::layout(&args.layout, output)?;
     if let Some(runs) = args.monte_carlo.runs {
         return monte_carlo::run(&args.layout, &file, &args.bench, &args.monte_carlo, runs, output);
     }
     let given = files::calibration(args.calibration.as_deref(), &file)?;
     let bench = args.bench.open()?;
     let calibration = given.unwrap_or_else(|| nominal_calibration(&bench).into());
-    let layout = narrow(&file.layout).map_err(|e| e.within(args.layout.display()))?;
+    let layout = files::for_rig(&file, &args.layout)?;
     let firmware = args.rig.image()?;
     let name: String =
         args.layout.file_stem().map_or("layout".into(), |s| s.to_string_lossy().into());
@@ -115,7 +114,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let (symbol, worst) = comparison.worst()?;
     let table = comparison.table()?;
     output.answer(&value, |output| {
-        let heading = output.toned(&file.layout.title, Tone::Strong);
+        let heading = output.toned(&file.title, Tone::Strong);
         format!(
             "{heading}\n{table}worst: {worst:+.3} % of scale at {symbol}\n{SIGMA_NOTE}\n\n{}",
             again.to_text().trim_end()

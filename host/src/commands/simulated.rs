@@ -23,9 +23,6 @@ use crate::single_fault::NominalTest;
 /// without optimisation.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A test is abandoned after this many rejected hits in a row, because more would not help.
-const MOST_REJECTED: u32 = 50;
-
 /// Options that choose the simulated rig.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct RigArgs {
@@ -99,7 +96,7 @@ impl SimulatedCampaign<'_> {
         begin(&mut client, StartOptions::default())?;
         let interrupt = output.interrupt().clone();
         let progress = Progress::new(output, self.label, self.layout, Prompts::Nothing);
-        let mut operator = Operator { progress, rig, policy, rejected: 0 };
+        let mut operator = Operator { progress, rig, policy };
         let ending = follow(&mut client, &interrupt, Some(PATIENCE), &mut operator)?;
         drop(operator);
         match ending {
@@ -126,20 +123,11 @@ struct Operator<'o, 'p> {
     progress: Progress<'o>,
     rig: &'o SimulatedRig,
     policy: &'o mut Policy<'p>,
-    /// Number of rejected hits in a row.
-    rejected: u32,
 }
 
 impl Observer for Operator<'_, '_> {
     fn armed(&mut self, arming: u32, dof: usize) -> Result<()> {
-        if self.rejected >= MOST_REJECTED {
-            let name = self.progress.dof(dof);
-            let text = format!(
-                "{MOST_REJECTED} hits in a row at {name} were rejected; look at what is said of them, at \
-                 the taps and faults of the bench and at [test] of the layout"
-            );
-            return Err(Error::undetermined("always_rejected", text));
-        }
+        self.progress.refuse_rejections(dof)?;
         self.rig.armed(arming, dof);
         Ok(())
     }
@@ -149,7 +137,6 @@ impl Observer for Operator<'_, '_> {
     }
 
     fn hit(&mut self, hit: &HitEvent) {
-        self.rejected = if hit.good { 0 } else { self.rejected + 1 };
         self.progress.hit(hit);
     }
 

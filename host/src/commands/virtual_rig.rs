@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use massline_shared::layout::{Dof, HostLayout};
-use massline_virtual::bench::{BenchSource, TapHandle};
+use massline_virtual::bench::{Bench, BenchSource, TapHandle};
 use massline_virtual::flash::FlashBacking;
 use massline_virtual::pty::PtyServer;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
@@ -62,6 +62,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     options.timing = if args.fast { Timing::Simulated } else { Timing::RealTime };
     if let Some(path) = &args.flash {
         options.flash = FlashBacking::File(path.clone());
+    }
+    if args.layout.is_none() && Bench::named("default")?.body != bench.body {
+        output.warn(
+            "without --layout the sensors and marks are those of the demo's frame, which is not the object of this \
+             bench: give its layout",
+        );
     }
     let rig = VirtualRig::start(options)
         .map_err(|e| Error::input("virtual_rig", format!("the virtual rig does not start: {e}")))?;

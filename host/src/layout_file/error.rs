@@ -229,13 +229,11 @@ pub enum Fault {
         /// The allowed range.
         wanted: &'static str,
     },
-    /// A text that is too long.
-    #[error("the text has {bytes} bytes; at most {most} are kept, shorten it")]
-    TextTooLong {
-        /// Its length.
-        bytes: usize,
-        /// The largest length allowed, bytes.
-        most: usize,
+    /// A control character, which a terminal would obey.
+    #[error("the text has the control character {found:?}; delete it")]
+    ControlCharacter {
+        /// The character.
+        found: char,
     },
     /// The inertia tensor is not symmetric.
     #[error(

@@ -9,16 +9,16 @@ use toml::Spanned;
 
 use super::entry::{RawHit, RawSensor};
 use super::exact::{optional_spanned, spanned};
-use super::values::{NodeNumber, RawAxes, RawBand, RawKnown, TITLE_BYTES};
+use super::values::{NodeNumber, RawAxes, RawBand, RawKnown};
 
 /// Where the sensors sit and where the hammer lands. SI units; positions and directions in the body frame.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "massline layout")]
 pub(super) struct RawLayout {
-    /// Free text, at most 48 bytes: 48 letters, fewer if some are not ASCII.
+    /// Free text without control characters. A rig keeps 48 bytes of it: 48 letters, fewer if some are not ASCII.
     #[serde(default)]
-    #[schemars(with = "String", length(max = TITLE_BYTES))]
+    #[schemars(with = "String", regex(pattern = r"^[^\x00-\x1f\x7f-\x9f]*$"))]
     pub(super) title: Option<Spanned<String>>,
     /// Gravity in the body frame with the object hanging as in the test, m/s².
     #[schemars(with = "[f64; 3]")]

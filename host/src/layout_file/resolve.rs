@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use massline_shared::diagnosis::Setting;
 use massline_shared::layout::{
     Axis, CalibratedGains, Dof, DofError, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout,
     MAX_HITS_PER_DOF, Sensor, SensorUncertainty, Sign, Target, TestSettings,
@@ -16,7 +17,7 @@ use super::policy::policy;
 use super::raw::{RawLayout, RawNode, RawReference, RawTarget, RawTest};
 use super::source::Source;
 use super::tensor::tensor_fault;
-use super::values::{RawAxes, RawBand, RawBandName, TITLE_BYTES};
+use super::values::{RawAxes, RawBand, RawBandName};
 use super::{LayoutFile, Node, Reference, SensorDetails};
 
 /// How far an axis may be from unit length or orthogonality: the rounding error of four typed digits.
@@ -37,8 +38,9 @@ pub(super) fn is_complete(raw: &RawLayout, source: &Source<'_>) -> Result<(), La
 pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile, LayoutFileError> {
     let nodes = nodes(&raw.node, source)?;
     let uncertainty = Uncertainty::of(&raw, source)?;
+    let title = title(raw.title.as_ref(), source)?;
     let mut layout = HostLayout {
-        title: title(raw.title.as_ref(), source)?,
+        title: cut(&title),
         gravity: gravity(raw.gravity.as_ref(), source)?,
         test: TestSettings { policy: policy(&raw.policy), ..test(raw.test.as_ref(), source)? },
         hammer_gain: uncertainty.hammer_gain,
@@ -83,18 +85,48 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
     let weighed = layout.sensors.iter().zip(&masses).filter_map(|(s, mass)| Some((s, (*mass)?)));
     layout.attached = attached(&raw.attached, weighed, source)?;
     let reference = raw.reference.as_ref().map(|r| reference(r, source)).transpose()?;
-    Ok(LayoutFile { layout, nodes, sensors, uncertainty, reference })
+    let places = raw.test.as_ref().map_or_else(Vec::new, |test| places(test, source));
+    Ok(LayoutFile { title, layout, nodes, sensors, uncertainty, reference, places })
 }
 
-fn title(
-    raw: Option<&Spanned<String>>,
-    source: &Source<'_>,
-) -> Result<heapless::String<TITLE_BYTES>, LayoutFileError> {
-    let Some(raw) = raw else { return Ok(heapless::String::new()) };
-    heapless::String::try_from(raw.get_ref().as_str()).map_err(|_| {
-        let fault = Fault::TextTooLong { bytes: raw.get_ref().len(), most: TITLE_BYTES };
-        source.fault(raw.span(), "title", fault)
-    })
+fn title(raw: Option<&Spanned<String>>, source: &Source<'_>) -> Result<String, LayoutFileError> {
+    let Some(raw) = raw else { return Ok(String::new()) };
+    let title = raw.get_ref();
+    match title.chars().find(|c| c.is_control()) {
+        Some(found) => Err(source.fault(raw.span(), "title", Fault::ControlCharacter { found })),
+        None => Ok(title.clone()),
+    }
+}
+
+/// As much of a title as a rig has room for, in whole letters.
+fn cut<const N: usize>(title: &str) -> heapless::String<N> {
+    let mut short = heapless::String::new();
+    // It ends at the first letter that does not fit.
+    let _ = title.chars().try_for_each(|c| short.push(c));
+    short
+}
+
+/// Where the settings of the test stand.
+fn places(test: &RawTest, source: &Source<'_>) -> Vec<(Setting, Place)> {
+    let span = |of: &Option<Spanned<f64>>| of.as_ref().map(Spanned::span);
+    let band = test.band_hz.as_ref().map(Spanned::span);
+    let all = [
+        (Setting::HitsPerDof, "test.hits_per_dof", test.hits_per_dof.as_ref().map(Spanned::span)),
+        (Setting::BandLower, "test.band_hz", band.clone()),
+        (Setting::BandUpper, "test.band_hz", band),
+        (
+            Setting::ExponentialDecay,
+            "test.exponential_decay_per_s",
+            span(&test.exponential_decay_per_s),
+        ),
+        (Setting::ForceWindow, "test.force_window_s", span(&test.force_window_s)),
+        (Setting::Trigger, "test.trigger_n", span(&test.trigger_n)),
+        (Setting::MinPeakForce, "test.min_peak_force_n", span(&test.min_peak_force_n)),
+    ];
+    let place = |(setting, key, span)| {
+        Some((setting, Place::of(source.file, source.text, Some(span?), key)))
+    };
+    all.into_iter().filter_map(place).collect()
 }
 
 fn gravity(

@@ -302,8 +302,8 @@ fn numbers_that_cannot_be_are_named() {
     assert!(message(&with("id = 4", "id = 70000"), 21).contains("65535"));
     assert!(message(&with("1:+Y", "1:up"), 6).contains("1:up"));
     assert!(message(&with("mass_kg = 1.23", "mass_kg = -1.23"), 30).contains("positive mass"));
-    let title = "x".repeat(49);
-    assert!(message(&with("three-bar frame, test 1", &title), 3).contains("49 bytes"));
+    let title = "three-bar \\u001b[31mframe";
+    assert!(message(&with("three-bar frame, test 1", title), 3).contains("'\\u{1b}'"));
 }
 
 #[test]
@@ -350,4 +350,47 @@ fn gains_that_the_file_does_not_state_are_those_of_the_calibration() {
     let as_written = file.clone();
     record.budget().unwrap().apply_to(&mut file.layout);
     assert_eq!(file, as_written, "what is stated stays");
+}
+
+#[test]
+fn a_long_title_is_cut_for_the_rig_alone() {
+    let title = "ä".repeat(40);
+    let file = parse(&with("three-bar frame, test 1", &title)).unwrap();
+    assert_eq!((&file.title, file.layout.title.as_str()), (&title, "ä".repeat(24).as_str()));
+    assert_eq!(file.rig_layout().unwrap().title, file.layout.title);
+}
+
+#[test]
+fn a_setting_that_no_rig_can_measure_with_is_named_with_its_place() {
+    assert_eq!(parse(GOOD).unwrap().not_for_a_rig(), None);
+    for (band, word) in [("[10.0, 1e6]", "1000000"), ("[10.0, 12.0]", "bins")] {
+        let file = parse(&with("band_hz = [10.0, 120.0]", &format!("band_hz = {band}"))).unwrap();
+        let said = file.not_for_a_rig().unwrap();
+        assert!(said.contains(": test.band_hz: ") && said.contains(word), "{said}");
+    }
+}
+
+#[test]
+fn millimetres_and_other_units_are_suspected() {
+    let suspicion = |text: &str| parse(text).unwrap().suspicion();
+    assert_eq!(suspicion(GOOD), None);
+    let nodes = |scale: f64| {
+        format!(
+            "sensors = [1, 2, 3]\nhits = [\"1:+X\"]\n[[node]]\nid = 1\nposition_m = [0.0, 0.0, 0.0]\n[[node]]\nid = \
+             2\nposition_m = [{scale}, 0.0, 0.0]\n[[node]]\nid = 3\nposition_m = [0.0, {scale}, 0.0]\n"
+        )
+    };
+    let said = suspicion(&nodes(200.0)).unwrap();
+    assert!(said.contains("283 m") && said.contains("look like millimetres"), "{said}");
+    let reference = |inertia: f64| {
+        format!(
+            "{}[reference]\nmass_kg = 1.0\ninertia_kg_m2 = [[{inertia}, 0.0, 0.0], [0.0, {inertia}, 0.0], [0.0, 0.0, \
+             {inertia}]]\n",
+            nodes(0.2)
+        )
+    };
+    assert_eq!(suspicion(&reference(0.01)), None);
+    // 0.01 kg m² is 10⁴ kg mm².
+    let said = suspicion(&reference(1e4)).unwrap();
+    assert!(said.contains("radius of gyration") && said.contains("1e-6"), "{said}");
 }

@@ -7,9 +7,6 @@ use serde::Deserialize;
 
 use super::exact::array;
 
-/// Largest length of a title, bytes.
-pub(super) const TITLE_BYTES: usize = 48;
-
 /// Local x and y axes.
 pub(super) type RawAxes = [[f64; 3]; 2];
 

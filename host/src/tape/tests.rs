@@ -22,7 +22,7 @@ fn sidecar(segments: &[(u64, &str)]) -> Sidecar {
         adc: AdcProperties {
             rate: Hertz(4000.0),
             channels: 10,
-            bits: 12,
+            bits: 16,
             reference: Volts(3.3),
             channel_delay: Seconds(25e-6),
         },
@@ -158,7 +158,7 @@ fn a_bad_sidecar_is_named() {
         Sidecar::parse(&good.replacen(from, to, 1), "s.toml").unwrap_err().to_string()
     };
     assert!(error("channels = 10", "channels = 9").contains("channels = 9"));
-    assert!(error("adc_bits = 12", "adc_bits = 24").contains("adc_bits"));
+    assert!(error("adc_bits = 16", "adc_bits = 24").contains("adc_bits"));
     assert!(error("1:+Y", "1:up").contains("1:up"));
     assert!(error("scan_rate_hz = 4000.0", "scan_rate_hz = nan").contains("scan_rate_hz"));
     assert!(error("pre_trigger_scans", "pretrigger").starts_with("s.toml:6: "));
@@ -292,4 +292,17 @@ fn scans_are_read_in_any_order() {
         assert_eq!(all.get(index).unwrap().unwrap()[0], index as u16);
     }
     assert_eq!(all.get(10_000).unwrap(), None);
+}
+
+#[test]
+fn a_code_beyond_the_bits_of_the_converter_ends_the_tape_with_its_place() {
+    let mut sidecar = sidecar(&[(0, "1:+Y"), (10, "2:+Z"), (20, "4:+X")]);
+    sidecar.adc.bits = 6;
+    let tape = Tape { sidecar, scans: scans(100).into(), cut_short: false };
+    let mut source = TapeSource::new(tape, &layout()).unwrap().0;
+    source.armed(1, 0);
+    // Channel 9 of scan k has the code k + 9.
+    assert_eq!(play(&mut source).len(), 55);
+    let failed = source.progress().failed().unwrap().to_owned();
+    assert!(failed.contains("scan 55 has the code 64 in channel 9"), "{failed}");
 }

@@ -389,3 +389,44 @@ fn a_layout_of_the_template_is_good() {
 fn path_text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
+
+#[test]
+fn a_setting_that_no_rig_has_is_named_with_file_and_line() {
+    let files = Files::new();
+    let text = std::fs::read_to_string(files.good()).unwrap();
+    let wide = files.write("wide.toml", text + "\n[test]\nband_hz = [10.0, 1e6]\n");
+    let line = std::fs::read_to_string(&wide).unwrap().lines().count();
+    let place = format!("{wide}:{line}: test.band_hz: ");
+    for command in ["simulate", "measure"] {
+        let (run, value) = run_json(&[command, &wide]);
+        assert_eq!((run.exit, &value["error"]["code"]), (2, &"setting_out_of_range".into()));
+        let said = value["error"]["message"].as_str().unwrap();
+        assert!(said.starts_with(&place), "{said}");
+    }
+    let checked = run(&["layout", "check", &wide]);
+    assert_eq!(checked.exit, 0);
+    let said: String = checked.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains(&place) && said.contains("only `massline solve` takes it"), "{said}");
+}
+
+#[test]
+fn more_threads_than_any_computer_has_are_refused() {
+    let files = Files::new();
+    let good = files.good();
+    for threads in ["0", "100000", "many"] {
+        fails(&["simulate", &good, "--runs", "2", "--threads", threads], 2, "usage");
+    }
+}
+
+#[test]
+fn endless_files_are_not_read_to_their_end() {
+    let files = Files::new();
+    let good = files.good();
+    fails(&["simulate", &good, "--bench", "/dev/zero"], 2, "cannot_read");
+    let image = ["flash", "--board", "blackpill-f411", "--dry-run", "--image", "/dev/zero"];
+    fails(&image, 2, "image_not_read");
+    fails(&["layout", "check", "/dev/zero"], 2, "layout_not_readable");
+    fails(&["hits", "/dev/zero"], 2, "recording_not_readable");
+    fails(&["solve", &good, "/dev/zero"], 2, "uff_not_readable");
+    fails(&["flash", "--board", "blackpill-f411", "--dry-run"], 2, "no_image");
+}

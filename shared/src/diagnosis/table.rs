@@ -49,8 +49,8 @@ codes! {
     /// has a rank below ten (relative cut 1e-6). Value: the rank.
     TenParametersNotIdentifiable = 8, "ten_parameters_not_identifiable", Whole, Count;
         "Cannot find all ten:\nmore hit places or\nsensors needed.";
-        "these hits and sensors do not determine all ten properties; two sensors at least are needed, and \
-         hits at other points in other directions";
+        "these hits and sensors do not determine all ten properties; hit at other points and in other \
+         directions, and use two sensors at least";
     /// Two sensors are on the same node. Subject: the second. Value: the number of the node.
     TwoSensorsOnOneNode = 9, "two_sensors_on_one_node", Sensor, Node;
         "Two sensors on one\nnode: give each its\nown.";
@@ -92,8 +92,8 @@ codes! {
     /// The band contains too few bins for the fit. Subject: the DOF. Value: the number of bins.
     BandTooNarrow = 34, "band_too_narrow", Hit, Count;
         "Band too narrow:\nwiden test.band_hz.";
-        "the band holds {value} bins of the spectrum, too few for the mass line; widen test.band_hz or take more \
-         bins";
+        "number of bins of the spectrum in the band: {value}, too few for the mass line; widen test.band_hz or take \
+         more bins";
     /// Fewer than three accepted hits, so there is neither scatter nor a standard deviation.
     TooFewHitsForSigma = 35, "too_few_hits_for_sigma", Whole, None;
         "Under 3 hits: no +-\ncan be given. Hit\nmore often.";

@@ -223,6 +223,10 @@ impl BlockRig {
 struct Looker<'o>(Progress<'o>);
 
 impl Observer for Looker<'_> {
+    fn armed(&mut self, _: u32, dof: usize) -> Result<()> {
+        self.0.refuse_rejections(dof)
+    }
+
     fn status(&mut self, status: &Status) {
         self.0.status(status);
     }

@@ -7,7 +7,7 @@ use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::Sensor;
 use serde_json::json;
 
-use super::super::show;
+use super::super::{files, show};
 use crate::design::{DesignReport, report};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
@@ -66,13 +66,14 @@ fn ask_for_mass(file: &LayoutFile) -> String {
 /// # Errors
 /// When the file is bad, or the layout cannot determine the ten properties.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let file = LayoutFile::read(&args.layout)?;
+    let file = files::layout(&args.layout, output)?;
     let design_report = DesignReport::of(&file, args.noise.noise);
     let found = &design_report.applicability.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
     let mut value = report::design_report_json(&design_report, &file);
-    value["notes"] = asked.iter().map(String::as_str).collect();
+    let notes = asked.iter().cloned().chain(file.suspicion()).chain(file.not_for_a_rig());
+    value["notes"] = notes.collect();
     value["codes"] = found.iter().map(|d| d.code.name()).collect();
     value["diagnostics"] = json!(diagnostics_json(found, message_of));
     value["layout_hash"] = json!(file.hash());
@@ -81,6 +82,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         // The errors are reported together at the end.
         let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
         show::list(&lesser, message_of, output);
+        if let Some(found) = file.not_for_a_rig() {
+            output.warn(format!("{found}; only `massline solve` takes it"));
+        }
         output.note(&design_report.whose);
         asked.iter().for_each(|text| output.note(format!("note: {text}")));
     }

@@ -21,7 +21,6 @@ use super::measure::fits;
 use crate::client::Client;
 use crate::error::{Error, Result};
 use crate::file::{Existing, ReplaceArgs};
-use crate::layout_file::LayoutFile;
 use crate::output::Output;
 use crate::tape::{Sidecar, TapeWriter};
 
@@ -71,7 +70,7 @@ struct Recording<'a> {
 /// When a file is bad or cannot be written, the rig cannot be reached, scans are missing, or the user
 /// interrupts the command.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let file = LayoutFile::read(&args.layout)?;
+    let file = files::layout(&args.layout, output)?;
     let layout = files::for_rig(&file, &args.layout)?;
     let given = files::calibration(args.calibration.as_deref(), &file)?;
     TapeWriter::check(&args.output, args.replace.existing())?;
