@@ -22,7 +22,7 @@ const MAX_DIGITS: usize = 19;
 /// Why a header is rejected.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub(crate) enum HeaderError {
-    #[error("this is no NumPy array file (.npy); one begins with the bytes \\x93NUMPY")]
+    #[error("this is not a NumPy array file (.npy); one begins with the bytes \\x93NUMPY")]
     NoNpy,
     #[error("the NumPy header cannot be read: {0}; save the array again with numpy.save")]
     Malformed(String),

@@ -2,8 +2,8 @@
 //!
 //! The answer goes to stdout: text, or one JSON object with `--json`. Everything else (progress, warnings,
 //! what to do next) goes to stderr, so that a pipe receives only the answer. Colour and progress bars appear
-//! only on a terminal; `NO_COLOR` is respected. Text is wrapped to the width of the terminal but at most to
-//! [`WIDTH`] columns, as `--help` is; without a terminal, to [`WIDTH`].
+//! only on a terminal; `NO_COLOR` is respected. Text and tables are wrapped to the width of the terminal, as `--help`
+//! is; without a terminal, text is wrapped to [`WIDTH`] columns and tables are as wide as they need to be.
 //!
 //! # JSON documents
 //! A document is one object in one line. Its first key is `schema_version`, the number [`SCHEMA_VERSION`]: a
@@ -11,6 +11,7 @@
 //! its answer prints the error as a second document; each document has the version. `massline layout schema`
 //! prints a JSON schema with and without `--json`; that schema has no `schema_version`.
 
+mod table;
 mod wrap;
 
 use std::borrow::Cow;
@@ -19,20 +20,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use comfy_table::{CellAlignment, LineStyle, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+pub use table::{Table, align_right};
 use wrap::wrapped;
 
 /// The version of the JSON documents. It is incremented whenever a key is renamed or removed or changes its
 /// meaning, but not when a key is added.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Largest width of text, columns.
+/// Width of text without a terminal, columns.
 pub const WIDTH: usize = 100;
 
 /// The output streams of a command, and whether the user has pressed Ctrl-C.
@@ -170,7 +171,7 @@ impl Output {
         &self.interrupt
     }
 
-    /// Writes the answer as text, with a line end; lines that are too long for the terminal or for [`WIDTH`]
+    /// Writes the answer as text, with a line end; lines that are too long for the terminal, or for [`WIDTH`] without one,
     /// are broken between words.
     ///
     /// # Errors
@@ -196,7 +197,7 @@ impl Output {
     pub fn value(&mut self, value: &Value) -> Result<()> {
         let document = Document { schema_version: SCHEMA_VERSION, answer: value };
         let line = serde_json::to_string(&document).map_err(|e| {
-            Error::internal("no_object", format!("the answer is no JSON object: {e}; report this"))
+            Error::internal("no_object", format!("the answer is not a JSON object: {e}; report this"))
         })?;
         self.verbatim(line)
     }
@@ -299,23 +300,12 @@ fn width(on_terminal: bool) -> usize {
     let columns = || crossterm::terminal::size().ok().map(|(columns, _)| usize::from(columns));
     // A terminal that does not know its size reports zero.
     let known = on_terminal.then(columns).flatten().filter(|&columns| columns > 0);
-    known.map_or(WIDTH, |columns| columns.min(WIDTH))
+    known.unwrap_or(WIDTH)
 }
 
-/// An empty table in the style of this program: rules at the top, under the header and at the bottom.
+/// An empty table in the style of this program, as wide as the terminal has room for.
 pub fn table() -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none()));
-    table
-}
-
-/// Right-aligns columns of numbers.
-pub fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
-    for column in columns {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
+    Table::within(io::stdout().is_terminal().then(|| width(true)))
 }
 
 fn check(written: io::Result<()>) -> Result<()> {

@@ -9,6 +9,7 @@ use massline_shared::layout::HostLayout;
 use serde_json::{Value, json};
 
 use crate::identification::{HostObservations, lines_of_dofs};
+use crate::report::two_digits;
 
 /// The precision with some of the DOFs of a layout.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,12 +132,6 @@ fn width(property: usize, half: f64) -> String {
         0 => format!("±{} %", two_digits(100.0 * half)),
         _ => format!("±{} % of m L²", two_digits(100.0 * half)),
     }
-}
-
-/// A positive number with two significant digits, at least the whole ones.
-fn two_digits(value: f64) -> String {
-    let first = if value > 0.0 { value.log10().floor() } else { 0.0 };
-    format!("{value:.*}", (1.0 - first).clamp(0.0, 9.0) as usize)
 }
 
 /// Lines of the DOFs that have been read so far, and the reports after each.

@@ -15,7 +15,7 @@ pub struct Day(Date);
 
 /// Why a text is not a date.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("\"{0}\" is no day of the calendar; give a day as yyyy-mm-dd")]
+#[error("\"{0}\" is not a date; give a day as yyyy-mm-dd")]
 pub struct InvalidDate(String);
 
 impl Day {

@@ -165,7 +165,7 @@ fn sentence(problem: &SensorProblem<f64>) -> String {
             format!("position {position} is there twice: delete one of them from the readings")
         }
         TumbleProblem::NotFinite(position) => {
-            format!("sensor {sensor}, position {position}: the reading is no number")
+            format!("sensor {sensor}, position {position}: the reading is not a number")
         }
         TumbleProblem::NotAtRest { position, deviation } => format!(
             "sensor {sensor}, position {position}: not at rest ({deviation:.2} m/s² rms); put it \

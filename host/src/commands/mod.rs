@@ -8,6 +8,7 @@ pub mod demo;
 pub mod device;
 pub mod files;
 pub mod flash;
+mod help;
 pub mod hits;
 pub mod keyboard;
 pub mod layout;
@@ -43,7 +44,6 @@ use crate::output::Output;
 #[command(
     name = "massline",
     version,
-    max_term_width = 100,
     subcommand_required = true,
     arg_required_else_help = true,
     after_help = "\
@@ -104,7 +104,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let json = arguments.iter().any(|a| a == "--json");
     let mut output = Output::of_process(json, Interrupt::of_process());
-    let command = number::with_negative_numbers(Cli::command());
+    let command = help::reflowed(number::with_negative_numbers(Cli::command()));
     let parsed = command.try_get_matches_from(&arguments).and_then(|m| Cli::from_arg_matches(&m));
     match parsed {
         Ok(cli) => match run(cli, &mut output) {

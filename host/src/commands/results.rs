@@ -9,6 +9,7 @@ use super::{hash, show};
 use crate::error::Result;
 use crate::identification::Selection;
 use crate::output::{self, Output};
+use crate::report::{as_exact_as, with_sigma};
 use crate::single_fault::NominalTest;
 
 /// Arguments of `massline results`.
@@ -89,8 +90,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 
 fn mass_text(mass: EstimatedMass) -> String {
     match mass.sigma {
-        Some(sigma) => format!("{:.4} ± {sigma:.4} kg", mass.value),
-        None => format!("{:.4} kg", mass.value),
+        Some(sigma) => format!("{} kg", with_sigma(mass.value.into(), sigma.into())),
+        None => format!("{} kg", as_exact_as(mass.value.into(), None)),
     }
 }
 

@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 use super::{Advice, DesignReport, Predicted, Suggestion};
 use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
+use crate::report::two_digits;
 
 /// Error sources with a smaller share than this are not listed.
 const MIN_SHARE: f64 = 0.005;
@@ -116,7 +117,7 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
         let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
         rows.add_row([
             symbol.to_owned(),
-            format!("{:.4}", predicted.sigma[k] * factor),
+            two_digits(predicted.sigma[k] * factor),
             unit.to_owned(),
             format!("{:.3}", predicted.percent_of_scale[k]),
             most(&design_report.parts, |part| part.shares[k], 2),
@@ -198,15 +199,13 @@ pub fn suggestion_text(suggestion: &Suggestion) -> String {
     rows.set_header(["", "± sd now", "± sd suggested", "unit", "% of scale now", "suggested"]);
     for (k, parameter) in INERTIAL_PARAMETERS.iter().enumerate() {
         let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
-        let now = |of: fn(&Predicted) -> &[f64; 10], factor: f64, digits: usize| {
-            before.as_ref().map_or("-".into(), |p| format!("{:.digits$}", of(p)[k] * factor))
-        };
+        let now = before.as_ref().map_or("-".into(), |p| format!("{:.3}", p.percent_of_scale[k]));
         rows.add_row([
             symbol.to_owned(),
-            now(|p| &p.sigma, factor, 4),
-            format!("{:.4}", predicted.sigma[k] * factor),
+            before.as_ref().map_or("-".into(), |p| two_digits(p.sigma[k] * factor)),
+            two_digits(predicted.sigma[k] * factor),
             unit.to_owned(),
-            now(|p| &p.percent_of_scale, 1.0, 3),
+            now,
             format!("{:.3}", predicted.percent_of_scale[k]),
         ]);
     }

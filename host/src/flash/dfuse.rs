@@ -65,7 +65,7 @@ fn same_flash<IO: DfuIo>(io: &IO, plan: &Plan) -> Result<()> {
             let bytes: u64 = sectors.iter().map(|&size| u64::from(size)).sum();
             format!("{} KiB in {} sectors at 0x{address:08x}", bytes / 1024, sectors.len())
         }
-        dfu_core::DfuProtocol::Dfu => "no addresses: it is no boot loader of an STM32".into(),
+        dfu_core::DfuProtocol::Dfu => "no addresses: it is not the boot loader of an STM32".into(),
     };
     Err(Error::device(
         "wrong_chip",

@@ -61,7 +61,7 @@ impl Image {
         })?;
         let endian = header.endian().map_err(|e| malformed(&e.to_string()))?;
         if header.e_machine(endian) != EM_ARM || header.e_type(endian) != ET_EXEC {
-            return Err(malformed("is no program for an ARM chip"));
+            return Err(malformed("is not a program for an ARM chip"));
         }
         let headers = header.program_headers(endian, elf).map_err(|e| malformed(&e.to_string()))?;
         let mut segments = Vec::new();

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::Study;
 use super::statistics::{MethodStatistics, PropertyStatistics, StoppingStatistics};
 use crate::output;
-use crate::report::{message, refusals_json, refusals_text};
+use crate::report::{as_exact_as, message, refusals_json, refusals_text};
 
 /// The note on a study of a single run.
 const ONE_RUN: &str = "one run has an error and no rms error, ratio or coverage; repeat the test, for \
@@ -121,19 +121,20 @@ pub fn to_text(study: &Study) -> String {
             silently wrong: without a warning, a property off by more than three standard deviations"
 }
 
-fn table(method: &MethodStatistics) -> comfy_table::Table {
+fn table(method: &MethodStatistics) -> output::Table {
     let mut table = output::table();
     let error = if method.is_single() { "error" } else { "bias" };
     table.set_header(["", "truth", "unit", "bound", error, "rms", "ratio", "width", "cover"]);
     for (parameter, p) in INERTIAL_PARAMETERS.iter().zip(&method.properties) {
         let &InertialParameter { name, table_unit: unit, table_factor: factor, .. } = parameter;
-        let number = |v: f64| format!("{:.4}", v * factor);
+        let exact = p.bound.or(p.rms).map(|sigma| sigma * factor);
+        let number = |v: f64| as_exact_as(v * factor, exact);
         table.add_row([
             name.to_owned(),
             number(p.truth),
             unit.into(),
             or_dash(p.bound.map(number)),
-            format!("{:+.4}", p.bias * factor),
+            number(p.bias),
             or_dash(p.rms.map(number)),
             or_dash(p.ratio().map(|r| format!("{r:.2}"))),
             or_dash(p.width_ratio().map(|r| format!("{r:.2}"))),

@@ -131,7 +131,7 @@ fn factor(k: usize, channel: &Channel, unit: &str, is_force: bool) -> Result<f64
             ("an acceleration", ACCELERATIONS, "g")
         };
         let message = format!(
-            "{name}: \"{unit}\" is no known unit of {what} ({known} are); state the right one with \
+            "{name}: \"{unit}\" is not a known unit of {what} ({known} are); state the right one with \
              --unit \"{column}={example}\", leave the column out with --leave-out \"{column}\", or export the \
              recording in such a unit"
         );
@@ -211,7 +211,7 @@ mod tests {
     fn a_unit_of_something_else_is_refused_by_name() {
         for units in [["V", "", ""], ["g", "", ""], ["", "N", ""], ["N", "", "m/s"]] {
             let error = recording(units).in_si(&ALL, &[]).unwrap_err().to_string();
-            assert!(error.contains("is no known unit") && error.contains("--unit"), "{error}");
+            assert!(error.contains("is not a known unit") && error.contains("--unit"), "{error}");
         }
         let error = recording(["", "", "EU"]).in_si(&ALL, &[]).unwrap_err().to_string();
         assert!(error.contains("channel 3 \"z\"") && error.contains("\"EU\""), "{error}");

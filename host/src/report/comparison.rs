@@ -9,6 +9,7 @@ use massline_shared::layout::HostLayout;
 use nalgebra::SVector;
 use serde_json::{Value, json};
 
+use super::{as_exact_as, two_digits};
 use crate::output::{align_right, table};
 use crate::suspension::Comparison;
 
@@ -66,18 +67,13 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
     for (name, theta, sigma) in rows {
         let cells = columns.clone().zip(parameters).map(|(k, parameter)| {
             let factor = parameter.table_factor;
-            let spread = sigma.map_or("-".into(), |sigma| short(sigma[k] * factor));
-            format!("{}\n± {spread}", short(theta[k] * factor))
+            let exact = sigma.map(|sigma| sigma[k] * factor);
+            let spread = exact.map_or("-".into(), |sigma| as_exact_as(sigma, exact));
+            format!("{}\n± {spread}", as_exact_as(theta[k] * factor, exact))
         });
         all.add_row(std::iter::once((*name).to_owned()).chain(cells));
     }
     format!("{all}\n")
-}
-
-/// Four significant digits are enough to compare.
-fn short(value: f64) -> String {
-    let digits = (3 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
-    format!("{value:.digits$}")
 }
 
 /// Whether the methods agree, or which one is off.
@@ -104,7 +100,7 @@ fn verdict(comparison: &Comparison, layout: &HostLayout) -> String {
     let difference = format!(
         "{} of {first} and {second} differ by {} {}, {:.1} standard deviations of the difference",
         parameter.symbol,
-        short(largest.difference.abs() * parameter.table_factor),
+        two_digits(largest.difference.abs() * parameter.table_factor),
         parameter.table_unit,
         largest.difference.abs() / largest.sigma,
     );

@@ -1,12 +1,11 @@
 //! The suspension modes as tables and JSON.
 
-use comfy_table::Table;
 use massline_shared::layout::HostLayout;
 use massline_shared::modes::SUSPENSION_MODES;
 use serde_json::{Value, json};
 
 use super::where_to_hit::{better_hit, new_direction};
-use crate::output::{align_right, table};
+use crate::output::{Table, align_right, table};
 use crate::suspension::{ModeRow, OrderRow, PoleRow, SuspensionModes};
 
 /// The mass line of a body begins this much above its highest suspension mode (theory, section 5).

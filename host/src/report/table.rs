@@ -1,12 +1,12 @@
 //! The ten properties as a table for people.
 
-use comfy_table::{CellAlignment, LineStyle, Table, presets};
-
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter, scale};
 use massline_shared::identify::Estimate;
 use nalgebra::SVector;
 
-use super::{message, sentences};
+use crate::output;
+
+use super::{as_exact_as, message, sentences, with_sigma};
 
 /// Expected values to compare an estimate with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +28,7 @@ impl Truth {
 /// The ten properties with units, standard deviations and, beside expected values, errors in % of scale; then
 /// the principal moments and the diagnostics.
 pub fn table(estimate: &Estimate<f64>, truth: Option<&Truth>) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none()));
+    let mut table = output::table();
     let mut header = vec!["", "value", "± sd", "± 95 %", "unit"];
     if truth.is_some() {
         header.extend(["expected", "error, % of scale"]);
@@ -38,28 +37,25 @@ pub fn table(estimate: &Estimate<f64>, truth: Option<&Truth>) -> String {
     let sigma = estimate.sigma();
     for (k, (parameter, value)) in INERTIAL_PARAMETERS.iter().zip(&estimate.theta()).enumerate() {
         let &InertialParameter { symbol, table_unit: unit, table_factor: factor, .. } = parameter;
+        let exact = sigma.map(|sigma| sigma[k] * factor);
+        let number = |si: f64| as_exact_as(si * factor, exact);
         let spread = |of_ten: Option<SVector<f64, 10>>| {
-            of_ten.map_or("-".to_owned(), |of_ten| format!("{:.4}", of_ten[k] * factor))
+            of_ten.map_or("-".to_owned(), |of_ten| number(of_ten[k]))
         };
         let (sd, half) = (spread(sigma), spread(estimate.half_widths()));
-        let mut row =
-            vec![symbol.to_owned(), format!("{:.4}", value * factor), sd, half, unit.into()];
+        let mut row = vec![symbol.to_owned(), number(*value), sd, half, unit.into()];
         if let Some(truth) = truth {
             match truth.properties[k] {
                 Some(expected) => {
                     let error = 100.0 * (value - expected) / truth.scale(estimate)[k];
-                    row.extend([format!("{:.4}", expected * factor), format!("{error:+.3}")]);
+                    row.extend([number(expected), format!("{error:+.3}")]);
                 }
                 None => row.extend(["-".to_owned(), "-".to_owned()]),
             }
         }
         table.add_row(row);
     }
-    for column in [1, 2, 3, 5, 6] {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
+    output::align_right(&mut table, [1, 2, 3, 5, 6]);
     let mut text = format!("{table}\n{}", principal_line(estimate));
     text += &format!("{}, condition {:.3}\n", estimate.method.name(), estimate.condition);
     if sigma.is_none() {
@@ -77,7 +73,7 @@ fn principal_line(estimate: &Estimate<f64>) -> String {
     let moments: Vec<String> = (0..3)
         .map(|k| {
             let value = principal.moments[k] * 1e3;
-            sigma.map_or(format!("{value:.4}"), |s| format!("{value:.4} ± {:.4}", s[k] * 1e3))
+            sigma.map_or_else(|| as_exact_as(value, None), |s| with_sigma(value, s[k] * 1e3))
         })
         .collect();
     format!("principal moments: {} g m²\n", moments.join(", "))

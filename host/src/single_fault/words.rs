@@ -5,6 +5,7 @@ use massline_shared::identify::single_fault::{AxisMap, SingleFault};
 use massline_shared::layout::{AXIS_LETTERS, Axis, HostLayout, Sign};
 
 use super::Suspect;
+use crate::report::with_sigma;
 
 /// The stable name of a kind of mistake.
 pub(super) fn code(fault: &SingleFault<f64>) -> Code {
@@ -40,9 +41,8 @@ pub(super) fn clause(fault: &SingleFault<f64>, layout: &HostLayout) -> String {
 pub(super) fn suspect_clause(suspect: &Suspect, layout: &HostLayout) -> String {
     match suspect.scale {
         Some(scale) => format!(
-            "all accelerances are {:.4} ± {:.4} times what they should be; hammer and sensors cannot \
-             be distinguished",
-            scale.value, scale.sigma
+            "all accelerances are {} times what they should be; hammer and sensors cannot be distinguished",
+            with_sigma(scale.value, scale.sigma)
         ),
         None => clause(&suspect.fault, layout),
     }
@@ -124,7 +124,7 @@ mod tests {
         };
         assert_eq!(
             suspect_clause(&suspect, &HostLayout::default()),
-            "all accelerances are 0.0254 ± 0.0003 times what they should be; hammer and sensors \
+            "all accelerances are 0.02540 ± 0.00030 times what they should be; hammer and sensors \
              cannot be distinguished"
         );
     }

@@ -291,7 +291,7 @@ fn find(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Result<&Function> {
         }
         (None, _, None) => {
             let message = format!(
-                "there is no frequency response of {}; export it (response node {node}, direction \
+                "there is not a frequency response of {}; export it (response node {node}, direction \
                  ±{}, reference node {}, direction ±{}) or take sensor or hit out of the layout",
                 name(node, axis, hit),
                 axis.index() + 1,

@@ -26,7 +26,7 @@ pub enum UffFault {
     Empty,
     /// Something other than a dataset.
     #[error(
-        "a line \"    -1\" should begin a dataset here; the file is corrupt or no universal file, \
+        "a line \"    -1\" should begin a dataset here; the file is corrupt or not a universal file, \
          export it again"
     )]
     NoDelimiter,
@@ -65,7 +65,7 @@ pub enum UffFault {
         text: String,
     },
     /// An integer that is not a value of this field.
-    #[error("{value} is no {field}; {known}")]
+    #[error("{value} is not a valid {field}; {known}")]
     Unknown {
         /// The field.
         field: &'static str,
@@ -85,7 +85,7 @@ pub enum UffFault {
     },
     /// The function is not a frequency response.
     #[error(
-        "function type {found} ({}) is no frequency response; export functions of type 4",
+        "function type {found} ({}) is not a frequency response; export functions of type 4",
         function_type_name(*found)
     )]
     FunctionType {
@@ -103,7 +103,7 @@ pub enum UffFault {
         wanted: &'static str,
     },
     /// A unit that is unknown or is not a unit of the axis' quantity.
-    #[error("\"{unit}\" is no unit of {quantity} that is known; {known}")]
+    #[error("\"{unit}\" is not a known unit of {quantity}; {known}")]
     WrongUnit {
         /// The label in the file.
         unit: String,

@@ -72,7 +72,7 @@ fn what_is_no_frf_is_named() {
     let error = |k: usize| variant(k).accelerance(None).unwrap_err();
     assert!(error(13).to_string().contains("function type 6 (coherence)"), "{}", error(13));
     assert!(error(14).to_string().contains("stress (data type 2)"), "{}", error(14));
-    assert!(error(15).to_string().contains("\"furlong\" is no unit of acceleration"));
+    assert!(error(15).to_string().contains("\"furlong\" is not a known unit of acceleration"));
     assert!(error(16).to_string().contains("denominator is displacement"));
     // Four datasets of nodes and units precede the functions.
     assert_eq!(error(13).dataset, 18);

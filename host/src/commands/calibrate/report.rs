@@ -13,7 +13,7 @@ use crate::calibration::block::Block;
 use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
 use crate::calibration::verify::{Drift, by_sensor};
 use crate::output;
-use crate::report::{diagnostics_json, message};
+use crate::report::{diagnostics_json, message, with_sigma};
 
 /// A calibration as JSON.
 pub(super) fn record_json(record: &CalibrationRecord) -> Value {
@@ -204,7 +204,7 @@ pub(super) fn cutoffs_text(cutoffs: &[RcCutoff], hammer: Hertz<f32>) -> String {
 pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
     let said = match &found.hammer {
         Some(hammer) => {
-            format!("true force over the force before: {:.4} ± {:.4}", hammer.ratio, hammer.sigma,)
+            format!("true force over the force before: {}", with_sigma(hammer.ratio, hammer.sigma))
         }
         None => "sensors against the hammer; a tumble test before it would tell both apart\n\
                  and know the cross-axis sensitivities better"

@@ -1,0 +1,126 @@
+//! Tables that fit the terminal without breaking a number.
+
+use std::fmt;
+use std::ops::{Deref, DerefMut};
+
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Width, presets};
+
+/// Blanks beside the content of a cell.
+const PADDING: usize = 2;
+
+/// A table with rules at the top, under the header and at the bottom. Where the terminal is too narrow, cells wrap
+/// between words; where that is not enough, every row becomes a list.
+#[derive(Debug)]
+pub struct Table {
+    table: comfy_table::Table,
+    columns: Option<usize>,
+}
+
+impl Table {
+    /// An empty table for this many columns of a terminal; `None` for as many as it needs.
+    pub(super) fn within(columns: Option<usize>) -> Self {
+        let mut table = comfy_table::Table::new();
+        table.load_style(presets::UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none()));
+        Self { table, columns }
+    }
+
+    /// The cells of a column, its header first.
+    fn cells(&self, column: usize) -> Vec<String> {
+        let header = self.table.header().into_iter();
+        let cell = |row: &comfy_table::Row| row.cell_iter().nth(column).map(|c| c.content());
+        header.chain(self.table.row_iter()).filter_map(cell).collect()
+    }
+
+    /// The table with cells that wrap between words; `None` when even that is too wide.
+    fn wrapped(&self, columns: usize) -> Option<comfy_table::Table> {
+        let mut table = self.table.clone();
+        table.set_content_arrangement(ContentArrangement::Dynamic);
+        table.set_width(u16::try_from(columns).ok()?);
+        let mut least = 0;
+        for k in 0..table.column_count() {
+            let cells = self.cells(k);
+            let words = cells.iter().flat_map(|cell| cell.split_whitespace());
+            let longest = words.map(textwrap::core::display_width).max().unwrap_or(0) + PADDING;
+            least += longest;
+            let width = Width::Fixed(u16::try_from(longest).ok()?);
+            table.column_mut(k)?.set_constraint(ColumnConstraint::LowerBoundary(width));
+        }
+        (least <= columns).then_some(table)
+    }
+
+    /// Every row as a list of its cells.
+    fn as_list(&self) -> String {
+        let content = |row: &comfy_table::Row| -> Vec<String> {
+            row.cell_iter().map(|cell| cell.content().replace('\n', " ")).collect()
+        };
+        let header = self.table.header().map_or_else(Vec::new, content);
+        let mut lines = Vec::new();
+        for row in self.table.row_iter().map(content) {
+            let mut cells =
+                row.iter().zip(header.iter().map(String::as_str).chain([""].into_iter().cycle()));
+            lines.extend(
+                cells.next().map(|(first, name)| format!("{name} {first}").trim().to_owned()),
+            );
+            lines.extend(cells.map(|(cell, name)| format!("  {name}: {cell}")));
+        }
+        lines.join("\n")
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let natural = self.table.to_string();
+        let wide = natural.lines().map(textwrap::core::display_width).max().unwrap_or(0);
+        match self.columns.filter(|&columns| columns < wide) {
+            None => f.write_str(&natural),
+            Some(columns) => match self.wrapped(columns) {
+                Some(table) => write!(f, "{table}"),
+                None => f.write_str(&self.as_list()),
+            },
+        }
+    }
+}
+
+impl Deref for Table {
+    type Target = comfy_table::Table;
+
+    fn deref(&self) -> &Self::Target {
+        &self.table
+    }
+}
+
+impl DerefMut for Table {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.table
+    }
+}
+
+/// Right-aligns columns of numbers.
+pub fn align_right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
+    for column in columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(columns: usize) -> String {
+        let mut table = Table::within(Some(columns));
+        table.set_header(["", "value", "error, % of scale"]);
+        table.add_row(["c_x", "168.7505", "+0.147"]);
+        table.to_string()
+    }
+
+    #[test]
+    fn a_narrow_terminal_breaks_no_number() {
+        let wide = |text: &str| text.lines().map(textwrap::core::display_width).max().unwrap();
+        assert_eq!(wide(&table(200)), wide(&table(40)));
+        let wrapped = table(28);
+        assert!(wide(&wrapped) <= 28 && wrapped.contains("168.7505"), "{wrapped}");
+        assert_eq!(table(15), "c_x\n  value: 168.7505\n  error, % of scale: +0.147");
+    }
+}
