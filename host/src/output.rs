@@ -197,7 +197,10 @@ impl Output {
     pub fn value(&mut self, value: &Value) -> Result<()> {
         let document = Document { schema_version: SCHEMA_VERSION, answer: value };
         let line = serde_json::to_string(&document).map_err(|e| {
-            Error::internal("no_object", format!("the answer is not a JSON object: {e}; report this"))
+            Error::internal(
+                "no_object",
+                format!("the answer is not a JSON object: {e}; report this"),
+            )
         })?;
         self.verbatim(line)
     }

@@ -26,6 +26,10 @@ pub use si::StatedUnit;
 /// Largest file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 27;
 
+/// Most values of all channels and segments together, which fit into the memory of small computers: five minutes of
+/// ten channels at 5 kHz.
+const MOST_VALUES: usize = 1 << 24;
+
 /// Channels over time, in one segment or in several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
@@ -119,6 +123,11 @@ pub enum RecordingError {
         /// The value.
         value: f64,
     },
+    /// More values than are held in memory.
+    #[error(
+        "the recording has more than {MOST_VALUES} values; export fewer channels, a lower rate or a shorter time"
+    )]
+    TooLong,
     /// The file is truncated.
     #[error("the file is truncated: {wanted} should come; copy or export it again")]
     Truncated {
@@ -148,6 +157,7 @@ impl RecordingError {
             Self::Empty => "recording_empty",
             Self::UnknownFormat => "recording_unknown_format",
             Self::Truncated { .. } => "recording_truncated",
+            Self::TooLong => "recording_too_long",
             Self::NotFinite { .. } => "data_not_finite",
             Self::Uff(error) => error.fault.code(),
             _ => "recording_malformed",
@@ -199,6 +209,11 @@ impl Recording {
         recording.checked()
     }
 
+    /// Refuses more values than are held in memory.
+    fn within_memory(before: usize, segment: &Segment) -> Result<(), RecordingError> {
+        if before + segment.values() > MOST_VALUES { Err(RecordingError::TooLong) } else { Ok(()) }
+    }
+
     /// Rejects channels of different lengths and values that are not plausible readings.
     fn checked(self) -> Result<Self, RecordingError> {
         let count = self.channels.len();
@@ -229,9 +244,13 @@ impl Segment {
         self.0.iter().map(Vec::len).min().unwrap_or(0)
     }
 
-    /// A recording from rows of one value for each of `channels`.
-    fn of_rows(rows: &[f64], channels: usize) -> Self {
-        let column = |k: usize| rows.iter().skip(k).step_by(channels.max(1)).copied().collect();
-        Self((0..channels).map(column).collect())
+    /// A segment of this many channels without samples.
+    fn of_channels(channels: usize) -> Self {
+        Self(vec![Vec::new(); channels])
+    }
+
+    /// Number of values of all channels.
+    fn values(&self) -> usize {
+        self.0.iter().map(Vec::len).sum()
     }
 }

@@ -35,7 +35,10 @@ impl RigKind {
             (Self::Qemu, Some(path)) if path.is_file() => Ok(Some(path.to_owned())),
             (Self::Qemu, Some(path)) => Err(Error::input(
                 "no_firmware",
-                format!("{} is not a file; leave --firmware out to build the image", path.display()),
+                format!(
+                    "{} is not a file; leave --firmware out to build the image",
+                    path.display()
+                ),
             )),
             (Self::Qemu, None) => build_firmware().map(Some),
         }

@@ -29,6 +29,8 @@ use units::UnitSystem;
 
 /// Largest universal file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 27;
+/// Most points of all functions of a file, which fit into the memory of small computers.
+pub(crate) const MOST_POINTS: usize = 1 << 23;
 
 /// The contents of a universal file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -133,6 +135,7 @@ impl UffFile {
         let mut lines = Lines::new(bytes);
         let mut file = Self::default();
         let mut units = None;
+        let mut points = 0;
         loop {
             while lines.peek().is_some_and(|line| line.trim_ascii().is_empty()) {
                 lines.next();
@@ -148,7 +151,14 @@ impl UffFile {
                 return Err(lines.error(UffFault::Truncated { wanted: "the dataset's type" }));
             };
             match kind_of(kind) {
-                Some(58) => file.functions.push(read_function(kind, &mut lines, units)?),
+                Some(58) => {
+                    let function = read_function(kind, &mut lines, units)?;
+                    points += function.ordinate.len();
+                    if points > MOST_POINTS {
+                        return Err(function.error(UffFault::TooManyPoints));
+                    }
+                    file.functions.push(function);
+                }
                 Some(164) => units = Some(units::read_units(&mut lines, &mut file.notes)?),
                 Some(_) => lines.skip_to_delimiter()?,
                 None => return Err(lines.error(UffFault::NoType)),

@@ -19,31 +19,35 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
     let sample = text.lines().filter(|line| !is_comment(line)).take(8).last().unwrap_or_default();
     // The last of the first eight lines is numeric if any of them is.
     let (separator, decimal) = dialect(sample).ok_or(RecordingError::UnknownFormat)?;
-    let (mut header, mut rows, mut columns) = (Vec::new(), Vec::new(), 0);
+    let (mut header, mut data) = (Vec::new(), Segment::default());
     for row in rows_of(text, separator) {
         let Row { line, fields } = row?;
-        if rows.is_empty() && fields.iter().any(|f| is_text(f)) {
+        let before = data.samples() == 0;
+        if before && fields.iter().any(|f| is_text(f)) {
             header.push(Row { line, fields });
             continue;
         }
         if fields.first().is_some_and(|first| first.starts_with('#')) {
             continue;
         }
-        if rows.is_empty() {
-            columns = fields.len();
+        if before {
+            data = Segment::of_channels(fields.len());
         }
-        if fields.len() != columns {
-            return Err(RecordingError::Ragged { line, found: fields.len(), wanted: columns });
+        let wanted = data.0.len();
+        if fields.len() != wanted {
+            return Err(RecordingError::Ragged { line, found: fields.len(), wanted });
         }
         refuse_decimals(&fields, separator, &header, line)?;
-        for (column, field) in fields.iter().enumerate() {
-            rows.push(decimal.value(field, line, column)?);
+        for (column, (to, field)) in data.0.iter_mut().zip(&fields).enumerate() {
+            to.push(decimal.value(field, line, column)?);
         }
+        Recording::within_memory(0, &data)?;
     }
-    if rows.is_empty() {
+    if data.samples() == 0 {
         return Err(RecordingError::UnknownFormat);
     }
-    Ok(recording(channels(header, columns)?, Segment::of_rows(&rows, columns)))
+    let channels = channels(header, data.0.len())?;
+    Ok(recording(channels, data))
 }
 
 /// The rows of the text, with quotes taken off; blank lines are left out.

@@ -62,7 +62,8 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
             recording.channels = names;
             recording.rate_hz = header.delta.filter(|d| *d > 0.0).map(f64::recip);
         }
-        recording.segments.push(data(&mut lines, &format, &header)?);
+        let before = recording.segments.iter().map(Segment::values).sum();
+        recording.segments.push(data(&mut lines, &format, &header, before)?);
     }
     if recording.segments.is_empty() {
         let wanted = "the first segment".to_owned();
@@ -204,13 +205,14 @@ fn names(
         .collect())
 }
 
-/// The rows of a segment, up to an empty line or the end of the file.
+/// The rows of a segment, up to an empty line or the end of the file; `before` is the number of values in segments before.
 fn data(
     lines: &mut Lines<'_>,
     format: &Format,
     header: &SegmentHeader,
+    before: usize,
 ) -> Result<Segment, RecordingError> {
-    let mut rows = Vec::new();
+    let mut data = Segment::of_channels(header.channels);
     let mut samples = 0_usize;
     while header.samples.is_none_or(|all| samples < all) {
         let Some(&(line, text)) = lines.peek() else { break };
@@ -221,21 +223,22 @@ fn data(
         // Some versions of LabVIEW omit the empty first column; such lines have only the values.
         let fields: Vec<&str> = text.split(format.separator).collect();
         let bare = format.x_columns == XColumns::No && fields.len() == header.channels;
-        for k in 0..header.channels {
+        for (k, to) in data.0.iter_mut().enumerate() {
             let column = if bare { k } else { column_of(k, format.x_columns) };
             let Some(field) = fields.get(column) else {
                 let wanted = column_of(header.channels - 1, format.x_columns) + 1;
                 return Err(RecordingError::Ragged { line, found: fields.len(), wanted });
             };
-            rows.push(format.decimal.value(field, line, column)?);
+            to.push(format.decimal.value(field, line, column)?);
         }
         samples += 1;
+        Recording::within_memory(before, &data)?;
     }
     match header.samples {
         Some(wanted) if wanted > samples => {
             let wanted = format!("{wanted} samples of a segment ({samples} are there)");
             Err(RecordingError::Truncated { wanted })
         }
-        _ => Ok(Segment::of_rows(&rows, header.channels)),
+        _ => Ok(data),
     }
 }

@@ -4,7 +4,7 @@ use std::io;
 
 use npyz::{Deserialize, NpyFile, Order};
 
-use super::{Channel, Recording, RecordingError, Segment};
+use super::{Channel, MOST_VALUES, Recording, RecordingError, Segment};
 use crate::npy::{open, shape_text};
 
 /// The numbers of an array, in order.
@@ -37,6 +37,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
     if header.len().checked_mul(size as u64).is_none_or(|wanted| wanted > data.len() as u64) {
         let wanted = format!("an array of shape {shape} ({} bytes are there)", data.len());
         return Err(RecordingError::Truncated { wanted });
+    }
+    if header.len() > MOST_VALUES as u64 {
+        return Err(RecordingError::TooLong);
     }
     if header.len() == 0 {
         return Err(RecordingError::Empty);

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::function_type_name;
+use super::{MOST_POINTS, function_type_name};
 
 /// Why a universal file or one of its functions is rejected. All of these are bad input.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -56,6 +56,9 @@ pub enum UffFault {
         /// How many there should be.
         wanted: usize,
     },
+    /// More points than are held in memory.
+    #[error("the file has more than {MOST_POINTS} points; export fewer functions or fewer lines")]
+    TooManyPoints,
     /// Text where a number should be.
     #[error("\"{text}\" is not a number; {field} should stand here, the file is corrupt")]
     NotANumber {
@@ -125,6 +128,7 @@ impl UffFault {
     pub fn code(&self) -> &'static str {
         match self {
             Self::Truncated { .. } | Self::TooFewValues { .. } => "uff_truncated",
+            Self::TooManyPoints => "uff_too_long",
             Self::FunctionType { .. } => "uff_wrong_function_type",
             Self::WrongQuantity { .. } | Self::WrongUnit { .. } | Self::UnitFactor { .. } => {
                 "uff_wrong_units"

@@ -6,7 +6,7 @@ use super::error::{UffError, UffFault};
 use super::lines::Lines;
 use super::units::UnitSystem;
 use super::values::{Binary, Shape, read_ascii, read_binary, real};
-use super::{AxisProperties, Function, NodeDirection};
+use super::{AxisProperties, Function, MOST_POINTS, NodeDirection};
 
 /// The function type of a record over time.
 pub(super) const TIME_RESPONSE: i64 = 1;
@@ -175,6 +175,9 @@ fn shape_record(lines: &mut Lines<'_>) -> Result<Shape, UffError> {
         let known = "at least one is needed";
         lines.error(UffFault::Unknown { field: "number of values", value: points, known })
     })?;
+    if points > MOST_POINTS {
+        return Err(lines.error(UffFault::TooManyPoints));
+    }
     let even = match spacing {
         0 => None,
         1 => {

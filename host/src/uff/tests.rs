@@ -150,10 +150,15 @@ fn a_header_that_lies_costs_no_memory() {
     let text = String::from_utf8_lossy(VARIANTS).into_owned();
     let first = text.find("    -1\n    58 ").unwrap();
     let end = text[first + 8..].find("\n    -1\n").unwrap() + first + 16;
-    let lie = text[first..end].replacen("6        12         1", "6 999999999         1", 1);
-    assert_ne!(lie, text[first..end]);
-    let error = UffFile::parse(lie.as_bytes()).unwrap_err();
-    assert!(matches!(error.fault, UffFault::TooFewValues { wanted: 1_999_999_998, .. }), "{error}");
+    let stating = |points: &str| {
+        let stated = format!("6{points:>10}         1");
+        let lie = text[first..end].replacen("6        12         1", &stated, 1);
+        assert_ne!(lie, text[first..end]);
+        UffFile::parse(lie.as_bytes()).unwrap_err()
+    };
+    let error = stating("8000000");
+    assert!(matches!(error.fault, UffFault::TooFewValues { wanted: 16_000_000, .. }), "{error}");
+    assert_eq!(stating("999999999").fault, UffFault::TooManyPoints);
     let lie = text[first..end].replacen("6        12         1", "6        11         1", 1);
     let error = UffFile::parse(lie.as_bytes()).unwrap_err();
     assert_eq!(error.fault, UffFault::TooManyValues { wanted: 22 });

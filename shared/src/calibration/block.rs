@@ -67,7 +67,9 @@ impl fmt::Display for BlockError {
             Self::DirectionsMissing => f.write_str(
                 "the hits do not cover three independent directions: hit along x, y and z",
             ),
-            Self::NotFinite => f.write_str("a mass line is not a number, or the mass is not positive"),
+            Self::NotFinite => {
+                f.write_str("a mass line is not a number, or the mass is not positive")
+            }
             Self::Dead { sensor } => write!(f, "sensor {} does not answer to the hits", sensor + 1),
         }
     }
