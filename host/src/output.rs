@@ -89,6 +89,18 @@ struct Document<'a> {
     answer: &'a Value,
 }
 
+/// When text is coloured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum ColorChoice {
+    /// On a terminal, unless NO_COLOR is set.
+    #[default]
+    Auto,
+    /// Always, also into a pipe.
+    Always,
+    /// Never.
+    Never,
+}
+
 /// The tone of a piece of text: how a terminal with colours shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
@@ -159,6 +171,15 @@ impl Output {
     /// True when the command can ask a person at the keyboard.
     pub fn has_keyboard(&self) -> bool {
         self.keyboard
+    }
+
+    /// Sets whether text is coloured.
+    pub fn set_color(&mut self, choice: ColorChoice) {
+        match choice {
+            ColorChoice::Auto => {}
+            ColorChoice::Always => self.color = true,
+            ColorChoice::Never => self.color = false,
+        }
     }
 
     /// Sets whether the terminal is in raw mode, where a line feed does not return to the first column.

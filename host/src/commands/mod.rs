@@ -22,6 +22,7 @@ pub mod record;
 pub mod replay;
 pub mod responses;
 mod results;
+pub mod shell;
 pub mod show;
 pub mod simulate;
 pub mod simulated;
@@ -37,7 +38,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
-use crate::output::Output;
+use crate::output::{ColorChoice, Output};
 
 /// Mass, centre of mass and inertia tensor of an object from a few hammer taps.
 #[derive(Debug, Parser)]
@@ -61,6 +62,9 @@ pub struct Cli {
     /// Print one JSON object on stdout instead of text; errors too.
     #[arg(long, global = true)]
     pub json: bool,
+    /// When text is coloured: on a terminal without NO_COLOR, or always, or never.
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t)]
+    pub color: ColorChoice,
     /// The subcommand.
     #[command(subcommand)]
     pub command: Command,
@@ -97,6 +101,10 @@ pub enum Command {
     Simulate(simulate::Args),
     /// Serve a virtual rig on a pty that any serial program can open.
     Virtual(virtual_rig::Args),
+    /// Print the completions of a shell.
+    Completions(shell::CompletionsArgs),
+    /// Write the manual pages.
+    Man(shell::ManArgs),
 }
 
 /// The whole program: parses the arguments, runs the command, returns the exit code.
@@ -104,8 +112,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let json = arguments.iter().any(|a| a == "--json");
     let mut output = Output::of_process(json, Interrupt::of_process());
-    let command = help::reflowed(number::with_negative_numbers(Cli::command()));
-    let parsed = command.try_get_matches_from(&arguments).and_then(|m| Cli::from_arg_matches(&m));
+    let parsed = command().try_get_matches_from(&arguments).and_then(|m| Cli::from_arg_matches(&m));
     match parsed {
         Ok(cli) => match run(cli, &mut output) {
             Ok(()) => ExitCode::SUCCESS,
@@ -129,11 +136,17 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
+/// The command line with its help texts.
+fn command() -> clap::Command {
+    help::reflowed(number::with_negative_numbers(Cli::command()))
+}
+
 /// Runs one command.
 ///
 /// # Errors
 /// Whatever error the command fails with; it has not been printed yet.
 pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
+    output.set_color(cli.color);
     match cli.command {
         Command::Demo(args) => demo::run(&args, output),
         Command::Layout(args) => layout::run(&args, output),
@@ -149,5 +162,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Replay(args) => replay::run(&args, output),
         Command::Simulate(args) => simulate::run(&args, output),
         Command::Virtual(args) => virtual_rig::run(&args, output),
+        Command::Completions(args) => shell::completions(&args, command(), output),
+        Command::Man(args) => shell::man(&args, command(), output),
     }
 }

@@ -13,5 +13,6 @@ mod recorded_units;
 mod replay;
 #[cfg(unix)]
 mod rig;
+mod shell;
 mod simulate;
 mod wrong_input;

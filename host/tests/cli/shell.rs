@@ -1,0 +1,43 @@
+//! Completions, manual pages and colour.
+
+use crate::program::{LAYOUT, answer, run};
+
+#[test]
+fn every_shell_completes_every_command() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = run(&["completions", shell]);
+        assert_eq!(script.exit, 0, "{}", script.stderr);
+        for word in ["massline", "measure", "identify", "--method"] {
+            assert!(script.stdout.contains(word.trim_start_matches("--")), "{shell}: {word}");
+        }
+    }
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("man1").display().to_string();
+    let (exit, value) = answer(&["man", "--output", &path]);
+    assert_eq!(exit, 0, "{value}");
+    let pages = value["written"].as_array().unwrap();
+    assert!(pages.len() > 25, "{pages:?}");
+    for page in pages {
+        let text = std::fs::read_to_string(page.as_str().unwrap()).unwrap();
+        assert!(text.contains(".TH massline") && text.contains(".SH SYNOPSIS"), "{page}: {text}");
+    }
+    assert!(pages.iter().any(|page| page.as_str().unwrap().ends_with("massline-device-abort.1")));
+    assert_eq!(answer(&["man", "--output", &path]).0, 2, "pages are kept");
+    assert!(run(&["man"]).stdout.contains(".TH massline"));
+}
+
+#[test]
+fn colour_is_for_terminals_or_for_who_asks() {
+    let show = |color: &[&str]| {
+        let simulated = run(&[&["simulate", LAYOUT], color].concat());
+        assert_eq!(simulated.exit, 0, "{}", simulated.stderr);
+        simulated.stdout.contains('\x1b')
+    };
+    assert!(!show(&[]));
+    assert!(show(&["--color", "always"]));
+    assert!(!show(&["--color", "never"]));
+}
