@@ -198,12 +198,9 @@ pub fn follow(
         changed: Instant::now(),
     };
     let ending = follower.run(interrupt, patience);
+    // With the link gone, both would only wait for it again; the first error is the one to report.
     if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
-        // The first error is the one to report.
         let _ = follower.hear_the_rest();
-    }
-    // With the link gone, an interrupt would only wait for it again; the first error is the one to report.
-    if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
         let _ = client.command(CampaignCommand::Pause);
     }
     ending

@@ -16,21 +16,6 @@ pub enum Existing {
     Replaced,
 }
 
-/// The option to replace an existing file.
-#[derive(Clone, Copy, Debug, Default, clap::Args)]
-pub struct ReplaceArgs {
-    /// Replace a file that exists already.
-    #[arg(long)]
-    force: bool,
-}
-
-impl ReplaceArgs {
-    /// What happens to a file that exists already.
-    pub fn existing(self) -> Existing {
-        if self.force { Existing::Replaced } else { Existing::Kept }
-    }
-}
-
 /// The bytes of a file.
 ///
 /// # Errors

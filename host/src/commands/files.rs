@@ -1,4 +1,4 @@
-//! Files that several commands read.
+//! Files that several commands read or write.
 
 use std::path::Path;
 
@@ -8,8 +8,24 @@ use massline_shared::layout::{RIG_HITS, RIG_SENSORS, RigLayout};
 
 use crate::calibration_file::CalibrationFile;
 use crate::error::{Error, Result};
+use crate::file::Existing;
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
+
+/// The option to replace an existing file.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct ReplaceArgs {
+    /// Replace a file that exists already.
+    #[arg(long)]
+    force: bool,
+}
+
+impl ReplaceArgs {
+    /// What happens to a file that exists already.
+    pub fn existing(self) -> Existing {
+        if self.force { Existing::Replaced } else { Existing::Kept }
+    }
+}
 
 /// Reads a layout, and warns of what looks like values in another unit.
 ///

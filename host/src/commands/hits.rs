@@ -90,7 +90,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let hits = grade(Recording::read(&args.file)?, &options(args)?)
         .map_err(|error| error.within(args.file.display()))?;
     hits.warnings.iter().for_each(|warning| output.warn(warning));
-    if hits.hits.iter().any(|hit| hit.verdict() != "rejected") {
+    if hits.hits.iter().any(|hit| hit.report.good()) {
         return output.answer(&hits.to_json(), |_| hits.to_text());
     }
     if output.json() {

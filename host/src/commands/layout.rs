@@ -9,8 +9,9 @@ use massline_shared::layout::{HitPolicy, HostLayout};
 use serde_json::{Value, json};
 
 use super::{files, hash};
+use crate::commands::files::ReplaceArgs;
 use crate::error::Result;
-use crate::file::{self, ReplaceArgs};
+use crate::file;
 use crate::layout_file::{LayoutFile, TEMPLATE, schema};
 use crate::output::{self, Output};
 

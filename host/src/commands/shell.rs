@@ -6,8 +6,9 @@ use clap::Command;
 use clap_complete::Shell;
 use serde_json::json;
 
+use crate::commands::files::ReplaceArgs;
 use crate::error::{Error, Result};
-use crate::file::{self, ReplaceArgs};
+use crate::file;
 use crate::output::Output;
 
 /// Arguments of `massline completions`.

@@ -200,16 +200,13 @@ impl ScanSource for TapeSource {
                 return None;
             }
         };
-        if let Some(channel) = scan.iter().position(|code| *code >> self.adc.bits.min(15) > 0) {
-            let (code, bits) = (scan[channel], self.adc.bits);
-            if bits < 16 {
-                let _ = self.progress.0.failed.set(format!(
-                    "scan {} has the code {code} in channel {channel}, more than {bits} bits; correct adc_bits in its \
-                     sidecar",
-                    self.at
-                ));
-                return None;
-            }
+        let bits = self.adc.bits;
+        if let Some(channel) = scan.iter().position(|code| u32::from(*code) >> bits > 0) {
+            let _ = self.progress.0.failed.set(format!(
+                "scan {} has the code {} in channel {channel}, more than {bits} bits; correct adc_bits in its sidecar",
+                self.at, scan[channel]
+            ));
+            return None;
         }
         self.at += 1;
         Some(scan)

@@ -1,7 +1,7 @@
 //! The program with a virtual rig on a pty, used like real hardware.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
@@ -42,6 +42,18 @@ impl Rig {
     /// The first layout of the demo with this number of hits at each DOF.
     fn layout(&self, hits: u8) -> String {
         layout_with_hits(self.folder.path(), hits)
+    }
+
+    /// Starts a command on this rig; its output is piped.
+    fn spawn(&self, arguments: &[&str]) -> Child {
+        Command::new(env!("CARGO_BIN_EXE_massline"))
+            .args(arguments)
+            .args(["--port", &self.process.port])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
     }
 
     /// Runs a command on this rig with `--json`: its exit code and what it printed.
@@ -162,13 +174,7 @@ fn after_ctrl_c_the_rig_keeps_what_is_accepted_and_goes_on_with_it() {
     // In real time fifteen hits take many seconds, so the interruption comes during the campaign.
     let rig = Rig::start(&[]);
     let layout = rig.layout(5);
-    let mut measure = Command::new(env!("CARGO_BIN_EXE_massline"))
-        .args(["measure", &layout, "--json", "--port", &rig.process.port])
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut measure = rig.spawn(&["measure", &layout, "--json"]);
     let lines = BufReader::new(measure.stderr.take().unwrap()).lines();
     let good = lines.map_while(Result::ok).filter(|line| line.ends_with("good")).take(2).count();
     assert_eq!(good, 2);
@@ -226,14 +232,7 @@ fn after_a_killed_recording_a_campaign_ends_without_a_keyboard_and_can_be_aborte
     let layout = rig.layout(2);
     let tape = rig.folder.path().join("tape.npy").display().to_string();
     let kill_a_recording = || {
-        let mut record = Command::new(env!("CARGO_BIN_EXE_massline"))
-            .args(["record", &layout, "-o", &tape, "--force", "--triggered"])
-            .args(["--port", &rig.process.port])
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut record = rig.spawn(&["record", &layout, "-o", &tape, "--force", "--triggered"]);
         let lines = BufReader::new(record.stderr.take().unwrap()).lines();
         assert!(lines.map_while(Result::ok).any(|line| line.ends_with("good")));
         record.kill().unwrap();
@@ -283,13 +282,7 @@ fn the_stream_of_a_manual_rig_has_the_taps_of_enter() {
     let mut rig = Rig::start(&["--manual"]);
     let layout = rig.layout(2);
     let tape = rig.folder.path().join("tape.npy").display().to_string();
-    let mut record = Command::new(env!("CARGO_BIN_EXE_massline"))
-        .args(["record", &layout, "-o", &tape, "--json", "--port", &rig.process.port])
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut record = rig.spawn(&["record", &layout, "-o", &tape, "--json"]);
     let lines = BufReader::new(record.stderr.take().unwrap()).lines();
     let mut text = String::new();
     for line in lines.map_while(Result::ok) {

@@ -7,8 +7,9 @@ use serde_json::json;
 
 use super::{report, rig::RigArgs, store};
 use crate::calibration_file::{CalibrationFile, to_toml};
+use crate::commands::files::ReplaceArgs;
 use crate::error::Result;
-use crate::file::{self, ReplaceArgs};
+use crate::file;
 use crate::output::Output;
 
 /// Arguments of `massline calibrate show`.

@@ -9,9 +9,10 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::Method;
 use serde_json::json;
 
+use crate::commands::files::ReplaceArgs;
 use crate::commands::number::seed;
 use crate::error::{Error, Result};
-use crate::file::{self, Existing, ReplaceArgs};
+use crate::file::{self, Existing};
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone, align_right, table};

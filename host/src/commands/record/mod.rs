@@ -19,8 +19,9 @@ use super::connect::PortArgs;
 use super::files;
 use super::measure::fits;
 use crate::client::Client;
+use crate::commands::files::ReplaceArgs;
 use crate::error::{Error, Result};
-use crate::file::{Existing, ReplaceArgs};
+use crate::file::Existing;
 use crate::output::Output;
 use crate::tape::{Sidecar, TapeWriter};
 

@@ -194,9 +194,7 @@ fn a_method_that_is_asked_for_by_name_is_warned_of_a_tyre_as_well() {
 
 #[test]
 fn lightly_damped_modes_do_not_make_the_hammer_better() {
-    let mut bench = Bench::named("wheel").unwrap();
-    let hz = [2.8, 3.2, 3.6, 6.1, 7.2, 7.7];
-    bench.suspension = Suspension::Frequencies { hz, damping_ratio: 0.0005 };
+    let bench = wheel_with_modes([2.8, 3.2, 3.6, 6.1, 7.2, 7.7], 0.0005);
     let uff = file_of(&bench, LAYOUT, &lines(), None, |_, _, _, h| h);
     let solution = solved(LAYOUT, &uff, &Options::default()).unwrap();
     let gain = LayoutFile::parse(LAYOUT, "wheel.toml").unwrap().layout.hammer_gain;

@@ -86,3 +86,10 @@ fn assert_near_truth(estimate: &Estimate<f64>, truth: &RigidBody<f64>) {
     let off = (estimate.theta() - truth.theta()).component_div(&estimate.sigma().unwrap());
     assert!(off.amax() < 4.0, "{:?} {off}", estimate.method);
 }
+
+/// The wheel on springs that give it modes of these frequencies, Hz, and this damping ratio.
+fn wheel_with_modes(hz: [f64; 6], damping_ratio: f64) -> Bench {
+    let mut bench = Bench::named("wheel").unwrap();
+    bench.suspension = Suspension::Frequencies { hz, damping_ratio };
+    bench
+}

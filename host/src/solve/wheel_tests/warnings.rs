@@ -49,9 +49,7 @@ fn a_tyre_leaves_no_mass_line() {
 /// The wheel on springs that move it along one direction or turn it about one axis in every mode, hit along X and Y at
 /// this height above its centre of mass, m.
 fn hit_in_one_plane(height: f64) -> (String, UffFile) {
-    let mut bench = Bench::named("wheel").unwrap();
-    let hz = [2.8, 3.2, 3.6, 6.1, 7.2, 7.7];
-    bench.suspension = Suspension::Frequencies { hz, damping_ratio: 0.014 };
+    let bench = wheel_with_modes([2.8, 3.2, 3.6, 6.1, 7.2, 7.7], 0.014);
     let z = bench.body.center_of_mass[2] + height;
     let mut text = noise_alone().replace("\"102:+Z\", \"103:+Z\", ", "");
     for (point, at) in [
@@ -196,9 +194,7 @@ fn a_dead_channel_is_named() {
 
 #[test]
 fn two_modes_at_one_frequency_have_no_shape_and_the_global_fit_answers() {
-    let mut bench = Bench::named("wheel").unwrap();
-    let hz = [2.8, 2.8, 3.6, 6.1, 7.2, 7.7];
-    bench.suspension = Suspension::Frequencies { hz, damping_ratio: 0.014 };
+    let bench = wheel_with_modes([2.8, 2.8, 3.6, 6.1, 7.2, 7.7], 0.014);
     let uff = file_of(&bench, LAYOUT, &lines(), None, |_, _, _, h| h);
     let error = solved(&noise_alone(), &uff, &named(Method::ToivolaNuutila)).unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (3, "modes_not_separated"), "{error}");
