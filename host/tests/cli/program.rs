@@ -18,6 +18,18 @@ pub struct Run {
     pub stderr: String,
 }
 
+impl Run {
+    /// Whether stderr contains these words; where its lines break depends on the lengths of paths and does not matter.
+    pub fn says(&self, text: &str) -> bool {
+        words(&self.stderr).contains(&words(text))
+    }
+}
+
+/// The text with every run of white space replaced by one space.
+fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Runs the program without a port in its environment.
 #[track_caller]
 pub fn run(arguments: &[&str]) -> Run {

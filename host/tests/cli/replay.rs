@@ -109,7 +109,7 @@ fn a_recording_that_is_killed_replays_up_to_its_last_whole_scan() {
     assert!(cut.cut_short && cut.scans.count() >= 90_000, "{cut:?}");
     assert!(cut.sidecar.segments.len() > 2);
     let (run, value) = run_json(&["replay", &tape, "--layout", &layout]);
-    assert!(run.stderr.contains("the recording was cut short"), "{}", run.stderr);
+    assert!(run.says("the recording was cut short"), "{}", run.stderr);
     // Other DOFs than the first have no hits.
     assert_eq!((run.exit, &value["error"]["code"]), (3, &"dof_without_hits".into()));
 }

@@ -84,8 +84,7 @@ fn fails(arguments: &[&str], exit: i32, code: &str) {
     let message = value["error"]["message"].as_str().expect(&seen);
     assert!(!message.is_empty() && !run.stderr.contains("error:"), "{seen}");
     let text = crate::program::run(arguments);
-    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words(&text.stderr).contains(&words(message)), "{seen}\n{}", text.stderr);
+    assert!(text.says(message), "{seen}\n{}", text.stderr);
 }
 
 #[test]
@@ -370,9 +369,8 @@ fn a_key_that_has_another_name_now_is_refused_with_its_line_and_new_name() {
         (&["replay", &tape, "--layout", &good], format!("{sidecar}:2"), cutoff),
     ] {
         let refused = run(arguments);
-        let stderr = refused.stderr.replace("\n   ", "");
-        assert_eq!(refused.exit, 2, "{stderr}");
-        assert!(stderr.contains(&place) && stderr.contains(renamed), "{stderr}");
+        assert_eq!(refused.exit, 2, "{}", refused.stderr);
+        assert!(refused.says(&place) && refused.says(renamed), "{}", refused.stderr);
     }
 }
 
@@ -405,8 +403,8 @@ fn a_setting_that_no_rig_has_is_named_with_file_and_line() {
     }
     let checked = run(&["layout", "check", &wide]);
     assert_eq!(checked.exit, 0);
-    let said: String = checked.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(said.contains(&place) && said.contains("only `massline solve` takes it"), "{said}");
+    let said = checked.says(&place) && checked.says("only `massline solve` takes it");
+    assert!(said, "{}", checked.stderr);
 }
 
 #[test]
