@@ -26,7 +26,7 @@ impl Run {
 }
 
 /// The text with every run of white space replaced by one space.
-fn words(text: &str) -> String {
+pub fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 

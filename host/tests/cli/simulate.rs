@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::program::{LAYOUT, answer, run};
+use crate::program::{LAYOUT, answer, run, words};
 
 fn simulate(arguments: &[&str]) -> (i32, Value) {
     simulate_layout(LAYOUT, arguments)
@@ -89,7 +89,7 @@ fn text_of(layout: &str, arguments: &[&str]) -> String {
     let run = run(&[&["simulate", layout], arguments].concat());
     assert_eq!(run.exit, 0, "{}", run.stderr);
     // As one line, because long lines are broken between words.
-    run.stdout.split_whitespace().collect::<Vec<_>>().join(" ")
+    words(&run.stdout)
 }
 
 #[test]
