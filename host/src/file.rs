@@ -6,6 +6,12 @@ use std::path::Path;
 
 use crate::{Error, Result};
 
+#[cfg_attr(unix, path = "file/unix.rs")]
+#[cfg_attr(not(unix), path = "file/elsewhere.rs")]
+mod system;
+
+pub(crate) use system::open;
+
 /// What happens to a file that exists already.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
@@ -28,37 +34,6 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         return Err(io::Error::new(ErrorKind::FileTooLarge, message));
     }
     Ok(bytes)
-}
-
-/// Opens a file for reading; a named pipe that no program writes to is an error instead of a wait without end.
-#[cfg(unix)]
-pub(crate) fn open(path: &Path) -> io::Result<File> {
-    use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
-
-    use nix::fcntl::{FcntlArg, OFlag, fcntl};
-
-    // The pipes of a shell, /dev/fd/63 for instance, have a writer.
-    if !fs::symlink_metadata(path)?.file_type().is_fifo() {
-        return File::open(path);
-    }
-    let pipe = File::options().read(true).custom_flags(OFlag::O_NONBLOCK.bits()).open(path)?;
-    let mut waiting =
-        [nix::poll::PollFd::new(std::os::fd::AsFd::as_fd(&pipe), nix::poll::PollFlags::POLLIN)];
-    if nix::poll::poll(&mut waiting, WRITER_WITHIN_MS)? == 0 {
-        let message = "it is a pipe that no program writes to; start the one that writes first";
-        return Err(io::Error::new(ErrorKind::WouldBlock, message));
-    }
-    fcntl(&pipe, FcntlArg::F_SETFL(OFlag::empty()))?;
-    Ok(pipe)
-}
-
-/// Time for a program to write the first bytes to a named pipe, ms.
-#[cfg(unix)]
-const WRITER_WITHIN_MS: u16 = 10_000;
-
-#[cfg(not(unix))]
-pub(crate) fn open(path: &Path) -> io::Result<File> {
-    File::open(path)
 }
 
 /// Checks that a file may be written, before the work whose result it is to hold.
@@ -97,11 +72,8 @@ pub fn write(path: &Path, bytes: &[u8], existing: Existing) -> Result<()> {
     };
     let mut builder = tempfile::Builder::new();
     builder.prefix(".massline-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As any other program creates files; the mask of the user applies.
-        builder.permissions(fs::Permissions::from_mode(0o666));
+    if let Some(permissions) = system::permissions() {
+        builder.permissions(permissions);
     }
     let mut temporary =
         builder.tempfile_in(folder(path).unwrap_or(Path::new("."))).map_err(failed)?;

@@ -3,7 +3,7 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`error`] | the error type of all commands, and its exit codes |
-//! | [`client`] | the connection to a rig behind a serial port, a pty or a pipe |
+//! | [`client`] | the connection to a rig behind a serial port, a pty, a TCP address or a pipe |
 //! | [`campaign`] | follows a campaign from its start to its result |
 //! | [`commands`] | what each subcommand does |
 //! | [`interrupt`] | Ctrl-C |
@@ -26,7 +26,7 @@
 //! | [`recording`] | hammer data of other systems: LVM, CSV, UFF, NumPy |
 //! | [`hits`] | grades the hits of a recording |
 //! | [`rig`] | simulated rigs, virtual or emulated |
-//! | [`qemu`] | the emulated rig |
+//! | `qemu` | the emulated rig, where the system has ptys |
 //! | [`firmware`] | builds the firmware of a board |
 //! | [`flash`] | writes firmware to a board |
 #![deny(unsafe_code)]
@@ -51,6 +51,7 @@ mod npy;
 pub mod output;
 mod parallel;
 pub mod precision;
+#[cfg(unix)]
 pub mod qemu;
 pub mod recording;
 pub mod report;

@@ -1,14 +1,19 @@
 //! Simulated rigs: the virtual rig in this process, or the emulated rig in QEMU.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use massline_protocol::message::Identity;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::source::ScanSource;
 
-use crate::client::{Client, PipeTransport, SerialTransport};
+use crate::client::{Client, PipeTransport};
 use crate::error::{Error, Result};
-use crate::qemu::{EmulatedRig, Feeder, build_firmware};
+
+// The emulated rig needs a pty and a file that two processes map: one file for each kind of system.
+#[cfg_attr(unix, path = "rig/emulated_unix.rs")]
+#[cfg_attr(not(unix), path = "rig/emulated_elsewhere.rs")]
+mod emulated;
 
 /// The kind of simulated rig.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -32,35 +37,35 @@ impl RigKind {
                 "firmware_needs_qemu",
                 "--firmware is an image for the emulated rig: add --rig qemu",
             )),
-            (Self::Qemu, Some(path)) if path.is_file() => Ok(Some(path.to_owned())),
-            (Self::Qemu, Some(path)) => Err(Error::input(
-                "no_firmware",
-                format!(
-                    "{} is not a file; leave --firmware out to build the image",
-                    path.display()
-                ),
-            )),
-            (Self::Qemu, None) => build_firmware().map(Some),
+            (Self::Qemu, given) => emulated::firmware(given).map(Some),
         }
     }
 }
 
+/// What a simulated rig runs on.
+trait Machine: fmt::Debug + Send {
+    /// A client on the link of the rig.
+    fn client(&self) -> Result<Client>;
+
+    /// Notifies the bench that the rig waits for a hit at DOF `dof`.
+    fn armed(&self, arming: u32, dof: usize);
+
+    /// Makes the rig ask its source for scans again after the source had none.
+    fn poke(&self);
+
+    /// The cause of death when the rig has died, else `error`.
+    fn explain(&mut self, error: Error) -> Error;
+}
+
 /// A simulated rig, which runs until it is dropped, and the source of its scans.
 #[derive(Debug)]
-pub struct SimulatedRig(Machine);
-
-#[derive(Debug)]
-enum Machine {
-    Virtual(VirtualRig),
-    // The feeder is the first field, so that it is dropped before the machine that it feeds.
-    Emulated(Feeder, EmulatedRig),
-}
+pub struct SimulatedRig(Box<dyn Machine>);
 
 impl SimulatedRig {
     /// Starts a rig that sees the scans of `source`. `firmware` is the return value of [`RigKind::firmware`].
     ///
     /// # Errors
-    /// When it does not start.
+    /// When it does not start, or this system cannot run it (`not_on_this_system`).
     pub fn start(
         kind: RigKind,
         firmware: Option<&Path>,
@@ -70,14 +75,9 @@ impl SimulatedRig {
             RigKind::Virtual => {
                 let rig = VirtualRig::start(VirtualRigOptions::new(source))
                     .map_err(|e| Error::internal("virtual_rig", e.to_string()))?;
-                Ok(Self(Machine::Virtual(rig)))
+                Ok(Self(Box::new(rig)))
             }
-            RigKind::Qemu => {
-                let image = firmware.map_or_else(build_firmware, |path| Ok(path.to_owned()))?;
-                let rig = EmulatedRig::start(&image, &source.adc())?;
-                let feeder = rig.feed(source);
-                Ok(Self(Machine::Emulated(feeder, rig)))
-            }
+            RigKind::Qemu => emulated::start(firmware, source).map(Self),
         }
     }
 
@@ -91,10 +91,7 @@ impl SimulatedRig {
     }
 
     fn try_connect(&self) -> Result<(Client, Identity)> {
-        let mut client = match &self.0 {
-            Machine::Virtual(rig) => Client::new(PipeTransport::new(rig.link())),
-            Machine::Emulated(_, rig) => Client::new(SerialTransport::open(rig.port_path())?),
-        };
+        let mut client = self.0.client()?;
         let identity = client.identify()?;
         Ok((client, identity))
     }
@@ -102,27 +99,36 @@ impl SimulatedRig {
     /// Notifies the bench that the rig waits for a hit at DOF `dof`. Does nothing for the virtual rig, whose
     /// operator watches its panel.
     pub fn armed(&self, arming: u32, dof: usize) {
-        if let Machine::Emulated(feeder, _) = &self.0 {
-            feeder.armed(arming, dof);
-        }
+        self.0.armed(arming, dof);
     }
 
     /// Makes the rig ask its source for scans again after the source had none. The emulated rig's feeder does
     /// so by itself.
     pub fn poke(&self) {
-        if let Machine::Virtual(rig) = &self.0 {
-            rig.poke();
-        }
+        self.0.poke();
     }
 
     /// The reason why communication with the rig failed: its output when it has crashed, else `error`.
     pub fn explain(&mut self, error: Error) -> Error {
-        match &mut self.0 {
-            Machine::Virtual(rig) => match rig.panicked() {
-                Some(panic) => Error::internal("rig_panicked", panic.to_string()),
-                None => error,
-            },
-            Machine::Emulated(_, rig) => rig.explain(error),
+        self.0.explain(error)
+    }
+}
+
+impl Machine for VirtualRig {
+    fn client(&self) -> Result<Client> {
+        Ok(Client::new(PipeTransport::new(self.link())))
+    }
+
+    fn armed(&self, _: u32, _: usize) {}
+
+    fn poke(&self) {
+        VirtualRig::poke(self);
+    }
+
+    fn explain(&mut self, error: Error) -> Error {
+        match self.panicked() {
+            Some(panic) => Error::internal("rig_panicked", panic.to_string()),
+            None => error,
         }
     }
 }
