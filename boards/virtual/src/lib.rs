@@ -11,7 +11,8 @@
 //! | [`panel`] | what the rig shows and its buttons |
 //! | [`framebuffer`] | the pixels of the panel |
 //! | [`rig`] | a running rig |
-//! | [`pty`] | a rig served on a pseudo-terminal |
+//! | `pty` | a rig served on a pseudo-terminal, where the system has them |
+//! | [`tcp`] | a rig served at a TCP address |
 //! | [`renamed_keys`] | TOML keys that have been renamed |
 #![deny(unsafe_code)]
 
@@ -27,6 +28,7 @@ pub mod renamed_keys;
 pub mod rig;
 pub mod sampler;
 pub mod source;
+pub mod tcp;
 
 /// Name of this board in the identity of a rig.
 pub const BOARD: &str = "virtual";
