@@ -35,6 +35,17 @@ pub enum ClientError {
         /// The system's message.
         reason: String,
     },
+    /// Nothing answers at the TCP address.
+    #[error(
+        "{port} cannot be reached: {reason}; check host and port, and that `massline virtual --tcp` or whatever \
+         shares the serial port runs there"
+    )]
+    Unreachable {
+        /// The address.
+        port: String,
+        /// The system's message.
+        reason: String,
+    },
     /// The link was lost and did not come back.
     #[error(
         "{port} was lost ({reason}) and did not come back within {waited:.3?}; connect the rig \
@@ -145,6 +156,7 @@ impl ClientError {
             Self::NotOpened { .. } => "port_not_opened",
             Self::NoSuchPort { .. } => "port_not_found",
             Self::PortBusy { .. } => "port_busy",
+            Self::Unreachable { .. } => "unreachable",
             Self::Lost { .. } => "link_lost",
             Self::NoAnswer { .. } => "no_answer",
             Self::OtherProtocol { .. } => "protocol_major_differs",

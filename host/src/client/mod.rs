@@ -12,6 +12,7 @@ mod request;
 mod scans;
 mod serial;
 mod spectra;
+mod tcp;
 mod transport;
 
 pub use error::ClientError;
@@ -20,7 +21,19 @@ pub use request::{Client, Event, Timing};
 pub use scans::scans_of;
 pub use serial::{PortFacts, SerialTransport, choose_port, list_ports};
 pub use spectra::{DofSpectra, SpectraError};
+pub use tcp::{TcpAddress, TcpTransport};
 pub use transport::Transport;
+
+/// Opens the port with this name: a TCP address, or else a serial port or pty.
+///
+/// # Errors
+/// Exit 2 when the name is a malformed address, exit 4 when nothing is there or it is in use.
+pub fn open(name: &str) -> crate::Result<Box<dyn Transport>> {
+    match TcpAddress::parse(name) {
+        Some(address) => Ok(Box::new(TcpTransport::open(address?)?)),
+        None => Ok(Box::new(SerialTransport::open(name)?)),
+    }
+}
 
 #[cfg(test)]
 mod tests;

@@ -424,12 +424,19 @@ impl Client {
                         && started.elapsed() < self.timing.reconnect =>
                 {
                     if !told {
+                        let what = match e.kind() {
+                            io::ErrorKind::ResourceBusy => "is in use by another program".into(),
+                            _ => format!("is gone ({lost}): connect the rig again"),
+                        };
                         (self.listener)(&format!(
-                            "{port} is gone ({lost}): connect the rig again; waiting up to {reconnect:.0?} for it"
+                            "{port} {what}; waiting up to {reconnect:.0?} for it"
                         ));
                         told = true;
                     }
                     std::thread::sleep(self.timing.pause);
+                }
+                Err(e) if e.kind() == io::ErrorKind::ResourceBusy => {
+                    return Err(ClientError::PortBusy { port, reason: e.to_string() });
                 }
                 Err(_) => {
                     return Err(ClientError::Lost {

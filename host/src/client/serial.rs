@@ -114,8 +114,18 @@ pub fn list_ports() -> Result<Vec<PortFacts>, ClientError> {
         _ => None,
     });
     let mut facts: Vec<_> = usb.collect();
+    leave_out_dial_in(&mut facts);
     facts.sort_by(|a, b| a.path.cmp(&b.path));
     Ok(facts)
+}
+
+/// macOS lists a port twice. Its dial-in file `/dev/tty.…` waits for a modem when it is opened; `/dev/cu.…` does not.
+fn leave_out_dial_in(ports: &mut Vec<PortFacts>) {
+    let call_out: Vec<String> = ports.iter().map(|port| port.path.clone()).collect();
+    ports.retain(|port| match port.path.strip_prefix("/dev/tty.") {
+        Some(name) => !call_out.contains(&format!("/dev/cu.{name}")),
+        None => true,
+    });
 }
 
 /// The port for a command: the argument, else `MASSLINE_PORT`, else the only USB serial port.
@@ -137,7 +147,7 @@ fn only_one(mut ports: Vec<PortFacts>) -> crate::Result<String> {
             "no_port",
             format!(
                 "no rig is connected: this computer has no USB serial port; connect the rig, name \
-                 another port with --port PATH or {PORT_VARIABLE}, or start a simulated rig with \
+                 another port with --port or {PORT_VARIABLE}, or start a simulated rig with \
                  `massline virtual`"
             ),
         )),
@@ -165,16 +175,22 @@ fn named(path: &str, error: &serialport::Error) -> ClientError {
     let (port, reason) = (path.to_owned(), error.to_string());
     match error.kind {
         ErrorKind::Io(io::ErrorKind::NotFound) => ClientError::NoSuchPort { port },
-        ErrorKind::NoDevice if std::path::Path::new(path).exists() => {
-            ClientError::PortBusy { port, reason }
-        }
-        ErrorKind::NoDevice if cfg!(unix) => ClientError::NoSuchPort { port },
+        ErrorKind::NoDevice if exists(path) => ClientError::PortBusy { port, reason },
+        ErrorKind::NoDevice => ClientError::NoSuchPort { port },
         ErrorKind::Io(io::ErrorKind::PermissionDenied) => ClientError::NotOpened {
             port,
             reason: format!("{reason}; on Linux your user must be in the group `dialout`"),
         },
         _ => ClientError::NotOpened { port, reason },
     }
+}
+
+/// True for a path of the file system, and for a name that the system lists: Windows has no file `COM3`.
+fn exists(path: &str) -> bool {
+    let name = path.strip_prefix(r"\\.\").unwrap_or(path);
+    let listed = || serialport::available_ports().unwrap_or_default();
+    std::path::Path::new(path).exists()
+        || listed().iter().any(|port| port.port_name.eq_ignore_ascii_case(name))
 }
 
 fn waits(error: &io::Error) -> bool {
@@ -206,6 +222,14 @@ mod tests {
         let error = only_one(vec![port("a"), port("b")]).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         assert!(error.to_string().contains("a, b"));
+    }
+
+    #[test]
+    fn a_port_that_macos_lists_twice_is_one() {
+        let mut ports =
+            ["/dev/cu.usbmodem1", "/dev/tty.usbmodem1", "/dev/ttyACM0"].map(port).into();
+        leave_out_dial_in(&mut ports);
+        assert_eq!(ports, ["/dev/cu.usbmodem1", "/dev/ttyACM0"].map(port));
     }
 
     #[test]

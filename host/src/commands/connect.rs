@@ -2,15 +2,16 @@
 
 use massline_protocol::message::Identity;
 
-use crate::client::{Client, SerialTransport, choose_port};
+use crate::client::{self, Client, choose_port};
 use crate::error::Result;
 use crate::output::Output;
 
 /// The port of the rig.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct PortArgs {
-    /// Serial port or pty of the rig; default: MASSLINE_PORT, else the only USB serial port.
-    #[arg(long, value_name = "PATH")]
+    /// Port of the rig: /dev/ttyACM0, COM3, a pty or tcp://HOST:PORT; default: MASSLINE_PORT, else the only USB
+    /// serial port.
+    #[arg(long, value_name = "PORT")]
     pub port: Option<String>,
 }
 
@@ -20,9 +21,9 @@ impl PortArgs {
     /// # Errors
     /// When there is no rig, it does not answer, or its protocol is incompatible.
     pub fn connect(&self, output: &Output) -> Result<(Client, Identity)> {
-        let path = choose_port(self.port.as_deref())?;
+        let port = choose_port(self.port.as_deref())?;
         let notes = output.notes();
-        let client = Client::new(SerialTransport::open(path)?);
+        let client = Client::new(client::open(&port)?);
         let mut client = client.telling(move |text| notes.note(text));
         let identity = client.identify()?;
         Ok((client, identity))
