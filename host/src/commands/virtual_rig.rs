@@ -1,4 +1,4 @@
-//! `massline virtual`: a virtual rig on a pty.
+//! `massline virtual`: a virtual rig on a pty, or at a TCP address.
 
 use std::io::{self, BufRead, IsTerminal};
 use std::path::PathBuf;
@@ -7,9 +7,10 @@ use std::time::Duration;
 use massline_shared::layout::{Dof, HostLayout};
 use massline_virtual::bench::{Bench, BenchSource, TapHandle};
 use massline_virtual::flash::FlashBacking;
-use massline_virtual::pty::PtyServer;
+use massline_virtual::pipe::HostEnd;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::sampler::Timing;
+use massline_virtual::tcp::TcpServer;
 use serde_json::json;
 
 use super::bench_test::BenchArgs;
@@ -18,20 +19,27 @@ use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
 
+#[cfg_attr(unix, path = "virtual_rig/own_port_unix.rs")]
+#[cfg_attr(not(unix), path = "virtual_rig/own_port_elsewhere.rs")]
+mod own_port;
+
 /// Polling interval for Ctrl-C and the rig.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// Arguments of `massline virtual`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-The path of the pty is printed on stdout. The layout says where the sensors sit on the bench and
+The port for --port is printed on stdout: the path of a pty, or an address with --tcp and on systems
+without ptys (Windows). One program at a time can use it. The layout says where the sensors sit on the bench and
 which mark each prompt of the rig means; measure with the same one.
 
 Examples:
   massline virtual                            taps by itself when the rig is armed
   massline virtual --manual                   taps when you press Enter, also for `record`
   massline virtual --layout frame.toml --flash rig.bin
-  massline measure frame.toml --port /dev/pts/5")]
+  massline measure frame.toml --port /dev/pts/5
+  massline virtual --tcp 127.0.0.1:4000       at an address instead of a pty; port 0: any free one
+  massline measure frame.toml --port tcp://127.0.0.1:4000")]
 pub struct Args {
     #[command(flatten)]
     bench: BenchArgs,
@@ -44,6 +52,9 @@ pub struct Args {
     /// Store the rig's flash in this file; default: discarded at the end.
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
+    /// Serve the rig at this address (HOST:PORT) instead of on a pty.
+    #[arg(long, value_name = "ADDRESS")]
+    tcp: Option<String>,
     /// Run as fast as possible instead of in real time.
     #[arg(long, conflicts_with = "manual")]
     fast: bool,
@@ -52,7 +63,7 @@ pub struct Args {
 /// Serves the rig until Ctrl-C.
 ///
 /// # Errors
-/// When a file is bad or the system has no pty left; exit 130 at Ctrl-C.
+/// When a file is bad, the system has no pty left or the address is not free; exit 130 at Ctrl-C.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let bench = args.bench.open()?;
     let layout = layout(args)?;
@@ -71,11 +82,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let rig = VirtualRig::start(options)
         .map_err(|e| Error::input("virtual_rig", format!("the virtual rig does not start: {e}")))?;
-    let server = PtyServer::serve(rig.link())
-        .map_err(|e| Error::internal("no_pty", format!("the system gives no pty: {e}")))?;
-    let path = server.path().display().to_string();
-    output.answer(&json!({ "port": path }), |_| path.clone())?;
-    output.note(format!("massline measure LAYOUT --port {path}; Ctrl-C ends the rig"));
+    let served = match &args.tcp {
+        Some(address) => serve_tcp(rig.link(), address)?,
+        None => own_port::serve(rig.link())?,
+    };
+    let port = &served.port;
+    output.answer(&json!({ "port": port }), |_| port.clone())?;
+    output.note(format!("massline measure LAYOUT --port {port}; Ctrl-C ends the rig"));
     if let Some(taps) = taps {
         output.note(
             "Enter taps where the rig waits, or where you tapped last; a DOF such as 1:+Y and Enter taps there",
@@ -92,6 +105,22 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         std::thread::sleep(LOOK_EVERY);
     }
     Err(Error::interrupted("the virtual rig has ended"))
+}
+
+/// A port that serves the rig until this is dropped.
+struct Served {
+    /// Its name, for `--port`.
+    port: String,
+    _server: Box<dyn std::fmt::Debug>,
+}
+
+fn serve_tcp(link: HostEnd, address: &str) -> Result<Served> {
+    let server = TcpServer::serve(link, address).map_err(|e| {
+        let hint =
+            "give HOST:PORT of this computer, such as 127.0.0.1:4000, or port 0 for any free one";
+        Error::input("cannot_listen", format!("cannot listen at {address}: {e}; {hint}"))
+    })?;
+    Ok(Served { port: format!("tcp://{}", server.address()), _server: Box::new(server) })
 }
 
 fn layout(args: &Args) -> Result<HostLayout> {

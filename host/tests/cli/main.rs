@@ -1,7 +1,6 @@
 //! The program `massline` as a person or another program runs it: what it prints, and its exit codes.
 
 mod program;
-#[cfg(unix)]
 mod virtual_process;
 
 mod calibrate;
@@ -15,4 +14,5 @@ mod replay;
 mod rig;
 mod shell;
 mod simulate;
+mod tcp;
 mod wrong_input;

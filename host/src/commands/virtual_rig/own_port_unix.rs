@@ -1,0 +1,14 @@
+//! Without `--tcp` the rig is served on a pty.
+
+use massline_virtual::pipe::HostEnd;
+use massline_virtual::pty::PtyServer;
+
+use super::Served;
+use crate::error::{Error, Result};
+
+/// Serves the rig behind `link`.
+pub fn serve(link: HostEnd) -> Result<Served> {
+    let server = PtyServer::serve(link)
+        .map_err(|e| Error::internal("no_pty", format!("the system gives no pty: {e}")))?;
+    Ok(Served { port: server.path().display().to_string(), _server: Box::new(server) })
+}
