@@ -8,8 +8,8 @@
 //! | `results` | the rig: its estimates with its diagnostics |
 //! | `diagnostics` | the rig; an entry with `"found_by": "host"` is the host's |
 //! | `not_applicable` | the methods without an answer by the rig, and why; `found_by` is `host` where the host found the reason [^1] |
-//! | `host` | the host: `results`, `not_applicable`, `details`, `diagnostics`, `single_faults` |
-//! | `details`, `single_faults` | the host, same contents as under `host` |
+//! | `host` | the host: `results`, `not_applicable`, `details`, `agreement`, `diagnostics`, `single_faults` |
+//! | `agreement`, `details`, `single_faults` | the host, same contents as under `host` |
 //!
 //! [^1]: A rig does not store to which method a reason belongs. The host's reason is given where the host
 //!     has no answer either.
@@ -21,13 +21,15 @@ use massline_shared::identify::{Estimate, IdentifySettings, Method, Observations
 use massline_shared::layout::HostLayout;
 use serde_json::{Value, json};
 
-use crate::identification::{Identification, Selection, identify, layout_of, lines_of};
+use crate::identification::{
+    Identification, MeasuredLines, Selection, identify, layout_of, learned, lines_of,
+};
 use crate::report::{
-    Unseen, cannot_see, diagnostics_json, estimates_of, message_in, refusals_json, refusals_text,
-    sentences, table,
+    Unseen, cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of,
+    message_in, refusals_json, refusals_text, sentences, table,
 };
 use crate::single_fault::{Examination, NominalTest};
-use crate::suspension::reciprocity_of_mass_lines;
+use crate::suspension::{Comparison, MassLineAnswers, compare, reciprocity_of_mass_lines};
 
 /// Heading of the host's findings in text.
 const HEADING: &str = "solved again here, in double precision";
@@ -41,6 +43,8 @@ pub struct HostSolution<'a> {
     pub examination: Option<Examination>,
     /// Hits that move against their force or are not reciprocal.
     reciprocity: Vec<Diagnostic>,
+    /// How the methods agree.
+    comparison: Comparison,
     result: &'a MeasurementResult,
     layout: HostLayout,
     selection: Selection,
@@ -70,7 +74,16 @@ impl<'a> HostSolution<'a> {
         let observed = Observations::of_mass_lines(&layout, &lines);
         let identification = identify(&observed, selection, &IdentifySettings::default());
         let reciprocity = reciprocity_of_mass_lines(&layout, &lines).to_vec();
-        Self { identification, examination: None, reciprocity, result, layout, selection }
+        let comparison = comparison(&identification, &layout, &lines);
+        Self {
+            identification,
+            examination: None,
+            reciprocity,
+            comparison,
+            result,
+            layout,
+            selection,
+        }
     }
 
     /// As [`Self::new`], with a search for the single mistake that explains the data.
@@ -112,8 +125,10 @@ impl<'a> HostSolution<'a> {
             "results": identification.results_json(),
             "not_applicable": identification.not_applicable_json(layout),
             "details": identification.details_json(layout),
+            "agreement": comparison_json(&self.comparison, &identification.estimates, layout),
             "single_faults": null,
         });
+        value["agreement"] = marked(host["agreement"].clone(), FoundBy::Host);
         if let Some(examination) = &self.examination {
             host["single_faults"] = examination.to_json(layout);
             value["single_faults"] = marked(host["single_faults"].clone(), FoundBy::Host);
@@ -149,6 +164,7 @@ impl<'a> HostSolution<'a> {
                 None => text += &format!("the rig has no such answer:\n{}", table(estimate, None)),
             }
         }
+        text += &comparison_text(&self.comparison, &self.identification.estimates, &self.layout);
         text += &self.identification.nuisance_text(&self.layout);
         text += &sentences(&self.reciprocity, |d| message_in(d, &self.layout));
         if let Some(examination) = &self.examination {
@@ -186,6 +202,18 @@ impl<'a> HostSolution<'a> {
         let whole = self.result.diagnostics.iter().filter(|d| d.subject == Subject::Whole);
         whole.filter(|d| d.severity > Severity::Note).copied().collect()
     }
+}
+
+/// How the methods agree that have answered these mass lines.
+fn comparison(
+    identification: &Identification,
+    layout: &HostLayout,
+    lines: &MeasuredLines,
+) -> Comparison {
+    let estimates = &identification.estimates;
+    let settings = IdentifySettings::default().inertia_restraint;
+    let budget = estimates.first().map_or_else(|| layout.clone(), |best| learned(layout, best));
+    compare(&MassLineAnswers { budget, lines, settings, estimates }, |_, _| ())
 }
 
 /// Adds to a JSON object who found it; `null` stays `null`.

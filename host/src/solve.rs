@@ -33,7 +33,7 @@ use crate::suspension::{
 };
 use crate::uff::{Quantity, UffFile};
 use crate::{Error, Result};
-use answer::Settings;
+use answer::{Failed, Settings};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses};
 use layout_checks::{admitted, layout_problem};
@@ -111,15 +111,7 @@ pub fn solve_files(
     options: &Options,
     progress: impl FnMut(u32, u32),
 ) -> Result<FrfSolution> {
-    let mut file = LayoutFile::read(layout)?;
-    if let Some(missing) = hits.iter().find(|dof| !file.layout.hits.iter().any(|h| h.dof == **dof))
-    {
-        let text = format!("{}: the layout has no hit {missing}; see its `hits`", layout.display());
-        return Err(Error::input("hit_not_in_layout", text));
-    }
-    if !hits.is_empty() {
-        file.layout.hits.retain(|hit| hits.contains(&hit.dof));
-    }
+    let file = layout_with_hits(layout, hits)?;
     let uff = UffFile::read(frfs)?;
     solve(&file, &uff, options, progress).map_err(|error| match error {
         Error::Undetermined { .. } => {
@@ -127,6 +119,20 @@ pub fn solve_files(
         }
         other => other.within(frfs.display()),
     })
+}
+
+/// A layout file with these of its hits, or all of them for none.
+fn layout_with_hits(path: &Path, hits: &[Dof]) -> Result<LayoutFile> {
+    let mut file = LayoutFile::read(path)?;
+    if let Some(missing) = hits.iter().find(|dof| !file.layout.hits.iter().any(|h| h.dof == **dof))
+    {
+        let text = format!("{}: the layout has no hit {missing}; see its `hits`", path.display());
+        return Err(Error::input("hit_not_in_layout", text));
+    }
+    if !hits.is_empty() {
+        file.layout.hits.retain(|hit| hits.contains(&hit.dof));
+    }
+    Ok(file)
 }
 
 /// Solves a layout with frequency responses: by mass lines where the file has a band for them, and by the suspension modes
@@ -139,7 +145,7 @@ pub fn solve(
     file: &LayoutFile,
     uff: &UffFile,
     options: &Options,
-    progress: impl FnMut(u32, u32),
+    mut progress: impl FnMut(u32, u32),
 ) -> Result<FrfSolution> {
     let layout = &file.layout;
     let wanted = options.selection.methods();
@@ -174,7 +180,7 @@ pub fn solve(
             return Err(error.unwrap_or_else(undetermined));
         }
         let mut part =
-            suspension::part(layout, &look?, options, &of_modes, answers.as_ref(), progress)?;
+            suspension::part(layout, &look?, options, &of_modes, answers.as_ref(), &mut progress)?;
         part.solution.not_applicable.extend(blocked);
         Ok(part)
     });
@@ -191,7 +197,26 @@ pub fn solve(
         truth,
         layout: layout.clone(),
     };
-    combine(settings, mass_lines, modal, notes)
+    // The answers of both parts are compared together; those to mass lines alone only where there are no others.
+    let comparison = match (&answers, &modal) {
+        (Some(answers), None | Some(Err(_))) => compare(answers, progress),
+        _ => Comparison::default(),
+    };
+    // Where nothing answers, the lines that are missing for the modes are worth a word.
+    let modal = match (&mass_lines, modal) {
+        (Some(Err(_)), None) if !of_modes.is_empty() => {
+            suspension::few_lines(layout, &responses, options).map(Err)
+        }
+        (_, modal) => modal,
+    };
+    let asked = Asked { of_mass_lines, of_modes };
+    combine(settings, asked, (mass_lines, comparison), modal, notes)
+}
+
+/// The methods that were asked for, by what they use.
+struct Asked {
+    of_mass_lines: Vec<Method>,
+    of_modes: Vec<Method>,
 }
 
 /// The suspension modes of a universal file, with the layout.
@@ -201,10 +226,11 @@ pub fn solve(
 pub fn modes_of_files(
     layout: &Path,
     frfs: &Path,
+    hits: &[Dof],
     options: &Options,
     progress: impl FnMut(u32, u32),
 ) -> Result<(SuspensionModes, HostLayout)> {
-    let file = LayoutFile::read(layout)?;
+    let file = layout_with_hits(layout, hits)?;
     let uff = UffFile::read(frfs)?;
     let within = |error: Error| error.within(frfs.display());
     let responses = LayoutResponses::of(&file.layout, &uff, options.quantity).map_err(within)?;
@@ -232,7 +258,8 @@ fn refuse_suspension_in_band([begins, _]: [f64; 2], highest_hz: Option<f64>) -> 
 /// The answers from mass lines and from suspension modes as one solution.
 fn combine(
     settings: Settings,
-    mass_lines: Option<Result<MassLinePart>>,
+    asked: Asked,
+    (mass_lines, comparison): (Option<Result<MassLinePart>>, Comparison),
     modal: Option<Result<ModalPart>>,
     mut notes: Vec<String>,
 ) -> Result<FrfSolution> {
@@ -242,20 +269,32 @@ fn combine(
         (None, None) => return Err(Error::undetermined("no_answer", "no method was asked for")),
         both => both,
     };
-    let mut noted =
-        |what: &str, error: &Error| notes.push(format!("no answer from {what}: {error}"));
+    let mut failed = Vec::new();
+    let mut noted = |what: &str, methods: Vec<Method>, error: &Error| {
+        notes.push(format!("no answer from {what}: {error}"));
+        failed.extend(methods.into_iter().map(|method| Failed {
+            method,
+            code: error.code().to_owned(),
+            message: error.to_string(),
+        }));
+    };
     if let Some(Err(error)) = &mass_lines {
-        noted("mass lines", error);
+        noted("mass lines", asked.of_mass_lines, error);
     }
     if let Some(Err(error)) = &modal {
-        noted("suspension modes", error);
+        noted("suspension modes", asked.of_modes, error);
     }
-    Ok(FrfSolution::new(
+    let mut solution = FrfSolution::new(
         settings,
         mass_lines.and_then(Result::ok),
         modal.and_then(Result::ok),
         notes,
-    ))
+    );
+    solution.failed = failed;
+    if solution.modes.is_none() {
+        solution.comparison = comparison;
+    }
+    Ok(solution)
 }
 
 /// What the mass lines of a file say.
@@ -264,8 +303,6 @@ pub(crate) struct MassLinePart {
     identification: Identification,
     examination: Examination,
     settings: IdentifySettings<f64>,
-    /// How the methods agree that use mass lines.
-    comparison: Comparison,
 }
 
 impl MassLinePart {
@@ -300,10 +337,7 @@ fn mass_line_part(
         let error = first_error(&found, |d| message_in(d, layout)).unwrap_or_else(undetermined);
         blame_the_responses(error, &examination, layout)
     })?;
-    let comparison = Comparison::default();
-    let mut part = MassLinePart { lines, identification, examination, settings, comparison };
-    part.comparison = compare(&part.answers(layout));
-    Ok(part)
+    Ok(MassLinePart { lines, identification, examination, settings })
 }
 
 #[cfg(test)]

@@ -7,20 +7,23 @@ use crate::error::Result;
 use crate::output::Output;
 use crate::report::{
     assurance_text, diagnostics_json, message_in, modes_json, modes_text, orders_text, sentences,
+    shapes_text,
 };
 use crate::solve::modes_of_files;
+use massline_shared::layout::Dof;
 
 /// Arguments of `massline modes`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Reads UFF dataset 58 as `massline solve` does, fits poles and residues to all responses of the
-suspension band together, and prints frequency, damping ratio and Norm Indicator of every mode,
-how alike the shapes are, and the poles of every order: those that return from order to order
+suspension band together, and prints frequency, damping ratio, Norm Indicator and shape of every
+mode, how alike the shapes are, and the poles of every order: those that return from order to order
 are modes.
 
 Examples:
   massline modes wheel.toml wheel.uff
   massline modes wheel.toml wheel.uff --suspension-band 1:20
+  massline modes wheel.toml wheel.uff --hits 101:+X,102:+Z,104:+Y
   massline modes wheel.toml wheel.uff --json | jq '.modes[].frequency_hz'")]
 pub struct Args {
     /// The layout file.
@@ -29,6 +32,9 @@ pub struct Args {
     frfs: PathBuf,
     #[command(flatten)]
     responses: ResponseArgs,
+    /// Hits to use, such as `1:+Y,4:+X`; default: all of the layout.
+    #[arg(long, value_name = "DOFS", value_delimiter = ',')]
+    hits: Vec<Dof>,
 }
 
 /// Runs the command.
@@ -38,7 +44,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let options = args.responses.options();
     let bar = output.bar(PERTURBATIONS, "uncertainty");
-    let found = modes_of_files(&args.layout, &args.frfs, &options, |done, all| {
+    let found = modes_of_files(&args.layout, &args.frfs, &args.hits, &options, |done, all| {
         bar.set_length(all.into());
         bar.set_position(done.into());
     });
@@ -51,6 +57,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     output.answer(&value, |_| {
         [
             modes_text(&modes, band, &layout),
+            shapes_text(&modes),
             assurance_text(&modes),
             orders_text(&modes),
             sentences(&modes.diagnostics, message_of),

@@ -9,9 +9,9 @@ use massline_shared::layout::HostLayout;
 use nalgebra::SVector;
 use serde_json::{Value, json};
 
-use super::{as_exact_as, two_digits};
+use super::{as_exact_as, message_in, two_digits};
 use crate::output::{align_right, table};
-use crate::suspension::Comparison;
+use crate::suspension::{Comparison, Doubt};
 
 /// All answers with their standard deviations, the combined one, and whether they agree; empty for fewer than two.
 pub fn comparison_text(
@@ -37,7 +37,8 @@ pub fn comparison_text(
     }
     let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
     let distances = distances_from_global_fit(estimates);
-    format!("all methods on the same data\n{tables}{}\n{distances}", verdict(comparison, layout))
+    let verdict = verdict(comparison, estimates, layout);
+    format!("all methods on the same data\n{tables}{verdict}\n{distances}")
 }
 
 /// How far the other methods are from the global fit where they have been warned of it; empty otherwise.
@@ -76,12 +77,20 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
     format!("{all}\n")
 }
 
-/// Whether the methods agree, or which one is off.
-fn verdict(comparison: &Comparison, layout: &HostLayout) -> String {
-    if comparison.flexible {
-        return "a flexible mode above the band moves the apparent mass, which only the global fit takes into account: \
-                rely on it; the others are off by about their distance from it"
-            .into();
+/// Whether the methods agree, or which ones are off.
+fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLayout) -> String {
+    match comparison.doubt {
+        Some(Doubt::FlexibleMode) => {
+            return "a flexible mode above the band moves the apparent mass, which only the global fit takes into account: \
+                    rely on it; the others are off by about their distance from it"
+                .into();
+        }
+        Some(Doubt::Misfit) => {
+            return "no body on a suspension fits these responses as well as their own modes do: rely on none of the \
+                    answers before gravity, gains and positions are checked"
+                .into();
+        }
+        None => {}
     }
     let Some(agreement) = &comparison.agreement else {
         return "the methods cannot be compared: the uncertainty of their differences is not known"
@@ -104,56 +113,92 @@ fn verdict(comparison: &Comparison, layout: &HostLayout) -> String {
         parameter.table_unit,
         largest.difference.abs() / largest.sigma,
     );
-    match (agreement.agrees(), agreement.outlier) {
-        (true, _) => format!("the methods agree: at most, {difference}"),
-        (false, Some(outlier)) => format!(
-            "{} is off: {difference}; {}. It is left out of the combined answer",
-            name(outlier),
-            method_at(comparison, outlier)
-                .map_or_else(String::new, |method| reason(method, layout)),
-        ),
-        (false, None) => format!(
+    if agreement.agrees() {
+        return format!("the methods agree: at most, {difference}");
+    }
+    let off: Vec<Method> =
+        agreement.outliers.iter().filter_map(|place| method_at(comparison, *place)).collect();
+    if off.is_empty() {
+        return format!(
             "the methods disagree: {difference}; the combined standard deviations include the differences between the \
              methods"
-        ),
+        );
     }
+    let reasons = reasons(&off, estimates, layout);
+    let (are, left_out) = if off.len() == 1 { ("is", "It is") } else { ("are", "They are") };
+    let names = off.iter().map(|method| method.name()).collect::<Vec<_>>().join(" and ");
+    format!(
+        "{names} {are} off: {difference}; {reasons}. {left_out} left out of the combined answer"
+    )
 }
 
 fn method_at(comparison: &Comparison, place: usize) -> Option<Method> {
     comparison.methods.get(place).copied().flatten()
 }
 
-/// What puts a method off while the others agree.
+/// What puts methods off while the others agree: what was found about the modes, or else what is known of the methods.
+fn reasons(off: &[Method], estimates: &[Estimate<f64>], layout: &HostLayout) -> String {
+    let of_off = estimates.iter().filter(|estimate| off.contains(&estimate.method));
+    let mut found: Vec<String> = of_off
+        .flat_map(|of| of.diagnostics.iter().map(move |d| (of.method.entry().doubted_by, d)))
+        .filter(|(doubts, d)| doubts.contains(&d.code))
+        .map(|(_, d)| message_in(d, layout))
+        .collect();
+    if found.is_empty() {
+        found = off.iter().map(|method| reason(*method, layout)).collect();
+    }
+    let mut distinct = Vec::new();
+    for reason in found {
+        if !distinct.contains(&reason) {
+            distinct.push(reason);
+        }
+    }
+    distinct.join("; ")
+}
+
+/// What is known to put a method off.
 fn reason(method: Method, layout: &HostLayout) -> String {
     let entry = method.entry();
+    let name = method.name();
     if entry.uses_priors && !layout.priors.is_empty() {
-        return "it uses [prior], which not all others do: check the values there".into();
+        return format!("{name} uses [prior], which not all others do: check the values there");
     }
-    format!("it is off when {}", entry.off_when)
+    format!("{name} is off when {}", entry.off_when)
 }
 
 /// The comparison as JSON; `null` for fewer than two answers.
-pub fn comparison_json(comparison: &Comparison, layout: &HostLayout) -> Value {
+pub fn comparison_json(
+    comparison: &Comparison,
+    estimates: &[Estimate<f64>],
+    layout: &HostLayout,
+) -> Value {
     if comparison.methods.iter().flatten().count() < 2 {
         return Value::Null;
     }
     let name = |place: usize| method_at(comparison, place).map(Method::name);
-    let Some(agreement) = &comparison.agreement else {
-        let verdict = verdict(comparison, layout);
-        let none = Value::Null;
-        return json!({
-            "agree": false, "off": none, "verdict": verdict, "combined": none, "pairs": [],
-        });
-    };
-    let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
+    let verdict = verdict(comparison, estimates, layout);
     let of_ten = |values: &SVector<f64, 10>| {
         let names = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.name.to_owned());
         names.zip(values.iter().map(|v| json!(v))).collect::<serde_json::Map<_, _>>()
     };
+    let methods: Vec<Value> = (comparison.methods.iter().zip(&comparison.sigmas))
+        .filter_map(|(method, sigma)| {
+            Some(json!({ "method": (*method)?.name(), "sigma": sigma.as_ref().map(of_ten) }))
+        })
+        .collect();
+    let Some(agreement) = &comparison.agreement else {
+        let none = Value::Null;
+        return json!({
+            "agree": comparison.doubt.map(|_| false), "off": [], "verdict": verdict, "combined": none, "pairs": [],
+            "methods": methods,
+        });
+    };
+    let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
     json!({
         "agree": agreement.agrees(),
-        "off": agreement.outlier.and_then(name),
-        "verdict": verdict(comparison, layout),
+        "off": agreement.outliers.iter().filter_map(|place| name(*place)).collect::<Vec<_>>(),
+        "verdict": verdict,
+        "methods": methods,
         "combined": {
             "value": of_ten(&agreement.theta),
             "sigma": of_ten(&sigma),

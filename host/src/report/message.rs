@@ -173,12 +173,20 @@ fn value(d: &Diagnostic) -> String {
         ValueUnit::SignedKilograms | ValueUnit::Accelerance => format!("{value:+.3}"),
         ValueUnit::KilogramSquareMeters | ValueUnit::OfProperty => five_digits(value),
         ValueUnit::Condition => format!("{value:.3e}"),
+        ValueUnit::SignedAxis => signed_axis(value),
         ValueUnit::None | ValueUnit::OfSetting => value.to_string(),
     };
     match unit.symbol(d.subject) {
         "" => number,
         symbol => format!("{number} {symbol}"),
     }
+}
+
+/// `+X` for 1 to `-Z` for −3.
+fn signed_axis(value: f32) -> String {
+    let sign = if value < 0.0 { '-' } else { '+' };
+    let letter = (value.abs() as usize).checked_sub(1).and_then(|k| AXIS_LETTERS.get(k));
+    letter.map_or("no axis".into(), |letter| format!("{sign}{}", letter.to_ascii_uppercase()))
 }
 
 /// A number with five significant digits.

@@ -1,15 +1,15 @@
 //! The suspension modes as tables and JSON.
 
 use massline_shared::layout::HostLayout;
+use massline_shared::mass_line::{ABOVE_SUSPENSION, BELOW_ELASTIC};
 use massline_shared::modes::SUSPENSION_MODES;
 use serde_json::{Value, json};
 
+use super::as_exact_as;
 use super::where_to_hit::{better_hit, new_direction};
 use crate::output::{Table, align_right, table};
 use crate::suspension::{ModeRow, OrderRow, PoleRow, SuspensionModes};
 
-/// The mass line of a body begins this much above its highest suspension mode (theory, section 5).
-const ABOVE_SUSPENSION: f64 = 3.0;
 /// Length of the longest bar, characters.
 const BAR: f64 = 4.0;
 
@@ -32,14 +32,17 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
     let mut text = format!("suspension modes from {low} to {high} Hz\n{of_modes}\n");
     text +=
         &format!("Norm Indicator: how much of a mode a hit shows\n{}\n", indicators(modes, layout));
-    let highest = modes.rows.get(SUSPENSION_MODES - 1).map(|row| row.frequency_hz[0]);
-    if let Some(highest) = highest {
+    if let Some(highest) = modes.rows.last().map(|row| row.frequency_hz[0]) {
+        let (which, begins) = match modes.rows.len() {
+            SUSPENSION_MODES => ("the highest one lies", "begins"),
+            _ => ("the highest one that shows lies", "begins no lower than"),
+        };
         text += &format!(
-            "the highest one lies at {highest:.2} Hz: a mass line begins at {:.0} Hz, provided that no elastic mode \
-             lies below {:.0} Hz\n",
+            "{which} at {highest:.2} Hz: a mass line {begins} at {:.0} Hz, provided that no elastic mode lies below \
+             {:.0} Hz\n",
             ABOVE_SUSPENSION * highest,
-            // The band ends at 0.4 of the first elastic mode and is at least twice as wide as it is high.
-            ABOVE_SUSPENSION * highest * 2.0 / 0.4,
+            // The band is at least an octave wide.
+            ABOVE_SUSPENSION * highest * 2.0 / BELOW_ELASTIC,
         );
     }
     for (place, row) in modes.rows.iter().enumerate() {
@@ -63,6 +66,22 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
 /// A standard deviation; a dash where none is known.
 fn spread(sigma: f64, digits: usize) -> String {
     if sigma.is_finite() { format!("{sigma:.digits$}") } else { "-".into() }
+}
+
+/// The mass-normalised shapes at the origin of the body frame, with their standard deviations.
+pub fn shapes_text(modes: &SuspensionModes) -> String {
+    let mut all = table();
+    all.set_header(["mode", "x", "y", "z", "θx", "θy", "θz"]);
+    align_right(&mut all, 1..7);
+    for (place, row) in modes.rows.iter().enumerate() {
+        let cells = row.shape.iter().zip(&row.shape_sigma).map(|(value, sigma)| {
+            let exact = sigma.is_finite().then_some(*sigma);
+            let spread = exact.map_or("-".into(), |sigma| as_exact_as(sigma, exact));
+            format!("{}\n± {spread}", as_exact_as(*value, exact))
+        });
+        all.add_row(std::iter::once((place + 1).to_string()).chain(cells));
+    }
+    format!("shapes at the origin, 1/√kg and 1/(m √kg)\n{all}\n")
 }
 
 /// How alike the shapes are: the modal assurance criterion.
@@ -114,6 +133,7 @@ fn indicators(modes: &SuspensionModes, layout: &HostLayout) -> Table {
 /// The modes as JSON.
 pub fn modes_json(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayout) -> Value {
     let row = |row: &ModeRow| {
+        let better = better_hit(row, layout);
         let indicators = layout.hits.iter().zip(&row.norm_indicators);
         json!({
             "frequency_hz": { "value": row.frequency_hz[0], "sigma": row.frequency_hz[1] },
@@ -126,8 +146,11 @@ pub fn modes_json(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
             "norm_indicators": indicators
                 .map(|(hit, indicator)| json!({ "dof": hit.dof.to_string(), "value": indicator }))
                 .collect::<Vec<_>>(),
+            // A hit that shows much more of the mode, and which part of that the best hit so far shows.
+            "better_hit": better.map(|(share, place)| json!({ "dof": place.dof(), "shown": share })),
         })
     };
+    let missing = SUSPENSION_MODES.saturating_sub(modes.rows.len());
     let order = |OrderRow { used, poles }: &OrderRow| {
         let poles = poles.iter().map(|pole| {
             json!({
@@ -141,6 +164,8 @@ pub fn modes_json(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
     json!({
         "band_hz": band_hz,
         "modes": modes.rows.iter().map(row).collect::<Vec<_>>(),
+        "modes_missing": missing,
+        "hit_for_missing": new_direction(layout).filter(|_| missing > 0).map(|place| place.dof()),
         "modal_assurance": modes.assurance,
         "orders": modes.orders.iter().map(order).collect::<Vec<_>>(),
         "noise_m_per_s2_per_n": modes.noise,

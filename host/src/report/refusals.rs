@@ -31,7 +31,7 @@ pub fn refusals_text<R: AsRef<[Diagnostic]>>(
 ) -> String {
     let line = |(method, reasons): &(Method, R)| {
         let reasons = reasons.as_ref();
-        let failed = reasons.iter().all(|d| is_failure(d.code));
+        let failed = reasons.first().is_none_or(|d| is_failure(d.code));
         let what = if failed { "gave no answer" } else { "not applicable" };
         let coded = |d: &Diagnostic| format!("{}: {}", code_name(d), message_of(d));
         format!("{}: {what}: {}\n", method.name(), joined(reasons, coded))
@@ -48,6 +48,7 @@ fn is_failure(code: Code) -> bool {
             | Code::IllConditioned
             | Code::AttachedTooHeavy
             | Code::MassNotPositive
+            | Code::ModelDoesNotFit
             | Code::PriorInconsistentWithData
     )
 }

@@ -25,6 +25,11 @@ pub struct Place {
 }
 
 impl Place {
+    /// The point and direction, as in a layout.
+    pub(super) fn dof(&self) -> String {
+        self.dof.to_string()
+    }
+
     fn of(dof: Dof, layout: &HostLayout) -> Self {
         Self { dof, at_sensor: layout.sensors.iter().any(|sensor| sensor.node == dof.node) }
     }

@@ -3,7 +3,7 @@
 use massline_shared::Responses;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::global_fit::GlobalFitSolution;
-use massline_shared::identify::{DofMassLines, Estimate, MassLines};
+use massline_shared::identify::{DofMassLines, Estimate, MassLines, Method};
 use massline_shared::layout::{HOST_SENSORS, HostLayout};
 use serde_json::{Value, json};
 
@@ -27,6 +27,14 @@ pub(super) struct Settings {
     pub(super) layout_hash: Option<u32>,
     pub(super) truth: Option<Truth>,
     pub(super) layout: HostLayout,
+}
+
+/// A method without an answer, because what it uses could not be had.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Failed {
+    pub(super) method: Method,
+    pub(super) code: String,
+    pub(super) message: String,
 }
 
 /// The answer of the offline solver.
@@ -55,6 +63,8 @@ pub struct FrfSolution {
     pub diagnostics: Vec<Diagnostic>,
     /// Hash of the layout, when the layout fits a rig.
     pub layout_hash: Option<u32>,
+    /// The methods of a part that has failed as a whole.
+    pub(super) failed: Vec<Failed>,
     /// Expected values to compare with.
     pub truth: Option<Truth>,
     /// Which body the layout was checked with, and how the file was read.
@@ -82,13 +92,12 @@ impl FrfSolution {
             comparison: Comparison::default(),
             diagnostics: Vec::new(),
             layout_hash,
+            failed: Vec::new(),
             truth,
             notes,
             layout,
         };
-        if let Some(MassLinePart { lines, identification, examination, comparison, .. }) =
-            mass_lines
-        {
+        if let Some(MassLinePart { lines, identification, examination, .. }) = mass_lines {
             let channels = 3 * all.layout.sensors.len();
             all.mass_lines = by_hit(&lines.lines, channels, |lines| &lines.accelerance);
             all.noise = by_hit(&lines.lines, channels, |lines| &lines.noise);
@@ -96,7 +105,6 @@ impl FrfSolution {
             all.diagnostics = lines.diagnostics;
             all.identification = identification;
             all.examination = Some(examination);
-            all.comparison = comparison;
         }
         if let Some(ModalPart { solution, band_hz, diagnostics }) = modal {
             all.identification.estimates.extend(solution.estimates);
@@ -122,9 +130,13 @@ impl FrfSolution {
     pub fn to_json(&self) -> Value {
         let lines = self.layout.hits.iter().zip(&self.mass_lines).zip(&self.noise);
         let said = [self.identification.warnings(), self.diagnostics.clone()].concat();
+        let mut not_applicable = self.identification.not_applicable_json(&self.layout);
+        if let Value::Array(all) = &mut not_applicable {
+            all.extend(self.failed.iter().map(Failed::to_json));
+        }
         let mut value = json!({
             "results": self.identification.results_json(),
-            "not_applicable": self.identification.not_applicable_json(&self.layout),
+            "not_applicable": not_applicable,
             "details": self.identification.details_json(&self.layout),
             "layout_hash": self.layout_hash,
             "calibration": null,
@@ -151,7 +163,8 @@ impl FrfSolution {
             .as_ref()
             .map_or(Value::Null, |(modes, band)| modes_json(modes, *band, &self.layout));
         value["global_fit"] = self.global_fit.as_ref().map_or(Value::Null, global_fit_json);
-        value["agreement"] = comparison_json(&self.comparison, &self.layout);
+        value["agreement"] =
+            comparison_json(&self.comparison, &self.identification.estimates, &self.layout);
         value["cannot_see"] = report::cannot_see_json(&self.cannot_see());
         value
     }
@@ -181,7 +194,10 @@ impl FrfSolution {
                 self.reference_point.name()
             );
         }
-        text += &report::sentences(&self.diagnostics, |d| message_in(d, &self.layout));
+        let shown = &self.identification.estimates[..whole];
+        let said = |d: &&Diagnostic| shown.iter().any(|of| of.diagnostics.contains(d));
+        let rest: Vec<Diagnostic> = self.diagnostics.iter().filter(|d| !said(d)).copied().collect();
+        text += &report::sentences(&rest, |d| message_in(d, &self.layout));
         for note in &self.notes {
             text += &format!("note: {note}\n");
         }
@@ -190,6 +206,17 @@ impl FrfSolution {
 
     fn cannot_see(&self) -> Vec<report::Unseen> {
         report::cannot_see(&self.layout, self.answer().map(|answer| &answer.body))
+    }
+}
+
+impl Failed {
+    fn to_json(&self) -> Value {
+        json!({
+            "method": self.method.name(),
+            "code": self.code,
+            "message": self.message,
+            "codes": [self.code],
+        })
     }
 }
 

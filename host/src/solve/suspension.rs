@@ -51,19 +51,32 @@ pub(super) fn look(
         Err(error) => return Some(Err(error)),
     };
     if all.len() < FEWEST_LINES {
-        let [low, high] = band;
-        let text = format!(
-            "the file has {} lines from {low} to {high} Hz, too few to show the suspension modes; export lines from \
-             below the lowest to above the highest mode (--suspension-band), or rely on mass lines",
-            all.len()
-        );
-        let error = Error::undetermined(Code::SuspensionModesMissing.name(), text);
-        return named.then_some(Err(error));
+        return named.then(|| Err(too_few(&all, band)));
     }
     let first = all.thinned().responses().and_then(|responses| {
         find_modes(layout, &responses, all.record_s()).map_err(|found| said(layout, &found))
     });
     Some(first.map(|first| Look { all, first }))
+}
+
+/// That the file has too few lines of the suspension band, where that is so.
+pub(super) fn few_lines(
+    layout: &HostLayout,
+    responses: &LayoutResponses,
+    options: &Options,
+) -> Option<Error> {
+    let band = options.suspension_band_hz;
+    let all = responses.spectrum_bins(layout, band, options.decay).ok()?;
+    (all.len() < FEWEST_LINES).then(|| too_few(&all, band))
+}
+
+fn too_few(all: &LinesOfBand, [low, high]: [f64; 2]) -> Error {
+    let text = format!(
+        "the file has {} lines from {low} to {high} Hz, too few to show the suspension modes ({FEWEST_LINES} are needed); \
+         export lines from below the lowest to above the highest mode (--suspension-band), or rely on mass lines",
+        all.len()
+    );
+    Error::undetermined(Code::SuspensionModesMissing.name(), text)
 }
 
 /// Solves what a look has shown. `answers` are those of other methods to the same test.

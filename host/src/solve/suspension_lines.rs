@@ -6,7 +6,7 @@ use super::frfs::LinesOfBand;
 
 /// Fewest lines that can show five modes: two unknowns and their complex residues each, twice over.
 pub(super) const FEWEST_LINES: usize = 24;
-/// Lines further apart than this many usual distances leave a gap.
+/// Lines further apart than this many times their neighbours leave a gap.
 const GAP: f64 = 3.0;
 
 impl LinesOfBand {
@@ -59,10 +59,14 @@ impl LinesOfBand {
     /// The frequency at which a gap in the lines begins, Hz, when there is one.
     pub(super) fn gap(&self) -> Option<f64> {
         let distances: Vec<f64> = self.frequencies.windows(2).map(|f| f[1] - f[0]).collect();
-        let mut sorted = distances.clone();
-        sorted.sort_by(f64::total_cmp);
-        let usual = *sorted.get(sorted.len() / 2)?;
-        let place = distances.iter().position(|distance| *distance > GAP * usual)?;
+        // Lines may become wider apart with frequency, as on a logarithmic scale.
+        let neighbours = |place: usize| {
+            let before = place.checked_sub(1).and_then(|before| distances.get(before));
+            let both = [before, distances.get(place + 1)];
+            both.into_iter().flatten().copied().fold(0.0, f64::max)
+        };
+        let is_gap = |place: &usize| distances[*place] > GAP * neighbours(*place);
+        let place = (0..distances.len()).filter(|_| distances.len() > 1).find(is_gap)?;
         self.frequencies.get(place).copied()
     }
 

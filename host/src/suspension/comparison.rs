@@ -16,38 +16,47 @@ pub struct Comparison {
     pub sigmas: [Option<SVector<f64, 10>>; METHODS],
     /// How they agree; `None` with fewer than two of them, and where they are known to differ.
     pub agreement: Option<Agreement<f64>>,
+    /// Why they are known to be off, so that nothing is combined.
+    pub doubt: Option<Doubt>,
+}
+
+/// What puts answers off by more than they say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doubt {
     /// A flexible mode above the band, which only the global fit takes into account.
-    pub flexible: bool,
+    FlexibleMode,
+    /// No body on a suspension fits the responses.
+    Misfit,
 }
 
 impl Comparison {
-    /// Compares the answers that a survey has asked about, given by their places there. With a flexible mode above the band
-    /// the other methods are known to be off, and nothing is combined.
+    /// Compares the answers that a survey has asked about, given by their places there. Where they are known to be off,
+    /// nothing is combined.
     pub(super) fn of<'e>(
         survey: &Survey,
         answers: impl IntoIterator<Item = (usize, &'e Estimate<f64>)>,
-        flexible: bool,
+        doubt: Option<Doubt>,
     ) -> Self {
         let mut thetas = [None; METHODS];
-        let mut all = Self { flexible, ..Self::default() };
+        let mut all = Self { doubt, ..Self::default() };
         for (place, estimate) in answers {
             all.methods[place] = Some(estimate.method);
             all.sigmas[place] = survey.sigma(place);
-            thetas[place] = (!flexible).then(|| estimate.theta());
+            thetas[place] = doubt.is_none().then(|| estimate.theta());
         }
         all.agreement = survey.agreement(&thetas);
         all
     }
 }
 
-/// How the answers to mass lines alone agree.
-pub fn compare(answers: &MassLineAnswers<'_>) -> Comparison {
+/// How the answers to mass lines alone agree. `progress` is told how many of all changes are done.
+pub fn compare(answers: &MassLineAnswers<'_>, progress: impl FnMut(u32, u32)) -> Comparison {
     let asked: Vec<Asked<'_>> =
         answers.estimates.iter().map(|e| Asked::MassLines(e.method, answers)).collect();
     let survey = if asked.len() < 2 {
         Survey::none()
     } else {
-        Survey::of(&answers.budget, None, &asked, &mut Reduction::new(), |_, _| ())
+        Survey::of(&answers.budget, None, &asked, &mut Reduction::new(), progress)
     };
-    Comparison::of(&survey, answers.estimates.iter().enumerate(), false)
+    Comparison::of(&survey, answers.estimates.iter().enumerate(), None)
 }

@@ -1,6 +1,7 @@
 //! The methods that use the suspension modes, on the frequency responses of a test: all of them at once, their
 //! uncertainty and their agreement.
 
+mod adequacy;
 mod comparison;
 mod deviations;
 mod first_look;
@@ -22,7 +23,8 @@ use massline_shared::identify::{Estimate, Method, Observable};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use massline_shared::modes::{LinesPerSide, Reduction};
 
-pub use comparison::{Comparison, compare};
+use adequacy::{Adequacy, judge, misfit, warn_of_misfit};
+pub use comparison::{Comparison, Doubt, compare};
 pub use first_look::{FirstLook, find_modes};
 pub use global::GlobalAnswer;
 pub use mass_lines::MassLineAnswers;
@@ -79,7 +81,11 @@ pub fn solve(
     let layout = mass_lines.map_or(layout, |of| &of.budget);
     let mut memory = Box::new(Reduction::new());
     let fit = HostFit::new(layout, readings, &mut memory)?.with_lines(settings.lines);
-    let findings = findings(&fit, readings, &memory)?;
+    let mut findings = findings(&fit, readings, &memory)?;
+    match fit.one_more() {
+        Some(error) if error.is_error() => return Err(Diagnostics::from_array([error])),
+        warning => findings.extend(warning),
+    }
     // The modal answers are where the global fit starts, also when it is the only method that is wanted.
     let modal = Method::ALL.into_iter().filter(|m| m.entry().observes == Observable::Suspension);
     let variants: Vec<Variant> =
@@ -87,7 +93,9 @@ pub fn solve(
     let mut modal = answered(&fit, &variants, settings.named, &mut memory);
     let start = modal.answers.first().map(|(_, answer)| answer.body);
     // The global fit also tells the other methods whether a flexible mode is near.
-    let global = global_fit(layout, &fit, readings, start.as_ref());
+    let mut global = global_fit(layout, &fit, readings, start.as_ref());
+    let adequacy = judge(layout, &fit, readings, start.as_ref(), &global)?;
+    refuse_misfit(&mut global, adequacy);
     modal.keep(wanted);
     let global_wanted = wanted.contains(&Method::GlobalFit);
     if let (Err(reasons), true) = (&global, global_wanted) {
@@ -109,13 +117,12 @@ pub fn solve(
     let mut estimates: Vec<(usize, Estimate<f64>)> =
         compared.map(|found| (0, found.solution.estimate.clone())).into_iter().collect();
     estimates.extend(survey.estimates(&mut modal, first, layout.characteristic_length()));
-    let flexible = global.as_ref().is_some_and(|found| found.solution.extra_terms > 0);
     let of_lines = (first + modal.answers.len()..).zip(of_lines.map(|(_, estimate)| estimate));
     let all = estimates.iter().map(|(place, estimate)| (*place, estimate)).chain(of_lines);
     Ok(SuspensionSolution {
+        comparison: Comparison::of(&survey, all, adequacy.doubt()),
+        estimates: warned(estimates, adequacy, &findings),
         modes: SuspensionModes::new(&fit, &survey, findings),
-        comparison: Comparison::of(&survey, all, flexible),
-        estimates: estimates.into_iter().map(|(_, estimate)| estimate).collect(),
         not_applicable: modal.not_applicable,
         global: global.map(|found| found.solution),
     })
@@ -132,9 +139,20 @@ pub fn modes(
 ) -> Result<SuspensionModes, Diagnostics> {
     let mut memory = Box::new(Reduction::new());
     let fit = HostFit::new(layout, readings, &mut memory)?;
-    let findings = findings(&fit, readings, &memory)?;
+    let mut findings = findings(&fit, readings, &memory)?;
+    findings.extend(fit.one_more().map(|d| Diagnostic { severity: Severity::Warning, ..d }));
     let survey = Survey::of(layout, Some(&fit), &[], &mut memory, progress);
-    Ok(SuspensionModes::new(&fit, &survey, findings))
+    let modes = SuspensionModes::new(&fit, &survey, findings);
+    // A frequency that is less certain than the peak is wide is that of noise.
+    let is_noise = |row: &ModeRow| {
+        let width = 2.0 * row.damping_ratio[0] * row.frequency_hz[0];
+        row.frequency_hz[1] > width
+    };
+    if modes.rows.iter().all(is_noise) {
+        let missing = Diagnostic::whole(Code::SuspensionModesMissing, Severity::Error, 0.0);
+        return Err(Diagnostics::from_array([missing]));
+    }
+    Ok(modes)
 }
 
 /// Warnings about modes, sensors and hits.
@@ -182,6 +200,36 @@ fn global_fit(
         Some(_) if count < FEWEST_MODES => Err(few()),
         Some((property, share)) => Err(refusal_of_property(property, share)),
     }
+}
+
+/// Refuses a global fit whose extra terms do not make it fit: they have taken up what is wrong elsewhere.
+fn refuse_misfit(global: &mut Result<GlobalAnswer, Diagnostics>, adequacy: Adequacy) {
+    let (Ok(found), Adequacy::Misfit(left)) = (&*global, adequacy) else { return };
+    if found.solution.extra_terms == 0 {
+        return;
+    }
+    let mut reasons = Diagnostics::from_array([misfit(Severity::Error, left)]);
+    reasons.extend(found.solution.estimate.diagnostics.iter().copied());
+    *global = Err(reasons);
+}
+
+/// The estimates alone, with warnings of a misfit and of what was found about modes that they use.
+fn warned(
+    estimates: Vec<(usize, Estimate<f64>)>,
+    adequacy: Adequacy,
+    findings: &[Diagnostic],
+) -> Vec<Estimate<f64>> {
+    let mut all: Vec<_> = estimates.into_iter().map(|(_, estimate)| estimate).collect();
+    for estimate in &mut all {
+        let doubts = estimate.method.entry().doubted_by;
+        let room = estimate.diagnostics.capacity() - estimate.diagnostics.len();
+        let found = findings.iter().filter(|d| doubts.contains(&d.code)).copied();
+        estimate.diagnostics.extend(found.take(room));
+    }
+    if let Adequacy::Misfit(left) = adequacy {
+        warn_of_misfit(&mut all, left);
+    }
+    all
 }
 
 /// The refusal of an answer that says next to nothing about a property.

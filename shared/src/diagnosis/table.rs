@@ -371,7 +371,7 @@ codes! {
     FourModesRankNine = 97, "toivola_nuutila_four_modes_rank_nine", Whole, Count;
         "Four modes have rank\nnine: five are\nneeded.";
         "four modes give ten equations, but for any body only nine of them are independent (rank {value}); \
-         find a fifth mode, or state the mass and one more property in [prior]";
+         find a fifth mode, or state the mass and a coordinate of the centre of mass in [prior]";
     /// A method needs all six suspension modes. Value: how many there are.
     SixModesNeeded = 98, "six_modes_needed", Whole, Count;
         "It needs six modes:\nhit where the missing\none moves.";
@@ -439,6 +439,11 @@ codes! {
         "Moves against its\nforce: check sign and\ndirection.";
         "the point of {subject} moves against the force, which no body does; check the sign of the hit, the \
          axes of the sensors and the polarity of the hammer";
+    /// Every point that is hit moves against the force.
+    AllPointsReversed = 125, "all_points_reversed", Whole, None;
+        "All points move\nagainst the hammer:\nreversed polarity?";
+        "every point that is hit moves against the force, which no body does: the hammer has reversed polarity, or the \
+         responses are displacements and not accelerations, which have the opposite sign (--quantity receptance)";
     /// The response at one hit to the other is not that at the other to the one. Subject: both. Value: the
     /// difference relative to their driving points.
     NotReciprocal = 110, "not_reciprocal", HitPair, Share(0);
@@ -467,6 +472,24 @@ codes! {
         "Sensors contradict\neach other: check\naxes and gains.";
         "{value} of the readings fit no motion of a rigid body; check axes, gains, positions and cables of the \
          sensors";
+
+    /// A body on a suspension does not explain the readings as well as their own modes do. Value: what it leaves, relative to
+    /// the noise.
+    ModelDoesNotFit = 122, "model_does_not_fit", Whole, Times;
+        "Does not fit: check\ngravity, gains and\nplaces.";
+        "no body on a suspension fits these responses (it leaves {value} times their noise), so the answer may be wrong by \
+         more than it says; check gravity and senses_gravity, the gains, and the places and directions of sensors and \
+         hits";
+    /// Another direction of gravity explains the readings, and that of the layout does not. Value: the direction.
+    GravitySuspect = 123, "gravity_suspect", Whole, SignedAxis;
+        "Gravity seems wrong:\ncorrect the layout.";
+        "the responses contradict the gravity that the layout states, and fit with sensors that sense gravity along \
+         {value}; correct gravity, or senses_gravity of the sensors";
+    /// The responses show a mode more than a rigid body on a suspension has. Value: its frequency.
+    MoreModesThanSix = 124, "more_modes_than_six", Whole, Hertz;
+        "A seventh mode: the\nobject is not rigid\nhere.";
+        "besides six suspension modes there is one more at {value}: a part of the object, a cord or a stand moves by \
+         itself, and no method for rigid bodies holds; fix what is loose, or make the suspension softer";
 
     // Codes of single mistakes that would explain the data.
 

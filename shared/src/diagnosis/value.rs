@@ -42,6 +42,8 @@ pub enum ValueUnit {
     Condition,
     /// Unit of the setting that is the subject.
     OfSetting,
+    /// An axis of the body frame with its sign: from 1 for +X to −3 for −Z, and 0 for none.
+    SignedAxis,
     /// SI unit of the inertial parameter that is the subject: kg, m or kg m².
     OfProperty,
 }
@@ -76,6 +78,7 @@ impl ValueUnit {
             | Self::Times
             | Self::Factor
             | Self::Condition
+            | Self::SignedAxis
             | Self::OfSetting => "",
         }
     }

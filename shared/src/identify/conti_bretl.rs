@@ -7,7 +7,7 @@ use heapless::Vec;
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3};
 
 use super::method::{Entry, Observable};
-use super::suspension::{Answer, Suspension, is_blocked, refuse_mixed_modes};
+use super::suspension::{Answer, DOUBTS_OF_SHAPES, Suspension, is_blocked, refuse_mixed_modes};
 use crate::Real;
 use crate::body::{RigidBody, elements};
 use crate::diagnosis::{Code, Diagnostics, fatal};
@@ -24,6 +24,7 @@ pub const ENTRY: Entry = Entry {
     observes: Observable::Suspension,
     uses_priors: false,
     off_when: "a mode is missing, complex or mixed with its neighbour",
+    doubted_by: DOUBTS_OF_SHAPES,
     on_request: false,
     is_blocked,
     workspace: |_, _| 0,

@@ -65,6 +65,7 @@ pub const ENTRY: Entry = Entry {
     observes: Observable::SpectrumBins,
     uses_priors: true,
     off_when: "the object is not rigid or the suspension not linear in the band",
+    doubted_by: &[],
     on_request: false,
     is_blocked,
     workspace: |sensors, _| workspace(sensors, HOST_HITS),

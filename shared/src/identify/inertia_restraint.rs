@@ -34,6 +34,7 @@ pub const ENTRY: Entry = Entry {
     observes: Observable::MassLines,
     uses_priors: false,
     off_when: "the suspension or an elastic mode is near the band of the mass lines",
+    doubted_by: &[],
     on_request: false,
     // The method starts from the motion of the body, which the sensors have to determine.
     is_blocked: |_, _| true,

@@ -35,6 +35,8 @@ pub struct Entry {
     pub uses_priors: bool,
     /// When its answer is off while others are not, to complete the sentence "it is off when …".
     pub off_when: &'static str,
+    /// Codes of findings about the modes that put its answer off.
+    pub doubted_by: &'static [Code],
     /// True for a method that runs only when it is requested by name.
     pub on_request: bool,
     /// Whether a layout with this code rules out the method; the flag is true when priors compensate for the

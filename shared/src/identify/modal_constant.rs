@@ -20,6 +20,7 @@ pub const ENTRY: Entry = Entry {
     observes: Observable::Suspension,
     uses_priors: false,
     off_when: "an elastic mode is near the band",
+    doubted_by: &[],
     on_request: false,
     is_blocked: |_, _| true,
     workspace: |_, _| 0,

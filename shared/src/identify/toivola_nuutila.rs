@@ -6,7 +6,9 @@
 use nalgebra::Vector6;
 
 use super::method::{Entry, Observable};
-use super::suspension::{Answer, KnownProperty, Suspension, is_blocked, refuse_mixed_modes};
+use super::suspension::{
+    Answer, DOUBTS_OF_SHAPES, KnownProperty, Suspension, is_blocked, refuse_mixed_modes,
+};
 use crate::Real;
 use crate::body::{RigidBody, regressor, scale};
 use crate::diagnosis::{Code, Diagnostics, fatal};
@@ -21,6 +23,7 @@ pub const ENTRY: Entry = Entry {
     observes: Observable::Suspension,
     uses_priors: true,
     off_when: "a mode is missing, complex or mixed with its neighbour",
+    doubted_by: DOUBTS_OF_SHAPES,
     on_request: false,
     is_blocked,
     workspace: |_, _| 0,

@@ -135,3 +135,58 @@ pub(crate) fn across<R: Real>(direction: &Vector3<R>) -> [Vector3<R>; 2] {
     let first = first / first.norm();
     [first, direction.cross(&first)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::tests::bar_layout;
+
+    /// What a shift does to every response row and unit force, by finite differences of what the budget says.
+    #[test]
+    fn a_shift_is_one_standard_deviation_of_what_it_names() {
+        let layout = bar_layout();
+        for quantity in layout.uncertain_quantities() {
+            let mut shifted = layout.clone();
+            let changes = shifted.shift(quantity);
+            match quantity {
+                UncertainQuantity::Sensor { index, quantity } => {
+                    let [old, new] = [&layout.sensors[index], &shifted.sensors[index]];
+                    let axes = (new.axes_matrix() - old.axes_matrix()).norm();
+                    let moved = (Vector3::from(new.position) - Vector3::from(old.position)).norm();
+                    let budget = old.uncertainty;
+                    let expected = match quantity {
+                        0 | 4 | 8 => [budget.gain, 0.0],
+                        0..SENSITIVITIES => [budget.cross_axis, 0.0],
+                        // Two of three axes turn.
+                        9..12 => [budget.rotation * 2_f64.sqrt(), 0.0],
+                        _ => [0.0, budget.position],
+                    };
+                    assert!((axes - expected[0]).abs() < 1e-12, "{quantity}: {axes}");
+                    assert!((moved - expected[1]).abs() < 1e-12, "{quantity}: {moved}");
+                    assert_eq!(changes, expected != [0.0; 2]);
+                }
+                UncertainQuantity::Hit { index, quantity } => {
+                    let [old, new] = [&layout.hits[index], &shifted.hits[index]];
+                    let change = |a: [f64; 3], b: [f64; 3]| Vector3::from(a) - Vector3::from(b);
+                    let moved = change(new.position, old.position);
+                    let turned = change(new.direction, old.direction);
+                    let (position, direction) =
+                        old.uncertainty.of_mean(u16::from(layout.test.hits_per_dof));
+                    let expected = if quantity < 2 { [position, 0.0] } else { [0.0, direction] };
+                    assert!((moved.norm() - expected[0]).abs() < 1e-12, "{quantity}: {moved}");
+                    assert!((turned.norm() - expected[1]).abs() < 1e-12, "{quantity}: {turned}");
+                    // Along the hit, a shift changes nothing.
+                    let along = Vector3::from(old.direction);
+                    assert!(moved.dot(&along).abs() < 1e-12 && turned.dot(&along).abs() < 1e-12);
+                }
+                UncertainQuantity::Hammer => {
+                    let force = Vector3::from(shifted.hits[0].direction).norm();
+                    assert!((force - (1.0 - layout.hammer_gain)).abs() < 1e-12, "{force}");
+                }
+                UncertainQuantity::Attached(_) | UncertainQuantity::Prior(_) => {
+                    unreachable!("the frame has none")
+                }
+            }
+        }
+    }
+}

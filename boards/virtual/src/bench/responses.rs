@@ -30,6 +30,33 @@ impl SprungPart {
     }
 }
 
+/// A dashpot between a point of the object and the ground, such as a cable that rubs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dashpot {
+    /// The point, body frame, m.
+    pub point: Vector3<f64>,
+    /// Force over velocity in every direction, N s/m.
+    pub coefficient: f64,
+}
+
+/// What an object has besides mass, springs, and a viscous damping that every mode has as stated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Besides {
+    /// A part on springs of its own.
+    pub part: Option<SprungPart>,
+    /// A damper at one point, which makes shapes complex.
+    pub dashpot: Option<Dashpot>,
+    /// The damping of the suspension is structural: its force is in phase with the velocity and proportional to the
+    /// displacement, as in rubber.
+    pub structural: bool,
+}
+
+impl From<SprungPart> for Besides {
+    fn from(part: SprungPart) -> Self {
+        Self { part: Some(part), ..Self::default() }
+    }
+}
+
 /// Accelerances of all channels of a layout under all of its hits, in (m/s²)/N: frequency by frequency, channel by
 /// channel, hit by hit. Accelerometers at DC also sense how gravity turns.
 ///
@@ -39,21 +66,26 @@ pub fn frequency_responses(
     bench: &Bench,
     layout: &HostLayout,
     frequencies_hz: &[f64],
-    part: Option<SprungPart>,
+    besides: &Besides,
 ) -> Result<Vec<Complex<f64>>, SuspensionError> {
     let modes = rigid_modes(&bench.body, &bench.suspension, &bench.gravity)?;
     let mass = bench.body.mass_matrix();
     let stiffness = of_modes(&mass, &modes, |mode| mode.omega * mode.omega);
-    let damping = of_modes(&mass, &modes, |mode| 2.0 * mode.damping_ratio * mode.omega);
+    let modal = of_modes(&mass, &modes, |mode| 2.0 * mode.damping_ratio * mode.omega);
+    let loss = of_modes(&mass, &modes, |mode| 2.0 * mode.damping_ratio * mode.omega.powi(2));
+    let (damping, loss) =
+        if besides.structural { (Matrix6::zeros(), loss) } else { (modal, Matrix6::zeros()) };
+    let damping = damping + besides.dashpot.map_or(Matrix6::zeros(), |dashpot| dashpot.matrix());
     let forces: Vec<Vector6<Complex<f64>>> =
         layout.hits.iter().map(|hit| hit.unit_force(&Vector3::zeros()).map(real)).collect();
     let mut responses = Vec::new();
     for frequency in frequencies_hz {
         let s = Complex::new(0.0, std::f64::consts::TAU * frequency);
-        let apparent = part
+        let apparent = besides
+            .part
             .map_or(real(1.0), |part| real(1.0 - part.share) + part.transmitted(s) * part.share);
-        let dynamic =
-            mass.map(|m| apparent * s * s * m) + damping.map(|c| s * c) + stiffness.map(real);
+        let springs = stiffness.zip_map(&loss, Complex::new);
+        let dynamic = mass.map(|m| apparent * s * s * m) + damping.map(|c| s * c) + springs;
         let inverse = dynamic.try_inverse().ok_or(SuspensionError::Underconstrained)?;
         let motions: Vec<_> = forces.iter().map(|force| inverse * force * (s * s)).collect();
         for channel in 0..3 * layout.sensors.len() {
@@ -73,6 +105,15 @@ pub fn add_noise(responses: &mut [Complex<f64>], sigma: f64, seed: u64, run: u64
     let mut draw = || part * random.sample::<f64, _>(StandardNormal);
     for response in responses {
         *response += Complex::new(draw(), draw());
+    }
+}
+
+impl Dashpot {
+    /// Damping matrix about the origin, N s/m, N s, N m s.
+    fn matrix(&self) -> Matrix6<f64> {
+        let mut motion = nalgebra::Matrix3x6::identity();
+        motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-self.point.cross_matrix());
+        motion.transpose() * motion * self.coefficient
     }
 }
 

@@ -17,7 +17,7 @@ use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone, align_right, table};
 use crate::report::modes_text;
-use crate::solve::{Options, solve};
+use crate::solve::{Options, SUSPENSION_BAND_HZ, solve};
 use crate::uff::UffFile;
 use study::{Row, SET_NAMES, Study, Wheel};
 
@@ -150,7 +150,7 @@ fn text(studies: &[Study], output: &Output) -> String {
     if let Some((study, modes)) =
         studies.iter().find_map(|study| Some((study, study.modes.as_ref()?)))
     {
-        text += &modes_text(modes, study::BAND, &study.layout);
+        text += &modes_text(modes, SUSPENSION_BAND_HZ, &study.layout);
     }
     text += &truth_text();
     for study in studies {

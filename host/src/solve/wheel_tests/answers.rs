@@ -6,7 +6,8 @@ use super::*;
 
 #[test]
 fn every_method_that_applies_answers_and_they_agree() {
-    let solution = solved(&noise_alone(), &unchanged(&lines(), None), &Options::default()).unwrap();
+    let solution =
+        solved(&noise_alone(), &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
     let truth = Bench::named("wheel").unwrap().truth();
     let methods: Vec<_> = solution.identification.estimates.iter().map(|e| e.method).collect();
     assert_eq!(
@@ -40,7 +41,7 @@ fn every_method_that_applies_answers_and_they_agree() {
 #[test]
 fn a_tyre_is_seen_by_the_global_fit_and_the_others_say_how_far_they_are_off() {
     let tyre = SprungPart { share: 0.52, frequency_hz: 50.0, damping_ratio: 0.03 };
-    let uff = unchanged(&lines(), Some(tyre));
+    let uff = unchanged(&lines(), tyre);
     let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
     let truth = Bench::named("wheel").unwrap().truth();
     let mut estimates = solution.identification.estimates.iter();
@@ -62,7 +63,7 @@ fn a_tyre_is_seen_by_the_global_fit_and_the_others_say_how_far_they_are_off() {
 #[test]
 fn four_modes_have_rank_nine_and_a_prior_of_two_properties_closes_it() {
     let lines: Vec<f64> = (0..200).map(|k| 0.5 + 0.031_25 * f64::from(k)).collect();
-    let uff = unchanged(&lines, None);
+    let uff = unchanged(&lines, NOTHING);
     let options = Options { suspension_band_hz: [0.5, 6.6], ..named(Method::ToivolaNuutila) };
     let error = solved(&noise_alone(), &uff, &options).unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (3, "toivola_nuutila_four_modes_rank_nine"));
@@ -95,7 +96,7 @@ fn a_single_hit_is_enough_and_the_modes_that_it_hardly_shows_are_named() {
         "hits = [\"101:+X\", \"102:+Z\", \"103:+Z\", \"104:+Y\", \"105:+X\"]",
         "hits = [\"103:+Z\"]",
     );
-    let solution = solved(&text, &unchanged(&lines(), None), &Options::default()).unwrap();
+    let solution = solved(&text, &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
     let truth = Bench::named("wheel").unwrap().truth();
     let global = solution.answer().unwrap();
     assert_eq!(global.method, Method::GlobalFit);
@@ -116,7 +117,7 @@ fn hum_within_the_band_is_no_mode() {
             let part = sign * 0.003 * ((channel * 7 + hit * 3) as f64).cos();
             if (f - 10.0).abs() < 0.01 { h + Complex::new(part, -part) } else { h }
         };
-        let uff = file(&lines(), None, hum);
+        let uff = file(&lines(), NOTHING, hum);
         let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
         let truth = Bench::named("wheel").unwrap().truth();
         let off = solution.answer().unwrap().theta() - truth.theta();
@@ -129,7 +130,7 @@ fn hum_within_the_band_is_no_mode() {
 #[test]
 fn a_prior_counts_with_its_own_uncertainty() {
     let lines: Vec<f64> = (0..200).map(|k| 0.5 + 0.031_25 * f64::from(k)).collect();
-    let uff = unchanged(&lines, None);
+    let uff = unchanged(&lines, NOTHING);
     let options = Options { suspension_band_hz: [0.5, 6.6], ..named(Method::ToivolaNuutila) };
     let truth = Bench::named("wheel").unwrap().truth();
     let [x, y, z]: [f64; 3] = truth.center_of_mass.into();
@@ -159,7 +160,7 @@ fn a_prior_counts_with_its_own_uncertainty() {
 
 #[test]
 fn the_uncertainty_of_a_shape_is_that_at_its_point() {
-    let uff = unchanged(&lines(), None);
+    let uff = unchanged(&lines(), NOTHING);
     let sigma = |shift: f64| {
         let moved = noise_alone()
             .lines()
@@ -185,7 +186,7 @@ fn the_uncertainty_of_a_shape_is_that_at_its_point() {
 #[test]
 fn a_method_that_is_asked_for_by_name_is_warned_of_a_tyre_as_well() {
     let tyre = SprungPart { share: 0.52, frequency_hz: 50.0, damping_ratio: 0.03 };
-    let uff = unchanged(&lines(), Some(tyre));
+    let uff = unchanged(&lines(), tyre);
     for method in [Method::ContiBretl, Method::ToivolaNuutila, Method::Dppim] {
         let text = solved(&noise_alone(), &uff, &named(method)).unwrap().to_text();
         assert!(text.contains("a flexible mode above the band moves the apparent mass"), "{text}");
@@ -195,7 +196,7 @@ fn a_method_that_is_asked_for_by_name_is_warned_of_a_tyre_as_well() {
 #[test]
 fn lightly_damped_modes_do_not_make_the_hammer_better() {
     let bench = wheel_with_modes([2.8, 3.2, 3.6, 6.1, 7.2, 7.7], 0.0005);
-    let uff = file_of(&bench, LAYOUT, &lines(), None, |_, _, _, h| h);
+    let uff = file_of(&bench, LAYOUT, &lines(), NOTHING, |_, _, _, h| h);
     let solution = solved(LAYOUT, &uff, &Options::default()).unwrap();
     let gain = LayoutFile::parse(LAYOUT, "wheel.toml").unwrap().layout.hammer_gain;
     for estimate in &solution.identification.estimates {

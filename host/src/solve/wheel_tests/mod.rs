@@ -1,12 +1,15 @@
 //! The suspension-mode methods on the wheel's responses, as files: what they answer, and what they refuse or warn of.
 
 mod answers;
+mod doubts;
 mod warnings;
 
 use massline_shared::body::RigidBody;
 use massline_shared::identify::Estimate;
 use massline_virtual::bench::Bench;
-use massline_virtual::bench::responses::{SprungPart, add_noise, frequency_responses};
+use massline_virtual::bench::responses::{
+    Besides, Dashpot, SprungPart, add_noise, frequency_responses,
+};
 use massline_virtual::bench::suspension::Suspension;
 use nalgebra::Complex;
 use serde_json::json;
@@ -15,6 +18,8 @@ use super::*;
 use crate::uff::{Encoding, Frf, NodeDirection, write};
 
 const LAYOUT: &str = include_str!("../../../examples/wheel.toml");
+/// Nothing besides the body on its springs.
+const NOTHING: Besides = Besides { part: None, dashpot: None, structural: false };
 /// Noise of a line, (m/s²)/N.
 const NOISE: f64 = 0.002;
 
@@ -26,10 +31,10 @@ fn lines() -> Vec<f64> {
 /// The wheel's responses with noise at these lines, changed by `change(frequency, channel, hit, response)`.
 fn file(
     frequencies: &[f64],
-    part: Option<SprungPart>,
+    besides: impl Into<Besides>,
     change: impl Fn(f64, usize, usize, Complex<f64>) -> Complex<f64>,
 ) -> UffFile {
-    file_of(&Bench::named("wheel").unwrap(), LAYOUT, frequencies, part, change)
+    file_of(&Bench::named("wheel").unwrap(), LAYOUT, frequencies, besides, change)
 }
 
 /// The same for another bench or other hits.
@@ -37,11 +42,11 @@ fn file_of(
     bench: &Bench,
     layout: &str,
     frequencies: &[f64],
-    part: Option<SprungPart>,
+    besides: impl Into<Besides>,
     change: impl Fn(f64, usize, usize, Complex<f64>) -> Complex<f64>,
 ) -> UffFile {
     let layout = LayoutFile::parse(layout, "wheel.toml").unwrap().layout;
-    let mut responses = frequency_responses(bench, &layout, frequencies, part).unwrap();
+    let mut responses = frequency_responses(bench, &layout, frequencies, &besides.into()).unwrap();
     add_noise(&mut responses, NOISE, 12, 0);
     let mut frfs = Vec::new();
     let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());
@@ -62,8 +67,8 @@ fn file_of(
     UffFile::parse(&write(&frfs, Encoding::Binary)).unwrap()
 }
 
-fn unchanged(frequencies: &[f64], part: Option<SprungPart>) -> UffFile {
-    file(frequencies, part, |_, _, _, h| h)
+fn unchanged(frequencies: &[f64], besides: impl Into<Besides>) -> UffFile {
+    file(frequencies, besides, |_, _, _, h| h)
 }
 
 fn solved(text: &str, uff: &UffFile, options: &Options) -> Result<FrfSolution> {

@@ -9,14 +9,14 @@ fn wide() -> Vec<f64> {
 
 #[test]
 fn mass_lines_near_the_suspension_are_refused_also_by_name() {
-    let uff = unchanged(&wide(), None);
+    let uff = unchanged(&wide(), NOTHING);
     for method in [Method::InertiaRestraint, Method::MaximumLikelihood] {
         let error = solved(&noise_alone(), &uff, &named(method)).unwrap_err();
         assert_eq!((error.exit_code(), error.code()), (3, "suspension_in_band"), "{error}");
     }
     // Lines that reach only a little into the band are no mass line.
     let error =
-        solved(&noise_alone(), &unchanged(&lines(), None), &named(Method::InertiaRestraint));
+        solved(&noise_alone(), &unchanged(&lines(), NOTHING), &named(Method::InertiaRestraint));
     assert_eq!(error.unwrap_err().code(), "band_too_narrow");
     // A band above them does: the wheel is rigid there.
     let above =
@@ -30,7 +30,7 @@ fn mass_lines_near_the_suspension_are_refused_also_by_name() {
 #[test]
 fn a_tyre_leaves_no_mass_line() {
     let tyre = SprungPart { share: 0.52, frequency_hz: 50.0, damping_ratio: 0.03 };
-    let uff = unchanged(&wide(), Some(tyre));
+    let uff = unchanged(&wide(), tyre);
     for band in ["[24, 120]", "[24, 45]"] {
         let band = format!("[test]\nband_hz = {band}\n[uncertainty]");
         let text = noise_alone().replace("[uncertainty]", &band);
@@ -48,7 +48,7 @@ fn a_tyre_leaves_no_mass_line() {
 
 /// The wheel on springs that move it along one direction or turn it about one axis in every mode, hit along X and Y at
 /// this height above its centre of mass, m.
-fn hit_in_one_plane(height: f64) -> (String, UffFile) {
+pub(super) fn hit_in_one_plane(height: f64) -> (String, UffFile) {
     let bench = wheel_with_modes([2.8, 3.2, 3.6, 6.1, 7.2, 7.7], 0.014);
     let z = bench.body.center_of_mass[2] + height;
     let mut text = noise_alone().replace("\"102:+Z\", \"103:+Z\", ", "");
@@ -60,7 +60,7 @@ fn hit_in_one_plane(height: f64) -> (String, UffFile) {
         assert!(text.contains(point));
         text = text.replace(point, &format!("{at}, {z}"));
     }
-    let uff = file_of(&bench, &text, &lines(), None, |_, _, _, h| h);
+    let uff = file_of(&bench, &text, &lines(), NOTHING, |_, _, _, h| h);
     (text, uff)
 }
 
@@ -134,7 +134,7 @@ fn a_record_that_ends_too_early_is_named() {
         }
         sum
     };
-    let uff = file(&lines(), None, truncated);
+    let uff = file(&lines(), NOTHING, truncated);
     let error = solved(&noise_alone(), &uff, &named(Method::ToivolaNuutila)).unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (3, "record_too_short_for_damping"));
     // exp(−0.014 · 2π · 2.83 · 8) is 13.7 %.
@@ -144,13 +144,13 @@ fn a_record_that_ends_too_early_is_named() {
 #[test]
 fn a_reversed_hit_and_one_elsewhere_are_named() {
     let reversed = |_: f64, _: usize, hit: usize, h: Complex<f64>| if hit == 2 { -h } else { h };
-    let error = solved(&noise_alone(), &file(&lines(), None, reversed), &Options::default());
+    let error = solved(&noise_alone(), &file(&lines(), NOTHING, reversed), &Options::default());
     let error = error.unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (3, "driving_point_reversed"), "{error}");
     assert!(error.to_string().contains("hit 3 (103:+Z) moves against the force"), "{error}");
     let text = noise_alone()
         .replace("position_m = [0.16, 0.12, 0.03]", "position_m = [-0.16, 0.12, 0.03]");
-    let solution = solved(&text, &unchanged(&lines(), None), &Options::default()).unwrap();
+    let solution = solved(&text, &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
     let found = solution.diagnostics.iter().any(|d| d.code == Code::NotReciprocal);
     assert!(found, "{:?}", solution.diagnostics);
 }
@@ -161,7 +161,7 @@ fn a_sensor_with_turned_axes_is_named() {
     let text = noise_alone().replace("sensors = [1, 2, 3]", "sensors = [1, {TURNED}, 3]");
     let turned = "{ node = 2, axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]] }";
     let text = text.replace("{TURNED}", turned);
-    let error = solved(&text, &unchanged(&lines(), None), &Options::default()).unwrap_err();
+    let error = solved(&text, &unchanged(&lines(), NOTHING), &Options::default()).unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (3, "sensor_axes_suspect"), "{error}");
     assert!(error.to_string().contains("sensor 2 (on node 2) has its axes"), "{error}");
 }
@@ -175,7 +175,8 @@ fn sensors_that_do_not_see_all_motions_are_named() {
         let text = noise_alone().replace("sensors = [1, 2, 3]", &format!("sensors = {sensors}"));
         let node = "[[node]]\nid = 4\nposition_m = [-0.0822725, 0.0475, 0.03]\n[uncertainty]";
         let text = text.replace("[uncertainty]", node);
-        let uff = file_of(&Bench::named("wheel").unwrap(), &text, &lines(), None, |_, _, _, h| h);
+        let uff =
+            file_of(&Bench::named("wheel").unwrap(), &text, &lines(), NOTHING, |_, _, _, h| h);
         let error = solved(&text, &uff, &Options::default()).unwrap_err();
         assert_eq!((error.exit_code(), error.code()), (3, code), "{error}");
     }
@@ -186,7 +187,7 @@ fn a_dead_channel_is_named() {
     let dead = |_: f64, channel: usize, hit: usize, h: Complex<f64>| {
         if channel == 7 && hit == 0 { Complex::default() } else { h }
     };
-    let error = solved(&noise_alone(), &file(&lines(), None, dead), &Options::default());
+    let error = solved(&noise_alone(), &file(&lines(), NOTHING, dead), &Options::default());
     let error = error.unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (2, "channel_dead"), "{error}");
     assert!(error.to_string().contains("node 3, axis Y, due to the hit 101:+X"), "{error}");
@@ -195,7 +196,7 @@ fn a_dead_channel_is_named() {
 #[test]
 fn two_modes_at_one_frequency_have_no_shape_and_the_global_fit_answers() {
     let bench = wheel_with_modes([2.8, 2.8, 3.6, 6.1, 7.2, 7.7], 0.014);
-    let uff = file_of(&bench, LAYOUT, &lines(), None, |_, _, _, h| h);
+    let uff = file_of(&bench, LAYOUT, &lines(), NOTHING, |_, _, _, h| h);
     let error = solved(&noise_alone(), &uff, &named(Method::ToivolaNuutila)).unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (3, "modes_not_separated"), "{error}");
     let solution = solved(&noise_alone(), &uff, &named(Method::GlobalFit)).unwrap();
@@ -206,7 +207,7 @@ fn two_modes_at_one_frequency_have_no_shape_and_the_global_fit_answers() {
 #[test]
 fn a_prior_that_the_responses_contradict_is_named() {
     let prior = format!("{}\n[prior]\nmass_kg = {{ value = 18.5, sigma = 0.1 }}\n", noise_alone());
-    let solution = solved(&prior, &unchanged(&lines(), None), &Options::default()).unwrap();
+    let solution = solved(&prior, &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
     let codes: Vec<Code> = solution.diagnostics.iter().map(|d| d.code).collect();
     assert!(codes.contains(&Code::PriorInconsistentWithData), "{codes:?}");
 }
@@ -214,7 +215,8 @@ fn a_prior_that_the_responses_contradict_is_named() {
 #[test]
 fn a_gap_in_the_lines_is_named() {
     let lines: Vec<f64> = lines().into_iter().filter(|f| !(4.0..5.5).contains(f)).collect();
-    let solution = solved(&noise_alone(), &unchanged(&lines, None), &Options::default()).unwrap();
+    let solution =
+        solved(&noise_alone(), &unchanged(&lines, NOTHING), &Options::default()).unwrap();
     let gap = solution.diagnostics.iter().find(|d| d.code == Code::FrequencyGap).unwrap();
     assert!((gap.value - 3.875).abs() < 1e-5, "{gap:?}");
 }

@@ -6,7 +6,16 @@
 //! [`Agreement`] judges the differences with it and combines the answers by generalised least squares.
 
 mod combination;
+mod difference;
 mod propagation;
+#[cfg(test)]
+mod tests;
 
-pub use combination::{Agreement, Difference, MOST_METHODS};
+use super::METHODS;
+
+pub use combination::Agreement;
+pub use difference::{Difference, MOST_PAIRS};
 pub use propagation::{NOISE_DRAWS, Propagation, propagate};
+
+/// Most methods that are compared: all of them.
+pub const MOST_METHODS: usize = METHODS;

@@ -15,6 +15,7 @@ pub const ENTRY: Entry = Entry {
     observes: Observable::Suspension,
     uses_priors: false,
     off_when: "the damping is viscous",
+    doubted_by: &[],
     on_request: false,
     is_blocked,
     workspace: |_, _| 0,

@@ -11,7 +11,9 @@ use super::unknowns::{SYMMETRIC, matrix_of};
 use super::{GlobalFitSolution, Sensitivities};
 use crate::Real;
 use crate::body::RigidBody;
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
+use crate::identify::maximum_likelihood::model::{HIT_NUISANCES, SENSOR_NUISANCES};
+use crate::identify::maximum_likelihood::pulls::{SUSPICIOUS, root_mean_square};
 use crate::identify::{Estimate, Method};
 use crate::linalg::{Spectrum, all_finite, skew, spectrum};
 
@@ -49,7 +51,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
                 condition,
                 consistency: None,
                 learned: None,
-                diagnostics: diagnostics_of(&problem.balance.body_back(&object)),
+                diagnostics: self.diagnostics_of(&problem.balance.body_back(&object)),
             },
             stiffness: self.about_origin(&block(0)) * (problem.top * problem.top),
             damping,
@@ -152,14 +154,35 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         }
         Some(())
     }
-}
 
-fn diagnostics_of<R: Real>(object: &RigidBody<R>) -> Diagnostics {
-    let mut diagnostics = Diagnostics::new();
-    if !object.is_physically_consistent() {
-        let margin = object.physical_margin().unwrap_or(R::zero()).to_f32();
-        let code = Code::NotPhysicallyConsistent;
-        let _ = diagnostics.push(Diagnostic::whole(code, Severity::Warning, margin));
+    fn diagnostics_of(&self, object: &RigidBody<R>) -> Diagnostics {
+        let mut diagnostics = Diagnostics::new();
+        if !object.is_physically_consistent() {
+            let margin = object.physical_margin().unwrap_or(R::zero()).to_f32();
+            let code = Code::NotPhysicallyConsistent;
+            let _ = diagnostics.push(Diagnostic::whole(code, Severity::Warning, margin));
+        }
+        diagnostics.extend(self.suspect());
+        diagnostics
     }
-    diagnostics
+
+    /// The sensor or hit with the largest pull, as in maximum likelihood; `None` when no pull is large enough.
+    fn suspect(&self) -> Option<Diagnostic> {
+        let Self { problem, unknowns, .. } = self;
+        if unknowns.nuisances() == 0 {
+            return None;
+        }
+        let pull = |first: usize, count: usize| root_mean_square(&self.memory.x[first..][..count]);
+        let of_sensors = (0..problem.layout.sensors.len()).map(|i| {
+            let pull = pull(unknowns.sensor(i), SENSOR_NUISANCES);
+            (pull, Code::LargeSensorPull, Subject::sensor(i))
+        });
+        let of_hits = (0..problem.layout.hits.len()).map(|j| {
+            let pull = pull(unknowns.hit(j), HIT_NUISANCES);
+            (pull, Code::LargeHitPull, Subject::hit(j))
+        });
+        let all = of_sensors.chain(of_hits).filter(|(pull, ..)| *pull > R::of(SUSPICIOUS));
+        let (pull, code, subject) = all.reduce(|a, b| if b.0 > a.0 { b } else { a })?;
+        Some(Diagnostic::about(code, Severity::Warning, subject, pull.to_f32()))
+    }
 }

@@ -32,7 +32,7 @@ pub(super) mod model;
 mod normal_equations;
 mod nuisances;
 mod parameters;
-mod pulls;
+pub(super) mod pulls;
 mod refinement;
 mod score;
 mod score_test;
@@ -64,6 +64,7 @@ pub const ENTRY: Entry = Entry {
     observes: Observable::MassLines,
     uses_priors: true,
     off_when: "the suspension or an elastic mode is near the band of the mass lines",
+    doubted_by: &[],
     on_request: false,
     is_blocked,
     workspace: |sensors, _| workspace(sensors),

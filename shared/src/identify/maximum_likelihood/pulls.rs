@@ -12,7 +12,7 @@ use crate::responses::Responses;
 use heapless::Vec;
 
 /// A sensor or hit is suspect when its root mean square pull exceeds this number of standard deviations.
-const SUSPICIOUS: f64 = 2.0;
+pub(in crate::identify) const SUSPICIOUS: f64 = 2.0;
 
 /// Values of the unknowns: of the nuisance parameters that stay the same over the test, in standard deviations
 /// of the budget, and perhaps of the ten properties.
@@ -95,7 +95,7 @@ impl<R: Real> HitPull<R> {
 }
 
 /// Root mean square of pulls.
-pub(super) fn root_mean_square<R: Real>(values: &[R]) -> R {
+pub(in crate::identify) fn root_mean_square<R: Real>(values: &[R]) -> R {
     (sum_of_squares(values) / R::of(values.len().max(1) as f64)).sqrt()
 }
 

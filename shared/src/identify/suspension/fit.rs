@@ -4,6 +4,7 @@ use heapless::Vec;
 use nalgebra::{Complex, SVector, Vector3, Vector6};
 
 use super::known::known_properties;
+use super::selection::{Selection, select};
 use super::{Answer, Suspension};
 use crate::Real;
 use crate::body::RigidBody;
@@ -13,7 +14,7 @@ use crate::identify::{Method, Perturbation, random_signs};
 use crate::layout::Layout;
 use crate::modes::{
     ForceMixing, Lines, LinesPerSide, MOST_LINES, MOST_PAIRS, Modes, Orders, Peak, Poles,
-    Reduction, SUSPENSION_MODES, choose_lines, norm_indicator, reduce_line, relocate_once,
+    Reduction, choose_lines, reduce_line, relocate_once,
 };
 
 /// The modal fit of a test under its layout.
@@ -28,6 +29,7 @@ pub struct SuspensionFit<'a, R, const S: usize, const H: usize> {
     /// Poles of all modes that were fitted, and the places of the suspension modes among them.
     poles: Poles<R>,
     kept: Vec<usize, MOST_PAIRS>,
+    one_more: Option<Diagnostic>,
     modes: Modes<R>,
     lines: Lines,
     noise: R,
@@ -68,7 +70,10 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
                 return Err(reversed);
             }
         }
-        let kept = suspension_modes(&all, &s, responses.length);
+        let Selection { kept, one_more } = select(&all, &s, responses.length);
+        if kept.is_empty() {
+            return Err(missing());
+        }
         let modes = all.only(&kept);
         let kept = kept.iter().map(|kept| places[*kept]).collect();
         let lines = lines_about(&modes.poles, &s, LinesPerSide::Width);
@@ -81,6 +86,7 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
             orders,
             poles,
             kept,
+            one_more,
             modes,
             lines,
             noise,
@@ -105,6 +111,11 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
     /// Standard deviation of the noise of a reading, (m/s²)/N, of a complex number.
     pub fn noise(&self) -> R {
         self.noise
+    }
+
+    /// A finding about a mode more than a rigid body on a suspension has; an error where the answers would be far off.
+    pub fn one_more(&self) -> Option<Diagnostic> {
+        self.one_more
     }
 
     /// The lines about the modes.
@@ -212,6 +223,10 @@ fn lines_about<R: Real>(poles: &Poles<R>, s: &[Complex<R>], per_side: LinesPerSi
     choose_lines(&frequencies, &peaks, per_side)
 }
 
+/// Part of the lines at which a point moves against its force from which it is reversed: no body ever takes up power at the
+/// wrong sign, and noise does so at half of the lines.
+const AGAINST_THE_FORCE: f64 = 0.75;
+
 /// Errors for hits whose point moves against the force at these lines, near which an accelerance is imaginary.
 fn reversed_hits<R: Real, const S: usize, const H: usize>(
     layout: &Layout<R, S, H>,
@@ -220,52 +235,30 @@ fn reversed_hits<R: Real, const S: usize, const H: usize>(
     lines: &Lines,
 ) -> Diagnostics {
     let mut power = [R::zero(); H];
+    let mut against = [0_usize; H];
     let mut motions = [Vector6::<Complex<R>>::zeros(); H];
     let motions = &mut motions[..layout.hits.len()];
     for line in lines.below.iter().chain(&lines.above) {
         if reduce_line(layout, readings, reference, *line, motions).is_none() {
             return Diagnostics::new();
         }
-        for ((sum, motion), hit) in power.iter_mut().zip(&*motions).zip(&layout.hits) {
-            *sum += motion.map(|y| y.im).dot(&hit.unit_force(reference));
+        for (hit, motion) in motions.iter().enumerate() {
+            let of_line = motion.map(|y| y.im).dot(&layout.hits[hit].unit_force(reference));
+            power[hit] += of_line;
+            against[hit] += usize::from(of_line < R::zero());
         }
     }
-    let reversed = (0..layout.hits.len()).filter(|hit| power[*hit] < R::zero());
+    let count = (lines.below.len() + lines.above.len()) as f64;
+    let is_reversed =
+        |hit: &usize| power[*hit] < R::zero() && against[*hit] as f64 > count * AGAINST_THE_FORCE;
+    let reversed = (0..layout.hits.len()).filter(is_reversed);
+    if layout.hits.len() > 1 && reversed.clone().count() == layout.hits.len() {
+        return fatal(Code::AllPointsReversed, R::zero());
+    }
     let named = |hit| {
         let subject = Subject::hit(hit);
         Diagnostic::about(Code::DrivingPointReversed, Severity::Error, subject, 0.0)
     };
     // More than there is room for are not named.
     reversed.map(named).take(Diagnostics::new().capacity()).collect()
-}
-
-/// Places of the modes that are those of the suspension: within the band, and at most six, since a body on its suspension
-/// has no more and any others are hum, drift or an elastic mode. Those with the highest peaks are kept.
-fn suspension_modes<R: Real>(
-    all: &Modes<R>,
-    s: &[Complex<R>],
-    length: R,
-) -> Vec<usize, MOST_PAIRS> {
-    let hertz = |s: Option<&Complex<R>>| s.map_or(R::zero(), |s| s.im / R::two_pi());
-    let (low, high) = (hertz(s.first()), hertz(s.last()));
-    let inside = |place: &usize| {
-        let frequency = all.modes[*place].frequency_hz;
-        low < frequency && frequency < high
-    };
-    let height = |place: usize| {
-        let mode = &all.modes[place];
-        let square = |sum: R, residue| {
-            let indicator = norm_indicator(residue, length);
-            sum + indicator * indicator
-        };
-        mode.residues.iter().fold(R::zero(), square).sqrt() / mode.damping_ratio
-    };
-    let mut kept: Vec<usize, MOST_PAIRS> = (0..all.modes.len()).filter(inside).collect();
-    while kept.len() > SUSPENSION_MODES {
-        let lowest = (0..kept.len())
-            .reduce(|low, next| if height(kept[next]) < height(kept[low]) { next } else { low });
-        let Some(lowest) = lowest else { break };
-        kept.remove(lowest);
-    }
-    kept
 }

@@ -8,6 +8,7 @@
 mod checks;
 mod fit;
 mod known;
+mod selection;
 
 use crate::body::RigidBody;
 use crate::diagnosis::Code;
@@ -17,6 +18,15 @@ pub(in crate::identify) use checks::refuse_mixed_modes;
 pub use checks::{mixed_mode, mode_findings, truncated_mode, undetermined_property};
 pub use fit::SuspensionFit;
 pub use known::KnownProperty;
+
+/// Findings about modes that put a method off which uses their shapes.
+pub(super) const DOUBTS_OF_SHAPES: &[Code] = &[
+    Code::ModeComplex,
+    Code::ModesClose,
+    Code::ModeAtBandEdge,
+    Code::ModePoorlyExcited,
+    Code::ModesNotSeparated,
+];
 
 /// Whether a layout with this code rules out a method that uses the modes: they do not need three hits, one that excites
 /// every mode is enough.

@@ -6,7 +6,7 @@ use massline_shared::identify::global_fit::GlobalFitSolution;
 use massline_shared::identify::{HALF_WIDTH_95, METHODS, Method};
 use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty};
 use massline_shared::modes::Reduction;
-use massline_virtual::bench::responses::{SprungPart, add_noise, frequency_responses};
+use massline_virtual::bench::responses::{Besides, SprungPart, add_noise, frequency_responses};
 use massline_virtual::bench::{Bench, BenchError};
 use nalgebra::{Complex, SVector};
 use serde_json::{Value, json};
@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::parallel::pieces;
+use crate::solve::SUSPENSION_BAND_HZ;
 use crate::suspension::{
     Answered, Asked, GlobalAnswer, HostFit, ModeChoice, Survey, SuspensionModes, Variant, answered,
 };
@@ -23,8 +24,6 @@ use crate::uff::{Encoding, Frf, NodeDirection, write};
 pub(super) const SET_NAMES: [&str; 5] = ["all", "A", "B", "C", "D"];
 /// The forces of each set, as places in the layout.
 const SETS: [&[usize]; 5] = [&[0, 1, 2, 3, 4], &[0, 1, 3], &[1, 2, 3], &[1, 3, 4], &[0, 1, 2, 3]];
-/// Band of the suspension modes, Hz.
-pub(super) const BAND: [f64; 2] = [0.5, 12.5];
 /// Band of an analyser that mass lines would be taken from, Hz, and the distance of its lines.
 const WIDE_BAND: [f64; 2] = [0.5, 120.0];
 const WIDE_SPACING: f64 = 0.25;
@@ -33,14 +32,14 @@ const TYRE: SprungPart =
     SprungPart { share: 9.0 / 17.295, frequency_hz: 50.0, damping_ratio: 0.03 };
 
 /// What is compared, with the names of the rows.
-const VARIANTS: [(&str, Method, ModeChoice); 7] = [
-    ("Toivola-Nuutila", Method::ToivolaNuutila, ModeChoice::All),
-    ("Conti-Bretl", Method::ContiBretl, ModeChoice::All),
-    ("DPPIM", Method::Dppim, ModeChoice::All),
-    ("DPPIM structural", Method::DppimStructural, ModeChoice::All),
-    ("modal constant", Method::ModalConstant, ModeChoice::All),
-    ("Toivola-Nuutila, five modes", Method::ToivolaNuutila, ModeChoice::Five),
-    ("Toivola-Nuutila, best force", Method::ToivolaNuutila, ModeChoice::BestForce),
+const VARIANTS: [(Method, ModeChoice); 7] = [
+    (Method::ToivolaNuutila, ModeChoice::All),
+    (Method::ContiBretl, ModeChoice::All),
+    (Method::Dppim, ModeChoice::All),
+    (Method::DppimStructural, ModeChoice::All),
+    (Method::ModalConstant, ModeChoice::All),
+    (Method::ToivolaNuutila, ModeChoice::Five),
+    (Method::ToivolaNuutila, ModeChoice::BestForce),
 ];
 
 /// The wheel and its exact responses.
@@ -97,7 +96,7 @@ struct Run {
 impl Wheel {
     /// The wheel's responses in the band of its suspension modes.
     pub(super) fn new(layout: &HostLayout, noise: f64, spacing: f64, tyre: bool) -> Result<Self> {
-        Self::in_band(layout, noise, spacing, tyre, BAND)
+        Self::in_band(layout, noise, spacing, tyre, SUSPENSION_BAND_HZ)
     }
 
     /// The wheel's responses in the band that an analyser measures.
@@ -115,9 +114,9 @@ impl Wheel {
         let bench = Bench::named("wheel")?;
         let count = ((high - low) / spacing).round() as u32;
         let frequencies: Vec<f64> = (0..=count).map(|k| low + spacing * f64::from(k)).collect();
-        let part = tyre.then_some(TYRE);
-        let exact =
-            frequency_responses(&bench, layout, &frequencies, part).map_err(BenchError::from)?;
+        let besides = Besides { part: tyre.then_some(TYRE), ..Besides::default() };
+        let exact = frequency_responses(&bench, layout, &frequencies, &besides)
+            .map_err(BenchError::from)?;
         let mut layout = layout.clone();
         // The wheel's responses have noise and no other errors.
         layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
@@ -204,7 +203,7 @@ impl Wheel {
         let readings = FrequencyResponses::new(&self.frequencies, &picked, channels, forces.len());
         let Some(readings) = readings else { return nothing() };
         let Ok(fit) = HostFit::new(&layout, &readings, memory) else { return nothing() };
-        let variants = VARIANTS.map(|(_, method, choice)| Variant { method, choice });
+        let variants = VARIANTS.map(|(method, choice)| Variant { method, choice });
         let Answered { answers, .. } = answered(&fit, &variants, false, memory);
         let start = answers.first().map(|(_, answer)| answer.body);
         let global = start.and_then(|start| GlobalAnswer::of(&layout, &readings, &start).ok());
@@ -271,8 +270,8 @@ impl Wheel {
 fn rows(runs: &[Run]) -> Vec<Row> {
     let bounds: Vec<f64> = runs.iter().filter_map(|run| run.bound).collect();
     let bound = bounds.iter().sum::<f64>() / bounds.len() as f64;
-    let names = VARIANTS.iter().map(|(name, ..)| *name).chain(["global fit", "combined"]);
-    let row = |(place, name): (usize, &str)| {
+    let others = [Method::GlobalFit.entry().title.into(), "combined".into()];
+    let row = |(place, name): (usize, String)| {
         let answered: Vec<_> = runs.iter().filter_map(|run| run.errors[place]).collect();
         let count = answered.len() as f64;
         let mean = |sum: f64, of: f64| (of > 0.0).then(|| sum / of);
@@ -280,14 +279,24 @@ fn rows(runs: &[Run]) -> Vec<Row> {
         let held: Vec<u32> = answered.iter().filter_map(|(_, held)| *held).collect();
         let intervals = 10.0 * held.len() as f64;
         Row {
-            name: name.into(),
+            name,
             error: mean(squares, 10.0 * count).map(|mean| 100.0 * mean.sqrt()),
             ratio: mean(squares, count * bound).map(f64::sqrt).filter(|ratio| ratio.is_finite()),
             coverage: mean(f64::from(held.iter().sum::<u32>()), intervals),
             unanswered: (runs.len() - answered.len()) as u64,
         }
     };
-    names.enumerate().map(row).collect()
+    VARIANTS.iter().map(name_of).chain(others).enumerate().map(row).collect()
+}
+
+/// The name of a row.
+fn name_of((method, choice): &(Method, ModeChoice)) -> String {
+    let title = method.entry().title;
+    match choice {
+        ModeChoice::All => title.into(),
+        ModeChoice::Five => format!("{title}, five modes"),
+        ModeChoice::BestForce => format!("{title}, best force"),
+    }
 }
 
 impl Study {

@@ -1,0 +1,204 @@
+//! What the responses say against a rigid body on a linear suspension, and what follows for the methods.
+
+use massline_shared::diagnosis::{Diagnostic, Subject};
+use nalgebra::Vector3;
+
+use super::*;
+
+fn found(solution: &FrfSolution, code: Code) -> Option<&Diagnostic> {
+    solution.diagnostics.iter().find(|d| d.code == code)
+}
+
+/// The estimate of a method.
+fn of(solution: &FrfSolution, method: Method) -> &Estimate<f64> {
+    let mut all = solution.identification.estimates.iter();
+    all.find(|estimate| estimate.method == method).expect("an answer")
+}
+
+fn has(estimate: &Estimate<f64>, code: Code) -> bool {
+    estimate.diagnostics.iter().any(|d| d.code == code)
+}
+
+#[test]
+fn gravity_that_is_reversed_missing_or_along_another_axis_is_named() {
+    let uff = unchanged(&lines(), NOTHING);
+    for (stated, text) in [
+        ("reversed", noise_alone().replace("-9.80665]", "9.80665]")),
+        ("missing", noise_alone().replace("gravity = [0.0, 0.0, -9.80665]", "")),
+        ("along x", noise_alone().replace("[0.0, 0.0, -9.80665]", "[-9.80665, 0.0, 0.0]")),
+    ] {
+        let error = solved(&text, &uff, &Options::default()).unwrap_err();
+        assert_eq!((error.exit_code(), error.code()), (3, "gravity_suspect"), "{stated}: {error}");
+        assert!(error.to_string().contains("gravity along -Z"), "{stated}: {error}");
+    }
+    let named = solved(&LAYOUT.replace("-9.80665]", "9.80665]"), &uff, &named(Method::Dppim));
+    assert_eq!(named.unwrap_err().code(), "gravity_suspect");
+}
+
+#[test]
+fn a_wrong_gain_is_no_flexible_mode_and_every_answer_says_that_the_model_does_not_fit() {
+    // The hammer of one hit reads half as much again, as after a change of its range.
+    let gain = |_: f64, _: usize, hit: usize, h: Complex<f64>| if hit == 2 { h * 1.5 } else { h };
+    for text in [noise_alone(), LAYOUT.to_owned()] {
+        let solution = solved(&text, &file(&lines(), NOTHING, gain), &Options::default()).unwrap();
+        for estimate in &solution.identification.estimates {
+            assert!(has(estimate, Code::ModelDoesNotFit), "{:?}", estimate.method);
+            assert!(!has(estimate, Code::FlexibleModeAboveBand));
+        }
+        assert!(solution.global_fit.is_none());
+        let json = solution.to_json();
+        assert!(json["agreement"]["combined"].is_null(), "{}", json["agreement"]);
+        let verdict = json["agreement"]["verdict"].as_str().unwrap();
+        assert!(verdict.starts_with("no body on a suspension fits"), "{verdict}");
+        let refused = json["not_applicable"].as_array().unwrap();
+        let global = refused.iter().find(|of| of["method"] == "global-fit").unwrap();
+        assert_eq!(global["code"], "model_does_not_fit", "{global}");
+    }
+}
+
+#[test]
+fn a_hit_elsewhere_has_a_large_pull() {
+    // 15 mm beside its mark; one millimetre is stated.
+    let text =
+        LAYOUT.replace("position_m = [0.16, 0.12, 0.03]", "position_m = [0.16, 0.135, 0.03]");
+    let solution = solved(&text, &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
+    let global = of(&solution, Method::GlobalFit);
+    let pull = global.diagnostics.iter().find(|d| d.code == Code::LargeHitPull).expect("a pull");
+    assert_eq!(pull.subject, Subject::hit(1));
+    // Below 2, nothing is said.
+    assert!(pull.value > 2.0, "{pull:?}");
+}
+
+#[test]
+fn a_part_that_swings_within_the_band_rules_out_an_answer() {
+    for (share, hz) in [(0.02, 9.0), (0.05, 5.0), (0.2, 9.0), (0.52, 9.0)] {
+        let part = SprungPart { share, frequency_hz: hz, damping_ratio: 0.03 };
+        let uff = unchanged(&lines(), part);
+        let error = solved(&noise_alone(), &uff, &Options::default()).unwrap_err();
+        let code = (error.exit_code(), error.code());
+        assert_eq!(code, (3, "more_modes_than_six"), "{share} at {hz} Hz: {error}");
+    }
+}
+
+#[test]
+fn a_small_part_that_swings_within_the_band_is_warned_of() {
+    let part = SprungPart { share: 0.003, frequency_hz: 9.0, damping_ratio: 0.03 };
+    let solution = solved(&noise_alone(), &unchanged(&lines(), part), &Options::default()).unwrap();
+    let warning = found(&solution, Code::MoreModesThanSix).expect("a warning");
+    assert!((warning.value - 9.0).abs() < 0.2, "{warning:?}");
+}
+
+/// A dashpot at the rim that makes the lowest mode complex.
+fn rubbing() -> Besides {
+    let dashpot = Dashpot { point: Vector3::new(0.19, 0.0, 0.03), coefficient: 25.0 };
+    Besides { dashpot: Some(dashpot), ..NOTHING }
+}
+
+#[test]
+fn complex_shapes_put_the_methods_off_that_use_shapes_and_the_verdict_names_both() {
+    let uff = unchanged(&lines(), rubbing());
+    let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
+    let warning = found(&solution, Code::ModeComplex).expect("a warning");
+    assert!(warning.value > 0.1, "{warning:?}");
+    let with_shapes = [Method::ToivolaNuutila, Method::ContiBretl];
+    for estimate in &solution.identification.estimates {
+        let uses_shapes = with_shapes.contains(&estimate.method);
+        assert_eq!(has(estimate, Code::ModeComplex), uses_shapes, "{:?}", estimate.method);
+    }
+    let truth = Bench::named("wheel").unwrap().truth();
+    assert_near_truth(of(&solution, Method::GlobalFit), &truth);
+    assert_near_truth(of(&solution, Method::Dppim), &truth);
+    let json = solution.to_json();
+    let off: Vec<_> = json["agreement"]["off"].as_array().unwrap().to_vec();
+    for method in with_shapes {
+        assert!(off.contains(&json!(method.name())), "{}", json["agreement"]);
+    }
+    let verdict = json["agreement"]["verdict"].as_str().unwrap();
+    assert!(verdict.contains("are off") && verdict.contains("has a complex shape"), "{verdict}");
+    let combined = &json["agreement"]["combined"];
+    let sigma = combined["sigma"]["mass"].as_f64().unwrap();
+    let error = combined["value"]["mass"].as_f64().unwrap() - truth.mass;
+    assert!(error.abs() < 4.0 * sigma, "{combined}");
+}
+
+#[test]
+fn modes_within_a_bandwidth_and_at_the_end_of_the_band_are_named() {
+    // Half-power bandwidths of 2.8 % of the frequency.
+    let bench = wheel_with_modes([2.8, 2.84, 3.6, 6.1, 7.2, 7.7], 0.014);
+    let uff = file_of(&bench, LAYOUT, &lines(), NOTHING, |_, _, _, h| h);
+    let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
+    let close = found(&solution, Code::ModesClose).expect("a warning");
+    assert_eq!(close.subject, Subject::mode(0));
+    let options = Options { suspension_band_hz: [0.5, 7.8], ..Options::default() };
+    let solution = solved(&noise_alone(), &unchanged(&lines(), NOTHING), &options).unwrap();
+    let edge = found(&solution, Code::ModeAtBandEdge).expect("a warning");
+    assert_eq!(edge.subject, Subject::mode(5));
+}
+
+#[test]
+fn a_mode_that_no_hit_moves_is_poorly_excited_and_noise_decides_about_answers() {
+    let solve_at = |height: f64| {
+        let (text, uff) = super::warnings::hit_in_one_plane(height);
+        solved(&text, &uff, &Options::default())
+    };
+    let solution = solve_at(0.008).unwrap();
+    let poor = found(&solution, Code::ModePoorlyExcited).expect("a warning");
+    assert!(poor.subject == Subject::mode(3) && poor.value < 0.1, "{poor:?}");
+    assert!(has(of(&solution, Method::ToivolaNuutila), Code::ModePoorlyExcited));
+    // Hit half as high above the plane, a mode is found in some draws of noise and not in others.
+    let solution = solve_at(0.004).unwrap();
+    let refused = &solution.identification.not_applicable;
+    let unstable = refused.iter().find(|(method, _)| *method == Method::ToivolaNuutila).unwrap();
+    assert_eq!(unstable.1[0].code, Code::UnstableUnderNoise);
+}
+
+#[test]
+fn structural_damping_is_told_from_viscous_damping() {
+    let uff = unchanged(&lines(), Besides { structural: true, ..NOTHING });
+    let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
+    let refused = &solution.identification.not_applicable;
+    let viscous = refused.iter().find(|(method, _)| *method == Method::Dppim).unwrap();
+    assert_eq!(viscous.1[0].code, Code::DampingNotViscous);
+    let truth = Bench::named("wheel").unwrap().truth();
+    assert_near_truth(of(&solution, Method::DppimStructural), &truth);
+    // Asked for by name, it answers with a warning.
+    let solution = solved(&noise_alone(), &uff, &named(Method::Dppim)).unwrap();
+    assert!(has(of(&solution, Method::Dppim), Code::DampingNotViscous));
+    // And the other way round.
+    let uff = unchanged(&lines(), NOTHING);
+    let solution = solved(&noise_alone(), &uff, &named(Method::DppimStructural)).unwrap();
+    assert!(has(of(&solution, Method::DppimStructural), Code::DampingNotStructural));
+}
+
+#[test]
+fn sensors_that_contradict_each_other_are_named() {
+    // One axis of a sensor reads half of what it should.
+    let gain = |factor: f64| {
+        let of_channel = move |_: f64, channel: usize, _: usize, h: Complex<f64>| {
+            if channel == 4 { h * factor } else { h }
+        };
+        solved(&noise_alone(), &file(&lines(), NOTHING, of_channel), &Options::default())
+    };
+    let half = gain(0.5).unwrap();
+    let warning = found(&half, Code::ReadingsNotRigid).expect("a warning");
+    assert!(warning.value > 0.1, "{warning:?}");
+    // Four times as much is no reading of the same body.
+    let error = gain(4.0).unwrap_err();
+    assert_eq!((error.exit_code(), error.code()), (3, "readings_not_rigid"), "{error}");
+}
+
+#[test]
+fn all_points_that_move_backwards_are_another_quantity() {
+    let backwards = |_: f64, _: usize, _: usize, h: Complex<f64>| -h;
+    let error = solved(&noise_alone(), &file(&lines(), NOTHING, backwards), &Options::default());
+    let error = error.unwrap_err();
+    assert_eq!((error.exit_code(), error.code()), (3, "all_points_reversed"), "{error}");
+    assert!(error.to_string().contains("--quantity receptance"), "{error}");
+}
+
+#[test]
+fn lines_of_a_logarithmic_scale_have_no_gap() {
+    let lines: Vec<f64> = (0..97).map(|k| 0.5 * 25_f64.powf(f64::from(k) / 96.0)).collect();
+    let solution = solved(&noise_alone(), &unchanged(&lines, NOTHING), &Options::default());
+    assert!(found(&solution.unwrap(), Code::FrequencyGap).is_none());
+}
