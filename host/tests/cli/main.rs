@@ -14,5 +14,6 @@ mod replay;
 mod rig;
 mod shell;
 mod simulate;
+mod suspension;
 mod tcp;
 mod wrong_input;
