@@ -188,6 +188,14 @@ fn a_path_attribute_names_the_file_of_a_module() {
 }
 
 #[test]
+fn a_module_with_a_file_for_each_system_has_the_first() {
+    let each = "#[cfg_attr(unix, path = \"a/unix.rs\")] #[cfg_attr(not(unix), path = \"a/elsewhere.rs\")] mod a; mod b;";
+    let files =
+        [("src/lib.rs", each), ("src/a/unix.rs", "use super::b;"), ("src/b.rs", "use super::a;")];
+    assert_eq!(cycles(&files), [["a", "b"]]);
+}
+
+#[test]
 fn a_missing_file_is_an_error_that_names_it() {
     let read = |path: &Path| match path.to_str() {
         Some("lib.rs") => Ok("mod a;".to_owned()),

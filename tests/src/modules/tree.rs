@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use syn::ext::IdentExt;
-use syn::{Attribute, Expr, ExprLit, Item, ItemMod, Lit, Meta};
+use syn::punctuated::Punctuated;
+use syn::{Attribute, Expr, ExprLit, Item, ItemMod, Lit, Meta, Token};
 
 use crate::code::{Code, is_for_tests};
 
@@ -147,8 +148,18 @@ impl Place {
     }
 }
 
+/// The path of `#[path = "…"]`, or of `#[cfg_attr(…, path = "…")]` whatever its condition: of a module with one file for
+/// each system the first is read.
 fn path_attribute(attribute: &Attribute) -> Option<String> {
-    let Meta::NameValue(pair) = &attribute.meta else { return None };
+    if !attribute.path().is_ident("cfg_attr") {
+        return path_of(&attribute.meta);
+    }
+    let parts = Punctuated::<Meta, Token![,]>::parse_terminated;
+    attribute.parse_args_with(parts).ok()?.iter().skip(1).find_map(path_of)
+}
+
+fn path_of(meta: &Meta) -> Option<String> {
+    let Meta::NameValue(pair) = meta else { return None };
     match &pair.value {
         Expr::Lit(ExprLit { lit: Lit::Str(path), .. }) if pair.path.is_ident("path") => {
             Some(path.value())
