@@ -7,13 +7,13 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
+use massline_protocol::calibration_checksum;
 use massline_protocol::object::DofResult;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::layout::RIG_HITS;
 use massline_shared::measurement::campaign::{CampaignProgress, DofProgress};
 use serde::{Deserialize, Serialize};
 
-use crate::outcome::checksum_of;
 use crate::rig::Rig;
 use crate::store::{MAX_DOF, Store};
 
@@ -122,7 +122,7 @@ fn encode(rig: &Rig<'_>, campaign: CampaignProgress, room: &mut CheckpointBuffer
     let measurement = rig.measurement.borrow();
     let progress = ProgressCheckpoint {
         layout: rig.layout_hash.get(),
-        calibration: checksum_of(measurement.calibration()),
+        calibration: calibration_checksum(measurement.calibration()),
         measured: measured(measurement.result().mass_lines.iter().map(|(index, _)| *index)),
         campaign,
         diagnostics: measurement.diagnostics().clone(),
@@ -143,7 +143,7 @@ fn take_up(rig: &Rig<'_>, dofs: &[DofResult], progress: &[u8]) -> Option<Checkpo
     let stored = postcard::from_bytes::<ProgressCheckpoint>(progress).ok()?;
     let mut measurement = rig.measurement.borrow_mut();
     let same = stored.layout == rig.layout_hash.get()
-        && stored.calibration == checksum_of(measurement.calibration());
+        && stored.calibration == calibration_checksum(measurement.calibration());
     if !same {
         return None;
     }
@@ -189,7 +189,8 @@ mod tests {
                 start: Start {
                     object: Object::Block { mass: 2.0 },
                     confirm: true,
-                    calibration_age_days: 300,
+                    calibration_age_days: u16::MAX,
+                    started_unix_s: u32::MAX,
                 },
                 dofs: (0..RIG_HITS).map(|_| dof).collect(),
                 wanted: u8::MAX,

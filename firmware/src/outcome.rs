@@ -4,8 +4,7 @@
 
 use massline_protocol::diagnostic::DiagnosticList;
 use massline_protocol::object::{DofResult, ResultHead, StoredEstimate};
-use massline_protocol::{crc32, crc32_of_chunks};
-use massline_shared::signal::Calibration;
+use massline_protocol::{calibration_checksum, crc32_of_chunks};
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
@@ -40,12 +39,15 @@ impl<'a, 'm> StoredResult<'a, 'm> {
     fn write(&self, take: &mut dyn FnMut(u8)) {
         let measurement = self.rig.measurement.borrow();
         let result = measurement.result();
-        let test = measurement.layout().map(|layout| layout.test).unwrap_or_default();
+        let layout = measurement.layout();
+        let test = layout.map(|layout| layout.test).unwrap_or_default();
         let mut bytes = Bytes(take);
         bytes.put(&ResultHead {
             number: self.number,
             layout_hash: self.rig.layout_hash.get(),
-            calibration: checksum_of(measurement.calibration()),
+            title: layout.map(|layout| layout.title.clone()).unwrap_or_default(),
+            started_unix_s: measurement.campaign().map_or(0, |of| of.started().started_unix_s),
+            calibration: calibration_checksum(measurement.calibration()),
             gains: result.gains,
             firmware: cut(self.rig.info.firmware),
             frf_estimator: test.frf_estimator,
@@ -84,13 +86,6 @@ impl Source for StoredResult<'_, '_> {
             at += 1;
         });
     }
-}
-
-/// Checksum by which a result identifies its calibration.
-pub(crate) fn checksum_of(calibration: &Calibration) -> u32 {
-    // A calibration consists of four-byte floats, and postcard encodes each in four bytes.
-    let mut bytes = [0; size_of::<Calibration>()];
-    postcard::to_slice(calibration, &mut bytes).map_or(0, |bytes| crc32(bytes))
 }
 
 /// A serialization flavor that passes each byte to a closure.

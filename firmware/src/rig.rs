@@ -145,6 +145,7 @@ impl<'m> Rig<'m> {
             last_hit: measurement.hits(),
             layout_hash: self.layout_hash.get(),
             result: campaign.map_or(0, |campaign| campaign.result()),
+            started_unix_s: campaign.map_or(0, |campaign| campaign.started().started_unix_s),
             diagnostics: measurement.diagnostics().clone(),
         }
     }

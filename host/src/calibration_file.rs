@@ -37,10 +37,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::day::Day;
 use crate::layout_file::LayoutFile;
+use crate::limited::at_most;
 use crate::{Error, Result, toml_file};
 
 /// Error code of this module.
 const MALFORMED: &str = "calibration_malformed";
+/// Largest number of sensors of a file.
+const MOST_SENSORS: usize = 4096;
 /// Number of sensors of a rig.
 const SENSORS: usize = massline_shared::layout::RIG_SENSORS;
 
@@ -67,7 +70,7 @@ pub(crate) struct CalibrationTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sigma: Option<CalibrationSigma>,
     hammer: HammerTable,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "at_most::<MOST_SENSORS, _, _>")]
     sensor: Vec<SensorTable>,
 }
 
@@ -153,22 +156,27 @@ impl CalibrationFile {
 
 /// The TOML text of a calibration.
 pub fn to_toml(record: &CalibrationRecord) -> String {
-    let mut table = CalibrationTable::of(&record.calibration);
-    let text = |text: &str| (!text.is_empty()).then(|| text.to_owned());
-    table.method = Some(record.method.name().into());
-    // A rig may hold a text that is not a date; a file with it could not be read back.
-    table.date = record.date.parse().ok();
-    table.temperature_c = record.temperature;
-    table.sigma = Some(record.sigma);
-    table.hammer.id = text(&record.hammer);
-    for (sensor, id) in table.sensor.iter_mut().zip(&record.sensors) {
-        sensor.id = text(id);
-    }
     // Texts, numbers and tables only, so this cannot fail.
-    toml::to_string(&table).unwrap_or_default()
+    toml::to_string(&CalibrationTable::of_record(record)).unwrap_or_default()
 }
 
 impl CalibrationTable {
+    /// The calibration with its origin.
+    pub(crate) fn of_record(record: &CalibrationRecord) -> Self {
+        let mut table = Self::of(&record.calibration);
+        let text = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+        table.method = Some(record.method.name().into());
+        // A rig may hold a text that is not a date; a file with it could not be read back.
+        table.date = record.date.parse().ok();
+        table.temperature_c = record.temperature;
+        table.sigma = Some(record.sigma);
+        table.hammer.id = text(&record.hammer);
+        for (sensor, id) in table.sensor.iter_mut().zip(&record.sensors) {
+            sensor.id = text(id);
+        }
+        table
+    }
+
     /// The calibration without its origin.
     pub(crate) fn of(calibration: &Calibration) -> Self {
         let [hammer, sensors @ ..] = &calibration.channels;
@@ -203,7 +211,8 @@ impl CalibrationTable {
         Ok(self.record()?.calibration)
     }
 
-    fn record(&self) -> Result<CalibrationRecord> {
+    /// The calibration with its origin, checked.
+    pub(crate) fn record(&self) -> Result<CalibrationRecord> {
         let mut record = CalibrationRecord::from(Calibration::default());
         if let Some(range) = self.sensor_range_m_per_s2 {
             if !(range.is_finite() && range > Calibration::SMALLEST_RANGE) {

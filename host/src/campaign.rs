@@ -13,6 +13,7 @@ use massline_shared::measurement::campaign::Phase;
 
 use crate::calibration::day::age_in_days;
 use crate::client::{Client, ClientError, Event};
+use crate::clock;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
@@ -160,7 +161,7 @@ pub fn begin(client: &mut Client, how: StartOptions) -> Result<StartOutcome, Cli
     }
 }
 
-/// Starts; the rig, which has no calendar, is told the age of its calibration.
+/// Starts; the rig, which has no calendar, is told the time and the age of its calibration.
 fn start(client: &mut Client, how: StartOptions) -> Result<Status, ClientError> {
     let StartOptions { confirm, force, block_mass, restart: _ } = how;
     let calibration_age_days = age_in_days(&client.calibration()?);
@@ -169,6 +170,7 @@ fn start(client: &mut Client, how: StartOptions) -> Result<Status, ClientError> 
         force,
         block_mass,
         calibration_age_days,
+        started_unix_s: clock::unix_seconds(),
         ..CampaignCommand::Start.into()
     };
     client.command_with(request)

@@ -50,6 +50,8 @@ pub struct LayoutFile {
     pub uncertainty: Uncertainty,
     /// Expected values to compare with.
     pub reference: Option<Reference>,
+    /// The text of the file.
+    pub text: String,
     /// Where the file states the settings of the test.
     places: Vec<(Setting, Place)>,
 }

@@ -3,12 +3,15 @@
 //! | module | subject |
 //! | --- | --- |
 //! | [`error`] | the error type of all commands, and its exit codes |
+//! | [`archive`] | one file with everything that a test has measured |
 //! | [`client`] | the connection to a rig behind a serial port, a pty, a TCP address or a pipe |
 //! | [`campaign`] | follows a campaign from its start to its result |
+//! | `clock` | the clock of this computer |
 //! | [`commands`] | what each subcommand does |
 //! | [`interrupt`] | Ctrl-C |
 //! | [`output`] | where a command writes: text or JSON, colour, progress |
 //! | [`layout_file`] | the layout TOML |
+//! | `limited` | lists of a file with a largest length |
 //! | [`calibration`] | dates of calibrations, and the RC cutoffs from the spectra of a block test |
 //! | [`calibration_file`] | the calibration TOML |
 //! | [`uff`] | universal files, dataset 58 |
@@ -31,10 +34,12 @@
 //! | [`flash`] | writes firmware to a board |
 #![deny(unsafe_code)]
 
+pub mod archive;
 pub mod calibration;
 pub mod calibration_file;
 pub mod campaign;
 pub mod client;
+mod clock;
 pub mod commands;
 pub mod design;
 pub mod error;
@@ -46,6 +51,7 @@ pub mod host_solution;
 pub mod identification;
 pub mod interrupt;
 pub mod layout_file;
+mod limited;
 pub mod monte_carlo;
 mod npy;
 pub mod output;

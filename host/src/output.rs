@@ -239,6 +239,14 @@ impl Output {
         }
     }
 
+    /// As [`Output::answer`], for a [`Table`]: its lines are never broken, because it fits the terminal by itself.
+    ///
+    /// # Errors
+    /// As [`Output::text`].
+    pub fn answer_table(&mut self, value: &Value, table: &Table) -> Result<()> {
+        if self.json { self.value(value) } else { self.verbatim(table.to_string()) }
+    }
+
     /// Writes a note on stderr, beside the answer.
     pub fn note(&mut self, text: impl AsRef<str>) {
         self.notes.note(text.as_ref());
@@ -247,6 +255,19 @@ impl Output {
     /// The stream of the notes, for a part that works on its own, such as a client that waits for its rig.
     pub fn notes(&self) -> Notes {
         self.notes.clone()
+    }
+
+    /// Asks a question at the keyboard; anything but y or yes is a no.
+    ///
+    /// # Errors
+    /// When the keyboard cannot be read.
+    pub fn confirm(&mut self, question: &str) -> Result<bool> {
+        self.note(format!("{question} [y/N]"));
+        let mut line = String::new();
+        io::stdin().read_line(&mut line).map_err(|e| {
+            Error::internal("no_keyboard", format!("the keyboard cannot be read: {e}"))
+        })?;
+        Ok(matches!(line.trim().to_lowercase().as_str(), "y" | "yes"))
     }
 
     /// Writes a warning on stderr.

@@ -15,6 +15,7 @@ mod measurement;
 mod message;
 mod modes;
 mod refusals;
+mod summary;
 mod table;
 mod where_to_hit;
 
@@ -34,8 +35,14 @@ pub use measurement::{estimates_of, measurement_json, measurement_text};
 pub use message::{channel_name, code_name, message, message_in, messages};
 pub use modes::{assurance_text, modes_json, modes_text, orders_text, shapes_text};
 pub use refusals::{refusals_json, refusals_text};
+pub use summary::{ResultVerdict, Summary};
 pub use table::{Truth, table};
 pub use where_to_hit::new_direction;
+
+/// The text of a layout's hash or a calibration's checksum; `None` for 0, which means that there is none.
+pub fn hash_text(hash: u32) -> Option<String> {
+    (hash != 0).then(|| format!("{hash:08x}"))
+}
 
 /// Diagnostics as JSON: `[{"code":…,"severity":…,"message":…}]`.
 pub fn diagnostics_json(

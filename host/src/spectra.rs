@@ -6,8 +6,10 @@
 
 use massline_protocol::event::{HitEvent, ScanBlock};
 use massline_protocol::message::{CampaignCommand, Reason, Status};
+use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
+use crate::archive::RecordCollection;
 use crate::campaign::{Observer, OperatorAction};
 use crate::client::{Client, ClientError, DofSpectra};
 use crate::error::Result;
@@ -44,18 +46,49 @@ impl SpectraCollection {
     }
 
     /// All collected spectra, in the order of the campaign.
+    pub fn spectra(&self) -> &[DofSpectra] {
+        &self.kept
+    }
+
+    /// As [`Self::spectra`].
     pub fn into_spectra(self) -> Vec<DofSpectra> {
         self.kept
     }
 }
 
-/// Forwards everything to another observer, collects the spectra, and accepts every hit that waits for a
-/// verdict and that the other observer does not decide on.
+/// Forwards everything to another observer and collects the spectra, and the records of hits where they are wanted.
 pub struct Collecting<'a> {
     /// The other observer.
     pub observer: &'a mut dyn Observer,
     /// Stores the spectra.
     pub collection: &'a mut SpectraCollection,
+    /// Stores the records of accepted hits, named by the layout, where they are wanted.
+    pub records: Option<(&'a mut RecordCollection, &'a RigLayout)>,
+    /// Whether hits that the other observer does not decide on are accepted; otherwise they go on waiting.
+    pub accepts: bool,
+}
+
+impl Collecting<'_> {
+    /// Reads the record of a hit that is about to be accepted, and drops those of a DOF that is measured again.
+    fn keep_records(
+        &mut self,
+        client: &mut Client,
+        status: &Status,
+        action: Option<OperatorAction>,
+    ) -> Result<()> {
+        let Some((records, layout)) = &mut self.records else { return Ok(()) };
+        match action {
+            Some(OperatorAction::Command(CampaignCommand::Accept)) => {
+                records.collect(client, status, layout)
+            }
+            Some(OperatorAction::Command(CampaignCommand::Redo)) => {
+                let hit = layout.hits.get(usize::from(status.dof));
+                hit.into_iter().for_each(|hit| records.discard(hit.dof));
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 impl Observer for Collecting<'_> {
@@ -80,7 +113,10 @@ impl Observer for Collecting<'_> {
         self.collection.collect(client, status)?;
         let steer = self.observer.steer(client, status)?;
         let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
-        Ok(steer.or(waits.then_some(OperatorAction::Command(CampaignCommand::Accept))))
+        let accept = OperatorAction::Command(CampaignCommand::Accept);
+        let steer = steer.or((waits && self.accepts).then_some(accept));
+        self.keep_records(client, status, steer)?;
+        Ok(steer)
     }
 
     fn at_target(

@@ -79,7 +79,7 @@ fn result_is_kept(rig: &Rig, measured: &Value) {
     for key in ["number", "layout_hash", "results", "mass_lines"] {
         assert_eq!(kept[key], measured[key], "{key}");
     }
-    rig.ask("delete it", &["results", "delete", &number]);
+    rig.ask("delete it", &["results", "delete", &number, "--yes"]);
     assert_eq!(rig.run(&["results", "get", &number]).0, 2, "it is gone");
 }
 

@@ -118,6 +118,7 @@ fn status(dofs: usize) -> Status {
         last_hit: 16,
         layout_hash: 0xDEAD_BEEF,
         result: 0,
+        started_unix_s: 1_795_000_000,
         diagnostics: diagnostics(1),
     }
 }
@@ -153,6 +154,8 @@ fn result(dofs: usize) -> MeasurementResult {
         head: ResultHead {
             number: 3,
             layout_hash: 7,
+            title: text("frame"),
+            started_unix_s: 1_795_000_000,
             calibration: 8,
             gains: None,
             firmware: text("0.1.0"),
@@ -191,6 +194,7 @@ fn messages() -> std::vec::Vec<(&'static str, std::vec::Vec<u8>)> {
         force: false,
         block_mass: Some(2.5),
         calibration_age_days: 300,
+        started_unix_s: 1_795_000_000,
     };
     let chunk_request = ChunkRequest { object: object(), offset: 1024, length: 512 };
     let chunk =
@@ -329,6 +333,7 @@ fn full_status() -> Status {
         last_hit: u32::MAX,
         layout_hash: u32::MAX,
         result: u32::MAX,
+        started_unix_s: u32::MAX,
         diagnostics: longest_diagnostics(),
         ..status(0)
     }

@@ -184,6 +184,7 @@ impl<'a, 'm, F: NorFlash> Session<'a, 'm, F> {
             object,
             confirm: request.confirm,
             calibration_age_days: request.calibration_age_days,
+            started_unix_s: request.started_unix_s,
         };
         let room = !self.store.lock().await.is_full(self.rig.dofs()).await;
         Ok(self.rig.start(start, request.force, room)?)

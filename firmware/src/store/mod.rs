@@ -41,9 +41,9 @@ pub const MAX_DOF: usize = 386;
 /// Most bytes of one estimate in a result.
 pub const MAX_ESTIMATE: usize = 424;
 /// Most bytes of one result: its head and diagnostics, its DOFs and its estimates.
-pub const MAX_RESULT: usize = 184 + RIG_HITS * MAX_DOF + MASS_LINE_METHODS * MAX_ESTIMATE;
+pub const MAX_RESULT: usize = 238 + RIG_HITS * MAX_DOF + MASS_LINE_METHODS * MAX_ESTIMATE;
 /// Most bytes of the progress of a campaign.
-pub const MAX_PROGRESS: usize = 272;
+pub const MAX_PROGRESS: usize = 280;
 
 /// Room for an encoded calibration: numbers and texts are not longer encoded, except for the lengths.
 const CALIBRATION_ROOM: usize = size_of::<CalibrationRecord>() + 16;

@@ -347,6 +347,8 @@ mod tests {
         };
         MeasurementResult {
             head: ResultHead {
+                title: heapless::String::new(),
+                started_unix_s: 0,
                 number: 1,
                 layout_hash: layout.hash(),
                 calibration: 0,

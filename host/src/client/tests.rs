@@ -118,6 +118,7 @@ fn status(phase: u8) -> Status {
         last_hit: 0,
         layout_hash: 0,
         result: 0,
+        started_unix_s: 0,
         diagnostics: heapless::Vec::new(),
     }
 }

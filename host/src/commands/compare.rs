@@ -133,6 +133,8 @@ mod tests {
             length: 0.5,
             result: MeasurementResult {
                 head: ResultHead {
+                    title: heapless::String::new(),
+                    started_unix_s: 0,
                     number: 1,
                     layout_hash: 1,
                     calibration: 1,

@@ -14,6 +14,7 @@ use crate::campaign::phase_name;
 use crate::client::{Client, PortFacts, list_ports};
 use crate::error::Result;
 use crate::output::Output;
+use crate::report::hash_text;
 use stats::Report;
 
 /// Arguments of `massline device`.
@@ -145,7 +146,7 @@ fn identity_json(port: &str, identity: &Identity, status: &Status) -> Value {
         "boot_reason": BootReason::from(identity.boot_reason).name(),
         "last_panic": identity.last_panic.as_str(),
         "phase": phase_name(status.phase),
-        "layout_hash": (status.layout_hash != 0).then_some(status.layout_hash),
+        "layout_hash": hash_text(status.layout_hash),
         "result": (status.result != 0).then_some(status.result),
     })
 }
@@ -174,7 +175,7 @@ fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
         if identity.streams { "yes" } else { "no, the link is too slow" },
         BootReason::from(identity.boot_reason).name(),
         phase_name(status.phase),
-        hash(status.layout_hash).unwrap_or_else(|| "none".into()),
+        hash_text(status.layout_hash).unwrap_or_else(|| "none".into()),
         if status.result == 0 { "none".into() } else { status.result.to_string() },
     );
     if !identity.last_panic.is_empty() {
@@ -182,9 +183,4 @@ fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {
         let _ = write!(text, "\n  last panic {}", identity.last_panic);
     }
     text
-}
-
-/// The text of a layout hash or calibration checksum; `None` for 0, which means that there is none.
-pub(crate) fn hash(hash: u32) -> Option<String> {
-    (hash != 0).then(|| format!("{hash:08x}"))
 }

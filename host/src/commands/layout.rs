@@ -8,12 +8,13 @@ use std::path::PathBuf;
 use massline_shared::layout::{HitPolicy, HostLayout};
 use serde_json::{Value, json};
 
-use super::{files, hash};
+use super::files;
 use crate::commands::files::ReplaceArgs;
 use crate::error::Result;
 use crate::file;
 use crate::layout_file::{LayoutFile, TEMPLATE, schema};
 use crate::output::{self, Output};
+use crate::report::hash_text;
 
 /// Arguments of `massline layout`.
 #[derive(Debug, clap::Args)]
@@ -113,7 +114,7 @@ fn show_json(file: &LayoutFile) -> Value {
         .collect();
     json!({
         "title": file.title,
-        "layout_hash": file.hash(),
+        "layout_hash": file.hash().and_then(hash_text),
         "gravity_m_per_s2": layout.gravity,
         "characteristic_length_m": layout.characteristic_length(),
         "sensors": sensors,
@@ -152,7 +153,7 @@ fn show_text(file: &LayoutFile) -> String {
         file.title,
         layout.characteristic_length() * 1e3,
         layout.test.hits_per_dof,
-        file.hash().and_then(hash).unwrap_or_else(|| "none: too large for a rig".into()),
+        file.hash().and_then(hash_text).unwrap_or_else(|| "none: too large for a rig".into()),
     )
 }
 

@@ -1,20 +1,23 @@
 //! `massline measure`: a campaign on a real rig, from the layout to the result.
 
+mod collected;
 mod watch;
 
 use std::path::PathBuf;
 
 use massline_protocol::LayoutHash;
 use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Status};
+use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{HostLayout, RigLayout};
 use massline_shared::measurement::campaign::Phase;
-use serde_json::json;
 
+use super::archive::ArchiveArgs;
 use super::connect::PortArgs;
 use super::files;
-use super::{hash, show};
+use super::show;
+use crate::archive::{Archive, ArchivedLayout, Part};
 use crate::calibration::day::age_in_days;
 use crate::campaign::phase_name;
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
@@ -26,6 +29,7 @@ use crate::precision::PrecisionMonitor;
 use crate::report;
 use crate::single_fault::NominalTest;
 
+use collected::Collected;
 pub(super) use watch::{Watching, watch};
 
 /// Arguments of `massline measure`.
@@ -42,6 +46,7 @@ finish as soon as the target is reached; without a keyboard or with --yes it fin
 Examples:
   massline measure frame.toml
   massline measure frame.toml --port /dev/ttyACM0 --confirm
+  massline measure frame.toml --output frame.massline
   massline measure frame.toml --restart --yes --json > result.json")]
 pub struct Args {
     /// The layout file.
@@ -56,13 +61,18 @@ pub struct Args {
     restart: bool,
     /// Start although the layout cannot determine all ten properties.
     #[arg(long)]
-    force: bool,
+    any_layout: bool,
     /// Finish without asking when the target of the layout is reached.
     #[arg(long)]
     yes: bool,
     /// Calibration file; default: the calibration stored on the rig.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
+    #[command(flatten)]
+    archive: ArchiveArgs,
+    /// Keep the record of every accepted hit in the archive as well, about 0.1 MB each.
+    #[arg(long, requires = "output")]
+    records: bool,
 }
 
 /// Runs the command.
@@ -73,6 +83,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = files::layout(&args.layout, output)?;
     files::for_rig(&file, &args.layout)?;
+    args.archive.check()?;
     let calibration = files::calibration(args.calibration.as_deref(), &file)?;
     if args.confirm && !output.has_keyboard() {
         return Err(Error::input(
@@ -87,7 +98,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     fits(&layout, &identity)?;
     make_room(&mut client, &layout, args.restart)?;
     let answer = client.put_layout(&layout)?;
-    judge_layout(&answer, &layout, args.force, output)?;
+    judge_layout(&answer, &layout, args.any_layout, output)?;
     if let Some(calibration) = &calibration
         && kept != *calibration
     {
@@ -103,8 +114,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
     let mut monitor = PrecisionMonitor::new(with_gains(&file.layout, in_force, age));
     let how = StartOptions {
-        confirm: args.confirm,
-        force: args.force,
+        // A hit that waits for its verdict leaves time to read spectra and records.
+        confirm: args.confirm || args.archive.path().is_some(),
+        force: args.any_layout,
         restart: args.restart,
         ..StartOptions::default()
     };
@@ -113,9 +125,65 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         StartOutcome::Resumed => output.note("resuming the interrupted campaign"),
         StartOutcome::Joined => output.note("joins the campaign that is under way"),
     }
-    let watching = Watching { monitor: Some(&mut monitor), collection: None, yes: args.yes };
-    let ending = watch(&mut client, &layout, watching, output)?;
-    finish(&mut client, &ending, &NominalTest::of_file(&file), &mut monitor, output)
+    let archive = args.archive.path();
+    let mut collected = Collected::of_campaign(archive, &mut client)?;
+    let followed = follow(args, &mut client, &layout, &mut monitor, &mut collected, output);
+    if followed.is_err() {
+        collected.keep(&layout, output);
+    }
+    let result = followed?;
+    let mut further = args.archive.to_json();
+    further["after_each_dof"] = monitor.to_json();
+    let nominal = NominalTest::of_file(&file);
+    let shown = show::document(&result, Some(&nominal), Selection::All, further, output);
+    let answers = shown.as_ref().map(|shown| shown.value.clone()).unwrap_or_default();
+    // The answer is printed first: a disk that is full must not cost it.
+    let printed = shown.and_then(|shown| shown.print(output));
+    if let Some(path) = archive {
+        let archived = ArchivedLayout::of_file(&file);
+        let archive = Archive::new(&identity, archived, in_force, result, &answers)?;
+        let archive = collected.added_to(archive, &layout, args.records, output);
+        args.archive.write_anywhere(&archive, output)?;
+        Part::delete(path);
+    }
+    printed
+}
+
+/// Follows the campaign to its result, and reads what the archive is to hold.
+fn follow(
+    args: &Args,
+    client: &mut Client,
+    layout: &RigLayout,
+    monitor: &mut PrecisionMonitor,
+    collected: &mut Collected,
+    output: &mut Output,
+) -> Result<MeasurementResult> {
+    let archived = args.archive.path().is_some();
+    let watching = Watching {
+        monitor: Some(&mut *monitor),
+        collection: archived.then_some(&mut collected.spectra),
+        records: args.records.then_some(&mut collected.records),
+        confirm: args.confirm,
+        yes: args.yes,
+    };
+    let number = match watch(client, layout, watching, output)? {
+        CampaignOutcome::Done(number) => number,
+        CampaignOutcome::Stopped(status) => return Err(show::stopped(&status)),
+        CampaignOutcome::Paused(status) => return Err(paused(&status)),
+        CampaignOutcome::Aborted => {
+            return Err(Error::interrupted("the campaign was aborted; it has no result"));
+        }
+    };
+    let result = client.result(number)?;
+    let status = client.status()?;
+    if watch::read_new(client, monitor, &status, |_| true)? {
+        monitor.report();
+    }
+    if archived {
+        // Those of the last DOF.
+        collected.spectra.collect(client, &status)?;
+    }
+    Ok(result)
 }
 
 /// The layout with the standard deviations that a calibration of this age, in days, contributes.
@@ -156,7 +224,7 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
                 "the rig is {} in a campaign with another layout ({}); go on with it by `massline \
                  measure` with that layout, or discard its hits with `massline device abort` or --restart",
                 phase_name(status.phase),
-                hash(status.layout_hash).unwrap_or_default(),
+                report::hash_text(status.layout_hash).unwrap_or_default(),
             ),
         ));
     }
@@ -179,32 +247,6 @@ pub fn judge_layout(
     }
     show::warn(&answer.diagnostics, message_of, output);
     Ok(())
-}
-
-/// The result, or the reason why there is none.
-fn finish(
-    client: &mut Client,
-    ending: &CampaignOutcome,
-    nominal: &NominalTest,
-    monitor: &mut PrecisionMonitor,
-    output: &mut Output,
-) -> Result<()> {
-    match ending {
-        CampaignOutcome::Done(number) => {
-            let result = client.result(*number)?;
-            let status = client.status()?;
-            if watch::read_new(client, monitor, &status, |_| true)? {
-                monitor.report();
-            }
-            let further = json!({ "after_each_dof": monitor.to_json() });
-            show::measurement_with(&result, Some(nominal), Selection::All, further, output)
-        }
-        CampaignOutcome::Stopped(status) => Err(show::stopped(status)),
-        CampaignOutcome::Paused(status) => Err(paused(status)),
-        CampaignOutcome::Aborted => {
-            Err(Error::interrupted("the campaign was aborted; it has no result"))
-        }
-    }
 }
 
 pub(super) fn paused(status: &Status) -> Error {

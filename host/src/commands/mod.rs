@@ -1,5 +1,6 @@
 //! The subcommands: arguments, help, dispatch.
 
+mod archive;
 pub mod bench_test;
 pub mod calibrate;
 pub mod compare;
@@ -9,6 +10,7 @@ pub mod device;
 pub mod files;
 pub mod flash;
 mod help;
+pub mod history;
 pub mod hits;
 pub mod keyboard;
 pub mod layout;
@@ -28,8 +30,6 @@ pub mod simulate;
 pub mod simulated;
 pub mod solve;
 pub mod virtual_rig;
-
-pub(crate) use device::hash;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -87,6 +87,8 @@ pub enum Command {
     Calibrate(calibrate::Args),
     /// List, fetch and delete the results stored on a rig.
     Results(results::Args),
+    /// List the archives in a folder.
+    History(history::Args),
     /// Record a rig's live scans on a tape.
     Record(record::Args),
     /// Grade the hits of recorded hammer data.
@@ -155,6 +157,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Measure(args) => measure::run(&args, output),
         Command::Calibrate(args) => calibrate::run(&args, output),
         Command::Results(args) => results::run(&args, output),
+        Command::History(args) => history::run(&args, output),
         Command::Record(args) => record::run(&args, output),
         Command::Hits(args) => hits::run(&args, output),
         Command::Solve(args) => solve::run(&args, output),

@@ -19,27 +19,41 @@ pub struct ResponseArgs {
     #[arg(long, value_enum, value_name = "QUANTITY")]
     quantity: Option<Response>,
     /// Decay rate σ of the exponential window that was applied to force and responses, 1/s; without the right
-    /// value, noise and suspension are modelled wrongly.
-    #[arg(long, value_name = "1/S", default_value = "0", value_parser = number::not_negative)]
-    decay: f64,
-    /// Band in which the suspension modes are looked for, Hz: from below the lowest to above the highest of them.
-    #[arg(long, value_name = "LOW:HIGH", default_value = "0.5:12.5", allow_hyphen_values = true)]
-    suspension_band: Band,
+    /// value, noise and suspension are modelled wrongly [default: 0].
+    #[arg(long, value_name = "1/S", value_parser = number::not_negative)]
+    decay: Option<f64>,
+    /// Band in which the suspension modes are looked for, Hz: from below the lowest to above the highest of them
+    /// [default: 0.5:12.5].
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
+    suspension_band: Option<Band>,
 }
 
 impl ResponseArgs {
     /// The options of the solver.
     pub fn options(&self) -> Options {
+        let default = Options::default();
         Options {
             quantity: self.quantity.map(|quantity| match quantity {
                 Response::Accelerance => Quantity::Acceleration,
                 Response::Mobility => Quantity::Velocity,
                 Response::Receptance => Quantity::Displacement,
             }),
-            decay: self.decay,
-            suspension_band_hz: self.suspension_band.0,
-            ..Options::default()
+            decay: self.decay.unwrap_or(default.decay),
+            suspension_band_hz: self
+                .suspension_band
+                .map_or(default.suspension_band_hz, |band| band.0),
+            ..default
         }
+    }
+
+    /// The options that were given.
+    pub fn given(&self) -> impl Iterator<Item = &'static str> {
+        let given = [
+            ("--quantity", self.quantity.is_some()),
+            ("--decay", self.decay.is_some()),
+            ("--suspension-band", self.suspension_band.is_some()),
+        ];
+        given.into_iter().filter_map(|(name, is_given)| is_given.then_some(name))
     }
 }
 

@@ -38,6 +38,45 @@ pub fn measurement_with(
     further: Value,
     output: &mut Output,
 ) -> Result<()> {
+    document(result, nominal, selection, further, output)?.print(output)
+}
+
+/// A result as it is printed.
+pub struct Shown {
+    /// The document for `--json`.
+    pub value: Value,
+    text: String,
+}
+
+impl Shown {
+    /// Adds what the host has found.
+    fn add(&mut self, again: &HostSolution<'_>) {
+        again.add_to(&mut self.value);
+        let unseen = again.cannot_see();
+        self.value["cannot_see"] = report::cannot_see_json(&unseen);
+        self.text += &format!("\n{}{}", again.to_text(), report::cannot_see_text(&unseen));
+    }
+
+    /// Prints the document, or the text.
+    ///
+    /// # Errors
+    /// When stdout cannot be written.
+    pub fn print(self, output: &mut Output) -> Result<()> {
+        output.answer(&self.value, |_| self.text)
+    }
+}
+
+/// The document and the text that [`measurement_with`] prints.
+///
+/// # Errors
+/// As [`measurement`].
+pub fn document(
+    result: &MeasurementResult,
+    nominal: Option<&NominalTest>,
+    selection: Selection,
+    further: Value,
+    output: &mut Output,
+) -> Result<Shown> {
     let result = selected(result, selection);
     if let Err(error) = require_answer(&result) {
         if let Some(nominal) = nominal {
@@ -45,19 +84,40 @@ pub fn measurement_with(
         }
         return Err(error);
     }
-    let mut value = report::measurement_json(&result);
-    let mut text = report::measurement_text(&result);
+    let mut shown =
+        Shown { value: report::measurement_json(&result), text: report::measurement_text(&result) };
     if let Some(nominal) = nominal {
-        let again = HostSolution::examined(&result, nominal, selection);
-        again.add_to(&mut value);
-        let unseen = again.cannot_see();
-        value["cannot_see"] = report::cannot_see_json(&unseen);
-        text += &format!("\n{}{}", again.to_text(), report::cannot_see_text(&unseen));
+        shown.add(&HostSolution::examined(&result, nominal, selection));
     }
-    if let (Value::Object(members), Value::Object(further)) = (&mut value, further) {
+    if let (Value::Object(members), Value::Object(further)) = (&mut shown.value, further) {
         members.extend(further);
     }
-    output.answer(&value, |_| text)
+    Ok(shown)
+}
+
+/// Prints a result that the host solves again, perhaps with a layout that was corrected after the test: the rig need not
+/// have an answer when the host has one.
+///
+/// # Errors
+/// Exit 3 when neither has an answer by the selected methods.
+pub fn solved_again(
+    result: &MeasurementResult,
+    nominal: &NominalTest,
+    selection: Selection,
+    output: &mut Output,
+) -> Result<()> {
+    let of_rig = selected(result, selection);
+    if require_answer(&of_rig).is_ok() {
+        return measurement(result, Some(nominal), selection, output);
+    }
+    let again = HostSolution::examined(&of_rig, nominal, selection);
+    if again.identification.estimates.is_empty() {
+        return measurement(result, Some(nominal), selection, output);
+    }
+    output.note("the rig has no answer of its own");
+    let mut shown = Shown { value: report::measurement_json(&of_rig), text: String::new() };
+    shown.add(&again);
+    shown.print(output)
 }
 
 /// Adds to the error that follows which single mistake may have prevented an answer.

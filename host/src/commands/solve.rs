@@ -1,6 +1,9 @@
-//! `massline solve`: computes the ten properties offline from the frequency responses in a universal file.
+//! `massline solve`: computes the ten properties offline, from the frequency responses in a universal file or from an
+//! archive.
 
-use std::path::PathBuf;
+mod archive;
+
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::ValueEnum;
@@ -9,7 +12,8 @@ use massline_shared::modes::{LINES_OF_A_SIDE, LinesPerSide};
 
 use super::method;
 use super::responses::{PERTURBATIONS, ResponseArgs};
-use crate::error::Result;
+use crate::archive::{EXTENSION, is_archive};
+use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
 use crate::solve::{Options, ReferencePoint, solve_files};
@@ -24,8 +28,14 @@ C s². Suspension modes: those between 0.5 and 12.5 Hz, for objects whose mass l
 them or by elastic modes. All methods that apply answer and are compared. [prior] is used by ml,
 global-fit and toivola-nuutila. Placement errors are averaged over test.hits_per_dof hits.
 
+From an archive of `massline measure` or `massline results get` the mass lines in it are solved
+again, with the layout in it or with one that was corrected: positions, axes, uncertainty and prior.
+Of the options above only --method applies.
+
 Examples:
   massline solve frame.toml frame.uff
+  massline solve frame.massline
+  massline solve corrected.toml frame.massline
   massline solve frame.toml frame.uff --method ml
   massline solve wheel.toml wheel.uff
   massline solve wheel.toml wheel.uff --method dppim --lines-per-side 2
@@ -34,21 +44,24 @@ Examples:
   massline solve frame.toml frame.unv --quantity receptance
   massline solve frame.toml frame.uff --decay 10")]
 pub struct Args {
-    /// The layout file.
+    /// The layout file; or an archive, alone.
+    #[arg(value_name = "LAYOUT|ARCHIVE")]
     layout: PathBuf,
-    /// The universal file with the frequency responses.
-    frfs: PathBuf,
-    /// Point about which the equations are set up.
-    #[arg(long, value_enum, default_value_t, value_name = "POINT")]
-    reference_point: Point,
+    /// The universal file with the frequency responses; or an archive, to be solved with this layout.
+    #[arg(value_name = "FRFS|ARCHIVE")]
+    frfs: Option<PathBuf>,
+    /// Point about which the equations are set up [default: centroid].
+    #[arg(long, value_enum, value_name = "POINT")]
+    reference_point: Option<Point>,
     #[command(flatten)]
     responses: ResponseArgs,
-    /// Forces that a mode shape comes from.
-    #[arg(long, value_enum, default_value_t, value_name = "FORCES")]
-    shapes: Shapes,
-    /// Lines of the direct method on each side of a mode: those within its width, or a number from 1 to 4.
-    #[arg(long, value_name = "N", default_value = "auto")]
-    lines_per_side: PerSide,
+    /// Forces that a mode shape comes from [default: all].
+    #[arg(long, value_enum, value_name = "FORCES")]
+    shapes: Option<Shapes>,
+    /// Lines of the direct method on each side of a mode: those within its width (auto), or a number from 1 to 4
+    /// [default: auto].
+    #[arg(long, value_name = "N")]
+    lines_per_side: Option<PerSide>,
     /// Hits to use, such as `1:+Y,4:+X`; default: all of the layout.
     #[arg(long, value_name = "DOFS", value_delimiter = ',')]
     hits: Vec<Dof>,
@@ -76,12 +89,18 @@ enum Shapes {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PerSide(LinesPerSide);
 
+impl Default for PerSide {
+    fn default() -> Self {
+        Self(LinesPerSide::Width)
+    }
+}
+
 impl FromStr for PerSide {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         if text == "auto" {
-            return Ok(Self(LinesPerSide::Width));
+            return Ok(Self::default());
         }
         let count = text.parse::<usize>().ok();
         let count = count.filter(|count| (1..=LINES_OF_A_SIDE).contains(count));
@@ -105,21 +124,71 @@ enum Point {
 /// # Errors
 /// When a file is bad, or the data cannot determine the answer.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let (archive, layout) = match &args.frfs {
+        None if is_archive(&args.layout) => (&args.layout, None),
+        None => return Err(alone(&args.layout)),
+        Some(_) if is_archive(&args.layout) => return Err(swapped(&args.layout)),
+        Some(path) if is_archive(path) => (path, Some(args.layout.as_path())),
+        Some(frfs) => return from_frequency_responses(args, frfs, output),
+    };
+    refuse_options_of_responses(args, archive)?;
+    archive::solve(archive, layout, args.method, output)
+}
+
+/// Refuses the options that have no effect on the mass lines of an archive.
+fn refuse_options_of_responses(args: &Args, archive: &Path) -> Result<()> {
+    let given = [
+        ("--reference-point", args.reference_point.is_some()),
+        ("--shapes", args.shapes.is_some()),
+        ("--lines-per-side", args.lines_per_side.is_some()),
+        ("--hits", !args.hits.is_empty()),
+    ];
+    let given = given.into_iter().filter_map(|(name, is_given)| is_given.then_some(name));
+    let given: Vec<_> = given.chain(args.responses.given()).collect();
+    if given.is_empty() {
+        return Ok(());
+    }
+    let message = format!(
+        "{}: {} does not apply to an archive, whose mass lines are solved as they were measured; leave it out",
+        archive.display(),
+        given.join(", ")
+    );
+    Err(Error::input("usage", message))
+}
+
+fn alone(path: &Path) -> Error {
+    let name = path.display();
+    let message = format!(
+        "{name}: only an archive (FILE.{EXTENSION}) is solved alone; after a layout, give the file with the frequency \
+         responses or an archive: `massline solve {name} FRFS.uff`"
+    );
+    Error::input("usage", message)
+}
+
+fn swapped(path: &Path) -> Error {
+    let name = path.display();
+    let message = format!(
+        "{name}: this is an archive; give the layout first: `massline solve LAYOUT.toml {name}`"
+    );
+    Error::input("usage", message)
+}
+
+fn from_frequency_responses(args: &Args, frfs: &Path, output: &mut Output) -> Result<()> {
     let options = Options {
-        reference_point: match args.reference_point {
+        reference_point: match args.reference_point.unwrap_or_default() {
             Point::Centroid => ReferencePoint::Centroid,
             Point::Origin => ReferencePoint::Origin,
         },
         selection: args.method,
-        mode_choice: match args.shapes {
+        mode_choice: match args.shapes.unwrap_or_default() {
             Shapes::All => ModeChoice::All,
             Shapes::Best => ModeChoice::BestForce,
         },
-        lines: args.lines_per_side.0,
+        lines: args.lines_per_side.unwrap_or_default().0,
         ..args.responses.options()
     };
     let bar = output.bar(PERTURBATIONS, "uncertainty");
-    let solution = solve_files(&args.layout, &args.frfs, &args.hits, &options, |done, all| {
+    let solution = solve_files(&args.layout, frfs, &args.hits, &options, |done, all| {
         bar.set_length(all.into());
         bar.set_position(done.into());
     });

@@ -86,7 +86,8 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
     layout.attached = attached(&raw.attached, weighed, source)?;
     let reference = raw.reference.as_ref().map(|r| reference(r, source)).transpose()?;
     let places = raw.test.as_ref().map_or_else(Vec::new, |test| places(test, source));
-    Ok(LayoutFile { title, layout, nodes, sensors, uncertainty, reference, places })
+    let text = source.text.to_owned();
+    Ok(LayoutFile { title, layout, nodes, sensors, uncertainty, reference, text, places })
 }
 
 fn title(raw: Option<&Spanned<String>>, source: &Source<'_>) -> Result<String, LayoutFileError> {

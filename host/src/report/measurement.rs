@@ -5,7 +5,8 @@ use massline_shared::identify::Estimate;
 use serde_json::{Value, json};
 
 use super::message::message_of_result;
-use super::{diagnostics_json, estimate_json, sentences, table};
+use super::{diagnostics_json, estimate_json, hash_text, sentences, table};
+use crate::clock;
 
 /// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
 pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
@@ -20,8 +21,10 @@ pub fn measurement_json(result: &MeasurementResult) -> Value {
     json!({
         "results": estimates_of(result).iter().map(estimate_json).collect::<Vec<_>>(),
         "number": head.number,
-        "layout_hash": head.layout_hash,
-        "calibration": head.calibration,
+        "title": head.title.as_str(),
+        "measured": clock::moment(head.started_unix_s),
+        "layout_hash": hash_text(head.layout_hash),
+        "calibration": hash_text(head.calibration),
         "firmware": head.firmware.as_str(),
         "frf_estimator": head.frf_estimator.name(),
         "terms": head.terms.name(),
@@ -142,6 +145,8 @@ mod tests {
     fn measurement(estimates: &[StoredEstimate]) -> MeasurementResult {
         MeasurementResult {
             head: ResultHead {
+                title: "frame".try_into().unwrap(),
+                started_unix_s: 1_795_000_000,
                 number: 7,
                 layout_hash: 0xABCD,
                 calibration: 3,
@@ -160,8 +165,10 @@ mod tests {
     #[test]
     fn the_json_has_its_stable_shape() {
         let json = measurement_json(&measurement(&[stored()]));
-        assert_eq!(json["layout_hash"], 0xABCD);
-        assert_eq!(json["calibration"], 3);
+        assert_eq!(json["layout_hash"], "0000abcd");
+        assert_eq!(json["title"], "frame");
+        assert_eq!(json["measured"], "2026-11-18T13:46:40Z");
+        assert_eq!(json["calibration"], "00000003");
         assert_eq!(json["firmware"], "0.1.0");
         let result = &json["results"][0];
         assert_eq!(result["method"], "inertia-restraint");

@@ -138,7 +138,7 @@ impl FrfSolution {
             "results": self.identification.results_json(),
             "not_applicable": not_applicable,
             "details": self.identification.details_json(&self.layout),
-            "layout_hash": self.layout_hash,
+            "layout_hash": self.layout_hash.and_then(report::hash_text),
             "calibration": null,
             "firmware": null,
             "reference_point": self.reference_point.name(),

@@ -3,6 +3,8 @@
 mod program;
 mod virtual_process;
 
+#[cfg(unix)]
+mod archive;
 mod calibrate;
 mod demo;
 mod hits;

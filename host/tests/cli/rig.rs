@@ -5,7 +5,7 @@ use std::process::{Child, Command, Stdio};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use crate::program::{answer, layout_with_hits, run, success};
@@ -28,24 +28,24 @@ center_m = {center_m}
 "#;
 
 /// A virtual rig and a folder for the host's files.
-struct Rig {
-    process: VirtualProcess,
-    folder: TempDir,
+pub struct Rig {
+    pub process: VirtualProcess,
+    pub folder: TempDir,
 }
 
 impl Rig {
-    fn start(arguments: &[&str]) -> Self {
+    pub fn start(arguments: &[&str]) -> Self {
         let process = VirtualProcess::start(arguments);
         Self { process, folder: tempfile::tempdir().unwrap() }
     }
 
     /// The first layout of the demo with this number of hits at each DOF.
-    fn layout(&self, hits: u8) -> String {
+    pub fn layout(&self, hits: u8) -> String {
         layout_with_hits(self.folder.path(), hits)
     }
 
     /// Starts a command on this rig; its output is piped.
-    fn spawn(&self, arguments: &[&str]) -> Child {
+    pub fn spawn(&self, arguments: &[&str]) -> Child {
         Command::new(env!("CARGO_BIN_EXE_massline"))
             .args(arguments)
             .args(["--port", &self.process.port])
@@ -58,7 +58,7 @@ impl Rig {
 
     /// Runs a command on this rig with `--json`: its exit code and what it printed.
     #[track_caller]
-    fn run(&self, arguments: &[&str]) -> (i32, Value) {
+    pub fn run(&self, arguments: &[&str]) -> (i32, Value) {
         answer(&[arguments, &["--port", &self.process.port]].concat())
     }
 }
@@ -99,9 +99,12 @@ fn a_measured_result_can_be_listed_fetched_and_deleted() {
 
     let (exit, missing) = rig.run(&["results", "get", "7"]);
     assert_eq!((exit, &missing["error"]["code"]), (2, &"not_found".into()));
-    assert_eq!(rig.run(&["results", "delete", "1"]).0, 0);
+    let (exit, unasked) = rig.run(&["results", "delete", "1"]);
+    assert_eq!((exit, &unasked["error"]["code"]), (2, &"not_confirmed".into()));
+    assert_eq!(rig.run(&["results", "delete", "1", "--yes"]).1["deleted"], json!([1]));
     assert_eq!(rig.run(&["results", "get", "1"]).0, 2);
-    assert_eq!(rig.run(&["results", "delete", "1"]).0, 2);
+    assert_eq!(rig.run(&["results", "delete", "1-", "--yes"]).0, 2);
+    assert_eq!(rig.run(&["results", "delete", "--all", "--yes"]).1["deleted"], json!([]));
 }
 
 /// Without a keyboard nobody can be asked: the campaign finishes at its target, and the answer says so.

@@ -26,7 +26,7 @@ pub mod message;
 pub mod object;
 
 pub use boot_reason::BootReason;
-pub use checksum::{crc32, crc32_of_chunks};
+pub use checksum::{calibration_checksum, crc32, crc32_of_chunks};
 pub use frame::{
     Deframer, Frame, FrameError, MAX_BODY, MAX_FRAME, PlainFrame, decode_frame, encode_frame,
 };

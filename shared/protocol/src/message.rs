@@ -150,6 +150,8 @@ pub struct Status {
     pub layout_hash: u32,
     /// Number of the last campaign's result, 0 when there is none.
     pub result: u32,
+    /// Time at which the campaign was started, as in [`crate::object::ResultHead::started_unix_s`].
+    pub started_unix_s: u32,
     /// Diagnostics of the campaign.
     #[serde(with = "crate::diagnostic")]
     pub diagnostics: Diagnostics,
@@ -287,6 +289,8 @@ pub struct CommandRequest {
     pub block_mass: Option<f32>,
     /// With `Start`: age of the calibration, days; zero when it is not known.
     pub calibration_age_days: u16,
+    /// With `Start`: the time, seconds since 1970-01-01 00:00 UTC; zero when it is not known.
+    pub started_unix_s: u32,
 }
 
 impl From<CampaignCommand> for CommandRequest {
@@ -298,6 +302,7 @@ impl From<CampaignCommand> for CommandRequest {
             force: false,
             block_mass: None,
             calibration_age_days: 0,
+            started_unix_s: 0,
         }
     }
 }

@@ -246,6 +246,10 @@ pub struct ResultHead {
     pub number: u32,
     /// Hash of the layout.
     pub layout_hash: u32,
+    /// Title of the layout.
+    pub title: heapless::String<48>,
+    /// Time at which the campaign was started, seconds since 1970-01-01 00:00 UTC; zero when the rig was not told.
+    pub started_unix_s: u32,
     /// Checksum of the calibration in use.
     pub calibration: u32,
     /// Standard deviations that this calibration has contributed to the error budget, with its age; `None`

@@ -5,6 +5,7 @@
 //! With cargo-fuzz: `RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir tests/fuzz --features libfuzzer
 //! --sanitizer none uff`.
 
+use massline::archive::Archive;
 use massline::hits;
 use massline::layout_file::LayoutFile;
 use massline::recording::Recording;
@@ -22,12 +23,13 @@ use massline_shared::layout::LayoutReport;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const TARGETS: [Target; 5] = [
+pub const TARGETS: [Target; 6] = [
     ("deframer", fuzz_deframer),
     ("uff", fuzz_uff),
     ("layout", fuzz_layout),
     ("tape", fuzz_tape),
     ("recording", fuzz_recording),
+    ("archive", fuzz_archive),
 ];
 
 /// The deframer, and the decoding of a frame's body as every type of message.
@@ -124,6 +126,26 @@ fn read_back(frf: &Frf) {
             other => panic!("{encoding:?}: {other:?}"),
         }
     }
+}
+
+/// The reader of archives, and what is printed of those that it accepts.
+///
+/// # Panics
+/// When an accepted archive does not read back as it was, or an error does not name the file.
+pub fn fuzz_archive(bytes: &[u8]) {
+    let archive = match Archive::parse(bytes, "fuzz.massline") {
+        Ok(archive) => archive,
+        Err(error) => {
+            assert!(error.to_string().starts_with("fuzz.massline:"), "{error}");
+            return;
+        }
+    };
+    let again = archive.to_bytes("fuzz.massline").unwrap();
+    assert!(Archive::parse(&again, "fuzz.massline").unwrap() == archive);
+    let _ = archive.frfs().unwrap();
+    let _ = massline::report::Summary::of(&archive.result).to_json();
+    let _ = massline::report::measurement_text(&archive.result);
+    let _ = archive.layout.nominal();
 }
 
 /// The layout reader, and the diagnosis of the layouts that it accepts.

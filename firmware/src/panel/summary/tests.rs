@@ -57,6 +57,8 @@ fn result(dofs: usize, estimates: usize, said: usize) -> MeasurementResult {
         head: ResultHead {
             number: u32::MAX,
             layout_hash: 7,
+            title: "frame".try_into().unwrap(),
+            started_unix_s: u32::MAX,
             calibration: u32::MAX,
             gains: None,
             firmware: "0.1.0".try_into().unwrap(),

@@ -214,7 +214,8 @@ impl BlockRig {
         let interrupt = output.interrupt().clone();
         let progress = Progress::new(output, "block", layout, Prompts::Nothing);
         let mut looker = Looker(progress);
-        let mut collecting = Collecting { observer: &mut looker, collection };
+        let mut collecting =
+            Collecting { observer: &mut looker, collection, records: None, accepts: true };
         follow(&mut self.client, &interrupt, Some(PATIENCE), &mut collecting)
     }
 }

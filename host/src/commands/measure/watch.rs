@@ -5,6 +5,7 @@ use massline_protocol::message::{CampaignCommand, Status};
 use massline_shared::layout::RigLayout;
 use massline_shared::measurement::campaign::Phase;
 
+use crate::archive::RecordCollection;
 use crate::campaign::{CampaignOutcome, Observer, OperatorAction, follow};
 use crate::client::Client;
 use crate::commands::keyboard::{self, Keyboard};
@@ -19,8 +20,12 @@ use crate::spectra::{Collecting, SpectraCollection};
 pub(in crate::commands) struct Watching<'a> {
     /// Reports the precision after each DOF.
     pub monitor: Option<&'a mut PrecisionMonitor>,
-    /// Collects the spectra; good hits are then accepted without asking.
+    /// Collects the spectra; good hits are then accepted without asking, unless `confirm` is set.
     pub collection: Option<&'a mut SpectraCollection>,
+    /// Collects the records of accepted hits, beside the spectra.
+    pub records: Option<&'a mut RecordCollection>,
+    /// The person gives a verdict on each hit.
+    pub confirm: bool,
     /// Finish at the target without asking.
     pub yes: bool,
 }
@@ -43,13 +48,15 @@ pub(in crate::commands) fn watch(
     if keyboard.is_some() {
         output.note(keyboard::HELP);
     }
-    let Watching { monitor, collection, yes } = watching;
-    let prompts = if collection.is_some() { Prompts::Hits } else { Prompts::HitsAndVerdicts };
+    let Watching { monitor, collection, records, confirm, yes } = watching;
+    let accepts = collection.is_some() && !confirm;
+    let prompts = if accepts { Prompts::Hits } else { Prompts::HitsAndVerdicts };
     let progress = Progress::new(output, "hits", layout, prompts);
-    let mut person = Person { progress, keyboard, monitor, yes, asked: false };
+    let mut person = Person { progress, keyboard, monitor, yes, accepts, asked: false };
     let ending = match collection {
         Some(collection) => {
-            let mut collecting = Collecting { observer: &mut person, collection };
+            let records = records.map(|records| (records, layout));
+            let mut collecting = Collecting { observer: &mut person, collection, records, accepts };
             follow(client, &interrupt, None, &mut collecting)
         }
         None => follow(client, &interrupt, None, &mut person),
@@ -66,6 +73,8 @@ struct Person<'o> {
     monitor: Option<&'o mut PrecisionMonitor>,
     /// Finish at the target without asking.
     yes: bool,
+    /// The program gives the verdicts.
+    accepts: bool,
     /// The question at the target has been asked.
     asked: bool,
 }
@@ -155,8 +164,8 @@ impl Observer for Person<'_> {
     fn steer(&mut self, client: &mut Client, status: &Status) -> Result<Option<OperatorAction>> {
         self.asked = false;
         self.follow_precision(client, status)?;
-        if self.keyboard.is_none() && Phase::try_from(status.phase).ok() == Some(Phase::Confirming)
-        {
+        let waits = Phase::try_from(status.phase).ok() == Some(Phase::Confirming);
+        if self.keyboard.is_none() && waits && !self.accepts {
             return Ok(Some(self.accept_unasked(status)));
         }
         self.poll(status)

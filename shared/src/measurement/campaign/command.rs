@@ -23,12 +23,19 @@ pub struct Start {
     pub confirm: bool,
     /// Age of the calibration, days; zero when it is not known, as on a rig without a host.
     pub calibration_age_days: u16,
+    /// Time of the start, seconds since 1970-01-01 00:00 UTC; zero when it is not known, as on a rig without a
+    /// host.
+    pub started_unix_s: u32,
 }
 
 impl Start {
     /// The default: an unknown object, and no confirmation.
-    pub const DEFAULT: Self =
-        Self { object: Object::Unknown, confirm: false, calibration_age_days: 0 };
+    pub const DEFAULT: Self = Self {
+        object: Object::Unknown,
+        confirm: false,
+        calibration_age_days: 0,
+        started_unix_s: 0,
+    };
 }
 
 /// A command of the operator to a campaign in progress.

@@ -1,0 +1,111 @@
+//! What is checked of a file before it is taken for an archive.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use massline_protocol::object::DofResult;
+use massline_shared::layout::HostLayout;
+use serde_json::value::RawValue;
+
+use super::{Archive, EXTENSION, FORMAT, SCHEMA_VERSION};
+use crate::{Error, Result};
+
+/// The first bytes of an archive that this program has written.
+const FIRST: &str = r#"{"format":"massline-archive""#;
+
+/// True when the first bytes of a file are those of an archive; a pipe is not read.
+pub(super) fn begins_as_archive(path: &Path) -> bool {
+    let mut first = [0; FIRST.len()];
+    path.is_file()
+        && File::open(path).and_then(|mut file| file.read_exact(&mut first)).is_ok()
+        && first == *FIRST.as_bytes()
+}
+
+/// Checks the format and its version.
+///
+/// # Errors
+/// Exit 2 when the bytes are not an archive, or one of a version that this program does not know.
+pub(super) fn head(bytes: &[u8], file: &str) -> Result<()> {
+    #[derive(serde::Deserialize)]
+    struct Head<'a> {
+        #[serde(borrow)]
+        format: Option<&'a RawValue>,
+        #[serde(borrow)]
+        schema_version: Option<&'a RawValue>,
+    }
+    if bytes.is_empty() {
+        return Err(Error::input("not_an_archive", format!("{file}: this file is empty")));
+    }
+    let head = match serde_json::from_slice::<Head>(bytes) {
+        Err(e) if e.is_data() => Head { format: None, schema_version: None },
+        head => head.map_err(|e| not_json(&e, file))?,
+    };
+    if head.format.is_none_or(|format| format.get() != format!("\"{FORMAT}\"")) {
+        let message = format!(
+            "{file}: this is not an archive: its \"format\" is not \"{FORMAT}\"; `massline results get N -o \
+             FILE.{EXTENSION}` and `massline measure -o` write archives"
+        );
+        return Err(Error::input("not_an_archive", message));
+    }
+    match head.schema_version.and_then(|version| version.get().parse::<u64>().ok()) {
+        Some(version) if version == u64::from(SCHEMA_VERSION) => Ok(()),
+        Some(newer) if newer > u64::from(SCHEMA_VERSION) => {
+            let message = format!(
+                "{file}: this archive has version {newer} of its format, and this program (massline {}) reads \
+                 version {SCHEMA_VERSION}; update the program",
+                env!("CARGO_PKG_VERSION")
+            );
+            Err(Error::input("archive_too_new", message))
+        }
+        _ => Err(malformed(file, "\"schema_version\" is not the version of an archive".into())),
+    }
+}
+
+/// What no test gives, in words.
+pub(super) fn contents(archive: &Archive) -> Result<(), String> {
+    let Archive { layout, calibration, result, spectra, .. } = archive;
+    for (place, dof) in result.dofs.iter().enumerate() {
+        belongs(dof, &layout.resolved)
+            .map_err(|what| format!("result.dofs[{place}] ({}): {what}", dof.dof))?;
+    }
+    if let Some(place) = spectra.iter().position(|of| !of.is_complete()) {
+        return Err(format!("spectra[{place}]: its lists have different lengths"));
+    }
+    if let Some(calibration) = calibration {
+        calibration.record().map_err(|e| e.within("calibration").to_string())?;
+    }
+    Ok(())
+}
+
+/// Checks that a DOF is one of the layout, with mass lines that can be solved.
+fn belongs(dof: &DofResult, layout: &HostLayout) -> Result<(), &'static str> {
+    if layout.hits.get(usize::from(dof.index)).is_none_or(|hit| hit.dof != dof.dof) {
+        return Err("the layout has another hit at this index");
+    }
+    dof.mass_lines().map(|_| ()).ok_or("its numbers contradict each other")
+}
+
+/// The error for bytes that are not one JSON value.
+fn not_json(error: &serde_json::Error, file: &str) -> Error {
+    if error.is_eof() {
+        return Error::input(
+            "archive_cut_short",
+            format!(
+                "{file}: this archive is cut short: it ends in the middle of a value; copy it again, or fetch the result \
+                 once more with `massline results get`"
+            ),
+        );
+    }
+    let message = format!("{file}: this is not an archive: it is not JSON ({error})");
+    Error::input("not_an_archive", message)
+}
+
+/// The error for an archive with contents that this program cannot have written.
+pub(super) fn malformed(file: &str, what: String) -> Error {
+    let message = format!(
+        "{file}: this archive is damaged: {what}; was it edited? `massline results get` writes it anew while the rig has \
+         the result"
+    );
+    Error::input("archive_malformed", message)
+}

@@ -1,0 +1,90 @@
+//! What an interrupted campaign has read from the rig for its archive.
+//!
+//! A rig does not store frequency responses and records of hits, so they would be lost when the program ends before the
+//! campaign does. They go to a file beside the archive, `FILE.massline.part`, from which the next
+//! `massline measure --output FILE.massline` takes them.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use massline_shared::layout::HOST_HITS;
+use serde::{Deserialize, Serialize};
+
+use super::{ArchivedSpectra, HitRecord, MAX_BYTES, SCHEMA_VERSION, records};
+use crate::Result;
+use crate::file::{self, Existing};
+use crate::limited::at_most;
+
+const FORMAT: &str = "massline-archive-part";
+
+/// What has been read so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    format: String,
+    schema_version: u32,
+    /// The campaign.
+    campaign: CampaignId,
+    /// Spectra of the finished DOFs.
+    #[serde(deserialize_with = "at_most::<HOST_HITS, _, _>")]
+    pub spectra: Vec<ArchivedSpectra>,
+    /// Records of the accepted hits.
+    #[serde(deserialize_with = "at_most::<{ records::MOST }, _, _>")]
+    pub hit_records: Vec<HitRecord>,
+}
+
+/// What distinguishes a campaign from others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CampaignId {
+    /// Hash of its layout.
+    pub layout_hash: u32,
+    /// When it was started, seconds since 1970-01-01 00:00 UTC.
+    pub started_unix_s: u32,
+}
+
+impl Part {
+    /// What was read in this campaign.
+    pub fn new(
+        campaign: CampaignId,
+        spectra: Vec<ArchivedSpectra>,
+        hit_records: Vec<HitRecord>,
+    ) -> Self {
+        Self {
+            format: FORMAT.into(),
+            schema_version: SCHEMA_VERSION,
+            campaign,
+            spectra,
+            hit_records,
+        }
+    }
+
+    /// The file beside an archive.
+    pub fn path(archive: &Path) -> PathBuf {
+        let mut name = OsString::from(archive);
+        name.push(".part");
+        name.into()
+    }
+
+    /// The part beside an archive; `None` when there is none of this campaign.
+    pub fn read(archive: &Path, campaign: CampaignId) -> Option<Self> {
+        let bytes = file::read(&Self::path(archive), MAX_BYTES).ok()?;
+        let part: Self = serde_json::from_slice(&bytes).ok()?;
+        let is_known = part.format == FORMAT && part.schema_version == SCHEMA_VERSION;
+        (is_known && part.campaign == campaign).then_some(part)
+    }
+
+    /// Writes the part beside an archive.
+    ///
+    /// # Errors
+    /// Exit 2 when it cannot be written.
+    pub fn write(&self, archive: &Path) -> Result<()> {
+        let path = Self::path(archive);
+        let bytes = serde_json::to_vec(self).map_err(|e| file::cannot(&path, e))?;
+        file::write(&path, &bytes, Existing::Replaced)
+    }
+
+    /// Deletes the part beside an archive, if there is one.
+    pub fn delete(archive: &Path) {
+        // A part that stays is ignored by every other campaign.
+        let _ = std::fs::remove_file(Self::path(archive));
+    }
+}

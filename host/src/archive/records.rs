@@ -1,0 +1,67 @@
+//! Records of single hits, and how they are read during a campaign.
+
+use massline_protocol::message::Status;
+use massline_protocol::object::{ObjectId, ObjectKind};
+use massline_shared::layout::{Dof, RigLayout};
+use massline_shared::signal::Scan;
+use serde::{Deserialize, Serialize};
+
+use crate::Result;
+use crate::client::{Client, scans_of};
+
+/// Largest number of records in an archive.
+pub(super) const MOST: usize = 4096;
+
+/// The record of one accepted hit.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HitRecord {
+    /// Number of the hit on the rig.
+    pub hit: u32,
+    /// Its DOF, `node:±axis`.
+    pub dof: String,
+    /// Codes of the hammer and of the axes of all sensors, scan by scan.
+    pub codes: Vec<Scan>,
+}
+
+/// The records of the hits of a campaign.
+#[derive(Clone, Debug, Default)]
+pub struct RecordCollection {
+    kept: Vec<HitRecord>,
+}
+
+impl RecordCollection {
+    /// The records that were read before the campaign was interrupted.
+    pub fn of(kept: Vec<HitRecord>) -> Self {
+        Self { kept }
+    }
+
+    /// Reads the record of the hit that waits for a verdict.
+    ///
+    /// # Errors
+    /// When the link is lost.
+    pub fn collect(
+        &mut self,
+        client: &mut Client,
+        status: &Status,
+        layout: &RigLayout,
+    ) -> Result<()> {
+        let Some(dof) = layout.hits.get(usize::from(status.dof)).map(|hit| hit.dof) else {
+            return Ok(());
+        };
+        let object = ObjectId { kind: ObjectKind::Record as u8, number: status.last_hit };
+        let codes = scans_of(&client.download(object, |_, _| ())?);
+        self.kept.push(HitRecord { hit: status.last_hit, dof: dof.to_string(), codes });
+        Ok(())
+    }
+
+    /// Drops the records of a DOF that is measured again.
+    pub fn discard(&mut self, dof: Dof) {
+        let name = dof.to_string();
+        self.kept.retain(|record| record.dof != name);
+    }
+
+    /// All records, in the order of the campaign.
+    pub fn records(&self) -> &[HitRecord] {
+        &self.kept
+    }
+}

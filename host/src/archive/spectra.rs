@@ -1,0 +1,105 @@
+//! Spectra of one DOF in an archive.
+
+use massline_shared::layout::{Dof, Sign};
+use massline_shared::signal::{Calibration, RESPONSES};
+use nalgebra::Complex;
+use serde::{Deserialize, Serialize};
+
+use crate::client::DofSpectra;
+use crate::limited::{at_most, at_most_of};
+use crate::uff::{Frf, NodeDirection};
+
+/// Largest number of bins of a spectrum.
+const BINS: usize = 4096;
+
+/// Auto and cross spectra of the hits at one DOF. Each hit is divided by the root of its force's energy in the band, so
+/// the force has no unit and the responses are in (m/s²)/N. Bin `k` is at `k` times the resolution.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArchivedSpectra {
+    /// The DOF, `node:±axis`.
+    pub dof: String,
+    /// Number of hits averaged.
+    pub hits: u8,
+    /// Frequency resolution, Hz.
+    pub resolution_hz: f64,
+    /// Decay rate σ of the exponential window, 1/s.
+    pub decay_per_s: f64,
+    /// G_FF bin by bin.
+    #[serde(deserialize_with = "at_most::<BINS, _, _>")]
+    pub force_auto: Vec<f32>,
+    /// G_XF of each response bin by bin: real and imaginary part. Corrected for low-passes and delays, not for cross-axis
+    /// sensitivities.
+    #[serde(deserialize_with = "at_most_of::<RESPONSES, BINS, _, _>")]
+    pub cross: Vec<Vec<[f32; 2]>>,
+    /// G_XX of each response bin by bin.
+    #[serde(deserialize_with = "at_most_of::<RESPONSES, BINS, _, _>")]
+    pub response_auto: Vec<Vec<f32>>,
+}
+
+impl ArchivedSpectra {
+    /// The spectra that a rig has sent for this DOF.
+    pub fn of(spectra: &DofSpectra, dof: Dof) -> Self {
+        let responses = 0..RESPONSES;
+        // A rig sends numbers of single precision.
+        let single = |of: &[f64]| of.iter().map(|&value| value as f32).collect();
+        let parts = |of: &[Complex<f64>]| {
+            of.iter().map(|value| [value.re, value.im].map(|x| x as f32)).collect()
+        };
+        Self {
+            dof: dof.to_string(),
+            hits: spectra.hits,
+            resolution_hz: spectra.resolution,
+            decay_per_s: spectra.decay,
+            force_auto: single(spectra.force_auto()),
+            cross: responses.clone().filter_map(|k| spectra.cross(k)).map(parts).collect(),
+            response_auto: responses.filter_map(|k| spectra.response_auto(k)).map(single).collect(),
+        }
+    }
+
+    /// True when every response has as many bins as the force.
+    pub(super) fn is_complete(&self) -> bool {
+        let bins = self.force_auto.len();
+        self.cross.len() == RESPONSES
+            && self.response_auto.len() == RESPONSES
+            && self.cross.iter().all(|of| of.len() == bins)
+            && self.response_auto.iter().all(|of| of.len() == bins)
+    }
+
+    /// H1 of each response bin by bin, (m/s²)/N, zero in a bin without force.
+    fn h1(&self) -> Vec<Vec<Complex<f64>>> {
+        let ratio = |(&[re, im], &force): (&[f32; 2], &f32)| {
+            let cross = Complex::new(f64::from(re), f64::from(im));
+            if force > 0.0 { cross.unscale(force.into()) } else { Complex::ZERO }
+        };
+        self.cross.iter().map(|of| of.iter().zip(&self.force_auto).map(ratio).collect()).collect()
+    }
+
+    /// The frequency responses along the axes of the sensors at these nodes. The first bin, at zero, is left out.
+    pub(super) fn frfs(&self, nodes: &[u16], calibration: &Calibration) -> Vec<Frf> {
+        let Ok(dof) = self.dof.parse::<Dof>() else { return Vec::new() };
+        let mut h1 = self.h1();
+        let bins = h1.iter().map(Vec::len).min().unwrap_or(0);
+        for bin in 0..bins {
+            let mut re: Vec<f64> = h1.iter().map(|of| of[bin].re).collect();
+            let mut im: Vec<f64> = h1.iter().map(|of| of[bin].im).collect();
+            calibration.undo_cross_axis(&mut re);
+            calibration.undo_cross_axis(&mut im);
+            for (of, (re, im)) in h1.iter_mut().zip(re.into_iter().zip(im)) {
+                of[bin] = Complex::new(re, im);
+            }
+        }
+        let frequency_hz: Vec<f64> = (1..bins).map(|bin| bin as f64 * self.resolution_hz).collect();
+        let sign = if dof.sign == Sign::Plus { 1 } else { -1 };
+        let direction = sign * (dof.axis.index() as i64 + 1);
+        let reference = NodeDirection { node: dof.node.into(), direction };
+        let each = nodes.iter().flat_map(|&node| (1..=3).map(move |direction| (node, direction)));
+        each.zip(h1)
+            .map(|((node, direction), accelerance)| Frf {
+                response: NodeDirection { node: node.into(), direction },
+                reference,
+                frequency_hz: frequency_hz.clone(),
+                accelerance: accelerance.into_iter().skip(1).take(frequency_hz.len()).collect(),
+            })
+            .collect()
+    }
+}

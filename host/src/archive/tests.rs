@@ -1,0 +1,160 @@
+use heapless::Vec as FixedVec;
+use massline_protocol::object::{DofResult, ResultHead, StoredTrend};
+use massline_shared::layout::FrfEstimator;
+use massline_shared::mass_line::Terms;
+use massline_shared::signal::RESPONSES;
+use serde_json::{Value, json};
+
+use super::*;
+
+/// A layout file, and a result with one DOF whose numbers need all their digits.
+fn archive() -> Archive {
+    let text = include_str!("../../examples/three-bar-test-1.toml");
+    let file = LayoutFile::parse(text, "frame.toml").unwrap();
+    let dof = DofResult {
+        dof: file.layout.hits[0].dof,
+        index: 0,
+        hits: 5,
+        band_hz: [10.0, 120.0],
+        accelerance: [0.1_f32; RESPONSES].map(|a| a / 3.0),
+        noise: [1e-7; RESPONSES],
+        scatter: FixedVec::new(),
+        coherence: None,
+        trend: StoredTrend::default(),
+        band_shift: [-1e-9; RESPONSES],
+    };
+    let result = MeasurementResult {
+        head: ResultHead {
+            number: 3,
+            layout_hash: file.hash().unwrap(),
+            title: "frame".try_into().unwrap(),
+            started_unix_s: 1_795_000_000,
+            calibration: 9,
+            gains: None,
+            firmware: "0.1.0".try_into().unwrap(),
+            frf_estimator: FrfEstimator::H1,
+            terms: Terms::Abc,
+            band_automatic: false,
+        },
+        dofs: [dof].into_iter().collect(),
+        estimates: FixedVec::new(),
+        diagnostics: FixedVec::new(),
+    };
+    let mut archive = Archive {
+        format: FORMAT.into(),
+        schema_version: SCHEMA_VERSION,
+        measured: clock::moment(result.head.started_unix_s),
+        written: clock::now(),
+        program: "0.1.0".into(),
+        rig: ArchivedRig {
+            board: "virtual".into(),
+            firmware: "0.1.0".into(),
+            git_hash: "0".into(),
+            git_dirty: false,
+        },
+        layout: ArchivedLayout::of_file(&file),
+        calibration: Some(CalibrationTable::of_record(&CalibrationRecord::default())),
+        result,
+        spectra: Vec::new(),
+        hit_records: Vec::new(),
+        answers: Document(serde_json::value::to_raw_value(&json!({ "a": 1 })).unwrap()),
+    };
+    archive.hit_records =
+        vec![HitRecord { hit: 1, dof: "1:+Y".into(), codes: vec![[7; RESPONSES + 1]; 3] }];
+    archive
+}
+
+#[test]
+fn what_is_written_reads_back_to_the_last_digit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.massline");
+    let archive = archive();
+    archive.write(&path, Existing::Kept).unwrap();
+    assert_eq!(Archive::read(&path).unwrap(), archive);
+    assert_eq!(archive.write(&path, Existing::Kept).unwrap_err().code(), "file_exists");
+}
+
+#[test]
+fn a_cut_archive_a_newer_one_and_other_files_are_named() {
+    let bytes = serde_json::to_vec(&archive()).unwrap();
+    let code = |bytes: &[u8]| Archive::parse(bytes, "a.massline").unwrap_err().code().to_owned();
+    for length in [1, 100, bytes.len() / 2, bytes.len() - 1] {
+        assert_eq!(code(&bytes[..length]), "archive_cut_short", "{length} bytes");
+    }
+    let changed = |key: &str, value: Value| {
+        let mut all: Value = serde_json::from_slice(&bytes).unwrap();
+        all[key] = value;
+        serde_json::to_vec(&all).unwrap()
+    };
+    assert_eq!(code(&changed("schema_version", json!(2))), "archive_too_new");
+    assert_eq!(code(&changed("schema_version", json!(0))), "archive_malformed");
+    assert_eq!(code(&changed("result", json!({}))), "archive_malformed");
+    assert_eq!(code(&changed("format", json!("other"))), "not_an_archive");
+    assert_eq!(code(b"title = \"a layout\""), "not_an_archive");
+    assert_eq!(code(b"{}"), "not_an_archive");
+}
+
+#[test]
+fn a_number_that_json_cannot_hold_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.massline");
+    let mut archive = archive();
+    archive.result.dofs[0].noise[0] = f32::NAN;
+    let error = archive.write(&path, Existing::Kept).unwrap_err();
+    assert_eq!(error.code(), "archive_not_faithful");
+    assert!(!path.exists());
+}
+
+#[test]
+fn contents_that_no_test_gives_are_named() {
+    let text = String::from_utf8(serde_json::to_vec(&archive()).unwrap()).unwrap();
+    let said = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from} is in {text}");
+        let changed = text.replacen(from, to, 1);
+        let error = Archive::parse(changed.as_bytes(), "a.massline").unwrap_err();
+        assert_eq!(error.code(), "archive_malformed", "{error}");
+        error.to_string()
+    };
+    // In single precision this is infinite.
+    let infinite = said("\"noise\":[1e-7", "\"noise\":[1e39");
+    assert!(infinite.contains("number out of range"), "{infinite}");
+    let nan = said("\"noise\":[1e-7", "\"noise\":[null");
+    assert!(nan.contains("invalid type: null, expected f32"), "{nan}");
+    let other_hit = said("\"index\":0", "\"index\":1");
+    assert!(other_hit.contains("result.dofs[0] (1:+Y): the layout has another hit"), "{other_hit}");
+    let uneven = said(
+        "\"spectra\":[",
+        "\"spectra\":[{\"dof\":\"1:+Y\",\"hits\":1,\"resolution_hz\":2.0,\"decay_per_s\":0.0,\"force_auto\":[1.0],\
+         \"cross\":[],\"response_auto\":[]}",
+    );
+    assert!(uneven.contains("spectra[0]: its lists have different lengths"), "{uneven}");
+    let zero = said("\"sensitivity_v_per_n\":", "\"sensitivity_v_per_n\":0.0,\"was\":");
+    assert!(zero.contains("was"), "{zero}");
+}
+
+#[test]
+fn a_document_of_any_depth_is_kept_as_its_text() {
+    let text = String::from_utf8(serde_json::to_vec(&archive()).unwrap()).unwrap();
+    let deep = format!("\"answers\":{}{}", "[".repeat(100_000), "]".repeat(100_000));
+    let changed = text.replace("\"answers\":{\"a\":1}", &deep);
+    assert_ne!(changed, text);
+    let archive = Archive::parse(changed.as_bytes(), "a.massline").unwrap();
+    assert_eq!(serde_json::to_string(&archive).unwrap(), changed);
+}
+
+#[test]
+fn what_was_read_before_an_interruption_is_for_its_campaign_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.massline");
+    let campaign = CampaignId { layout_hash: 7, started_unix_s: 1_795_000_000 };
+    let part = Part::new(campaign, Vec::new(), archive().hit_records);
+    part.write(&path).unwrap();
+    assert!(Part::path(&path).ends_with("a.massline.part"));
+    assert_eq!(Part::read(&path, campaign), Some(part));
+    let later = CampaignId { started_unix_s: 1_795_000_001, ..campaign };
+    assert_eq!(Part::read(&path, later), None);
+    std::fs::write(Part::path(&path), "{\"format\":").unwrap();
+    assert_eq!(Part::read(&path, campaign), None);
+    Part::delete(&path);
+    assert!(!Part::path(&path).exists());
+}

@@ -1,0 +1,113 @@
+//! `massline history`: the archives in a folder, the oldest first.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::archive::{Archive, EXTENSION, is_named};
+use crate::error::{Error, Result};
+use crate::output::{self, Output, Table};
+use crate::report::Summary;
+
+/// Arguments of `massline history`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  massline history\n  massline history tests/ --json")]
+pub struct Args {
+    /// The folder with the archives.
+    #[arg(default_value = ".")]
+    folder: PathBuf,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Exit 2 when the folder cannot be read.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let mut tests = Vec::new();
+    let mut unreadable = Vec::new();
+    for path in archives(&args.folder)? {
+        match Archive::read(&path) {
+            Ok(archive) => tests.push((path, Test::of(&archive))),
+            Err(error) => unreadable.push((path, error)),
+        }
+    }
+    tests.sort_by(|(_, a), (_, b)| a.time.cmp(&b.time));
+    let document = json!({
+        "archives": tests.iter().map(|(path, test)| test.to_json(path)).collect::<Vec<_>>(),
+        "unreadable": unreadable.iter().map(|(path, error)| json!({
+            "file": path,
+            "code": error.code(),
+            "message": error.to_string(),
+        })).collect::<Vec<_>>(),
+    });
+    if tests.is_empty() {
+        output.answer(&document, |_| nothing_in(&args.folder))?;
+    } else {
+        let table = table(&tests, output);
+        output.answer_table(&document, &table)?;
+    }
+    if !output.json() {
+        unreadable.iter().for_each(|(_, error)| output.warn(error.to_string()));
+    }
+    Ok(())
+}
+
+/// What the list says about an archive.
+struct Test {
+    summary: Summary,
+    /// When it was measured, else when the archive was written.
+    time: String,
+}
+
+impl Test {
+    fn of(archive: &Archive) -> Self {
+        let time = archive.measured.as_ref().unwrap_or(&archive.written).clone();
+        // The rig keeps a part of a long title only.
+        let summary =
+            Summary { title: archive.layout.title.clone(), ..Summary::of(&archive.result) };
+        Self { summary, time }
+    }
+
+    fn to_json(&self, path: &Path) -> Value {
+        let mut value = self.summary.to_json();
+        value["file"] = json!(path);
+        value
+    }
+}
+
+/// The archives in a folder, by their extension.
+fn archives(folder: &Path) -> Result<Vec<PathBuf>> {
+    let failed = |e: std::io::Error| {
+        let message = format!("{}: the folder cannot be read: {e}", folder.display());
+        Error::input("folder_not_readable", message)
+    };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if is_named(&path) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+fn nothing_in(folder: &Path) -> String {
+    format!(
+        "{} has no archives that can be read (*.{EXTENSION}); `massline measure --output` and `massline results get \
+         --output` write them",
+        folder.display()
+    )
+}
+
+fn table(tests: &[(PathBuf, Test)], output: &Output) -> Table {
+    let mut table = output::table();
+    table.set_header(["file", "title", "measured", "method", "mass", "verdict"]);
+    for (path, test) in tests {
+        let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let mut row = vec![name];
+        row.extend(test.summary.columns(output));
+        table.add_row(row);
+    }
+    table
+}

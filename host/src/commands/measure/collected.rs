@@ -1,0 +1,122 @@
+//! What a campaign reads from the rig for its archive, and a rig does not store.
+
+use std::path::{Path, PathBuf};
+
+use massline_protocol::message::Status;
+use massline_protocol::object::MeasurementResult;
+use massline_shared::layout::RigLayout;
+
+use crate::archive::{Archive, ArchivedSpectra, CampaignId, HitRecord, Part, RecordCollection};
+use crate::client::Client;
+use crate::error::Result;
+use crate::output::Output;
+use crate::spectra::SpectraCollection;
+
+/// Frequency responses and records of hits.
+#[derive(Default)]
+pub(super) struct Collected {
+    /// The archive and the campaign.
+    part: Option<(PathBuf, CampaignId)>,
+    /// Those read before the campaign was interrupted.
+    earlier: Vec<ArchivedSpectra>,
+    pub(super) spectra: SpectraCollection,
+    pub(super) records: RecordCollection,
+}
+
+impl Collected {
+    /// Begins with what was read before the campaign on this rig was interrupted; nothing without an archive.
+    pub(super) fn of_campaign(archive: Option<&Path>, client: &mut Client) -> Result<Self> {
+        let Some(archive) = archive else { return Ok(Self::default()) };
+        let Status { layout_hash, started_unix_s, .. } = client.status()?;
+        let campaign = CampaignId { layout_hash, started_unix_s };
+        let (earlier, records) = Part::read(archive, campaign)
+            .map(|Part { spectra, hit_records, .. }| (spectra, hit_records))
+            .unwrap_or_default();
+        Ok(Self {
+            part: Some((archive.to_owned(), campaign)),
+            earlier,
+            spectra: SpectraCollection::default(),
+            records: RecordCollection::of(records),
+        })
+    }
+
+    /// Keeps what was read, in a file beside the archive, for the command that goes on with the campaign.
+    pub(super) fn keep(&self, layout: &RigLayout, output: &mut Output) {
+        let Some((archive, campaign)) = &self.part else { return };
+        let (spectra, records) = (self.archived_spectra(layout), self.hit_records());
+        if spectra.is_empty() && records.is_empty() {
+            return;
+        }
+        let read =
+            format!("frequency responses: {}, records of hits: {}", spectra.len(), records.len());
+        match Part::new(*campaign, spectra, records).write(archive) {
+            Ok(()) => output.note(format!(
+                "read so far ({read}) and kept in {}: the same command adds it to the archive",
+                Part::path(archive).display()
+            )),
+            Err(error) => output.warn(format!(
+                "{error}; what was read so far ({read}) is lost, because a rig does not store it"
+            )),
+        }
+    }
+
+    /// The archive with what was read, and a warning of what is missing.
+    pub(super) fn added_to(
+        &self,
+        mut archive: Archive,
+        layout: &RigLayout,
+        records: bool,
+        output: &mut Output,
+    ) -> Archive {
+        archive.spectra = self.archived_spectra(layout);
+        archive.spectra.retain(|of| hits_of(&archive.result, &of.dof) == Some(of.hits));
+        archive.hit_records = self.hit_records();
+        for missing in missing(&archive, records) {
+            output.warn(missing);
+        }
+        archive
+    }
+
+    /// The spectra of all DOFs; those read later replace those read before.
+    fn archived_spectra(&self, layout: &RigLayout) -> Vec<ArchivedSpectra> {
+        let named = self.spectra.spectra().iter().filter_map(|of| {
+            Some(ArchivedSpectra::of(of, layout.hits.get(usize::from(of.dof))?.dof))
+        });
+        let new: Vec<_> = named.collect();
+        let earlier = self.earlier.iter().filter(|of| new.iter().all(|new| new.dof != of.dof));
+        earlier.cloned().chain(new.iter().cloned()).collect()
+    }
+
+    fn hit_records(&self) -> Vec<HitRecord> {
+        self.records.records().to_vec()
+    }
+}
+
+/// The number of hits averaged at a DOF.
+fn hits_of(result: &MeasurementResult, name: &str) -> Option<u8> {
+    result.dofs.iter().find(|dof| dof.dof.to_string() == name).map(|dof| dof.hits)
+}
+
+/// What an archive should have and has not, in sentences.
+fn missing(archive: &Archive, records: bool) -> Vec<String> {
+    let dofs = archive.result.dofs.iter().map(|dof| (dof.dof.to_string(), usize::from(dof.hits)));
+    let without: Vec<_> = dofs
+        .clone()
+        .filter(|(name, _)| archive.spectra.iter().all(|of| of.dof != *name))
+        .map(|(name, _)| name)
+        .collect();
+    let of = |name: &str| archive.hit_records.iter().filter(|record| record.dof == name).count();
+    let other: Vec<_> = dofs
+        .filter(|(name, hits)| records && of(name) != *hits)
+        .map(|(name, hits)| format!("{} for {hits} hits at {name}", of(&name)))
+        .collect();
+    let spectra = (!without.is_empty()).then(|| format!(
+        "the archive has no frequency responses of {}: they were measured while this command did not follow the campaign, \
+         and a rig keeps those of its last DOF only",
+        without.join(", ")
+    ));
+    let records = (!other.is_empty()).then(|| {
+        format!("the archive has another number of hit records than hits: {}", other.join(", "))
+    });
+    spectra.into_iter().chain(records).collect()
+}

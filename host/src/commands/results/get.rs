@@ -1,0 +1,106 @@
+//! `massline results get`.
+
+use std::path::PathBuf;
+
+use massline_protocol::LayoutHash;
+use massline_protocol::object::MeasurementResult;
+use massline_shared::layout::HostLayout;
+
+use crate::archive::{Archive, ArchivedLayout};
+use crate::client::Client;
+use crate::commands::archive::ArchiveArgs;
+use crate::commands::connect::PortArgs;
+use crate::commands::{files, show};
+use crate::error::{Error, Result};
+use crate::identification::Selection;
+use crate::output::Output;
+use crate::report::hash_text;
+
+/// Arguments of `massline results get`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+An archive holds what the rig has stored: mass lines, scatter and number of the hits, the answers of
+all methods, layout and calibration. Frequency responses are in it only when `massline measure
+--output` wrote it, because a rig does not store them.
+
+Examples:
+  massline results get 3
+  massline results get 3 --json
+  massline results get 3 --output frame.massline")]
+pub struct Args {
+    /// Number of the result in the list.
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    number: u32,
+    /// The layout file of the test; default: the layout on the rig, which may be another one by now.
+    #[arg(long, value_name = "FILE")]
+    layout: Option<PathBuf>,
+    #[command(flatten)]
+    archive: ArchiveArgs,
+    #[command(flatten)]
+    port: PortArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the rig cannot be reached or has no such result, the layout is that of another test, or the archive cannot be
+/// written.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    args.archive.check()?;
+    let (mut client, identity) = args.port.connect(output)?;
+    let result = client.result(args.number)?;
+    let layout = layout(args, &mut client, &result, output)?;
+    if args.archive.path().is_some() && layout.is_none() {
+        return Err(no_layout(&result));
+    }
+    let nominal = layout.as_ref().map(ArchivedLayout::nominal);
+    let further = args.archive.to_json();
+    let shown = show::document(&result, nominal.as_ref(), Selection::All, further, output);
+    let answers = shown.as_ref().map(|shown| shown.value.clone()).unwrap_or_default();
+    let printed = shown.and_then(|shown| shown.print(output));
+    if args.archive.path().is_some() {
+        let layout = layout.ok_or_else(|| no_layout(&result))?;
+        let archive = Archive::new(&identity, layout, &client.calibration()?, result, &answers)?;
+        if archive.calibration()?.is_none() {
+            output.warn(
+                "the rig has another calibration by now than the result was measured with: the archive has none",
+            );
+        }
+        args.archive.write(&archive, output)?;
+    }
+    printed
+}
+
+/// The layout of the test: that of the file, or that on the rig unless the rig has another one by now.
+fn layout(
+    args: &Args,
+    client: &mut Client,
+    result: &MeasurementResult,
+    output: &mut Output,
+) -> Result<Option<ArchivedLayout>> {
+    let wanted = result.head.layout_hash;
+    if let Some(path) = &args.layout {
+        let file = files::layout(path, output)?;
+        if file.hash() != Some(wanted) {
+            let message = format!(
+                "{}: this layout is not that of result {} (layout {} was measured)",
+                path.display(),
+                args.number,
+                hash_text(wanted).unwrap_or_default()
+            );
+            return Err(Error::input("another_layout", message));
+        }
+        return Ok(Some(ArchivedLayout::of_file(&file)));
+    }
+    let on_rig = client.layout().ok().filter(|kept| kept.hash() == wanted);
+    let layout: Option<HostLayout> = on_rig.and_then(|kept| kept.cast());
+    Ok(layout.map(ArchivedLayout::of_rig))
+}
+
+fn no_layout(result: &MeasurementResult) -> Error {
+    let message = format!(
+        "an archive needs the layout of the test ({}), and the rig has another one by now; give its file with --layout",
+        hash_text(result.head.layout_hash).unwrap_or_default()
+    );
+    Error::input("layout_unknown", message)
+}

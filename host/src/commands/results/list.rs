@@ -1,0 +1,60 @@
+//! `massline results list`.
+
+use massline_protocol::object::MeasurementResult;
+use serde_json::{Value, json};
+
+use crate::commands::connect::PortArgs;
+use crate::error::Result;
+use crate::output::{self, Output, Table};
+use crate::report::{Summary, hash_text};
+
+/// Arguments of `massline results list`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  massline results list\n  massline results list --json")]
+pub struct Args {
+    #[command(flatten)]
+    port: PortArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the rig cannot be reached.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let (mut client, _) = args.port.connect(output)?;
+    let entries = client.results()?;
+    let bar = output.bar(entries.len() as u64, "results");
+    let mut results = Vec::new();
+    for entry in &entries {
+        results.push((client.result(entry.number)?, entry.length));
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let list: Vec<_> = results.iter().map(|(result, bytes)| entry_json(result, *bytes)).collect();
+    let document = json!({ "results": list });
+    if results.is_empty() {
+        return output.answer(&document, |_| "the rig keeps no results".into());
+    }
+    let table = table(&results, output);
+    output.answer_table(&document, &table)
+}
+
+fn entry_json(result: &MeasurementResult, bytes: u32) -> Value {
+    let mut value = Summary::of(result).to_json();
+    value["number"] = result.head.number.into();
+    value["layout_hash"] = hash_text(result.head.layout_hash).into();
+    value["bytes"] = bytes.into();
+    value
+}
+
+fn table(results: &[(MeasurementResult, u32)], output: &Output) -> Table {
+    let mut table = output::table();
+    table.set_header(["number", "title", "measured", "method", "mass", "verdict"]);
+    for (result, _) in results {
+        let summary = Summary::of(result);
+        let mut row = vec![result.head.number.to_string()];
+        row.extend(summary.columns(output));
+        table.add_row(row);
+    }
+    table
+}
