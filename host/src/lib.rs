@@ -15,6 +15,7 @@
 //! | [`calibration`] | dates of calibrations, and the RC cutoffs from the spectra of a block test |
 //! | [`calibration_file`] | the calibration TOML |
 //! | [`uff`] | universal files, dataset 58 |
+//! | [`export`] | results as files of other programs: URDF, Nastran, NumPy, … |
 //! | [`units`] | units of force and motion, as people write them |
 //! | [`identification`] | the ten properties in double precision, and the nuisance parameters of the fit |
 //! | [`design`] | the predicted uncertainty of a layout, and better layouts |
@@ -43,6 +44,7 @@ mod clock;
 pub mod commands;
 pub mod design;
 pub mod error;
+pub mod export;
 pub mod file;
 pub mod firmware;
 pub mod flash;

@@ -211,6 +211,35 @@ impl Output {
         check(written)
     }
 
+    /// Checks that stdout can hold a file as it is, before the work whose result it is.
+    ///
+    /// # Errors
+    /// Exit 2 with `--json`, and for a file that is no text when stdout is a terminal.
+    pub fn check_unframed(&self, is_binary: bool) -> Result<()> {
+        if self.json {
+            let message = "with --json standard output holds one JSON object, not a file; name the file with -o";
+            return Err(Error::input("output_needed", message));
+        }
+        if is_binary && self.out_terminal {
+            let message =
+                "this format is no text for a terminal; name the file with -o, or use a pipe";
+            return Err(Error::input("output_needed", message));
+        }
+        Ok(())
+    }
+
+    /// Writes a file to stdout: as it is, but text without the control characters that a terminal would obey.
+    ///
+    /// # Errors
+    /// As [`Output::text`] and [`Output::check_unframed`].
+    pub fn unframed(&mut self, bytes: &[u8], is_binary: bool) -> Result<()> {
+        self.check_unframed(is_binary)?;
+        match std::str::from_utf8(bytes) {
+            Ok(text) if !is_binary => self.verbatim(text.trim_end_matches('\n')),
+            _ => check(self.out.write_all(bytes).and_then(|()| self.out.flush())),
+        }
+    }
+
     /// Writes the answer, a JSON object, in one line with its [`SCHEMA_VERSION`].
     ///
     /// # Errors

@@ -14,6 +14,7 @@ mod lines;
 mod units;
 mod values;
 mod write;
+mod write_model;
 
 use std::path::Path;
 
@@ -22,6 +23,7 @@ use nalgebra::Complex;
 pub use crate::units::Quantity;
 pub use error::{UffError, UffFault};
 pub use write::{Encoding, write};
+pub use write_model::{BODY_AXES, ModelNode, write_nodes, write_units};
 
 use function::read_function;
 use lines::Lines;

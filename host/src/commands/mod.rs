@@ -7,6 +7,7 @@ pub mod compare;
 pub mod connect;
 pub mod demo;
 pub mod device;
+pub mod export;
 pub mod files;
 pub mod flash;
 mod help;
@@ -95,6 +96,8 @@ pub enum Command {
     Hits(hits::Args),
     /// Solve offline from the frequency responses in a universal file.
     Solve(solve::Args),
+    /// Write a result as a file of another program: robot simulators, finite elements, numerics.
+    Export(export::Args),
     /// Show the suspension modes in the frequency responses of a universal file.
     Modes(modes::Args),
     /// Replay recorded scans through the whole rig.
@@ -161,6 +164,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Record(args) => record::run(&args, output),
         Command::Hits(args) => hits::run(&args, output),
         Command::Solve(args) => solve::run(&args, output),
+        Command::Export(args) => export::run(&args, output),
         Command::Modes(args) => modes::run(&args, output),
         Command::Replay(args) => replay::run(&args, output),
         Command::Simulate(args) => simulate::run(&args, output),

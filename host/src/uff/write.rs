@@ -82,7 +82,7 @@ fn write_one(frf: &Frf, encoding: Encoding, bytes: &mut Vec<u8>) {
 }
 
 /// Formats as Fortran's `E13.5` and the like; Rust writes exponents without sign and padding.
-fn scientific(value: f64, width: usize, digits: usize) -> String {
+pub(super) fn scientific(value: f64, width: usize, digits: usize) -> String {
     let text = format!("{value:.digits$e}");
     let text = match text.split_once('e') {
         Some((mantissa, exponent)) => {

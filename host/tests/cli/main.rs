@@ -7,6 +7,7 @@ mod virtual_process;
 mod archive;
 mod calibrate;
 mod demo;
+mod export;
 mod hits;
 mod layout;
 mod options;

@@ -97,6 +97,20 @@ fn a_measured_result_can_be_listed_fetched_and_deleted() {
         assert_eq!(fetched[key], measured[key], "{key}");
     }
 
+    let path = rig.folder.path().join("one.json").display().to_string();
+    let (exit, written) = rig.run(&["export", "1", "--format", "json", "-o", &path]);
+    assert_eq!((exit, &written["physically_consistent"]), (0, &true.into()), "{written}");
+    let exported: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let of_host = &fetched["host"]["results"][0];
+    assert_eq!(exported["method"], of_host["method"]);
+    assert_eq!(exported["inertia"], of_host["inertia_kg_m2"]["value"]);
+    assert_eq!(exported["source"], "result 1 of the rig");
+    assert_eq!(exported["title"], "three-bar frame, test 1");
+    // The rig keeps positions of nodes, but not their axes.
+    let at_node = ["export", "1", "--format", "urdf", "--frame", "1", "-o", "unwritten"];
+    let (exit, error) = rig.run(&at_node);
+    assert_eq!((exit, &error["error"]["code"]), (2, &"unknown_axes".into()), "{error}");
+
     let (exit, missing) = rig.run(&["results", "get", "7"]);
     assert_eq!((exit, &missing["error"]["code"]), (2, &"not_found".into()));
     let (exit, unasked) = rig.run(&["results", "delete", "1"]);

@@ -323,6 +323,7 @@ fn every_command_has_examples_in_its_help() {
         &["results", "delete"],
         &["history"],
         &["solve"],
+        &["export"],
         &["replay"],
         &["record"],
         &["simulate"],
