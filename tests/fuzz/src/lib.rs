@@ -6,6 +6,7 @@
 //! --sanitizer none uff`.
 
 use massline::archive::Archive;
+use massline::export::{Format, Frame, UnitSystem, of_document};
 use massline::hits;
 use massline::layout_file::LayoutFile;
 use massline::recording::Recording;
@@ -23,13 +24,14 @@ use massline_shared::layout::LayoutReport;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const TARGETS: [Target; 6] = [
+pub const TARGETS: [Target; 7] = [
     ("deframer", fuzz_deframer),
     ("uff", fuzz_uff),
     ("layout", fuzz_layout),
     ("tape", fuzz_tape),
     ("recording", fuzz_recording),
     ("archive", fuzz_archive),
+    ("result", fuzz_result),
 ];
 
 /// The deframer, and the decoding of a frame's body as every type of message.
@@ -207,3 +209,49 @@ pub fn fuzz_recording(bytes: &[u8]) {
     assert!(found.hits.iter().all(|hit| !hit.verdict().is_empty()));
     let _ = (found.to_json(), found.to_text());
 }
+
+/// The reader of a result's JSON document, and the export of the results that it accepts.
+///
+/// # Panics
+/// When an error does not name the document, or a result that passes the check has a number that is none.
+pub fn fuzz_result(bytes: &[u8]) {
+    let exported = match of_document(bytes, "fuzz.json", None) {
+        Ok(exported) => exported,
+        Err(error) => {
+            assert!(error.to_string().starts_with("fuzz.json: "), "{error}");
+            return;
+        }
+    };
+    for (frame, units) in [
+        (Frame::Body, UnitSystem::Si),
+        (Frame::Principal, UnitSystem::TMm),
+        (Frame::CenterOfMass, UnitSystem::LbIn),
+    ] {
+        let _ = exported.check(false).is_ok();
+        let Ok(exported) = exported.clone().in_frame(frame) else { continue };
+        let exported = exported.in_units(units);
+        if exported.check(true).is_err() {
+            continue;
+        }
+        assert!(exported.theta().iter().all(|value| value.is_finite()));
+        for format in FORMATS_OF_PROPERTIES {
+            let written = format.write(&exported);
+            // A number may not fit the columns of a card.
+            assert!(written.is_ok() || format == Format::Conm2, "{format:?}: {written:?}");
+        }
+    }
+}
+
+/// All formats but the universal file, which holds responses.
+const FORMATS_OF_PROPERTIES: [Format; 10] = [
+    Format::Urdf,
+    Format::Sdf,
+    Format::Mjcf,
+    Format::Conm2,
+    Format::Abaqus,
+    Format::Yaml,
+    Format::Csv,
+    Format::Json,
+    Format::Npz,
+    Format::Mat,
+];
