@@ -22,7 +22,7 @@ use nalgebra::Complex;
 
 pub use crate::units::Quantity;
 pub use error::{UffError, UffFault};
-pub use write::{Encoding, write};
+pub use write::{Encoding, write, write_described};
 pub use write_model::{BODY_AXES, ModelNode, write_nodes, write_units};
 
 use function::read_function;

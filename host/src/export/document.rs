@@ -40,11 +40,14 @@ pub fn read_subject(path: &Path, method: Option<Method>) -> Result<Exported> {
             format!("{file}: the result cannot be read: {e}; check the path"),
         )
     })?;
-    let mut exported = of_document(&bytes, &name, method)?;
-    if let Some(stem) = path.file_stem().filter(|_| !stdin) {
-        exported.title = one_line(&stem.to_string_lossy());
+    let exported = of_document(&bytes, &name, method)?;
+    // A document without a title is called as its file.
+    match path.file_stem() {
+        Some(stem) if !stdin && exported.title == exported.source => {
+            Ok(exported.titled(&stem.to_string_lossy()))
+        }
+        _ => Ok(exported),
     }
-    Ok(exported)
 }
 
 fn read_stdin() -> std::io::Result<Vec<u8>> {
@@ -86,7 +89,7 @@ pub fn of_document(bytes: &[u8], source: &str, method: Option<Method>) -> Result
     Ok(exported)
 }
 
-/// The result in a document that has been read already, with `source` as its title.
+/// The result in a document that has been read already; `source` is its title unless the document has one.
 ///
 /// # Errors
 /// As [`read_subject`].
@@ -119,9 +122,17 @@ pub fn of_value(value: &Value, source: &str, method: Option<Method>) -> Result<E
     }
     let (answer, notes) = chosen(&document, method)?;
     let mut exported = answer_of(&answer, source)?;
-    exported.layout_hash = value["layout_hash"].as_u64().and_then(|hash| u32::try_from(hash).ok());
+    exported.layout_hash = hash_of(&value["layout_hash"]);
     exported.notes = notes;
-    Ok(exported)
+    Ok(exported.titled(value["title"].as_str().unwrap_or_default()))
+}
+
+/// A hash, as the eight digits or as the number that documents have.
+fn hash_of(value: &Value) -> Option<u32> {
+    match value.as_str() {
+        Some(digits) => u32::from_str_radix(digits, 16).ok(),
+        None => value.as_u64().and_then(|hash| u32::try_from(hash).ok()),
+    }
 }
 
 /// The answer that is exported, and remarks about the choice.
@@ -209,7 +220,7 @@ fn answer_of(entry: &Place<'_>, source: &str) -> Result<Exported> {
         placement: Placement::body(),
         units: UnitSystem::Si,
         nodes: Vec::new(),
-        frfs: Vec::new(),
+        responses: None,
         layout_hash: None,
         notes: Vec::new(),
     })

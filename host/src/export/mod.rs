@@ -35,7 +35,7 @@ use crate::error::{Error, Result};
 
 pub use document::{MAX_BYTES, of_document, of_value, read_subject};
 pub use frame::{Frame, Placement};
-pub use subject::{Exported, Matrix10, Node, Vector10};
+pub use subject::{Exported, Matrix10, Node, Responses, Vector10};
 pub use units::UnitSystem;
 
 /// The formats.

@@ -34,6 +34,17 @@ impl From<&layout_file::Node> for Node {
     }
 }
 
+/// The frequency responses of a test.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Responses {
+    /// Accelerances: for each hit those of the sensors in the order of the layout, three for each, along its own axes.
+    pub frfs: Vec<Frf>,
+    /// The sensors and hits in the body frame.
+    pub layout: HostLayout,
+    /// Decay rate σ of the exponential window on force and responses, 1/s: the responses are those at `s = σ + iω`.
+    pub decay_per_s: f64,
+}
+
 /// A result to be exported.
 ///
 /// It is read in SI and in the body frame of the layout; [`Exported::in_frame`] and [`Exported::in_units`] change that
@@ -60,8 +71,8 @@ pub struct Exported {
     pub units: UnitSystem,
     /// The nodes of the layout; empty when they are not known.
     pub nodes: Vec<Node>,
-    /// The frequency responses of the test; empty when they are not known.
-    pub frfs: Vec<Frf>,
+    /// The frequency responses of the test; `None` when they are not known.
+    pub responses: Option<Responses>,
     /// Hash of the layout of the test, when it is known.
     pub layout_hash: Option<u32>,
     /// What a person should know about how the result was read.

@@ -3,6 +3,7 @@
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::{Estimate, Method};
+use massline_shared::layout::{Hit, HostLayout, Sensor};
 use serde_json::{Value, json};
 
 use super::*;
@@ -48,13 +49,32 @@ pub(super) fn exported() -> Exported {
         [(1, [0.0, 0.0, 0.0]), (2, [0.2, -0.2, 0.0]), (3, [0.2, 0.0, 0.0]), (4, [0.2, -0.2, 0.15])]
             .map(node)
             .into();
-    exported.frfs = vec![Frf {
-        response: NodeDirection { node: 1, direction: 2 },
-        reference: NodeDirection { node: 4, direction: -1 },
-        frequency_hz: vec![10.0, 10.5, 11.0],
-        accelerance: [1.0, 2.0, 3.0].map(|x| nalgebra::Complex::new(x, -x / 8.0)).into(),
-    }];
+    exported.nodes[3].axes = Some([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]);
+    exported.responses = Some(responses());
     exported
+}
+
+/// One hit against the turned x axis of node 4, and two sensors, the second along axes of its own and at unequal
+/// frequencies.
+fn responses() -> Responses {
+    let mut layout = HostLayout::default();
+    let turned = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    for (node, position, axes) in [(1, [0.0; 3], BODY_AXES), (2, [0.2, -0.2, 0.0], turned)] {
+        layout.sensors.push(Sensor::new(node, position, axes)).unwrap();
+    }
+    let hit = Hit::new("4:-X".parse().unwrap(), [0.2, -0.2, 0.15], [-0.6, -0.8, 0.0]);
+    layout.hits.push(hit).unwrap();
+    let frf = |node, frequency_hz: [f64; 3], direction: i64| Frf {
+        response: NodeDirection { node, direction },
+        reference: NodeDirection { node: 4, direction: -1 },
+        frequency_hz: frequency_hz.into(),
+        accelerance: [1.0, 2.0, 3.0]
+            .map(|x| nalgebra::Complex::new(x, -x / 8.0) * direction as f64)
+            .into(),
+    };
+    let even = [1, 2, 3].map(|direction| frf(1, [10.0, 10.5, 11.0], direction));
+    let uneven = [1, 2, 3].map(|direction| frf(2, [10.0, 12.5, 20.0], direction));
+    Responses { frfs: [even, uneven].concat(), layout, decay_per_s: 1.5 }
 }
 
 fn text(format: Format, exported: &Exported) -> String {
@@ -215,8 +235,9 @@ fn numbers_that_overflow_in_other_units_are_refused_even_if_unphysical_is_allowe
 fn a_universal_file_reads_back_and_without_responses_it_is_refused() {
     let exported = exported();
     let file = crate::uff::UffFile::parse(&Format::Uff.write(&exported).unwrap()).unwrap();
-    assert_eq!(file.functions[0].accelerance(None).unwrap(), exported.frfs[0]);
-    let error = Format::Uff.write(&Exported { frfs: Vec::new(), ..exported }).unwrap_err();
+    let frfs = &exported.responses.as_ref().unwrap().frfs;
+    assert_eq!(file.functions[0].accelerance(None).unwrap(), frfs[0]);
+    let error = Format::Uff.write(&Exported { responses: None, ..exported }).unwrap_err();
     assert_eq!((error.code(), error.exit_code()), ("no_responses", 2));
     assert!(error.to_string().contains("frequency responses"), "{error}");
 }
@@ -231,20 +252,10 @@ fn without_a_covariance_every_format_of_properties_still_writes() {
     assert!(text(Format::Csv, &bare).contains("mass,1.23,,,,kg,"));
 }
 
-/// The file that `tests/export/run` reads with pyuff. A document has no responses: this one is made of a node with axes of
-/// its own and two responses, one of them at unequal frequencies.
+/// The file that `tests/export/run` reads with pyuff. A document has no responses: these are made up.
 #[test]
 fn the_universal_file_is_as_committed() {
-    let mut exported = exported();
-    exported.title = "three-bar frame".into();
-    exported.nodes[3].axes = Some([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]);
-    let uneven = Frf {
-        response: NodeDirection { node: 2, direction: -3 },
-        frequency_hz: vec![10.0, 12.5, 20.0],
-        ..exported.frfs[0].clone()
-    };
-    exported.frfs.push(uneven);
-    let now = Format::Uff.write(&exported).unwrap();
+    let now = Format::Uff.write(&exported().titled("three-bar frame")).unwrap();
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/export");
     let path = folder.join("frame.uff");
     if std::env::var_os("MASSLINE_BLESS").is_some() {

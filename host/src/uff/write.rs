@@ -18,14 +18,19 @@ pub enum Encoding {
 /// Equidistant frequencies that the header's six digits can express are stored as minimum and increment;
 /// others are stored point by point (six digits in ASCII).
 pub fn write(frfs: &[Frf], encoding: Encoding) -> Vec<u8> {
+    write_described(frfs, encoding, ["NONE"; 2])
+}
+
+/// As [`write()`], with two lines of at most 80 characters that describe every function.
+pub fn write_described(frfs: &[Frf], encoding: Encoding, about: [&str; 2]) -> Vec<u8> {
     let mut bytes = Vec::new();
     for frf in frfs {
-        write_one(frf, encoding, &mut bytes);
+        write_one(frf, encoding, about, &mut bytes);
     }
     bytes
 }
 
-fn write_one(frf: &Frf, encoding: Encoding, bytes: &mut Vec<u8>) {
+fn write_one(frf: &Frf, encoding: Encoding, [first, second]: [&str; 2], bytes: &mut Vec<u8>) {
     let even = even(&frf.frequency_hz);
     let points = frf.frequency_hz.len().min(frf.accelerance.len());
     let values = 2 + usize::from(even.is_none());
@@ -38,8 +43,8 @@ fn write_one(frf: &Frf, encoding: Encoding, bytes: &mut Vec<u8>) {
             writeln!(text, "b{:6}{:6}{:12}{length:12}{:6}{:6}{:12}{:12}", 1, 2, 11, 0, 0, 0, 0)
         }
     };
-    for line in ["accelerance", "NONE", "NONE", "NONE", "NONE"] {
-        let _ = writeln!(text, "{line:80}");
+    for line in ["accelerance", first, second, "NONE", "NONE"] {
+        let _ = writeln!(text, "{line:80.80}");
     }
     let dof = |d: NodeDirection| format!(" {:10}{:10}{:4}", "NONE", d.node, d.direction);
     let (response, reference) = (dof(frf.response), dof(frf.reference));
