@@ -5,26 +5,28 @@ use std::path::{Path, PathBuf};
 use massline_protocol::LayoutHash;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::connect::PortArgs;
 use super::files::{self, ReplaceArgs};
 use super::method;
+use crate::archive::{self, Archive};
 use crate::error::Result;
-use crate::export::{Exported, Format, Frame, UnitSystem, of_value, read_subject};
+use crate::export::{
+    Exported, Format, Frame, TestData, UnitSystem, of_archive, of_measurement, read_subject,
+    test_of_archive, universal_file,
+};
 use crate::file;
-use crate::host_solution::HostSolution;
-use crate::identification::Selection;
 use crate::output::Output;
-use crate::report;
 
 /// Arguments of `massline export`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-RESULT is the output of solve, measure, results get, simulate or replay with --json (- reads standard
-input), or the number of a result on the rig; a file whose name is a number is ./3. Of the answers
-in it the best is exported, or that of --method. Where the host has solved a rig's result again,
-the host's answer is exported.
+RESULT is an archive (FRAME.massline), the output of solve, measure, results get, simulate or replay
+with --json (- reads standard input), or the number of a result on the rig; a file whose name is a
+number is ./3. Of the answers in it the best is exported, or that of --method. What a rig has
+measured is solved again here, and that answer is exported. Frequency responses (uff) are in the
+archives of massline measure, which need no answer for them.
 
 Every file states its units, its frame and the convention of its inertia: about the centre of mass,
 products of inertia as elements of the tensor, Jxy = -(integral of x y dm). CONM2 takes the opposite
@@ -39,11 +41,12 @@ Examples:
   massline export result.json --format urdf -o frame.urdf
   massline export result.json --format conm2 --units t-mm --frame com
   massline export result.json --format mjcf --frame 4 --layout frame.toml
+  massline export frame.massline --format uff -o frame.uff
   massline export 3 --format yaml --port /dev/ttyACM0
   massline export result.json --format npz --method irm -o frame.npz
   massline solve frame.toml frame.uff --json | massline export - --format sdf")]
 pub struct Args {
-    /// A file with the JSON output of a command, - for standard input, or the number of a result on the rig.
+    /// An archive, the JSON output of a command, - for standard input, or the number of a result on the rig.
     result: String,
     /// Format of the file.
     #[arg(long, value_enum, value_name = "FORMAT")]
@@ -88,39 +91,86 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         None => output.check_unframed(args.format.is_binary())?,
     }
     let layout = args.layout.as_deref().map(|path| files::layout(path, output)).transpose()?;
-    let mut exported = match args.result.parse::<u32>() {
-        Ok(number) if number > 0 => on_rig(number, args, output)?,
-        _ => read_subject(Path::new(&args.result), args.method)?,
+    let with_layout = |test: TestData| match &layout {
+        Some(layout) => test.with_layout(layout),
+        None => test,
     };
-    if let Some(layout) = &layout {
-        exported = exported.with_layout(layout);
+    let archive = match args.archive() {
+        Some((path, name)) => Some((Archive::read(path)?, name)),
+        None => None,
+    };
+    if let Some((archive, name)) = archive.as_ref().filter(|_| args.format.holds_responses()) {
+        // Also of a test without an answer.
+        let test = with_layout(test_of_archive(archive, name)?);
+        return args.deliver(&universal_file(&test)?, &test, json!({}), "the responses", output);
     }
+    let exported = match (&archive, args.number()) {
+        (Some((archive, name)), _) => {
+            super::show::require_answer(&archive.result)?;
+            of_archive(archive, name, args.method)?
+        }
+        (None, Some(number)) => on_rig(number, args, output)?,
+        (None, None) => read_subject(Path::new(&args.result), args.method)?,
+    };
+    let mut exported = exported.with_test(with_layout);
     if !args.format.holds_responses() {
         exported.check(args.unphysical)?;
         exported = exported.in_frame(args.frame)?.in_units(args.units);
         exported.check(args.unphysical)?;
     }
     let bytes = args.format.write(&exported)?;
-    for note in &exported.notes {
-        output.note(format!("note: {note}"));
-    }
     if let (true, Some(condition)) = (args.unphysical, exported.violated_condition()) {
         output.warn(format!("this is not a physical body: {condition}"));
     }
-    let Some(path) = &args.output else {
-        return output.unframed(&bytes, args.format.is_binary());
-    };
-    file::write(path, &bytes, args.replace.existing())?;
-    let value = json!({
-        "written": path,
-        "format": args.format.name(),
+    let about = json!({
         "method": exported.method,
-        "units": args.units.name(),
-        "frame": args.frame.to_string(),
         "physically_consistent": exported.violated_condition().is_none(),
-        "notes": exported.notes,
     });
-    output.answer(&value, |_| format!("{}: the answer by {}", path.display(), exported.method))
+    let what = format!("the answer by {}", exported.method);
+    args.deliver(&bytes, &exported.test, about, &what, output)
+}
+
+impl Args {
+    /// The number of a result on the rig, if that is what is exported.
+    fn number(&self) -> Option<u32> {
+        self.result.parse().ok().filter(|&number| number > 0)
+    }
+
+    /// The path and name of an archive, if that is what is exported.
+    fn archive(&self) -> Option<(&Path, String)> {
+        let path = Path::new(&self.result);
+        let is_one = self.number().is_none() && archive::is_archive(path);
+        is_one.then(|| (path, path.file_name().unwrap_or_default().to_string_lossy().into_owned()))
+    }
+
+    /// Writes the file, and says what it holds when it is not on standard output.
+    fn deliver(
+        &self,
+        bytes: &[u8],
+        test: &TestData,
+        about: Value,
+        what: &str,
+        output: &mut Output,
+    ) -> Result<()> {
+        for note in &test.notes {
+            output.note(format!("note: {note}"));
+        }
+        let Some(path) = &self.output else {
+            return output.unframed(bytes, self.format.is_binary());
+        };
+        file::write(path, bytes, self.replace.existing())?;
+        let mut value = json!({
+            "written": path,
+            "format": self.format.name(),
+            "units": self.units.name(),
+            "frame": self.frame.to_string(),
+            "notes": test.notes,
+        });
+        if let (Value::Object(members), Value::Object(about)) = (&mut value, about) {
+            members.extend(about);
+        }
+        output.answer(&value, |_| format!("{}: {what}", path.display()))
+    }
 }
 
 /// A result that is stored on the rig, solved again here where the rig still has its layout.
@@ -130,14 +180,10 @@ fn on_rig(number: u32, args: &Args, output: &mut Output) -> Result<Exported> {
     super::show::require_answer(&result)?;
     let layout = client.layout().ok().filter(|kept| kept.hash() == result.head.layout_hash);
     let layout: Option<HostLayout> = layout.and_then(|kept| kept.cast());
-    let mut value = report::measurement_json(&result);
-    if let Some(layout) = &layout {
-        HostSolution::new(&result, layout, Selection::All).add_to(&mut value);
-    }
-    value["schema_version"] = json!(crate::output::SCHEMA_VERSION);
-    let exported = of_value(&value, &format!("result {number} of the rig"), args.method)?;
+    let source = format!("result {number} of the rig");
+    let exported = of_measurement(&result, layout.as_ref(), &source, args.method)?;
     Ok(match layout {
-        Some(layout) => exported.with_rig_layout(layout),
+        Some(layout) => exported.with_test(|test| test.with_rig_layout(layout)),
         None => exported,
     })
 }

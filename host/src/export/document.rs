@@ -13,7 +13,8 @@ use serde_json::Value;
 
 use super::frame::Placement;
 use super::place::{ADVICE, Place};
-use super::subject::{Exported, Matrix10, Vector10, one_line};
+use super::subject::{Exported, Matrix10, Vector10};
+use super::test_data::{TestData, one_line};
 use super::units::UnitSystem;
 use crate::error::{Error, Result};
 use crate::output::SCHEMA_VERSION;
@@ -43,8 +44,8 @@ pub fn read_subject(path: &Path, method: Option<Method>) -> Result<Exported> {
     let exported = of_document(&bytes, &name, method)?;
     // A document without a title is called as its file.
     match path.file_stem() {
-        Some(stem) if !stdin && exported.title == exported.source => {
-            Ok(exported.titled(&stem.to_string_lossy()))
+        Some(stem) if !stdin && exported.test.title == exported.test.source => {
+            Ok(exported.with_test(|test| test.titled(&stem.to_string_lossy())))
         }
         _ => Ok(exported),
     }
@@ -81,7 +82,7 @@ pub fn of_document(bytes: &[u8], source: &str, method: Option<Method>) -> Result
     if let Some(Ok(second)) = documents.next()
         && let Some(message) = second["error"]["message"].as_str()
     {
-        exported.notes.push(format!(
+        exported.test.notes.push(format!(
             "the command that printed this result then failed: {}",
             one_line(message)
         ));
@@ -122,9 +123,10 @@ pub fn of_value(value: &Value, source: &str, method: Option<Method>) -> Result<E
     }
     let (answer, notes) = chosen(&document, method)?;
     let mut exported = answer_of(&answer, source)?;
-    exported.layout_hash = hash_of(&value["layout_hash"]);
-    exported.notes = notes;
-    Ok(exported.titled(value["title"].as_str().unwrap_or_default()))
+    exported.test.layout_hash = hash_of(&value["layout_hash"]);
+    exported.test.notes = notes;
+    let title = value["title"].as_str().unwrap_or_default();
+    Ok(exported.with_test(|test| test.titled(title)))
 }
 
 /// A hash, as the eight digits or as the number that documents have.
@@ -210,19 +212,14 @@ fn answer_of(entry: &Place<'_>, source: &str) -> Result<Exported> {
     let stated_consistent =
         consistent.value.as_bool().ok_or_else(|| consistent.wrong("true or false"))?;
     Ok(Exported {
-        title: one_line(source),
         method: one_line(method),
-        source: one_line(source),
         body,
         covariance,
         half_widths,
         stated_consistent,
         placement: Placement::body(),
         units: UnitSystem::Si,
-        nodes: Vec::new(),
-        responses: None,
-        layout_hash: None,
-        notes: Vec::new(),
+        test: TestData::of_source(source),
     })
 }
 
@@ -295,7 +292,7 @@ mod tests {
         value["host"] = json!({ "results": [host] });
         let read = read(&value).unwrap();
         assert_eq!(read.body.mass, 1.25);
-        assert!(read.notes[0].contains("not that of the rig"), "{:?}", read.notes);
+        assert!(read.test.notes[0].contains("not that of the rig"), "{:?}", read.test.notes);
     }
 
     #[test]
@@ -354,7 +351,7 @@ mod tests {
         let error = json!({ "schema_version": 1, "error": { "message": "the rig is gone" } });
         let both = format!("{}\n{error}\n", document());
         let read = of_document(both.as_bytes(), "r.json", None).unwrap();
-        assert!(read.notes[0].contains("the rig is gone"), "{:?}", read.notes);
+        assert!(read.test.notes[0].contains("the rig is gone"), "{:?}", read.test.notes);
     }
 
     #[test]

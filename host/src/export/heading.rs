@@ -46,8 +46,8 @@ pub(super) fn frame(exported: &Exported) -> String {
 /// The heading as lines; `own` says what the format does with the products of inertia.
 pub(super) fn lines(exported: &Exported, own: &str) -> Vec<String> {
     let mut sentences = vec![
-        format!("{PROGRAM}: {}", exported.title),
-        format!("result by {}, from {}", exported.method, exported.source),
+        format!("{PROGRAM}: {}", exported.test.title),
+        format!("result by {}, from {}", exported.method, exported.test.source),
         format!("units: {}", exported.units.words()),
         format!("frame: {}", frame(exported)),
         format!("convention: {}", convention()),

@@ -29,9 +29,9 @@ fn object(exported: &Exported) -> Value {
     let [low, high] = exported.interval().map_or([None; 2], |ends| ends.map(Some));
     json!({
         "schema_version": SCHEMA_VERSION,
-        "title": exported.title,
+        "title": exported.test.title,
         "method": exported.method,
-        "source": exported.source,
+        "source": exported.test.source,
         "program": heading::PROGRAM,
         "physically_consistent": exported.violated_condition().is_none(),
         "convention": heading::convention(),

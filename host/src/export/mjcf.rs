@@ -16,7 +16,7 @@ const OWN: &str = "MJCF: fullinertia is xx yy zz xy xz yz, the elements of the t
 
 /// A model with one free body.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
-    let name = name(&exported.title);
+    let name = name(&exported.test.title);
     let body = &exported.body;
     let (mass, position) = (shortest(body.mass), numbers(body.center_of_mass.iter().copied()));
     let inertia = if exported.placement.frame == Frame::Principal {

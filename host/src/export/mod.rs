@@ -15,6 +15,7 @@ mod frame;
 mod heading;
 mod json;
 mod mat;
+mod measured;
 mod mjcf;
 mod nastran;
 mod npz;
@@ -22,6 +23,7 @@ mod number;
 mod place;
 mod sdf;
 mod subject;
+mod test_data;
 mod transform;
 mod uff;
 mod units;
@@ -35,7 +37,10 @@ use crate::error::{Error, Result};
 
 pub use document::{MAX_BYTES, of_document, of_value, read_subject};
 pub use frame::{Frame, Placement};
-pub use subject::{Exported, Matrix10, Node, Responses, Vector10};
+pub use measured::{of_archive, of_measurement, test_of_archive};
+pub use subject::{Exported, Matrix10, Vector10};
+pub use test_data::{Node, Responses, TestData};
+pub use uff::universal_file;
 pub use units::UnitSystem;
 
 /// The formats.

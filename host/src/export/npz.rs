@@ -48,9 +48,9 @@ fn archive(exported: &Exported) -> io::Result<Vec<u8>> {
 pub(super) fn texts(exported: &Exported) -> [(&'static str, String); 8] {
     let units = exported.units;
     [
-        ("title", exported.title.clone()),
+        ("title", exported.test.title.clone()),
         ("method", exported.method.clone()),
-        ("source", exported.source.clone()),
+        ("source", exported.test.source.clone()),
         ("program", heading::PROGRAM.into()),
         ("convention", heading::convention().into()),
         ("units", units.words()),

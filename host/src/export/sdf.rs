@@ -19,7 +19,7 @@ const OWN: &str = "SDFormat: ixy, ixz, iyz are the elements of the tensor themse
 
 /// A model with one link.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
-    let name = name(&exported.title);
+    let name = name(&exported.test.title);
     let body = &exported.body;
     let [xx, yy, zz, xy, xz, yz] = <[f64; 6]>::from(elements(&body.inertia)).map(shortest);
     let pose = format!("{} 0 0 0", numbers(body.center_of_mass.iter().copied()));

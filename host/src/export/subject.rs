@@ -1,49 +1,18 @@
 //! What is exported: a result in some frame and some units.
 
 use massline_shared::body::RigidBody;
-use massline_shared::layout::HostLayout;
 use nalgebra::{SMatrix, SVector};
 
 use super::frame::Placement;
 use super::number::shortest;
+use super::test_data::TestData;
 use super::units::UnitSystem;
 use crate::error::{Error, Result};
-use crate::layout_file::{self, LayoutFile};
-use crate::single_fault::NominalTest;
-use crate::uff::Frf;
 
 /// A covariance of the ten properties in the order [m, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz].
 pub type Matrix10 = SMatrix<f64, 10, 10>;
 /// The ten properties in the same order.
 pub type Vector10 = SVector<f64, 10>;
-
-/// A numbered point of the object.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node {
-    /// Its number.
-    pub id: u16,
-    /// Position in the body frame, m.
-    pub position: [f64; 3],
-    /// Local x, y and z axis, unit vectors of the body frame; `None` when they are not known.
-    pub axes: Option<[[f64; 3]; 3]>,
-}
-
-impl From<&layout_file::Node> for Node {
-    fn from(node: &layout_file::Node) -> Self {
-        Self { id: node.id, position: node.position, axes: Some(node.axes) }
-    }
-}
-
-/// The frequency responses of a test.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Responses {
-    /// Accelerances: for each hit those of the sensors in the order of the layout, three for each, along its own axes.
-    pub frfs: Vec<Frf>,
-    /// The sensors and hits in the body frame.
-    pub layout: HostLayout,
-    /// Decay rate σ of the exponential window on force and responses, 1/s: the responses are those at `s = σ + iω`.
-    pub decay_per_s: f64,
-}
 
 /// A result to be exported.
 ///
@@ -51,12 +20,8 @@ pub struct Responses {
 /// for the properties and their covariance, not for nodes and frequency responses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exported {
-    /// Name of the object: one line without control characters.
-    pub title: String,
     /// Name of the method of the estimate.
     pub method: String,
-    /// Where the result comes from: the name of a file, or a rig.
-    pub source: String,
     /// The properties, the inertia about the centre of mass.
     pub body: RigidBody<f64>,
     /// Covariance of the properties; `None` when the method gives none.
@@ -69,14 +34,8 @@ pub struct Exported {
     pub placement: Placement,
     /// The units of the properties and of the placement.
     pub units: UnitSystem,
-    /// The nodes of the layout; empty when they are not known.
-    pub nodes: Vec<Node>,
-    /// The frequency responses of the test; `None` when they are not known.
-    pub responses: Option<Responses>,
-    /// Hash of the layout of the test, when it is known.
-    pub layout_hash: Option<u32>,
-    /// What a person should know about how the result was read.
-    pub notes: Vec<String>,
+    /// What is known of the test besides its answer.
+    pub test: TestData,
 }
 
 impl Exported {
@@ -96,37 +55,9 @@ impl Exported {
         Some([theta - half, theta + half])
     }
 
-    /// Takes title and nodes from the layout of the test; a layout with another hash is noted.
-    pub fn with_layout(self, layout: &LayoutFile) -> Self {
-        let mut with = self.titled(&layout.title);
-        with.nodes = layout.nodes.iter().map(Node::from).collect();
-        if let (Some(of_test), Some(given)) = (with.layout_hash, layout.hash())
-            && of_test != given
-        {
-            with.notes.push(format!(
-                "the layout differs from that of the test (hash {given:08x} instead of {of_test:08x}): make \
-                 sure that its nodes are the same"
-            ));
-        }
-        with
-    }
-
-    /// Takes title and nodes from the layout that the rig has kept, which does not have the axes of nodes.
-    pub fn with_rig_layout(self, layout: HostLayout) -> Self {
-        let NominalTest { layout, nodes } = NominalTest::of_layout(layout);
-        let node = |(id, position)| Node { id, position, axes: None };
-        let mut with = self.titled(layout.title.as_str());
-        with.nodes = nodes.into_iter().map(node).collect();
-        with
-    }
-
-    /// Takes another title, if it is not empty.
-    pub fn titled(mut self, title: &str) -> Self {
-        let title = one_line(title);
-        if !title.is_empty() {
-            self.title = title;
-        }
-        self
+    /// The same with what `change` makes of the data of the test.
+    pub fn with_test(self, change: impl FnOnce(TestData) -> TestData) -> Self {
+        Self { test: change(self.test), ..self }
     }
 
     /// The condition of a real body that the properties violate, if there is one.
@@ -169,7 +100,7 @@ impl Exported {
                 "not_finite",
                 format!(
                     "{}: the answer by {} is too large for a number in {}; solve again",
-                    self.source,
+                    self.test.source,
                     self.method,
                     self.units.name()
                 ),
@@ -182,18 +113,10 @@ impl Exported {
                     "{}: the answer by {} is not that of a physical body: {condition}. Simulators refuse it; \
                      measure again, choose another answer with --method, or write it all the same with \
                      --unphysical",
-                    self.source, self.method
+                    self.test.source, self.method
                 ),
             )),
             _ => Ok(()),
         }
     }
-}
-
-/// The text in one line, without control characters and line separators.
-pub(super) fn one_line(text: &str) -> String {
-    let unfit =
-        |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{fffe}' | '\u{ffff}');
-    let text: String = text.chars().map(|c| if unfit(c) { ' ' } else { c }).collect();
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

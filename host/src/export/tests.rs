@@ -45,12 +45,12 @@ pub(super) fn exported() -> Exported {
     let bytes = document().to_string();
     let mut exported = of_document(bytes.as_bytes(), "frame.json", None).unwrap();
     let node = |(id, position)| Node { id, position, axes: Some(BODY_AXES) };
-    exported.nodes =
+    exported.test.nodes =
         [(1, [0.0, 0.0, 0.0]), (2, [0.2, -0.2, 0.0]), (3, [0.2, 0.0, 0.0]), (4, [0.2, -0.2, 0.15])]
             .map(node)
             .into();
-    exported.nodes[3].axes = Some([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]);
-    exported.responses = Some(responses());
+    exported.test.nodes[3].axes = Some([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]);
+    exported.test.responses = Some(responses());
     exported
 }
 
@@ -169,8 +169,8 @@ fn abaqus_is_as_checked_by_hand() {
 #[test]
 fn titles_cannot_break_out_of_comments_and_names() {
     let mut exported = exported();
-    exported.title = subject::one_line("a--><b>\n$ \"x\" & --\u{2028}é\u{0}\r\nMAT1");
-    assert_eq!(exported.title, "a--><b> $ \"x\" & -- é MAT1");
+    exported.test.title = test_data::one_line("a--><b>\n$ \"x\" & --\u{2028}é\u{0}\r\nMAT1");
+    assert_eq!(exported.test.title, "a--><b> $ \"x\" & -- é MAT1");
     for format in [Format::Urdf, Format::Sdf, Format::Mjcf] {
         let text = text(format, &exported);
         let (comment, rest) = text.split_once("-->").unwrap();
@@ -235,9 +235,9 @@ fn numbers_that_overflow_in_other_units_are_refused_even_if_unphysical_is_allowe
 fn a_universal_file_reads_back_and_without_responses_it_is_refused() {
     let exported = exported();
     let file = crate::uff::UffFile::parse(&Format::Uff.write(&exported).unwrap()).unwrap();
-    let frfs = &exported.responses.as_ref().unwrap().frfs;
+    let frfs = &exported.test.responses.as_ref().unwrap().frfs;
     assert_eq!(file.functions[0].accelerance(None).unwrap(), frfs[0]);
-    let error = Format::Uff.write(&Exported { responses: None, ..exported }).unwrap_err();
+    let error = universal_file(&TestData { responses: None, ..exported.test }).unwrap_err();
     assert_eq!((error.code(), error.exit_code()), ("no_responses", 2));
     assert!(error.to_string().contains("frequency responses"), "{error}");
 }
@@ -255,7 +255,7 @@ fn without_a_covariance_every_format_of_properties_still_writes() {
 /// The file that `tests/export/run` reads with pyuff. A document has no responses: these are made up.
 #[test]
 fn the_universal_file_is_as_committed() {
-    let now = Format::Uff.write(&exported().titled("three-bar frame")).unwrap();
+    let now = universal_file(&exported().test.titled("three-bar frame")).unwrap();
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/export");
     let path = folder.join("frame.uff");
     if std::env::var_os("MASSLINE_BLESS").is_some() {

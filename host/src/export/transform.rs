@@ -30,7 +30,7 @@ impl Exported {
                 (com, principal.axes.transpose())
             }
             Frame::Node(number) => {
-                let node = self.nodes.iter().find(|node| node.id == number);
+                let node = self.test.nodes.iter().find(|node| node.id == number);
                 let node = node.ok_or_else(|| unknown_node(number, &self))?;
                 let axes = node.axes.ok_or_else(|| unknown_axes(number, &self))?;
                 let axes = Matrix3::from_fn(|i, j| axes[i][j]);
@@ -112,17 +112,17 @@ fn rotation_of_ten(axes: &Matrix3<f64>) -> Matrix10 {
 fn unknown_axes(number: u16, of: &Exported) -> Error {
     let message = format!(
         "{} does not hold the local axes of node {number}: give the layout of the test with --layout",
-        of.source
+        of.test.source
     );
     Error::input("unknown_axes", message)
 }
 
 fn unknown_node(number: u16, of: &Exported) -> Error {
-    let known: Vec<String> = of.nodes.iter().map(|node| node.id.to_string()).collect();
+    let known: Vec<String> = of.test.nodes.iter().map(|node| node.id.to_string()).collect();
     let message = if known.is_empty() {
         format!(
             "{} does not hold the positions of nodes: give the layout of the test with --layout for --frame {number}",
-            of.source
+            of.test.source
         )
     } else {
         format!("there is no node {number}; the layout has {}", known.join(", "))
@@ -180,8 +180,8 @@ mod tests {
     fn node_axes_turn_the_products_and_their_covariance() {
         // The node's x is the body's y, its y is −x: with u = y, v = −x, Juv = −∫ u v dm = ∫ x y dm = −Jxy.
         let mut given = exported();
-        given.nodes[1].axes = Some([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
-        let position = given.nodes[1].position;
+        given.test.nodes[1].axes = Some([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+        let position = given.test.nodes[1].position;
         let moved = given.clone().in_frame(Frame::Node(2)).unwrap();
         let (from, to) = (given.theta(), moved.theta());
         let expected = [
@@ -214,10 +214,10 @@ mod tests {
         assert_eq!((error.code(), error.exit_code()), ("unknown_node", 2));
         assert!(error.to_string().contains("has 1, 2, 3, 4"), "{error}");
         let mut blind = exported();
-        blind.nodes[0].axes = None;
+        blind.test.nodes[0].axes = None;
         let error = blind.clone().in_frame(Frame::Node(1)).unwrap_err();
         assert_eq!(error.code(), "unknown_axes");
-        blind.nodes.clear();
+        blind.test.nodes.clear();
         assert!(blind.in_frame(Frame::Node(1)).unwrap_err().to_string().contains("--layout"));
     }
 }

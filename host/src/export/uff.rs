@@ -4,30 +4,39 @@ use massline_shared::layout::HostLayout;
 
 use super::heading::{PROGRAM, ascii};
 use super::number::shortest;
-use super::subject::{Exported, Node, Responses};
+use super::subject::Exported;
+use super::test_data::{Node, Responses, TestData};
 use crate::error::{Error, Result};
 use crate::uff::{BODY_AXES, Encoding, Frf, ModelNode, write_described, write_nodes, write_units};
 
 /// Largest difference of two unit vectors that are the same: the rounding of a rig's numbers.
 const SAME_DIRECTION: f64 = 1e-6;
 
-/// Datasets 164 (units), 2420 (local axes, if there are any but the body's), 15 (nodes) and 58 (responses along the
-/// local axes of their nodes).
+/// The file of a result.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
-    let measured = exported.responses.as_ref().filter(|responses| !responses.frfs.is_empty());
+    universal_file(&exported.test)
+}
+
+/// Datasets 164 (units), 2420 (local axes, if there are any but the body's), 15 (nodes) and 58 (responses along the
+/// local axes of their nodes). A test without an answer may have them, too.
+///
+/// # Errors
+/// Exit 2 without responses, and when they cannot be along the axes of the nodes.
+pub fn universal_file(test: &TestData) -> Result<Vec<u8>> {
+    let measured = test.responses.as_ref().filter(|responses| !responses.frfs.is_empty());
     let Some(responses) = measured else {
         return Err(Error::input(
             "no_responses",
             format!(
                 "{} does not hold frequency responses, of which a universal file is made: archives that \
                  `massline measure --output` writes do",
-                exported.source
+                test.source
             ),
         ));
     };
-    let nodes = nodes(exported);
+    let nodes = nodes(test);
     let frfs = along_nodes(responses, &nodes)?;
-    let title = ascii(&exported.title);
+    let title = ascii(&test.title);
     let window = match responses.decay_per_s {
         0.0 => "no exponential window".into(),
         decay => {
@@ -42,12 +51,12 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
 }
 
 /// The nodes, with the axes of the body where those of a node are not known.
-fn nodes(exported: &Exported) -> Vec<ModelNode> {
+fn nodes(test: &TestData) -> Vec<ModelNode> {
     let node = |node: &Node| {
         let axes = node.axes.unwrap_or(BODY_AXES);
         ModelNode { id: node.id, position: node.position, axes }
     };
-    exported.nodes.iter().map(node).collect()
+    test.nodes.iter().map(node).collect()
 }
 
 /// The responses along the local axes of their nodes: a sensor may be glued along other axes.
@@ -117,9 +126,9 @@ mod tests {
 
     #[test]
     fn a_sensor_along_its_own_axes_is_turned_into_those_of_its_node() {
-        let exported = exported();
-        let responses = exported.responses.as_ref().unwrap();
-        let turned = along_nodes(responses, &nodes(&exported)).unwrap();
+        let test = exported().test;
+        let responses = test.responses.as_ref().unwrap();
+        let turned = along_nodes(responses, &nodes(&test)).unwrap();
         assert_eq!(turned[..3], responses.frfs[..3]);
         // Its x is the y of the node, its y is −x.
         let of = |k: usize| &responses.frfs[3 + k].accelerance;
@@ -131,12 +140,12 @@ mod tests {
 
     #[test]
     fn a_hit_along_other_axes_than_those_of_its_node_is_refused() {
-        let mut exported = exported();
-        exported.nodes[3].axes = None;
-        let error = write(&exported).unwrap_err();
+        let mut test = exported().test;
+        test.nodes[3].axes = None;
+        let error = universal_file(&test).unwrap_err();
         assert_eq!((error.code(), error.exit_code()), ("hit_not_along_node", 2));
         assert!(error.to_string().contains("the hit 4:-X pushes along [-0.6 -0.8 0.0]"), "{error}");
-        exported.nodes.truncate(3);
-        assert_eq!(write(&exported).unwrap_err().code(), "unknown_node");
+        test.nodes.truncate(3);
+        assert_eq!(universal_file(&test).unwrap_err().code(), "unknown_node");
     }
 }

@@ -15,7 +15,7 @@ const OWN: &str = "URDF: ixy, ixz, iyz are the elements of the tensor themselves
 
 /// A robot with one link.
 pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
-    let name = name(&exported.title);
+    let name = name(&exported.test.title);
     let [xx, yy, zz, xy, xz, yz] = <[f64; 6]>::from(elements(&exported.body.inertia)).map(shortest);
     let center = numbers(exported.body.center_of_mass.iter().copied());
     let mass = shortest(exported.body.mass);

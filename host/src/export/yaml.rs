@@ -23,9 +23,9 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
         text += &format!("{key}:{gap}{value}\n");
     };
     line("schema_version", super::json::SCHEMA_VERSION.to_string());
-    line("title", quoted(&exported.title));
+    line("title", quoted(&exported.test.title));
     line("method", quoted(&exported.method));
-    line("source", quoted(&exported.source));
+    line("source", quoted(&exported.test.source));
     line("program", quoted(heading::PROGRAM));
     line("physically_consistent", exported.violated_condition().is_none().to_string());
     line("convention", quoted(heading::convention()));

@@ -4,10 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use massline::archive::Archive;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use crate::program::{LATE, LAYOUT, answer, run, run_json, success};
+use crate::rig::Rig;
 
 /// The committed files, and the arguments that make them.
 const FILES: [(&str, &[&str]); 13] = [
@@ -203,4 +205,57 @@ fn options_that_do_not_go_together_are_refused() {
     assert_eq!(written["method"], "maximum-likelihood");
     assert_eq!(written["physically_consistent"], true);
     fails(&["7", "--format", "urdf", "--port", "/dev/no-such-port"], 4, "port_not_found");
+}
+
+#[test]
+fn an_archive_is_exported_with_its_nodes_and_responses() {
+    let rig = Rig::start(&["--fast"]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (layout, archive) = (rig.layout(5), path("frame.massline"));
+    let (exit, measured) = rig.run(&["measure", &layout, "-o", &archive]);
+    assert_eq!(exit, 0, "{measured}");
+    let json = ["export", &archive, "--format", "json", "--frame", "4"];
+    let at_node = run(&json);
+    assert_eq!(at_node.exit, 0, "{}", at_node.stderr);
+    let at_node: Value = serde_json::from_str(&at_node.stdout).unwrap();
+    let of_host = &measured["host"]["results"][0];
+    assert_eq!(at_node["mass"], of_host["mass_kg"]["value"]);
+    // Node 4 has the axes of the body: the inertia is the same.
+    assert_eq!(at_node["inertia"], of_host["inertia_kg_m2"]["value"]);
+    assert_eq!(
+        (&at_node["title"], &at_node["source"]),
+        (&measured["title"], &json!("frame.massline"))
+    );
+
+    let responses = path("frame.uff");
+    let written = success(&["export", &archive, "--format", "uff", "-o", &responses]);
+    assert_eq!(written["format"], "uff");
+    let decay = Archive::read(archive.as_ref()).unwrap().spectra[0].decay_per_s;
+    let text = fs::read_to_string(&responses).unwrap();
+    assert!(text.contains(&format!("decay {decay:?} 1/s")), "{decay}");
+    let solved = success(&["solve", &layout, &responses, "--decay", &decay.to_string()]);
+    // Rig and host choose their bands and lines themselves, so the answers differ by a part of a standard deviation;
+    // every product of inertia is 30 of them or more, so a wrong sign or axis is far outside.
+    let of_file = &solved["results"][0];
+    for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+        let [of_file, of_host] =
+            [of_file, of_host].map(|of| of["inertia_kg_m2"]["value"][i][j].as_f64().unwrap());
+        let sigma =
+            measured["host"]["results"][0]["inertia_kg_m2"]["sigma"][i][j].as_f64().unwrap();
+        assert!((of_file - of_host).abs() < sigma && of_host.abs() > 30.0 * sigma, "{i}, {j}");
+    }
+    let [of_file, of_host] = [of_file, of_host].map(|of| of["mass_kg"]["value"].as_f64().unwrap());
+    assert!((of_file / of_host - 1.0).abs() < 0.01, "{of_file} {of_host}");
+}
+
+#[test]
+fn a_damaged_archive_is_refused_by_name() {
+    let files = Documents::new();
+    let cut = files.write("cut.massline", r#"{"format":"massline-archive","schema_ver"#);
+    fails(&[&cut, "--format", "urdf"], 2, "archive_cut_short");
+    let newer = files.write("new.massline", r#"{"format":"massline-archive","schema_version":9}"#);
+    fails(&[&newer, "--format", "uff"], 2, "archive_too_new");
+    let other = files.write("other.massline", fs::read(data("result.json")).unwrap());
+    fails(&[&other, "--format", "uff"], 2, "not_an_archive");
 }

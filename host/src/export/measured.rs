@@ -1,0 +1,73 @@
+//! Results that a rig has measured: from the rig itself, or from an archive. They are solved again here.
+
+use massline_protocol::object::MeasurementResult;
+use massline_shared::identify::Method;
+use massline_shared::layout::HostLayout;
+use serde_json::json;
+
+use super::document::of_value;
+use super::subject::Exported;
+use super::test_data::{Node, Responses, TestData};
+use crate::archive::{Archive, ArchivedNode};
+use crate::error::Result;
+use crate::host_solution::HostSolution;
+use crate::identification::Selection;
+use crate::output::SCHEMA_VERSION;
+use crate::report;
+
+/// A result of a rig, solved again where its layout is known; `source` is its name in errors and in the file.
+///
+/// # Errors
+/// Exit 2 when there is no answer by `method`, exit 3 without any answer.
+pub fn of_measurement(
+    result: &MeasurementResult,
+    layout: Option<&HostLayout>,
+    source: &str,
+    method: Option<Method>,
+) -> Result<Exported> {
+    let mut value = report::measurement_json(result);
+    if let Some(layout) = layout {
+        HostSolution::new(result, layout, Selection::All).add_to(&mut value);
+    }
+    value["schema_version"] = json!(SCHEMA_VERSION);
+    of_value(&value, source, method)
+}
+
+/// The result of an archive, with nodes and frequency responses.
+///
+/// # Errors
+/// As [`of_measurement`], and as [`test_of_archive`].
+pub fn of_archive(archive: &Archive, source: &str, method: Option<Method>) -> Result<Exported> {
+    let layout = &archive.layout.resolved;
+    let exported = of_measurement(&archive.result, Some(layout), source, method)?;
+    let test = test_of_archive(archive, source)?;
+    Ok(exported.with_test(|of_document| TestData { notes: of_document.notes, ..test }))
+}
+
+/// What an archive holds besides answers: there is also one of a test without an answer.
+///
+/// # Errors
+/// Exit 2 when no rig can use the calibration in the archive.
+pub fn test_of_archive(archive: &Archive, source: &str) -> Result<TestData> {
+    let layout = &archive.layout;
+    let node = |&ArchivedNode { id, position_m, axes }: &ArchivedNode| Node {
+        id,
+        position: position_m,
+        axes,
+    };
+    let responses = match archive.spectra.first() {
+        Some(spectra) => Some(Responses {
+            frfs: archive.frfs()?,
+            layout: layout.resolved.clone(),
+            decay_per_s: spectra.decay_per_s,
+        }),
+        None => None,
+    };
+    let test = TestData {
+        nodes: layout.nodes.iter().map(node).collect(),
+        responses,
+        layout_hash: Some(archive.result.head.layout_hash),
+        ..TestData::of_source(source)
+    };
+    Ok(test.titled(&layout.title))
+}
