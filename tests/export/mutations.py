@@ -111,8 +111,10 @@ def mutations(path):
         # The products are zero along these axes; their directions are in the comment.
         yield "x of the z axis", _at(text, rf"z\s+\[({_NUMBER})").encode()
     elif path.suffix == ".uff":
-        yield "imaginary part", _at(text, rf"\n +{_NUMBER} +({_NUMBER}) +{_NUMBER} +{_NUMBER}\n +3\.0").encode()
-        yield "axis of node 4", _at(text, r" (-8\.0{15}\dD-01)").encode()
+        yield "the last number of a response", _at(text, r"(-?[\d.]+e[-+]\d\d)\n    -1\n").encode()
+        yield "direction of a response", _at(text, r"NONE +\d+ +(\d) NONE").encode()
+        if "  2420\n" in text:
+            yield "axis of node 4", _at(text, r" (-8\.0{15}\dD-01)").encode()
     else:
         change = _PRODUCT[path.suffix[1:]]
         for name in PRODUCTS:

@@ -37,6 +37,7 @@ CHECKS = [
     ("frame.json", AT_NODE_SLINCH, "python", readers.python_json),
     ("frame.csv", AT_COM, "python", readers.python_csv),
     ("frame.uff", None, "pyuff", readers.pyuff),
+    ("archive.uff", None, "pyuff", readers.pyuff_archive),
 ]
 # What the exports are made from, and how.
 SOURCES = {"README.md", "generate.py", "layout.toml", "result.json"}
@@ -55,7 +56,7 @@ def outcome(reader, path, expected):
     except AssertionError as error:
         return None, f"found: {error}"
     except Exception as error:  # Each program has errors of its own for a body that it refuses.
-        return None, f"refused: {type(error).__name__}"
+        return None, f"refused: {type(error).__name__} {error}"
 
 
 failed = 0

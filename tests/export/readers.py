@@ -11,7 +11,7 @@ import re
 
 import numpy as np
 
-from truth import INTERVALS, MOMENTS, ORDER, TRUTH, Body, compare, compare_covariance, tensor
+from truth import ARCHIVE, INTERVALS, MOMENTS, ORDER, TRUTH, Body, compare, compare_covariance, tensor
 
 # A few roundings of a double, relative to the largest element of its kind.
 DOUBLE = 4e-15
@@ -215,5 +215,40 @@ def pyuff(path, _):
         worst = max(worst, np.max(np.abs(frf["data"] - expected)))
     assert not factors, f"no response at {factors}"
     # Twelve digits.
+    assert worst <= 1e-11, f"off by {worst:.1e}"
+    return worst
+
+
+def pyuff_archive(path, _):
+    """Against H1 = G_XF / G_FF of the archive, whose sensors are along the axes of the body and have no cross-axis terms."""
+    from pyuff import UFF
+
+    archive = json.loads(ARCHIVE.read_text())
+    of_units, of_nodes, *functions = UFF(str(path)).read_sets()
+    assert (of_units["type"], of_nodes["type"]) == (164, 15)
+    stated = {node["id"]: node["position_m"] for node in archive["layout"]["nodes"]}
+    found = zip(of_nodes["node_nums"], of_nodes["x"], of_nodes["y"], of_nodes["z"])
+    # Six digits.
+    assert all(np.allclose(stated[int(number)], position, rtol=5e-6) for number, *position in found)
+    sensors = [sensor["node"] for sensor in archive["layout"]["resolved"]["sensors"]]
+    expected = []
+    for of in archive["spectra"]:
+        node, sign, axis = re.fullmatch(r"(\d+):([+-])([XYZ])", of["dof"]).groups()
+        reference = (int(node), (1 if sign == "+" else -1) * ("XYZ".index(axis) + 1))
+        # A rig's numbers are of single precision, and written with as many digits as that needs.
+        force = np.array(of["force_auto"], np.float32)[1:].astype(float)
+        for channel, parts in enumerate(of["cross"]):
+            h1 = np.array(parts, np.float32)[1:].astype(float) @ [1, 1j] / force
+            frequency = np.arange(1, len(force) + 1) * of["resolution_hz"]
+            expected.append(((sensors[channel // 3], channel % 3 + 1), reference, frequency, h1))
+    assert len(functions) == len(expected) == 9 * len(archive["spectra"])
+    worst = 0.0
+    for frf, (response, reference, frequency, h1) in zip(functions, expected):
+        assert (frf["type"], frf["func_type"]) == (58, 4)
+        assert (frf["rsp_node"], frf["rsp_dir"]) == response
+        assert (frf["ref_node"], frf["ref_dir"]) == reference
+        # Six digits of the frequencies, twelve of the responses.
+        assert np.allclose(frf["x"], frequency, rtol=5e-6, atol=0)
+        worst = max(worst, np.max(np.abs(frf["data"] - h1) / np.abs(h1)))
     assert worst <= 1e-11, f"off by {worst:.1e}"
     return worst

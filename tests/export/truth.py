@@ -9,6 +9,7 @@ import numpy as np
 ORDER = ["mass", "cx", "cy", "cz", "Jxx", "Jyy", "Jzz", "Jxy", "Jxz", "Jyz"]
 PLACES = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
 FOLDER = Path(__file__).parent.parent / "data" / "export"
+ARCHIVE = FOLDER.parent / "archive" / "version-1.massline"
 
 
 def tensor(six):

@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use crate::program::{LATE, LAYOUT, answer, run, run_json, success};
 use crate::rig::Rig;
 
-/// The committed files, and the arguments that make them.
+/// The committed files of the result, and the arguments that make them.
 const FILES: [(&str, &[&str]); 13] = [
     ("frame.urdf", &["--format", "urdf"]),
     ("frame-node.urdf", &["--format", "urdf", "--frame", "5"]),
@@ -74,10 +74,13 @@ fn fails(arguments: &[&str], exit: i32, code: &str) -> String {
 fn every_format_is_as_committed() {
     let (result, layout) = (data_text("result.json"), data_text("layout.toml"));
     let folder = tempfile::tempdir().unwrap();
-    for (name, arguments) in FILES {
+    let archive = data_text("../archive/version-1.massline");
+    let from_result = FILES
+        .map(|(name, options)| (name, [&[result.as_str(), "--layout", &layout], options].concat()));
+    let from_archive = ("archive.uff", vec![archive.as_str(), "--format", "uff"]);
+    for (name, arguments) in from_result.into_iter().chain([from_archive]) {
         let path = folder.path().join(name).display().to_string();
-        let common = ["export", &result, "--layout", &layout, "-o", &path];
-        let written = run(&[&common, arguments].concat());
+        let written = run(&[&["export", "-o", &path], &arguments[..]].concat());
         assert_eq!(written.exit, 0, "{name}: {}", written.stderr);
         let now = fs::read(&path).unwrap();
         if std::env::var_os("MASSLINE_BLESS").is_some() {
