@@ -24,6 +24,7 @@ use massline_shared::identify::{IdentifySettings, Method, Observable, Observatio
 use massline_shared::layout::{Dof, HostLayout};
 use massline_shared::modes::LinesPerSide;
 
+use crate::archive::Archive;
 use crate::identification::{Identification, Selection, identify, learned};
 use crate::layout_file::LayoutFile;
 use crate::report::{Truth, message_in};
@@ -31,7 +32,7 @@ use crate::single_fault::{Examination, NominalTest};
 use crate::suspension::{
     Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
 };
-use crate::uff::{Quantity, UffFile};
+use crate::uff::{Encoding, Quantity, UffFile, write};
 use crate::{Error, Result};
 use answer::{Failed, Settings};
 use errors::{blame_the_responses, both_errors, undetermined};
@@ -124,15 +125,20 @@ pub fn solve_files(
 /// A layout file with these of its hits, or all of them for none.
 fn layout_with_hits(path: &Path, hits: &[Dof]) -> Result<LayoutFile> {
     let mut file = LayoutFile::read(path)?;
-    if let Some(missing) = hits.iter().find(|dof| !file.layout.hits.iter().any(|h| h.dof == **dof))
-    {
+    keep_hits(&mut file.layout, hits, path)?;
+    Ok(file)
+}
+
+/// Drops all hits but these, or none for none; `path` has the layout.
+fn keep_hits(layout: &mut HostLayout, hits: &[Dof], path: &Path) -> Result<()> {
+    if let Some(missing) = hits.iter().find(|dof| !layout.hits.iter().any(|h| h.dof == **dof)) {
         let text = format!("{}: the layout has no hit {missing}; see its `hits`", path.display());
         return Err(Error::input("hit_not_in_layout", text));
     }
     if !hits.is_empty() {
-        file.layout.hits.retain(|hit| hits.contains(&hit.dof));
+        layout.hits.retain(|hit| hits.contains(&hit.dof));
     }
-    Ok(file)
+    Ok(())
 }
 
 /// Solves a layout with frequency responses: by mass lines where the file has a band for them, and by the suspension modes
@@ -230,12 +236,48 @@ pub fn modes_of_files(
     options: &Options,
     progress: impl FnMut(u32, u32),
 ) -> Result<(SuspensionModes, HostLayout)> {
-    let file = layout_with_hits(layout, hits)?;
+    let layout = layout_with_hits(layout, hits)?.layout;
     let uff = UffFile::read(frfs)?;
-    let within = |error: Error| error.within(frfs.display());
-    let responses = LayoutResponses::of(&file.layout, &uff, options.quantity).map_err(within)?;
-    let modes = suspension::modes_alone(&file.layout, &responses, options, progress);
-    Ok((modes.map_err(within)?, file.layout))
+    let modes = modes_of(&layout, &uff, options, progress);
+    Ok((modes.map_err(|error| error.within(frfs.display()))?, layout))
+}
+
+/// The suspension modes of an archive whose spectra were kept, with its layout. The exponential window is that of the
+/// spectra.
+///
+/// # Errors
+/// As [`solve_files`]; `no_spectra` for an archive without them.
+pub fn modes_of_archive(
+    path: &Path,
+    hits: &[Dof],
+    options: &Options,
+    progress: impl FnMut(u32, u32),
+) -> Result<(SuspensionModes, HostLayout)> {
+    let archive = Archive::read(path)?;
+    let frfs = archive.frfs()?;
+    let Some(decay) = archive.spectra.first().map(|of| of.decay_per_s).filter(|_| !frfs.is_empty())
+    else {
+        let text = format!(
+            "{}: it holds no frequency responses; `massline measure -o` keeps them, `results get -o` cannot",
+            path.display()
+        );
+        return Err(Error::input("no_spectra", text));
+    };
+    let mut layout = archive.layout.resolved;
+    keep_hits(&mut layout, hits, path)?;
+    let uff = UffFile::parse(&write(&frfs, Encoding::Binary))?;
+    let modes = modes_of(&layout, &uff, &Options { decay, ..*options }, progress);
+    Ok((modes.map_err(|error| error.within(path.display()))?, layout))
+}
+
+fn modes_of(
+    layout: &HostLayout,
+    uff: &UffFile,
+    options: &Options,
+    progress: impl FnMut(u32, u32),
+) -> Result<SuspensionModes> {
+    let responses = LayoutResponses::of(layout, uff, options.quantity)?;
+    suspension::modes_alone(layout, &responses, options, progress)
 }
 
 /// The mass line begins this much above the highest suspension mode at least (theory, section 5).

@@ -9,7 +9,7 @@ use crate::report::{
     assurance_text, diagnostics_json, message_in, modes_json, modes_text, orders_text, sentences,
     shapes_text,
 };
-use crate::solve::modes_of_files;
+use crate::solve::{modes_of_archive, modes_of_files};
 use massline_shared::layout::Dof;
 
 /// Arguments of `massline modes`.
@@ -24,12 +24,14 @@ Examples:
   massline modes wheel.toml wheel.uff
   massline modes wheel.toml wheel.uff --suspension-band 1:20
   massline modes wheel.toml wheel.uff --hits 101:+X,102:+Z,104:+Y
+  massline modes wheel.massline
   massline modes wheel.toml wheel.uff --json | jq '.modes[].frequency_hz'")]
 pub struct Args {
-    /// The layout file.
+    /// The layout file; or an archive alone, whose spectra were kept.
+    #[arg(value_name = "LAYOUT|ARCHIVE")]
     layout: PathBuf,
     /// The universal file with the frequency responses.
-    frfs: PathBuf,
+    frfs: Option<PathBuf>,
     #[command(flatten)]
     responses: ResponseArgs,
     /// Hits to use, such as `1:+Y,4:+X`; default: all of the layout.
@@ -44,10 +46,14 @@ pub struct Args {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let options = args.responses.options();
     let bar = output.bar(PERTURBATIONS, "uncertainty");
-    let found = modes_of_files(&args.layout, &args.frfs, &args.hits, &options, |done, all| {
+    let progress = |done: u32, all: u32| {
         bar.set_length(all.into());
         bar.set_position(done.into());
-    });
+    };
+    let found = match &args.frfs {
+        Some(frfs) => modes_of_files(&args.layout, frfs, &args.hits, &options, progress),
+        None => modes_of_archive(&args.layout, &args.hits, &options, progress),
+    };
     bar.finish_and_clear();
     let (modes, layout) = found?;
     let band = options.suspension_band_hz;
