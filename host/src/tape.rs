@@ -8,18 +8,21 @@ mod npy;
 mod play;
 mod scans;
 mod sidecar;
+mod writer;
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use massline_shared::layout::Dof;
-use massline_shared::signal::{AdcProperties, CHANNELS, Calibration};
+use massline_shared::signal::{
+    AdcProperties, CHANNELS, Calibration, PRE_TRIGGER_SCANS, RECORD_SCANS,
+};
 
 use crate::{Error, Result};
 
-pub use npy::TapeWriter;
 pub use play::{TapeProgress, TapeSource};
 pub use scans::Scans;
+pub use writer::TapeWriter;
 
 /// The contents of a tape's sidecar.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +55,8 @@ pub struct Tape {
     pub sidecar: Sidecar,
     /// Raw ADC codes.
     pub scans: Scans,
-    /// The recording was cut short: the scans are those before that, and segments that they do not reach are left out.
+    /// The recording was cut short: the scans are those before that, and segments whose hit they do not wholly have
+    /// are left out.
     pub cut_short: bool,
 }
 
@@ -72,7 +76,7 @@ impl Tape {
         let mut sidecar = Sidecar::read(&sidecar_path(path))?;
         let length = scans.count();
         if cut_short {
-            sidecar.segments.retain(|segment| segment.start < length);
+            sidecar.segments.retain(|segment| has_whole_hit(*segment, length));
         }
         if let Some(segment) = sidecar.segments.iter().find(|s| s.start >= length) {
             let message = format!(
@@ -100,6 +104,14 @@ pub fn scans_of_npy(bytes: Vec<u8>) -> Result<Scans> {
 /// The sidecar of a tape: the same name with `.toml`.
 pub fn sidecar_path(tape: &Path) -> PathBuf {
     tape.with_extension("toml")
+}
+
+/// Scans that a recorded segment has before its record, at least.
+pub(crate) const LEAD_IN_SCANS: usize = PRE_TRIGGER_SCANS / 2;
+
+/// Whether a tape of this many scans has a whole record in a segment that a recording wrote.
+fn has_whole_hit(segment: Segment, scans: u64) -> bool {
+    segment.start.saturating_add((LEAD_IN_SCANS + RECORD_SCANS) as u64) <= scans
 }
 
 /// Number of sensors whose three channels are all in use.

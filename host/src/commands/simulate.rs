@@ -86,6 +86,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         rig: args.rig.rig,
         firmware: firmware.as_deref(),
     };
+    let mut taped = Ok(None);
     let result = match &args.tape {
         None => test.run_with(&calibration, output, |source| source)?,
         Some(path) => {
@@ -93,9 +94,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             let recorder =
                 Recorder::new(path, args.replace.existing(), &layout, &calibration.calibration);
             let result = test.run_with(&calibration, output, |source| recorder.around(source));
-            // The scans before an error are saved too.
-            let scans = recorder.finish()?;
-            output.note(format!("{}: {scans} scans", path.display()));
+            taped = recorder.end(result.is_ok());
+            if let Ok(Some(scans)) = taped {
+                output.note(format!("{}: {scans} scans", path.display()));
+            }
             result?
         }
     };
@@ -107,7 +109,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         result,
     };
     let mut value = comparison.to_json()?;
-    value["tape"] = json!(args.tape);
+    value["tape"] = json!(args.tape.as_ref().filter(|_| taped.is_ok()));
     let nominal = NominalTest::of_file(&file);
     let again =
         HostSolution::examined(&comparison.result, &nominal, Selection::All).without_details();
@@ -120,7 +122,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             "{heading}\n{table}worst: {worst:+.3} % of scale at {symbol}\n{SIGMA_NOTE}\n\n{}",
             again.to_text().trim_end()
         )
-    })
+    })?;
+    // The answer does not need the tape.
+    taped.map(|_| ())
 }
 
 /// Records the scans of a source on a tape, one segment per arming.
@@ -179,17 +183,22 @@ impl Recorder {
         Box::new(Recorded { source, recorder: self.clone() })
     }
 
-    /// Completes the tape; returns its number of scans.
+    /// Ends the tape of a test, complete or not; returns its number of scans, if there is a tape. One that could not be
+    /// written is removed, because the test can be repeated.
     ///
     /// # Errors
     /// When the tape could not be written.
-    pub fn finish(&self) -> Result<u64> {
+    pub fn end(&self, complete: bool) -> Result<Option<u64>> {
         let mut state = self.state();
         state.attempt(State::end_segment);
-        let writer = state.writer.take();
-        match state.failed.take() {
-            Some(error) => Err(error),
-            None => writer.map_or(Ok(0), TapeWriter::finish),
+        match (state.writer.take(), state.failed.take()) {
+            (writer, Some(error)) => {
+                writer.into_iter().for_each(TapeWriter::discard);
+                Err(error)
+            }
+            (None, None) => Ok(None),
+            (Some(writer), None) if complete => writer.finish().map(Some),
+            (Some(writer), None) => writer.keep(),
         }
     }
 

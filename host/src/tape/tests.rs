@@ -86,15 +86,63 @@ fn the_header_is_as_numpy_writes_it() {
     assert_eq!(bytes.len(), 128 + 40);
 }
 
+/// The scans of a segment that holds a record.
+const WHOLE: u16 = (LEAD_IN_SCANS + RECORD_SCANS) as u16;
+
+fn files(folder: &tempfile::TempDir) -> Vec<String> {
+    let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut names: Vec<String> = names.map(|name| name.into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
 #[test]
-fn a_dropped_writer_keeps_what_it_has() {
+fn a_recording_that_fails_keeps_whole_hits_and_leaves_nothing_without_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tape.npy");
-    let mut writer = TapeWriter::create(&path, sidecar(&[(3, "1:+Y")]), Existing::Kept).unwrap();
-    writer.push(&scans(7)).unwrap();
-    drop(writer);
+    let last = u64::from(WHOLE);
+    let written = |segments: &[(u64, &str)]| {
+        let mut writer = TapeWriter::create(&path, sidecar(segments), Existing::Kept).unwrap();
+        assert_eq!(files(&folder), ["tape.partial.npy", "tape.partial.toml"]);
+        writer.push(&scans(WHOLE + 7)).unwrap();
+        writer
+    };
+    assert_eq!(written(&[(8, "1:+Y")]).keep().unwrap(), None);
+    drop(written(&[(8, "1:+Y")]));
+    written(&[(0, "1:+Y")]).discard();
+    assert!(files(&folder).is_empty());
+    assert_eq!(written(&[(7, "1:+Y"), (last, "2:+Z")]).keep().unwrap(), Some(last + 7));
+    assert_eq!(files(&folder), ["tape.npy", "tape.toml"]);
     let tape = Tape::read(&path).unwrap();
-    assert_eq!((tape.scans.count(), tape.sidecar.segments.len()), (7, 1));
+    assert_eq!((tape.cut_short, tape.scans.count()), (false, last + 7));
+    assert_eq!(tape.sidecar.segments.len(), 1);
+    for file in [&path, &sidecar_path(&path)] {
+        fs::remove_file(file).unwrap();
+    }
+    drop(written(&[(7, "1:+Y")]));
+    assert_eq!(Tape::read(&path).unwrap().sidecar.segments.len(), 1);
+}
+
+#[test]
+fn a_tape_to_be_replaced_stays_until_the_new_one_is_complete() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tape.npy");
+    let create = |existing| TapeWriter::create(&path, sidecar(&[]), existing);
+    let mut writer = create(Existing::Kept).unwrap();
+    writer.push(&scans(3)).unwrap();
+    writer.finish().unwrap();
+    let old = || Tape::read(&path).unwrap().scans.count();
+    // A folder of that name cannot become a file.
+    let obstacle = folder.path().join("tape.partial.npy");
+    fs::create_dir(&obstacle).unwrap();
+    assert_eq!(create(Existing::Replaced).unwrap_err().code(), "cannot_write");
+    assert_eq!(old(), 3);
+    fs::remove_dir(obstacle).unwrap();
+    let mut writer = create(Existing::Replaced).unwrap();
+    writer.push(&scans(5)).unwrap();
+    assert_eq!(old(), 3);
+    writer.finish().unwrap();
+    assert_eq!((old(), files(&folder)), (5, vec!["tape.npy".into(), "tape.toml".into()]));
 }
 
 #[test]
@@ -268,21 +316,35 @@ fn a_tape_replaces_an_earlier_tape_when_it_may_and_never_another_file() {
 }
 
 #[test]
-fn a_tape_whose_writer_was_killed_has_its_whole_scans_and_their_segments() {
+fn a_tape_whose_writer_was_killed_has_its_whole_scans_and_the_segments_with_a_whole_record() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tape.npy");
-    let segments = [(0, "1:+Y"), (5, "2:+Z"), (9, "4:+X")];
-    TapeWriter::create(&path, sidecar(&segments), Existing::Kept).unwrap().finish().unwrap();
-    assert_eq!(Tape::read(&path).unwrap_err().code(), "tape_empty");
-    // Nine scans, half of a tenth, and a header that states none.
-    let mut bytes = fs::read(&path).unwrap();
-    bytes.extend(scans(10).as_flattened().iter().flat_map(|c| c.to_le_bytes()).take(190));
-    fs::write(&path, bytes).unwrap();
-    let mut tape = Tape::read(&path).unwrap();
+    let partial = folder.path().join("tape.partial.npy");
+    let whole = u64::from(WHOLE);
+    let mut writer = TapeWriter::create(&path, sidecar(&[]), Existing::Kept).unwrap();
+    assert_eq!(Tape::read(&partial).unwrap_err().code(), "tape_empty");
+    writer.push(&scans(2 * WHOLE)).unwrap();
+    for start in [0, whole, whole + 1] {
+        writer.segment(Segment { start, dof: "1:+Y".parse().unwrap() }).unwrap();
+    }
+    // A killed process runs no destructor.
+    std::mem::forget(writer);
+    // Half of a scan more, as far as the system came.
+    let mut bytes = fs::read(&partial).unwrap();
+    bytes.extend([0; 9]);
+    fs::write(&partial, bytes).unwrap();
+    assert_eq!(files(&folder), ["tape.partial.npy", "tape.partial.toml"]);
+    let mut tape = Tape::read(&partial).unwrap();
     assert!(tape.cut_short);
-    assert_eq!(tape.scans.to_vec().unwrap(), scans(9));
+    assert_eq!(tape.scans.to_vec().unwrap(), scans(2 * WHOLE));
     let starts: Vec<u64> = tape.sidecar.segments.iter().map(|s| s.start).collect();
-    assert_eq!(starts, [0, 5]);
+    assert_eq!(starts, [0, whole]);
+    // The hits are not lost to the next recording; a partial tape without hits is not in its way.
+    let again = |existing| TapeWriter::create(&path, sidecar(&[]), existing);
+    let refused = again(Existing::Kept).unwrap_err();
+    assert!(refused.to_string().contains("tape.partial.npy holds the hits"), "{refused}");
+    std::mem::forget(again(Existing::Replaced).unwrap());
+    again(Existing::Kept).unwrap().finish().unwrap();
 }
 
 #[test]

@@ -18,5 +18,7 @@ mod rig;
 mod shell;
 mod simulate;
 mod suspension;
+#[cfg(unix)]
+mod tape_files;
 mod tcp;
 mod wrong_input;

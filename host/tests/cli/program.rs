@@ -33,7 +33,23 @@ pub fn words(text: &str) -> String {
 /// Runs the program without a port in its environment.
 #[track_caller]
 pub fn run(arguments: &[&str]) -> Run {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_massline"));
+    finish(Command::new(env!("CARGO_BIN_EXE_massline")), arguments)
+}
+
+/// Runs the program with a limit of the shell's `ulimit`: `-f 100` for instance lets no file grow beyond 100 blocks of
+/// 512 bytes, as a full disk would, and `-d 524288` lets it have at most 512 MiB of memory.
+#[cfg(unix)]
+#[track_caller]
+pub fn run_limited(limit: &str, arguments: &[&str]) -> Run {
+    let mut shell = Command::new("sh");
+    // A signal that is ignored leaves the error of the write to the program.
+    let script = format!("trap '' XFSZ; ulimit {limit}; exec \"$0\" \"$@\"");
+    shell.args(["-c", &script, env!("CARGO_BIN_EXE_massline")]);
+    finish(shell, arguments)
+}
+
+#[track_caller]
+fn finish(mut command: Command, arguments: &[&str]) -> Run {
     command.env_remove("MASSLINE_PORT").args(arguments).timeout(LATE);
     let output = command.output().expect("the program starts");
     let text = |bytes| String::from_utf8(bytes).expect("the program prints UTF-8");

@@ -83,37 +83,6 @@ fn a_segment_without_a_hit_counts_as_used_up() {
     assert!(text.contains("a segment of 4:+X holds no hit"), "{text}");
 }
 
-/// The tape is written while the simulated rig measures; SIGKILL leaves the program no time to complete it.
-#[cfg(unix)]
-#[test]
-fn a_recording_that_is_killed_replays_up_to_its_last_whole_scan() {
-    let folder = tempfile::tempdir().unwrap();
-    let layout = layout_with_hits(folder.path(), 50);
-    let path = folder.path().join("cut.npy");
-    let tape = path.display().to_string();
-    let mut recording = std::process::Command::new(env!("CARGO_BIN_EXE_massline"))
-        .args(["simulate", &layout, "--tape", &tape])
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .unwrap();
-    // More than the first hits of the first DOF, far less than all 150.
-    let written = || std::fs::metadata(&path).map_or(0, |of| of.len());
-    while written() < 2_000_000 {
-        assert!(recording.try_wait().unwrap().is_none(), "it ended at {} bytes", written());
-        std::thread::yield_now();
-    }
-    recording.kill().unwrap();
-    recording.wait().unwrap();
-    let cut = Tape::read(&path).unwrap();
-    assert!(cut.cut_short && cut.scans.count() >= 90_000, "{cut:?}");
-    assert!(cut.sidecar.segments.len() > 2);
-    let (run, value) = run_json(&["replay", &tape, "--layout", &layout]);
-    assert!(run.says("the recording was cut short"), "{}", run.stderr);
-    // Other DOFs than the first have no hits.
-    assert_eq!((run.exit, &value["error"]["code"]), (3, &"dof_without_hits".into()));
-}
-
 #[test]
 fn a_dof_without_any_hit_cannot_determine_the_answer() {
     let mut recording = Recording::new();

@@ -17,7 +17,7 @@ use serde_json::json;
 
 use super::connect::PortArgs;
 use super::files;
-use super::measure::fits;
+use super::measure::{fits, judge_layout};
 use crate::client::Client;
 use crate::commands::files::ReplaceArgs;
 use crate::error::{Error, Result};
@@ -29,7 +29,8 @@ use crate::tape::{Sidecar, TapeWriter};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Hit each DOF when prompted. The tape gets a sidecar of the same name with .toml. A gap in the scans
-ends the recording with exit 4; what came before it is kept.
+ends the recording with exit 4; what came before it is kept. Until the tape is complete it is called
+OUT.partial.npy: a recording that is killed leaves it, and it can be replayed.
 With the stream, hits are found in it by the trigger of [test]; with --triggered, or where the link
 is too slow, the rig runs a campaign and each good hit's record is read.
 
@@ -86,19 +87,24 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         None => client.calibration()?.calibration,
     };
     let recording = Recording { layout: &layout, calibration: &calibration, identity: &identity };
-    let mut writer = recording.writer(&args.output, args.replace.existing())?;
     let triggered = args.triggered || !identity.streams;
     if triggered && !args.triggered {
         output.note("the link is too slow for the stream: the record of each hit is read");
     }
+    if triggered {
+        judge_layout(&client.put_layout(&layout)?, &layout, false, output)?;
+    }
+    let mut writer = recording.writer(&args.output, args.replace.existing())?;
     let recorded = if triggered {
         triggered::record(&mut client, &recording, &mut writer, output)
     } else {
         stream::record(&mut client, &recording, &mut writer, output)
     };
-    // The scans before an error are saved too.
+    let segments = match recorded {
+        Ok(segments) => segments,
+        Err(error) => return Err(kept(error, writer, &args.output)),
+    };
     let scans = writer.finish()?;
-    let segments = recorded.map_err(|e| e.within(kept(&args.output, scans)))?;
     let value = json!({ "tape": args.output, "scans": scans, "segments": segments });
     output.answer(&value, |_| format!("{}: {scans} scans, {segments} hits", args.output.display()))
 }
@@ -120,8 +126,19 @@ fn clear(client: &mut Client, restart: bool) -> Result<()> {
     Ok(())
 }
 
-fn kept(path: &Path, scans: u64) -> String {
-    format!("{} has the {scans} scans before this", path.display())
+/// The error of a recording, with what is left of its tape.
+fn kept(error: Error, writer: TapeWriter, path: &Path) -> Error {
+    match writer.keep() {
+        Ok(Some(scans)) => {
+            error.within(format!("{} has the {scans} scans before this", path.display()))
+        }
+        Ok(None) => {
+            error.within(format!("{} is not written, because it would have no hit", path.display()))
+        }
+        // A tape that cannot be written is usually the error itself.
+        Err(at_end) if at_end.code() == error.code() => at_end,
+        Err(at_end) => error.within(at_end),
+    }
 }
 
 impl Recording<'_> {

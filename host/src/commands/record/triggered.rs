@@ -4,19 +4,18 @@ use massline_protocol::event::HitEvent;
 use massline_protocol::message::{CampaignCommand, Status};
 use massline_protocol::object::{ObjectId, ObjectKind};
 use massline_shared::measurement::campaign::Phase;
-use massline_shared::signal::{PRE_TRIGGER_SCANS, Scan};
+use massline_shared::signal::Scan;
 
 use super::Recording;
 use crate::campaign::{CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow};
 use crate::client::{Client, scans_of};
-use crate::commands::measure::judge_layout;
 use crate::commands::progress::{Progress, Prompts};
 use crate::commands::show;
 use crate::error::{Error, Result};
 use crate::output::Output;
-use crate::tape::{Segment, TapeWriter};
+use crate::tape::{LEAD_IN_SCANS, Segment, TapeWriter};
 
-/// Runs a campaign and writes the record of every good hit; returns the number of hits.
+/// Runs a campaign with the layout on the rig, and writes the record of every good hit; returns the number of hits.
 pub(super) fn record(
     client: &mut Client,
     recording: &Recording<'_>,
@@ -24,15 +23,18 @@ pub(super) fn record(
     output: &mut Output,
 ) -> Result<u32> {
     let layout = recording.layout;
-    judge_layout(&client.put_layout(layout)?, layout, false, output)?;
     begin(client, StartOptions { confirm: true, ..StartOptions::default() })?;
     let interrupt = output.interrupt().clone();
     let progress = Progress::new(output, "hits", layout, Prompts::Hits);
     let mut recorder = Recorder { progress, recording, writer, read: 0, hits: 0 };
-    let ending = follow(client, &interrupt, None, &mut recorder)?;
+    let ending = follow(client, &interrupt, None, &mut recorder);
     let hits = recorder.hits;
     drop(recorder);
-    match ending {
+    if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
+        // A recording cannot be resumed.
+        client.command(CampaignCommand::Abort).ok();
+    }
+    match ending? {
         CampaignOutcome::Done(number) => {
             output.note(format!("the rig keeps the result as number {number}"));
             Ok(hits)
@@ -70,7 +72,7 @@ impl Recorder<'_, '_> {
 /// The scans to play before a record: its quiet beginning once more, so that a trigger that fires a scan
 /// earlier still has its pre-trigger scans. The record itself is unchanged.
 fn lead_in(record: &[Scan]) -> Vec<Scan> {
-    record.iter().take(PRE_TRIGGER_SCANS / 2).copied().collect()
+    record.iter().take(LEAD_IN_SCANS).copied().collect()
 }
 
 impl Observer for Recorder<'_, '_> {
@@ -109,12 +111,15 @@ impl Observer for Recorder<'_, '_> {
 
 #[cfg(test)]
 mod tests {
+    use massline_shared::signal::PRE_TRIGGER_SCANS;
+
     use super::*;
 
     #[test]
     fn the_lead_in_is_shorter_than_the_quiet_beginning() {
         let record: Vec<Scan> = (0..2048_u16).map(|i| [i; 10]).collect();
         let lead_in = lead_in(&record);
-        assert_eq!(lead_in[..], record[..PRE_TRIGGER_SCANS / 2]);
+        assert_eq!(lead_in[..], record[..LEAD_IN_SCANS]);
+        assert!(LEAD_IN_SCANS < PRE_TRIGGER_SCANS);
     }
 }
