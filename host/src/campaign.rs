@@ -200,12 +200,17 @@ pub fn follow(
         changed: Instant::now(),
     };
     let ending = follower.run(interrupt, patience);
-    // With the link gone, both would only wait for it again; the first error is the one to report.
-    if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
+    // With a rig that is gone or silent, both would only wait for it again; the first error is the one to report.
+    if ending.as_ref().is_err_and(|e| !is_out_of_reach(e)) {
         let _ = follower.hear_the_rest();
         let _ = client.command(CampaignCommand::Pause);
     }
     ending
+}
+
+/// Whether an error means that the rig cannot be reached.
+pub fn is_out_of_reach(error: &Error) -> bool {
+    ["link_lost", "no_answer", "port_busy"].contains(&error.code())
 }
 
 struct Follower<'a> {
@@ -367,8 +372,9 @@ impl Follower<'_> {
         Error::device(
             "rig_stuck",
             format!(
-                "the rig has made no progress for {patience:?}: phase {}, DOF number {}, {} hits \
+                "the rig has made no progress for {} s: phase {}, DOF number {}, {} hits \
                  accepted and {} rejected; `massline device stats` may show why",
+                patience.as_secs(),
                 phase_name(status.phase),
                 u32::from(status.dof) + 1,
                 status.accepted.iter().map(|&n| u32::from(n)).sum::<u32>(),

@@ -1,7 +1,7 @@
 //! Reads files of unknown size, and writes files that are whole or not there.
 
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, BufRead, ErrorKind, Read, Write};
 use std::path::Path;
 
 use crate::{Error, Result};
@@ -30,10 +30,39 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
-        let message = format!("it is longer than {most} bytes");
+        let message = format!("it is longer than {} MiB, and more is not read", most as f64 / MIB);
         return Err(io::Error::new(ErrorKind::FileTooLarge, message));
     }
     Ok(bytes)
+}
+
+/// Bytes.
+const MIB: f64 = (1 << 20) as f64;
+
+/// The message of a file that cannot be read, with what to do.
+pub(crate) fn unreadable(path: &Path, error: &io::Error) -> String {
+    let advice = match error.kind() {
+        ErrorKind::NotFound => "; check the path",
+        ErrorKind::PermissionDenied => "; check its permissions",
+        ErrorKind::IsADirectory => "; give the name of a file",
+        _ => "",
+    };
+    format!("{}: cannot be read: {error}{advice}", path.display())
+}
+
+/// The next line of a stream, without its end; `None` at the end of the stream.
+///
+/// # Errors
+/// When the stream cannot be read, or the line is longer than `most` bytes.
+pub(crate) fn line(stream: &mut impl BufRead, most: usize) -> io::Result<Option<String>> {
+    let mut bytes = Vec::new();
+    stream.take(most as u64 + 1).read_until(b'\n', &mut bytes)?;
+    if bytes.len() > most {
+        let message = format!("a line is longer than {most} bytes");
+        return Err(io::Error::new(ErrorKind::FileTooLarge, message));
+    }
+    let ended = bytes.is_empty();
+    Ok((!ended).then(|| String::from_utf8_lossy(&bytes).trim_end_matches(['\r', '\n']).to_owned()))
 }
 
 /// Checks that a file may be written, before the work whose result it is to hold.
@@ -46,6 +75,9 @@ pub fn check(path: &Path, existing: Existing) -> Result<()> {
     }
     if let Some(folder) = folder(path).filter(|folder| !folder.is_dir()) {
         return Err(cannot(path, format!("there is no folder {}", folder.display())));
+    }
+    if is_stream(path) {
+        return Ok(());
     }
     if existing == Existing::Kept && (is_regular(path) || path.is_symlink()) {
         return Err(exists(path));
@@ -60,8 +92,10 @@ pub fn check(path: &Path, existing: Existing) -> Result<()> {
 /// Exit 2 when the file exists and is kept, or cannot be written.
 pub fn write(path: &Path, bytes: &[u8], existing: Existing) -> Result<()> {
     check(path, existing)?;
-    if path.exists() && !is_regular(path) {
-        let written = File::options().write(true).open(path).and_then(|mut to| to.write_all(bytes));
+    if path.exists() && (is_stream(path) || !is_regular(path)) {
+        // A shell may have redirected the stream into a file that it appends to.
+        let written =
+            File::options().append(true).open(path).and_then(|mut to| to.write_all(bytes));
         return written.map_err(|e| cannot(path, e));
     }
     // A link stays a link.
@@ -93,6 +127,12 @@ pub fn write(path: &Path, bytes: &[u8], existing: Existing) -> Result<()> {
 /// The folder of a path; `None` for a name in the folder of the process.
 fn folder(path: &Path) -> Option<&Path> {
     path.parent().filter(|folder| !folder.as_os_str().is_empty())
+}
+
+/// True for a stream of this process, whatever it leads to.
+fn is_stream(path: &Path) -> bool {
+    let of_process = ["/dev/stdout", "/dev/stderr"].iter().any(|stream| path == Path::new(stream));
+    of_process || path.starts_with("/dev/fd") || path.starts_with("/proc/self/fd")
 }
 
 fn is_regular(path: &Path) -> bool {
@@ -165,5 +205,23 @@ mod tests {
         fs::write(&path, [0; 11]).unwrap();
         assert_eq!(read(&path, 11).unwrap().len(), 11);
         assert_eq!(read(&path, 10).unwrap_err().kind(), ErrorKind::FileTooLarge);
+        let long = read(Path::new(env!("CARGO_MANIFEST_DIR")), 10).unwrap_err();
+        let said = unreadable(Path::new("x"), &long);
+        assert!(said.contains("give the name of a file") && !said.contains("path"), "{said}");
+        let missing = read(Path::new("no-such-file"), 10).unwrap_err();
+        assert!(unreadable(Path::new("x"), &missing).ends_with("; check the path"));
+    }
+
+    #[test]
+    fn a_line_that_is_too_long_is_not_read_to_its_end() {
+        let mut stream = io::Cursor::new(b"1:+Y\r\n\n12345678\n123456789".to_vec());
+        let mut next = || line(&mut stream, 9);
+        assert_eq!(next().unwrap().as_deref(), Some("1:+Y"));
+        assert_eq!(next().unwrap().as_deref(), Some(""));
+        assert_eq!(next().unwrap().as_deref(), Some("12345678"));
+        assert_eq!(next().unwrap().as_deref(), Some("123456789"));
+        assert_eq!(next().unwrap(), None);
+        let zero = [0; 20];
+        assert_eq!(line(&mut zero.as_slice(), 9).unwrap_err().kind(), ErrorKind::FileTooLarge);
     }
 }

@@ -105,9 +105,12 @@ struct CutHit {
 pub fn grade(recording: Recording, options: &Options) -> Result<Hits> {
     let order = cut::channel_order(&recording, options)?;
     let (recording, mut warnings) = recording.in_si(&order, &options.units)?;
-    let recording = &recording;
-    let rate = cut::rate(recording, options)?;
-    let cut = cut::hits(recording, &order, rate, options)?;
+    let rate = cut::rate(&recording, options)?;
+    let cut = cut::hits(&recording, &order, rate, options)?;
+    let channels = order.iter().filter_map(|&k| recording.channels.get(k).cloned()).collect();
+    warnings.extend(cut::other_rate(&recording, rate));
+    // The hits are copies of its samples.
+    drop(recording);
     let mut hits: Vec<Hit> = Vec::new();
     for hit in &cut {
         let ranges = ranges(hit, options);
@@ -128,8 +131,6 @@ pub fn grade(recording: Recording, options: &Options) -> Result<Hits> {
         });
     }
     compare(&mut hits, &cut, rate, options)?;
-    let channels = order.iter().filter_map(|&k| recording.channels.get(k).cloned()).collect();
-    warnings.extend(cut::other_rate(recording, rate));
     Ok(Hits { hits, channels, warnings })
 }
 

@@ -17,6 +17,7 @@ mod source;
 mod suspicion;
 mod template;
 mod tensor;
+mod test_settings;
 mod values;
 
 use std::path::Path;
@@ -32,7 +33,7 @@ pub use template::{TEMPLATE, schema};
 
 use source::Source;
 
-/// Largest layout file that is read, bytes.
+/// Largest TOML file that is read, bytes: its tables take a hundred times that in memory.
 pub const MAX_BYTES: u64 = 1 << 20;
 
 /// A layout file, checked and resolved.
@@ -182,7 +183,7 @@ impl LayoutFile {
 
 fn bytes_of(path: &Path) -> Result<Vec<u8>, LayoutFileError> {
     crate::file::read(path, MAX_BYTES)
-        .map_err(|source| LayoutFileError::Read { file: path.display().to_string(), source })
+        .map_err(|source| LayoutFileError::Read { file: path.to_owned(), source })
 }
 
 fn utf8<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, LayoutFileError> {

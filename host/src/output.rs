@@ -11,22 +11,24 @@
 //! its answer prints the error as a second document; each document has the version. `massline layout schema`
 //! prints a JSON schema with and without `--json`; that schema has no `schema_version`.
 
+mod notes;
 mod table;
+mod tone;
 mod wrap;
 
-use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
+pub use notes::Notes;
 pub use table::{Table, align_right};
+pub(crate) use tone::harmless;
+pub use tone::{ColorChoice, Tone};
+use tone::{RESET, escaped};
 use wrap::wrapped;
 
 /// The version of the JSON documents. It is incremented whenever a key is renamed or removed or changes its
@@ -50,37 +52,6 @@ pub struct Output {
     details: Option<Value>,
 }
 
-/// The stream of what is said beside the answer. Clones write to the same stream.
-#[derive(Clone)]
-pub struct Notes {
-    err: Arc<Mutex<Box<dyn Write + Send>>>,
-    /// Whether it is a terminal, so that progress bars can be shown.
-    terminal: bool,
-    raw: Arc<AtomicBool>,
-}
-
-impl Notes {
-    fn to(err: impl Write + Send + 'static, terminal: bool) -> Self {
-        let err: Box<dyn Write + Send> = Box::new(err);
-        Self { err: Arc::new(Mutex::new(err)), terminal, raw: Arc::default() }
-    }
-
-    /// Writes a note.
-    pub fn note(&self, text: &str) {
-        self.verbatim(wrapped(text, width(self.terminal)));
-    }
-
-    fn verbatim(&self, text: String) {
-        let mut text = harmless(&text).into_owned();
-        if self.raw.load(Ordering::Relaxed) {
-            text = text.replace('\n', "\r\n") + "\r";
-        }
-        let mut err = self.err.lock().unwrap_or_else(PoisonError::into_inner);
-        // A failure to write to stderr cannot be reported anywhere.
-        let _ = writeln!(err, "{text}");
-    }
-}
-
 /// A JSON answer with the version of its schema.
 #[derive(Serialize)]
 struct Document<'a> {
@@ -89,55 +60,24 @@ struct Document<'a> {
     answer: &'a Value,
 }
 
-/// When text is coloured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum ColorChoice {
-    /// On a terminal, unless NO_COLOR is set.
-    #[default]
-    Auto,
-    /// Always, also into a pipe.
-    Always,
-    /// Never.
-    Never,
-}
-
-/// The tone of a piece of text: how a terminal with colours shows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tone {
-    /// A heading.
-    Strong,
-    /// Success.
-    Good,
-    /// A warning.
-    Warning,
-    /// An error.
-    Bad,
-}
-
-/// Ends a [`Tone`].
-const RESET: &str = "\x1b[0m";
-
-impl Tone {
-    fn escape(self) -> &'static str {
-        match self {
-            Self::Strong => "\x1b[1m",
-            Self::Good => "\x1b[32m",
-            Self::Warning => "\x1b[33m",
-            Self::Bad => "\x1b[31m",
-        }
-    }
-}
-
 impl Output {
     /// The process's own stdout, stderr and keyboard.
-    pub fn of_process(json: bool, interrupt: Interrupt) -> Self {
+    pub fn of_process(json: bool, color: ColorChoice, interrupt: Interrupt) -> Self {
         let no_color = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+        let dumb = std::env::var_os("TERM").is_some_and(|name| name == "dumb");
         let (out_terminal, err_terminal) = (io::stdout().is_terminal(), io::stderr().is_terminal());
         Self {
             out: Box::new(io::stdout()),
-            notes: Notes::to(io::stderr(), err_terminal),
+            notes: match err_terminal {
+                true => Notes::to(io::stderr()).on_terminal(!dumb),
+                false => Notes::to(io::stderr()),
+            },
             json,
-            color: out_terminal && err_terminal && !no_color,
+            color: match color {
+                ColorChoice::Auto => out_terminal && err_terminal && !no_color && !dumb,
+                ColorChoice::Always => true,
+                ColorChoice::Never => false,
+            },
             out_terminal,
             keyboard: io::stdin().is_terminal() && err_terminal,
             interrupt,
@@ -153,7 +93,7 @@ impl Output {
     ) -> Self {
         Self {
             out: Box::new(out),
-            notes: Notes::to(err, false),
+            notes: Notes::to(err),
             json,
             color: false,
             out_terminal: false,
@@ -173,18 +113,9 @@ impl Output {
         self.keyboard
     }
 
-    /// Sets whether text is coloured.
-    pub fn set_color(&mut self, choice: ColorChoice) {
-        match choice {
-            ColorChoice::Auto => {}
-            ColorChoice::Always => self.color = true,
-            ColorChoice::Never => self.color = false,
-        }
-    }
-
     /// Sets whether the terminal is in raw mode, where a line feed does not return to the first column.
     pub fn set_raw(&mut self, raw: bool) {
-        self.notes.raw.store(raw, Ordering::Relaxed);
+        self.notes.set_raw(raw);
     }
 
     /// The record of whether the user has pressed Ctrl-C.
@@ -252,7 +183,8 @@ impl Output {
                 format!("the answer is not a JSON object: {e}; report this"),
             )
         })?;
-        self.verbatim(line)
+        let written = writeln!(self.out, "{}", escaped(&line)).and_then(|()| self.out.flush());
+        check(written)
     }
 
     /// Writes `value` with `--json`, else the text that `text` returns.
@@ -334,39 +266,10 @@ impl Output {
         if self.color { format!("{}{text}{RESET}", tone.escape()) } else { text.into() }
     }
 
-    /// A progress bar on stderr that counts to `length`; invisible when stderr is not a terminal.
+    /// A progress bar on stderr that counts to `length`; invisible when stderr is not a terminal. Notes appear above it.
     pub fn bar(&self, length: u64, label: &str) -> ProgressBar {
-        if !self.notes.terminal {
-            return ProgressBar::hidden();
-        }
-        let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
-        let style = ProgressStyle::with_template("{prefix:20} {bar:30} {pos}/{len} {msg}")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
-        bar.set_style(style);
-        bar.set_prefix(label.to_owned());
-        bar.enable_steady_tick(Duration::from_millis(200));
-        bar
+        self.notes.bar(length, label)
     }
-}
-
-/// The text without the control characters of files, rigs and systems, which a terminal would obey; those of
-/// [`Tone`] stay.
-fn harmless(text: &str) -> Cow<'_, str> {
-    let obeyed = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
-    if !text.contains(obeyed) {
-        return text.into();
-    }
-    let tones = [Tone::Strong, Tone::Good, Tone::Warning, Tone::Bad].map(Tone::escape);
-    let mut clean = String::new();
-    let mut rest = text;
-    while let Some(at) = rest.find(obeyed) {
-        clean += &rest[..at];
-        let tail = &rest[at..];
-        let own = tones.into_iter().chain([RESET]).find(|tone| tail.starts_with(tone));
-        clean += own.unwrap_or("\u{fffd}");
-        rest = &tail[own.map_or_else(|| tail.chars().next().map_or(0, char::len_utf8), str::len)..];
-    }
-    (clean + rest).into()
 }
 
 /// Width of text: that of the terminal at this moment, or [`WIDTH`] without a terminal.
@@ -393,6 +296,8 @@ fn check(written: io::Result<()>) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::{Arc, Mutex};
+
     use super::*;
     use serde_json::json;
 
@@ -442,6 +347,23 @@ mod tests {
         assert_eq!(out.text(), "a\u{fffd}]0;title\u{fffd}b\u{fffd}[2J\tc\u{fffd}d\u{fffd}e\n");
         output.note("\x1b[1mbold\x1b[0m \x1b[5m");
         assert_eq!(err.text(), "\x1b[1mbold\x1b[0m \u{fffd}[5m\n");
+    }
+
+    #[test]
+    fn json_keeps_the_control_characters_of_strings_and_a_terminal_does_not_get_them() {
+        let out = Shared::default();
+        let strange = "a\u{1b}[2J\u{7f}\u{9b}31m\u{fffd}é";
+        Output::to(true, out.clone(), io::sink()).value(&json!({ "a": strange })).unwrap();
+        assert!(!out.text().trim_end().contains(char::is_control), "{}", out.text());
+        let value: Value = serde_json::from_str(&out.text()).unwrap();
+        assert_eq!(value["a"], strange);
+    }
+
+    #[test]
+    fn who_stops_a_command_has_made_no_error() {
+        let err = Shared::default();
+        Output::to(false, io::sink(), err.clone()).error(&Error::interrupted("the rig has ended"));
+        assert_eq!(err.text(), "stopped: the rig has ended\n");
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod number;
 mod si;
 mod uff;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use thiserror::Error;
@@ -25,6 +26,13 @@ pub use si::StatedUnit;
 
 /// Largest file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 27;
+
+/// Most channels, and most segments: more than any recording of hits has.
+const MOST_CHANNELS: usize = 1000;
+const MOST_SEGMENTS: usize = 10_000;
+
+/// Longest line of a text, bytes.
+const MOST_LINE_BYTES: usize = 1 << 20;
 
 /// Most values of all channels and segments together, which fit into the memory of small computers: five minutes of
 /// ten channels at 5 kHz.
@@ -128,6 +136,30 @@ pub enum RecordingError {
         "the recording has more than {MOST_VALUES} values; export fewer channels, a lower rate or a shorter time"
     )]
     TooLong,
+    /// More channels than a recording of hits has.
+    #[error(
+        "{channels} channels; at most {MOST_CHANNELS} are read: check the separator of columns, or export fewer"
+    )]
+    TooManyChannels {
+        /// Their number.
+        channels: u64,
+    },
+    /// More segments than a recording of hits has.
+    #[error(
+        "{segments} segments; at most {MOST_SEGMENTS} are read: check the order of the dimensions, or export fewer"
+    )]
+    TooManySegments {
+        /// Their number.
+        segments: u64,
+    },
+    /// A line that is longer than any line of numbers.
+    #[error(
+        "line {line}: it is longer than {MOST_LINE_BYTES} bytes; check the line ends and quotes of the export"
+    )]
+    LongLine {
+        /// The line, from 1.
+        line: usize,
+    },
     /// The file is truncated.
     #[error("the file is truncated: {wanted} should come; copy or export it again")]
     Truncated {
@@ -157,7 +189,9 @@ impl RecordingError {
             Self::Empty => "recording_empty",
             Self::UnknownFormat => "recording_unknown_format",
             Self::Truncated { .. } => "recording_truncated",
-            Self::TooLong => "recording_too_long",
+            Self::TooLong | Self::TooManyChannels { .. } | Self::TooManySegments { .. } => {
+                "recording_too_long"
+            }
             Self::NotFinite { .. } => "data_not_finite",
             Self::Uff(error) => error.fault.code(),
             _ => "recording_malformed",
@@ -180,7 +214,7 @@ impl Recording {
     pub fn read(path: &Path) -> crate::Result<Self> {
         let file = path.display();
         let bytes = crate::file::read(path, MAX_BYTES).map_err(|error| {
-            let message = format!("{file}: the file cannot be read: {error}; check the path");
+            let message = crate::file::unreadable(path, &error);
             crate::Error::input("recording_not_readable", message)
         })?;
         Self::parse(&bytes).map_err(|error| crate::Error::from(error).within(file))
@@ -197,7 +231,7 @@ impl Recording {
         } else if bytes.starts_with(crate::npy::MAGIC) {
             npy::read(bytes)
         } else if text.trim_ascii_start().starts_with(b"LabVIEW Measurement") {
-            lvm::read(&String::from_utf8_lossy(text))
+            lvm::read(&decoded(text))
         } else if text.starts_with(b"    -1") {
             uff::read(bytes)
         } else {
@@ -207,6 +241,17 @@ impl Recording {
             }
         }?;
         recording.checked()
+    }
+
+    /// Refuses more channels or segments than a recording has.
+    fn plausible(segments: u64, channels: u64) -> Result<(), RecordingError> {
+        if channels > MOST_CHANNELS as u64 {
+            Err(RecordingError::TooManyChannels { channels })
+        } else if segments > MOST_SEGMENTS as u64 {
+            Err(RecordingError::TooManySegments { segments })
+        } else {
+            Ok(())
+        }
     }
 
     /// Refuses more values than are held in memory.
@@ -230,6 +275,14 @@ impl Recording {
             }
         }
         Ok(self)
+    }
+}
+
+/// The text of bytes that are UTF-8 or else, as LabVIEW on Windows writes them, Latin-1.
+fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.into(),
+        Err(_) => bytes.iter().copied().map(char::from).collect::<String>().into(),
     }
 }
 

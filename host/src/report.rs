@@ -28,7 +28,7 @@ pub use cannot_see::{
 };
 pub use comparison::{comparison_json, comparison_text};
 pub use details::{details_json, details_text};
-pub use digits::{as_exact_as, two_digits, with_sigma};
+pub use digits::{as_exact_as, deviation, two_digits, with_sigma};
 pub use estimate::estimate_json;
 pub use global_fit::{global_fit_json, global_fit_text};
 pub use measurement::{estimates_of, measurement_json, measurement_text};

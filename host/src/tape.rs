@@ -69,8 +69,7 @@ impl Tape {
     pub fn read(path: &Path) -> Result<Self> {
         let file = path.display().to_string();
         let opened = crate::file::open(path).map_err(|error| {
-            let message = format!("{file}: the tape cannot be read: {error}; check the path");
-            Error::input("tape_not_readable", message)
+            Error::input("tape_not_readable", crate::file::unreadable(path, &error))
         })?;
         let (scans, cut_short) = npy::scans(opened).map_err(|e| Error::from(e).within(&file))?;
         let mut sidecar = Sidecar::read(&sidecar_path(path))?;

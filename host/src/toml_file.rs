@@ -5,18 +5,17 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 
 use crate::layout_file::Place;
-use crate::{Error, Result};
+use crate::{Error, Result, file};
 
 /// Largest TOML file that is read, bytes.
-const MAX_BYTES: u64 = 1 << 24;
+const MAX_BYTES: u64 = crate::layout_file::MAX_BYTES;
 
 /// The text of a file; `code` is the code of its errors.
 pub(crate) fn read(path: &Path, code: &'static str) -> Result<String> {
-    let file = path.display();
-    let bytes = crate::file::read(path, MAX_BYTES)
-        .map_err(|e| Error::input(code, format!("{file}: cannot be read: {e}; check the path")))?;
+    let bytes =
+        file::read(path, MAX_BYTES).map_err(|e| Error::input(code, file::unreadable(path, &e)))?;
     String::from_utf8(bytes)
-        .map_err(|_| Error::input(code, format!("{file}: this is not UTF-8 text")))
+        .map_err(|_| Error::input(code, format!("{}: this is not UTF-8 text", path.display())))
 }
 
 /// Parses a TOML text; `file` is its name in errors.

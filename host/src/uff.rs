@@ -32,6 +32,8 @@ use units::UnitSystem;
 /// Largest universal file that is read, bytes.
 pub const MAX_BYTES: u64 = 1 << 27;
 /// Most points of all functions of a file, which fit into the memory of small computers.
+/// Most functions of a file: a thousand responses to a hundred forces.
+pub(crate) const MOST_FUNCTIONS: usize = 100_000;
 pub(crate) const MOST_POINTS: usize = 1 << 23;
 
 /// The contents of a universal file.
@@ -122,8 +124,7 @@ impl UffFile {
     pub fn read(path: &Path) -> crate::Result<Self> {
         let file = path.display();
         let bytes = crate::file::read(path, MAX_BYTES).map_err(|error| {
-            let message = format!("{file}: the file cannot be read: {error}; check the path");
-            crate::Error::input("uff_not_readable", message)
+            crate::Error::input("uff_not_readable", crate::file::unreadable(path, &error))
         })?;
         Self::parse(&bytes).map_err(|error| crate::Error::from(error).within(file))
     }
@@ -158,6 +159,9 @@ impl UffFile {
                     points += function.ordinate.len();
                     if points > MOST_POINTS {
                         return Err(function.error(UffFault::TooManyPoints));
+                    }
+                    if file.functions.len() == MOST_FUNCTIONS {
+                        return Err(function.error(UffFault::TooManyFunctions));
                     }
                     file.functions.push(function);
                 }

@@ -43,6 +43,14 @@ impl RenamedKey {
     }
 }
 
+/// The message of the TOML reader in words for the owner of the file.
+pub fn plain(message: &str) -> &str {
+    match message {
+        "duplicate key" => "this key is in the file twice; delete one",
+        other => other,
+    }
+}
+
 fn search_table(table: &DeTable, found: &mut Vec<RenamedKey>) {
     for (key, value) in table {
         let renamed = RENAMED.into_iter().find(|(old, _)| old == key.get_ref());

@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use crate::flash::board::conversion_order;
-use crate::report::channel_name;
+use crate::report::{channel_name, deviation, with_sigma};
 
 /// A value of more standard deviations than this is significant.
 const SIGNIFICANT: f64 = 4.0;
@@ -77,10 +77,9 @@ impl Memory {
     /// It as text.
     pub fn text(&self) -> String {
         format!(
-            "{} keeps {:.2} ± {:.2} % of the voltage of {}, which is converted before it",
+            "{} keeps {} % of the voltage of {}, which is converted before it",
             channel_name(self.channel),
-            100.0 * self.share.value,
-            100.0 * self.share.sigma,
+            with_sigma(100.0 * self.share.value, 100.0 * self.share.sigma),
             channel_name(self.before),
         )
     }
@@ -131,9 +130,8 @@ impl Asymmetry {
             None => format!("along ({x} {y} {z})"),
         };
         format!(
-            "pushes {along} against those from the other side: {:+.2} ± {:.2} %",
-            100.0 * self.difference.value,
-            100.0 * self.difference.sigma
+            "pushes {along} against those from the other side: {} %",
+            deviation(100.0 * self.difference.value, 100.0 * self.difference.sigma)
         )
     }
 
@@ -253,7 +251,7 @@ mod tests {
         assert_eq!(warning(0.01, 0.004), None);
         let text = warning(0.01, 0.0002).unwrap();
         assert!(
-            text.contains("sensor 1 x keeps 1.00 ± 0.02 % of the voltage of the hammer"),
+            text.contains("sensor 1 x keeps 1.000 ± 0.020 % of the voltage of the hammer"),
             "{text}"
         );
     }

@@ -21,6 +21,12 @@ pub enum ClientError {
         /// The system's message.
         reason: String,
     },
+    /// The file is not a port.
+    #[error("{port} is not a serial port; `massline device list` shows the ports")]
+    NoPort {
+        /// Path of the file.
+        port: String,
+    },
     /// There is no such port.
     #[error("{port} does not exist; `massline device list` shows the ports that do")]
     NoSuchPort {
@@ -48,8 +54,9 @@ pub enum ClientError {
     },
     /// The link was lost and did not come back.
     #[error(
-        "{port} was lost ({reason}) and did not come back within {waited:.3?}; connect the rig \
-         again and repeat the command: what the rig has accepted and stored is kept"
+        "{port} was lost ({reason}) and did not come back within {}; connect the rig \
+         again and repeat the command: what the rig has accepted and stored is kept",
+        seconds(*.waited)
     )]
     Lost {
         /// Path of the port.
@@ -61,13 +68,14 @@ pub enum ClientError {
     },
     /// The rig does not answer.
     #[error(
-        "{port} does not answer `{request}` ({attempts} attempts in {waited:.3?}); is it a massline \
-         rig, and does it run?"
+        "{port} does not answer when the rig is asked to {request} ({attempts} attempts in {}); is it a massline \
+         rig, and does it run?",
+        seconds(*.waited)
     )]
     NoAnswer {
         /// Path of the port.
         port: String,
-        /// Name of the request.
+        /// What the rig was asked to do, as in "asked to …".
         request: &'static str,
         /// How often the request was sent.
         attempts: u32,
@@ -92,9 +100,9 @@ pub enum ClientError {
         advice: &'static str,
     },
     /// The rig refused the request.
-    #[error("the rig refused `{request}`: {}", explain(*.reason))]
+    #[error("the rig refused to {request}: {}", explain(*.reason))]
     Refused {
-        /// Name of the request.
+        /// What the rig was asked to do, as in "asked to …".
         request: &'static str,
         /// Raw [`Reason`].
         reason: u16,
@@ -134,11 +142,16 @@ pub enum ClientError {
         reason: SpectraError,
     },
     /// A message does not fit in a frame.
-    #[error("`{request}` does not fit in a frame")]
+    #[error("the request to {request} does not fit in a frame")]
     TooLong {
-        /// Name of the request.
+        /// What the rig was asked to do, as in "asked to …".
         request: &'static str,
     },
+}
+
+/// A duration for people, with the digits that it deserves.
+pub(super) fn seconds(time: Duration) -> String {
+    format!("{:.1} s", time.as_secs_f64())
 }
 
 impl ClientError {
@@ -154,6 +167,7 @@ impl ClientError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::NotOpened { .. } => "port_not_opened",
+            Self::NoPort { .. } => "no_port",
             Self::NoSuchPort { .. } => "port_not_found",
             Self::PortBusy { .. } => "port_busy",
             Self::Unreachable { .. } => "unreachable",
@@ -243,20 +257,22 @@ mod tests {
     #[test]
     fn a_result_that_is_not_there_is_a_wrong_argument() {
         let refused =
-            ClientError::Refused { request: "GetObjectInfo", reason: Reason::NotFound as u16 };
+            ClientError::Refused { request: "find an object", reason: Reason::NotFound as u16 };
         assert_eq!(exit(refused), 2);
     }
 
     #[test]
     fn a_refused_layout_cannot_determine_the_answer() {
-        let refused =
-            ClientError::Refused { request: "Command", reason: Reason::LayoutRefused as u16 };
+        let refused = ClientError::Refused {
+            request: "do what was asked",
+            reason: Reason::LayoutRefused as u16,
+        };
         assert_eq!(exit(refused), 3);
     }
 
     #[test]
     fn an_unknown_reason_is_passed_on() {
-        let refused = ClientError::Refused { request: "Command", reason: 999 };
+        let refused = ClientError::Refused { request: "do what was asked", reason: 999 };
         assert!(refused.to_string().contains("999"));
         assert_eq!(exit(refused), 4);
     }

@@ -7,7 +7,9 @@
 
 mod download;
 mod error;
+mod exchange;
 mod pipe;
+mod purpose;
 mod request;
 mod scans;
 mod serial;
@@ -16,8 +18,9 @@ mod tcp;
 mod transport;
 
 pub use error::ClientError;
+pub use exchange::{Client, Event, Timing};
 pub use pipe::PipeTransport;
-pub use request::{Client, Event, Timing};
+
 pub use scans::scans_of;
 pub use serial::{PortFacts, SerialTransport, choose_port, list_ports};
 pub use spectra::{DofSpectra, SpectraError};

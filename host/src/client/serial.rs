@@ -181,9 +181,13 @@ fn named(path: &str, error: &serialport::Error) -> ClientError {
             port,
             reason: format!("{reason}; on Linux your user must be in the group `dialout`"),
         },
+        _ if reason.contains(NOT_A_TERMINAL) => ClientError::NoPort { port },
         _ => ClientError::NotOpened { port, reason },
     }
 }
+
+/// What the system says of a file that is not a terminal, as every serial port is.
+const NOT_A_TERMINAL: &str = "Not a typewriter";
 
 /// True for a path of the file system, and for a name that the system lists: Windows has no file `COM3`.
 fn exists(path: &str) -> bool {
@@ -241,6 +245,16 @@ mod tests {
     fn a_port_that_does_not_exist_is_named() {
         let error = SerialTransport::open("/dev/no-such-port").err().unwrap();
         assert_eq!(error, ClientError::NoSuchPort { port: "/dev/no-such-port".into() });
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_no_port_is_named() {
+        for path in ["/dev/null", env!("CARGO_MANIFEST_DIR"), file!()] {
+            let error = SerialTransport::open(path).err().unwrap();
+            assert!(!error.to_string().contains("typewriter"), "{error}");
+        }
+        assert_eq!(SerialTransport::open("/dev/null").err().unwrap().code(), "no_port");
     }
 
     #[cfg(unix)]

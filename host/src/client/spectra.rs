@@ -61,7 +61,9 @@ pub enum SpectraError {
 impl fmt::Display for SpectraError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoHeader { bytes } => write!(f, "{bytes} bytes are no header of {HEADER}"),
+            Self::NoHeader { bytes } => {
+                write!(f, "{bytes} bytes are fewer than a header has, {HEADER}")
+            }
             Self::Header { field } => write!(f, "the header's {field} makes no sense"),
             Self::Length { bytes, expected } => {
                 write!(f, "{bytes} bytes where the header announces {expected}")

@@ -12,6 +12,8 @@ use crate::error::Error;
 
 /// Time to find a host and connect to it, with all its addresses.
 const CONNECT: Duration = Duration::from_secs(5);
+/// The same for one attempt to connect again, after which a person is told that the rig is gone.
+const RECONNECT: Duration = Duration::from_secs(1);
 /// How long the other side may take to accept a frame.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 /// A server that is busy accepts a connection and closes it within this time, plus the way there and back.
@@ -37,7 +39,7 @@ impl TcpAddress {
             Error::input(
                 "bad_address",
                 format!(
-                    "{name} is no TCP address: write tcp://HOST:PORT, such as tcp://127.0.0.1:4000"
+                    "{name} is not a TCP address: write tcp://HOST:PORT, such as tcp://127.0.0.1:4000"
                 ),
             )
         }))
@@ -68,8 +70,8 @@ impl TcpAddress {
         found.recv_timeout(deadline.saturating_duration_since(Instant::now())).map_err(late)?
     }
 
-    fn connect(&self) -> io::Result<TcpStream> {
-        let deadline = Instant::now() + CONNECT;
+    fn connect(&self, within: Duration) -> io::Result<TcpStream> {
+        let deadline = Instant::now() + within;
         let mut failure = io::Error::new(ErrorKind::NotFound, "the host has no address");
         for address in self.resolve(deadline)? {
             let left = deadline.saturating_duration_since(Instant::now());
@@ -119,7 +121,7 @@ impl TcpTransport {
     /// [`ClientError::Unreachable`] within a few seconds.
     pub fn open(address: TcpAddress) -> Result<Self, ClientError> {
         let name = address.to_string();
-        match address.connect() {
+        match address.connect(CONNECT) {
             Ok(stream) => Ok(Self { address, name, stream: Some(stream), answered: false }),
             Err(e) => Err(ClientError::Unreachable { port: name, reason: e.to_string() }),
         }
@@ -156,7 +158,7 @@ impl Transport for TcpTransport {
     fn reconnect(&mut self) -> io::Result<()> {
         self.stream = None;
         let started = Instant::now();
-        let stream = self.address.connect()?;
+        let stream = self.address.connect(RECONNECT)?;
         if !self.answered {
             let there_and_back = started.elapsed();
             stream.set_read_timeout(Some(REFUSED_WITHIN + 2 * there_and_back))?;

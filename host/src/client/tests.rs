@@ -343,7 +343,7 @@ fn a_rig_that_is_unplugged_or_silent_is_named_while_it_is_waited_for() {
     let said = said.lock().unwrap().clone();
     assert_eq!(
         said,
-        ["fake is gone (unplugged): connect the rig again; waiting up to 200ms for it"]
+        ["fake is gone (unplugged): connect the rig again; waiting up to 0.2 s for it"]
     );
     let (mut client, said) = told(FakeRig::new(|_| Ok(Vec::new())).client());
     client.status().unwrap_err();
@@ -351,6 +351,22 @@ fn a_rig_that_is_unplugged_or_silent_is_named_while_it_is_waited_for() {
     assert_eq!(said.len(), 2);
     assert!(said[1].starts_with("no answer from fake for "), "{said:?}");
     assert!(said[1].ends_with("asking again (3 of 3)"), "{said:?}");
+}
+
+/// Whoever follows a campaign hears of a silent rig after the attempts of one request.
+#[test]
+fn a_rig_that_falls_silent_during_a_campaign_is_asked_no_further_requests() {
+    let asked = Arc::new(Mutex::new(0));
+    let count = asked.clone();
+    let mut client = FakeRig::new(move |_| {
+        *count.lock().unwrap() += 1;
+        Ok(Vec::new())
+    })
+    .client();
+    let interrupt = crate::interrupt::Interrupt::new();
+    let ended = crate::campaign::follow(&mut client, &interrupt, None, &mut ()).unwrap_err();
+    assert_eq!(ended.code(), "no_answer");
+    assert_eq!(*asked.lock().unwrap(), TIMING.attempts);
 }
 
 #[test]

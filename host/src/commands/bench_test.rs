@@ -16,6 +16,7 @@ use super::simulated::{SimulatedCampaign, narrow};
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::rig::{RigKind, SimulatedRig};
+use crate::toml_file;
 
 /// The bench of a test.
 #[derive(Clone, Debug, clap::Args)]
@@ -51,16 +52,28 @@ impl BenchArgs {
     /// # Errors
     /// When there is no bench of this name, or the file is bad.
     pub fn open(&self) -> Result<Bench> {
-        let mut bench = Bench::open(&self.bench)?;
+        let mut bench = open_bench(&self.bench)?;
         bench.faults.extend(&self.fault);
         Ok(bench)
     }
 }
 
+/// The bundled bench of this name, or else the bench in the file at this path.
+///
+/// # Errors
+/// When there is no bench of this name, or the file is bad.
+pub fn open_bench(name_or_path: &str) -> Result<Bench> {
+    let path = Path::new(name_or_path);
+    let bundled = Bench::BUNDLED.iter().any(|bundled| bundled.name == name_or_path);
+    if bundled || !path.exists() && path.extension().is_none() {
+        return Ok(Bench::named(name_or_path)?);
+    }
+    Ok(Bench::parse(&toml_file::read(path, "cannot_read")?, name_or_path)?)
+}
+
 impl From<BenchError> for Error {
     fn from(error: BenchError) -> Self {
         let code = match &error {
-            BenchError::Unreadable { .. } => "cannot_read",
             BenchError::UnknownName(_) => "unknown_bench",
             BenchError::File(_) => "malformed_bench",
             _ => "bench_does_not_fit",

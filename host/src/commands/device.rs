@@ -6,10 +6,10 @@ use std::fmt::Write;
 
 use massline_protocol::BootReason;
 use massline_protocol::message::{CampaignCommand, Identity, Status};
-use massline_shared::measurement::campaign::Phase;
 use serde_json::{Value, json};
 
 use super::connect::PortArgs;
+use super::rest::has_campaign;
 use crate::campaign::phase_name;
 use crate::client::{Client, PortFacts, list_ports};
 use crate::error::Result;
@@ -90,7 +90,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 /// Aborts the campaign on the rig, if there is one.
 fn abort(client: &mut Client, output: &mut Output) -> Result<()> {
     let status = client.status()?;
-    let there = !matches!(Phase::try_from(status.phase).ok(), Some(Phase::Idle | Phase::Done));
+    let there = has_campaign(&status)?;
     let hits: u32 = status.accepted.iter().map(|&hits| u32::from(hits)).sum();
     if there {
         client.command(CampaignCommand::Abort)?;

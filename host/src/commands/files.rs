@@ -33,10 +33,24 @@ impl ReplaceArgs {
 /// When the file is bad.
 pub fn layout(path: &Path, output: &mut Output) -> Result<LayoutFile> {
     let file = LayoutFile::read(path)?;
+    warn_of_units(&file, path, output);
+    Ok(file)
+}
+
+/// The same for a layout that may omit `sensors` and `hits`.
+///
+/// # Errors
+/// When the file is bad.
+pub fn candidates(path: &Path, output: &mut Output) -> Result<LayoutFile> {
+    let file = LayoutFile::read_candidates(path)?;
+    warn_of_units(&file, path, output);
+    Ok(file)
+}
+
+fn warn_of_units(file: &LayoutFile, path: &Path, output: &mut Output) {
     if let Some(suspicion) = file.suspicion() {
         output.warn(format!("{}: {suspicion}", path.display()));
     }
-    Ok(file)
 }
 
 /// The layout of a file in the precision and capacity of the rig.

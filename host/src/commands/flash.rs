@@ -88,14 +88,14 @@ Examples:
     )
 }
 
-/// `  pico2            drive: hold BOOTSEL while you plug it in; or probe`
+/// `  pico2          drive: hold BOOTSEL while you plug it in; or probe`
 fn way_line(board: &Board) -> String {
     let Board { name, boot_loader, .. } = board;
     match boot_loader {
         Some(loader) => {
-            format!("  {name:<16} {}: {}; or probe\n", board.ways()[0].name(), loader.steps())
+            format!("  {name:<14} {}: {}; or probe\n", board.ways()[0].name(), loader.steps())
         }
-        None => format!("  {name:<16} probe\n"),
+        None => format!("  {name:<14} probe\n"),
     }
 }
 

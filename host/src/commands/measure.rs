@@ -221,8 +221,9 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
         return Err(Error::device(
             "another_campaign",
             format!(
-                "the rig is {} in a campaign with another layout ({}); go on with it by `massline \
-                 measure` with that layout, or discard its hits with `massline device abort` or --restart",
+                "the rig is {} in a campaign with another layout ({}); go on with it by the command that began it \
+                 (`massline measure` or `massline calibrate block`) with that layout, or discard its hits with `massline \
+                 device abort` or --restart",
                 phase_name(status.phase),
                 report::hash_text(status.layout_hash).unwrap_or_default(),
             ),

@@ -3,6 +3,7 @@
 mod archive;
 pub mod bench_test;
 pub mod calibrate;
+mod color;
 pub mod compare;
 pub mod connect;
 pub mod demo;
@@ -24,6 +25,7 @@ pub mod progress;
 pub mod record;
 pub mod replay;
 pub mod responses;
+mod rest;
 mod results;
 pub mod shell;
 pub mod show;
@@ -50,14 +52,15 @@ use crate::output::{ColorChoice, Output};
     arg_required_else_help = true,
     after_help = "\
 Examples:
-  massline demo                               watch a simulated rig measure an object
-  massline layout new > frame.toml            start a layout
-  massline layout check frame.toml            can it determine all ten properties?
-  massline measure frame.toml                 measure with the rig that is connected
+  massline demo                      watch a simulated rig measure an object
+  massline layout new > frame.toml   start a layout
+  massline layout check frame.toml   can it determine all ten properties?
+  massline measure frame.toml        measure with the rig that is connected
 
 Exit codes:
-  0 done   1 internal fault   2 bad input or usage   3 the data cannot determine the answer
-  4 device or link failure   130 Ctrl-C"
+  0 done                       3 the data cannot determine the answer
+  1 internal fault             4 device or link failure
+  2 bad input or usage         130 Ctrl-C"
 )]
 pub struct Cli {
     /// Print one JSON object on stdout instead of text; errors too.
@@ -116,8 +119,11 @@ pub enum Command {
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let json = arguments.iter().any(|a| a == "--json");
-    let mut output = Output::of_process(json, Interrupt::of_process());
-    let parsed = command().try_get_matches_from(&arguments).and_then(|m| Cli::from_arg_matches(&m));
+    let color = color::chosen(&arguments);
+    let mut output = Output::of_process(json, color, Interrupt::of_process());
+    let parsed = color::in_color(command(), color)
+        .try_get_matches_from(&arguments)
+        .and_then(|m| Cli::from_arg_matches(&m));
     match parsed {
         Ok(cli) => match run(cli, &mut output) {
             Ok(()) => ExitCode::SUCCESS,
@@ -134,7 +140,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 let error = Error::input("usage", message);
                 output.error(&error);
             } else {
-                let _ = usage.print();
+                color::print(&usage, &arguments, &mut output);
             }
             ExitCode::from(if usage.use_stderr() { 2 } else { 0 })
         }
@@ -151,7 +157,6 @@ fn command() -> clap::Command {
 /// # Errors
 /// Whatever error the command fails with; it has not been printed yet.
 pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
-    output.set_color(cli.color);
     match cli.command {
         Command::Demo(args) => demo::run(&args, output),
         Command::Layout(args) => layout::run(&args, output),

@@ -54,8 +54,7 @@ impl<'o> Progress<'o> {
 
     /// Prints a line for the operator.
     pub fn line(&mut self, text: &str) {
-        let output = &mut *self.output;
-        self.bar.suspend(|| output.note(text));
+        self.output.note(text);
     }
 
     /// Shows a new status.

@@ -15,7 +15,7 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  massline completions bash > ~/.local/share/bash-completion/completions/massline
+  massline completions bash >> ~/.bash_completion
   massline completions zsh > ~/.zfunc/_massline
   massline completions fish > ~/.config/fish/completions/massline.fish
   massline completions powershell >> $PROFILE")]

@@ -68,13 +68,13 @@ pub struct Args {
 /// When a file is bad, the rig does not start or gets stuck, or there is no answer.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let file = files::layout(&args.layout, output)?;
+    let layout = files::for_rig(&file, &args.layout)?;
     if let Some(runs) = args.monte_carlo.runs {
         return monte_carlo::run(&args.layout, &file, &args.bench, &args.monte_carlo, runs, output);
     }
     let given = files::calibration(args.calibration.as_deref(), &file)?;
     let bench = args.bench.open()?;
     let calibration = given.unwrap_or_else(|| nominal_calibration(&bench).into());
-    let layout = files::for_rig(&file, &args.layout)?;
     let firmware = args.rig.image()?;
     let name: String =
         args.layout.file_stem().map_or("layout".into(), |s| s.to_string_lossy().into());

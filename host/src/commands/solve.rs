@@ -40,7 +40,7 @@ Examples:
   massline solve wheel.toml wheel.uff
   massline solve wheel.toml wheel.uff --method dppim --lines-per-side 2
   massline solve wheel.toml wheel.uff --hits 101:+X,102:+Z,104:+Y --shapes best
-  massline solve frame.toml frame.uff --method irm --reference-point origin --json
+  massline solve frame.toml frame.uff --method irm --reference-point origin
   massline solve frame.toml frame.unv --quantity receptance
   massline solve frame.toml frame.uff --decay 10")]
 pub struct Args {

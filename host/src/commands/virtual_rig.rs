@@ -1,6 +1,6 @@
 //! `massline virtual`: a virtual rig on a pty, or at a TCP address.
 
-use std::io::{self, BufRead, IsTerminal};
+use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -15,7 +15,9 @@ use serde_json::json;
 
 use super::bench_test::BenchArgs;
 use super::demo::LAYOUTS;
+use super::files;
 use crate::error::{Error, Result};
+use crate::file;
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
 
@@ -34,11 +36,11 @@ without ptys (Windows). One program at a time can use it. The layout says where 
 which mark each prompt of the rig means; measure with the same one.
 
 Examples:
-  massline virtual                            taps by itself when the rig is armed
-  massline virtual --manual                   taps when you press Enter, also for `record`
+  massline virtual                        taps by itself when the rig is armed
+  massline virtual --manual               taps when you press Enter
   massline virtual --layout frame.toml --flash rig.bin
   massline measure frame.toml --port /dev/pts/5
-  massline virtual --tcp 127.0.0.1:4000       at an address instead of a pty; port 0: any free one
+  massline virtual --tcp 127.0.0.1:4000   at an address; port 0: any free one
   massline measure frame.toml --port tcp://127.0.0.1:4000")]
 pub struct Args {
     #[command(flatten)]
@@ -66,7 +68,7 @@ pub struct Args {
 /// When a file is bad, the system has no pty left or the address is not free; exit 130 at Ctrl-C.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let bench = args.bench.open()?;
-    let layout = layout(args)?;
+    let layout = layout(args, output)?;
     let mut source = BenchSource::new(&bench, &layout, args.bench.seed)?;
     let taps = args.manual.then(|| source.manual());
     let mut options = VirtualRigOptions::new(Box::new(source));
@@ -123,12 +125,28 @@ fn serve_tcp(link: HostEnd, address: &str) -> Result<Served> {
     Ok(Served { port: format!("tcp://{}", server.address()), _server: Box::new(server) })
 }
 
-fn layout(args: &Args) -> Result<HostLayout> {
+fn layout(args: &Args, output: &mut Output) -> Result<HostLayout> {
     let file = match &args.layout {
-        Some(path) => LayoutFile::read(path)?,
+        Some(path) => {
+            let file = files::layout(path, output)?;
+            files::for_rig(&file, path)?;
+            file
+        }
         None => LayoutFile::parse(LAYOUTS[0].1, LAYOUTS[0].0)?,
     };
     Ok(file.layout)
+}
+
+/// Longest line that a person types, bytes.
+const MOST_LINE_BYTES: usize = 4096;
+
+/// The next line on stdin; `None` when there are no more.
+fn typed() -> Option<String> {
+    let line = file::line(&mut io::stdin().lock(), MOST_LINE_BYTES);
+    line.unwrap_or_else(|error| {
+        eprintln!("standard input: {error}; nothing taps any more");
+        None
+    })
 }
 
 /// Taps for each line on stdin: at the DOF that the rig waits for, or at the DOF that the line names.
@@ -139,8 +157,7 @@ fn listen(taps: TapHandle, dofs: Vec<Dof>, rig: &VirtualRig) {
     let prompt = io::stdin().is_terminal();
     // The thread ends with the process, because reading stdin cannot be interrupted.
     std::thread::spawn(move || {
-        for line in io::stdin().lock().lines() {
-            let Ok(line) = line else { return };
+        while let Some(line) = typed() {
             let named = line.parse::<Dof>().ok();
             if let Some(dof) = named.and_then(|dof| dofs.iter().position(|&d| d == dof)) {
                 asides -= 1;

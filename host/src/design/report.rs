@@ -1,9 +1,10 @@
 //! Predictions of layouts as JSON and as text.
 
+use massline_protocol::LayoutHash;
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
-use massline_shared::design::Part;
+use massline_shared::design::{Criterion, Part};
 use massline_shared::identify::{Applicability, Method};
-use massline_shared::layout::{HostLayout, RIG_SENSORS};
+use massline_shared::layout::{HostLayout, RIG_SENSORS, RigLayout};
 use serde_json::{Map, Value, json};
 
 use super::{Advice, DesignReport, Predicted, Suggestion};
@@ -16,39 +17,60 @@ const MIN_SHARE: f64 = 0.005;
 
 /// The prediction for a layout as JSON, without its diagnostics.
 pub fn design_report_json(design_report: &DesignReport, file: &LayoutFile) -> Value {
-    let DesignReport { applicability, predicted, .. } = design_report;
-    let mut value = predicted_json(predicted.as_ref());
+    let mut value = of_both(&Judged {
+        layout: &file.layout,
+        predicted: design_report.predicted.as_ref(),
+        applicability: &design_report.applicability,
+        criterion: &design_report.criterion,
+        whose: &design_report.whose,
+    });
+    value["error_sources"] = design_report.parts.iter().map(part_json).collect();
+    value["advice"] = design_report.advice.as_ref().map_or(Value::Null, |a| advice_json(a, file));
+    value
+}
+
+/// A layout and what is predicted for it.
+struct Judged<'a> {
+    layout: &'a HostLayout,
+    predicted: Option<&'a Predicted>,
+    applicability: &'a Applicability<f64>,
+    criterion: &'a Criterion<f64>,
+    whose: &'a str,
+}
+
+/// The keys that `layout check` and `layout suggest` have in common; they are equal for the same layout.
+fn of_both(judged: &Judged<'_>) -> Value {
+    let Judged { layout, predicted, applicability, criterion, whose } = judged;
+    let mut value = predicted_json(*predicted);
     value["identifiable"] = json!(predicted.is_some());
     value["rank"] = json!(applicability.rank);
     value["condition"] = json!(applicability.condition);
     value["methods"] = methods_json(applicability);
-    value["error_sources"] = design_report.parts.iter().map(part_json).collect();
-    value["advice"] = design_report.advice.as_ref().map_or(Value::Null, |a| advice_json(a, file));
-    value["noise_m_per_s2_per_n"] = json!(design_report.criterion.noise);
-    value["scale"] = ten(|k| json!(design_report.criterion.scale[k]));
-    value["body"] = json!({
-        "source": design_report.whose,
-        "properties": design_report.criterion.body.theta().as_slice(),
-    });
+    value["noise_m_per_s2_per_n"] = json!(criterion.noise);
+    value["characteristic_length_m"] = json!(layout.characteristic_length());
+    value["scale"] = ten(|k| json!(criterion.scale[k]));
+    value["body"] = json!({ "source": whose, "properties": criterion.body.theta().as_slice() });
+    value["sensors"] = layout.sensors.iter().map(|s| json!(s.node)).collect();
+    value["hits"] = layout.hits.iter().map(|h| json!(h.dof.to_string())).collect();
+    value["hits_per_dof"] = json!(layout.test.hits_per_dof);
+    value["layout_hash"] = json!(layout.cast().map(|rig: RigLayout| rig.hash()));
     value
 }
 
 /// A suggestion as JSON, without its diagnostics.
 pub fn suggestion_json(suggestion: &Suggestion) -> Value {
-    let mut value = predicted_json(Some(&suggestion.predicted));
-    let layout = &suggestion.layout;
-    value["sensors"] = layout.sensors.iter().map(|s| json!(s.node)).collect();
-    value["hits"] = layout.hits.iter().map(|h| json!(h.dof.to_string())).collect();
-    value["hits_per_dof"] = json!(layout.test.hits_per_dof);
+    let mut value = of_both(&Judged {
+        layout: &suggestion.layout,
+        predicted: Some(&suggestion.predicted),
+        applicability: &suggestion.applicability,
+        criterion: &suggestion.criterion,
+        whose: &suggestion.whose,
+    });
     value["candidates"] = json!({
         "sensors": suggestion.candidates.sensors.len(),
         "hits": suggestion.candidates.hits.len(),
     });
-    value["methods"] = methods_json(&suggestion.applicability);
-    value["condition"] = json!(suggestion.applicability.condition);
-    value["characteristic_length_m"] = json!(suggestion.length);
     value["before"] = predicted_json(suggestion.before.as_ref());
-    value["body"] = json!({ "source": suggestion.whose });
     value
 }
 
@@ -130,7 +152,8 @@ pub fn design_report_text(design_report: &DesignReport, file: &LayoutFile) -> St
         most(&design_report.parts, |part| part.share, usize::MAX),
     );
     text += &format!(
-        "rank {} of 10, condition {:.3}; {}\n",
+        "L = {:.1} mm; rank {} of 10, condition {:.3}; {}\n",
+        file.layout.characteristic_length() * 1e3,
         applicability.rank,
         applicability.condition,
         methods_text(applicability),
@@ -215,7 +238,7 @@ pub fn suggestion_text(suggestion: &Suggestion) -> String {
         None => "not determined".to_owned(),
     };
     format!(
-        "{rows}\nall ten: {:.3} % of scale (root mean square; L = {:.1} mm, of the nodes), now {now}\n{}\n",
+        "{rows}\nall ten: {:.3} % of scale (root mean square; L = {:.1} mm, of the suggested sensors), now {now}\n{}\n",
         predicted.total_percent_of_scale,
         suggestion.length * 1e3,
         methods_text(&suggestion.applicability),

@@ -53,8 +53,10 @@ pub struct Suggestion {
     pub applicability: Applicability<f64>,
     /// The candidates of the search.
     pub candidates: Candidates,
-    /// L of the scale: root mean square distance of the nodes from their centroid, m.
+    /// L of the scale of both predictions: [`HostLayout::characteristic_length`] of the suggestion, m.
     pub length: f64,
+    /// The criterion of the predictions: body, noise and scale.
+    pub criterion: Criterion<f64>,
     /// A sentence that names the body of the criterion.
     pub whose: String,
 }
@@ -78,8 +80,9 @@ pub fn suggest(
         hits: narrow(&mut candidates.hits, options.hits, &file.layout.hits),
     };
     enough(wanted, &candidates)?;
-    let (_, length) = extent(file.nodes.iter().map(|node| node.position));
-    let (criterion, whose) = criterion_for(file, length, options.noise);
+    // The sensors, whose extent is the scale of a layout, are not chosen yet: their candidates stand for them.
+    let (_, spread) = extent(candidates.sensors.iter().map(|sensor| sensor.position));
+    let (criterion, whose) = criterion_for(file, spread, options.noise);
     let mut empty = file.layout.clone();
     empty.sensors.clear();
     empty.hits.clear();
@@ -97,6 +100,8 @@ pub fn suggest(
         job.search::<HOST_SENSORS, HOST_HITS>(&search, interrupt, progress)?
     };
     let layout = layout.ok_or_else(nothing)?;
+    let length = layout.characteristic_length();
+    let (criterion, _) = criterion_for(file, length, options.noise);
     let methods: Methods = Method::of_mass_lines().collect();
     let applicability = Applicability::new(&layout, &criterion.body, &methods);
     if !methods.iter().any(|&method| applicability.admits(method)) {
@@ -109,6 +114,7 @@ pub fn suggest(
         applicability,
         candidates,
         length,
+        criterion,
         whose,
     })
 }

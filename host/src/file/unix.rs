@@ -14,8 +14,11 @@ const WRITER_WITHIN_MS: u16 = 10_000;
 
 /// Opens a file for reading; a named pipe that no program writes to is an error instead of a wait without end.
 pub(crate) fn open(path: &Path) -> io::Result<File> {
-    // The pipes of a shell, /dev/fd/63 for instance, have a writer.
-    if !fs::symlink_metadata(path)?.file_type().is_fifo() {
+    // The pipes of a shell, /dev/fd/63 for instance, have a writer and no path of their own.
+    let named = fs::canonicalize(path).is_ok_and(|real| {
+        fs::symlink_metadata(real).is_ok_and(|about| about.file_type().is_fifo())
+    });
+    if !named {
         return File::open(path);
     }
     let pipe = File::options().read(true).custom_flags(OFlag::O_NONBLOCK.bits()).open(path)?;

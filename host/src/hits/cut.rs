@@ -19,7 +19,11 @@ pub(super) fn channel_order(recording: &Recording, options: &Options) -> Result<
     let used: Vec<usize> =
         (0..recording.channels.len()).filter(|k| !left_out.contains(k)).collect();
     let force = match &options.force {
-        Some(wanted) => recording.named(wanted)?,
+        Some(wanted) => {
+            let force = recording.named(wanted)?;
+            no_other_force(recording, &used, force, options)?;
+            force
+        }
         None => found(recording, &used)?,
     };
     if !used.contains(&force) {
@@ -43,14 +47,46 @@ pub(super) fn channel_order(recording: &Recording, options: &Options) -> Result<
     Ok([force].into_iter().chain(used.into_iter().filter(|&k| k != force)).collect())
 }
 
+/// Refuses a second channel that is a force: by its unit or, where none is stated, by its name.
+fn no_other_force(
+    recording: &Recording,
+    used: &[usize],
+    force: usize,
+    options: &Options,
+) -> Result<()> {
+    let stated = options.units.iter().filter_map(|of| recording.named(&of.column).ok());
+    let stated: Vec<usize> = stated.collect();
+    let is_other = |&k: &usize| {
+        let of_force = |channel: &Channel| match channel.unit.as_str() {
+            "" => channel.factor.is_none() && is_named_force(channel),
+            unit => force_unit(unit).is_some(),
+        };
+        k != force && !stated.contains(&k) && recording.channels.get(k).is_some_and(of_force)
+    };
+    let Some(other) = used.iter().copied().find(is_other) else { return Ok(()) };
+    let column = match recording.channels.get(other).map(|channel| channel.name.as_str()) {
+        Some(name) if !name.is_empty() => name.to_owned(),
+        _ => (other + 1).to_string(),
+    };
+    let message = format!(
+        "channel {} is a force as well by its name or unit, and the responses are accelerations: leave it out with \
+         --leave-out \"{column}\", or state its unit with --unit \"{column}=g\"",
+        other + 1
+    );
+    Err(Error::input("several_forces", message))
+}
+
+/// True for a channel with the name of a force.
+fn is_named_force(channel: &Channel) -> bool {
+    let name = channel.name.to_lowercase();
+    ["force", "hammer", "kraft"].iter().any(|word| name.contains(word))
+}
+
 /// The channel among those used whose name or unit is that of a force; the first one when no channel has a name.
 fn found(recording: &Recording, used: &[usize]) -> Result<usize> {
     let channels = &recording.channels;
-    let is_force = |channel: &Channel| {
-        let name = channel.name.to_lowercase();
-        ["force", "hammer", "kraft"].iter().any(|word| name.contains(word))
-            || force_unit(&channel.unit).is_some()
-    };
+    let is_force =
+        |channel: &Channel| is_named_force(channel) || force_unit(&channel.unit).is_some();
     let forces = used.iter().copied().filter(|&k| channels.get(k).is_some_and(is_force));
     match forces.collect::<Vec<_>>()[..] {
         [force] => return Ok(force),

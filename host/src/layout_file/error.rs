@@ -2,10 +2,13 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::path::PathBuf;
 
 use massline_shared::diagnosis::Code;
-use massline_virtual::renamed_keys::RenamedKey;
+use massline_virtual::renamed_keys::{RenamedKey, plain};
 use thiserror::Error;
+
+use crate::file;
 
 /// A place in a text file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,7 +43,7 @@ impl Place {
     pub(crate) fn of_toml_error(file: &str, text: &str, error: &toml::de::Error) -> (Self, String) {
         match RenamedKey::first_in(text) {
             Some(key) => (Self::of(file, text, Some(key.span.clone()), ""), key.message()),
-            None => (Self::of(file, text, error.span(), ""), error.message().to_owned()),
+            None => (Self::of(file, text, error.span(), ""), plain(error.message()).to_owned()),
         }
     }
 }
@@ -61,10 +64,10 @@ fn key_of_line(text: &str, line: usize) -> String {
 #[derive(Debug, Error)]
 pub enum LayoutFileError {
     /// The file cannot be read.
-    #[error("{file}: the layout cannot be read: {source}; check the path")]
+    #[error("{}", file::unreadable(file, source))]
     Read {
         /// The file as the user named it.
-        file: String,
+        file: PathBuf,
         /// What the operating system says.
         source: std::io::Error,
     },

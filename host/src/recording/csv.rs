@@ -1,12 +1,19 @@
 //! Text with a column for each channel: separated by semicolon, tab or comma, with or without a line
 //! of names.
 
+use std::cell::Cell;
+use std::io::{self, Read};
+use std::rc::Rc;
+
 use super::number::Decimal;
-use super::{Channel, Recording, RecordingError, Segment};
+use super::{Channel, MOST_LINE_BYTES, Recording, RecordingError, Segment};
 use crate::units::{Quantity, force_unit, motion_unit};
 
 /// Largest relative deviation of a time step from the mean step at which the time column counts as even.
 const EVEN: f64 = 1e-2;
+
+/// Most lines of text before the data.
+const MOST_HEADER_LINES: usize = 1000;
 
 /// A line of fields, with its number, from 1.
 struct Row {
@@ -24,6 +31,9 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
         let Row { line, fields } = row?;
         let before = data.samples() == 0;
         if before && fields.iter().any(|f| is_text(f)) {
+            if header.len() == MOST_HEADER_LINES {
+                return Err(RecordingError::UnknownFormat);
+            }
             header.push(Row { line, fields });
             continue;
         }
@@ -31,6 +41,7 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
             continue;
         }
         if before {
+            Recording::plausible(1, fields.len() as u64)?;
             data = Segment::of_channels(fields.len());
         }
         let wanted = data.0.len();
@@ -52,20 +63,23 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
 
 /// The rows of the text, with quotes taken off; blank lines are left out.
 fn rows_of(text: &str, separator: char) -> impl Iterator<Item = Result<Row, RecordingError>> {
+    let left = Rc::new(Cell::new(0));
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(u8::try_from(separator).unwrap_or(b','))
         .has_headers(false)
         .flexible(true)
         .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
+        .from_reader(Limited { bytes: text.as_bytes(), left: left.clone() });
     let mut record = csv::StringRecord::new();
     std::iter::from_fn(move || {
         loop {
+            left.set(MOST_LINE_BYTES);
+            let line = reader.position().line() as usize;
             match reader.read_record(&mut record) {
                 Ok(false) => return None,
                 Ok(true) => {}
-                // Reading from memory fails only where the text is no UTF-8, which has been checked.
-                Err(_) => return Some(Err(RecordingError::UnknownFormat)),
+                // That the text is UTF-8 has been checked.
+                Err(_) => return Some(Err(RecordingError::LongLine { line })),
             }
             let line = record.position().map_or(1, |at| at.line()) as usize;
             let mut fields: Vec<String> = record.iter().map(str::to_owned).collect();
@@ -77,6 +91,24 @@ fn rows_of(text: &str, separator: char) -> impl Iterator<Item = Result<Row, Reco
             }
         }
     })
+}
+
+/// Bytes of which a part is read at a time: a line that does not end, or a quote, would fill the memory.
+struct Limited<'t> {
+    bytes: &'t [u8],
+    left: Rc<Cell<usize>>,
+}
+
+impl Read for Limited<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.left.get() == 0 && !self.bytes.is_empty() {
+            return Err(io::ErrorKind::FileTooLarge.into());
+        }
+        let most = buffer.len().min(self.left.get().max(1));
+        let read = self.bytes.read(&mut buffer[..most])?;
+        self.left.set(self.left.get().saturating_sub(read));
+        Ok(read)
+    }
 }
 
 /// The channels from the lines of text before the data: names, then perhaps units; other lines are comments.

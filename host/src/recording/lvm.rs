@@ -1,7 +1,10 @@
 //! LabVIEW measurement files (.lvm): text with a header for the file and one for each segment.
 
 use super::number::Decimal;
-use super::{Channel, Recording, RecordingError, Segment};
+use super::{Channel, MOST_LINE_BYTES, Recording, RecordingError, Segment};
+
+/// Relative difference up to which two rates are the same, written with different digits.
+pub(super) const EQUAL_RATES: f64 = 1e-6;
 
 const END_OF_HEADER: &str = "***End_of_Header***";
 
@@ -32,15 +35,26 @@ struct SegmentHeader {
     delta: Option<f64>,
 }
 
+impl SegmentHeader {
+    /// The sampling rate, Hz.
+    fn rate(&self) -> Option<f64> {
+        self.delta.filter(|step| *step > 0.0).map(f64::recip)
+    }
+}
+
 /// Lines with their numbers, from 1.
 type Lines<'t> =
     std::iter::Peekable<std::iter::Zip<std::ops::RangeFrom<usize>, std::str::Lines<'t>>>;
 
 /// Reads the text of a file.
 pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
+    if let Some(at) = text.lines().position(|line| line.len() > MOST_LINE_BYTES) {
+        return Err(RecordingError::LongLine { line: at + 1 });
+    }
     let mut lines: Lines<'_> = (1..).zip(text.lines()).peekable();
     let format = file_header(&mut lines)?;
     let mut recording = Recording { rate_hz: None, channels: Vec::new(), segments: Vec::new() };
+    let mut values = 0;
     loop {
         while lines.peek().is_some_and(|(_, line)| line.trim().is_empty()) {
             lines.next();
@@ -58,12 +72,21 @@ pub(super) fn read(text: &str) -> Result<Recording, RecordingError> {
             );
             return Err(RecordingError::Header { line, fault });
         }
+        Recording::plausible(recording.segments.len() as u64 + 1, header.channels as u64)?;
         if recording.segments.is_empty() {
             recording.channels = names;
-            recording.rate_hz = header.delta.filter(|d| *d > 0.0).map(f64::recip);
+            recording.rate_hz = header.rate();
+        } else if let (Some(first), Some(rate)) = (recording.rate_hz, header.rate())
+            && (rate / first - 1.0).abs() > EQUAL_RATES
+        {
+            let fault = format!(
+                "this segment was sampled at {rate} Hz and the first one at {first} Hz; export segments of one rate"
+            );
+            return Err(RecordingError::Header { line, fault });
         }
-        let before = recording.segments.iter().map(Segment::values).sum();
-        recording.segments.push(data(&mut lines, &format, &header, before)?);
+        let segment = data(&mut lines, &format, &header, values)?;
+        values += segment.values();
+        recording.segments.push(segment);
     }
     if recording.segments.is_empty() {
         let wanted = "the first segment".to_owned();
@@ -156,7 +179,7 @@ fn delta<'t>(
     let mut first = None;
     for (column, field) in (1..).zip(fields).filter(|(_, field)| !field.is_empty()) {
         let step = format.decimal.value(field, line, column)?;
-        let same = |first: f64| (step - first).abs() <= 1e-6 * first.abs();
+        let same = |first: f64| (step - first).abs() <= EQUAL_RATES * first.abs();
         if !same(*first.get_or_insert(step)) {
             let fault = format!(
                 "Delta_X: channel {column} has a step of {step} s and channel 1 one of {} s; export channels of \

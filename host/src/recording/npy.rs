@@ -44,6 +44,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
     if header.len() == 0 {
         return Err(RecordingError::Empty);
     }
+    Recording::plausible(segments, channels)?;
     // The shape has been checked: these fit, and none is zero.
     let shape = [segments, samples, channels].map(|size| size as usize);
     let numbers: Vec<f64> =

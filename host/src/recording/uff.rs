@@ -1,6 +1,7 @@
 //! Time records of a universal file: dataset 58 with function type 1. A DOF that occurs again begins the next
 //! segment, whose channels have the quantities and units of those of the first.
 
+use super::lvm::EQUAL_RATES;
 use super::{Channel, Recording, RecordingError, Segment};
 use crate::uff::{Function, UffFile};
 
@@ -22,6 +23,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
         .map_or(records.len(), |at| at + 1);
     let channels: Vec<Channel> =
         records.iter().take(per_segment).map(|f| f.time_channel()).collect();
+    Recording::plausible(records.len().div_ceil(per_segment) as u64, per_segment as u64)?;
     let mut segments = Vec::new();
     for group in records.chunks(per_segment) {
         if group.len() < per_segment {
@@ -40,6 +42,18 @@ pub(super) fn read(bytes: &[u8]) -> Result<Recording, RecordingError> {
                 "this record of channel \"{}\" has another quantity, DOF or unit than that of the first segment; \
                  export all segments alike",
                 wanted.name
+            );
+            return Err(RecordingError::Header { line: other.line, fault });
+        }
+        if let (Some(wanted), Some((other, found))) = (
+            rate(first),
+            group
+                .iter()
+                .filter_map(|f| Some((f, rate(f)?)))
+                .find(|(_, r)| differs(*r, rate(first))),
+        ) {
+            let fault = format!(
+                "this record was sampled at {found} Hz and the first one at {wanted} Hz; export all records at one rate"
             );
             return Err(RecordingError::Header { line: other.line, fault });
         }
@@ -67,6 +81,11 @@ impl Function {
         let factor = if unit.is_empty() { self.time_factor() } else { None };
         Channel { name: name.trim().to_owned(), unit: unit.to_owned(), factor }
     }
+}
+
+/// Whether two rates are different.
+fn differs(rate: f64, first: Option<f64>) -> bool {
+    first.is_some_and(|first| (rate / first - 1.0).abs() > EQUAL_RATES)
 }
 
 /// The sampling rate of an even abscissa, Hz.

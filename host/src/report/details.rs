@@ -9,6 +9,7 @@ use massline_shared::identify::maximum_likelihood::{
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use serde_json::{Value, json};
 
+use super::digits::{deviation, signed_as_exact_as, two_digits};
 use crate::output;
 
 /// An influence of more than this many standard deviations on a property is reported.
@@ -78,9 +79,8 @@ pub fn details_text(
     let mut text = format!(
         "Estimated nuisance parameters (± posterior standard deviation; pull in units of the \
          uncertainty in use, residual in units of the noise)\n\
-         {sensors}\n{hits}\nhammer gain: {:+.2} ± {:.2} %\n",
-        100.0 * hammer.value,
-        100.0 * hammer.sigma
+         {sensors}\n{hits}\nhammer gain: {} %\n",
+        deviation(100.0 * hammer.value, 100.0 * hammer.sigma)
     );
     for influence in influences.iter().filter(|i| i.largest_shift() > MIN_INFLUENCE) {
         text += &influence_line(influence, layout);
@@ -111,9 +111,9 @@ fn hit_row(found: &HitNuisances<f64>, name: &str) -> [String; 5] {
 
 /// Three values and the largest of their standard deviations.
 fn triple(estimated: &[Estimated<f64>; 3], factor: f64) -> String {
-    let [x, y, z] = estimated.map(|l| format!("{:+.2}", l.value * factor));
     let sigma = estimated.iter().map(|l| l.sigma * factor).fold(0.0, f64::max);
-    format!("{x} {y} {z} ± {sigma:.2}")
+    let [x, y, z] = estimated.map(|l| signed_as_exact_as(l.value * factor, sigma));
+    format!("{x} {y} {z} ± {}", two_digits(sigma))
 }
 
 fn influence_line(influence: &Influence<f64>, layout: &HostLayout) -> String {

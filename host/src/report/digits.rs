@@ -2,38 +2,68 @@
 
 /// Most decimals that are printed.
 const MOST_DECIMALS: i32 = 12;
-/// Decimals of a value whose uncertainty is not known.
-const WITHOUT_SIGMA: usize = 4;
+/// Significant digits of a value whose uncertainty is not known.
+const WITHOUT_SIGMA: i32 = 4;
 
-/// Decimals with which a standard deviation has two significant digits.
-fn decimals(sigma: f64) -> usize {
-    if !(sigma.is_finite() && sigma > 0.0) {
-        return WITHOUT_SIGMA;
-    }
-    let first = sigma.log10().floor() as i32;
+/// Decimals with which a number has this many significant digits.
+fn decimals(number: f64, digits: i32) -> usize {
+    let first = number.abs().log10().floor() as i32;
     // 0.0996 is 0.10 with two digits.
-    let rounds_up = sigma / 10f64.powi(first) >= 9.95;
-    (1 - first - i32::from(rounds_up)).clamp(0, MOST_DECIMALS) as usize
+    let last = 10f64.powi(first + 1) - 0.5 * 10f64.powi(first + 1 - digits);
+    let rounds_up = number.abs() >= last;
+    (digits - 1 - first - i32::from(rounds_up)).clamp(0, MOST_DECIMALS) as usize
 }
 
-/// A number with the decimals of a standard deviation that has two significant digits.
+/// The standard deviation, if it says how many digits a value deserves.
+fn telling(sigma: Option<f64>) -> Option<f64> {
+    sigma.filter(|sigma| sigma.is_finite() && *sigma > 0.0)
+}
+
+/// A number with the decimals of a standard deviation that has two significant digits; without one, or with one of zero,
+/// four significant digits.
 pub fn as_exact_as(value: f64, sigma: Option<f64>) -> String {
-    let text = format!("{value:.*}", sigma.map_or(WITHOUT_SIGMA, decimals));
+    let decimals = match telling(sigma) {
+        Some(sigma) => decimals(sigma, 2),
+        None if value == 0.0 => 0,
+        None => decimals(value, WITHOUT_SIGMA),
+    };
+    let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
         Some(zero) if zero.chars().all(|c| matches!(c, '0' | '.')) => zero.to_owned(),
         _ => text,
     }
 }
 
-/// A standard deviation or another small positive number with two significant digits.
+/// A standard deviation or another small positive number with two significant digits; a dash where none is known.
 pub fn two_digits(value: f64) -> String {
-    as_exact_as(value, Some(value))
+    // With the most decimals it would be zero.
+    let tiny = value > 0.0 && value < 0.5 * 10f64.powi(1 - MOST_DECIMALS);
+    match value {
+        _ if !value.is_finite() => "-".to_owned(),
+        _ if tiny => format!("{value:.1e}"),
+        _ => as_exact_as(value, Some(value)),
+    }
 }
 
-/// `1.220 ± 0.027`: a value and its standard deviation, which has two significant digits.
+/// `1.220 ± 0.027`: a value and its standard deviation, which has two significant digits. Only the value where none is
+/// known.
 pub fn with_sigma(value: f64, sigma: f64) -> String {
-    let of = |number| as_exact_as(number, Some(sigma));
-    format!("{} ± {}", of(value), of(sigma))
+    let number = as_exact_as(value, Some(sigma));
+    if sigma.is_finite() { format!("{number} ± {}", two_digits(sigma)) } else { number }
+}
+
+/// The same for a deviation, whose sign is always written: `+0.31 ± 0.12`.
+pub fn deviation(value: f64, sigma: f64) -> String {
+    signed(with_sigma(value, sigma))
+}
+
+/// A number as [`as_exact_as`], whose sign is always written.
+pub fn signed_as_exact_as(value: f64, sigma: f64) -> String {
+    signed(as_exact_as(value, Some(sigma)))
+}
+
+fn signed(number: String) -> String {
+    if number.starts_with('-') { number } else { format!("+{number}") }
 }
 
 #[cfg(test)]
@@ -58,9 +88,31 @@ mod tests {
     }
 
     #[test]
-    fn a_value_without_a_standard_deviation_has_four_decimals() {
-        assert_eq!(as_exact_as(1.0, None), "1.0000");
-        assert_eq!(as_exact_as(1.0, Some(f64::NAN)), "1.0000");
-        assert_eq!(as_exact_as(1.0, Some(0.0)), "1.0000");
+    fn a_value_without_a_standard_deviation_has_four_significant_digits() {
+        for none in [None, Some(f64::NAN), Some(f64::INFINITY), Some(0.0)] {
+            assert_eq!(as_exact_as(1.0, none), "1.000");
+            assert_eq!(as_exact_as(0.001_234_56, none), "0.001235");
+            assert_eq!(as_exact_as(99_999.6, none), "100000");
+            assert_eq!(as_exact_as(0.0, none), "0");
+        }
+    }
+
+    /// The numbers must not look like `0.0012 ± 0.0000`, which states a precision that nobody has.
+    #[test]
+    fn a_standard_deviation_that_is_zero_tiny_or_unknown_is_not_a_row_of_zeros() {
+        assert_eq!(with_sigma(0.001_234_56, 0.0), "0.001235 ± 0");
+        assert_eq!(with_sigma(0.001_234_56, 4.2e-15), "0.001234560000 ± 4.2e-15");
+        assert_eq!(with_sigma(0.001_234_56, f64::NAN), "0.001235");
+        assert_eq!(two_digits(f64::NAN), "-");
+        assert_eq!(two_digits(4.96e-12), "5.0e-12");
+        assert_eq!(two_digits(5.1e-12), "0.000000000005");
+    }
+
+    #[test]
+    fn a_deviation_has_its_sign() {
+        assert_eq!(deviation(0.314, 0.12), "+0.31 ± 0.12");
+        assert_eq!(deviation(-0.314, 0.12), "-0.31 ± 0.12");
+        assert_eq!(deviation(-0.001, 0.12), "+0.00 ± 0.12");
+        assert_eq!(deviation(0.0, 0.0), "+0 ± 0");
     }
 }

@@ -5,7 +5,7 @@ use massline_shared::mass_line::{ABOVE_SUSPENSION, BELOW_ELASTIC};
 use massline_shared::modes::SUSPENSION_MODES;
 use serde_json::{Value, json};
 
-use super::as_exact_as;
+use super::digits::{as_exact_as, two_digits};
 use super::where_to_hit::{better_hit, new_direction};
 use crate::output::{Table, align_right, table};
 use crate::suspension::{ModeRow, OrderRow, PoleRow, SuspensionModes};
@@ -21,10 +21,10 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
     for (place, row) in modes.rows.iter().enumerate() {
         of_modes.add_row([
             (place + 1).to_string(),
-            format!("{:.5}", row.frequency_hz[0]),
-            spread(row.frequency_hz[1], 5),
-            format!("{:.4}", 100.0 * row.damping_ratio[0]),
-            spread(100.0 * row.damping_ratio[1], 4),
+            as_exact_as(row.frequency_hz[0], Some(row.frequency_hz[1])),
+            two_digits(row.frequency_hz[1]),
+            as_exact_as(100.0 * row.damping_ratio[0], Some(100.0 * row.damping_ratio[1])),
+            two_digits(100.0 * row.damping_ratio[1]),
             format!("{:.2}", 100.0 * row.complexity),
         ]);
     }
@@ -61,11 +61,6 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
         );
     }
     text
-}
-
-/// A standard deviation; a dash where none is known.
-fn spread(sigma: f64, digits: usize) -> String {
-    if sigma.is_finite() { format!("{sigma:.digits$}") } else { "-".into() }
 }
 
 /// The mass-normalised shapes at the origin of the body frame, with their standard deviations.

@@ -291,8 +291,8 @@ fn find(uff: &UffFile, node: u16, axis: Axis, hit: Dof) -> Result<&Function> {
         }
         (None, _, None) => {
             let message = format!(
-                "there is not a frequency response of {}; export it (response node {node}, direction \
-                 ±{}, reference node {}, direction ±{}) or take sensor or hit out of the layout",
+                "the file has no frequency response of {}; export it (response node {node}, direction ±{}, reference node \
+                 {}, direction ±{}), or take the sensor or the hit out of the layout",
                 name(node, axis, hit),
                 axis.index() + 1,
                 hit.node,

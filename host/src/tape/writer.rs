@@ -156,18 +156,23 @@ impl TapeWriter {
     /// # Errors
     /// As [`TapeWriter::finish`].
     pub fn keep(mut self) -> Result<Option<u64>> {
-        let scans = self.scans;
-        self.sidecar.segments.retain(|segment| has_whole_hit(*segment, scans));
-        if self.sidecar.segments.is_empty() {
-            self.discard();
-            return Ok(None);
+        if self.keeps_whole_hits() {
+            return self.finish().map(Some);
         }
-        self.finish().map(Some)
+        self.discard();
+        Ok(None)
     }
 
     /// Removes the partial tape.
     pub fn discard(mut self) {
         self.remove();
+    }
+
+    /// Leaves out the segments that the tape does not wholly have; false when none is left.
+    fn keeps_whole_hits(&mut self) -> bool {
+        let scans = self.scans;
+        self.sidecar.segments.retain(|segment| has_whole_hit(*segment, scans));
+        !self.sidecar.segments.is_empty()
     }
 
     fn remove(&mut self) {
@@ -230,14 +235,12 @@ impl Drop for TapeWriter {
         if self.ended {
             return;
         }
-        let scans = self.scans;
-        self.sidecar.segments.retain(|segment| has_whole_hit(*segment, scans));
         self.ended = true;
-        if self.sidecar.segments.is_empty() {
-            self.remove();
-        } else {
+        if self.keeps_whole_hits() {
             // A drop cannot report an error; the partial tape is left.
             let _ = self.complete();
+        } else {
+            self.remove();
         }
     }
 }

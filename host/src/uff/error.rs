@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{MOST_POINTS, function_type_name};
+use super::{MOST_FUNCTIONS, MOST_POINTS, function_type_name};
 
 /// Why a universal file or one of its functions is rejected. All of these are bad input.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -59,6 +59,9 @@ pub enum UffFault {
     /// More points than are held in memory.
     #[error("the file has more than {MOST_POINTS} points; export fewer functions or fewer lines")]
     TooManyPoints,
+    /// More functions than are held in memory.
+    #[error("the file has more than {MOST_FUNCTIONS} functions; export fewer")]
+    TooManyFunctions,
     /// Text where a number should be.
     #[error("\"{text}\" is not a number; {field} should stand here, the file is corrupt")]
     NotANumber {
@@ -128,7 +131,7 @@ impl UffFault {
     pub fn code(&self) -> &'static str {
         match self {
             Self::Truncated { .. } | Self::TooFewValues { .. } => "uff_truncated",
-            Self::TooManyPoints => "uff_too_long",
+            Self::TooManyPoints | Self::TooManyFunctions => "uff_too_long",
             Self::FunctionType { .. } => "uff_wrong_function_type",
             Self::WrongQuantity { .. } | Self::WrongUnit { .. } | Self::UnitFactor { .. } => {
                 "uff_wrong_units"

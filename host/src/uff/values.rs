@@ -173,3 +173,24 @@ fn number(bytes: &[u8], binary: Binary) -> f64 {
         Err(_) => f64::NAN,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_exponent_of_three_digits_needs_no_letter_and_a_range_is_no_number() {
+        for (text, value) in [
+            ("1.0-101", 1e-101),
+            ("-2.5+101", -2.5e101),
+            ("1.-101", 1e-101),
+            ("1.0D-05", 1e-5),
+            (" 1.0E+02 ", 100.0),
+        ] {
+            assert_eq!(real(text), Some(value), "{text}");
+        }
+        for text in ["1.0-10", "1-2", "10-1000", "1.0--101", "-101", "1.0-101-101", "a-101", ""] {
+            assert!(real(text).is_none_or(|value| value == -101.0), "{text}");
+        }
+    }
+}

@@ -79,3 +79,68 @@ fn impossible_values_are_refused_before_any_hit() {
         assert!(said["error"]["message"].as_str().unwrap().contains(named), "{said}");
     }
 }
+
+/// A campaign that was left is refused before the person is asked to turn the block.
+#[cfg(unix)]
+#[test]
+fn a_tumble_test_is_refused_before_it_prompts_when_the_rig_has_a_campaign() {
+    use crate::program::{layout_with_hits, run};
+    use crate::virtual_process::VirtualProcess;
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let rig = VirtualProcess::start(&[]);
+    let folder = tempfile::tempdir().unwrap();
+    let layout = layout_with_hits(folder.path(), 50);
+    let mut measure = Command::new(env!("CARGO_BIN_EXE_massline"))
+        .args(["measure", &layout, "--port", &rig.port])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(measure.stderr.take().unwrap()).lines();
+    assert!(lines.map_while(Result::ok).any(|line| line.ends_with("good")));
+    measure.kill().unwrap();
+    measure.wait().unwrap();
+    let readings = folder.path().join("readings.toml").display().to_string();
+    let tumble = run(&["calibrate", "tumble", "--readings", &readings, "--port", &rig.port]);
+    assert_eq!(tumble.exit, 4, "{}", tumble.stderr);
+    assert!(tumble.says("in a campaign; finish it with the command that began it"));
+    assert!(tumble.says("`massline device abort`") && !tumble.says("turn the sensors"));
+}
+
+#[test]
+fn a_block_test_whose_hits_are_all_rejected_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let bench = folder.path().join("hard.toml").display().to_string();
+    std::fs::write(
+        &bench,
+        "elastic_mode = []\n[tap]\nforce_n = [500.0, 600.0]\n[body]\nmass_kg = 2.0\n\
+         center_of_mass_m = [0.0, 0.0, 0.0]\ninertia_kg_m2 = [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]\n",
+    )
+    .unwrap();
+    let block = ["calibrate", "block", "--mass", "2", "--rig", "virtual", "--bench", &bench];
+    let (exit, value) = answer(&block);
+    assert_eq!((exit, &value["error"]["code"]), (3, &"always_rejected".into()), "{value}");
+}
+
+/// The object of another bench is not that of the default layout.
+#[cfg(unix)]
+#[test]
+fn a_virtual_rig_with_another_object_asks_for_its_layout() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let mut rig = Command::new(env!("CARGO_BIN_EXE_massline"))
+        .args(["virtual", "--bench", "block"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(rig.stderr.take().unwrap()).lines().map_while(Result::ok);
+    let said = lines.take(2).collect::<Vec<_>>().join(" ");
+    rig.kill().unwrap();
+    rig.wait().unwrap();
+    assert!(said.contains("without --layout"), "{said}");
+}

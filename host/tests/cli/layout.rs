@@ -278,3 +278,76 @@ fn the_mass_of_the_sensors_is_asked_for_until_it_is_declared() {
     let (exit, value) = layout(&["check", &declared]);
     assert_eq!((exit, value["notes"].as_array().unwrap().len()), (0, 0), "{value}");
 }
+
+/// Which keys there are, what they are called and what they hold is the same in both commands.
+#[test]
+fn a_suggestion_and_its_check_have_the_same_keys_and_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let better = folder.path().join("better.toml").display().to_string();
+    let layout = example(1);
+    let (code, suggested) =
+        self::layout(&["suggest", &layout, "--starts", "2", "--write", &better]);
+    assert_eq!(code, 0, "{suggested}");
+    let (code, checked) = self::layout(&["check", &better]);
+    assert_eq!(code, 0, "{checked}");
+    for key in [
+        "sigma",
+        "percent_of_scale",
+        "total_percent_of_scale",
+        "characteristic_length_m",
+        "scale",
+        "noise_m_per_s2_per_n",
+        "noise",
+        "body",
+        "rank",
+        "condition",
+        "methods",
+        "identifiable",
+        "sensors",
+        "hits",
+        "hits_per_dof",
+        "layout_hash",
+        "codes",
+        "diagnostics",
+    ] {
+        assert!(!suggested[key].is_null(), "{key}");
+        assert_eq!(suggested[key], checked[key], "{key}");
+    }
+    let shown = self::layout(&["show", &better]).1;
+    assert_eq!(shown["characteristic_length_m"], checked["characteristic_length_m"]);
+}
+
+/// Every command that takes a layout looks at its units and at what a rig can measure with.
+#[test]
+fn millimetres_and_settings_of_no_rig_are_named_by_every_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(example(1)).unwrap();
+    let millimetres = folder.path().join("mm.toml").display().to_string();
+    let mut typed = text.clone();
+    for (metres, value) in [("0.20785060677922013", "207.85"), ("0.1990185781623297", "199.02")] {
+        assert!(typed.contains(metres));
+        typed = typed.replace(metres, value);
+    }
+    std::fs::write(&millimetres, typed).unwrap();
+    let block = ["calibrate", "block", "--mass", "2", "--rig", "virtual", "--layout"];
+    for command in [
+        &["layout", "check"][..],
+        &["layout", "show"],
+        &["layout", "suggest", "--starts", "1"],
+        &["simulate"],
+        &["simulate", "--runs", "2"],
+        &["virtual", "--layout"],
+        &block,
+    ] {
+        let run = crate::program::run(&[command, &[&millimetres]].concat());
+        assert!(run.says("these look like millimetres"), "{command:?}: {}", run.stderr);
+    }
+    let wide = folder.path().join("wide.toml").display().to_string();
+    std::fs::write(&wide, text.replace("band_hz = [10.0, 120.0]", "band_hz = [10.0, 1e6]"))
+        .unwrap();
+    for command in [&["simulate", "--runs", "2"][..], &["virtual", "--layout"], &block] {
+        let (code, value) = crate::program::answer(&[command, &[&wide]].concat());
+        assert_eq!((code, &value["error"]["code"]), (2, &"setting_out_of_range".into()));
+        assert!(value["error"]["message"].as_str().unwrap().contains("wide.toml:"), "{value}");
+    }
+}

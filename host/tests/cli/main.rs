@@ -8,9 +8,15 @@ mod archive;
 mod calibrate;
 mod demo;
 mod export;
+#[cfg(unix)]
+mod full_disk;
 mod hits;
 mod layout;
+#[cfg(target_os = "linux")]
+mod memory;
 mod options;
+#[cfg(unix)]
+mod pipes;
 mod recorded_units;
 mod replay;
 #[cfg(unix)]
@@ -21,4 +27,6 @@ mod suspension;
 #[cfg(unix)]
 mod tape_files;
 mod tcp;
+#[cfg(target_os = "linux")]
+mod terminal;
 mod wrong_input;

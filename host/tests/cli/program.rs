@@ -41,10 +41,16 @@ pub fn run(arguments: &[&str]) -> Run {
 #[cfg(unix)]
 #[track_caller]
 pub fn run_limited(limit: &str, arguments: &[&str]) -> Run {
-    let mut shell = Command::new("sh");
     // A signal that is ignored leaves the error of the write to the program.
-    let script = format!("trap '' XFSZ; ulimit {limit}; exec \"$0\" \"$@\"");
-    shell.args(["-c", &script, env!("CARGO_BIN_EXE_massline")]);
+    run_in_shell(&format!("trap '' XFSZ; ulimit {limit}; exec \"$0\" \"$@\""), arguments)
+}
+
+/// Runs a shell script in which `"$0" "$@"` is the program with its arguments.
+#[cfg(unix)]
+#[track_caller]
+pub fn run_in_shell(script: &str, arguments: &[&str]) -> Run {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", script, env!("CARGO_BIN_EXE_massline")]);
     finish(shell, arguments)
 }
 

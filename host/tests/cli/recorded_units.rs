@@ -162,3 +162,62 @@ fn a_column_that_is_no_accelerometer_can_be_left_out() {
     let (exit, value, _) = run(&[&left_out[..4], &["Humidity"]].concat());
     assert_eq!((exit, &value["error"]["code"]), (2, &"no_such_channel".into()));
 }
+
+/// The third-party record with its second segment at half the rate.
+#[test]
+fn segments_of_unequal_rates_are_named_with_both() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |name: &str, text: &str| {
+        let path = folder.path().join(name).display().to_string();
+        std::fs::write(&path, text).unwrap();
+        let (code, value, _) = run(&[&path]);
+        assert_eq!(code, 2, "{value}");
+        let said = value["error"]["message"].as_str().unwrap().to_owned();
+        assert!(said.contains("line ") && said.contains("one rate"), "{said}");
+        assert!(said.contains("51200") && said.contains("25600"), "{said}");
+    };
+    let first = triggered_record();
+    let (_, segment) = first.split_once("***End_of_Header***\t\n\t\n").unwrap();
+    let slower = segment.replace("1,953125E-5", "3,90625E-5");
+    assert_ne!(slower, segment);
+    refused("two.lvm", &format!("{first}\n{slower}"));
+
+    let [force, response] = [(0, 13), (1, 12)]
+        .map(|(channel, data_type)| time_record(&segments()[1], channel, data_type));
+    let step = format!("{:13.5e}", RATE.recip());
+    let slower = [&force, &response].map(|of| of.replace(&step, &format!("{:13.5e}", 2.0 / RATE)));
+    assert_ne!(slower[0], force);
+    // The abscissa of a universal file has six digits.
+    let path = folder.path().join("two.uff").display().to_string();
+    std::fs::write(&path, [&force, &response, &slower[0], &slower[1]].map(String::as_str).concat())
+        .unwrap();
+    let (code, value, _) = run(&[&path]);
+    let said = value["error"]["message"].as_str().unwrap_or_default();
+    assert!(code == 2 && said.contains("export all records at one rate"), "{value}");
+}
+
+#[test]
+fn a_second_force_is_named_also_when_the_first_is_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    let grade = |heads: &str, options: &[&str]| {
+        let path = folder.path().join("two.csv").display().to_string();
+        let all = segments();
+        let rows = all[1].iter().enumerate().map(|(n, [force, response])| {
+            format!("{},{force},{force},{response}\n", n as f64 / RATE)
+        });
+        std::fs::write(&path, heads.to_owned() + "\n" + &rows.collect::<String>()).unwrap();
+        let (code, value, _) = run(&[&[path.as_str()], options].concat());
+        (code, value["error"]["message"].as_str().unwrap_or_default().to_owned())
+    };
+    let stated = ["--force", "Hammer"];
+    for heads in ["Time,Hammer,Force 2,a", "Time,Hammer [N],Cell [lbf],a [m/s^2]"] {
+        let (code, said) = grade(heads, &stated);
+        assert!(code == 2 && said.contains("channel 2 is a force as well"), "{heads}: {said}");
+        let name = if heads.contains("Cell") { "Cell" } else { "Force 2" };
+        assert!(said.contains(&format!("--leave-out \"{name}\"")), "{said}");
+        let (code, said) = grade(heads, &[&stated[..], &["--leave-out", name]].concat());
+        assert_eq!(code, 0, "{said}");
+    }
+    let unit = [&stated[..], &["--unit", "Force 2=g"]].concat();
+    assert_eq!(grade("Time,Hammer,Force 2,a", &unit).0, 0);
+}

@@ -92,3 +92,19 @@ fn a_dof_without_any_hit_cannot_determine_the_answer() {
     assert_eq!((exit, &value["error"]["code"]), (3, &"dof_without_hits".into()), "{text}");
     assert!(text.contains("4:+X"), "{text}");
 }
+
+#[test]
+fn every_rejected_hit_is_listed_before_a_replay_ends() {
+    let recording = Recording::new();
+    let text = std::fs::read_to_string(&recording.layout).unwrap();
+    let strict = recording.folder.path().join("strict.toml").display().to_string();
+    // No tap of the bench is so hard.
+    let changed = text.replace("[test]", "[test]\nmin_peak_force_n = 90.0");
+    assert_ne!(changed, text);
+    std::fs::write(&strict, changed).unwrap();
+    let tape = recording.folder.path().join("all.npy").display().to_string();
+    let (run, value) = run_json(&["replay", &tape, "--layout", &strict]);
+    assert_eq!((run.exit, &value["error"]["code"]), (3, &"dof_without_hits".into()));
+    let rejected = |line: &&str| line.starts_with("hit ") && line.contains("rejected");
+    assert_eq!(run.stderr.lines().filter(rejected).count(), 3, "{}", run.stderr);
+}

@@ -434,3 +434,37 @@ fn endless_files_are_not_read_to_their_end() {
     fails(&["solve", &good, "/dev/zero"], 2, "uff_not_readable");
     fails(&["flash", "--board", "blackpill-f411", "--dry-run"], 2, "no_image");
 }
+
+#[test]
+fn a_key_that_is_there_twice_is_named_with_its_line() {
+    let files = Files::new();
+    let good = files.good();
+    let layout = files.write("layout.toml", "title = \"a\"\ntitle = \"b\"\n");
+    let calibration = files.write("calibration.toml", "[hammer]\nzero_v = 1\nzero_v = 2\n");
+    let bench = files.write("bench.toml", "[sensor]\nzero_v = 1\nzero_v = 2\n");
+    for (arguments, place) in [
+        (&["layout", "check", &layout][..], format!("{layout}:2: title: ")),
+        (&["simulate", &good, "--calibration", &calibration], format!("{calibration}:3: zero_v: ")),
+        (&["simulate", &good, "--bench", &bench], format!("{bench}:3: zero_v: ")),
+    ] {
+        let refused = run(arguments);
+        assert_eq!(refused.exit, 2, "{}", refused.stderr);
+        let said = format!("{place}this key is in the file twice; delete one");
+        assert!(refused.says(&said), "{}", refused.stderr);
+    }
+}
+
+#[test]
+fn advice_about_a_path_is_given_where_the_path_is_wrong() {
+    let files = Files::new();
+    let folder = files.0.path().display().to_string();
+    let good = files.good();
+    for command in [&["layout", "check"][..], &["hits"], &["solve", &good]] {
+        let advice = |path: &str| run(&[command, &[path]].concat());
+        assert!(advice("no-such-file").says("check the path"), "{command:?}");
+        let of_folder = advice(&folder);
+        assert!(of_folder.says("give the name of a file"), "{command:?}: {}", of_folder.stderr);
+        assert!(!of_folder.says("check the path"), "{command:?}");
+        assert!(!advice("/dev/zero").says("check the path"), "{command:?}");
+    }
+}

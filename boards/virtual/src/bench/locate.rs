@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::settings::refusal;
-use crate::renamed_keys::RenamedKey;
+use crate::renamed_keys::{RenamedKey, plain};
 
 /// What is wrong with a bench file, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -40,7 +40,7 @@ impl<'a> Located<'a> {
                 file: file.to_string(),
                 line: line_number(text, offset),
                 key: line.split('=').next().unwrap_or(line).trim().to_string(),
-                message: e.message().to_string(),
+                message: plain(e.message()).to_string(),
             }
         })?;
         let located = Self { text, file, root };
@@ -73,7 +73,8 @@ impl<'a> Located<'a> {
                 file: self.file.to_string(),
                 line: line_number(self.text, offset),
                 key,
-                message: renamed.map_or_else(|| e.message().to_string(), |key| key.message()),
+                message: renamed
+                    .map_or_else(|| plain(e.message()).to_string(), |key| key.message()),
             }
         })
     }

@@ -31,10 +31,6 @@
 //! | [`tumble`] | the sensors held still in the six positions of a tumble test |
 //! | [`operator`] | the person, and the bench as a source of scans |
 
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::Path;
-
 use massline_shared::body::RigidBody;
 use massline_shared::signal::RESPONSES;
 use nalgebra::Vector3;
@@ -117,14 +113,6 @@ fn bundled_names() -> String {
 /// Why a bench cannot be made, or why a layout cannot be measured on it.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
-    /// The file cannot be read.
-    #[error("{file}: the bench cannot be read: {source}; check the path")]
-    Unreadable {
-        /// The file.
-        file: String,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
     /// The file has invalid content.
     #[error(transparent)]
     File(#[from] BenchFileError),
@@ -198,42 +186,4 @@ impl Bench {
     pub fn parse(text: &str, file: &str) -> Result<Self, BenchError> {
         Ok(file::parse(text, file)?)
     }
-
-    /// A bench from a file.
-    ///
-    /// # Errors
-    /// When the file cannot be read or has invalid content.
-    pub fn read(path: &Path) -> Result<Self, BenchError> {
-        let file = path.display().to_string();
-        let text = read_at_most(path, MAX_BYTES)
-            .map_err(|source| BenchError::Unreadable { file: file.clone(), source })?;
-        Self::parse(&text, &file)
-    }
-
-    /// The bundled bench of this name, or else the bench in the file at this path.
-    ///
-    /// # Errors
-    /// Those of [`Bench::named`] when no file has this path, otherwise those of [`Bench::read`].
-    pub fn open(name_or_path: &str) -> Result<Self, BenchError> {
-        let path = Path::new(name_or_path);
-        let bundled = Self::BUNDLED.iter().any(|bundled| bundled.name == name_or_path);
-        if bundled || !path.exists() && path.extension().is_none() {
-            Self::named(name_or_path)
-        } else {
-            Self::read(path)
-        }
-    }
-}
-
-/// Largest bench file that is read, bytes.
-const MAX_BYTES: u64 = 1 << 20;
-
-fn read_at_most(path: &Path, most: u64) -> io::Result<String> {
-    let mut text = String::new();
-    File::open(path)?.take(most + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > most {
-        let message = format!("it is longer than {most} bytes, so it is no bench");
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
-    }
-    Ok(text)
 }

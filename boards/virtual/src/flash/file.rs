@@ -16,6 +16,10 @@ pub(super) fn open_locked(path: &Path) -> Result<File, FlashOpenError> {
         .truncate(false)
         .open(path)
         .map_err(failed)?;
+    // A pipe or a device would be waited for, or hold no flash.
+    if !file.metadata().map_err(failed)?.is_file() {
+        return Err(failed(io::Error::other("it is not a regular file")));
+    }
     match file.try_lock() {
         Ok(()) => Ok(file),
         Err(TryLockError::WouldBlock) => Err(FlashOpenError::InUse { path: path.to_owned() }),

@@ -1,7 +1,7 @@
 //! `massline calibrate block` and `massline calibrate verify`: tests with a hanging block.
 
 use std::num::NonZeroU8;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::block::BlockMass;
@@ -21,7 +21,7 @@ use crate::calibration::plausible;
 use crate::calibration::verify::{Verdict, drifts};
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::commands::measure::{fits, make_room, paused};
-use crate::commands::{show, simulated::narrow};
+use crate::commands::{files, show};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
@@ -30,6 +30,9 @@ use crate::spectra::SpectraCollection;
 
 /// The default layout of the block.
 pub const LAYOUT: &str = include_str!("../../../examples/block.toml");
+
+/// Its name in messages.
+const DEFAULT_NAME: &str = "block.toml";
 
 /// Blocks that three sensors can be glued to and a hammer can move, kg.
 const MASSES_KG: std::ops::RangeInclusive<f64> = 0.02..=500.0;
@@ -68,7 +71,7 @@ no cutoffs any more (--restart hits it again).
 
 Examples:
   massline calibrate block --mass 2.000 --mass-sigma 0.001
-  massline calibrate block --mass 1.512 --layout my-block.toml --hits 8 --port /dev/ttyACM0
+  massline calibrate block --mass 1.512 --layout my-block.toml --hits 8
   massline calibrate block --mass 2.000 --rig virtual --seed 7 --flash rig.bin")]
 pub struct Args {
     #[command(flatten)]
@@ -111,7 +114,7 @@ pub struct VerifyArgs {
 /// # Errors
 /// When the rig cannot be reached or refuses, or the hits do not determine a calibration.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let test = args.block.test(args.hits)?;
+    let test = args.block.test(args.hits, output)?;
     let origin = args.origin.origin(test.layout.sensors.len())?;
     let mut rig = args.block.rig.block_rig(&test.file.layout, output)?;
     let before = rig.client.calibration()?;
@@ -170,7 +173,7 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
     if !(args.tolerance > 0.0 && args.tolerance < 1.0) {
         return Err(Error::input("tolerance_out_of_range", "--tolerance must lie between 0 and 1"));
     }
-    let test = args.block.test(Some(args.hits))?;
+    let test = args.block.test(Some(args.hits), output)?;
     let mut rig = args.block.rig.block_rig(&test.file.layout, output)?;
     let record = rig.client.calibration()?;
     let from_data_sheets = record.method == CalibrationMethod::DataSheet;
@@ -213,7 +216,7 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
 }
 
 impl BlockArgs {
-    fn test(&self, hits: Option<NonZeroU8>) -> Result<BlockTest> {
+    fn test(&self, hits: Option<NonZeroU8>, output: &mut Output) -> Result<BlockTest> {
         let sound = MASSES_KG.contains(&self.mass) && self.mass_sigma >= 0.0;
         if !sound || self.mass_sigma >= 0.1 * self.mass {
             let (least, most) = (MASSES_KG.start(), MASSES_KG.end());
@@ -227,13 +230,14 @@ impl BlockArgs {
             ));
         }
         let mut file = match &self.layout {
-            Some(path) => LayoutFile::read(path)?,
-            None => LayoutFile::parse(LAYOUT, "block.toml")?,
+            Some(path) => files::layout(path, output)?,
+            None => LayoutFile::parse(LAYOUT, DEFAULT_NAME)?,
         };
         if let Some(hits) = hits {
             file.layout.test.hits_per_dof = hits.get();
         }
-        let layout = narrow(&file.layout)?;
+        let path = self.layout.as_deref().unwrap_or(Path::new(DEFAULT_NAME));
+        let layout = files::for_rig(&file, path)?;
         let mass = BlockMass { mass: self.mass, sigma: self.mass_sigma };
         Ok(BlockTest { file, layout, mass, restart: self.restart })
     }

@@ -19,8 +19,8 @@ use crate::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Two tests, in this order; each is stored on the rig when it is done.
-  tumble   hold the sensors still with each axis up and down: zero, sensitivity, cross-axis
-  block    hit a hanging block of known mass: the hammer against the sensors, and their RC cutoffs
+  tumble   hold the sensors still with each axis up and down: zero, gain, axes
+  block    hit a hanging block of known mass: hammer gain, RC cutoffs
 The block test alone gives the ratio of the sensors to the hammer, which is all that a measurement
 needs, but its cross-axis sensitivities are only as accurate as the direction of your hits.
 

@@ -1,6 +1,6 @@
 //! The rig that is calibrated: a real one at a port, or a virtual one with a bench.
 
-use std::io::{self, BufRead};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -15,13 +15,17 @@ use massline_virtual::source::ScanSource;
 
 use crate::campaign::{CampaignOutcome, Observer, follow};
 use crate::client::{Client, PipeTransport};
-use crate::commands::bench_test::bench_help;
+use crate::commands::bench_test::{bench_help, open_bench};
 use crate::commands::connect::PortArgs;
 use crate::commands::measure::{Watching, watch};
 use crate::commands::progress::{Progress, Prompts};
 use crate::error::{Error, Result};
+use crate::file;
 use crate::output::Output;
 use crate::spectra::{Collecting, SpectraCollection};
+
+/// Longest line that a person types, bytes.
+const MOST_LINE_BYTES: usize = 4096;
 
 /// A virtual rig without progress for this long is stuck.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -70,7 +74,7 @@ impl RigArgs {
             let (client, identity) = self.port.connect(output)?;
             return Ok(TumbleRig { client, identity, turner: Turner::Person, _rig: None });
         };
-        TumbleRig::on_bench(&Bench::open(&self.bench)?, SENSORS, self.seed, self.flash.as_deref())
+        TumbleRig::on_bench(&open_bench(&self.bench)?, SENSORS, self.seed, self.flash.as_deref())
     }
 
     /// Connects to the rig for a block test, in which its sensors are on the block.
@@ -82,7 +86,7 @@ impl RigArgs {
             let (client, identity) = self.port.connect(output)?;
             return Ok(BlockRig { client, identity, rig: None });
         };
-        BlockRig::on_bench(&Bench::open(&self.bench)?, layout, self.seed, self.flash.as_deref())
+        BlockRig::on_bench(&open_bench(&self.bench)?, layout, self.seed, self.flash.as_deref())
     }
 }
 
@@ -151,10 +155,12 @@ impl TumbleRig {
             }
             Turner::Person => {
                 output.note(prompt);
-                let mut line = String::new();
-                match io::stdin().lock().read_line(&mut line) {
-                    Ok(read) if read > 0 => Ok(()),
-                    _ => Err(Error::input(
+                match file::line(&mut io::stdin().lock(), MOST_LINE_BYTES) {
+                    Ok(Some(_)) => Ok(()),
+                    Err(error) => {
+                        Err(Error::input("no_keyboard", format!("standard input: {error}")))
+                    }
+                    Ok(None) => Err(Error::input(
                         "no_keyboard",
                         "a person must say when the sensors lie in their position, and stdin has \
                          ended: run this in a terminal; what has been read is kept",

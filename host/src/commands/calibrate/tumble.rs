@@ -10,6 +10,7 @@ use super::rig::{RigArgs, TumbleRig};
 use super::{OriginArgs, report, store};
 use crate::calibration::electronics::{ConversionOrder, Memory};
 use crate::calibration::tumble::{TumbleFile, check_rest};
+use crate::commands::rest::without_campaign;
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::report::channel_name;
@@ -25,7 +26,7 @@ until the calibration is stored: after Ctrl-C the same command goes on.
 
 Examples:
   massline calibrate tumble
-  massline calibrate tumble --gravity 9.7803 --temperature 24.5 --sensor-ids A17,A18,A21
+  massline calibrate tumble --gravity 9.7803 --sensor-ids A17,A18,A21
   massline calibrate tumble --rig virtual --seed 7 --flash rig.bin")]
 pub struct Args {
     #[command(flatten)]
@@ -61,6 +62,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         readings.forget();
     }
     let mut rig = args.rig.tumble_rig(output)?;
+    // Before a person turns the block, not after it.
+    without_campaign(&mut rig.client, false)?;
     if !readings.is_empty() {
         output.note(format!("resuming with the readings of {}", args.readings.display()));
     }
@@ -179,17 +182,17 @@ pub fn take(
     let bar = output.bar(wanted.len() as u64, "positions");
     for position in wanted {
         let reading = loop {
-            bar.suspend(|| rig.turn_to(position, &prompt(position), output))?;
+            rig.turn_to(position, &prompt(position), output)?;
             let (reading, hum) = read(rig)?;
             match check_rest(&reading, position, limits) {
-                Err(moved) if rig.can_repeat() => bar.suspend(|| output.warn(moved.to_string())),
+                Err(moved) if rig.can_repeat() => output.warn(moved.to_string()),
                 other => break other.map(|()| (reading, hum))?,
             }
         };
         let (reading, hum) = reading;
         heard.extend(hum.map(|hum| PositionHum { position, hum }));
         readings.add(position, reading, limits)?;
-        bar.suspend(|| output.note(format!("{position}  read")));
+        output.note(format!("{position}  read"));
         bar.inc(1);
     }
     bar.finish_and_clear();

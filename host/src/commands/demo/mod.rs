@@ -34,7 +34,7 @@ and stores, and the result is read back over the same protocol that USB carries.
 Examples:
   massline demo
   massline demo --bench ideal --seed 7
-  massline demo --rig qemu                    the same with the Cortex-M4F firmware in QEMU
+  massline demo --rig qemu   the same with the Cortex-M4F firmware in QEMU
   massline demo --json | jq '.tests[0].results[0].mass_kg'
   massline demo wheel                         an object without a mass line")]
 #[command(args_conflicts_with_subcommands = true)]

@@ -30,9 +30,9 @@ that uses the suspension modes, with the forces of the paper's sets. Errors are 
 
 Examples:
   massline demo wheel
-  massline demo wheel --tyre                  9 kg of it on springs of 50 Hz
-  massline demo wheel --set all --runs 200    errors over the Cramér-Rao bound, coverage
-  massline demo wheel --write wheel.uff       the responses, for `massline solve`
+  massline demo wheel --tyre                 9 kg of it on springs of 50 Hz
+  massline demo wheel --set all --runs 200   errors over the bound, coverage
+  massline demo wheel --write wheel.uff      the responses, for `massline solve`
   massline demo wheel --tyre --write tyre.uff")]
 pub struct Args {
     /// The tyre: 9 of the 17.3 kg sit on springs of 50 Hz.

@@ -76,7 +76,6 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     value["notes"] = notes.collect();
     value["codes"] = found.iter().map(|d| d.code.name()).collect();
     value["diagnostics"] = json!(diagnostics_json(found, message_of));
-    value["layout_hash"] = json!(file.hash().and_then(crate::report::hash_text));
     value["noise"] = json!(args.noise.noise);
     if !output.json() {
         // The errors are reported together at the end.

@@ -10,7 +10,7 @@ use toml_edit::{Array, DocumentMut, Item, Table, Value};
 use super::super::number::seed;
 use super::super::show;
 use super::check::NoiseArgs;
-use crate::commands::files::ReplaceArgs;
+use crate::commands::files::{self, ReplaceArgs};
 use crate::design::{Options, Wanted, report, suggest};
 use crate::error::{Error, Result};
 use crate::file::{self, Existing};
@@ -25,8 +25,9 @@ The file may leave out `sensors` and `hits`. Candidates are all its [[node]]s an
 of their local axes, except where a node says otherwise: `can_carry_sensor = false`, `can_hit =
 [\"+X\", \"-Z\"]`. The suggestion has the smallest sum of the ten variances over the squares of
 [m, L, L, L, m L² × 6] under the error budget of [uncertainty], for the body of [reference], else
-an assumed one; L is the root mean square distance of the nodes from their centroid. Exchange
-search from the file's own layout and several random ones; equal seeds give equal suggestions.
+an assumed one. L is the root mean square distance of the sensors from their centroid: for the
+search, of all nodes that can carry one; in the answer, of those suggested, as in `layout check`.
+Exchange search from the file's own layout and several random ones; equal seeds give equal suggestions.
 
 Examples:
   massline layout suggest frame.toml
@@ -77,7 +78,7 @@ pub struct Args {
 /// When the file is bad or has too few candidates, no choice determines the ten properties, the new file
 /// cannot be written, or on Ctrl-C.
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
-    let file = LayoutFile::read_candidates(&args.layout)?;
+    let file = files::candidates(&args.layout, output)?;
     there_is_something_to_keep(args, &file).map_err(|e| e.within(args.layout.display()))?;
     if let Some(path) = &args.write {
         file::check(path, args.replace.existing())?;
@@ -100,7 +101,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     value["seed"] = json!(args.seed);
     value["starts"] = json!(args.starts);
     value["written"] = json!(args.write);
+    value["notes"] = file.suspicion().into_iter().chain(file.not_for_a_rig()).collect();
     if !output.json() {
+        if let Some(found) = file.not_for_a_rig() {
+            output.warn(format!("{found}; only `massline solve` takes it"));
+        }
         show::list(found, message_of, output);
         output.note(&suggestion.whose);
         if layout.sensors.len() > RIG_SENSORS || layout.hits.len() > RIG_HITS {

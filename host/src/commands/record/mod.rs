@@ -9,16 +9,15 @@ mod triggered;
 use std::path::{Path, PathBuf};
 
 use massline_protocol::LayoutHash;
-use massline_protocol::message::{CampaignCommand, Identity};
+use massline_protocol::message::Identity;
 use massline_shared::layout::RigLayout;
-use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::{Calibration, PRE_TRIGGER_SCANS};
 use serde_json::json;
 
 use super::connect::PortArgs;
 use super::files;
 use super::measure::{fits, judge_layout};
-use crate::client::Client;
+use super::rest::without_campaign;
 use crate::commands::files::ReplaceArgs;
 use crate::error::{Error, Result};
 use crate::file::Existing;
@@ -36,7 +35,7 @@ is too slow, the rig runs a campaign and each good hit's record is read.
 
 Examples:
   massline record frame.toml --output frame-tape.npy
-  massline record frame.toml --output frame-tape.npy --triggered --port /dev/ttyACM0
+  massline record frame.toml --output frame-tape.npy --triggered
   massline replay frame-tape.npy --layout frame.toml")]
 pub struct Args {
     /// The layout file.
@@ -78,7 +77,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     TapeWriter::check(&args.output, args.replace.existing())?;
     let (mut client, identity) = args.port.connect(output)?;
     fits(&layout, &identity)?;
-    clear(&mut client, args.restart)?;
+    without_campaign(&mut client, args.restart)?;
     let calibration = match given {
         Some(calibration) => {
             client.put_calibration(&calibration)?;
@@ -107,23 +106,6 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let scans = writer.finish()?;
     let value = json!({ "tape": args.output, "scans": scans, "segments": segments });
     output.answer(&value, |_| format!("{}: {scans} scans, {segments} hits", args.output.display()))
-}
-
-/// Ensures that no campaign is running or interrupted on the rig; with `restart` it is aborted.
-fn clear(client: &mut Client, restart: bool) -> Result<()> {
-    let phase = Phase::try_from(client.status()?.phase).ok();
-    if matches!(phase, Some(Phase::Idle | Phase::Done)) {
-        return Ok(());
-    }
-    if !restart {
-        return Err(Error::device(
-            "another_campaign",
-            "a campaign is under way or interrupted on the rig; finish it with `massline measure`, \
-             or discard its hits with `massline device abort` or --restart",
-        ));
-    }
-    client.command(CampaignCommand::Abort)?;
-    Ok(())
 }
 
 /// The error of a recording, with what is left of its tape.

@@ -10,7 +10,7 @@ use massline_shared::signal::{
 use massline_shared::units::{Newtons, ScanIndex};
 
 use super::Recording;
-use crate::campaign::OperatorAction;
+use crate::campaign::{OperatorAction, is_out_of_reach};
 use crate::client::{Client, Event, scans_of};
 use crate::commands::keyboard::Keyboard;
 use crate::error::{Error, Result};
@@ -20,8 +20,12 @@ use crate::tape::{Segment, TapeWriter};
 
 /// A rig that streams sends a block at least this often.
 const SILENCE: Duration = Duration::from_secs(5);
+/// A person is told of a silence of this length.
+const TOLD_AFTER: Duration = Duration::from_millis(1500);
 /// Without a hit for this long, s, the recording is abandoned because nobody taps.
 const NOBODY_TAPS_S: f32 = 300.0;
+/// The code of the error of a rig that sends none.
+const SILENT: &str = "stream_silent";
 /// Polling interval for keyboard and Ctrl-C.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
@@ -64,7 +68,10 @@ pub(super) fn record(
     };
     output.set_raw(false);
     // An error of the recording takes precedence over one of stopping the stream.
-    let stopped = client.set_stream(false);
+    let stopped = match &recorded {
+        Err(error) if is_out_of_reach(error) || error.code() == SILENT => Ok(()),
+        _ => client.set_stream(false),
+    };
     writer.set_segments(&tape.segments)?;
     recorded?;
     stopped?;
@@ -78,6 +85,8 @@ struct Stream<'r> {
     /// Index of the first scan, and of the next one.
     indices: Option<(u64, u64)>,
     heard: Instant,
+    /// The silence since then has been told.
+    silent: bool,
     segments: Vec<Segment>,
     dof: usize,
     /// Number of segments before those of the current DOF.
@@ -94,6 +103,7 @@ impl<'r> Stream<'r> {
             finder: HitFinder::new(recording),
             indices: None,
             heard: Instant::now(),
+            silent: false,
             segments: Vec::new(),
             dof: 0,
             before: 0,
@@ -142,15 +152,27 @@ impl<'r> Stream<'r> {
     ) -> Result<()> {
         match client.next_event(LOOK_EVERY)? {
             Some(Event::Scans(block)) => {
+                if std::mem::take(&mut self.silent) {
+                    output.note("the scans are coming again");
+                }
                 self.heard = Instant::now();
                 self.take(&block, writer, output)
             }
             _ if self.heard.elapsed() > SILENCE => Err(Error::device(
-                "stream_silent",
+                SILENT,
                 format!(
-                    "the rig has sent no scans for {SILENCE:?}; `massline device stats` may show why"
+                    "the rig has sent no scans for {} s; `massline device stats` may show why",
+                    SILENCE.as_secs()
                 ),
             )),
+            _ if !self.silent && self.heard.elapsed() > TOLD_AFTER => {
+                self.silent = true;
+                output.note(format!(
+                    "the rig sends no scans; waiting up to {} s for them",
+                    SILENCE.as_secs()
+                ));
+                Ok(())
+            }
             _ => Ok(()),
         }
     }

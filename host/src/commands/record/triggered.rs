@@ -7,7 +7,9 @@ use massline_shared::measurement::campaign::Phase;
 use massline_shared::signal::Scan;
 
 use super::Recording;
-use crate::campaign::{CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow};
+use crate::campaign::{
+    CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow, is_out_of_reach,
+};
 use crate::client::{Client, scans_of};
 use crate::commands::progress::{Progress, Prompts};
 use crate::commands::show;
@@ -30,7 +32,7 @@ pub(super) fn record(
     let ending = follow(client, &interrupt, None, &mut recorder);
     let hits = recorder.hits;
     drop(recorder);
-    if ending.as_ref().is_err_and(|e| e.code() != "link_lost") {
+    if ending.as_ref().is_err_and(|e| !is_out_of_reach(e)) {
         // A recording cannot be resumed.
         client.command(CampaignCommand::Abort).ok();
     }
@@ -120,6 +122,6 @@ mod tests {
         let record: Vec<Scan> = (0..2048_u16).map(|i| [i; 10]).collect();
         let lead_in = lead_in(&record);
         assert_eq!(lead_in[..], record[..LEAD_IN_SCANS]);
-        assert!(LEAD_IN_SCANS < PRE_TRIGGER_SCANS);
+        const { assert!(LEAD_IN_SCANS < PRE_TRIGGER_SCANS) };
     }
 }

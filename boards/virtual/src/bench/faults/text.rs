@@ -19,7 +19,7 @@ const CABLE: RangeInclusive<f64> = 1e-3..=1e6;
 /// The text does not describe a fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is no fault: write flip:2y, swap:1,2, swap:2x,2z, rotate:3:z90, hit:2:4, reverse:2, \
+    "{0:?} is not a fault: write flip:2y, swap:1,2, swap:2x,2z, rotate:3:z90, hit:2:4, reverse:2, \
      scale:1.1 (0.1 to 10), hammer:0.97 (0.1 to 10), beside:2:0.005 (0 to 1 m), boards:0.005 (0 to 1 kg), \
      cable:2:400 (node, 0.001 to 1000000 N/m), rail:2y:50 (0.001 to 1000000 m/s²), rail:hammer:20 (0.001 \
      to 1000000 N), compress:2y or hum:0.005 (0 to 100 V), sensors and hits counted from 1"

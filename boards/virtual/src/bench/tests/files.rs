@@ -62,7 +62,7 @@ fn a_wrong_file_is_refused_with_line_and_key() {
         ("\n[sensor]\ngain = 0.1", 3, "sensor.gain", "unknown field"),
         ("[hammer]\nrc_corner_hz = 400", 2, "hammer.rc_corner_hz", "`rc_cutoff_hz` now"),
         ("[sensor]\n\nrange_g = \"a\"", 3, "sensor.range_g", "invalid type"),
-        ("title = \"a\"\nfaults = [\"flip:2w\"]", 2, "faults", "\"flip:2w\" is no fault"),
+        ("title = \"a\"\nfaults = [\"flip:2w\"]", 2, "faults", "\"flip:2w\" is not a fault"),
         (
             "[sensor]\nrange_g = -1",
             2,
@@ -182,14 +182,12 @@ fn a_value_of_a_wrong_type_is_answered_without_names_of_the_program() {
 #[test]
 fn every_bundled_bench_is_good() {
     for bundled in Bench::BUNDLED {
-        assert!(!Bench::open(bundled.name).unwrap().title.is_empty(), "{}", bundled.name);
+        assert!(!Bench::named(bundled.name).unwrap().title.is_empty(), "{}", bundled.name);
     }
 }
 
 #[test]
-fn a_bench_that_is_neither_bundled_nor_a_file_is_named() {
-    let error = Bench::open("defualt").unwrap_err();
+fn an_unknown_bench_is_refused_with_those_that_there_are() {
+    let error = Bench::named("defualt").unwrap_err();
     assert!(error.to_string().contains("default, ideal"), "{error}");
-    let error = Bench::open("missing.toml").unwrap_err();
-    assert!(error.to_string().starts_with("missing.toml: "), "{error}");
 }

@@ -1,0 +1,325 @@
+//! The exchange with a rig: a request and its answer, events, and a link that is lost and comes back.
+
+use std::collections::VecDeque;
+use std::hash::{BuildHasher, RandomState};
+use std::io;
+use std::time::{Duration, Instant};
+
+use massline_protocol::event::{HIT, HitEvent, SCANS, STATUS_CHANGED, ScanBlock};
+use massline_protocol::message::{ANSWER, REFUSED, Status};
+use massline_protocol::{Deframer, Endpoint, Frame, MAX_FRAME, Refusal, encode_frame};
+
+use super::error::seconds;
+use super::purpose::purpose;
+use super::{ClientError, Transport};
+
+/// Capacity of the event queue; when it is full the oldest event is dropped.
+const EVENT_QUEUE: usize = 8192;
+
+/// Timeouts and attempts of a client.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Timing {
+    /// Timeout for the answer to one transmission of a request.
+    pub answer: Duration,
+    /// How often a request is sent before the client gives up.
+    pub attempts: u32,
+    /// Timeout for a lost link to come back.
+    pub reconnect: Duration,
+    /// Pause between two attempts to reopen a lost link.
+    pub pause: Duration,
+}
+
+impl Default for Timing {
+    fn default() -> Self {
+        Self {
+            answer: Duration::from_millis(1500),
+            attempts: 5,
+            reconnect: Duration::from_secs(10),
+            pause: Duration::from_millis(100),
+        }
+    }
+}
+
+/// An event that the rig sends unasked.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The status has changed.
+    Status(Status),
+    /// A hit was graded.
+    Hit(HitEvent),
+    /// A block of streamed scans.
+    Scans(Box<ScanBlock>),
+}
+
+/// A rig behind a [`Transport`].
+pub struct Client {
+    transport: Box<dyn Transport>,
+    deframer: Box<Deframer>,
+    /// Bytes that were received but not yet parsed.
+    unread: VecDeque<u8>,
+    sequence: u16,
+    events: VecDeque<Event>,
+    timing: Timing,
+    broken_frames: u64,
+    reconnects: u64,
+    /// Told what the client waits for.
+    listener: Box<dyn FnMut(&str) + Send>,
+}
+
+impl std::fmt::Debug for Client {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Client").field("port", &self.transport.name()).finish_non_exhaustive()
+    }
+}
+
+impl Client {
+    /// A client that has not sent anything yet.
+    pub fn new(transport: impl Transport + 'static) -> Self {
+        Self::with_timing(transport, Timing::default())
+    }
+
+    /// A client with other timeouts.
+    pub fn with_timing(transport: impl Transport + 'static, timing: Timing) -> Self {
+        Self {
+            transport: Box::new(transport),
+            deframer: Box::default(),
+            unread: VecDeque::new(),
+            // A random start keeps a rig from mistaking the first request of this client for a repetition of
+            // another client's last request.
+            sequence: RandomState::new().hash_one(0) as u16,
+            events: VecDeque::new(),
+            timing,
+            broken_frames: 0,
+            reconnects: 0,
+            listener: Box::new(|_| ()),
+        }
+    }
+
+    /// Timeouts and attempts of this client.
+    pub fn timing(&self) -> Timing {
+        self.timing
+    }
+
+    /// Tells `listener` from now on, in sentences for people, while the rig does not answer or the link is lost.
+    pub fn telling(mut self, listener: impl FnMut(&str) + Send + 'static) -> Self {
+        self.listener = Box::new(listener);
+        self
+    }
+
+    /// Name of the port.
+    pub fn port(&self) -> &str {
+        self.transport.name()
+    }
+
+    /// Number of frames received corrupt.
+    pub fn broken_frames(&self) -> u64 {
+        self.broken_frames
+    }
+
+    /// How often the link was reopened.
+    pub fn reconnects(&self) -> u64 {
+        self.reconnects
+    }
+
+    /// Sends a request and waits for its answer; repeats the request while no answer comes.
+    ///
+    /// # Errors
+    /// When the rig refuses, does not answer, or the link is lost for good.
+    pub fn ask<E: Endpoint>(&mut self, request: &E::Request) -> Result<E::Response, ClientError> {
+        let name = purpose(E::KIND);
+        self.sequence = self.sequence.wrapping_add(1);
+        let sequence = self.sequence;
+        let mut frame = [0; MAX_FRAME];
+        let length = encode_frame(E::KIND, sequence, request, &mut frame)
+            .map_err(|_| ClientError::TooLong { request: name })?;
+        // The leading zero ends a partial frame that a lost link may have left on the other side.
+        let mut bytes = vec![0];
+        bytes.extend_from_slice(&frame[..length]);
+
+        let started = Instant::now();
+        let attempts = self.timing.attempts.max(1);
+        for attempt in 1..=attempts {
+            if attempt > 1 {
+                let (port, waited) = (self.transport.name(), seconds(started.elapsed()));
+                let said = format!(
+                    "no answer from {port} for {waited}; asking again ({attempt} of {attempts})"
+                );
+                (self.listener)(&said);
+            }
+            self.send(&bytes)?;
+            let deadline = Instant::now() + self.timing.answer;
+            while let Some(message) = self.next_message(deadline)? {
+                let Message::Answer { kind, sequence: to, body } = message else { continue };
+                if to != sequence {
+                    continue;
+                }
+                if kind == E::KIND | ANSWER {
+                    if let Ok(answer) = postcard::from_bytes(&body) {
+                        return Ok(answer);
+                    }
+                    self.broken_frames += 1;
+                } else if kind == REFUSED
+                    && let Ok(Refusal { reason }) = postcard::from_bytes(&body)
+                {
+                    return Err(ClientError::Refused { request: name, reason });
+                }
+            }
+        }
+        Err(ClientError::NoAnswer {
+            port: self.port().into(),
+            request: name,
+            attempts,
+            waited: started.elapsed(),
+        })
+    }
+
+    /// The next event, waiting up to `timeout` for it.
+    ///
+    /// # Errors
+    /// When the link is lost for good.
+    pub fn next_event(&mut self, timeout: Duration) -> Result<Option<Event>, ClientError> {
+        let deadline = Instant::now() + timeout;
+        while self.events.is_empty() {
+            // An answer that no request waits for any more is dropped here.
+            if self.next_message(deadline)?.is_none() {
+                break;
+            }
+        }
+        Ok(self.events.pop_front())
+    }
+
+    /// Drops the statuses in the queue, because the caller has just received a newer one.
+    pub fn discard_statuses(&mut self) {
+        self.events.retain(|event| !matches!(event, Event::Status(_)));
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
+        match self.transport.write_all(bytes) {
+            Ok(()) => Ok(()),
+            Err(lost) => {
+                self.reopen(&lost)?;
+                // If the link is lost again at once, no answer comes and the request is repeated.
+                let _ = self.transport.write_all(bytes);
+                Ok(())
+            }
+        }
+    }
+
+    /// The next message that is complete before `deadline`; an event goes to the queue.
+    fn next_message(&mut self, deadline: Instant) -> Result<Option<Message>, ClientError> {
+        loop {
+            while !self.unread.is_empty() {
+                let (bytes, _) = self.unread.as_slices();
+                let (taken, frame) = self.deframer.push(bytes);
+                let message = match frame {
+                    Some(Ok(frame)) => Message::read(frame),
+                    Some(Err(_)) => Some(Message::Broken),
+                    None => None,
+                };
+                self.unread.drain(..taken);
+                match message {
+                    Some(Message::Event(event)) => {
+                        if self.events.len() == EVENT_QUEUE {
+                            self.events.pop_front();
+                        }
+                        self.events.push_back(*event);
+                        return Ok(Some(Message::Queued));
+                    }
+                    Some(Message::Broken) => self.broken_frames += 1,
+                    Some(message) => return Ok(Some(message)),
+                    None => {}
+                }
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            let mut buffer = [0; 4096];
+            match self.transport.read(&mut buffer, left) {
+                Ok(0) if Instant::now() >= deadline => return Ok(None),
+                Ok(n) => self.unread.extend(&buffer[..n]),
+                Err(lost) => {
+                    self.reopen(&lost)?;
+                    // A request sent on the old link gets no answer on the new one.
+                    return Ok(None);
+                }
+            }
+        }
+    }
+
+    fn reopen(&mut self, lost: &io::Error) -> Result<(), ClientError> {
+        let started = Instant::now();
+        self.unread.clear();
+        *self.deframer = Deframer::new();
+        let (port, reconnect) = (self.port().to_owned(), self.timing.reconnect);
+        let mut told = false;
+        loop {
+            match self.transport.reconnect() {
+                Ok(()) => {
+                    self.reconnects += 1;
+                    if told {
+                        (self.listener)(&format!("{port} is back"));
+                    }
+                    return Ok(());
+                }
+                Err(e)
+                    if e.kind() != io::ErrorKind::Unsupported
+                        && started.elapsed() < self.timing.reconnect =>
+                {
+                    if !told {
+                        let what = match e.kind() {
+                            io::ErrorKind::ResourceBusy => "is in use by another program".into(),
+                            _ => format!("is gone ({lost}): connect the rig again"),
+                        };
+                        (self.listener)(&format!(
+                            "{port} {what}; waiting up to {} for it",
+                            seconds(reconnect)
+                        ));
+                        told = true;
+                    }
+                    std::thread::sleep(self.timing.pause);
+                }
+                Err(e) if e.kind() == io::ErrorKind::ResourceBusy => {
+                    return Err(ClientError::PortBusy { port, reason: e.to_string() });
+                }
+                Err(_) => {
+                    return Err(ClientError::Lost {
+                        port: self.port().into(),
+                        reason: lost.to_string(),
+                        waited: started.elapsed(),
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// The content of one frame.
+enum Message {
+    Answer {
+        kind: u16,
+        sequence: u16,
+        body: Vec<u8>,
+    },
+    Event(Box<Event>),
+    /// An event that was put in the queue.
+    Queued,
+    Broken,
+}
+
+impl Message {
+    fn read(frame: Frame<'_>) -> Option<Self> {
+        let event = match frame.kind {
+            STATUS_CHANGED => postcard::from_bytes(frame.body).map(Event::Status),
+            HIT => postcard::from_bytes(frame.body).map(Event::Hit),
+            SCANS => postcard::from_bytes(frame.body).map(|block| Event::Scans(Box::new(block))),
+            kind if kind & ANSWER != 0 => {
+                return Some(Self::Answer {
+                    kind,
+                    sequence: frame.sequence,
+                    body: frame.body.to_vec(),
+                });
+            }
+            // An event of a newer rig, which this program does not need.
+            _ => return None,
+        };
+        Some(event.map_or(Self::Broken, |event| Self::Event(Box::new(event))))
+    }
+}

@@ -1,0 +1,76 @@
+//! Commands that need a rig without a campaign.
+
+use massline_protocol::message::{CampaignCommand, Status};
+use massline_shared::measurement::campaign::Phase;
+
+use crate::campaign::phase_name;
+use crate::client::Client;
+use crate::error::{Error, Result};
+
+/// Ensures that no campaign is running or interrupted on the rig; with `restart` it is aborted.
+///
+/// # Errors
+/// `another_campaign`, and when the rig cannot be reached.
+pub(super) fn without_campaign(client: &mut Client, restart: bool) -> Result<()> {
+    let status = client.status()?;
+    if !has_campaign(&status)? {
+        return Ok(());
+    }
+    if !restart {
+        return Err(Error::device(
+            "another_campaign",
+            format!(
+                "the rig is {} in a campaign; finish it with the command that began it (`massline measure` or `massline \
+                 calibrate block`), or discard its hits with `massline device abort`",
+                phase_name(status.phase)
+            ),
+        ));
+    }
+    client.command(CampaignCommand::Abort)?;
+    Ok(())
+}
+
+/// Whether the rig has a campaign that can be aborted.
+///
+/// # Errors
+/// `rig_solving` while it computes a result: that is not interrupted, and takes seconds.
+pub(super) fn has_campaign(status: &Status) -> Result<bool> {
+    match Phase::try_from(status.phase).ok() {
+        Some(Phase::Idle | Phase::Done) => Ok(false),
+        Some(Phase::Solving) => Err(Error::device(
+            "rig_solving",
+            "the rig is computing the result of a complete campaign, which takes a few seconds; then `massline results \
+             list` shows it, and the rig is free",
+        )),
+        _ => Ok(true),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn status(phase: Phase) -> Status {
+        Status {
+            phase: phase as u8,
+            dof: 0,
+            accepted: Default::default(),
+            rejected: 0,
+            armings: 0,
+            last_hit: 0,
+            hits_per_dof: 5,
+            layout_hash: 1,
+            result: 0,
+            diagnostics: Default::default(),
+        }
+    }
+
+    #[test]
+    fn a_campaign_that_is_being_solved_is_not_aborted_but_waited_for() {
+        assert!(!has_campaign(&status(Phase::Idle)).unwrap());
+        assert!(!has_campaign(&status(Phase::Done)).unwrap());
+        assert!(has_campaign(&status(Phase::Paused)).unwrap());
+        let refused = has_campaign(&status(Phase::Solving)).unwrap_err();
+        assert_eq!((refused.code(), refused.exit_code()), ("rig_solving", 4));
+    }
+}

@@ -1,0 +1,109 @@
+//! The tables `[test]` and `[target]`.
+
+use std::ops::Range;
+
+use massline_shared::diagnosis::Setting;
+use massline_shared::layout::{MAX_HITS_PER_DOF, Target, TestSettings};
+use toml::Spanned;
+
+use super::error::{Fault, LayoutFileError, Place};
+use super::raw::{RawTarget, RawTest};
+use super::source::Source;
+use super::values::{RawBand, RawBandName};
+
+/// The settings of the test, with the defaults of those that are not given.
+pub(super) fn test(
+    raw: Option<&RawTest>,
+    source: &Source<'_>,
+) -> Result<TestSettings<f64>, LayoutFileError> {
+    let mut test = TestSettings::default();
+    let Some(raw) = raw else { return Ok(test) };
+    if let Some(hits) = &raw.hits_per_dof {
+        let allowed = |hits: &u8| (1..=MAX_HITS_PER_DOF).contains(hits);
+        test.hits_per_dof =
+            u8::try_from(*hits.get_ref()).ok().filter(allowed).ok_or_else(|| {
+                let value = *hits.get_ref() as f64;
+                let fault = Fault::OutOfRange { value, wanted: "a whole number from 1 to 50" };
+                source.fault(hits.span(), "test.hits_per_dof", fault)
+            })?;
+    }
+    if let Some(band) = &raw.band_hz {
+        test.band_hz = match *band.get_ref() {
+            RawBand::Named(RawBandName::Auto) => None,
+            RawBand::Ends(ends) => Some(band_ends(ends, band.span(), source)?),
+        };
+    }
+    let positive = "a positive number";
+    if let Some(v) = &raw.exponential_decay_per_s {
+        let wanted = "zero (no window) or a positive number, 1/s";
+        let key = "test.exponential_decay_per_s";
+        test.exponential_decay = source.within(v, key, |v| v >= 0.0, wanted)?;
+    }
+    if let Some(v) = &raw.force_window_s {
+        test.force_window_s = source.within(v, "test.force_window_s", |v| v > 0.0, positive)?;
+    }
+    if let Some(v) = &raw.trigger_n {
+        test.trigger_n = source.within(v, "test.trigger_n", |v| v > 0.0, positive)?;
+    }
+    if let Some(v) = &raw.min_peak_force_n {
+        test.min_peak_force_n = source.within(v, "test.min_peak_force_n", |v| v > 0.0, positive)?;
+    }
+    test.frf_estimator = raw.frf_estimator.unwrap_or(test.frf_estimator);
+    test.terms = raw.terms.unwrap_or(test.terms);
+    Ok(test)
+}
+
+/// The precision at which a campaign may stop.
+pub(super) fn target(
+    raw: Option<&RawTarget>,
+    source: &Source<'_>,
+) -> Result<Target<f64>, LayoutFileError> {
+    let Some(raw) = raw else { return Ok(Target::default()) };
+    let wanted = "a positive half width: 0.01 is 1 %, or 10 mm for center_m";
+    let of = |value: &Option<Spanned<f64>>, key| {
+        let check = |v| source.within(v, key, |v| v > 0.0, wanted);
+        value.as_ref().map(check).transpose()
+    };
+    Ok(Target {
+        mass: of(&raw.mass, "target.mass")?,
+        center: of(&raw.center_m, "target.center_m")?,
+        inertia: of(&raw.inertia, "target.inertia")?,
+    })
+}
+
+fn band_ends(
+    [low, high]: [f64; 2],
+    span: Range<usize>,
+    source: &Source<'_>,
+) -> Result<[f64; 2], LayoutFileError> {
+    source.finite(span.clone(), "test.band_hz", &[low, high])?;
+    if low <= 0.0 || high <= low {
+        let value = if low <= 0.0 { low } else { high };
+        let wanted = "[lowest, highest] frequency in Hz, 0 < lowest < highest";
+        return Err(source.fault(span, "test.band_hz", Fault::OutOfRange { value, wanted }));
+    }
+    Ok([low, high])
+}
+
+/// Where the settings of the test stand.
+pub(super) fn places(test: &RawTest, source: &Source<'_>) -> Vec<(Setting, Place)> {
+    let span = |of: &Option<Spanned<f64>>| of.as_ref().map(Spanned::span);
+    let band = test.band_hz.as_ref().map(Spanned::span);
+    let all = [
+        (Setting::HitsPerDof, "test.hits_per_dof", test.hits_per_dof.as_ref().map(Spanned::span)),
+        (Setting::BandLower, "test.band_hz", band.clone()),
+        (Setting::BandUpper, "test.band_hz", band),
+        (
+            Setting::ExponentialDecay,
+            "test.exponential_decay_per_s",
+            span(&test.exponential_decay_per_s),
+        ),
+        (Setting::ForceWindow, "test.force_window_s", span(&test.force_window_s)),
+        (Setting::Trigger, "test.trigger_n", span(&test.trigger_n)),
+        (Setting::MinPeakForce, "test.min_peak_force_n", span(&test.min_peak_force_n)),
+    ];
+    let place = |(setting, key, span)| {
+        Some((setting, Place::of(source.file, source.text, Some(span?), key)))
+    };
+    all.into_iter().filter_map(place).collect()
+}

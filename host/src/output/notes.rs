@@ -1,0 +1,85 @@
+//! What is said beside the answer, and the progress bars under it.
+
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::tone::harmless;
+use super::width;
+use super::wrap::wrapped;
+
+/// The stream of what is said beside the answer. Clones write to the same stream.
+#[derive(Clone)]
+pub struct Notes {
+    err: Arc<Mutex<Box<dyn Write + Send>>>,
+    /// Whether it is a terminal.
+    terminal: bool,
+    /// The bars, which make room for a note; `None` where there are none.
+    bars: Option<MultiProgress>,
+    raw: Arc<AtomicBool>,
+}
+
+impl Notes {
+    /// Notes on a stream that is not a terminal.
+    pub(super) fn to(err: impl Write + Send + 'static) -> Self {
+        let err: Box<dyn Write + Send> = Box::new(err);
+        Self { err: Arc::new(Mutex::new(err)), terminal: false, bars: None, raw: Arc::default() }
+    }
+
+    /// Notes on the terminal of stderr; with bars if it can move its cursor.
+    pub(super) fn on_terminal(self, moves: bool) -> Self {
+        let bars = || MultiProgress::with_draw_target(ProgressDrawTarget::stderr());
+        Self { terminal: true, bars: moves.then(bars), ..self }
+    }
+
+    /// Writes a note.
+    pub fn note(&self, text: &str) {
+        self.verbatim(wrapped(text, width(self.terminal)));
+    }
+
+    fn verbatim(&self, text: String) {
+        let mut text = harmless(&text).into_owned();
+        if self.raw.load(Ordering::Relaxed) {
+            text = text.replace('\n', "\r\n") + "\r";
+        }
+        let mut err = self.err.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut write = || writeln!(err, "{text}");
+        let written = match &self.bars {
+            Some(bars) => bars.suspend(write),
+            None => write(),
+        };
+        // A failure to write to stderr cannot be reported anywhere.
+        written.ok();
+    }
+
+    /// Sets whether the terminal is in raw mode, where a line feed does not return to the first column.
+    pub(super) fn set_raw(&self, raw: bool) {
+        self.raw.store(raw, Ordering::Relaxed);
+    }
+
+    /// A progress bar that counts to `length`; invisible where there are none. Notes appear above it.
+    pub(super) fn bar(&self, length: u64, label: &str) -> ProgressBar {
+        let Some(bars) = &self.bars else { return ProgressBar::hidden() };
+        let bar = bars.add(ProgressBar::new(length));
+        let style = ProgressStyle::with_template("{prefix:20} {bar:30} {pos}/{len} {msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        bar.set_style(style);
+        bar.set_prefix(harmless(label).into_owned());
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_label_of_a_bar_has_no_control_characters() {
+        let notes = Notes::to(std::io::sink()).on_terminal(true);
+        assert_eq!(notes.bar(3, "a\x1b[2Jb").prefix(), "a\u{fffd}[2Jb");
+    }
+}

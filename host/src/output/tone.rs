@@ -1,0 +1,78 @@
+//! Colours, and text that a terminal shows but does not obey.
+
+use std::borrow::Cow;
+
+/// When text is coloured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum ColorChoice {
+    /// On a terminal that shows colours, unless NO_COLOR is set.
+    #[default]
+    Auto,
+    /// Always, also into a pipe.
+    Always,
+    /// Never.
+    Never,
+}
+
+/// The tone of a piece of text: how a terminal with colours shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// A heading.
+    Strong,
+    /// Success.
+    Good,
+    /// A warning.
+    Warning,
+    /// An error.
+    Bad,
+}
+
+/// Ends a [`Tone`].
+pub(super) const RESET: &str = "\x1b[0m";
+
+impl Tone {
+    pub(super) fn escape(self) -> &'static str {
+        match self {
+            Self::Strong => "\x1b[1m",
+            Self::Good => "\x1b[32m",
+            Self::Warning => "\x1b[33m",
+            Self::Bad => "\x1b[31m",
+        }
+    }
+}
+
+/// A JSON text whose strings name their control characters by number; serde_json writes those above 0x7e as they are.
+pub(super) fn escaped(json: &str) -> Cow<'_, str> {
+    if !json.contains(char::is_control) {
+        return json.into();
+    }
+    let mut text = String::new();
+    for c in json.chars() {
+        if c.is_control() {
+            text += &format!("\\u{:04x}", u32::from(c));
+        } else {
+            text.push(c);
+        }
+    }
+    text.into()
+}
+
+/// The text without the control characters of files, rigs and systems, which a terminal would obey; those of
+/// [`Tone`] stay.
+pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
+    let obeyed = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if !text.contains(obeyed) {
+        return text.into();
+    }
+    let tones = [Tone::Strong, Tone::Good, Tone::Warning, Tone::Bad].map(Tone::escape);
+    let mut clean = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find(obeyed) {
+        clean += &rest[..at];
+        let tail = &rest[at..];
+        let own = tones.into_iter().chain([RESET]).find(|tone| tail.starts_with(tone));
+        clean += own.unwrap_or("\u{fffd}");
+        rest = &tail[own.map_or_else(|| tail.chars().next().map_or(0, char::len_utf8), str::len)..];
+    }
+    (clean + rest).into()
+}

@@ -1,0 +1,184 @@
+//! What the program writes on a terminal: widths, colours, the progress bar.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::process::{Child, Command};
+
+use nix::pty::{Winsize, openpty};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+
+use crate::program::{LAYOUT, layout_with_hits, run, words};
+use crate::virtual_process::VirtualProcess;
+
+/// The program on a terminal of its own.
+struct Terminal {
+    process: Child,
+    screen: File,
+    /// All that it has written.
+    text: String,
+}
+
+impl Terminal {
+    fn start(columns: u16, name: &str, arguments: &[&str]) -> Self {
+        let size = Winsize { ws_row: 50, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
+        let ends = openpty(Some(&size), None).unwrap();
+        let end = || File::from(ends.slave.try_clone().unwrap());
+        // The terminal has to be that of the process: its size is asked for by that way.
+        let process = Command::new("setsid")
+            .args(["--ctty", env!("CARGO_BIN_EXE_massline")])
+            .args(arguments)
+            .env("TERM", name)
+            .env_remove("NO_COLOR")
+            .env_remove("COLUMNS")
+            .env_remove("MASSLINE_PORT")
+            .stdin(end())
+            .stdout(end())
+            .stderr(end())
+            .spawn()
+            .unwrap();
+        Self { process, screen: ends.master.into(), text: String::new() }
+    }
+
+    /// Reads until `found` or the end of the process.
+    fn until(&mut self, found: impl Fn(&str) -> bool) -> bool {
+        let mut buffer = [0; 4096];
+        let mut bytes = std::mem::take(&mut self.text).into_bytes();
+        loop {
+            let text = String::from_utf8_lossy(&bytes);
+            if found(&text) {
+                self.text = text.into_owned();
+                return true;
+            }
+            // The last end of the other side closes with an error.
+            match self.screen.read(&mut buffer) {
+                Ok(read) if read > 0 => bytes.extend(&buffer[..read]),
+                _ => {
+                    self.text = String::from_utf8_lossy(&bytes).into_owned();
+                    return false;
+                }
+            }
+        }
+    }
+
+    /// Reads to the end: exit code and everything.
+    fn end(mut self) -> (i32, String) {
+        self.until(|_| false);
+        (self.process.wait().unwrap().code().unwrap(), self.text)
+    }
+}
+
+/// The text without sequences for the terminal.
+fn plain(text: &str) -> String {
+    let mut plain = String::new();
+    let mut characters = text.chars();
+    while let Some(c) = characters.next() {
+        if c == '\x1b' && characters.next() == Some('[') {
+            characters.by_ref().find(|c| ('@'..='~').contains(c));
+        } else if c != '\x1b' {
+            plain.push(c);
+        }
+    }
+    plain
+}
+
+fn example(name: &str) -> String {
+    format!("../tests/data/uff/{name}")
+}
+
+#[test]
+fn every_text_fits_terminals_of_forty_eighty_and_two_hundred_columns() {
+    let (layout, uff) = (example("a_irm_01.toml"), example("a_irm_01.ascii.uff"));
+    let commands: [&[&str]; 7] = [
+        &["--help"],
+        &["measure", "--help"],
+        &["simulate", "--help"],
+        &["demo"],
+        &["solve", &layout, &uff],
+        &["layout", "check", LAYOUT],
+        &["layout", "suggest", LAYOUT, "--starts", "1"],
+    ];
+    for arguments in commands {
+        for columns in [40, 80, 200] {
+            let (exit, text) = Terminal::start(columns, "xterm", arguments).end();
+            assert_eq!(exit, 0, "{arguments:?}: {text}");
+            let text = plain(&text);
+            // The bar, whose line is overwritten, leaves its last state before a carriage return.
+            let lines = text.lines().map(|line| line.trim_end().rsplit('\r').next().unwrap());
+            for line in lines {
+                let wide = textwrap::core::display_width(line);
+                // One word that is too long stays whole, and clap breaks no line of usage.
+                let word = !line.trim().contains(' ') || line.starts_with("Usage: ");
+                assert!(wide <= usize::from(columns) || word, "{arguments:?}, {columns}: {line}");
+            }
+        }
+    }
+}
+
+#[test]
+fn narrow_terminals_break_no_word_of_a_help_text() {
+    for command in [&["--help"][..], &["virtual", "--help"], &["layout", "check", "--help"]] {
+        let of = |columns| words(&plain(&Terminal::start(columns, "xterm", command).end().1));
+        let wide = of(200);
+        assert_eq!(of(40), wide, "{command:?}");
+        assert_eq!(of(80), wide, "{command:?}");
+    }
+}
+
+#[test]
+fn help_and_errors_have_colours_where_they_are_wanted() {
+    let coloured = |name: &str, arguments: &[&str]| {
+        Terminal::start(80, name, arguments).end().1.contains("\x1b[")
+    };
+    for arguments in [&["--help"][..], &["no-such-command"], &["layout", "check", "missing.toml"]] {
+        assert!(coloured("xterm", arguments), "{arguments:?}");
+        assert!(!coloured("dumb", arguments), "{arguments:?}");
+        assert!(!coloured("xterm", &[arguments, &["--color", "never"]].concat()), "{arguments:?}");
+        let piped = |color| run(&[arguments, &["--color", color]].concat());
+        let escapes = |color| {
+            let run = piped(color);
+            (run.stdout + &run.stderr).contains("\x1b[")
+        };
+        assert!(escapes("always") && !escapes("auto"), "{arguments:?}");
+    }
+}
+
+#[test]
+fn control_characters_of_arguments_do_not_reach_the_terminal() {
+    for strange in ["\x1b[2Jx", "\x1b]0;title\x07", "\u{9b}2J"] {
+        for arguments in [
+            &["layout", strange][..],
+            &["layout", "check", strange],
+            &["simulate", LAYOUT, "--seed", strange],
+            &["demo", "--bench", strange],
+        ] {
+            let (exit, text) = Terminal::start(80, "dumb", arguments).end();
+            assert_eq!(exit, 2, "{arguments:?}: {text}");
+            let control = |c: char| c.is_control() && !matches!(c, '\n' | '\r');
+            assert!(!text.contains(control), "{arguments:?}: {text:?}");
+        }
+    }
+}
+
+/// The rig is stopped by a signal: it neither answers nor closes its port.
+#[test]
+fn a_silent_rig_is_told_of_above_the_progress_bar() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = VirtualProcess::start(&[]);
+    let layout = layout_with_hits(folder.path(), 20);
+    let mut measure = Terminal::start(80, "xterm", &["measure", &layout, "--port", &rig.port]);
+    assert!(measure.until(|text| text.contains("good")), "{}", measure.text);
+    let process = Pid::from_raw(rig.process.id() as i32);
+    kill(process, Signal::SIGSTOP).unwrap();
+    assert!(measure.until(|text| text.contains("asking again")), "{}", measure.text);
+    kill(process, Signal::SIGCONT).unwrap();
+    let text = plain(&measure.text);
+    let (before, _) = text.rsplit_once("no answer from").unwrap();
+    assert!(before.ends_with(['\r', '\n']), "the bar is in the same line: {before}");
+    let hits = measure.text.matches("good").count();
+    assert!(measure.until(|text| text.matches("good").count() > hits), "{}", measure.text);
+    // Ctrl-C of a terminal in raw mode.
+    measure.screen.write_all(b"\x03").unwrap();
+    let (exit, text) = measure.end();
+    assert_eq!(exit, 130, "{text}");
+}
