@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use super::{Advice, DesignReport, Predicted, Suggestion};
 use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
-use crate::report::two_digits;
+use crate::report::{hash_text, two_digits};
 
 /// Error sources with a smaller share than this are not listed.
 const MIN_SHARE: f64 = 0.005;
@@ -53,7 +53,7 @@ fn of_both(judged: &Judged<'_>) -> Value {
     value["sensors"] = layout.sensors.iter().map(|s| json!(s.node)).collect();
     value["hits"] = layout.hits.iter().map(|h| json!(h.dof.to_string())).collect();
     value["hits_per_dof"] = json!(layout.test.hits_per_dof);
-    value["layout_hash"] = json!(layout.cast().map(|rig: RigLayout| rig.hash()));
+    value["layout_hash"] = json!(layout.cast().and_then(|rig: RigLayout| hash_text(rig.hash())));
     value
 }
 
