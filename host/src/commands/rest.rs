@@ -60,6 +60,7 @@ mod tests {
             last_hit: 0,
             hits_per_dof: 5,
             layout_hash: 1,
+            started_unix_s: 0,
             result: 0,
             diagnostics: Default::default(),
         }
