@@ -43,11 +43,15 @@ use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 use crate::output::{ColorChoice, Output};
 
+/// The version of the package, and the commit that it was built from.
+const VERSION: &str =
+    concat!(env!("CARGO_PKG_VERSION"), " (commit ", env!("MASSLINE_GIT_HASH"), ")");
+
 /// Mass, centre of mass and inertia tensor of an object from a few hammer taps.
 #[derive(Debug, Parser)]
 #[command(
     name = "massline",
-    version,
+    version = VERSION,
     subcommand_required = true,
     arg_required_else_help = true,
     after_help = "\
