@@ -16,6 +16,7 @@ use massline_shared::measurement::campaign::Phase;
 use super::archive::ArchiveArgs;
 use super::connect::PortArgs;
 use super::files;
+use super::rest::begun;
 use super::show;
 use crate::archive::{Archive, ArchivedLayout, Part};
 use crate::calibration::day::age_in_days;
@@ -221,10 +222,10 @@ pub(super) fn make_room(client: &mut Client, layout: &RigLayout, restart: bool) 
         return Err(Error::device(
             "another_campaign",
             format!(
-                "the rig is {} in a campaign with another layout ({}); go on with it by the command that began it \
-                 (`massline measure` or `massline calibrate block`) with that layout, or discard its hits with `massline \
-                 device abort` or --restart",
+                "the rig is {} in {} with another layout ({}); go on with it by that command and that layout, or discard its \
+                 hits with `massline device abort` or --restart",
                 phase_name(status.phase),
+                begun(&status),
                 report::hash_text(status.layout_hash).unwrap_or_default(),
             ),
         ));

@@ -1,6 +1,7 @@
 //! Commands that need a rig without a campaign.
 
 use massline_protocol::message::{CampaignCommand, Status};
+use massline_shared::diagnosis::Code;
 use massline_shared::measurement::campaign::Phase;
 
 use crate::campaign::phase_name;
@@ -20,14 +21,23 @@ pub(super) fn without_campaign(client: &mut Client, restart: bool) -> Result<()>
         return Err(Error::device(
             "another_campaign",
             format!(
-                "the rig is {} in a campaign; finish it with the command that began it (`massline measure` or `massline \
-                 calibrate block`), or discard its hits with `massline device abort`",
-                phase_name(status.phase)
+                "the rig is {} in {}; finish it with that command, or discard its hits with `massline device abort`",
+                phase_name(status.phase),
+                begun(&status),
             ),
         ));
     }
     client.command(CampaignCommand::Abort)?;
     Ok(())
+}
+
+/// What kind of campaign the rig has, with the command that goes on with it.
+pub(super) fn begun(status: &Status) -> &'static str {
+    if status.diagnostics.iter().any(|found| found.code == Code::BlockTest) {
+        "a block test of `massline calibrate block` or `verify`"
+    } else {
+        "a campaign of `massline measure`"
+    }
 }
 
 /// Whether the rig has a campaign that can be aborted.
@@ -48,6 +58,8 @@ pub(super) fn has_campaign(status: &Status) -> Result<bool> {
 
 #[cfg(test)]
 mod tests {
+    use massline_shared::diagnosis::{Diagnostic, Severity};
+
     use super::*;
 
     fn status(phase: Phase) -> Status {
@@ -64,6 +76,15 @@ mod tests {
             result: 0,
             diagnostics: Default::default(),
         }
+    }
+
+    #[test]
+    fn a_block_test_is_named_as_one() {
+        let mut status = status(Phase::Paused);
+        assert!(begun(&status).contains("`massline measure`"));
+        let block = Diagnostic::whole(Code::BlockTest, Severity::Note, 0.0);
+        status.diagnostics.push(block).unwrap();
+        assert!(begun(&status).contains("calibrate block"));
     }
 
     #[test]

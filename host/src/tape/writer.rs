@@ -144,6 +144,8 @@ impl TapeWriter {
                 let left = format!("{} holds the hits up to there", self.partial.display());
                 Err(Error::input("cannot_write", format!("{error}; {left}")))
             }
+            // The scans have their name already, and the sidecar not yet.
+            Err(error) if !self.partial.exists() => Err(error),
             Err(error) => {
                 self.discard();
                 Err(error)

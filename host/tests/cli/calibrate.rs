@@ -106,7 +106,7 @@ fn a_tumble_test_is_refused_before_it_prompts_when_the_rig_has_a_campaign() {
     let readings = folder.path().join("readings.toml").display().to_string();
     let tumble = run(&["calibrate", "tumble", "--readings", &readings, "--port", &rig.port]);
     assert_eq!(tumble.exit, 4, "{}", tumble.stderr);
-    assert!(tumble.says("in a campaign; finish it with the command that began it"));
+    assert!(tumble.says("in a campaign of `massline measure`; finish it with that command"));
     assert!(tumble.says("`massline device abort`") && !tumble.says("turn the sensors"));
 }
 
