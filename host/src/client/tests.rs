@@ -222,7 +222,8 @@ fn a_broken_answer_is_counted_and_asked_for_again() {
         times += 1;
         let mut bytes = answer::<GetStatus>(f, &status(3));
         if times == 1 {
-            bytes[3] ^= 0x40;
+            // Another byte that is not zero, which would end the frame and count twice.
+            bytes[3] = if bytes[3] == 1 { 2 } else { 1 };
         }
         Ok(vec![bytes])
     })
