@@ -5,6 +5,9 @@ use std::process::{Command, Stdio};
 
 use crate::error::{Error, Result};
 
+/// The program that runs the firmware without a board.
+pub const EMULATOR: &str = "qemu-system-arm";
+
 /// Builds `package` for `target` from the checkout; returns the ELF file. `otherwise` names the option that
 /// accepts a ready-made image; the errors mention it.
 ///

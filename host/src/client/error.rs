@@ -21,6 +21,17 @@ pub enum ClientError {
         /// The system's message.
         reason: String,
     },
+    /// The user may not open the port.
+    #[error(
+        "{port} may not be opened ({reason}): on Linux your user must be in the group `dialout`, or a udev rule must \
+         allow it; `massline doctor` prints the rule"
+    )]
+    Denied {
+        /// Path of the port.
+        port: String,
+        /// The system's message.
+        reason: String,
+    },
     /// The file is not a port.
     #[error("{port} is not a serial port; `massline device list` shows the ports")]
     NoPort {
@@ -155,6 +166,9 @@ pub(super) fn seconds(time: Duration) -> String {
 }
 
 impl ClientError {
+    /// The code of a port that the user may not open.
+    pub const DENIED: &'static str = "port_denied";
+
     /// The rig's reason when it refused.
     pub fn refusal(&self) -> Option<Reason> {
         match self {
@@ -167,6 +181,7 @@ impl ClientError {
     pub fn code(&self) -> &'static str {
         match self {
             Self::NotOpened { .. } => "port_not_opened",
+            Self::Denied { .. } => Self::DENIED,
             Self::NoPort { .. } => "no_port",
             Self::NoSuchPort { .. } => "port_not_found",
             Self::PortBusy { .. } => "port_busy",

@@ -177,10 +177,7 @@ fn named(path: &str, error: &serialport::Error) -> ClientError {
         ErrorKind::Io(io::ErrorKind::NotFound) => ClientError::NoSuchPort { port },
         ErrorKind::NoDevice if exists(path) => ClientError::PortBusy { port, reason },
         ErrorKind::NoDevice => ClientError::NoSuchPort { port },
-        ErrorKind::Io(io::ErrorKind::PermissionDenied) => ClientError::NotOpened {
-            port,
-            reason: format!("{reason}; on Linux your user must be in the group `dialout`"),
-        },
+        ErrorKind::Io(io::ErrorKind::PermissionDenied) => ClientError::Denied { port, reason },
         _ if reason.contains(NOT_A_TERMINAL) => ClientError::NoPort { port },
         _ => ClientError::NotOpened { port, reason },
     }

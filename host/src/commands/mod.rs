@@ -8,6 +8,7 @@ pub mod compare;
 pub mod connect;
 pub mod demo;
 pub mod device;
+mod doctor;
 pub mod export;
 pub mod files;
 pub mod flash;
@@ -87,6 +88,8 @@ pub enum Command {
     Layout(layout::Args),
     /// Find rigs, show their identity and counters, abort a campaign.
     Device(device::Args),
+    /// Check this computer: ports and permissions, what is plugged in, what is missing.
+    Doctor(doctor::Args),
     /// Write the firmware to a board; the data stored on the rig stay.
     Flash(flash::Args),
     /// Measure with a rig: send the layout, follow the hits, fetch the result.
@@ -165,6 +168,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Demo(args) => demo::run(&args, output),
         Command::Layout(args) => layout::run(&args, output),
         Command::Device(args) => device::run(&args, output),
+        Command::Doctor(args) => doctor::run(&args, output),
         Command::Flash(args) => flash::run(&args, output),
         Command::Measure(args) => measure::run(&args, output),
         Command::Calibrate(args) => calibrate::run(&args, output),

@@ -109,6 +109,23 @@ fn udev_rule(UsbId { vendor, product }: UsbId) -> String {
     )
 }
 
+/// `Some` when a chip whose boot loader has this identity is connected and may be opened, `None` when there is none.
+///
+/// # Errors
+/// When the USB devices cannot be listed, or the chip cannot be opened.
+pub fn connected(loader: &Dfu) -> Result<Option<()>> {
+    let devices = nusb::list_devices().wait().map_err(|error| {
+        Error::device("usb_failed", format!("the USB devices cannot be listed: {error}"))
+    })?;
+    let UsbId { vendor, product } = loader.usb;
+    let Some(device) =
+        devices.into_iter().find(|d| (d.vendor_id(), d.product_id()) == (vendor, product))
+    else {
+        return Ok(None);
+    };
+    device.open().wait().map(|_| Some(())).map_err(|error| opened(&error, loader.usb))
+}
+
 fn failed(error: impl std::fmt::Display) -> Error {
     Error::device("usb_failed", format!("the chip in DFU mode cannot be used: {error}"))
 }

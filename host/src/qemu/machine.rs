@@ -19,8 +19,8 @@ use nix::fcntl::OFlag;
 use super::feeder::Feeder;
 use super::memory::Psram;
 use crate::error::{Error, Result};
+use crate::firmware::EMULATOR;
 
-const QEMU: &str = "qemu-system-arm";
 /// QEMU prints the path of its pty within this time after its start.
 const START: Duration = Duration::from_secs(20);
 /// Number of output lines of QEMU and the firmware that are stored.
@@ -97,10 +97,10 @@ impl Machine {
             if error.kind() == std::io::ErrorKind::NotFound {
                 Error::device(
                     "qemu_missing",
-                    format!("{QEMU} is not installed; on Debian or Ubuntu: apt-get install qemu-system-arm"),
+                    format!("{EMULATOR} is not installed; on Debian or Ubuntu: apt-get install qemu-system-arm"),
                 )
             } else {
-                Error::device("qemu_failed", format!("cannot start {QEMU}: {error}"))
+                Error::device("qemu_failed", format!("cannot start {EMULATOR}: {error}"))
             }
         })?;
         let words = Words::default();
@@ -152,7 +152,7 @@ fn command(elf: &Path, psram: &Path) -> Command {
     let mut memory =
         std::ffi::OsString::from("memory-backend-file,id=afe,size=16M,share=on,mem-path=");
     memory.push(psram);
-    let mut command = Command::new(QEMU);
+    let mut command = Command::new(EMULATOR);
     command
         .args(["-M", "mps2-an386,memory-backend=afe", "-object"])
         .arg(memory)

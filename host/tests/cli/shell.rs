@@ -1,6 +1,6 @@
 //! Completions, manual pages and colour.
 
-use crate::program::{LAYOUT, answer, run};
+use crate::program::{LAYOUT, answer, run, success};
 
 #[test]
 fn every_shell_completes_every_command() {
@@ -40,4 +40,21 @@ fn colour_is_for_terminals_or_for_who_asks() {
     assert!(!show(&[]));
     assert!(show(&["--color", "always"]));
     assert!(!show(&["--color", "never"]));
+}
+
+#[test]
+fn doctor_says_how_things_are_and_what_to_do() {
+    let value = success(&["doctor"]);
+    let findings = value["findings"].as_array().unwrap();
+    let of = |subject: &str| findings.iter().find(|found| found["subject"] == subject);
+    let program = of("massline").unwrap();
+    assert_eq!(program["state"], "good");
+    assert!(program["found"].as_str().unwrap().starts_with(env!("CARGO_PKG_VERSION")), "{program}");
+    let emulator = of("emulated rig").unwrap();
+    assert_eq!(emulator["advice"].is_null(), emulator["state"] == "good", "{emulator}");
+    for found in findings.iter().filter(|found| found["state"] == "absent") {
+        assert!(found["advice"].is_string(), "{found}");
+    }
+    let text = run(&["doctor"]);
+    assert!(text.exit == 0 && text.stdout.contains("massline: "), "{}", text.stdout);
 }
