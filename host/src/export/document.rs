@@ -121,7 +121,10 @@ pub fn of_value(value: &Value, source: &str, method: Option<Method>) -> Result<E
         }
         _ => return Err(version.wrong(&format!("the number {SCHEMA_VERSION}"))),
     }
-    let (answer, notes) = chosen(&document, method)?;
+    let (answer, mut notes) = chosen(&document, method)?;
+    if value["agreement"]["agree"] == false {
+        notes.push("the methods do not agree on this object: see agreement in the document".into());
+    }
     let mut exported = answer_of(&answer, source)?;
     exported.test.layout_hash = hash_of(&value["layout_hash"]);
     exported.test.notes = notes;
@@ -352,6 +355,16 @@ mod tests {
         let both = format!("{}\n{error}\n", document());
         let read = of_document(both.as_bytes(), "r.json", None).unwrap();
         assert!(read.test.notes[0].contains("the rig is gone"), "{:?}", read.test.notes);
+    }
+
+    #[test]
+    fn disagreement_of_the_methods_is_noted() {
+        let mut value = document();
+        value["agreement"] = json!({ "agree": true });
+        assert!(read(&value).unwrap().test.notes.is_empty());
+        value["agreement"]["agree"] = json!(false);
+        let notes = read(&value).unwrap().test.notes;
+        assert!(notes[0].contains("the methods do not agree"), "{notes:?}");
     }
 
     #[test]
