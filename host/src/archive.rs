@@ -53,7 +53,7 @@ pub use records::{HitRecord, RecordCollection};
 pub use spectra::ArchivedSpectra;
 
 /// Name of the format.
-const FORMAT: &str = "massline-archive";
+pub const FORMAT: &str = "massline-archive";
 /// Version of the format: incremented when a key is renamed or removed or changes its meaning.
 pub const SCHEMA_VERSION: u32 = 1;
 /// Largest archive that is read, bytes: 600 hits with their records.

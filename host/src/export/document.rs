@@ -99,6 +99,11 @@ pub fn of_value(value: &Value, source: &str, method: Option<Method>) -> Result<E
         let message = format!("{source}: this is no JSON object; {ADVICE}");
         return Err(Error::input("result_malformed", message));
     }
+    if value["format"] == crate::archive::FORMAT {
+        let message =
+            format!("{source}: this is an archive, which is read from a file only: give its path");
+        return Err(Error::input("result_is_archive", message));
+    }
     let document = Place::whole(value, source);
     if let Some(message) = value["error"]["message"].as_str() {
         let message = format!(
@@ -336,6 +341,7 @@ mod tests {
         refused(&error, "result_is_error", "no rig");
         let none = changed(&|v| v["results"] = json!([]));
         refused(&none, "no_answer", "not_applicable");
+        refused(&json!({ "format": "massline-archive" }), "result_is_archive", "its path");
         refused(&json!([1]), "result_malformed", "no JSON object");
         refused(&json!({}), "result_key_missing", "schema_version");
     }

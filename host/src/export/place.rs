@@ -8,8 +8,8 @@ use crate::error::{Error, Result};
 const SYMMETRY: f64 = 1e-6;
 
 /// What to do with a document that is not as expected.
-pub(super) const ADVICE: &str =
-    "give the whole output of massline solve, measure, results get, simulate or replay with --json";
+pub(super) const ADVICE: &str = "give an archive, or the whole output of massline solve, measure, results get, \
+                                 simulate or replay with --json";
 
 /// A value of a document, and how it is reached.
 #[derive(Clone, Debug)]
