@@ -22,7 +22,7 @@ pub use exchange::{Client, Event, Timing};
 pub use pipe::PipeTransport;
 
 pub use scans::scans_of;
-pub use serial::{PortFacts, SerialTransport, choose_port, list_ports};
+pub use serial::{PORT_VARIABLE, PortFacts, SerialTransport, choose_port, list_ports};
 pub use spectra::{DofSpectra, SpectraError};
 pub use tcp::{TcpAddress, TcpTransport};
 pub use transport::Transport;

@@ -12,7 +12,7 @@ const BAUD: u32 = 921_600;
 /// How long the rig may take to accept a frame.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Environment variable that names the port when no argument does.
-const PORT_VARIABLE: &str = "MASSLINE_PORT";
+pub const PORT_VARIABLE: &str = "MASSLINE_PORT";
 
 /// A rig behind a serial port or a pty.
 pub struct SerialTransport {

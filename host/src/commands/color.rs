@@ -18,7 +18,7 @@ const STYLES: Styles = Styles::styled()
 
 /// What `--color` says. It is needed before the arguments are parsed, whose errors are coloured too; a wrong value is
 /// refused when they are.
-pub(super) fn chosen(arguments: &[OsString]) -> ColorChoice {
+pub(super) fn chosen(arguments: &[OsString]) -> Option<ColorChoice> {
     let words: Vec<_> = arguments.iter().skip(1).map(|word| word.to_string_lossy()).collect();
     let options = words.iter().take_while(|word| *word != "--");
     let stated =
@@ -29,7 +29,7 @@ pub(super) fn chosen(arguments: &[OsString]) -> ColorChoice {
                 None => None,
             }
         });
-    stated.last().and_then(|value| ColorChoice::from_str(&value, false).ok()).unwrap_or_default()
+    stated.last().and_then(|value| ColorChoice::from_str(&value, false).ok())
 }
 
 /// The command line with this program's colours.
@@ -59,7 +59,8 @@ mod tests {
     use super::*;
 
     fn of(words: &[&str]) -> ColorChoice {
-        chosen(&words.iter().map(OsString::from).collect::<Vec<_>>())
+        let words: Vec<_> = words.iter().map(OsString::from).collect();
+        chosen(&words).unwrap_or_default()
     }
 
     #[test]

@@ -5,7 +5,8 @@ pub mod bench_test;
 pub mod calibrate;
 mod color;
 pub mod compare;
-pub mod connect;
+pub mod config;
+mod connect;
 pub mod demo;
 pub mod device;
 mod doctor;
@@ -39,6 +40,8 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+
+use config::Config;
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -126,9 +129,18 @@ pub enum Command {
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let json = arguments.iter().any(|a| a == "--json");
-    let color = color::chosen(&arguments);
+    let config = Config::of_user();
+    let of_config = config.as_ref().ok().and_then(Config::color);
+    let color = color::chosen(&arguments).or(of_config).unwrap_or_default();
     let mut output = Output::of_process(json, color, Interrupt::of_process());
-    let parsed = color::in_color(command(), color)
+    let command = match config.and_then(|config| config.apply(command())) {
+        Ok(command) => command,
+        Err(error) => {
+            output.error(&error);
+            return ExitCode::from(error.exit_code());
+        }
+    };
+    let parsed = color::in_color(command, color)
         .try_get_matches_from(&arguments)
         .and_then(|m| Cli::from_arg_matches(&m));
     match parsed {

@@ -6,6 +6,7 @@ mod virtual_process;
 #[cfg(unix)]
 mod archive;
 mod calibrate;
+mod config;
 mod demo;
 mod export;
 #[cfg(unix)]

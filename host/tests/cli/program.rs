@@ -36,6 +36,14 @@ pub fn run(arguments: &[&str]) -> Run {
     finish(Command::new(env!("CARGO_BIN_EXE_massline")), arguments)
 }
 
+/// Runs the program with a configuration file.
+#[track_caller]
+pub fn run_with_config(config: &Path, arguments: &[&str]) -> Run {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_massline"));
+    program.env("MASSLINE_CONFIG", config);
+    finish(program, arguments)
+}
+
 /// Runs the program with a limit of the shell's `ulimit`: `-f 100` for instance lets no file grow beyond 100 blocks of
 /// 512 bytes, as a full disk would, and `-d 524288` lets it have at most 512 MiB of memory.
 #[cfg(unix)]
@@ -56,6 +64,10 @@ pub fn run_in_shell(script: &str, arguments: &[&str]) -> Run {
 
 #[track_caller]
 fn finish(mut command: Command, arguments: &[&str]) -> Run {
+    if command.get_envs().all(|(name, _)| name != "MASSLINE_CONFIG") {
+        // The configuration of whoever runs the tests.
+        command.env("MASSLINE_CONFIG", "");
+    }
     command.env_remove("MASSLINE_PORT").args(arguments).timeout(LATE);
     let output = command.output().expect("the program starts");
     let text = |bytes| String::from_utf8(bytes).expect("the program prints UTF-8");

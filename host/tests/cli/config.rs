@@ -1,0 +1,61 @@
+//! The configuration file.
+
+use std::path::{Path, PathBuf};
+
+use crate::program::{LAYOUT, run, run_with_config};
+
+fn config(folder: &Path, text: &str) -> PathBuf {
+    let path = folder.join("config.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn options_have_the_defaults_of_the_file_and_arguments_win() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = config(folder.path(), "color = \"always\"\nport = \"/dev/no-such-port\"\n");
+    let colored = run_with_config(&path, &["layout", "check", LAYOUT]);
+    assert!(colored.stdout.contains("\x1b["), "{}", colored.stdout);
+    let plain = run_with_config(&path, &["layout", "check", LAYOUT, "--color", "never"]);
+    assert!(!plain.stdout.contains("\x1b["), "{}", plain.stdout);
+    let asked = run_with_config(&path, &["device", "identify"]);
+    assert!(asked.says("/dev/no-such-port does not exist"), "{}", asked.stderr);
+    let other = run_with_config(&path, &["device", "identify", "--port", "/dev/other-port"]);
+    assert!(other.says("/dev/other-port does not exist"), "{}", other.stderr);
+}
+
+#[test]
+fn a_table_holds_for_its_command_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = config(folder.path(), "[demo]\nseed = 5\n[layout.check]\nnoise = 0.01\n");
+    let arguments = ["demo", "--json", "--hits", "3"];
+    let with = run_with_config(&path, &arguments);
+    assert_eq!(with.exit, 0, "{}", with.stderr);
+    assert_eq!(with.stdout, run(&[&arguments[..], &["--seed", "5"]].concat()).stdout);
+    assert_ne!(with.stdout, run(&arguments).stdout);
+    let checked = run_with_config(&path, &["layout", "check", LAYOUT, "--json"]);
+    assert!(checked.stdout.contains("\"noise\":0.01"), "{}", checked.stdout);
+}
+
+#[test]
+fn what_the_file_may_not_say_is_refused_with_its_name_and_the_way_out() {
+    let folder = tempfile::tempdir().unwrap();
+    for (text, said) in [
+        ("prot = \"COM3\"", "prot: no command has the option --prot"),
+        ("[slove]\nmethod = \"ml\"", "[slove]: there is no such command"),
+        ("[solve]\nmethods = \"ml\"", "[solve]: methods: no command has the option --methods"),
+        ("json = true", "json: this option is a switch"),
+        ("port = true", "port: give a text, a number, or an array of them, and not true"),
+        ("color = \"sometimes\"", "color: \"sometimes\" is not one of auto, always, never"),
+        ("color = ", "line 1"),
+    ] {
+        let path = config(folder.path(), text);
+        let refused = run_with_config(&path, &["demo", "--help"]);
+        assert_eq!(refused.exit, 2, "{text}: {}", refused.stderr);
+        for said in [said, "config.toml", "MASSLINE_CONFIG="] {
+            assert!(refused.says(said), "{text}: {said}: {}", refused.stderr);
+        }
+    }
+    let missing = run_with_config(&folder.path().join("none.toml"), &["demo", "--help"]);
+    assert!(missing.exit == 2 && missing.says("none.toml"), "{}", missing.stderr);
+}
