@@ -87,7 +87,7 @@ fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLa
         }
         Some(Doubt::Misfit) => {
             return "no body on a suspension fits these responses as well as their own modes do: rely on none of the \
-                    answers before gravity, gains and positions are checked"
+                    answers before the cause is found"
                 .into();
         }
         None => {}
@@ -126,10 +126,19 @@ fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLa
     }
     let reasons = reasons(&off, estimates, layout);
     let (are, left_out) = if off.len() == 1 { ("is", "It is") } else { ("are", "They are") };
-    let names = off.iter().map(|method| method.name()).collect::<Vec<_>>().join(" and ");
+    let names = listed(&off);
     format!(
         "{names} {are} off: {difference}; {reasons}. {left_out} left out of the combined answer"
     )
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed(methods: &[Method]) -> String {
+    let names: Vec<&str> = methods.iter().map(|method| method.name()).collect();
+    match names.split_last() {
+        Some((last, first)) if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        _ => names.concat(),
+    }
 }
 
 fn method_at(comparison: &Comparison, place: usize) -> Option<Method> {
@@ -189,13 +198,14 @@ pub fn comparison_json(
     let Some(agreement) = &comparison.agreement else {
         let none = Value::Null;
         return json!({
-            "agree": comparison.doubt.map(|_| false), "off": [], "verdict": verdict, "combined": none, "pairs": [],
+            "agree": none, "doubt": comparison.doubt.map(Doubt::name), "off": [], "verdict": verdict, "combined": none, "pairs": [],
             "methods": methods,
         });
     };
     let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
     json!({
         "agree": agreement.agrees(),
+        "doubt": null,
         "off": agreement.outliers.iter().filter_map(|place| name(*place)).collect::<Vec<_>>(),
         "verdict": verdict,
         "methods": methods,

@@ -149,7 +149,9 @@ fn said(layout: &HostLayout, found: &[Diagnostic]) -> Error {
         Code::ResponsesDoNotSpanSix,
         Code::PropertyUndetermined,
     ];
-    let missing = found.iter().any(|d| more_hits.contains(&d.code));
+    // Where no mode shows at all, another hit would not help.
+    let nothing = |d: &Diagnostic| d.code == Code::SuspensionModesMissing && d.value == 0.0;
+    let missing = found.iter().any(|d| more_hits.contains(&d.code) && !nothing(d));
     match (error, new_direction(layout).filter(|_| missing)) {
         (Error::Undetermined { code, message }, Some(dof)) => Error::undetermined(
             code,

@@ -1,19 +1,17 @@
-//! Whether a body on its suspension explains the readings, or whether gravity, a gain or a position is wrong.
+//! Whether a body on its suspension explains the readings, and what is wrong if it does not.
 
+use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
-use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::Estimate;
-use massline_shared::identify::global_fit::{
-    self, GlobalFitSettings, GlobalFitSolution, workspace,
-};
+use massline_shared::identify::global_fit::GlobalFitSolution;
 use massline_shared::layout::HostLayout;
-use massline_shared::{FrequencyResponses, STANDARD_GRAVITY};
 
+use super::alternatives::Unexplained;
 use super::{Doubt, GlobalAnswer, HostFit};
 
 /// What the global fit leaves, over the noise that the fit of the modes leaves, from which the body does not fit: that fit
-/// assumes nothing of the body. Extra terms of a flexible mode at twice the end of the band leave 1.01; a gain, a position
-/// or gravity that is wrong by a noticeable part leaves more than 1.1 or has large pulls.
+/// assumes nothing of the body. Extra terms of a flexible mode at twice the end of the band leave 1.01.
 const MISFIT: f64 = 1.05;
 /// Root mean square of the pulls of a sensor or hit, in its standard deviations, from which the body does not fit.
 const TOO_FAR: f32 = 4.0;
@@ -25,9 +23,9 @@ pub(super) enum Adequacy {
     Fits,
     /// As well with a flexible mode above the band.
     Flexible,
-    /// Less well: what it leaves is so many times the noise.
-    Misfit(f64),
-    /// There is no global fit that would tell.
+    /// Less well, and this says why or how much.
+    Misfit(Diagnostic),
+    /// Nothing was fitted that would tell.
     Unknown,
 }
 
@@ -42,32 +40,50 @@ impl Adequacy {
     }
 }
 
-/// Judges the global fit.
+/// Judges the global fit. Where another form of it explains the readings better (structural damping, fewer lines), that takes
+/// its place.
 ///
 /// # Errors
-/// `gravity_suspect` when the fit is bad with the gravity of the layout, and good with another one.
+/// `gravity_suspect` and `senses_gravity_suspect` when the fit is bad with the gravity of the layout, and good with another.
 pub(super) fn judge(
     layout: &HostLayout,
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
     start: Option<&RigidBody<f64>>,
-    global: &Result<GlobalAnswer, Diagnostics>,
+    global: &mut Result<GlobalAnswer, Diagnostics>,
 ) -> Result<Adequacy, Diagnostics> {
     let found = global.as_ref().map(|found| &found.solution);
-    let adequate = found.is_ok_and(|found| explains(found, fit));
-    let gave_up = |reasons: &&Diagnostics| reasons.iter().all(|d| d.code != Code::NotConverged);
-    if adequate || found.as_ref().err().is_some_and(gave_up) {
-        return Ok(match found {
-            Ok(found) if found.extra_terms > 0 => Adequacy::Flexible,
-            Ok(_) => Adequacy::Fits,
-            Err(_) => Adequacy::Unknown,
-        });
+    let was_tried = |reasons: &&Diagnostics| reasons.iter().any(|d| d.code == Code::NotConverged);
+    let Some(start) = start.filter(|_| found.as_ref().err().is_none_or(was_tried)) else {
+        return Ok(Adequacy::Unknown);
+    };
+    let explained = found.is_ok_and(|found| explains(found, fit));
+    let flexible = found.is_ok_and(|found| found.extra_terms > 0);
+    if explained && !flexible {
+        return Ok(Adequacy::Fits);
     }
-    if let Some(axis) = start.and_then(|start| other_gravity(layout, fit, readings, start)) {
-        let reason = Diagnostic::whole(Code::GravitySuspect, Severity::Error, axis);
+    let unexplained = Unexplained { layout, fit, readings, start };
+    if let Some(better) = unexplained.structural().or_else(|| unexplained.undisturbed()) {
+        *global = Ok(better);
+        return Ok(Adequacy::Fits);
+    }
+    if let Some(reason) = unexplained.gravity().filter(|_| !explained) {
         return Err(Diagnostics::from_array([reason]));
     }
-    Ok(found.map_or(Adequacy::Unknown, |found| Adequacy::Misfit(left(found, fit))))
+    let found = global.as_ref().map(|found| &found.solution);
+    let pulled = found.ok().and_then(|found| pulled_hit(&found.estimate));
+    match (unexplained.hit(pulled), found) {
+        (Some(reason), _) => Ok(Adequacy::Misfit(reason)),
+        (None, Ok(_)) if explained => Ok(Adequacy::Flexible),
+        (None, Ok(found)) => {
+            let (code, left) = (Code::ModelDoesNotFit, left(found, fit) as f32);
+            Ok(Adequacy::Misfit(Diagnostic::whole(code, Severity::Error, left)))
+        }
+        (None, Err(_)) => {
+            let code = Code::NotConverged;
+            Ok(Adequacy::Misfit(Diagnostic::whole(code, Severity::Error, 0.0)))
+        }
+    }
 }
 
 /// What a global fit leaves, over the noise.
@@ -76,47 +92,39 @@ fn left(found: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> f64 {
     found.noise * std::f64::consts::SQRT_2 / fit.noise()
 }
 
-fn explains(found: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> bool {
+/// True for a fit that leaves hardly more than noise, without errors far beyond those stated.
+pub(super) fn explains(found: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> bool {
     let pulled = |d: &Diagnostic| {
         matches!(d.code, Code::LargeSensorPull | Code::LargeHitPull) && d.value > TOO_FAR
     };
     left(found, fit) <= MISFIT && !found.estimate.diagnostics.iter().any(pulled)
 }
 
-/// The direction of gravity with which the readings are explained without extra terms, as a signed axis from 1 to 3, or 0
-/// for sensors that do not sense it.
-fn other_gravity(
-    layout: &HostLayout,
-    fit: &HostFit<'_>,
-    readings: &FrequencyResponses<'_, f64>,
-    start: &RigidBody<f64>,
-) -> Option<f32> {
-    let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
-    let settings = GlobalFitSettings { most_extra_terms: 0, ..GlobalFitSettings::default() };
-    let mut left_with = |axis: i8| {
-        let mut changed = layout.clone();
-        let mut gravity = [0.0; 3];
-        if let Some(component) = gravity.get_mut(usize::from(axis.unsigned_abs()).wrapping_sub(1)) {
-            *component = STANDARD_GRAVITY * f64::from(axis.signum());
-        }
-        changed.gravity = Some(gravity);
-        changed.sensors.iter_mut().for_each(|sensor| sensor.senses_gravity = true);
-        let found = global_fit::solve(&changed, readings, start, &settings, &mut memory).ok()?;
-        explains(&found, fit).then(|| (f32::from(axis), left(&found, fit)))
-    };
-    let all = (-3..=3).filter_map(&mut left_with);
-    all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(axis, _)| axis)
+/// The hit that the fit pulls most.
+fn pulled_hit(estimate: &Estimate<f64>) -> Option<usize> {
+    estimate.diagnostics.iter().find_map(|d| match (d.code, d.subject) {
+        (Code::LargeHitPull, Subject::Hit(hit)) => Some(usize::from(hit)),
+        _ => None,
+    })
+}
+
+/// Refuses a global fit of readings that no body explains: its extra terms have taken up what is wrong elsewhere.
+pub(super) fn refuse_misfit(global: &mut Result<GlobalAnswer, Diagnostics>, adequacy: Adequacy) {
+    let (Ok(found), Adequacy::Misfit(reason)) = (&*global, adequacy) else { return };
+    if found.solution.extra_terms == 0 && reason.code == Code::ModelDoesNotFit {
+        return;
+    }
+    let mut reasons = Diagnostics::from_array([reason]);
+    reasons.extend(found.solution.estimate.diagnostics.iter().copied());
+    *global = Err(reasons);
 }
 
 /// Warns of a misfit.
-pub(super) fn warn_of_misfit(estimates: &mut [Estimate<f64>], left: f64) {
-    for estimate in estimates {
+pub(super) fn warn_of_misfit(estimates: &mut [Estimate<f64>], adequacy: Adequacy) {
+    let Adequacy::Misfit(reason) = adequacy else { return };
+    for estimate in estimates.iter_mut().filter(|_| reason.code != Code::NotConverged) {
+        let warning = Diagnostic { severity: Severity::Warning, ..reason };
         // There is room for sixteen diagnostics; any others are dropped.
-        let _ = estimate.diagnostics.push(misfit(Severity::Warning, left));
+        let _ = estimate.diagnostics.push(warning);
     }
-}
-
-/// The finding of a misfit.
-pub(super) fn misfit(severity: Severity, left: f64) -> Diagnostic {
-    Diagnostic::whole(Code::ModelDoesNotFit, severity, left as f32)
 }

@@ -1,5 +1,6 @@
 //! What all methods say together.
 
+use massline_shared::diagnosis::Code;
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{Estimate, METHODS, Method};
 use massline_shared::modes::Reduction;
@@ -27,6 +28,16 @@ pub enum Doubt {
     FlexibleMode,
     /// No body on a suspension fits the responses.
     Misfit,
+}
+
+impl Doubt {
+    /// Its name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::FlexibleMode => Code::FlexibleModeAboveBand.name(),
+            Self::Misfit => Code::ModelDoesNotFit.name(),
+        }
+    }
 }
 
 impl Comparison {

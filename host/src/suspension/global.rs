@@ -18,6 +18,8 @@ use super::HostFit;
 pub struct GlobalAnswer {
     /// The answer.
     pub solution: GlobalFitSolution<f64>,
+    /// The lines that were used, as places in the readings of the test.
+    pub(super) lines: Vec<usize>,
     gain: Vec<SVector<Complex<f64>, 10>>,
     nuisances: Vec<SVector<f64, 10>>,
 }
@@ -31,6 +33,7 @@ impl GlobalAnswer {
         layout: &HostLayout,
         readings: &FrequencyResponses<'_, f64>,
         start: &RigidBody<f64>,
+        settings: &GlobalFitSettings,
     ) -> Result<Self, Diagnostics> {
         let (sensors, hits) = (layout.sensors.len(), layout.hits.len());
         let mut memory = vec![0.0; workspace(sensors, hits)];
@@ -39,16 +42,16 @@ impl GlobalAnswer {
         let mut of_nuisances =
             vec![SVector::zeros(); nuisances(sensors, hits, layout.attached.len())];
         let mut sensitivities = Sensitivities { gain: &mut gain, nuisances: &mut of_nuisances };
-        let settings = GlobalFitSettings::default();
         let solution = solve_with_sensitivities(
             layout,
             readings,
             start,
-            &settings,
+            settings,
             &mut memory,
             &mut sensitivities,
         )?;
-        Ok(Self { solution, gain, nuisances: of_nuisances })
+        let lines = (0..readings.frequencies().len()).collect();
+        Ok(Self { solution, lines, gain, nuisances: of_nuisances })
     }
 
     /// The answer to perturbed data, to first order.
@@ -63,7 +66,8 @@ impl GlobalAnswer {
             let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());
             for (place, gain) in self.gain.iter().enumerate() {
                 let (rest, hit) = (place / hits, place % hits);
-                let noise = fit.noise_of(draw, rest / channels, rest % channels, hit);
+                let line = self.lines.get(rest / channels).copied().unwrap_or_default();
+                let noise = fit.noise_of(draw, line, rest % channels, hit);
                 for (to, gain) in theta.iter_mut().zip(gain) {
                     *to += gain.re * noise.re + gain.im * noise.im;
                 }

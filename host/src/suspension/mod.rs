@@ -2,6 +2,7 @@
 //! uncertainty and their agreement.
 
 mod adequacy;
+mod alternatives;
 mod comparison;
 mod deviations;
 mod first_look;
@@ -16,14 +17,14 @@ mod survey;
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
-use massline_shared::identify::global_fit::GlobalFitSolution;
+use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution};
 use massline_shared::identify::suspension::{SuspensionFit, mode_findings, undetermined_property};
 use massline_shared::identify::toivola_nuutila::FEWEST_MODES;
 use massline_shared::identify::{Estimate, Method, Observable};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use massline_shared::modes::{LinesPerSide, Reduction};
 
-use adequacy::{Adequacy, judge, misfit, warn_of_misfit};
+use adequacy::{Adequacy, judge, refuse_misfit, warn_of_misfit};
 pub use comparison::{Comparison, Doubt, compare};
 pub use first_look::{FirstLook, find_modes};
 pub use global::GlobalAnswer;
@@ -94,7 +95,7 @@ pub fn solve(
     let start = modal.answers.first().map(|(_, answer)| answer.body);
     // The global fit also tells the other methods whether a flexible mode is near.
     let mut global = global_fit(layout, &fit, readings, start.as_ref());
-    let adequacy = judge(layout, &fit, readings, start.as_ref(), &global)?;
+    let adequacy = judge(layout, &fit, readings, start.as_ref(), &mut global)?;
     refuse_misfit(&mut global, adequacy);
     modal.keep(wanted);
     let global_wanted = wanted.contains(&Method::GlobalFit);
@@ -189,7 +190,7 @@ fn global_fit(
         Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, count as f32)])
     };
     let start = start.filter(|_| count > 0).ok_or_else(few)?;
-    let found = GlobalAnswer::of(layout, readings, start)
+    let found = GlobalAnswer::of(layout, readings, start, &GlobalFitSettings::default())
         .map_err(|reasons| if count < FEWEST_MODES { few() } else { reasons })?;
     let estimate = &found.solution.estimate;
     let length = layout.characteristic_length();
@@ -200,17 +201,6 @@ fn global_fit(
         Some(_) if count < FEWEST_MODES => Err(few()),
         Some((property, share)) => Err(refusal_of_property(property, share)),
     }
-}
-
-/// Refuses a global fit whose extra terms do not make it fit: they have taken up what is wrong elsewhere.
-fn refuse_misfit(global: &mut Result<GlobalAnswer, Diagnostics>, adequacy: Adequacy) {
-    let (Ok(found), Adequacy::Misfit(left)) = (&*global, adequacy) else { return };
-    if found.solution.extra_terms == 0 {
-        return;
-    }
-    let mut reasons = Diagnostics::from_array([misfit(Severity::Error, left)]);
-    reasons.extend(found.solution.estimate.diagnostics.iter().copied());
-    *global = Err(reasons);
 }
 
 /// The estimates alone, with warnings of a misfit and of what was found about modes that they use.
@@ -226,9 +216,7 @@ fn warned(
         let found = findings.iter().filter(|d| doubts.contains(&d.code)).copied();
         estimate.diagnostics.extend(found.take(room));
     }
-    if let Adequacy::Misfit(left) = adequacy {
-        warn_of_misfit(&mut all, left);
-    }
+    warn_of_misfit(&mut all, adequacy);
     all
 }
 

@@ -478,17 +478,30 @@ codes! {
     ModelDoesNotFit = 122, "model_does_not_fit", Whole, Times;
         "Does not fit: check\ngravity, gains and\nplaces.";
         "no body on a suspension fits these responses (it leaves {value} times their noise), so the answer may be wrong by \
-         more than it says; check gravity and senses_gravity, the gains, and the places and directions of sensors and \
-         hits";
+         more than it says; check gravity and senses_gravity, gains, places and directions; a delay or a high-pass between \
+         hammer and sensors, hum, and a loose part do this as well";
+    /// The readings are explained without one hit, and not with it. Subject: the hit.
+    HitContradictsOthers = 126, "hit_contradicts_others", Hit, None;
+        "Contradicts the other\nhits: check it or\nleave it out.";
+        "a body on a suspension explains these responses without {subject}, and none does with it: check its point, \
+         direction and sign, and the gain of the hammer then; or leave it out (--hits)";
+    /// Hum or the like disturbs some lines, which the global fit leaves out. Value: where they begin.
+    LinesDisturbed = 127, "lines_disturbed", Whole, Hertz;
+        "Hum in some lines:\nthey are left out.";
+        "the lines from {value} on are disturbed, as by hum, and no body moves like that: the global fit leaves them out";
+    /// Sensors sense gravity that should not by the layout, or the other way round.
+    SensesGravitySuspect = 128, "senses_gravity_suspect", Whole, None;
+        "Which sensors sense\ngravity? Correct the\nlayout.";
+        "the responses contradict senses_gravity of the layout's sensors, and fit when all of them do or none does; \
+         correct it (accelerometers that measure down to 0 Hz sense gravity)";
     /// Another direction of gravity explains the readings, and that of the layout does not. Value: the direction.
     GravitySuspect = 123, "gravity_suspect", Whole, SignedAxis;
         "Gravity seems wrong:\ncorrect the layout.";
-        "the responses contradict the gravity that the layout states, and fit with sensors that sense gravity along \
-         {value}; correct gravity, or senses_gravity of the sensors";
+        "the responses fit with gravity along {value}, and not with what the layout says of gravity; state it so";
     /// The responses show a mode more than a rigid body on a suspension has. Value: its frequency.
     MoreModesThanSix = 124, "more_modes_than_six", Whole, Hertz;
         "A seventh mode: the\nobject is not rigid\nhere.";
-        "besides six suspension modes there is one more at {value}: a part of the object, a cord or a stand moves by \
+        "besides six suspension modes there is one more at about {value}: a part of the object, a cord or a stand moves by \
          itself, and no method for rigid bodies holds; fix what is loose, or make the suspension softer";
 
     // Codes of single mistakes that would explain the data.

@@ -120,12 +120,22 @@ impl<R: Real> method::Solver<R> for Solver<R> {
     }
 }
 
+/// The damping of a suspension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Damping {
+    /// None is fitted; without an exponential window on the records, only the real parts of the readings count.
+    None,
+    /// `C s`: a force in proportion to the velocity, as of a dashpot.
+    Viscous,
+    /// `i D`: a force in phase with the velocity and in proportion to the displacement, as of rubber.
+    Structural,
+}
+
 /// Settings of the global fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GlobalFitSettings {
-    /// Fits the damping of the suspension as well. Without it and without an exponential window on the
-    /// records, only the real parts are fitted.
-    pub damping: bool,
+    /// The damping of the suspension that is fitted.
+    pub damping: Damping,
     /// Eliminates a residual of the elastic modes, `E s²`, for every channel and hit.
     pub elastic: bool,
     /// Uses the error budget of the layout; otherwise all errors are noise.
@@ -138,14 +148,19 @@ pub struct GlobalFitSettings {
 impl Default for GlobalFitSettings {
     /// Damping, error budget and as many extra terms as the test asks for.
     fn default() -> Self {
-        Self { damping: true, elastic: false, budget: true, most_extra_terms: MOST_EXTRA_TERMS }
+        Self {
+            damping: Damping::Viscous,
+            elastic: false,
+            budget: true,
+            most_extra_terms: MOST_EXTRA_TERMS,
+        }
     }
 }
 
 impl GlobalFitSettings {
     /// Body and stiffness alone, with equal weights.
     pub const PLAIN: Self =
-        Self { damping: false, elastic: false, budget: false, most_extra_terms: 0 };
+        Self { damping: Damping::None, elastic: false, budget: false, most_extra_terms: 0 };
 }
 
 /// Result of the global fit.
@@ -156,7 +171,7 @@ pub struct GlobalFitSolution<R> {
     pub estimate: Estimate<R>,
     /// K about the origin: N/m, N/rad, N m/m, N m/rad.
     pub stiffness: Matrix6<R>,
-    /// C about the origin, when it was fitted: N s/m, …
+    /// C about the origin, when it was fitted: N s/m, …; or D, for structural damping: N/m, …
     pub damping: Option<Matrix6<R>>,
     /// Number of extra terms: none, `s⁴ R`, or also `s⁶ Q`.
     pub extra_terms: usize,

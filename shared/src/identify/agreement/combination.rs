@@ -138,12 +138,15 @@ fn between_methods<R: Real, const M: usize>(
         sum + propagation.covariance(m, m)[(property, property)].sqrt()
     });
     let (mut low, mut high) = (R::zero(), largest);
-    // Large enough a spread explains any answers; only such as are not finite are never explained.
+    // A large enough spread explains any finite answers.
     for _ in 0..BISECTIONS {
         if explains(high)? {
             break;
         }
         high *= R::of(2.0);
+    }
+    if !explains(high)? {
+        return None;
     }
     for _ in 0..BISECTIONS {
         let middle = (low + high) / R::of(2.0);

@@ -8,7 +8,7 @@ use super::fit::Fit;
 use super::memory::Memory;
 use super::packed::{row, solve};
 use super::unknowns::{SYMMETRIC, matrix_of};
-use super::{GlobalFitSolution, Sensitivities};
+use super::{Damping, GlobalFitSolution, Sensitivities};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
@@ -42,7 +42,12 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
             SMatrix::<R, 10, 10>::from_fn(|i, j| self.memory.response[i * len + first + j]);
         let covariance = problem.balance.covariance_back(&(with_phi * slopes.transpose()));
         let block = |b: usize| matrix_of(&self.memory.x[self.unknowns.block(b)..][..SYMMETRIC]);
-        let damping = problem.settings.damping.then(|| self.about_origin(&block(1)) * problem.top);
+        let unit = match problem.settings.damping {
+            Damping::None => None,
+            Damping::Viscous => Some(problem.top),
+            Damping::Structural => Some(problem.top * problem.top),
+        };
+        let damping = unit.map(|unit| self.about_origin(&block(1)) * unit);
         Ok(GlobalFitSolution {
             estimate: Estimate {
                 method: Method::GlobalFit,

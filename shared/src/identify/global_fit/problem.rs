@@ -6,8 +6,8 @@
 use heapless::Vec;
 use nalgebra::{Complex, SVector, Vector3};
 
-use super::GlobalFitSettings;
 use super::unknowns::Unknowns;
+use super::{Damping, GlobalFitSettings};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::frequency_responses::FrequencyResponses;
@@ -66,7 +66,7 @@ impl<'a, R: Real, const S: usize, const H: usize> Problem<'a, R, S, H> {
 
     /// True when the imaginary parts contain information.
     pub(super) fn complex(&self) -> bool {
-        self.settings.damping || self.responses.decay != R::zero()
+        self.settings.damping != Damping::None || self.responses.decay != R::zero()
     }
 
     /// Number of channels times hits.

@@ -12,6 +12,7 @@ use core::array::from_fn;
 use heapless::Vec;
 use nalgebra::{Complex, Matrix6, Vector6};
 
+use super::Damping;
 use crate::Real;
 use crate::identify::maximum_likelihood::model::{HIT_NUISANCES, SENSOR_NUISANCES};
 
@@ -21,6 +22,8 @@ pub(super) const SYMMETRIC: usize = 21;
 pub const MOST_EXTRA_TERMS: usize = 2;
 /// Most matrices besides the mass: K, C and the extra terms.
 pub(super) const MOST_BLOCKS: usize = 2 + MOST_EXTRA_TERMS;
+/// Stands for `i s⁻²` among the powers of s.
+const LOSS: i8 = -3;
 /// Elements of one matrix, and the ten properties.
 pub(super) const ELEMENTS: usize = SYMMETRIC + 10;
 /// Unknowns without nuisance parameters: at most.
@@ -52,15 +55,20 @@ pub(super) struct Unknowns {
     hits: usize,
     attached: usize,
     pub(super) budget: bool,
-    /// Power of s of each matrix besides the mass, relative to it: −2 for K, −1 for C, 2 for R, 4 for Q.
+    /// Power of s of each matrix besides the mass, relative to it: −2 for K, −1 for C, [`LOSS`] for D, 2 for R, 4 for Q.
     pub(super) powers: Vec<i8, MOST_BLOCKS>,
 }
 
 impl Unknowns {
-    pub(super) fn new(counts: [usize; 3], budget: bool, damping: bool, extra: usize) -> Self {
+    pub(super) fn new(counts: [usize; 3], budget: bool, damping: Damping, extra: usize) -> Self {
         let [sensors, hits, attached] = counts;
         let of_extra = [2, 4].into_iter().take(extra);
-        let powers = [-2].into_iter().chain(damping.then_some(-1)).chain(of_extra).collect();
+        let of_damping = match damping {
+            Damping::None => None,
+            Damping::Viscous => Some(-1),
+            Damping::Structural => Some(LOSS),
+        };
+        let powers = [-2].into_iter().chain(of_damping).chain(of_extra).collect();
         Self { sensors, hits, attached, budget, powers }
     }
 
@@ -112,9 +120,10 @@ impl Unknowns {
 /// `sᵖ` for each matrix besides the mass, then one for the mass.
 pub(super) fn powers_of<R: Real>(s: Complex<R>, unknowns: &Unknowns) -> Vec<Complex<R>, 5> {
     let inverse = real(R::one()) / s;
-    let power = |p: &i8| match p {
+    let power = |p: &i8| match *p {
         -2 => inverse * inverse,
         -1 => inverse,
+        LOSS => inverse * inverse * Complex::new(R::zero(), R::one()),
         2 => s * s,
         _ => s * s * s * s,
     };

@@ -17,6 +17,10 @@ use crate::modes::{
     Reduction, choose_lines, reduce_line, relocate_once,
 };
 
+/// Part of the lines at which a point moves against its force from which it is reversed. A body takes up power at every line;
+/// noise looks like that at half of them.
+const AGAINST_THE_FORCE: f64 = 0.75;
+
 /// The modal fit of a test under its layout.
 #[derive(Clone, Debug)]
 pub struct SuspensionFit<'a, R, const S: usize, const H: usize> {
@@ -116,6 +120,22 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
     /// A finding about a mode more than a rigid body on a suspension has; an error where the answers would be far off.
     pub fn one_more(&self) -> Option<Diagnostic> {
         self.one_more
+    }
+
+    /// The lines about the poles within the band that are no suspension modes: of hum, or of an elastic mode.
+    pub fn disturbed_lines(&self) -> Vec<usize, MOST_LINES> {
+        let Self { s, poles, kept, .. } = self;
+        let others = poles.iter().enumerate().filter(|(place, _)| !kept.contains(place));
+        let others: Vec<Complex<R>, MOST_PAIRS> = others.map(|(_, pole)| *pole).collect();
+        let spacing = |line: usize| {
+            let next = s.get(line + 1).or(s.get(line)).map_or(R::zero(), |s| s.im);
+            next - s[line.saturating_sub(1)].im
+        };
+        let near = |line: &usize| {
+            let reach = |pole: &Complex<R>| spacing(*line) - pole.re;
+            others.iter().any(|pole| (s[*line].im - pole.im).abs() < reach(pole))
+        };
+        (0..s.len()).filter(near).collect()
     }
 
     /// The lines about the modes.
@@ -222,10 +242,6 @@ fn lines_about<R: Real>(poles: &Poles<R>, s: &[Complex<R>], per_side: LinesPerSi
     let frequencies: Vec<R, MOST_LINES> = s.iter().map(|s| s.im / R::two_pi()).collect();
     choose_lines(&frequencies, &peaks, per_side)
 }
-
-/// Part of the lines at which a point moves against its force from which it is reversed: no body ever takes up power at the
-/// wrong sign, and noise does so at half of the lines.
-const AGAINST_THE_FORCE: f64 = 0.75;
 
 /// Errors for hits whose point moves against the force at these lines, near which an accelerance is imaginary.
 fn reversed_hits<R: Real, const S: usize, const H: usize>(

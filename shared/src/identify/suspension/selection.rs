@@ -7,17 +7,21 @@ use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Severity};
 use crate::modes::{MOST_PAIRS, Mode, Modes, SUSPENSION_MODES, norm_indicator};
 
-/// Imaginary over real part of the residues of a mode. Hum and noise have 0.35 and more, since they have any phase.
+/// Imaginary over real part of the residues up to which a narrow peak is a mode. Hum has 0.35 and more, since it has any phase.
 const IN_PHASE: f64 = 0.25;
-/// The same from which a pole is no mode at all, but noise.
+/// Imaginary over real part of the residues from which a pole is no mode at all, but noise.
 const OUT_OF_PHASE: f64 = 1.0;
-/// The same for a mode that is wider than two lines: several elastic modes may be found as one.
+/// Imaginary over real part of the residues up to which a peak of more than two lines is a mode: several elastic modes may be
+/// found as one.
 const PARTLY_IN_PHASE: f64 = 1.0;
 /// Peak of one more mode over the lowest of the six from which answers may be off by as large a part of scale. Noise has
 /// less than 0.002.
 const NOTICEABLE: f64 = 0.02;
 /// The same from which there is no answer.
 const TOO_MUCH: f64 = 0.1;
+
+/// The same for a mode outside the band, of which the global fit can take account unless it is larger than the modes.
+const TOO_MUCH_OUTSIDE: f64 = 1.0;
 
 /// The suspension modes, and what speaks against them.
 pub(super) struct Selection {
@@ -42,12 +46,8 @@ pub(super) fn select<R: Real>(all: &Modes<R>, s: &[Complex<R>], length: R) -> Se
     let lower = |a: usize, b: usize| if height(b) < height(a) { b } else { a };
     let mut kept: Vec<usize, MOST_PAIRS> = (0..all.modes.len()).filter(inside).collect();
     while kept.len() > SUSPENSION_MODES {
-        let Some(lowest) =
-            (0..kept.len()).reduce(|a, b| if height(kept[b]) < height(kept[a]) { b } else { a })
-        else {
-            break;
-        };
-        kept.remove(lowest);
+        let lowest = kept.iter().copied().reduce(lower);
+        kept.retain(|place| Some(*place) != lowest);
     }
     let spacing = (high - low) / R::of(s.len().saturating_sub(1).max(1) as f64);
     let lowest = kept.iter().copied().reduce(lower).map_or(R::zero(), height);
@@ -57,7 +57,8 @@ pub(super) fn select<R: Real>(all: &Modes<R>, s: &[Complex<R>], length: R) -> Se
     let whole = kept.len() == SUSPENSION_MODES;
     let one_more = highest.filter(|_| whole).and_then(|place| {
         let share = height(place) / lowest;
-        let severity = if share > R::of(TOO_MUCH) { Severity::Error } else { Severity::Warning };
+        let most = if inside(&place) { TOO_MUCH } else { TOO_MUCH_OUTSIDE };
+        let severity = if share > R::of(most) { Severity::Error } else { Severity::Warning };
         let frequency = all.modes[place].frequency_hz.to_f32();
         let finding = Diagnostic::whole(Code::MoreModesThanSix, severity, frequency);
         (share > R::of(NOTICEABLE)).then_some(finding)

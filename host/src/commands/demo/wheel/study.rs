@@ -2,7 +2,7 @@
 
 use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
-use massline_shared::identify::global_fit::GlobalFitSolution;
+use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution};
 use massline_shared::identify::{HALF_WIDTH_95, METHODS, Method};
 use massline_shared::layout::{HitUncertainty, HostLayout, SensorUncertainty};
 use massline_shared::modes::Reduction;
@@ -31,7 +31,7 @@ const WIDE_SPACING: f64 = 0.25;
 const TYRE: SprungPart =
     SprungPart { share: 9.0 / 17.295, frequency_hz: 50.0, damping_ratio: 0.03 };
 
-/// What is compared, with the names of the rows.
+/// What is compared.
 const VARIANTS: [(Method, ModeChoice); 7] = [
     (Method::ToivolaNuutila, ModeChoice::All),
     (Method::ContiBretl, ModeChoice::All),
@@ -206,7 +206,9 @@ impl Wheel {
         let variants = VARIANTS.map(|(method, choice)| Variant { method, choice });
         let Answered { answers, .. } = answered(&fit, &variants, false, memory);
         let start = answers.first().map(|(_, answer)| answer.body);
-        let global = start.and_then(|start| GlobalAnswer::of(&layout, &readings, &start).ok());
+        let global = start.and_then(|start| {
+            GlobalAnswer::of(&layout, &readings, &start, &GlobalFitSettings::default()).ok()
+        });
         let mut asked: Vec<Asked<'_>> =
             answers.iter().map(|(variant, _)| Asked::Modal(*variant)).collect();
         asked.extend(global.as_ref().map(Asked::Global));

@@ -110,7 +110,8 @@ fn damping_is_told_from_mass_when_it_is_fitted() {
     let f = frequencies(8.0);
     let data = responses(&f, 300.0, 1.5, 0.0);
     let with =
-        fit(&f, &data, &crude(), &GlobalFitSettings { damping: true, ..settings() }).unwrap();
+        fit(&f, &data, &crude(), &GlobalFitSettings { damping: Damping::Viscous, ..settings() })
+            .unwrap();
     assert!(worst(&with) < 1e-5, "{:e}", worst(&with));
     let damping = (with.damping.unwrap() - suspension(1.5)).fixed_view::<3, 3>(0, 0).norm();
     assert!(damping < 1e-2, "{damping} N s/m");
@@ -165,7 +166,7 @@ fn data_that_are_not_finite_too_few_or_of_another_size_are_refused() {
     let mut nan = good.clone();
     nan[7].im = f64::NAN;
     assert_eq!(code(fit(&f, &nan, &crude(), &settings())), Code::DataNotFinite);
-    let every = GlobalFitSettings { damping: true, elastic: true, ..settings() };
+    let every = GlobalFitSettings { damping: Damping::Viscous, elastic: true, ..settings() };
     let few = fit(&f[..1], &good[..27], &crude(), &every);
     assert_eq!(code(few), Code::BandTooNarrow);
     assert!(FrequencyResponses::new(&f, &good[1..], 9, 3).is_none());

@@ -1,0 +1,176 @@
+//! Other explanations of readings that a body on viscously damped springs does not explain: each is tried, and the one that
+//! explains them is what is wrong.
+
+use massline_shared::body::RigidBody;
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
+use massline_shared::identify::global_fit::{
+    self, Damping, GlobalFitSettings, GlobalFitSolution, workspace,
+};
+use massline_shared::layout::HostLayout;
+use massline_shared::{FrequencyResponses, STANDARD_GRAVITY};
+use nalgebra::Complex;
+
+use super::adequacy::explains;
+use super::{GlobalAnswer, HostFit};
+
+/// Most hits that are left out one by one.
+const MOST_LEFT_OUT: usize = 6;
+/// Least part of the lines that has to be left without the disturbed ones.
+const LEAST_LEFT: f64 = 0.75;
+
+/// A test whose readings want an explanation.
+pub(super) struct Unexplained<'a, 'f> {
+    pub(super) layout: &'a HostLayout,
+    pub(super) fit: &'a HostFit<'f>,
+    pub(super) readings: &'a FrequencyResponses<'a, f64>,
+    /// Where the fits start.
+    pub(super) start: &'a RigidBody<f64>,
+}
+
+impl Unexplained<'_, '_> {
+    /// The global fit with structural damping, where that explains the readings.
+    pub(super) fn structural(&self) -> Option<GlobalAnswer> {
+        let settings =
+            GlobalFitSettings { damping: Damping::Structural, ..GlobalFitSettings::default() };
+        let found = GlobalAnswer::of(self.layout, self.readings, self.start, &settings).ok()?;
+        self.is_whole(&found.solution).then_some(found)
+    }
+
+    /// The global fit without the lines that hum or the like disturbs, where the others are explained, with a warning that
+    /// states the frequency.
+    pub(super) fn undisturbed(&self) -> Option<GlobalAnswer> {
+        let frequencies = self.readings.frequencies();
+        let disturbed = self.fit.disturbed_lines();
+        let first = *frequencies.get(*disturbed.first()?)?;
+        let kept: Vec<usize> =
+            (0..frequencies.len()).filter(|line| !disturbed.contains(line)).collect();
+        if (kept.len() as f64) < LEAST_LEFT * frequencies.len() as f64 {
+            return None;
+        }
+        let part = Part::of(self.readings, &kept, &all(self.readings.hits()));
+        let settings = GlobalFitSettings::default();
+        let mut found =
+            GlobalAnswer::of(self.layout, &part.responses()?, self.start, &settings).ok()?;
+        if !self.is_whole(&found.solution) {
+            return None;
+        }
+        found.lines = kept;
+        let warning = Diagnostic::whole(Code::LinesDisturbed, Severity::Warning, first as f32);
+        // There is room for sixteen diagnostics.
+        let _ = found.solution.estimate.diagnostics.push(warning);
+        Some(found)
+    }
+
+    /// The finding about gravity with which the readings are explained.
+    pub(super) fn gravity(&self) -> Option<Diagnostic> {
+        let senses = |layout: &mut HostLayout, senses: bool| {
+            layout.sensors.iter_mut().for_each(|sensor| sensor.senses_gravity = senses);
+        };
+        let flags = [false, true].map(|of_all| {
+            let mut changed = self.layout.clone();
+            senses(&mut changed, of_all);
+            let finding = Diagnostic::whole(Code::SensesGravitySuspect, Severity::Error, 0.0);
+            (changed, finding)
+        });
+        let directions = [-3_i8, -2, -1, 1, 2, 3].map(|axis| {
+            let mut changed = self.layout.clone();
+            let mut gravity = [0.0; 3];
+            gravity[usize::from(axis.unsigned_abs()) - 1] =
+                STANDARD_GRAVITY * f64::from(axis.signum());
+            changed.gravity = Some(gravity);
+            let code = Code::GravitySuspect;
+            (changed, Diagnostic::whole(code, Severity::Error, f32::from(axis)))
+        });
+        let opposite = self.layout.gravity.map(|gravity| {
+            let mut changed = self.layout.clone();
+            changed.gravity = Some(gravity.map(|g| -g));
+            let largest = (0..3).max_by(|a, b| gravity[*a].abs().total_cmp(&gravity[*b].abs()));
+            let axis = largest.map_or(0.0, |k| -gravity[k].signum() as f32 * (k + 1) as f32);
+            (changed, Diagnostic::whole(Code::GravitySuspect, Severity::Error, axis))
+        });
+        // Without gravity in the layout, that no sensor senses it changes nothing.
+        let flags = flags.into_iter().filter(|_| self.layout.gravity.is_some());
+        let tried = opposite.into_iter().chain(directions).chain(flags);
+        let explaining = tried.filter_map(|(layout, finding)| {
+            let found = self.solved(&layout, self.readings, 0)?;
+            explains(&found, self.fit).then_some((found.noise, finding))
+        });
+        explaining.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, finding)| finding)
+    }
+
+    /// The finding about a hit without which the others are explained; `suspect` is the one that the fit pulls most.
+    pub(super) fn hit(&self, suspect: Option<usize>) -> Option<Diagnostic> {
+        let hits = self.layout.hits.len();
+        let tried: Vec<usize> =
+            if hits <= MOST_LEFT_OUT { (0..hits).collect() } else { suspect.into_iter().collect() };
+        let explaining = tried.into_iter().filter_map(|hit| {
+            let mut layout = self.layout.clone();
+            layout.hits.remove(hit);
+            let kept: Vec<usize> = (0..hits).filter(|other| *other != hit).collect();
+            let lines = all(self.readings.frequencies().len());
+            let part = Part::of(self.readings, &lines, &kept);
+            let found = self.solved(&layout, &part.responses()?, 1)?;
+            self.is_whole(&found).then_some((found.noise, hit))
+        });
+        let (_, hit) = explaining.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let subject = Subject::hit(hit);
+        Some(Diagnostic::about(Code::HitContradictsOthers, Severity::Error, subject, 0.0))
+    }
+
+    /// True for a fit that explains the readings without extra terms.
+    fn is_whole(&self, found: &GlobalFitSolution<f64>) -> bool {
+        found.extra_terms == 0 && explains(found, self.fit)
+    }
+
+    fn solved(
+        &self,
+        layout: &HostLayout,
+        readings: &FrequencyResponses<'_, f64>,
+        most_extra_terms: usize,
+    ) -> Option<GlobalFitSolution<f64>> {
+        let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
+        let settings = GlobalFitSettings { most_extra_terms, ..GlobalFitSettings::default() };
+        global_fit::solve(layout, readings, self.start, &settings, &mut memory).ok()
+    }
+}
+
+fn all(count: usize) -> Vec<usize> {
+    (0..count).collect()
+}
+
+/// Some lines and hits of the readings.
+struct Part {
+    frequencies: Vec<f64>,
+    accelerance: Vec<Complex<f64>>,
+    channels: usize,
+    hits: usize,
+    decay: f64,
+    correlation: f64,
+}
+
+impl Part {
+    fn of(readings: &FrequencyResponses<'_, f64>, lines: &[usize], hits: &[usize]) -> Self {
+        let channels = readings.channels();
+        let frequencies = lines.iter().map(|line| readings.frequencies()[*line]).collect();
+        let of_line = |line: &usize| {
+            let line = *line;
+            (0..channels).flat_map(move |channel| {
+                hits.iter().map(move |hit| readings.at(line, channel, *hit))
+            })
+        };
+        Self {
+            frequencies,
+            accelerance: lines.iter().flat_map(of_line).collect(),
+            channels,
+            hits: hits.len(),
+            decay: readings.decay,
+            correlation: readings.correlation,
+        }
+    }
+
+    fn responses(&self) -> Option<FrequencyResponses<'_, f64>> {
+        let Self { frequencies, accelerance, channels, hits, decay, correlation } = self;
+        let responses = FrequencyResponses::new(frequencies, accelerance, *channels, *hits)?;
+        Some(responses.windowed(*decay, *correlation))
+    }
+}
