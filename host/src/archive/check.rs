@@ -5,7 +5,8 @@ use std::io::Read;
 use std::path::Path;
 
 use massline_protocol::object::DofResult;
-use massline_shared::layout::HostLayout;
+use massline_shared::diagnosis::Code;
+use massline_shared::layout::{HostLayout, LayoutReport};
 use serde_json::value::RawValue;
 
 use super::{Archive, EXTENSION, FORMAT, SCHEMA_VERSION};
@@ -65,6 +66,10 @@ pub(super) fn head(bytes: &[u8], file: &str) -> Result<()> {
 /// What no test gives, in words.
 pub(super) fn contents(archive: &Archive) -> Result<(), String> {
     let Archive { layout, calibration, result, spectra, .. } = archive;
+    let found = LayoutReport::new(&layout.resolved, None).diagnostics;
+    if found.iter().any(|found| found.code == Code::LayoutNotFinite) {
+        return Err("layout.resolved: a standard deviation, prior or target is negative".into());
+    }
     for (place, dof) in result.dofs.iter().enumerate() {
         belongs(dof, &layout.resolved)
             .map_err(|what| format!("result.dofs[{place}] ({}): {what}", dof.dof))?;
@@ -82,6 +87,9 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
 fn belongs(dof: &DofResult, layout: &HostLayout) -> Result<(), &'static str> {
     if layout.hits.get(usize::from(dof.index)).is_none_or(|hit| hit.dof != dof.dof) {
         return Err("the layout has another hit at this index");
+    }
+    if dof.hits == 0 || dof.noise.iter().any(|noise| *noise < 0.0) {
+        return Err("it has no hits, or its noise is negative");
     }
     dof.mass_lines().map(|_| ()).ok_or("its numbers contradict each other")
 }

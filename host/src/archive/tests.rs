@@ -122,6 +122,10 @@ fn contents_that_no_test_gives_are_named() {
     assert!(nan.contains("invalid type: null, expected f32"), "{nan}");
     let other_hit = said("\"index\":0", "\"index\":1");
     assert!(other_hit.contains("result.dofs[0] (1:+Y): the layout has another hit"), "{other_hit}");
+    let negative = said("\"gain\":0.0", "\"gain\":-0.0");
+    assert!(negative.contains("layout.resolved: a standard deviation"), "{negative}");
+    let no_hits = said("\"hits\":5", "\"hits\":0");
+    assert!(no_hits.contains("result.dofs[0] (1:+Y): it has no hits"), "{no_hits}");
     let uneven = said(
         "\"spectra\":[",
         "\"spectra\":[{\"dof\":\"1:+Y\",\"hits\":1,\"resolution_hz\":2.0,\"decay_per_s\":0.0,\"force_auto\":[1.0],\

@@ -11,7 +11,14 @@ use crate::report::Summary;
 
 /// Arguments of `massline history`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  massline history\n  massline history tests/ --json")]
+#[command(after_help = "\
+Of each archive (*.massline): title, when it was measured, the best method, mass ± standard deviation,
+and the verdict of the rig. Files that cannot be read are named, and the others are listed.
+
+Examples:
+  massline history
+  massline history tests/
+  massline history tests/ --json")]
 pub struct Args {
     /// The folder with the archives.
     #[arg(default_value = ".")]

@@ -52,9 +52,13 @@ pub fn measurement_text(result: &MeasurementResult) -> String {
     let head = &result.head;
     let hits: Vec<String> =
         result.dofs.iter().map(|d| format!("{} ({} hits)", d.dof, d.hits)).collect();
+    let origin = [Some(head.title.to_string()), clock::moment(head.started_unix_s)];
+    let origin: Vec<String> = origin.into_iter().flatten().filter(|of| !of.is_empty()).collect();
     let mut text = format!(
-        "Result {} (layout {:08x}, calibration {:08x}, firmware {}): {}\n",
+        "Result {}{}{} (layout {:08x}, calibration {:08x}, firmware {}): {}\n",
         head.number,
+        if origin.is_empty() { "" } else { ": " },
+        origin.join(", "),
         head.layout_hash,
         head.calibration,
         head.firmware,
@@ -167,7 +171,7 @@ mod tests {
         let json = measurement_json(&measurement(&[stored()]));
         assert_eq!(json["layout_hash"], "0000abcd");
         assert_eq!(json["title"], "frame");
-        assert_eq!(json["measured"], "2026-11-18T13:46:40Z");
+        assert_eq!(json["measured"], "2026-11-18T11:06:40Z");
         assert_eq!(json["calibration"], "00000003");
         assert_eq!(json["firmware"], "0.1.0");
         let result = &json["results"][0];
@@ -198,7 +202,8 @@ mod tests {
     #[test]
     fn the_text_names_the_result_and_what_its_sigma_covers() {
         let text = measurement_text(&measurement(&[stored()]));
-        assert!(text.contains("Result 7") && text.contains("0000abcd"), "{text}");
+        let first = "Result 7: frame, 2026-11-18T11:06:40Z (layout 0000abcd, calibration 00000003, firmware";
+        assert!(text.starts_with(first), "{text}");
         assert!(text.contains("scatter between hits only"), "{text}");
         assert!(text.contains("J_xz"), "{text}");
     }

@@ -1,10 +1,12 @@
 //! Archives: written by `measure` and `results get`, listed by `history`, solved again years later.
 
-use std::io::{BufRead, BufReader};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use massline::archive::{Archive, Part};
+use nix::pty::openpty;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::{Value, json};
@@ -236,6 +238,55 @@ fn the_history_of_a_folder_names_what_it_cannot_read() {
         refusal(answer(&["history", &path("a.massline")])),
         refused(2, "folder_not_readable")
     );
+}
+
+/// Runs `results delete` at a terminal where this answer is typed: exit code, and what is on the terminal.
+fn delete_at_a_terminal(rig: &Rig, numbers: &str, typed: &str) -> (i32, String) {
+    let terminal = openpty(None, None).unwrap();
+    let end = || Stdio::from(terminal.slave.try_clone().unwrap());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_massline"));
+    command.args(["results", "delete", numbers, "--port", &rig.process.port]);
+    command.stdin(end()).stdout(end()).stderr(end());
+    let mut process = command.spawn().unwrap();
+    // The terminal keeps what is typed until the question is asked.
+    File::from(terminal.master.try_clone().unwrap()).write_all(typed.as_bytes()).unwrap();
+    let exit = process.wait().unwrap().code().unwrap();
+    drop((command, terminal.slave));
+    // Reading a terminal without a program ends with an error.
+    let mut shown = Vec::new();
+    let _ = File::from(terminal.master).read_to_end(&mut shown);
+    (exit, words(&String::from_utf8_lossy(&shown)))
+}
+
+#[test]
+fn results_are_deleted_at_a_terminal_only_after_a_yes() {
+    let rig = Rig::start(&["--fast"]);
+    let layout = rig.layout(2);
+    for _ in 0..4 {
+        assert_eq!(rig.run(&["measure", &layout]).0, 0);
+    }
+    let kept = || {
+        let (_, list) = rig.run(&["results", "list"]);
+        let numbers = list["results"].as_array().unwrap().iter();
+        numbers.map(|of| of["number"].as_u64().unwrap()).collect::<Vec<_>>()
+    };
+    let (exit, shown) = delete_at_a_terminal(&rig, "2-3", "n\n");
+    assert_eq!((exit, kept()), (130, vec![1, 2, 3, 4]), "{shown}");
+    assert!(shown.contains("delete results 2, 3? [y/N]"), "{shown}");
+    assert!(shown.contains("nothing was deleted"), "{shown}");
+    let (exit, shown) = delete_at_a_terminal(&rig, "2-3", "y\n");
+    assert_eq!((exit, kept()), (0, vec![1, 4]), "{shown}");
+    assert!(shown.contains("results 2, 3 deleted"), "{shown}");
+
+    // Nobody can be asked: the way out is named before the rig is.
+    let unasked = run(&["results", "delete", "--all", "--port", "/dev/no-such-port"]);
+    assert_eq!(unasked.exit, 2);
+    assert!(unasked.says("there is no keyboard; add --yes"), "{}", unasked.stderr);
+    assert_eq!(
+        rig.run(&["results", "delete", "2-3", "--yes"]).1["error"]["code"],
+        "no_such_result"
+    );
+    assert_eq!(rig.run(&["results", "delete", "--all", "--yes"]).1["deleted"], json!([1, 4]));
 }
 
 /// The archive of version 1 and the numbers of the day on which it was written.

@@ -28,6 +28,10 @@ impl Collected {
     pub(super) fn of_campaign(archive: Option<&Path>, client: &mut Client) -> Result<Self> {
         let Some(archive) = archive else { return Ok(Self::default()) };
         let Status { layout_hash, started_unix_s, .. } = client.status()?;
+        if started_unix_s == 0 {
+            // Started without a computer, a campaign cannot be told from others with its layout.
+            return Ok(Self::default());
+        }
         let campaign = CampaignId { layout_hash, started_unix_s };
         let (earlier, records) = Part::read(archive, campaign)
             .map(|Part { spectra, hit_records, .. }| (spectra, hit_records))
