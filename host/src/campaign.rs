@@ -13,7 +13,6 @@ use massline_shared::measurement::campaign::Phase;
 
 use crate::calibration::day::age_in_days;
 use crate::client::{Client, ClientError, Event};
-use crate::clock;
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
 
@@ -114,6 +113,9 @@ pub struct StartOptions {
     pub restart: bool,
     /// The object is a block of this mass, kg: mass lines only.
     pub block_mass: Option<f32>,
+    /// When it is, seconds since 1970-01-01 00:00 UTC; zero when that does not matter, as for a simulated test, which
+    /// gives the same result at any time.
+    pub started_unix_s: u32,
 }
 
 /// What [`begin`] did.
@@ -163,14 +165,14 @@ pub fn begin(client: &mut Client, how: StartOptions) -> Result<StartOutcome, Cli
 
 /// Starts; the rig, which has no calendar, is told the time and the age of its calibration.
 fn start(client: &mut Client, how: StartOptions) -> Result<Status, ClientError> {
-    let StartOptions { confirm, force, block_mass, restart: _ } = how;
+    let StartOptions { confirm, force, block_mass, started_unix_s, restart: _ } = how;
     let calibration_age_days = age_in_days(&client.calibration()?);
     let request = CommandRequest {
         confirm,
         force,
         block_mass,
         calibration_age_days,
-        started_unix_s: clock::unix_seconds(),
+        started_unix_s,
         ..CampaignCommand::Start.into()
     };
     client.command_with(request)

@@ -23,6 +23,7 @@ use crate::calibration::day::age_in_days;
 use crate::campaign::phase_name;
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::client::Client;
+use crate::clock;
 use crate::error::{Error, Result};
 use crate::identification::Selection;
 use crate::output::Output;
@@ -119,6 +120,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         confirm: args.confirm || args.archive.path().is_some(),
         force: args.any_layout,
         restart: args.restart,
+        started_unix_s: clock::unix_seconds(),
         ..StartOptions::default()
     };
     match begin(&mut client, how)? {

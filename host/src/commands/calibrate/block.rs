@@ -20,6 +20,7 @@ use crate::calibration::electronics::ConversionOrder;
 use crate::calibration::plausible;
 use crate::calibration::verify::{Verdict, drifts};
 use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
+use crate::clock;
 use crate::commands::measure::{fits, make_room, paused};
 use crate::commands::{files, show};
 use crate::error::{Error, Result};
@@ -275,6 +276,7 @@ impl BlockTest {
             block_mass: Some(self.mass.mass as f32),
             confirm: true,
             restart: self.restart,
+            started_unix_s: clock::unix_seconds(),
             ..StartOptions::default()
         };
         match begin(&mut rig.client, how)? {

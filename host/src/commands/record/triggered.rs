@@ -11,6 +11,7 @@ use crate::campaign::{
     CampaignOutcome, Observer, OperatorAction, StartOptions, begin, follow, is_out_of_reach,
 };
 use crate::client::{Client, scans_of};
+use crate::clock;
 use crate::commands::progress::{Progress, Prompts};
 use crate::commands::show;
 use crate::error::{Error, Result};
@@ -25,7 +26,8 @@ pub(super) fn record(
     output: &mut Output,
 ) -> Result<u32> {
     let layout = recording.layout;
-    begin(client, StartOptions { confirm: true, ..StartOptions::default() })?;
+    let started_unix_s = clock::unix_seconds();
+    begin(client, StartOptions { confirm: true, started_unix_s, ..StartOptions::default() })?;
     let interrupt = output.interrupt().clone();
     let progress = Progress::new(output, "hits", layout, Prompts::Hits);
     let mut recorder = Recorder { progress, recording, writer, read: 0, hits: 0 };
