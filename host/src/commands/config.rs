@@ -86,7 +86,7 @@ impl Config {
             return Err(Error::input(MALFORMED, format!("[{name}]: there is no such command")));
         }
         let mut failed = None;
-        let command = command.mut_subcommand(name.to_owned(), |mut command| {
+        let command = command.mut_subcommand(name, |mut command| {
             for (key, value) in defaults {
                 let changed = match value {
                     Value::Table(below) => self.of_command(command.clone(), key, below),
