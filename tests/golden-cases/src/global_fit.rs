@@ -6,7 +6,7 @@
 use massline_shared::FrequencyResponses;
 use massline_shared::Real;
 use massline_shared::body::RigidBody;
-use massline_shared::identify::global_fit::{GlobalFitSettings, solve, workspace};
+use massline_shared::identify::global_fit::{Damping, GlobalFitSettings, solve, workspace};
 use nalgebra::{Complex, SVector};
 
 use crate::Check;
@@ -29,6 +29,7 @@ pub(crate) fn run<R: Real>(check: &mut Check<'_, '_, R>) -> Option<()> {
     }
     let start = RigidBody::from_theta(&SVector::from(check.input_array::<10>("theta_start")?));
     let damping = check.input_number("with_damping")? != R::zero();
+    let damping = if damping { Damping::Viscous } else { Damping::None };
     let settings = GlobalFitSettings { damping, ..GlobalFitSettings::PLAIN };
     let responses = FrequencyResponses::new(&frequencies, &accelerance, RESPONSES, HITS)?;
     let responses = responses.windowed(check.input_number("sigma")?, R::one());
