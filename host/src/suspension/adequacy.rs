@@ -4,17 +4,11 @@ use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::Estimate;
-use massline_shared::identify::global_fit::GlobalFitSolution;
 use massline_shared::layout::HostLayout;
 
 use super::alternatives::Unexplained;
+use super::explained::{explains, left};
 use super::{Doubt, GlobalAnswer, HostFit};
-
-/// What the global fit leaves, over the noise that the fit of the modes leaves, from which the body does not fit: that fit
-/// assumes nothing of the body. Extra terms of a flexible mode at twice the end of the band leave 1.01.
-const MISFIT: f64 = 1.05;
-/// Root mean square of the pulls of a sensor or hit, in its standard deviations, from which the body does not fit.
-const TOO_FAR: f32 = 4.0;
 
 /// How well a body on its suspension explains the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,20 +78,6 @@ pub(super) fn judge(
             Ok(Adequacy::Misfit(Diagnostic::whole(code, Severity::Error, 0.0)))
         }
     }
-}
-
-/// What a global fit leaves, over the noise.
-fn left(found: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> f64 {
-    // That of the real part, and that of a complex number.
-    found.noise * std::f64::consts::SQRT_2 / fit.noise()
-}
-
-/// True for a fit that leaves hardly more than noise, without errors far beyond those stated.
-pub(super) fn explains(found: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> bool {
-    let pulled = |d: &Diagnostic| {
-        matches!(d.code, Code::LargeSensorPull | Code::LargeHitPull) && d.value > TOO_FAR
-    };
-    left(found, fit) <= MISFIT && !found.estimate.diagnostics.iter().any(pulled)
 }
 
 /// The hit that the fit pulls most.

@@ -10,7 +10,7 @@ use massline_shared::layout::HostLayout;
 use massline_shared::{FrequencyResponses, STANDARD_GRAVITY};
 use nalgebra::Complex;
 
-use super::adequacy::explains;
+use super::explained::explains;
 use super::{GlobalAnswer, HostFit};
 
 /// Most hits that are left out one by one.

@@ -5,6 +5,7 @@ mod adequacy;
 mod alternatives;
 mod comparison;
 mod deviations;
+mod explained;
 mod first_look;
 mod global;
 mod mass_lines;
