@@ -210,7 +210,7 @@ pub fn solve(
     };
     // Where nothing answers, the lines that are missing for the modes are worth a word.
     let modal = match (&mass_lines, modal) {
-        (Some(Err(_)), None) if !of_modes.is_empty() => {
+        (Some(Err(error)), None) if !of_modes.is_empty() && error.code() == NARROW => {
             suspension::few_lines(layout, &responses, options).map(Err)
         }
         (_, modal) => modal,
@@ -218,6 +218,9 @@ pub fn solve(
     let asked = Asked { of_mass_lines, of_modes };
     combine(settings, asked, (mass_lines, comparison), modal, notes)
 }
+
+/// The code of a band of which the file has too little.
+const NARROW: &str = "band_too_narrow";
 
 /// The methods that were asked for, by what they use.
 struct Asked {

@@ -14,9 +14,9 @@ fn config(folder: &Path, text: &str) -> PathBuf {
 fn options_have_the_defaults_of_the_file_and_arguments_win() {
     let folder = tempfile::tempdir().unwrap();
     let path = config(folder.path(), "color = \"always\"\nport = \"/dev/no-such-port\"\n");
-    let colored = run_with_config(&path, &["layout", "check", LAYOUT]);
+    let colored = run_with_config(&path, &["demo", "--help"]);
     assert!(colored.stdout.contains("\x1b["), "{}", colored.stdout);
-    let plain = run_with_config(&path, &["layout", "check", LAYOUT, "--color", "never"]);
+    let plain = run_with_config(&path, &["demo", "--help", "--color", "never"]);
     assert!(!plain.stdout.contains("\x1b["), "{}", plain.stdout);
     let asked = run_with_config(&path, &["device", "identify"]);
     assert!(asked.says("/dev/no-such-port does not exist"), "{}", asked.stderr);
@@ -47,7 +47,7 @@ fn what_the_file_may_not_say_is_refused_with_its_name_and_the_way_out() {
         ("json = true", "json: this option is a switch"),
         ("port = true", "port: give a text, a number, or an array of them, and not true"),
         ("color = \"sometimes\"", "color: \"sometimes\" is not one of auto, always, never"),
-        ("color = ", "line 1"),
+        ("color = ", "config.toml:1:"),
     ] {
         let path = config(folder.path(), text);
         let refused = run_with_config(&path, &["demo", "--help"]);
