@@ -11,6 +11,7 @@
 //! | [`interrupt`] | Ctrl-C |
 //! | [`output`] | where a command writes: text or JSON, colour, progress |
 //! | [`layout_file`] | the layout TOML |
+//! | `udev` | the rules by which Linux lets the user open a device |
 //! | `limited` | lists of a file with a largest length |
 //! | [`calibration`] | dates of calibrations, and the RC cutoffs from the spectra of a block test |
 //! | [`calibration_file`] | the calibration TOML |
@@ -70,6 +71,7 @@ pub mod spectra;
 pub mod suspension;
 pub mod tape;
 mod toml_file;
+mod udev;
 pub mod uff;
 pub mod units;
 

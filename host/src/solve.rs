@@ -38,7 +38,7 @@ use answer::{Failed, Settings};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses};
 use layout_checks::{admitted, layout_problem};
-use suspension::ModalPart;
+use suspension::{Looked, ModalPart};
 
 pub use answer::FrfSolution;
 pub(crate) use errors::first_error;
@@ -168,7 +168,10 @@ pub fn solve(
         Err(error)
     })?;
     let named = matches!(options.selection, Selection::Only(_)) && !of_modes.is_empty();
-    let look = suspension::look(layout, &responses, options, named);
+    let (look, few_lines) = match suspension::look(layout, &responses, options) {
+        Looked::TooFewLines(error) if !named => (None, Some(error)),
+        looked => (Some(looked.needed()), None),
+    };
     let highest = look.as_ref().and_then(|look| look.as_ref().ok()?.highest_hz());
     let mass_lines = (!of_mass_lines.is_empty()).then(|| {
         checked(&of_mass_lines)?;
@@ -211,7 +214,7 @@ pub fn solve(
     // Where nothing answers, the lines that are missing for the modes are worth a word.
     let modal = match (&mass_lines, modal) {
         (Some(Err(error)), None) if !of_modes.is_empty() && error.code() == NARROW => {
-            suspension::few_lines(layout, &responses, options).map(Err)
+            few_lines.map(Err)
         }
         (_, modal) => modal,
     };

@@ -13,6 +13,7 @@ use crate::flash::board::{BOARDS, Board};
 use crate::flash::drive::{self, Kind};
 use crate::flash::usb;
 use crate::output::{Output, Tone};
+use crate::udev;
 
 /// Arguments of `massline doctor`.
 #[derive(Debug, clap::Args)]
@@ -148,21 +149,11 @@ fn behind(port: &PortFacts) -> Finding {
             Finding::new(subject, State::Good, found)
         }
         Err(error) if error.code() == ClientError::DENIED => {
-            Finding::new(subject, State::Bad, error.to_string()).advising(udev_rule(port))
+            Finding::new(subject, State::Bad, error.to_string())
+                .advising(udev::advice("tty", "ATTRS", port.usb))
         }
         Err(error) => Finding::new(subject, State::Bad, error.to_string()),
     }
-}
-
-/// The udev rule by which Linux lets the logged-in user open a serial port.
-fn udev_rule(port: &PortFacts) -> String {
-    let usb = port.usb.map_or_else(String::new, |(vendor, product)| {
-        format!(", ATTRS{{idVendor}}==\"{vendor:04x}\", ATTRS{{idProduct}}==\"{product:04x}\"")
-    });
-    format!(
-        "put this line into /etc/udev/rules.d/70-massline.rules, run `sudo udevadm control --reload`, and plug the rig in \
-         again:\nSUBSYSTEM==\"tty\"{usb}, TAG+=\"uaccess\""
-    )
 }
 
 /// A board that waits for firmware; `None` when there is none of this kind.
@@ -170,8 +161,8 @@ fn in_boot_loader(board: &Board) -> Option<Finding> {
     let subject = format!("{} in its boot loader", board.name);
     let advice = format!("massline flash --board {}", board.name);
     let found = match board.boot_loader.as_ref()? {
-        BootLoader::Dfu(loader) => usb::connected(loader)
-            .map(|there| there.map(|()| Finding::new(&subject, State::Good, "it may be opened"))),
+        BootLoader::Dfu(loader) => usb::is_connected(loader)
+            .map(|there| there.then(|| Finding::new(&subject, State::Good, "it may be opened"))),
         BootLoader::Uf2(_) | BootLoader::StLink(_) => {
             let drive = drive::find(Kind::of(board)?, None).ok();
             Ok(drive.map(|at| Finding::new(&subject, State::Good, at.display().to_string())))
@@ -179,6 +170,10 @@ fn in_boot_loader(board: &Board) -> Option<Finding> {
     };
     match found {
         Ok(found) => found.map(|found| found.advising(advice)),
+        Err(error) if error.code() == usb::UNLISTED => Some(
+            Finding::new("USB", State::Absent, error.to_string())
+                .advising("only flashing through a chip's USB boot loader needs it"),
+        ),
         Err(error) => Some(Finding::new(subject, State::Bad, error.to_string())),
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use massline_shared::layout::Dof;
+
 use super::responses::{PERTURBATIONS, ResponseArgs};
 use crate::error::Result;
 use crate::output::Output;
@@ -10,7 +12,6 @@ use crate::report::{
     shapes_text,
 };
 use crate::solve::{modes_of_archive, modes_of_files};
-use massline_shared::layout::Dof;
 
 /// Arguments of `massline modes`.
 #[derive(Debug, clap::Args)]

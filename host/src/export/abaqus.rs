@@ -7,6 +7,7 @@
 use massline_shared::body::elements;
 
 use super::heading::{self, ascii};
+use super::number::with_fortran_exponent;
 use super::subject::Exported;
 use crate::error::Result;
 
@@ -37,14 +38,7 @@ pub(super) fn write(exported: &Exported) -> Result<Vec<u8>> {
 fn number(value: f64) -> String {
     let in_full = format!("{value:.13E}");
     let text = if in_full.len() > 19 { format!("{value:.12E}") } else { in_full };
-    match text.split_once('E') {
-        Some((mantissa, exponent)) => {
-            let exponent: i32 = exponent.parse().unwrap_or(0);
-            let sign = if exponent < 0 { '-' } else { '+' };
-            format!("{mantissa}E{sign}{:02}", exponent.abs())
-        }
-        None => text,
-    }
+    with_fortran_exponent(&text)
 }
 
 #[cfg(test)]

@@ -34,19 +34,16 @@ fn decimal(value: f64, width: usize) -> Option<String> {
 
 fn exponential(value: f64, width: usize) -> Option<String> {
     let digits = (1..=DIGITS).rev();
-    let text = |digits| {
-        let text = format!("{value:.digits$E}");
-        // The sign and two digits of the exponent, as Fortran writes them.
-        match text.split_once('E') {
-            Some((mantissa, exponent)) => {
-                let exponent: i32 = exponent.parse().unwrap_or(0);
-                let sign = if exponent < 0 { '-' } else { '+' };
-                format!("{mantissa}E{sign}{:02}", exponent.abs())
-            }
-            None => text,
-        }
-    };
+    let text = |digits| with_fortran_exponent(&format!("{value:.digits$E}"));
     digits.map(text).find(|text| text.len() <= width)
+}
+
+/// The same number with the sign and at least two digits of the exponent, as Fortran writes them.
+pub(super) fn with_fortran_exponent(text: &str) -> String {
+    let Some((mantissa, exponent)) = text.split_once('E') else { return text.into() };
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let sign = if exponent < 0 { '-' } else { '+' };
+    format!("{mantissa}E{sign}{:02}", exponent.abs())
 }
 
 #[cfg(test)]

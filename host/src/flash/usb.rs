@@ -10,7 +10,10 @@ use nusb::transfer::{ControlIn, ControlOut, ControlType, Recipient, TransferErro
 use nusb::{DeviceInfo, ErrorKind, Interface, MaybeFuture};
 
 use crate::error::{Error, Result};
+use crate::udev;
 
+/// Code of a computer whose USB devices cannot be listed.
+pub const UNLISTED: &str = "usb_not_listed";
 /// Prefix of the string that describes the alternate setting of the internal flash.
 const FLASH: &str = "@Internal Flash";
 /// The boot loader may not answer while it erases, so this is long.
@@ -27,12 +30,9 @@ impl DfuDevice {
     /// Opens the only chip in DFU mode whose USB identity is that of `loader`.
     ///
     /// # Errors
-    /// `no_dfu_device`, `several_dfu_devices`, `usb_denied`, `wrong_chip`, `usb_failed`.
+    /// `no_dfu_device`, `several_dfu_devices`, `usb_denied`, `wrong_chip`, `usb_not_listed`, `usb_failed`.
     pub fn open(loader: &Dfu) -> Result<Self> {
-        let devices = nusb::list_devices().wait().map_err(|error| {
-            Error::device("usb_failed", format!("the USB devices cannot be listed: {error}"))
-        })?;
-        let device = only(devices, loader)?;
+        let device = only(devices()?, loader)?;
         let device = device.open().wait().map_err(|error| opened(&error, loader.usb))?;
         let configuration = device.active_configuration().map_err(failed)?;
         for setting in configuration.interface_alt_settings() {
@@ -88,10 +88,8 @@ fn opened(error: &nusb::Error, usb: UsbId) -> Error {
         ErrorKind::PermissionDenied => Error::device(
             "usb_denied",
             format!(
-                "the chip in DFU mode may not be opened ({error}). Put this line into \
-                 /etc/udev/rules.d/70-massline.rules, run `sudo udevadm control --reload`, and plug the \
-                 board in again:\n{}",
-                udev_rule(usb)
+                "the chip in DFU mode may not be opened ({error}): {}",
+                udev::advice("usb", "ATTR", Some((usb.vendor, usb.product)))
             ),
         ),
         ErrorKind::Busy => Error::device(
@@ -102,28 +100,24 @@ fn opened(error: &nusb::Error, usb: UsbId) -> Error {
     }
 }
 
-/// The udev rule by which Linux lets the logged-in user open this device.
-fn udev_rule(UsbId { vendor, product }: UsbId) -> String {
-    format!(
-        "SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"{vendor:04x}\", ATTR{{idProduct}}==\"{product:04x}\", TAG+=\"uaccess\""
-    )
-}
-
-/// `Some` when a chip whose boot loader has this identity is connected and may be opened, `None` when there is none.
+/// True when a chip whose boot loader has this identity is connected and may be opened.
 ///
 /// # Errors
-/// When the USB devices cannot be listed, or the chip cannot be opened.
-pub fn connected(loader: &Dfu) -> Result<Option<()>> {
-    let devices = nusb::list_devices().wait().map_err(|error| {
-        Error::device("usb_failed", format!("the USB devices cannot be listed: {error}"))
-    })?;
+/// `usb_not_listed` when the USB devices cannot be listed; `usb_denied` and `usb_busy` when the chip cannot be opened.
+pub fn is_connected(loader: &Dfu) -> Result<bool> {
     let UsbId { vendor, product } = loader.usb;
-    let Some(device) =
-        devices.into_iter().find(|d| (d.vendor_id(), d.product_id()) == (vendor, product))
+    let mut devices = devices()?;
+    let Some(device) = devices.find(|d| (d.vendor_id(), d.product_id()) == (vendor, product))
     else {
-        return Ok(None);
+        return Ok(false);
     };
-    device.open().wait().map(|_| Some(())).map_err(|error| opened(&error, loader.usb))
+    device.open().wait().map(|_| true).map_err(|error| opened(&error, loader.usb))
+}
+
+fn devices() -> Result<impl Iterator<Item = DeviceInfo>> {
+    nusb::list_devices().wait().map_err(|error| {
+        Error::device(UNLISTED, format!("the USB devices cannot be listed: {error}"))
+    })
 }
 
 fn failed(error: impl std::fmt::Display) -> Error {

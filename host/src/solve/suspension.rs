@@ -37,37 +37,38 @@ impl Look {
     }
 }
 
-/// Looks for the suspension modes, which mass lines have to keep clear of; `None` when the file has no lines for them and
-/// they were not asked for by name.
-pub(super) fn look(
-    layout: &HostLayout,
-    responses: &LayoutResponses,
-    options: &Options,
-    named: bool,
-) -> Option<Result<Look>> {
+/// What a file has of the suspension band.
+pub(super) enum Looked {
+    /// Lines that may show the modes.
+    Seen(Result<Look>),
+    /// Too few of them, as files of mass lines have; what to say of it.
+    TooFewLines(Error),
+}
+
+impl Looked {
+    /// The look, whose absence is an error.
+    pub(super) fn needed(self) -> Result<Look> {
+        match self {
+            Self::Seen(look) => look,
+            Self::TooFewLines(error) => Err(error),
+        }
+    }
+}
+
+/// Looks for the suspension modes, which mass lines have to keep clear of.
+pub(super) fn look(layout: &HostLayout, responses: &LayoutResponses, options: &Options) -> Looked {
     let band = options.suspension_band_hz;
     let all = match responses.spectrum_bins(layout, band, options.decay) {
         Ok(lines) => lines,
-        Err(error) => return Some(Err(error)),
+        Err(error) => return Looked::Seen(Err(error)),
     };
     if all.len() < FEWEST_LINES {
-        return named.then(|| Err(too_few(&all, band)));
+        return Looked::TooFewLines(too_few(&all, band));
     }
     let first = all.thinned().responses().and_then(|responses| {
         find_modes(layout, &responses, all.record_s()).map_err(|found| said(layout, &found))
     });
-    Some(first.map(|first| Look { all, first }))
-}
-
-/// That the file has too few lines of the suspension band, where that is so.
-pub(super) fn few_lines(
-    layout: &HostLayout,
-    responses: &LayoutResponses,
-    options: &Options,
-) -> Option<Error> {
-    let band = options.suspension_band_hz;
-    let all = responses.spectrum_bins(layout, band, options.decay).ok()?;
-    (all.len() < FEWEST_LINES).then(|| too_few(&all, band))
+    Looked::Seen(first.map(|first| Look { all, first }))
 }
 
 fn too_few(all: &LinesOfBand, [low, high]: [f64; 2]) -> Error {
@@ -125,7 +126,7 @@ pub(super) fn modes_alone(
     options: &Options,
     progress: impl FnMut(u32, u32),
 ) -> Result<SuspensionModes> {
-    let look = look(layout, responses, options, true).unwrap_or_else(|| Err(undetermined()))?;
+    let look = look(layout, responses, options).needed()?;
     let chosen = look.all.about(&look.first.modes);
     let mut modes =
         modes(layout, &chosen.responses()?, progress).map_err(|found| said(layout, &found))?;
