@@ -261,6 +261,11 @@ impl Output {
         self.details = Some(details);
     }
 
+    /// Whether text is coloured.
+    pub fn in_color(&self) -> bool {
+        self.color
+    }
+
     /// `text` in the colour of `tone`, if stdout shows colours.
     pub fn toned(&self, text: &str, tone: Tone) -> String {
         if self.color { format!("{}{text}{RESET}", tone.escape()) } else { text.into() }

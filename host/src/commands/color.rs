@@ -32,13 +32,10 @@ pub(super) fn chosen(arguments: &[OsString]) -> Option<ColorChoice> {
     stated.last().and_then(|value| ColorChoice::from_str(&value, false).ok())
 }
 
-/// The command line with this program's colours.
-pub(super) fn in_color(command: Command, choice: ColorChoice) -> Command {
-    let choice = match choice {
-        ColorChoice::Auto => clap::ColorChoice::Auto,
-        ColorChoice::Always => clap::ColorChoice::Always,
-        ColorChoice::Never => clap::ColorChoice::Never,
-    };
+/// The command line with this program's colours. Whether they are wanted is decided in one place, [`Output`]: left to itself,
+/// clap would colour a dumb terminal where the variable `CI` is set.
+pub(super) fn in_color(command: Command, wanted: bool) -> Command {
+    let choice = if wanted { clap::ColorChoice::Always } else { clap::ColorChoice::Never };
     command.styles(STYLES).color(choice)
 }
 

@@ -140,7 +140,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(error.exit_code());
         }
     };
-    let parsed = color::in_color(command, color)
+    let parsed = color::in_color(command, output.in_color())
         .try_get_matches_from(&arguments)
         .and_then(|m| Cli::from_arg_matches(&m));
     match parsed {

@@ -29,6 +29,8 @@ impl Terminal {
             .args(["--ctty", env!("CARGO_BIN_EXE_massline")])
             .args(arguments)
             .env("TERM", name)
+            // Libraries take this for a terminal that shows colours.
+            .env("CI", "true")
             .env_remove("NO_COLOR")
             .env_remove("COLUMNS")
             .env_remove("MASSLINE_PORT")
