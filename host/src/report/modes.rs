@@ -45,6 +45,9 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
             ABOVE_SUSPENSION * highest * 2.0 / BELOW_ELASTIC,
         );
     }
+    if let Some([x, y, z]) = modes.fitted_gravity {
+        text += &format!("gravity as it fits: gravity = [{x:.3}, {y:.3}, {z:.3}] m/s²\n");
+    }
     for (place, row) in modes.rows.iter().enumerate() {
         if let Some((share, dof)) = better_hit(row, layout) {
             text += &format!(
@@ -164,5 +167,6 @@ pub fn modes_json(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
         "modal_assurance": modes.assurance,
         "orders": modes.orders.iter().map(order).collect::<Vec<_>>(),
         "noise_m_per_s2_per_n": modes.noise,
+        "fitted_gravity_m_per_s2": modes.fitted_gravity,
     })
 }

@@ -8,6 +8,7 @@ use massline_shared::layout::HostLayout;
 
 use super::alternatives::Unexplained;
 use super::explained::{explains, left};
+use super::gravity::Tilted;
 use super::{Doubt, GlobalAnswer, HostFit};
 
 /// How well a body on its suspension explains the readings.
@@ -17,6 +18,8 @@ pub(super) enum Adequacy {
     Fits,
     /// As well with a flexible mode above the band.
     Flexible,
+    /// As well under another gravity than the layout's.
+    Tilted(Tilted),
     /// Less well, and this says why or how much.
     Misfit(Diagnostic),
     /// Nothing was fitted that would tell.
@@ -27,7 +30,7 @@ impl Adequacy {
     /// What it says against the answers.
     pub(super) fn doubt(self) -> Option<Doubt> {
         match self {
-            Self::Fits | Self::Unknown => None,
+            Self::Fits | Self::Tilted(_) | Self::Unknown => None,
             Self::Flexible => Some(Doubt::FlexibleMode),
             Self::Misfit(_) => Some(Doubt::Misfit),
         }
@@ -65,9 +68,16 @@ pub(super) fn judge(
         return Err(Diagnostics::from_array([reason]));
     }
     let found = global.as_ref().map(|found| &found.solution);
-    let pulled = found.ok().and_then(|found| pulled_hit(&found.estimate));
-    match (unexplained.hit(pulled), found) {
-        (Some(reason), _) => Ok(Adequacy::Misfit(reason)),
+    let hit = unexplained.hit(found.ok().and_then(|found| pulled_hit(&found.estimate)));
+    // Each of the three takes up some of what another has caused; the cause leaves least.
+    let of_flexible = found.ok().filter(|_| explained).map(|found| found.noise);
+    let others = of_flexible.into_iter().chain(hit.map(|(noise, _)| noise));
+    let least = others.fold(f64::INFINITY, f64::min);
+    if let Some(tilted) = unexplained.tilted().filter(|tilted| tilted.noise < least) {
+        return Ok(Adequacy::Tilted(tilted));
+    }
+    match (hit, found) {
+        (Some((_, reason)), _) => Ok(Adequacy::Misfit(reason)),
         (None, Ok(_)) if explained => Ok(Adequacy::Flexible),
         (None, Ok(found)) => {
             let (code, left) = (Code::ModelDoesNotFit, left(found, fit) as f32);

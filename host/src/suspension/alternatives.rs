@@ -1,13 +1,13 @@
 //! Other explanations of readings that a body on viscously damped springs does not explain: each is tried, and the one that
 //! explains them is what is wrong.
 
+use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::identify::global_fit::{
     self, Damping, GlobalFitSettings, GlobalFitSolution, workspace,
 };
 use massline_shared::layout::HostLayout;
-use massline_shared::{FrequencyResponses, STANDARD_GRAVITY};
 use nalgebra::Complex;
 
 use super::explained::explains;
@@ -61,45 +61,9 @@ impl Unexplained<'_, '_> {
         Some(found)
     }
 
-    /// The finding about gravity with which the readings are explained.
-    pub(super) fn gravity(&self) -> Option<Diagnostic> {
-        let senses = |layout: &mut HostLayout, senses: bool| {
-            layout.sensors.iter_mut().for_each(|sensor| sensor.senses_gravity = senses);
-        };
-        let flags = [false, true].map(|of_all| {
-            let mut changed = self.layout.clone();
-            senses(&mut changed, of_all);
-            let finding = Diagnostic::whole(Code::SensesGravitySuspect, Severity::Error, 0.0);
-            (changed, finding)
-        });
-        let directions = [-3_i8, -2, -1, 1, 2, 3].map(|axis| {
-            let mut changed = self.layout.clone();
-            let mut gravity = [0.0; 3];
-            gravity[usize::from(axis.unsigned_abs()) - 1] =
-                STANDARD_GRAVITY * f64::from(axis.signum());
-            changed.gravity = Some(gravity);
-            let code = Code::GravitySuspect;
-            (changed, Diagnostic::whole(code, Severity::Error, f32::from(axis)))
-        });
-        let opposite = self.layout.gravity.map(|gravity| {
-            let mut changed = self.layout.clone();
-            changed.gravity = Some(gravity.map(|g| -g));
-            let largest = (0..3).max_by(|a, b| gravity[*a].abs().total_cmp(&gravity[*b].abs()));
-            let axis = largest.map_or(0.0, |k| -gravity[k].signum() as f32 * (k + 1) as f32);
-            (changed, Diagnostic::whole(Code::GravitySuspect, Severity::Error, axis))
-        });
-        // Without gravity in the layout, that no sensor senses it changes nothing.
-        let flags = flags.into_iter().filter(|_| self.layout.gravity.is_some());
-        let tried = opposite.into_iter().chain(directions).chain(flags);
-        let explaining = tried.filter_map(|(layout, finding)| {
-            let found = self.solved(&layout, self.readings, 0)?;
-            explains(&found, self.fit).then_some((found.noise, finding))
-        });
-        explaining.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, finding)| finding)
-    }
-
-    /// The finding about a hit without which the others are explained; `suspect` is the one that the fit pulls most.
-    pub(super) fn hit(&self, suspect: Option<usize>) -> Option<Diagnostic> {
+    /// The finding about a hit without which the others are explained, and what the global fit then leaves, (m/s²)/N;
+    /// `suspect` is the one that the fit pulls most.
+    pub(super) fn hit(&self, suspect: Option<usize>) -> Option<(f64, Diagnostic)> {
         let hits = self.layout.hits.len();
         let tried: Vec<usize> =
             if hits <= MOST_LEFT_OUT { (0..hits).collect() } else { suspect.into_iter().collect() };
@@ -112,17 +76,19 @@ impl Unexplained<'_, '_> {
             let found = self.solved(&layout, &part.responses()?, 1)?;
             self.is_whole(&found).then_some((found.noise, hit))
         });
-        let (_, hit) = explaining.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (noise, hit) = explaining.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let subject = Subject::hit(hit);
-        Some(Diagnostic::about(Code::HitContradictsOthers, Severity::Error, subject, 0.0))
+        let code = Code::HitContradictsOthers;
+        Some((noise, Diagnostic::about(code, Severity::Error, subject, 0.0)))
     }
 
     /// True for a fit that explains the readings without extra terms.
-    fn is_whole(&self, found: &GlobalFitSolution<f64>) -> bool {
+    pub(super) fn is_whole(&self, found: &GlobalFitSolution<f64>) -> bool {
         found.extra_terms == 0 && explains(found, self.fit)
     }
 
-    fn solved(
+    /// The global fit under another layout, or of other readings.
+    pub(super) fn solved(
         &self,
         layout: &HostLayout,
         readings: &FrequencyResponses<'_, f64>,

@@ -8,6 +8,7 @@ mod deviations;
 mod explained;
 mod first_look;
 mod global;
+mod gravity;
 mod mass_lines;
 mod methods;
 mod modes;
@@ -82,52 +83,105 @@ pub fn solve(
     // Sensors and hits have the errors that the mass lines have shown, where there are any.
     let layout = mass_lines.map_or(layout, |of| &of.budget);
     let mut memory = Box::new(Reduction::new());
-    let fit = HostFit::new(layout, readings, &mut memory)?.with_lines(settings.lines);
-    let mut findings = findings(&fit, readings, &memory)?;
-    match fit.one_more() {
-        Some(error) if error.is_error() => return Err(Diagnostics::from_array([error])),
-        warning => findings.extend(warning),
-    }
-    // The modal answers are where the global fit starts, also when it is the only method that is wanted.
-    let modal = Method::ALL.into_iter().filter(|m| m.entry().observes == Observable::Suspension);
-    let variants: Vec<Variant> =
-        modal.map(|method| Variant { method, choice: settings.choice }).collect();
-    let mut modal = answered(&fit, &variants, settings.named, &mut memory);
-    let start = modal.answers.first().map(|(_, answer)| answer.body);
-    // The global fit also tells the other methods whether a flexible mode is near.
-    let mut global = global_fit(layout, &fit, readings, start.as_ref());
-    let adequacy = judge(layout, &fit, readings, start.as_ref(), &mut global)?;
-    refuse_misfit(&mut global, adequacy);
-    modal.keep(wanted);
-    let global_wanted = wanted.contains(&Method::GlobalFit);
-    if let (Err(reasons), true) = (&global, global_wanted) {
-        modal.not_applicable.insert(0, (Method::GlobalFit, reasons.clone()));
-    }
-    let global = global.ok();
-    let compared = global.as_ref().filter(|_| global_wanted);
-    let of_lines = mass_lines.into_iter().flat_map(|of| of.estimates.iter().map(move |e| (of, e)));
-    let asked: Vec<Asked<'_>> = (compared.into_iter().map(Asked::Global))
-        .chain(modal.answers.iter().map(|(variant, _)| Asked::Modal(*variant)))
-        .chain(of_lines.clone().map(|(of, estimate)| Asked::MassLines(estimate.method, of)))
-        .collect();
-    let survey = match asked[..] {
-        // The global fit has its own covariance: alone, it needs no changes.
-        [Asked::Global(_)] => Survey::none(),
-        _ => Survey::of(layout, Some(&fit), &asked, &mut memory, progress),
+    let mut first =
+        FirstAnswers::of(layout, readings, settings, &GlobalFitSettings::default(), &mut memory)?;
+    let start = first.start();
+    let mut adequacy = judge(layout, &first.fit, readings, start.as_ref(), &mut first.global)?;
+    let Adequacy::Tilted(tilted) = adequacy else {
+        refuse_misfit(&mut first.global, adequacy);
+        return Ok(first.surveyed(wanted, mass_lines, adequacy, &mut memory, progress));
     };
-    let first = usize::from(compared.is_some());
-    let mut estimates: Vec<(usize, Estimate<f64>)> =
-        compared.map(|found| (0, found.solution.estimate.clone())).into_iter().collect();
-    estimates.extend(survey.estimates(&mut modal, first, layout.characteristic_length()));
-    let of_lines = (first + modal.answers.len()..).zip(of_lines.map(|(_, estimate)| estimate));
-    let all = estimates.iter().map(|(place, estimate)| (*place, estimate)).chain(of_lines);
-    Ok(SuspensionSolution {
-        comparison: Comparison::of(&survey, all, adequacy.doubt()),
-        estimates: warned(estimates, adequacy, &findings),
-        modes: SuspensionModes::new(&fit, &survey, findings),
-        not_applicable: modal.not_applicable,
-        global: global.map(|found| found.solution),
-    })
+    let upright = HostLayout { gravity: Some(tilted.gravity), ..layout.clone() };
+    let rigid = GlobalFitSettings { most_extra_terms: 0, ..GlobalFitSettings::default() };
+    first = FirstAnswers::of(&upright, readings, settings, &rigid, &mut memory)?;
+    adequacy = Adequacy::Fits;
+    first.findings.push(tilted.warning());
+    let mut solution = first.surveyed(wanted, mass_lines, adequacy, &mut memory, progress);
+    solution.modes.fitted_gravity = Some(tilted.gravity);
+    Ok(solution)
+}
+
+/// Modes and answers without uncertainty.
+struct FirstAnswers<'a> {
+    layout: &'a HostLayout,
+    fit: HostFit<'a>,
+    findings: Vec<Diagnostic>,
+    modal: Answered,
+    global: Result<GlobalAnswer, Diagnostics>,
+}
+
+impl<'a> FirstAnswers<'a> {
+    fn of(
+        layout: &'a HostLayout,
+        readings: &'a FrequencyResponses<'a, f64>,
+        settings: ModalSettings,
+        of_global: &GlobalFitSettings,
+        memory: &mut Reduction<f64>,
+    ) -> Result<Self, Diagnostics> {
+        let fit = HostFit::new(layout, readings, memory)?.with_lines(settings.lines);
+        let mut findings = findings(&fit, readings, memory)?;
+        match fit.one_more() {
+            Some(error) if error.is_error() => return Err(Diagnostics::from_array([error])),
+            warning => findings.extend(warning),
+        }
+        // The modal answers are where the global fit starts, also when it is the only method that is wanted.
+        let all = Method::ALL.into_iter().filter(|m| m.entry().observes == Observable::Suspension);
+        let variants: Vec<Variant> =
+            all.map(|method| Variant { method, choice: settings.choice }).collect();
+        let modal = answered(&fit, &variants, settings.named, memory);
+        let start = modal.answers.first().map(|(_, answer)| answer.body);
+        // The global fit also tells the other methods whether a flexible mode is near.
+        let global = global_fit(layout, &fit, readings, start.as_ref(), of_global);
+        Ok(Self { layout, fit, findings, modal, global })
+    }
+
+    /// The best modal answer.
+    fn start(&self) -> Option<RigidBody<f64>> {
+        self.modal.answers.first().map(|(_, answer)| answer.body)
+    }
+
+    /// The answers that are wanted, with their uncertainty and agreement.
+    fn surveyed(
+        self,
+        wanted: &[Method],
+        mass_lines: Option<&MassLineAnswers<'_>>,
+        adequacy: Adequacy,
+        memory: &mut Reduction<f64>,
+        progress: impl FnMut(u32, u32),
+    ) -> SuspensionSolution {
+        let Self { layout, fit, findings, mut modal, global } = self;
+        modal.keep(wanted);
+        let global_wanted = wanted.contains(&Method::GlobalFit);
+        if let (Err(reasons), true) = (&global, global_wanted) {
+            modal.not_applicable.insert(0, (Method::GlobalFit, reasons.clone()));
+        }
+        let global = global.ok();
+        let compared = global.as_ref().filter(|_| global_wanted);
+        let of_lines =
+            mass_lines.into_iter().flat_map(|of| of.estimates.iter().map(move |e| (of, e)));
+        let asked: Vec<Asked<'_>> = (compared.into_iter().map(Asked::Global))
+            .chain(modal.answers.iter().map(|(variant, _)| Asked::Modal(*variant)))
+            .chain(of_lines.clone().map(|(of, estimate)| Asked::MassLines(estimate.method, of)))
+            .collect();
+        let survey = match asked[..] {
+            // The global fit has its own covariance: alone, it needs no changes.
+            [Asked::Global(_)] => Survey::none(),
+            _ => Survey::of(layout, Some(&fit), &asked, memory, progress),
+        };
+        let first = usize::from(compared.is_some());
+        let mut estimates: Vec<(usize, Estimate<f64>)> =
+            compared.map(|found| (0, found.solution.estimate.clone())).into_iter().collect();
+        estimates.extend(survey.estimates(&mut modal, first, layout.characteristic_length()));
+        let of_lines = (first + modal.answers.len()..).zip(of_lines.map(|(_, estimate)| estimate));
+        let all = estimates.iter().map(|(place, estimate)| (*place, estimate)).chain(of_lines);
+        SuspensionSolution {
+            comparison: Comparison::of(&survey, all, adequacy.doubt()),
+            estimates: warned(estimates, adequacy, &findings),
+            modes: SuspensionModes::new(&fit, &survey, findings),
+            not_applicable: modal.not_applicable,
+            global: global.map(|found| found.solution),
+        }
+    }
 }
 
 /// The suspension modes with their uncertainty, without any method.
@@ -184,6 +238,7 @@ fn global_fit(
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
     start: Option<&RigidBody<f64>>,
+    settings: &GlobalFitSettings,
 ) -> Result<GlobalAnswer, Diagnostics> {
     let count = fit.modes().modes.len();
     let few = || {
@@ -191,7 +246,7 @@ fn global_fit(
         Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, count as f32)])
     };
     let start = start.filter(|_| count > 0).ok_or_else(few)?;
-    let found = GlobalAnswer::of(layout, readings, start, &GlobalFitSettings::default())
+    let found = GlobalAnswer::of(layout, readings, start, settings)
         .map_err(|reasons| if count < FEWEST_MODES { few() } else { reasons })?;
     let estimate = &found.solution.estimate;
     let length = layout.characteristic_length();

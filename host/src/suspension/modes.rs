@@ -55,6 +55,8 @@ pub struct SuspensionModes {
     pub orders: Vec<OrderRow>,
     /// Standard deviation of the noise of a reading, (m/s²)/N, of a complex number.
     pub noise: f64,
+    /// Gravity as the readings have it, m/s², where it was taken instead of the layout's.
+    pub fitted_gravity: Option<[f64; 3]>,
     /// Warnings about modes.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -85,6 +87,7 @@ impl SuspensionModes {
             assurance: assurance.collect(),
             orders: orders(fit),
             noise: fit.noise(),
+            fitted_gravity: None,
             diagnostics,
         }
     }

@@ -498,6 +498,11 @@ codes! {
     GravitySuspect = 123, "gravity_suspect", Whole, SignedAxis;
         "Gravity seems wrong:\ncorrect the layout.";
         "the responses fit with gravity along {value}, and not with what the layout says of gravity; state it so";
+    /// Gravity with a direction of its own explains the readings, and that of the layout does not. Value: the angle between them.
+    GravityTilted = 129, "gravity_tilted", Whole, Milliradians;
+        "Gravity is tilted:\nlevel the object or\ncorrect the layout.";
+        "gravity is tilted by {value} from its direction in the layout: the responses fit when it is, and not as it is \
+         stated; the answers use the direction that fits; check it with a level, and correct gravity in the layout";
     /// The responses show a mode more than a rigid body on a suspension has. Value: its frequency.
     MoreModesThanSix = 124, "more_modes_than_six", Whole, Hertz;
         "A seventh mode: the\nobject is not rigid\nhere.";

@@ -44,6 +44,30 @@ fn gravity_that_is_reversed_missing_or_along_another_axis_is_named() {
 }
 
 #[test]
+fn tilted_gravity_is_no_flexible_mode_and_its_direction_is_found() {
+    let truth = Bench::named("wheel").unwrap().truth();
+    // Five degrees about X, and six about another axis.
+    for gravity in [[0.0, -0.855, -9.769], [0.725, 0.725, -9.753]] {
+        let text = noise_alone().replace("[0.0, 0.0, -9.80665]", &format!("{gravity:?}"));
+        let solution = solved(&text, &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
+        let warning = found(&solution, Code::GravityTilted).expect("a warning");
+        let angle = 1e3 * (-gravity[2] / 9.80665_f64).acos();
+        // The noise lets the direction be found to within a few milliradians.
+        assert!((f64::from(warning.value) - angle).abs() < 10.0, "{warning:?}, {angle} mrad");
+        let (modes, _) = solution.modes.as_ref().unwrap();
+        let fitted = Vector3::from(modes.fitted_gravity.expect("a direction"));
+        assert!((fitted - Vector3::new(0.0, 0.0, -9.80665)).norm() < 0.1, "{fitted}");
+        for method in [Method::GlobalFit, Method::ToivolaNuutila, Method::ContiBretl, Method::Dppim]
+        {
+            let estimate = of(&solution, method);
+            assert!(!has(estimate, Code::FlexibleModeAboveBand));
+            assert_near_truth(estimate, &truth);
+        }
+        assert!(solution.comparison.agreement.as_ref().unwrap().agrees());
+    }
+}
+
+#[test]
 fn a_wrong_gain_of_one_hit_is_no_flexible_mode_and_the_hit_is_named() {
     // From a few of the stated standard deviations to a change of the hammer's range.
     for factor in [1.08, 1.5] {
