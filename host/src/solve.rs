@@ -135,6 +135,12 @@ fn keep_hits(layout: &mut HostLayout, hits: &[Dof], path: &Path) -> Result<()> {
         let text = format!("{}: the layout has no hit {missing}; see its `hits`", path.display());
         return Err(Error::input("hit_not_in_layout", text));
     }
+    if let Some((_, twice)) = hits.iter().enumerate().find(|(k, dof)| hits[..*k].contains(dof)) {
+        return Err(Error::input(
+            "usage",
+            format!("--hits has {twice} twice; state every hit once"),
+        ));
+    }
     if !hits.is_empty() {
         layout.hits.retain(|hit| hits.contains(&hit.dof));
     }

@@ -27,6 +27,15 @@ pub(super) enum Adequacy {
 }
 
 impl Adequacy {
+    /// What there is to say of gravity, a hit or a misfit.
+    pub(super) fn finding(self) -> Option<Diagnostic> {
+        match self {
+            Self::Tilted(tilted) => Some(tilted.warning()),
+            Self::Misfit(reason) if reason.code != Code::NotConverged => Some(reason),
+            _ => None,
+        }
+    }
+
     /// What it says against the answers.
     pub(super) fn doubt(self) -> Option<Doubt> {
         match self {
@@ -111,8 +120,8 @@ pub(super) fn refuse_misfit(global: &mut Result<GlobalAnswer, Diagnostics>, adeq
 
 /// Warns of a misfit.
 pub(super) fn warn_of_misfit(estimates: &mut [Estimate<f64>], adequacy: Adequacy) {
-    let Adequacy::Misfit(reason) = adequacy else { return };
-    for estimate in estimates.iter_mut().filter(|_| reason.code != Code::NotConverged) {
+    let Some(reason) = adequacy.finding() else { return };
+    for estimate in estimates {
         let warning = Diagnostic { severity: Severity::Warning, ..reason };
         // There is room for sixteen diagnostics; any others are dropped.
         let _ = estimate.diagnostics.push(warning);

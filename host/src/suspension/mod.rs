@@ -184,7 +184,7 @@ impl<'a> FirstAnswers<'a> {
     }
 }
 
-/// The suspension modes with their uncertainty, without any method.
+/// The suspension modes with their uncertainty, without any method. What speaks against a body on its suspension is a warning.
 ///
 /// # Errors
 /// Those of [`SuspensionFit::new`].
@@ -196,9 +196,9 @@ pub fn modes(
     let mut memory = Box::new(Reduction::new());
     let fit = HostFit::new(layout, readings, &mut memory)?;
     let mut findings = findings(&fit, readings, &memory)?;
-    findings.extend(fit.one_more().map(|d| Diagnostic { severity: Severity::Warning, ..d }));
+    findings.extend(fit.one_more());
     let survey = Survey::of(layout, Some(&fit), &[], &mut memory, progress);
-    let modes = SuspensionModes::new(&fit, &survey, findings);
+    let mut modes = SuspensionModes::new(&fit, &survey, findings);
     // A frequency that is less certain than the peak is wide is that of noise.
     let is_noise = |row: &ModeRow| {
         let width = 2.0 * row.damping_ratio[0] * row.frequency_hz[0];
@@ -207,6 +207,18 @@ pub fn modes(
     if modes.rows.iter().all(is_noise) {
         let missing = Diagnostic::whole(Code::SuspensionModesMissing, Severity::Error, 0.0);
         return Err(Diagnostics::from_array([missing]));
+    }
+    // One more mode rules out answers to judge.
+    let (settings, of_global) = (ModalSettings::default(), GlobalFitSettings::default());
+    if let Ok(mut first) = FirstAnswers::of(layout, readings, settings, &of_global, &mut memory) {
+        let start = first.start();
+        match judge(layout, &first.fit, readings, start.as_ref(), &mut first.global) {
+            Ok(adequacy) => modes.diagnostics.extend(adequacy.finding()),
+            Err(reasons) => modes.diagnostics.extend(reasons),
+        }
+    }
+    for finding in &mut modes.diagnostics {
+        finding.severity = Severity::Warning;
     }
     Ok(modes)
 }

@@ -86,6 +86,26 @@ fn modes_have_shapes_indicators_and_where_to_hit_instead() {
 }
 
 #[test]
+fn modes_are_shown_with_a_warning_of_gravity_that_does_not_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let [layout, uff] = wheel(folder.path());
+    let codes = |gravity: &str| {
+        let text = std::fs::read_to_string(&layout).unwrap();
+        let changed = text.replace("gravity = [0.0, 0.0, -9.80665]", gravity);
+        let path = folder.path().join("gravity.toml").display().to_string();
+        std::fs::write(&path, changed).unwrap();
+        let found = success(&["modes", &path, &uff]);
+        assert!(!found["modes"].as_array().unwrap().is_empty());
+        let warnings = found["diagnostics"].as_array().unwrap().iter();
+        let codes = warnings.map(|d| d["code"].as_str().unwrap().to_owned());
+        codes.filter(|code| code.starts_with("gravity")).collect::<Vec<_>>()
+    };
+    assert_eq!(codes("gravity = [0.0, 0.0, -9.80665]"), Vec::<String>::new());
+    assert_eq!(codes("gravity = [0.0, 0.0, 9.80665]"), ["gravity_suspect"]);
+    assert_eq!(codes("gravity = [0.0, -1.703, -9.658]"), ["gravity_tilted"]);
+}
+
+#[test]
 fn options_choose_band_hits_shapes_and_lines() {
     let folder = tempfile::tempdir().unwrap();
     let [layout, uff] = wheel(folder.path());
@@ -123,6 +143,7 @@ fn what_the_options_cannot_mean_is_refused_with_the_reason() {
     };
     let code = |exit: i32, code: &str| (exit, code.to_owned());
     assert_eq!(refused(&["--hits", "9:+X"]), code(2, "hit_not_in_layout"));
+    assert_eq!(refused(&["--hits", "101:+X,103:+Z,101:+X"]), code(2, "usage"));
     let (exit, _) = refused(&["--suspension-band", "12:1"]);
     assert_eq!(exit, 2);
     let (exit, _) = refused(&["--lines-per-side", "0"]);

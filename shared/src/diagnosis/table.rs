@@ -444,6 +444,11 @@ codes! {
         "All points move\nagainst the hammer:\nreversed polarity?";
         "every point that is hit moves against the force, which no body does: the hammer has reversed polarity, or the \
          responses are displacements and not accelerations, which have the opposite sign (--quantity receptance)";
+    /// The responses of all points that are hit have a real part of one sign, as velocities have.
+    LooksLikeMobility = 130, "looks_like_mobility", Whole, None;
+        "Responses look like\nvelocities, not\naccelerations.";
+        "every point that is hit moves in phase with the force at the resonances, as velocities do and accelerations do not: \
+         say so (--quantity mobility)";
     /// The response at one hit to the other is not that at the other to the one. Subject: both. Value: the
     /// difference relative to their driving points.
     NotReciprocal = 110, "not_reciprocal", HitPair, Share(0);
@@ -502,7 +507,7 @@ codes! {
     GravityTilted = 129, "gravity_tilted", Whole, Milliradians;
         "Gravity is tilted:\nlevel the object or\ncorrect the layout.";
         "gravity is tilted by {value} from its direction in the layout: the responses fit when it is, and not as it is \
-         stated; the answers use the direction that fits; check it with a level, and correct gravity in the layout";
+         stated; the methods use the direction that fits, which `massline solve` states; correct the layout";
     /// The responses show a mode more than a rigid body on a suspension has. Value: its frequency.
     MoreModesThanSix = 124, "more_modes_than_six", Whole, Hertz;
         "A seventh mode: the\nobject is not rigid\nhere.";

@@ -24,6 +24,9 @@ pub struct Mode<R> {
     /// Norm of the imaginary parts of these residues relative to that of the real parts: zero when the damping is
     /// proportional to mass and stiffness.
     pub complexity: R,
+    /// The common phase of these residues: the tangent of the angle by which all of them are turned. Other damping turns
+    /// them to either side, a record that ends too early turns them alike.
+    pub common_phase: R,
     /// What one shape leaves of the residues, relative to them, wherever the hits are: two modes that were taken for one
     /// have no common shape.
     pub second_shape: R,
@@ -119,6 +122,12 @@ impl<R: Real> Mode<R> {
         let sum = |part: fn(Complex<R>) -> R| {
             of_forces.iter().fold(R::zero(), |sum, of| sum + square(turned(of).map(part)))
         };
+        let both = of_forces.iter().fold(R::zero(), |sum, of| {
+            let part = |part: fn(Complex<R>) -> R| {
+                balanced_motion(&turned(of).map(part), responses.length)
+            };
+            sum + part(|z| z.re).dot(&part(|z| z.im))
+        });
         let residues: Vec<_, MOST_FORCES> =
             of_forces.iter().map(|of| turned(of).map(|z| z.re)).collect();
         let shape = shape_of_forces(&residues, responses.forces, responses.length)?;
@@ -130,6 +139,7 @@ impl<R: Real> Mode<R> {
             second_shape: second_shape(&residues, responses.length),
             residues,
             complexity: (sum(|z| z.im) / sum(|z| z.re)).sqrt(),
+            common_phase: both / sum(|z| z.re),
         })
     }
 

@@ -1,6 +1,7 @@
 //! What the responses say against a rigid body on a linear suspension, and what follows for the methods.
 
 use massline_shared::diagnosis::{Diagnostic, Subject};
+use massline_shared::identify::random_signs;
 use nalgebra::Vector3;
 
 use super::*;
@@ -261,6 +262,32 @@ fn all_points_that_move_backwards_are_another_quantity() {
     let error = error.unwrap_err();
     assert_eq!((error.exit_code(), error.code()), (3, "all_points_reversed"), "{error}");
     assert!(error.to_string().contains("--quantity receptance"), "{error}");
+}
+
+#[test]
+fn velocities_that_are_read_as_accelerations_are_named() {
+    let mobility = |f: f64, _: usize, _: usize, h: Complex<f64>| {
+        h / Complex::new(0.0, std::f64::consts::TAU * f)
+    };
+    let error = solved(&noise_alone(), &file(&lines(), NOTHING, mobility), &Options::default());
+    let error = error.unwrap_err();
+    assert_eq!((error.exit_code(), error.code()), (3, "looks_like_mobility"), "{error}");
+    assert!(error.to_string().contains("--quantity mobility"), "{error}");
+}
+
+#[test]
+fn noise_in_proportion_to_the_response_is_no_record_that_ends_too_early() {
+    // One per cent of every reading, as of a gain that varies from line to line.
+    for seed in 0..4 {
+        let noisy = |f: f64, channel: usize, hit: usize, h: Complex<f64>| {
+            let line = (8.0 * f).round() as usize;
+            let [re, im] = random_signs(seed, (line * 9 + channel) * 5 + hit).map(f64::from);
+            h * Complex::new(1.0 + 0.01 * re, 0.01 * im)
+        };
+        let uff = file(&lines(), NOTHING, noisy);
+        let solution = solved(&noise_alone(), &uff, &Options::default()).unwrap();
+        assert!(found(&solution, Code::RecordTooShort).is_none(), "{seed}");
+    }
 }
 
 #[test]

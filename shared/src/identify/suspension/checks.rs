@@ -27,6 +27,11 @@ const UNDETERMINED: f64 = 0.5;
 const LEFT: f64 = 0.01;
 /// The same above which an answer may be off by its standard deviation.
 const LEFT_NOTICEABLE: f64 = 0.001;
+/// Part by which the common phase of a mode may differ from that of a record that ends too early.
+const AS_EXPECTED: f64 = 0.5;
+/// Common phase of a mode over its complexity from which its residues are turned alike. Noise has the root of one over the number
+/// of their elements, 0.2 for four forces.
+const ALIKE: f64 = 0.7;
 
 /// Warnings about modes: at the end of the band, complex, close to each other, poorly excited. `lines` are those of the
 /// fit, ascending.
@@ -90,21 +95,22 @@ pub(in crate::identify) fn refuse_mixed_modes<R: Real>(
 /// A finding about the mode of which most is left at the end of a record of this length, s, where the shapes show that the
 /// records really ended there; `decay` is σ of the exponential window, 1/s. An error where too much is left for an answer.
 ///
-/// A record that ends after `T` multiplies the residues of a mode by `1 − e^{(p − σ)T}` at the lines `k/T`, which makes its
-/// shape complex by a known amount. Responses of another origin (stepped sines, a longer record) have no such shapes.
+/// A record that ends after `T` multiplies the residues of a mode by `1 − e^{(p − σ)T}` at the lines `k/T`, which turns all of
+/// them by the same known angle. Responses of another origin (stepped sines, a longer record) are not turned like that, and
+/// noise and other damping turn them to either side.
 pub fn truncated_mode<R: Real>(modes: &Modes<R>, record_s: R, decay: R) -> Option<Diagnostic> {
     let one = Complex::new(R::one(), R::zero());
     let figures = modes.modes.iter().zip(&modes.poles).map(|(mode, pole)| {
         let left = ((pole.re - decay) * record_s).exp();
         let (sin, cos) = (pole.im * record_s).sin_cos();
         let factor = one - Complex::new(left * cos, left * sin);
-        (left, (factor.im / factor.re).abs(), mode.complexity)
+        let expected = factor.im / factor.re;
+        let as_expected =
+            (mode.common_phase - expected).abs() < expected.abs() * R::of(AS_EXPECTED);
+        (left, as_expected && mode.common_phase.abs() > mode.complexity * R::of(ALIKE))
     });
-    // Most modes have to show it, and no more than it: noise alone makes modes complex as well.
-    let is_shown = |(_, expected, seen): &(R, R, R)| {
-        *seen > *expected * R::of(0.5) && *seen < *expected * R::of(2.0)
-    };
-    let shows = figures.clone().filter(is_shown).count();
+    // Most modes have to show it.
+    let shows = figures.clone().filter(|(_, is_shown)| *is_shown).count();
     let (place, (left, ..)) =
         figures.enumerate().reduce(|most, next| if next.1.0 > most.1.0 { next } else { most })?;
     let severity = if left > R::of(LEFT) { Severity::Error } else { Severity::Warning };

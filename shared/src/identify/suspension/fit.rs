@@ -1,25 +1,22 @@
 //! The modal fit of a test, and the answers of the methods to it.
 
 use heapless::Vec;
-use nalgebra::{Complex, SVector, Vector3, Vector6};
+use nalgebra::{Complex, SVector, Vector3};
 
+use super::driving_points::suspect_points;
 use super::known::known_properties;
 use super::selection::{Selection, select};
 use super::{Answer, Suspension};
 use crate::Real;
 use crate::body::RigidBody;
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, fatal};
 use crate::frequency_responses::FrequencyResponses;
 use crate::identify::{Method, Perturbation, random_signs};
 use crate::layout::Layout;
 use crate::modes::{
     ForceMixing, Lines, LinesPerSide, MOST_LINES, MOST_PAIRS, Modes, Orders, Peak, Poles,
-    Reduction, choose_lines, reduce_line, relocate_once,
+    Reduction, choose_lines, relocate_once,
 };
-
-/// Part of the lines at which a point moves against its force from which it is reversed. A body takes up power at every line;
-/// noise looks like that at half of them.
-const AGAINST_THE_FORCE: f64 = 0.75;
 
 /// The modal fit of a test under its layout.
 #[derive(Clone, Debug)]
@@ -67,14 +64,14 @@ impl<'a, R: Real, const S: usize, const H: usize> SuspensionFit<'a, R, S, H> {
         let noise = order.noise_variance().sqrt();
         let poles = order.poles.clone();
         let (all, places) = Modes::of_poles(&responses, &poles).ok_or_else(missing)?;
-        if places.len() < poles.len() {
+        let Selection { kept, one_more } = select(&all, &s, responses.length);
+        if places.len() < poles.len() || kept.is_empty() {
             let lines = lines_about(&poles, &s, LinesPerSide::Width);
-            let reversed = reversed_hits(layout, readings, &reference, &lines);
-            if !reversed.is_empty() {
-                return Err(reversed);
+            let suspect = suspect_points(layout, readings, &reference, &lines);
+            if !suspect.is_empty() {
+                return Err(suspect);
             }
         }
-        let Selection { kept, one_more } = select(&all, &s, responses.length);
         if kept.is_empty() {
             return Err(missing());
         }
@@ -241,40 +238,4 @@ fn lines_about<R: Real>(poles: &Poles<R>, s: &[Complex<R>], per_side: LinesPerSi
     let peaks: Vec<_, MOST_PAIRS> = poles.iter().map(peak).collect();
     let frequencies: Vec<R, MOST_LINES> = s.iter().map(|s| s.im / R::two_pi()).collect();
     choose_lines(&frequencies, &peaks, per_side)
-}
-
-/// Errors for hits whose point moves against the force at these lines, near which an accelerance is imaginary.
-fn reversed_hits<R: Real, const S: usize, const H: usize>(
-    layout: &Layout<R, S, H>,
-    readings: &FrequencyResponses<'_, R>,
-    reference: &Vector3<R>,
-    lines: &Lines,
-) -> Diagnostics {
-    let mut power = [R::zero(); H];
-    let mut against = [0_usize; H];
-    let mut motions = [Vector6::<Complex<R>>::zeros(); H];
-    let motions = &mut motions[..layout.hits.len()];
-    for line in lines.below.iter().chain(&lines.above) {
-        if reduce_line(layout, readings, reference, *line, motions).is_none() {
-            return Diagnostics::new();
-        }
-        for (hit, motion) in motions.iter().enumerate() {
-            let of_line = motion.map(|y| y.im).dot(&layout.hits[hit].unit_force(reference));
-            power[hit] += of_line;
-            against[hit] += usize::from(of_line < R::zero());
-        }
-    }
-    let count = (lines.below.len() + lines.above.len()) as f64;
-    let is_reversed =
-        |hit: &usize| power[*hit] < R::zero() && against[*hit] as f64 > count * AGAINST_THE_FORCE;
-    let reversed = (0..layout.hits.len()).filter(is_reversed);
-    if layout.hits.len() > 1 && reversed.clone().count() == layout.hits.len() {
-        return fatal(Code::AllPointsReversed, R::zero());
-    }
-    let named = |hit| {
-        let subject = Subject::hit(hit);
-        Diagnostic::about(Code::DrivingPointReversed, Severity::Error, subject, 0.0)
-    };
-    // More than there is room for are not named.
-    reversed.map(named).take(Diagnostics::new().capacity()).collect()
 }

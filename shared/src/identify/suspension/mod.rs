@@ -6,6 +6,7 @@
 //! ([`agreement`](super::agreement)).
 
 mod checks;
+mod driving_points;
 mod fit;
 mod known;
 mod selection;
