@@ -77,12 +77,13 @@ pub(super) fn judge(
         return Err(Diagnostics::from_array([reason]));
     }
     let found = global.as_ref().map(|found| &found.solution);
-    let hit = unexplained.hit(found.ok().and_then(|found| pulled_hit(&found.estimate)));
+    let pulled = found.ok().and_then(|found| pulled_hit(&found.estimate));
+    let hit = unexplained.hit(pulled, found.is_ok());
     // Each of the three takes up some of what another has caused; the cause leaves least.
-    let of_flexible = found.ok().filter(|_| explained).map(|found| found.noise);
-    let others = of_flexible.into_iter().chain(hit.map(|(noise, _)| noise));
+    let of_flexible = found.ok().filter(|_| explained).map(|found| left(found, fit));
+    let others = of_flexible.into_iter().chain(hit.map(|(left, _)| left));
     let least = others.fold(f64::INFINITY, f64::min);
-    if let Some(tilted) = unexplained.tilted().filter(|tilted| tilted.noise < least) {
+    if let Some(tilted) = unexplained.tilted().filter(|tilted| tilted.left < least) {
         return Ok(Adequacy::Tilted(tilted));
     }
     match (hit, found) {

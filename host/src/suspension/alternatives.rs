@@ -8,9 +8,10 @@ use massline_shared::identify::global_fit::{
     self, Damping, GlobalFitSettings, GlobalFitSolution, workspace,
 };
 use massline_shared::layout::HostLayout;
+use massline_shared::modes::Reduction;
 use nalgebra::Complex;
 
-use super::explained::explains;
+use super::explained::{explains, left};
 use super::{GlobalAnswer, HostFit};
 
 /// Most hits that are left out one by one.
@@ -61,25 +62,33 @@ impl Unexplained<'_, '_> {
         Some(found)
     }
 
-    /// The finding about a hit without which the others are explained, and what the global fit then leaves, (m/s²)/N;
-    /// `suspect` is the one that the fit pulls most.
-    pub(super) fn hit(&self, suspect: Option<usize>) -> Option<(f64, Diagnostic)> {
+    /// The finding about a hit without which the others are explained, and what the global fit then leaves over their own noise.
+    /// `pulled` is the one that the global fit pulls most. A hit that it does not pull is no outlier, unless the layout states no
+    /// errors of hits or there is no global fit.
+    pub(super) fn hit(&self, pulled: Option<usize>, has_fit: bool) -> Option<(f64, Diagnostic)> {
         let hits = self.layout.hits.len();
-        let tried: Vec<usize> =
-            if hits <= MOST_LEFT_OUT { (0..hits).collect() } else { suspect.into_iter().collect() };
-        let explaining = tried.into_iter().filter_map(|hit| {
+        let has_errors =
+            self.layout.hits.iter().any(|hit| hit.uncertainty.of_mean(1) != (0.0, 0.0));
+        let tried: Vec<usize> = match pulled {
+            Some(hit) => vec![hit],
+            None if hits > MOST_LEFT_OUT || has_fit && has_errors => Vec::new(),
+            None => (0..hits).collect(),
+        };
+        let without = |hit: usize| {
             let mut layout = self.layout.clone();
             layout.hits.remove(hit);
             let kept: Vec<usize> = (0..hits).filter(|other| *other != hit).collect();
             let lines = all(self.readings.frequencies().len());
             let part = Part::of(self.readings, &lines, &kept);
-            let found = self.solved(&layout, &part.responses()?, 1)?;
-            self.is_whole(&found).then_some((found.noise, hit))
-        });
-        let (noise, hit) = explaining.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let subject = Subject::hit(hit);
-        let code = Code::HitContradictsOthers;
-        Some((noise, Diagnostic::about(code, Severity::Error, subject, 0.0)))
+            let readings = part.responses()?;
+            let fit = HostFit::new(&layout, &readings, &mut Reduction::new()).ok()?;
+            let found = self.solved(&layout, &readings, 1)?;
+            (found.extra_terms == 0 && explains(&found, &fit)).then(|| (left(&found, &fit), hit))
+        };
+        let (left, hit) =
+            tried.into_iter().filter_map(without).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (code, subject) = (Code::HitContradictsOthers, Subject::hit(hit));
+        Some((left, Diagnostic::about(code, Severity::Error, subject, 0.0)))
     }
 
     /// True for a fit that explains the readings without extra terms.

@@ -6,7 +6,7 @@ use massline_shared::layout::HostLayout;
 use nalgebra::{Matrix2, Rotation3, Vector2, Vector3};
 
 use super::alternatives::Unexplained;
-use super::explained::explains;
+use super::explained::{explains, left};
 
 /// Steps of the tilt in the first and the second search, rad: about the size of what is looked for, and of what the first one
 /// misses.
@@ -23,8 +23,8 @@ pub(super) struct Tilted {
     pub(super) gravity: [f64; 3],
     /// Its angle to that of the layout, rad.
     angle: f64,
-    /// What the global fit leaves under it, (m/s²)/N.
-    pub(super) noise: f64,
+    /// What the global fit leaves under it, over the noise.
+    pub(super) left: f64,
 }
 
 impl Tilted {
@@ -96,7 +96,7 @@ impl Unexplained<'_, '_> {
             let (found, gravity) = tilted(tilt)?;
             let decrease = (level.noise / found.noise).powi(2) - 1.0;
             if self.is_whole(&found) && decrease * self.independent_readings() > SIGNIFICANT {
-                return Some(Tilted { gravity, angle: tilt.norm(), noise: found.noise });
+                return Some(Tilted { gravity, angle: tilt.norm(), left: left(&found, self.fit) });
             }
         }
         None
