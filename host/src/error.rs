@@ -14,6 +14,8 @@
 
 use std::borrow::Cow;
 
+use crate::document::{Cause, Failure};
+
 /// The stable identifier by which a program distinguishes errors.
 pub type ErrorCode = Cow<'static, str>;
 
@@ -111,15 +113,15 @@ impl Error {
         }
     }
 
-    /// What `--json` prints: `{"error":{"code":…,"message":…,"exit":…}}`.
-    pub fn to_json(&self) -> serde_json::Value {
-        serde_json::json!({
-            "error": {
-                "code": self.code(),
-                "message": self.to_string(),
-                "exit": self.exit_code(),
-            }
-        })
+    /// What `--json` prints.
+    pub fn document(&self) -> Failure {
+        Failure {
+            error: Cause {
+                code: self.code().to_owned(),
+                message: self.to_string(),
+                exit: self.exit_code(),
+            },
+        }
     }
 
     /// The same error with `context` in front of its message: `context: message`.
@@ -154,10 +156,9 @@ mod tests {
     }
 
     #[test]
-    fn json_carries_code_message_and_exit() {
-        let json = Error::device("port_busy", "no").within("/dev/ttyACM0").to_json();
-        assert_eq!(json["error"]["code"], "port_busy");
-        assert_eq!(json["error"]["message"], "/dev/ttyACM0: no");
-        assert_eq!(json["error"]["exit"], 4);
+    fn the_document_carries_code_message_and_exit() {
+        let document = Error::device("port_busy", "no").within("/dev/ttyACM0").document();
+        let Cause { code, message, exit } = document.error;
+        assert_eq!((code.as_str(), message.as_str(), exit), ("port_busy", "/dev/ttyACM0: no", 4));
     }
 }

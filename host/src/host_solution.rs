@@ -21,12 +21,13 @@ use massline_shared::identify::{Estimate, IdentifySettings, Method, Observations
 use massline_shared::layout::HostLayout;
 use serde_json::{Value, json};
 
+use crate::document::{FoundBy, Unseen};
 use crate::identification::{
     Identification, MeasuredLines, Selection, identify, layout_of, learned, lines_of,
 };
 use crate::report::{
-    Unseen, cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of,
-    message_in, refusals_json, refusals_text, sentences, table,
+    cannot_see, comparison_json, comparison_text, diagnostics_json, estimates_of, message_in,
+    refusals_json, refusals_text, sentences, table,
 };
 use crate::single_fault::{Examination, NominalTest};
 use crate::suspension::{Comparison, MassLineAnswers, compare, reciprocity_of_mass_lines};
@@ -48,22 +49,6 @@ pub struct HostSolution<'a> {
     result: &'a MeasurementResult,
     layout: HostLayout,
     selection: Selection,
-}
-
-/// Who found the reasons why a method has no answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum FoundBy {
-    Rig,
-    Host,
-}
-
-impl FoundBy {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Rig => "rig",
-            Self::Host => "host",
-        }
-    }
 }
 
 impl<'a> HostSolution<'a> {
@@ -121,31 +106,34 @@ impl<'a> HostSolution<'a> {
         let new: Vec<Diagnostic> = warnings.iter().filter(is_new).copied().collect();
         let (mut all, mut new) =
             (diagnostics_json(&warnings, message_of), diagnostics_json(&new, message_of));
-        let mut host = json!({
-            "results": identification.results_json(),
-            "not_applicable": identification.not_applicable_json(layout),
-            "details": identification.details_json(layout),
-            "agreement": comparison_json(&self.comparison, &identification.estimates, layout),
-            "single_faults": null,
-        });
-        value["agreement"] = marked(host["agreement"].clone(), FoundBy::Host);
-        if let Some(examination) = &self.examination {
-            host["single_faults"] = examination.to_json(layout);
-            value["single_faults"] = marked(host["single_faults"].clone(), FoundBy::Host);
-            let found = examination.diagnostics_json(layout);
+        let agreement = comparison_json(&self.comparison, &identification.estimates, layout);
+        let details = identification.details_json(layout);
+        let single_faults = self.examination.as_ref().map(|of| of.to_json(layout));
+        for found in self.examination.iter().map(|of| of.diagnostics_json(layout)) {
             all.extend(found.iter().cloned());
             new.extend(found);
         }
-        if let Value::Array(diagnostics) = &mut value["diagnostics"] {
-            diagnostics.extend(new.into_iter().map(|found| marked(found, FoundBy::Host)));
+        value["host"] = json!({
+            "results": identification.results_json(),
+            "not_applicable": identification.not_applicable_json(layout),
+            "details": details,
+            "agreement": agreement,
+            "single_faults": single_faults,
+            "diagnostics": all,
+        });
+        value["agreement"] = marked(json!(agreement), FoundBy::Host);
+        value["details"] = marked(json!(details), FoundBy::Host);
+        if single_faults.is_some() {
+            value["single_faults"] = marked(json!(single_faults), FoundBy::Host);
         }
-        let missing = self.missing().into_iter().map(|(refused, found_by)| {
-            marked(refusals_json(&[refused], message_of)[0].take(), found_by)
+        if let Value::Array(diagnostics) = &mut value["diagnostics"] {
+            diagnostics.extend(new.into_iter().map(|found| marked(json!(found), FoundBy::Host)));
+        }
+        let missing = self.missing().into_iter().flat_map(|(refused, found_by)| {
+            let refusals = refusals_json(&[refused], message_of).into_iter();
+            refusals.map(move |refusal| marked(json!(refusal), found_by))
         });
         value["not_applicable"] = missing.collect();
-        value["details"] = marked(host["details"].clone(), FoundBy::Host);
-        host["diagnostics"] = all.into();
-        value["host"] = host;
     }
 
     /// The methods without an answer by the rig, and why: a line for each.
@@ -219,7 +207,7 @@ fn comparison(
 /// Adds to a JSON object who found it; `null` stays `null`.
 fn marked(mut value: Value, by: FoundBy) -> Value {
     if let Value::Object(members) = &mut value {
-        members.insert("found_by".into(), by.name().into());
+        members.insert("found_by".into(), json!(by));
     }
     value
 }

@@ -44,6 +44,7 @@ pub mod client;
 mod clock;
 pub mod commands;
 pub mod design;
+pub mod document;
 pub mod error;
 pub mod export;
 pub mod file;

@@ -20,7 +20,7 @@ use std::io::{self, IsTerminal, Write};
 
 use indicatif::ProgressBar;
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 use crate::interrupt::Interrupt;
@@ -54,10 +54,10 @@ pub struct Output {
 
 /// A JSON answer with the version of its schema.
 #[derive(Serialize)]
-struct Document<'a> {
+struct Document<'a, T> {
     schema_version: u32,
     #[serde(flatten)]
-    answer: &'a Value,
+    answer: &'a T,
 }
 
 impl Output {
@@ -175,7 +175,7 @@ impl Output {
     ///
     /// # Errors
     /// As [`Output::text`], and when `value` is not an object.
-    pub fn value(&mut self, value: &Value) -> Result<()> {
+    pub fn value(&mut self, value: &impl Serialize) -> Result<()> {
         let document = Document { schema_version: SCHEMA_VERSION, answer: value };
         let line = serde_json::to_string(&document).map_err(|e| {
             Error::internal(
@@ -191,7 +191,11 @@ impl Output {
     ///
     /// # Errors
     /// As [`Output::text`].
-    pub fn answer(&mut self, value: &Value, text: impl FnOnce(&Self) -> String) -> Result<()> {
+    pub fn answer(
+        &mut self,
+        value: &impl Serialize,
+        text: impl FnOnce(&Self) -> String,
+    ) -> Result<()> {
         if self.json {
             self.value(value)
         } else {
@@ -204,7 +208,7 @@ impl Output {
     ///
     /// # Errors
     /// As [`Output::text`].
-    pub fn answer_table(&mut self, value: &Value, table: &Table) -> Result<()> {
+    pub fn answer_table(&mut self, value: &impl Serialize, table: &Table) -> Result<()> {
         if self.json { self.value(value) } else { self.verbatim(table.to_string()) }
     }
 
@@ -246,7 +250,7 @@ impl Output {
             };
             return self.note(format!("{head} {error}"));
         }
-        let mut value = error.to_json();
+        let mut value = json!(error.document());
         if let (Some(Value::Object(details)), Some(object)) =
             (self.details.take(), value.as_object_mut())
         {
@@ -304,7 +308,6 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
-    use serde_json::json;
 
     #[derive(Clone, Default)]
     struct Shared(Arc<Mutex<Vec<u8>>>);

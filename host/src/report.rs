@@ -20,12 +20,11 @@ mod table;
 mod where_to_hit;
 
 use massline_shared::diagnosis::Diagnostic;
-use serde_json::{Value, json};
+
+use crate::document::Finding;
 
 pub use budget::{budget_json, budget_text};
-pub use cannot_see::{
-    Unseen, cannot_see, cannot_see_json, cannot_see_text, glued, has_undeclared_mass,
-};
+pub use cannot_see::{cannot_see, cannot_see_text, glued, has_undeclared_mass};
 pub use comparison::{comparison_json, comparison_text};
 pub use details::{details_json, details_text};
 pub use digits::{as_exact_as, deviation, two_digits, with_sigma};
@@ -44,17 +43,15 @@ pub fn hash_text(hash: u32) -> Option<String> {
     (hash != 0).then(|| format!("{hash:08x}"))
 }
 
-/// Diagnostics as JSON: `[{"code":…,"severity":…,"message":…}]`.
+/// Diagnostics as JSON.
 pub fn diagnostics_json(
     found: &[Diagnostic],
     message_of: impl Fn(&Diagnostic) -> String,
-) -> Vec<Value> {
-    let entry = |d: &Diagnostic| {
-        json!({
-            "code": code_name(d),
-            "severity": d.severity.name(),
-            "message": message_of(d),
-        })
+) -> Vec<Finding> {
+    let entry = |d: &Diagnostic| Finding {
+        code: code_name(d),
+        severity: d.severity.name(),
+        message: message_of(d),
     };
     found.iter().map(entry).collect()
 }

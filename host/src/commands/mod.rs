@@ -29,6 +29,7 @@ pub mod replay;
 pub mod responses;
 mod rest;
 mod results;
+pub mod schema;
 pub mod shell;
 pub mod show;
 pub mod simulate;
@@ -119,6 +120,8 @@ pub enum Command {
     Simulate(simulate::Args),
     /// Serve a virtual rig on a pty that any serial program can open.
     Virtual(virtual_rig::Args),
+    /// Print the JSON schemas of what the commands print with --json.
+    Schema(schema::Args),
     /// Print the completions of a shell.
     Completions(shell::CompletionsArgs),
     /// Write the manual pages.
@@ -194,6 +197,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Replay(args) => replay::run(&args, output),
         Command::Simulate(args) => simulate::run(&args, output),
         Command::Virtual(args) => virtual_rig::run(&args, output),
+        Command::Schema(args) => schema::run(&args, output),
         Command::Completions(args) => shell::completions(&args, command(), output),
         Command::Man(args) => shell::man(&args, command(), output),
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use massline_shared::layout::Dof;
 
 use super::responses::{PERTURBATIONS, ResponseArgs};
+use crate::document;
 use crate::error::Result;
 use crate::output::Output;
 use crate::report::{
@@ -59,9 +60,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let (modes, layout) = found?;
     let band = options.suspension_band_hz;
     let message_of = |d: &massline_shared::diagnosis::Diagnostic| message_in(d, &layout);
-    let mut value = modes_json(&modes, band, &layout);
-    value["diagnostics"] = diagnostics_json(&modes.diagnostics, message_of).into();
-    output.answer(&value, |_| {
+    let diagnostics = Some(diagnostics_json(&modes.diagnostics, message_of));
+    let document = document::Modes { diagnostics, ..modes_json(&modes, band, &layout) };
+    output.answer(&document, |_| {
         [
             modes_text(&modes, band, &layout),
             shapes_text(&modes),

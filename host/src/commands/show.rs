@@ -53,7 +53,7 @@ impl Shown {
     fn add(&mut self, again: &HostSolution<'_>) {
         again.add_to(&mut self.value);
         let unseen = again.cannot_see();
-        self.value["cannot_see"] = report::cannot_see_json(&unseen);
+        self.value["cannot_see"] = json!(unseen);
         self.text += &format!("\n{}{}", again.to_text(), report::cannot_see_text(&unseen));
     }
 

@@ -194,5 +194,5 @@ fn from_frequency_responses(args: &Args, frfs: &Path, output: &mut Output) -> Re
     });
     bar.finish_and_clear();
     let solution = solution?;
-    output.answer(&solution.to_json(), |_| solution.to_text().trim_end().into())
+    output.answer(&solution.document(), |_| solution.to_text().trim_end().into())
 }

@@ -3,9 +3,9 @@
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::maximum_likelihood::LearnedBudget;
 use massline_shared::layout::HostLayout;
-use serde_json::{Value, json};
 
 use super::{Details, Identification};
+use crate::document;
 use crate::report::{
     Truth, budget_json, budget_text, details_json, details_text, estimate_json, message_in,
     refusals_json, refusals_text, sentences, table,
@@ -13,25 +13,20 @@ use crate::report::{
 
 impl Identification {
     /// The estimates, the best first: the entries of `results`.
-    pub fn results_json(&self) -> Value {
+    pub fn results_json(&self) -> Vec<document::Estimate> {
         self.estimates.iter().map(estimate_json).collect()
     }
 
     /// The methods without an answer, and why: `not_applicable`.
-    pub fn not_applicable_json(&self, layout: &HostLayout) -> Value {
+    pub fn not_applicable_json(&self, layout: &HostLayout) -> Vec<document::Refusal> {
         refusals_json(&self.not_applicable, |d| message_in(d, layout))
     }
 
     /// The nuisance parameters and influences: `details`, null when the fit has no answer.
-    pub fn details_json(&self, layout: &HostLayout) -> Value {
-        let of = |Details { nuisances, influences }: &Details| {
-            details_json(nuisances, influences, layout)
-        };
-        let mut details = json!(self.details.as_ref().map(of));
-        if let (Value::Object(details), Some(learned)) = (&mut details, self.learned()) {
-            details.insert("error_budget".into(), budget_json(learned, layout));
-        }
-        details
+    pub fn details_json(&self, layout: &HostLayout) -> Option<document::Details> {
+        let Details { nuisances, influences } = self.details.as_ref()?;
+        let error_budget = self.learned().map(|learned| budget_json(learned, layout));
+        Some(document::Details { error_budget, ..details_json(nuisances, influences, layout) })
     }
 
     /// The first `count` estimates as tables, why others are missing, and the details of the fit.

@@ -2,29 +2,31 @@
 
 use massline_shared::identify::maximum_likelihood::LearnedBudget;
 use massline_shared::layout::HostLayout;
-use serde_json::{Value, json};
+
+use crate::document::{self, StatedAndLearned};
 
 /// The learned scales, in an entry of `results`.
-pub(super) fn learned_json(learned: &LearnedBudget<f64>) -> Value {
-    json!({
-        "hit_position_scale": learned.scales.hit_position,
-        "hit_direction_scale": learned.scales.hit_direction,
-        "constant_scale": learned.scales.constant,
-        "scatter_degrees_of_freedom": learned.scatter_degrees_of_freedom,
-        "constant_log_sigma": learned.constant_log_variance.sqrt(),
-        "interval_widening": learned.widening,
-    })
+pub(super) fn learned_json(learned: &LearnedBudget<f64>) -> document::LearnedBudget {
+    document::LearnedBudget {
+        hit_position_scale: learned.scales.hit_position,
+        hit_direction_scale: learned.scales.hit_direction,
+        constant_scale: learned.scales.constant,
+        scatter_degrees_of_freedom: learned.scatter_degrees_of_freedom,
+        constant_log_sigma: learned.constant_log_variance.sqrt(),
+        interval_widening: learned.widening,
+    }
 }
 
 /// Scatter of the hits as stated and as learned, and the learned scale of what stays the same over the test.
-pub fn budget_json(learned: &LearnedBudget<f64>, layout: &HostLayout) -> Value {
+pub fn budget_json(learned: &LearnedBudget<f64>, layout: &HostLayout) -> document::ErrorBudget {
     let [position, direction] = stated_scatter(layout);
     let scales = &learned.scales;
-    json!({
-        "hit_position_m": { "stated": position, "learned": position * scales.hit_position },
-        "hit_direction_rad": { "stated": direction, "learned": direction * scales.hit_direction },
-        "constant_scale": { "stated": 1.0, "learned": scales.constant },
-    })
+    let both = |stated: f64, scale: f64| StatedAndLearned { stated, learned: stated * scale };
+    document::ErrorBudget {
+        hit_position_m: both(position, scales.hit_position),
+        hit_direction_rad: both(direction, scales.hit_direction),
+        constant_scale: both(1.0, scales.constant),
+    }
 }
 
 /// The same as a sentence for each.
@@ -93,8 +95,8 @@ mod tests {
         assert!(text.contains(hits), "{text}");
         assert!(text.contains("1.50 times the stated"), "{text}");
         let json = budget_json(&learned(), &layout());
-        assert!((json["hit_position_m"]["learned"].as_f64().unwrap() - 0.0018).abs() < 1e-12);
-        assert!((json["hit_direction_rad"]["stated"].as_f64().unwrap() - 0.05).abs() < 1e-12);
+        assert!((json.hit_position_m.learned - 0.0018).abs() < 1e-12);
+        assert!((json.hit_direction_rad.stated - 0.05).abs() < 1e-12);
     }
 
     #[test]

@@ -12,19 +12,11 @@
 use massline_shared::body::RigidBody;
 use massline_shared::layout::{Attached, HostLayout, Sensor};
 use nalgebra::{Matrix3, SVector};
-use serde_json::{Value, json};
+
+use crate::document::Unseen;
 
 /// Mass on each sensor for which the effect is computed, kg.
 const GRAM: f64 = 0.001;
-
-/// An error that does not show.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unseen {
-    /// Stable name.
-    pub source: &'static str,
-    /// What it is and how far it is covered.
-    pub message: String,
-}
 
 /// The errors that a test with this layout cannot see. `body` is the answer.
 pub fn cannot_see(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Vec<Unseen> {
@@ -45,11 +37,6 @@ pub fn cannot_see(layout: &HostLayout, body: Option<&RigidBody<f64>>) -> Vec<Uns
 pub fn cannot_see_text(unseen: &[Unseen]) -> String {
     let lines: String = unseen.iter().map(|of| format!("  {}\n", of.message)).collect();
     if lines.is_empty() { lines } else { format!("what this test cannot see:\n{lines}") }
-}
-
-/// The errors as JSON: `[{"source":…,"message":…}]`.
-pub fn cannot_see_json(unseen: &[Unseen]) -> Value {
-    unseen.iter().map(|of| json!({ "source": of.source, "message": of.message })).collect()
 }
 
 /// The sensors that are glued on, whose mass moves with the object.

@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::diagnosis::{Code, Diagnostic};
+use massline_shared::identify::agreement::Difference;
 use massline_shared::identify::{Estimate, HALF_WIDTH_95, Method};
 use massline_shared::layout::HostLayout;
 use nalgebra::SVector;
-use serde_json::{Value, json};
 
 use super::{as_exact_as, message_in, two_digits};
+use crate::document::{self, Properties};
 use crate::output::{align_right, table};
 use crate::suspension::{Comparison, Doubt};
 
@@ -98,7 +99,7 @@ fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLa
     };
     let name = |place: usize| method_at(comparison, place).map_or("a method", Method::name);
     let largest = agreement.pairs.iter().max_by(|a, b| {
-        let size = |d: &massline_shared::identify::agreement::Difference<f64>| {
+        let size = |d: &Difference<f64>| {
             (d.significant, d.difference.abs() / (d.sigma + f64::MIN_POSITIVE))
         };
         size(a).partial_cmp(&size(b)).unwrap_or(std::cmp::Ordering::Equal)
@@ -175,52 +176,46 @@ fn reason(method: Method, layout: &HostLayout) -> String {
     format!("{name} is off when {}", entry.off_when)
 }
 
-/// The comparison as JSON; `null` for fewer than two answers.
+/// The comparison as JSON; `None` for fewer than two answers.
 pub fn comparison_json(
     comparison: &Comparison,
     estimates: &[Estimate<f64>],
     layout: &HostLayout,
-) -> Value {
+) -> Option<document::Agreement> {
     if comparison.methods.iter().flatten().count() < 2 {
-        return Value::Null;
+        return None;
     }
     let name = |place: usize| method_at(comparison, place).map(Method::name);
-    let verdict = verdict(comparison, estimates, layout);
-    let of_ten = |values: &SVector<f64, 10>| {
-        let names = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.name.to_owned());
-        names.zip(values.iter().map(|v| json!(v))).collect::<serde_json::Map<_, _>>()
+    let of_ten = |values: &SVector<f64, 10>| Properties::of((*values).into());
+    let of_method = |(method, sigma): (&Option<Method>, &Option<SVector<f64, 10>>)| {
+        let sigma = sigma.as_ref().map(of_ten);
+        method.map(|method| document::OfMethod { method: method.name(), sigma })
     };
-    let methods: Vec<Value> = (comparison.methods.iter().zip(&comparison.sigmas))
-        .filter_map(|(method, sigma)| {
-            Some(json!({ "method": (*method)?.name(), "sigma": sigma.as_ref().map(of_ten) }))
-        })
-        .collect();
-    let Some(agreement) = &comparison.agreement else {
-        let none = Value::Null;
-        return json!({
-            "agree": none, "doubt": comparison.doubt.map(Doubt::name), "off": [], "verdict": verdict, "combined": none, "pairs": [],
-            "methods": methods,
-        });
+    let agreement = comparison.agreement.as_ref();
+    let combined = agreement.map(|agreement| {
+        let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
+        document::Combined {
+            value: of_ten(&agreement.theta),
+            sigma: of_ten(&sigma),
+            half_width95: of_ten(&(sigma * HALF_WIDTH_95)),
+            between_methods: of_ten(&agreement.between),
+        }
+    });
+    let pair = |pair: &Difference<f64>| document::Pair {
+        methods: pair.methods.map(name),
+        property: INERTIAL_PARAMETERS[pair.property].name,
+        difference: pair.difference,
+        sigma: pair.sigma,
+        significant: pair.significant,
     };
-    let sigma = agreement.covariance.diagonal().map(|v| v.max(0.0).sqrt());
-    json!({
-        "agree": agreement.agrees(),
-        "doubt": null,
-        "off": agreement.outliers.iter().filter_map(|place| name(*place)).collect::<Vec<_>>(),
-        "verdict": verdict,
-        "methods": methods,
-        "combined": {
-            "value": of_ten(&agreement.theta),
-            "sigma": of_ten(&sigma),
-            "half_width95": of_ten(&(sigma * HALF_WIDTH_95)),
-            "between_methods": of_ten(&agreement.between),
-        },
-        "pairs": agreement.pairs.iter().map(|pair| json!({
-            "methods": pair.methods.map(name),
-            "property": INERTIAL_PARAMETERS[pair.property].name,
-            "difference": pair.difference,
-            "sigma": pair.sigma,
-            "significant": pair.significant,
-        })).collect::<Vec<_>>(),
+    let outliers = agreement.iter().flat_map(|agreement| &agreement.outliers);
+    Some(document::Agreement {
+        agree: agreement.map(|agreement| agreement.agrees()),
+        doubt: comparison.doubt.filter(|_| agreement.is_none()).map(Doubt::name),
+        off: outliers.filter_map(|place| name(*place)).collect(),
+        verdict: verdict(comparison, estimates, layout),
+        methods: comparison.methods.iter().zip(&comparison.sigmas).filter_map(of_method).collect(),
+        combined,
+        pairs: agreement.iter().flat_map(|agreement| agreement.pairs.iter().map(pair)).collect(),
     })
 }

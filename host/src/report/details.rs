@@ -6,57 +6,61 @@ use massline_shared::identify::influence::{Influence, Subject};
 use massline_shared::identify::maximum_likelihood::{
     HitNuisances, NuisanceEstimates, SensorNuisances,
 };
-use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
-use serde_json::{Value, json};
+use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, Sensor};
 
 use super::digits::{deviation, signed_as_exact_as, two_digits};
+use crate::document::{self, Spread};
 use crate::output;
 
 /// An influence of more than this many standard deviations on a property is reported.
 const MIN_INFLUENCE: f64 = 1.0;
 
-/// All details of a fit, with units in the names.
+/// All details of a fit.
 pub fn details_json(
     nuisances: &NuisanceEstimates<f64, HOST_SENSORS, HOST_HITS>,
     influences: &[Influence<f64>],
     layout: &HostLayout,
-) -> Value {
-    json!({
-        "hammer_gain": estimated_json(&nuisances.hammer_gain),
-        "sensors": nuisances.sensors.iter().zip(&layout.sensors).map(|(found, sensor)| json!({
-            "node": sensor.node,
-            "sensitivity": found.sensitivity.map(|row| row.map(|l| estimated_json(&l))),
-            "rotation_rad": found.rotation.map(|l| estimated_json(&l)),
-            "position_m": found.position.map(|l| estimated_json(&l)),
-            "pull": found.pull,
-        })).collect::<Vec<_>>(),
-        "hits": nuisances.hits.iter().map(|found| json!({
-            "dof": hit_name(layout, found.index),
-            "position_m": found.position.map(|l| estimated_json(&l)),
-            "direction_rad": found.direction.map(|l| estimated_json(&l)),
-            "pull": found.pull,
-            "normalized_residual": found.normalized_residual,
-        })).collect::<Vec<_>>(),
-        "influence": influences.iter().map(|i| influence_json(i, layout)).collect::<Vec<_>>(),
-    })
-}
-
-fn estimated_json(estimated: &Estimated<f64>) -> Value {
-    json!({ "value": estimated.value, "sigma": estimated.sigma })
-}
-
-fn influence_json(influence: &Influence<f64>, layout: &HostLayout) -> Value {
-    let (kind, name) = match influence.subject {
-        Subject::Hit(index) => ("hit", json!(hit_name(layout, index))),
-        Subject::Sensor(index) => ("sensor", json!(sensor_node(layout, index))),
+) -> document::Details {
+    let sensor = |(found, sensor): (&SensorNuisances<f64>, &Sensor<f64>)| document::SensorDetails {
+        node: sensor.node,
+        sensitivity: found.sensitivity.map(|row| row.map(spread)),
+        rotation_rad: found.rotation.map(spread),
+        position_m: found.position.map(spread),
+        pull: found.pull,
     };
-    json!({
-        kind: name,
-        "shift_sigma": influence.shift.as_slice(),
-        "sigma_ratio_without": influence.sigma_ratio,
-        "chi_squared": influence.share.chi_squared,
-        "equations": influence.share.degrees_of_freedom,
-    })
+    let hit = |found: &HitNuisances<f64>| document::HitDetails {
+        dof: hit_name(layout, found.index),
+        position_m: found.position.map(spread),
+        direction_rad: found.direction.map(spread),
+        pull: found.pull,
+        normalized_residual: found.normalized_residual,
+    };
+    document::Details {
+        hammer_gain: spread(nuisances.hammer_gain),
+        sensors: nuisances.sensors.iter().zip(&layout.sensors).map(sensor).collect(),
+        hits: nuisances.hits.iter().map(hit).collect(),
+        influence: influences.iter().map(|of| influence_json(of, layout)).collect(),
+        error_budget: None,
+    }
+}
+
+fn spread(estimated: Estimated<f64>) -> Spread<f64> {
+    Spread { value: estimated.value, sigma: Some(estimated.sigma) }
+}
+
+fn influence_json(influence: &Influence<f64>, layout: &HostLayout) -> document::Influence {
+    let (hit, sensor) = match influence.subject {
+        Subject::Hit(index) => (Some(hit_name(layout, index)), None),
+        Subject::Sensor(index) => (None, Some(sensor_node(layout, index))),
+    };
+    document::Influence {
+        hit,
+        sensor,
+        shift_sigma: influence.shift.into(),
+        sigma_ratio_without: influence.sigma_ratio,
+        chi_squared: influence.share.chi_squared,
+        equations: influence.share.degrees_of_freedom,
+    }
 }
 
 /// The details as text: a table of the sensors, one of the hits, and the subjects with the largest influence.

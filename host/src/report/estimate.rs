@@ -1,15 +1,16 @@
 //! One estimate of the ten properties as JSON.
 
-use massline_shared::body::INERTIAL_PARAMETERS;
+use std::array::from_fn;
+
 use massline_shared::identify::Estimate;
 use nalgebra::Matrix3;
-use serde_json::{Map, Value, json};
 
 use super::budget::learned_json;
 use super::{diagnostics_json, message};
+use crate::document::{self, Properties, Spread};
 
 /// An entry of `results`.
-pub fn estimate_json(estimate: &Estimate<f64>) -> Value {
+pub fn estimate_json(estimate: &Estimate<f64>) -> document::Estimate {
     let Estimate { body, covariance, .. } = estimate;
     let sigma: Option<[f64; 10]> = estimate.sigma().map(Into::into);
     let principal = body.principal();
@@ -17,42 +18,37 @@ pub fn estimate_json(estimate: &Estimate<f64>) -> Value {
         let [.., xx, yy, zz, xy, xz, yz] = s;
         [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     });
-    json!({
-        "method": estimate.method.name(),
-        "mass_kg": { "value": body.mass, "sigma": sigma.map(|s| s[0]) },
-        "center_of_mass_m": {
-            "value": <[f64; 3]>::from(body.center_of_mass),
-            "sigma": sigma.map(|s| [s[1], s[2], s[3]]),
+    document::Estimate {
+        method: estimate.method.name(),
+        mass_kg: Spread { value: body.mass, sigma: sigma.map(|s| s[0]) },
+        center_of_mass_m: Spread {
+            value: body.center_of_mass.into(),
+            sigma: sigma.map(|s| [s[1], s[2], s[3]]),
         },
-        "inertia_kg_m2": { "value": rows(&body.inertia), "sigma": sigma_tensor },
-        "interval95": intervals(estimate),
-        "covariance": covariance.map(|c| {
-            (0..10).map(|i| c.row(i).iter().copied().collect::<Vec<_>>()).collect::<Vec<_>>()
+        inertia_kg_m2: Spread { value: rows(&body.inertia), sigma: sigma_tensor },
+        interval95: intervals(estimate),
+        covariance: covariance.map(|c| from_fn(|i| from_fn(|j| c[(i, j)]))),
+        principal_moments_kg_m2: document::PrincipalMoments {
+            value: principal.map(|p| p.moments.into()),
+            sigma: estimate.principal_moment_sigmas().map(Into::into),
+        },
+        principal_axes: principal.map(|p| rows(&p.axes)),
+        physically_consistent: body.is_physically_consistent(),
+        condition: estimate.condition,
+        chi_squared: estimate.consistency.map(|c| document::ChiSquared {
+            value: c.chi_squared,
+            degrees_of_freedom: c.degrees_of_freedom,
+            reduced: c.reduced(),
         }),
-        "principal_moments_kg_m2": {
-            "value": principal.map(|p| <[f64; 3]>::from(p.moments)),
-            "sigma": estimate.principal_moment_sigmas().map(<[f64; 3]>::from),
-        },
-        "principal_axes": principal.map(|p| rows(&p.axes)),
-        "physically_consistent": body.is_physically_consistent(),
-        "condition": estimate.condition,
-        "chi_squared": estimate.consistency.map(|c| json!({
-            "value": c.chi_squared,
-            "degrees_of_freedom": c.degrees_of_freedom,
-            "reduced": c.reduced(),
-        })),
-        "learned_budget": estimate.learned.as_ref().map(learned_json),
-        "diagnostics": diagnostics_json(&estimate.diagnostics, message),
-    })
+        learned_budget: estimate.learned.as_ref().map(learned_json),
+        diagnostics: diagnostics_json(&estimate.diagnostics, message),
+    }
 }
 
-/// The bounds of the 95 % interval of each of the ten properties, by name.
-fn intervals(estimate: &Estimate<f64>) -> Option<Map<String, Value>> {
+/// The bounds of the 95 % interval of each of the ten properties.
+fn intervals(estimate: &Estimate<f64>) -> Option<Properties<[f64; 2]>> {
     let (values, widths) = (estimate.theta(), estimate.half_widths()?);
-    let ends =
-        values.iter().zip(widths.iter()).map(|(value, half)| json!([value - half, value + half]));
-    let names = INERTIAL_PARAMETERS.iter().map(|parameter| parameter.name.to_owned());
-    Some(names.zip(ends).collect())
+    Some(Properties::of(from_fn(|k| [values[k] - widths[k], values[k] + widths[k]])))
 }
 
 /// A matrix row by row.
@@ -67,6 +63,7 @@ mod tests {
     use massline_shared::diagnosis::Diagnostics;
     use massline_shared::identify::{HALF_WIDTH_95, Method};
     use nalgebra::{SMatrix, SVector};
+    use serde_json::{Value, json};
 
     fn estimate() -> Estimate<f64> {
         // A body with the principal moments 2, 3, 4 about the axes y, x, z.
@@ -85,7 +82,7 @@ mod tests {
 
     #[test]
     fn principal_moments_ascend_and_axes_are_columns() {
-        let json = estimate_json(&estimate());
+        let json: Value = json!(estimate_json(&estimate()));
         let moments = &json["principal_moments_kg_m2"];
         for (k, (value, sigma)) in [(2.0, 6.0), (3.0, 5.0), (4.0, 7.0)].into_iter().enumerate() {
             // The tolerance covers the rounding of an eigenvalue problem in double precision.
@@ -99,7 +96,7 @@ mod tests {
 
     #[test]
     fn intervals_are_about_the_value_of_their_name() {
-        let json = estimate_json(&estimate());
+        let json: Value = json!(estimate_json(&estimate()));
         let [low, high] = [0, 1].map(|k| json["interval95"]["cz"][k].as_f64().unwrap());
         assert!((low + high + 0.25).abs() < 1e-12, "{json}");
         assert!((high - low - 8.0 * HALF_WIDTH_95).abs() < 1e-12, "{json}");
@@ -107,7 +104,7 @@ mod tests {
 
     #[test]
     fn without_covariance_there_is_no_sigma() {
-        let json = estimate_json(&Estimate { covariance: None, ..estimate() });
+        let json: Value = json!(estimate_json(&Estimate { covariance: None, ..estimate() }));
         assert!(json["covariance"].is_null() && json["interval95"].is_null());
         assert!(json["mass_kg"]["sigma"].is_null());
         assert!(json["principal_moments_kg_m2"]["sigma"].is_null());

@@ -3,7 +3,8 @@
 use massline_shared::identify::REJECTION_Z;
 use massline_shared::identify::global_fit::GlobalFitSolution;
 use nalgebra::Matrix6;
-use serde_json::{Value, json};
+
+use crate::document::GlobalFit;
 
 /// How many terms the suspension needed; empty for stiffness and damping alone.
 pub fn global_fit_text(found: &GlobalFitSolution<f64>) -> String {
@@ -19,15 +20,15 @@ pub fn global_fit_text(found: &GlobalFitSolution<f64>) -> String {
 }
 
 /// Stiffness and damping about the origin of the body frame, extra terms and noise.
-pub fn global_fit_json(found: &GlobalFitSolution<f64>) -> Value {
-    json!({
-        "stiffness": rows(&found.stiffness),
-        "damping": found.damping.as_ref().map(rows),
-        "extra_terms": found.extra_terms,
-        "extra_terms_z": found.extra_terms_z,
+pub fn global_fit_json(found: &GlobalFitSolution<f64>) -> GlobalFit {
+    GlobalFit {
+        stiffness: rows(&found.stiffness),
+        damping: found.damping.as_ref().map(rows),
+        extra_terms: found.extra_terms,
+        extra_terms_z: found.extra_terms_z.to_vec(),
         // Of a complex number, as that of the modes.
-        "noise_m_per_s2_per_n": found.noise * std::f64::consts::SQRT_2,
-    })
+        noise_m_per_s2_per_n: found.noise * std::f64::consts::SQRT_2,
+    }
 }
 
 fn rows(matrix: &Matrix6<f64>) -> Vec<[f64; 6]> {

@@ -1,12 +1,12 @@
 //! The suspension modes as tables and JSON.
 
-use massline_shared::layout::HostLayout;
+use massline_shared::layout::{Hit, HostLayout};
 use massline_shared::mass_line::{ABOVE_SUSPENSION, BELOW_ELASTIC};
 use massline_shared::modes::SUSPENSION_MODES;
-use serde_json::{Value, json};
 
 use super::digits::{as_exact_as, two_digits};
 use super::where_to_hit::{better_hit, new_direction};
+use crate::document::{self, Spread};
 use crate::output::{Table, align_right, table};
 use crate::suspension::{ModeRow, OrderRow, PoleRow, SuspensionModes};
 
@@ -129,44 +129,54 @@ fn indicators(modes: &SuspensionModes, layout: &HostLayout) -> Table {
 }
 
 /// The modes as JSON.
-pub fn modes_json(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayout) -> Value {
-    let row = |row: &ModeRow| {
-        let better = better_hit(row, layout);
-        let indicators = layout.hits.iter().zip(&row.norm_indicators);
-        json!({
-            "frequency_hz": { "value": row.frequency_hz[0], "sigma": row.frequency_hz[1] },
-            "damping_ratio": { "value": row.damping_ratio[0], "sigma": row.damping_ratio[1] },
-            "shape": {
-                "value": <[f64; 6]>::from(row.shape),
-                "sigma": <[f64; 6]>::from(row.shape_sigma),
-            },
-            "complexity": row.complexity,
-            "norm_indicators": indicators
-                .map(|(hit, indicator)| json!({ "dof": hit.dof.to_string(), "value": indicator }))
-                .collect::<Vec<_>>(),
-            // A hit that shows much more of the mode, and which part of that the best hit so far shows.
-            "better_hit": better.map(|(share, place)| json!({ "dof": place.dof(), "shown": share })),
-        })
-    };
+pub fn modes_json(
+    modes: &SuspensionModes,
+    band_hz: [f64; 2],
+    layout: &HostLayout,
+) -> document::Modes {
     let missing = SUSPENSION_MODES.saturating_sub(modes.rows.len());
-    let order = |OrderRow { used, poles }: &OrderRow| {
-        let poles = poles.iter().map(|pole| {
-            json!({
-                "frequency_hz": pole.frequency_hz,
-                "damping_ratio": pole.damping_ratio,
-                "stable": pole.stable,
-            })
-        });
-        json!({ "used": used, "poles": poles.collect::<Vec<_>>() })
+    document::Modes {
+        band_hz,
+        modes: modes.rows.iter().map(|row| mode_json(row, layout)).collect(),
+        modes_missing: missing,
+        hit_for_missing: new_direction(layout).filter(|_| missing > 0).map(|place| place.dof()),
+        modal_assurance: modes.assurance.clone(),
+        orders: modes.orders.iter().map(order_json).collect(),
+        noise_m_per_s2_per_n: modes.noise,
+        fitted_gravity_m_per_s2: modes.fitted_gravity,
+        diagnostics: None,
+    }
+}
+
+fn mode_json(row: &ModeRow, layout: &HostLayout) -> document::Mode {
+    // What is not known is NaN.
+    let spread =
+        |[value, sigma]: [f64; 2]| Spread { value, sigma: Some(sigma).filter(|s| s.is_finite()) };
+    let sigma: [f64; 6] = row.shape_sigma.into();
+    let indicators = layout.hits.iter().zip(&row.norm_indicators);
+    let indicator = |(hit, value): (&Hit<f64>, &f64)| document::Indicator {
+        dof: hit.dof.to_string(),
+        value: *value,
     };
-    json!({
-        "band_hz": band_hz,
-        "modes": modes.rows.iter().map(row).collect::<Vec<_>>(),
-        "modes_missing": missing,
-        "hit_for_missing": new_direction(layout).filter(|_| missing > 0).map(|place| place.dof()),
-        "modal_assurance": modes.assurance,
-        "orders": modes.orders.iter().map(order).collect::<Vec<_>>(),
-        "noise_m_per_s2_per_n": modes.noise,
-        "fitted_gravity_m_per_s2": modes.fitted_gravity,
-    })
+    document::Mode {
+        frequency_hz: spread(row.frequency_hz),
+        damping_ratio: spread(row.damping_ratio),
+        shape: Spread {
+            value: row.shape.into(),
+            sigma: Some(sigma).filter(|all| all.iter().all(|s| s.is_finite())),
+        },
+        complexity: row.complexity,
+        norm_indicators: indicators.map(indicator).collect(),
+        better_hit: better_hit(row, layout)
+            .map(|(shown, place)| document::BetterHit { dof: place.dof(), shown }),
+    }
+}
+
+fn order_json(OrderRow { used, poles }: &OrderRow) -> document::Order {
+    let pole = |pole: &PoleRow| document::Pole {
+        frequency_hz: pole.frequency_hz,
+        damping_ratio: pole.damping_ratio,
+        stable: pole.stable,
+    };
+    document::Order { used: *used, poles: poles.iter().map(pole).collect() }
 }

@@ -2,24 +2,23 @@
 
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::identify::Method;
-use serde_json::{Value, json};
 
 use super::code_name;
+use crate::document::Refusal;
 
-/// The refusals as JSON: `[{"method":…,"code":…,"message":…,"codes":[…]}]`; `code` is the first reason's, the
-/// message states all reasons.
+/// The refusals as JSON; `code` is the first reason's, the message states all reasons.
 pub fn refusals_json<R: AsRef<[Diagnostic]>>(
     refused: &[(Method, R)],
     message_of: impl Fn(&Diagnostic) -> String,
-) -> Value {
+) -> Vec<Refusal> {
     let refusal = |(method, reasons): &(Method, R)| {
         let codes: Vec<String> = reasons.as_ref().iter().map(code_name).collect();
-        json!({
-            "method": method.name(),
-            "code": codes.first().map_or("no_answer", String::as_str),
-            "message": joined(reasons.as_ref(), &message_of),
-            "codes": codes,
-        })
+        Refusal {
+            method: method.name(),
+            code: codes.first().map_or("no_answer", String::as_str).to_owned(),
+            message: joined(reasons.as_ref(), &message_of),
+            codes,
+        }
     };
     refused.iter().map(refusal).collect()
 }
@@ -84,9 +83,9 @@ mod tests {
     #[test]
     fn programs_read_method_code_and_message() {
         let json = refusals_json(&refused(Code::NotConverged), message);
-        assert_eq!(json[0]["method"], "maximum-likelihood");
-        assert_eq!(json[0]["code"], "not_converged");
-        assert_eq!(json[0]["codes"], json!(["not_converged"]));
-        assert!(json[0]["message"].as_str().unwrap().contains("did not converge"), "{json}");
+        assert_eq!(json[0].method, "maximum-likelihood");
+        assert_eq!(json[0].code, "not_converged");
+        assert_eq!(json[0].codes, ["not_converged"]);
+        assert!(json[0].message.contains("did not converge"), "{json:?}");
     }
 }

@@ -1,5 +1,6 @@
 //! An examination as JSON, as diagnostics and as sentences.
 
+use massline_shared::Estimated;
 use massline_shared::diagnosis::{Code, Severity};
 use massline_shared::identify::Consistency;
 use massline_shared::identify::single_fault::SingleFault;
@@ -7,50 +8,50 @@ use massline_shared::layout::HostLayout;
 use serde_json::{Value, json};
 
 use super::{Examination, Suspect, Verdict, words};
+use crate::document::{self, Fault, Finding, Spread};
 
 /// Largest number of mistakes of a kind that a text names; the JSON names all.
 const MAX_LISTED: usize = 6;
 
 impl Examination {
-    /// One object: the suspected mistakes with their χ², the runner-up, and the mistakes that the data would
-    /// not reveal.
-    pub fn to_json(&self, layout: &HostLayout) -> Value {
+    /// The suspected mistakes with their χ², the runner-up, and the mistakes that the data would not reveal.
+    pub fn to_json(&self, layout: &HostLayout) -> document::SingleFaults {
         let suspect = |s: &Suspect| suspect_json(s, layout);
-        let suspects: Vec<Value> = self.suspects().iter().map(suspect).collect();
-        json!({
-            "verdict": match self.verdict {
+        document::SingleFaults {
+            verdict: match self.verdict {
                 Verdict::NothingSuspicious => "nothing_suspicious",
                 Verdict::Suspected(_) => "suspected",
                 Verdict::Unexplained => "unexplained",
             },
-            "chi_squared": self.plain.map(|c| c.chi_squared),
-            "degrees_of_freedom": self.plain.map(|c| c.degrees_of_freedom),
-            "tested": self.tested,
-            "suspects": suspects,
-            "runner_up": self.runner_up.as_ref().map(suspect),
-            "not_visible": self.hidden.as_ref().map(|hidden| {
-                hidden.iter().map(|fault| fault_json(fault, layout)).collect::<Vec<_>>()
-            }),
-        })
+            chi_squared: self.plain.map(|c| c.chi_squared),
+            degrees_of_freedom: self.plain.map(|c| c.degrees_of_freedom),
+            tested: self.tested,
+            suspects: self.suspects().iter().map(suspect).collect(),
+            runner_up: self.runner_up.as_ref().map(suspect),
+            not_visible: self
+                .hidden
+                .as_ref()
+                .map(|hidden| hidden.iter().map(|fault| fault_json(fault, layout)).collect()),
+        }
     }
 
-    /// Entries for the diagnostics of a result: `{"code":…,"severity":…,"message":…}`.
-    pub fn diagnostics_json(&self, layout: &HostLayout) -> Vec<Value> {
-        self.said(layout)
-            .into_iter()
-            .map(|(code, severity, message)| {
-                json!({ "code": code.name(), "severity": severity.name(), "message": message })
-            })
-            .collect()
+    /// Entries for the diagnostics of a result.
+    pub fn diagnostics_json(&self, layout: &HostLayout) -> Vec<Finding> {
+        let entry = |(code, severity, message): (Code, Severity, String)| Finding {
+            code: code.name().to_owned(),
+            severity: severity.name(),
+            message,
+        };
+        self.said(layout).into_iter().map(entry).collect()
     }
 
-    /// Adds the examination to a result's object: `single_faults`, and entries in `diagnostics`.
+    /// Adds the examination to the object of an error: `single_faults`, and entries in `diagnostics`.
     pub fn add_to(&self, value: &mut Value, layout: &HostLayout) {
-        value["single_faults"] = self.to_json(layout);
-        let said = self.diagnostics_json(layout);
+        value["single_faults"] = json!(self.to_json(layout));
+        let said = self.diagnostics_json(layout).into_iter().map(|found| json!(found));
         match &mut value["diagnostics"] {
             Value::Array(diagnostics) => diagnostics.extend(said),
-            other => *other = Value::Array(said),
+            other => *other = said.collect(),
         }
     }
 
@@ -147,33 +148,34 @@ fn more_than_listed(count: usize) -> String {
     }
 }
 
-fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> Value {
-    let mut value = fault_json(&suspect.fault, layout);
-    value["chi_squared"] = json!(suspect.consistency.chi_squared);
-    value["message"] = json!(words::suspect_clause(suspect, layout));
-    if let Some(scale) = suspect.scale {
-        value["scale"] = json!({ "value": scale.value, "sigma": scale.sigma });
+fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> document::Suspect {
+    let spread = |scale: Estimated<f64>| Spread { value: scale.value, sigma: Some(scale.sigma) };
+    document::Suspect {
+        fault: Fault {
+            message: words::suspect_clause(suspect, layout),
+            ..fault_json(&suspect.fault, layout)
+        },
+        chi_squared: suspect.consistency.chi_squared,
+        scale: suspect.scale.map(spread),
     }
-    value
 }
 
 /// A mistake as JSON. Sensors and hits are counted from 1, as in the layout's messages.
-fn fault_json(fault: &SingleFault<f64>, layout: &HostLayout) -> Value {
-    let mut value = json!({
-        "code": words::code(fault).name(),
-        "message": words::clause(fault, layout),
-    });
+fn fault_json(fault: &SingleFault<f64>, layout: &HostLayout) -> Fault {
+    let plain = Fault {
+        code: words::code(fault).name(),
+        message: words::clause(fault, layout),
+        ..Fault::default()
+    };
     match fault {
-        SingleFault::SensorAxes { sensor, .. } => value["sensor"] = json!(sensor + 1),
+        SingleFault::SensorAxes { sensor, .. } => Fault { sensor: Some(sensor + 1), ..plain },
         SingleFault::CablesSwapped { sensors } => {
-            value["sensors"] = json!(sensors.map(|sensor| sensor + 1));
+            Fault { sensors: Some(sensors.map(|sensor| sensor + 1)), ..plain }
         }
         SingleFault::HitAtNode { hit, node, .. } => {
-            value["hit"] = json!(hit + 1);
-            value["node"] = json!(node);
+            Fault { hit: Some(hit + 1), node: Some(*node), ..plain }
         }
-        SingleFault::HitReversed { hit } => value["hit"] = json!(hit + 1),
-        SingleFault::CommonScale => {}
+        SingleFault::HitReversed { hit } => Fault { hit: Some(hit + 1), ..plain },
+        SingleFault::CommonScale => plain,
     }
-    value
 }

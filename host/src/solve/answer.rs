@@ -4,11 +4,11 @@ use massline_shared::Responses;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::identify::global_fit::GlobalFitSolution;
 use massline_shared::identify::{DofMassLines, Estimate, MassLines, Method};
-use massline_shared::layout::{HOST_SENSORS, HostLayout};
-use serde_json::{Value, json};
+use massline_shared::layout::{HOST_SENSORS, Hit, HostLayout};
 
 use super::suspension::ModalPart;
 use super::{MassLinePart, ReferencePoint};
+use crate::document::{MassLine, Refusal, Solution, Unseen};
 use crate::identification::Identification;
 use crate::report::{
     self, Truth, comparison_json, comparison_text, global_fit_json, global_fit_text, message_in,
@@ -126,47 +126,42 @@ impl FrfSolution {
         self.identification.estimates.first()
     }
 
-    /// The JSON object of the solution, in the form of all results.
-    pub fn to_json(&self) -> Value {
-        let lines = self.layout.hits.iter().zip(&self.mass_lines).zip(&self.noise);
-        let said = [self.identification.warnings(), self.diagnostics.clone()].concat();
-        let mut not_applicable = self.identification.not_applicable_json(&self.layout);
-        if let Value::Array(all) = &mut not_applicable {
-            all.extend(self.failed.iter().map(Failed::to_json));
+    /// The solution as JSON, in the form of all results.
+    pub fn document(&self) -> Solution {
+        let Self { layout, identification, .. } = self;
+        let said = [identification.warnings(), self.diagnostics.clone()].concat();
+        let mut diagnostics = report::diagnostics_json(&said, |d| message_in(d, layout));
+        let mut not_applicable = identification.not_applicable_json(layout);
+        not_applicable.extend(self.failed.iter().map(Failed::to_json));
+        let examination = self.examination.as_ref();
+        diagnostics.extend(examination.iter().flat_map(|of| of.diagnostics_json(layout)));
+        let lines = layout.hits.iter().zip(&self.mass_lines).zip(&self.noise);
+        let mass_line = |((hit, lines), noise): ((&Hit<f64>, &Vec<f64>), &Vec<f64>)| MassLine {
+            dof: hit.dof.to_string(),
+            accelerance_m_per_s2_per_n: lines.clone(),
+            noise_m_per_s2_per_n: noise.clone(),
+        };
+        Solution {
+            results: identification.results_json(),
+            not_applicable,
+            details: identification.details_json(layout),
+            layout_hash: self.layout_hash.and_then(report::hash_text),
+            calibration: None,
+            firmware: None,
+            reference_point: self.reference_point.name(),
+            band_hz: self.band_hz,
+            band_automatic: layout.test.band_hz.is_none(),
+            frf_estimator: None,
+            terms: layout.test.terms.name(),
+            mass_lines: lines.map(mass_line).collect(),
+            notes: self.notes.clone(),
+            diagnostics,
+            single_faults: examination.map(|of| of.to_json(layout)),
+            suspension: self.modes.as_ref().map(|(modes, band)| modes_json(modes, *band, layout)),
+            global_fit: self.global_fit.as_ref().map(global_fit_json),
+            agreement: comparison_json(&self.comparison, &identification.estimates, layout),
+            cannot_see: self.cannot_see(),
         }
-        let mut value = json!({
-            "results": self.identification.results_json(),
-            "not_applicable": not_applicable,
-            "details": self.identification.details_json(&self.layout),
-            "layout_hash": self.layout_hash.and_then(report::hash_text),
-            "calibration": null,
-            "firmware": null,
-            "reference_point": self.reference_point.name(),
-            "band_hz": self.band_hz,
-            "band_automatic": self.layout.test.band_hz.is_none(),
-            // `null`, because the file already holds frequency responses.
-            "frf_estimator": null,
-            "terms": self.layout.test.terms.name(),
-            "mass_lines": lines.map(|((hit, lines), noise)| json!({
-                "dof": hit.dof.to_string(),
-                "accelerance_m_per_s2_per_n": lines,
-                "noise_m_per_s2_per_n": noise,
-            })).collect::<Vec<_>>(),
-            "notes": self.notes,
-            "diagnostics": report::diagnostics_json(&said, |d| message_in(d, &self.layout)),
-        });
-        if let Some(examination) = &self.examination {
-            examination.add_to(&mut value, &self.layout);
-        }
-        value["suspension"] = self
-            .modes
-            .as_ref()
-            .map_or(Value::Null, |(modes, band)| modes_json(modes, *band, &self.layout));
-        value["global_fit"] = self.global_fit.as_ref().map_or(Value::Null, global_fit_json);
-        value["agreement"] =
-            comparison_json(&self.comparison, &self.identification.estimates, &self.layout);
-        value["cannot_see"] = report::cannot_see_json(&self.cannot_see());
-        value
     }
 
     /// The solution as text.
@@ -204,19 +199,19 @@ impl FrfSolution {
         text + &report::cannot_see_text(&self.cannot_see())
     }
 
-    fn cannot_see(&self) -> Vec<report::Unseen> {
+    fn cannot_see(&self) -> Vec<Unseen> {
         report::cannot_see(&self.layout, self.answer().map(|answer| &answer.body))
     }
 }
 
 impl Failed {
-    fn to_json(&self) -> Value {
-        json!({
-            "method": self.method.name(),
-            "code": self.code,
-            "message": self.message,
-            "codes": [self.code],
-        })
+    fn to_json(&self) -> Refusal {
+        Refusal {
+            method: self.method.name(),
+            code: self.code.to_string(),
+            message: self.message.clone(),
+            codes: vec![self.code.to_string()],
+        }
     }
 }
 

@@ -150,7 +150,7 @@ pub(super) fn block_json(found: &Block) -> Value {
 
 /// The rig's warnings about the hits.
 pub(super) fn warnings_json(found: &Block) -> Value {
-    diagnostics_json(&found.warnings, message).into()
+    json!(diagnostics_json(&found.warnings, message))
 }
 
 fn cutoff_json(cutoff: &RcCutoff) -> Value {

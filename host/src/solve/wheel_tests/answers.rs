@@ -25,7 +25,7 @@ fn every_method_that_applies_answers_and_they_agree() {
     }
     let agreement = solution.comparison.agreement.as_ref().unwrap();
     assert!(agreement.agrees());
-    let json = solution.to_json();
+    let json = json!(solution.document());
     assert_eq!(json["agreement"]["agree"], json!(true));
     assert_eq!(json["suspension"]["modes"].as_array().unwrap().len(), 6);
     let text = solution.to_text();

@@ -84,7 +84,7 @@ fn a_wrong_gain_of_one_hit_is_no_flexible_mode_and_the_hit_is_named() {
             assert!(!has(estimate, Code::FlexibleModeAboveBand));
         }
         assert!(solution.global_fit.is_none());
-        let json = solution.to_json();
+        let json = json!(solution.document());
         assert!(json["agreement"]["combined"].is_null(), "{}", json["agreement"]);
         let verdict = json["agreement"]["verdict"].as_str().unwrap();
         assert!(verdict.starts_with("no body on a suspension fits"), "{verdict}");
@@ -118,7 +118,7 @@ fn hum_at_one_line_is_left_out_of_the_global_fit_and_all_agree() {
     let global = of(&solution, Method::GlobalFit);
     assert_near_truth(global, &Bench::named("wheel").unwrap().truth());
     let agreement = solution.comparison.agreement.as_ref().unwrap();
-    assert!(agreement.agrees(), "{}", solution.to_json()["agreement"]);
+    assert!(agreement.agrees(), "{}", json!(solution.document())["agreement"]);
 }
 
 #[test]
@@ -173,7 +173,7 @@ fn complex_shapes_put_the_methods_off_that_use_shapes_and_the_verdict_names_both
     let truth = Bench::named("wheel").unwrap().truth();
     assert_near_truth(of(&solution, Method::GlobalFit), &truth);
     assert_near_truth(of(&solution, Method::Dppim), &truth);
-    let json = solution.to_json();
+    let json = json!(solution.document());
     let off: Vec<_> = json["agreement"]["off"].as_array().unwrap().to_vec();
     for method in with_shapes {
         assert!(off.contains(&json!(method.name())), "{}", json["agreement"]);

@@ -1,0 +1,44 @@
+//! `massline schema`: the JSON schemas of what the commands print with `--json`.
+
+use clap::builder::PossibleValuesParser;
+use serde_json::json;
+
+use crate::document::Described;
+use crate::error::Result;
+use crate::output::{Output, table};
+
+/// Arguments of `massline schema`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A key may be added to a document at any time. `schema_version` counts changes that a program has to
+know of.
+
+Examples:
+  massline schema
+  massline schema solve > solve.schema.json")]
+pub struct Args {
+    /// The document, by the command that prints it; without it, all of them are listed.
+    #[arg(value_parser = PossibleValuesParser::new(Described::ALL.map(|of| of.name)))]
+    document: Option<String>,
+}
+
+/// Prints the schema, or the list of all.
+///
+/// # Errors
+/// When stdout cannot be written.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let named = |of: &&Described| Some(of.name) == args.document.as_deref();
+    if let Some(described) = Described::ALL.iter().find(named) {
+        return output.verbatim(format!("{:#}", described.schema().to_value()));
+    }
+    let mut all = table();
+    all.set_header(["document", "what it is"]);
+    for of in &Described::ALL {
+        all.add_row([of.name, of.summary]);
+    }
+    let entries: Vec<_> = Described::ALL
+        .iter()
+        .map(|of| json!({ "document": of.name, "summary": of.summary }))
+        .collect();
+    output.answer_table(&json!({ "documents": entries }), &all)
+}

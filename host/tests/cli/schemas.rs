@@ -1,0 +1,99 @@
+//! The JSON schemas of the documents: what every test gets with `--json` is held against them.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use jsonschema::Validator;
+use massline::document::Described;
+use serde_json::Value;
+
+use crate::program::{run, success};
+
+/// Strict validators by the name of the document: no key may be missing in a schema, though readers have to admit new ones.
+static VALIDATORS: LazyLock<BTreeMap<&str, Validator>> = LazyLock::new(|| {
+    let of = |described: &Described| {
+        let mut schema = described.schema().to_value();
+        // A command may add keys to its error.
+        if described.name != "error" {
+            close(&mut schema);
+        }
+        (described.name, jsonschema::validator_for(&schema).unwrap())
+    };
+    Described::ALL.iter().map(of).collect()
+});
+
+/// Admits no keys but those of the schema.
+fn close(schema: &mut Value) {
+    match schema {
+        Value::Object(members) => {
+            members.values_mut().for_each(close);
+            if members.contains_key("properties") && members.contains_key("type") {
+                members.insert("unevaluatedProperties".into(), false.into());
+            }
+        }
+        Value::Array(items) => items.iter_mut().for_each(close),
+        _ => {}
+    }
+}
+
+/// Holds a document that a command has printed against its schema, where it has one.
+#[track_caller]
+pub fn check(arguments: &[&str], document: &Value) {
+    let printed_by = || {
+        let words = arguments.iter().copied().filter(|word| !word.starts_with('-'));
+        let words: Vec<&str> = words.take(2).collect();
+        [words.join(" "), words.first().copied().unwrap_or_default().to_owned()]
+    };
+    let names = if document.get("error").is_some() {
+        ["error".to_owned(), String::new()]
+    } else {
+        printed_by()
+    };
+    let Some(validator) = names.iter().find_map(|name| VALIDATORS.get(name.as_str())) else {
+        return;
+    };
+    let wrong: Vec<String> = validator
+        .iter_errors(document)
+        .map(|error| format!("{}: {error}", error.instance_path()))
+        .collect();
+    assert!(wrong.is_empty(), "{arguments:?} is not {names:?}:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_published_schemas_are_those_of_the_types() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas");
+    let mut published = Vec::new();
+    for described in &Described::ALL {
+        let path = folder.join(format!("{}.schema.json", described.name.replace(' ', "-")));
+        let text = format!("{:#}\n", described.schema().to_value());
+        if std::env::var_os("MASSLINE_BLESS").is_some() {
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(&path, &text).unwrap();
+        }
+        let kept = std::fs::read_to_string(&path).unwrap_or_default();
+        // A checkout on Windows may have its line ends.
+        assert_eq!(kept.replace('\r', ""), text, "{}: MASSLINE_BLESS=1 renews it", path.display());
+        published.push(path);
+    }
+    let files = std::fs::read_dir(&folder).unwrap().count();
+    assert_eq!(files, published.len(), "a schema without a type");
+}
+
+#[test]
+fn a_schema_is_printed_by_its_name_and_all_are_listed() {
+    let listed = success(&["schema"]);
+    let names: Vec<&str> = listed["documents"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|of| of["document"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, Described::ALL.map(|of| of.name));
+    for name in names {
+        let schema: Value = serde_json::from_str(&run(&["schema", name]).stdout).unwrap();
+        assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+        assert!(schema["properties"]["schema_version"].is_object(), "{schema}");
+    }
+    assert_eq!(run(&["schema", "nothing"]).exit, 2);
+}
