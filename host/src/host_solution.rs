@@ -19,9 +19,8 @@ use massline_shared::body::scale;
 use massline_shared::diagnosis::{Diagnostic, Severity, Subject};
 use massline_shared::identify::{Estimate, IdentifySettings, Method, Observations};
 use massline_shared::layout::HostLayout;
-use serde_json::{Value, json};
 
-use crate::document::{FoundBy, Unseen};
+use crate::document::{FoundBy, HostFindings, Marked, Measurement, Unseen};
 use crate::identification::{
     Identification, MeasuredLines, Selection, identify, layout_of, learned, lines_of,
 };
@@ -94,8 +93,8 @@ impl<'a> HostSolution<'a> {
         cannot_see(&self.layout, best.map(|estimate| &estimate.body))
     }
 
-    /// Adds the findings to the JSON object of the rig's result.
-    pub fn add_to(&self, value: &mut Value) {
+    /// Adds the findings to the document of the rig's result.
+    pub fn add_to(&self, document: &mut Measurement) {
         let Self { identification, layout, .. } = self;
         let message_of = |d: &Diagnostic| message_in(d, layout);
         let warnings = [identification.warnings(), self.reciprocity.clone()].concat();
@@ -104,36 +103,30 @@ impl<'a> HostSolution<'a> {
             !self.result.diagnostics.iter().any(|of| (of.code, of.subject) == (d.code, d.subject))
         };
         let new: Vec<Diagnostic> = warnings.iter().filter(is_new).copied().collect();
-        let (mut all, mut new) =
+        let (mut diagnostics, mut new) =
             (diagnostics_json(&warnings, message_of), diagnostics_json(&new, message_of));
-        let agreement = comparison_json(&self.comparison, &identification.estimates, layout);
-        let details = identification.details_json(layout);
-        let single_faults = self.examination.as_ref().map(|of| of.to_json(layout));
         for found in self.examination.iter().map(|of| of.diagnostics_json(layout)) {
-            all.extend(found.iter().cloned());
+            diagnostics.extend(found.iter().cloned());
             new.extend(found);
         }
-        value["host"] = json!({
-            "results": identification.results_json(),
-            "not_applicable": identification.not_applicable_json(layout),
-            "details": details,
-            "agreement": agreement,
-            "single_faults": single_faults,
-            "diagnostics": all,
-        });
-        value["agreement"] = marked(json!(agreement), FoundBy::Host);
-        value["details"] = marked(json!(details), FoundBy::Host);
-        if single_faults.is_some() {
-            value["single_faults"] = marked(json!(single_faults), FoundBy::Host);
-        }
-        if let Value::Array(diagnostics) = &mut value["diagnostics"] {
-            diagnostics.extend(new.into_iter().map(|found| marked(json!(found), FoundBy::Host)));
-        }
-        let missing = self.missing().into_iter().flat_map(|(refused, found_by)| {
+        let host = HostFindings {
+            results: identification.results_json(),
+            not_applicable: identification.not_applicable_json(layout),
+            details: identification.details_json(layout),
+            agreement: comparison_json(&self.comparison, &identification.estimates, layout),
+            single_faults: self.examination.as_ref().map(|of| of.to_json(layout)),
+            diagnostics,
+        };
+        let refusals = self.missing().into_iter().flat_map(|(refused, found_by)| {
             let refusals = refusals_json(&[refused], message_of).into_iter();
-            refusals.map(move |refusal| marked(json!(refusal), found_by))
+            refusals.map(move |refusal| Marked::by(found_by, refusal))
         });
-        value["not_applicable"] = missing.collect();
+        document.not_applicable = Some(refusals.collect());
+        document.details = Some(host.details.clone().map(of_host));
+        document.agreement = Some(host.agreement.clone().map(of_host));
+        document.single_faults = host.single_faults.clone().map(of_host);
+        document.diagnostics.extend(new.into_iter().map(of_host));
+        document.host = Some(host);
     }
 
     /// The methods without an answer by the rig, and why: a line for each.
@@ -204,10 +197,6 @@ fn comparison(
     compare(&MassLineAnswers { budget, lines, settings, estimates }, |_, _| ())
 }
 
-/// Adds to a JSON object who found it; `null` stays `null`.
-fn marked(mut value: Value, by: FoundBy) -> Value {
-    if let Value::Object(members) = &mut value {
-        members.insert("found_by".into(), json!(by));
-    }
-    value
+fn of_host<T>(what: T) -> Marked<T> {
+    Marked::by(FoundBy::Host, what)
 }

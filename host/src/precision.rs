@@ -6,8 +6,8 @@ use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::design::{FurtherHit, FurtherHitSearch, HitCandidates, Precision, Widths};
 use massline_shared::identify::{self as solvers, IdentifySettings, Method, Methods, Progress};
 use massline_shared::layout::HostLayout;
-use serde_json::{Value, json};
 
+use crate::document::{self, HalfWidths, WorstProperty};
 use crate::identification::{HostObservations, lines_of_dofs};
 use crate::report::two_digits;
 
@@ -87,32 +87,34 @@ impl<'a> PrecisionReport<'a> {
         text
     }
 
-    /// The report as JSON; half widths of the 95 % intervals, SI units.
-    pub fn to_json(&self) -> Value {
-        let worst = self.precision.as_ref().map(|known| {
+    /// The report as JSON.
+    pub fn document(&self) -> document::Precision {
+        let worst = |known: &Precision<f64>| {
             let (property, ratio) = known.worst();
-            json!({
-                "property": INERTIAL_PARAMETERS[property].name,
-                "half_width95": known.half_widths[property],
+            WorstProperty {
+                property: INERTIAL_PARAMETERS[property].name,
+                half_width95: known.half_widths[property],
                 // Without a target there is nothing to compare with.
-                "over_target": known.target.is_set().then_some(ratio),
-            })
-        });
-        json!({
-            "dofs_measured": self.measured,
-            "dofs": self.layout.hits.len(),
-            "half_widths95": self.precision.as_ref().map(|known| {
-                let Widths { mass, center, inertia } = known.widths();
-                json!({ "mass": mass, "center_m": center, "inertia": inertia })
+                over_target: known.target.is_set().then_some(ratio),
+            }
+        };
+        let half_widths = |known: &Precision<f64>| {
+            let Widths { mass, center, inertia } = known.widths();
+            HalfWidths { mass, center_m: center, inertia }
+        };
+        let known = self.precision.as_ref();
+        document::Precision {
+            dofs_measured: self.measured,
+            dofs: self.layout.hits.len(),
+            half_widths95: known.map(half_widths),
+            contradicts_budget: known.map(|known| known.contradicted),
+            worst: known.map(worst),
+            further_hit: self.further.map(|hit| document::FurtherHit {
+                dof: self.dof(hit.dof),
+                half_width95: hit.half_width,
             }),
-            "contradicts_budget": self.precision.as_ref().map(|known| known.contradicted),
-            "worst": worst,
-            "further_hit": self.further.map(|hit| json!({
-                "dof": self.dof(hit.dof),
-                "half_width95": hit.half_width,
-            })),
-            "target_reached": self.is_reached(),
-        })
+            target_reached: self.is_reached(),
+        }
     }
 
     fn dof(&self, index: usize) -> String {
@@ -139,7 +141,7 @@ fn width(property: usize, half: f64) -> String {
 pub struct PrecisionMonitor {
     layout: HostLayout,
     dofs: Vec<DofResult>,
-    reports: Vec<Value>,
+    reports: Vec<document::Precision>,
 }
 
 impl PrecisionMonitor {
@@ -163,16 +165,16 @@ impl PrecisionMonitor {
         PrecisionReport::of(&self.layout, &self.dofs)
     }
 
-    /// As [`Self::latest`]; it is also kept for [`Self::to_json`].
+    /// As [`Self::latest`]; it is also kept for [`Self::into_reports`].
     pub fn report(&mut self) -> PrecisionReport<'_> {
         let report = PrecisionReport::of(&self.layout, &self.dofs);
-        self.reports.push(report.to_json());
+        self.reports.push(report.document());
         report
     }
 
     /// All reports, in the order of the campaign.
-    pub fn to_json(&self) -> Value {
-        json!(self.reports)
+    pub fn into_reports(self) -> Vec<document::Precision> {
+        self.reports
     }
 }
 
@@ -218,7 +220,7 @@ mod tests {
         let layout = layout();
         let report = PrecisionReport::of(&layout, &dofs(&layout, 2));
         assert_eq!(report.to_text(), "after 2 of 5 DOFs: more are needed for the ten properties");
-        assert!(report.to_json()["half_widths95"].is_null() && !report.is_reached());
+        assert!(report.document().half_widths95.is_none() && !report.is_reached());
     }
 
     #[test]
@@ -233,10 +235,10 @@ mod tests {
             text.contains(&format!("helps most at {}", layout.hits[further.dof].dof)),
             "{text}"
         );
-        let json = report.to_json();
-        let worst = json["worst"]["half_width95"].as_f64().unwrap();
-        assert!(json["further_hit"]["half_width95"].as_f64().unwrap() < worst, "{json}");
-        assert!(json["worst"]["over_target"].is_null());
+        let document = report.document();
+        let worst = document.worst.as_ref().unwrap();
+        assert!(document.further_hit.as_ref().unwrap().half_width95 < worst.half_width95);
+        assert_eq!(worst.over_target, None);
     }
 
     #[test]

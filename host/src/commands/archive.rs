@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
-
 use super::files::ReplaceArgs;
 use crate::archive::{Archive, EXTENSION};
 use crate::clock;
@@ -33,11 +31,6 @@ impl ArchiveArgs {
     /// Exit 2 when the file exists and is kept, or its folder does not exist.
     pub fn check(&self) -> Result<()> {
         self.output.iter().try_for_each(|path| file::check(path, self.replace.existing()))
-    }
-
-    /// The key by which a document names its archive.
-    pub fn to_json(&self) -> Value {
-        self.output.as_ref().map_or_else(|| json!({}), |path| json!({ "archive": path }))
     }
 
     /// Writes the archive, if one is wanted, and says so.

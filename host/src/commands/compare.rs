@@ -5,6 +5,7 @@ use massline_shared::body::{INERTIAL_PARAMETERS, scale};
 use massline_shared::identify::Estimate;
 use serde_json::{Value, json};
 
+use crate::document::Measurement;
 use crate::error::{Error, Result};
 use crate::output;
 use crate::report::{self, Truth};
@@ -56,12 +57,14 @@ impl Comparison {
         Ok(named.reduce(larger).unwrap_or_default())
     }
 
-    /// One object: the result in its usual form, with name, seed, truth and errors.
+    /// The result in its usual form, with name, seed, truth and errors; `further` adds to it.
     ///
     /// # Errors
     /// When the result has no answer.
-    pub fn to_json(&self) -> Result<Value> {
-        let mut value = report::measurement_json(&self.result);
+    pub fn to_json(&self, further: impl FnOnce(&mut Measurement)) -> Result<Value> {
+        let mut document = report::measurement_json(&self.result);
+        further(&mut document);
+        let mut value = json!(document);
         value["name"] = json!(self.name);
         value["seed"] = json!(self.seed);
         value["truth"] = json!(self.truth);

@@ -3,7 +3,7 @@
 mod collected;
 mod watch;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use massline_protocol::LayoutHash;
 use massline_protocol::message::{CampaignCommand, Identity, LayoutAnswer, Status};
@@ -135,11 +135,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         collected.keep(&layout, output);
     }
     let result = followed?;
-    let mut further = args.archive.to_json();
-    further["after_each_dof"] = monitor.to_json();
     let nominal = NominalTest::of_file(&file);
-    let shown = show::document(&result, Some(&nominal), Selection::All, further, output);
-    let answers = shown.as_ref().map(|shown| shown.value.clone()).unwrap_or_default();
+    let mut shown = show::document(&result, Some(&nominal), Selection::All, output);
+    if let Ok(shown) = &mut shown {
+        shown.value.archive = args.archive.path().map(Path::to_owned);
+        shown.value.after_each_dof = Some(monitor.into_reports());
+    }
+    let answers = serde_json::json!(shown.as_ref().ok().map(|shown| &shown.value));
     // The answer is printed first: a disk that is full must not cost it.
     let printed = shown.and_then(|shown| shown.print(output));
     if let Some(path) = archive {

@@ -15,9 +15,9 @@ know of.
 
 Examples:
   massline schema
-  massline schema solve > solve.schema.json")]
+  massline schema measurement > measurement.schema.json")]
 pub struct Args {
-    /// The document, by the command that prints it; without it, all of them are listed.
+    /// Name of the document; without it, all of them are listed.
     #[arg(value_parser = PossibleValuesParser::new(Described::ALL.map(|of| of.name)))]
     document: Option<String>,
 }
@@ -32,13 +32,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         return output.verbatim(format!("{:#}", described.schema().to_value()));
     }
     let mut all = table();
-    all.set_header(["document", "what it is"]);
+    all.set_header(["document", "what it is", "printed by"]);
     for of in &Described::ALL {
-        all.add_row([of.name, of.summary]);
+        let commands =
+            if of.commands.is_empty() { "all".to_owned() } else { of.commands.join(", ") };
+        all.add_row([of.name, of.summary, commands.as_str()]);
     }
     let entries: Vec<_> = Described::ALL
         .iter()
-        .map(|of| json!({ "document": of.name, "summary": of.summary }))
+        .map(|of| json!({ "document": of.name, "summary": of.summary, "commands": of.commands }))
         .collect();
     output.answer_table(&json!({ "documents": entries }), &all)
 }

@@ -3,8 +3,9 @@
 use massline_protocol::message::Status;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Diagnostic, Severity};
-use serde_json::{Value, json};
+use serde_json::json;
 
+use crate::document::Measurement;
 use crate::error::{Error, Result};
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
@@ -24,27 +25,13 @@ pub fn measurement(
     selection: Selection,
     output: &mut Output,
 ) -> Result<()> {
-    measurement_with(result, nominal, selection, json!({}), output)
-}
-
-/// As [`measurement`]; the keys of the object `further` are added to the JSON object.
-///
-/// # Errors
-/// As [`measurement`].
-pub fn measurement_with(
-    result: &MeasurementResult,
-    nominal: Option<&NominalTest>,
-    selection: Selection,
-    further: Value,
-    output: &mut Output,
-) -> Result<()> {
-    document(result, nominal, selection, further, output)?.print(output)
+    document(result, nominal, selection, output)?.print(output)
 }
 
 /// A result as it is printed.
 pub struct Shown {
     /// The document for `--json`.
-    pub value: Value,
+    pub value: Measurement,
     text: String,
 }
 
@@ -53,8 +40,8 @@ impl Shown {
     fn add(&mut self, again: &HostSolution<'_>) {
         again.add_to(&mut self.value);
         let unseen = again.cannot_see();
-        self.value["cannot_see"] = json!(unseen);
         self.text += &format!("\n{}{}", again.to_text(), report::cannot_see_text(&unseen));
+        self.value.cannot_see = Some(unseen);
     }
 
     /// Prints the document, or the text.
@@ -66,7 +53,7 @@ impl Shown {
     }
 }
 
-/// The document and the text that [`measurement_with`] prints.
+/// The document and the text that [`measurement`] prints.
 ///
 /// # Errors
 /// As [`measurement`].
@@ -74,7 +61,6 @@ pub fn document(
     result: &MeasurementResult,
     nominal: Option<&NominalTest>,
     selection: Selection,
-    further: Value,
     output: &mut Output,
 ) -> Result<Shown> {
     let result = selected(result, selection);
@@ -88,9 +74,6 @@ pub fn document(
         Shown { value: report::measurement_json(&result), text: report::measurement_text(&result) };
     if let Some(nominal) = nominal {
         shown.add(&HostSolution::examined(&result, nominal, selection));
-    }
-    if let (Value::Object(members), Value::Object(further)) = (&mut shown.value, further) {
-        members.extend(further);
     }
     Ok(shown)
 }

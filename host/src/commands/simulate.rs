@@ -108,12 +108,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         length: file.layout.characteristic_length(),
         result,
     };
-    let mut value = comparison.to_json()?;
-    value["tape"] = json!(args.tape.as_ref().filter(|_| taped.is_ok()));
     let nominal = NominalTest::of_file(&file);
     let again =
         HostSolution::examined(&comparison.result, &nominal, Selection::All).without_details();
-    again.add_to(&mut value);
+    let mut value = comparison.to_json(|document| again.add_to(document))?;
+    value["tape"] = json!(args.tape.as_ref().filter(|_| taped.is_ok()));
     let (symbol, worst) = comparison.worst()?;
     let table = comparison.table()?;
     output.answer(&value, |output| {

@@ -8,6 +8,7 @@ mod details;
 mod estimate;
 mod fault;
 mod finding;
+mod measurement;
 mod modes;
 mod solution;
 
@@ -19,6 +20,10 @@ pub use details::{Details, ErrorBudget, HitDetails, Influence, SensorDetails, St
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{Fault, SingleFaults, Suspect};
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen};
+pub use measurement::{
+    FurtherHit, HalfWidths, HostFindings, Marked, MeasuredMassLine, Measurement, Precision,
+    WorstProperty,
+};
 pub use modes::{BetterHit, Indicator, Mode, Modes, Order, Pole};
 pub use solution::{GlobalFit, MassLine, Solution};
 
@@ -36,7 +41,6 @@ pub struct Spread<T> {
 /// `Jxy` is the element of the tensor, `−∫ x y dm`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "properties_of_{T}")]
-#[allow(non_snake_case)] // As they are in the documents.
 pub struct Properties<T> {
     /// The mass.
     pub mass: T,
@@ -47,24 +51,30 @@ pub struct Properties<T> {
     /// Coordinate z of the centre of mass.
     pub cz: T,
     /// Moment of inertia about x.
-    pub Jxx: T,
+    #[serde(rename = "Jxx")]
+    pub jxx: T,
     /// Moment of inertia about y.
-    pub Jyy: T,
+    #[serde(rename = "Jyy")]
+    pub jyy: T,
     /// Moment of inertia about z.
-    pub Jzz: T,
+    #[serde(rename = "Jzz")]
+    pub jzz: T,
     /// Product of inertia.
-    pub Jxy: T,
+    #[serde(rename = "Jxy")]
+    pub jxy: T,
     /// Product of inertia.
-    pub Jxz: T,
+    #[serde(rename = "Jxz")]
+    pub jxz: T,
     /// Product of inertia.
-    pub Jyz: T,
+    #[serde(rename = "Jyz")]
+    pub jyz: T,
 }
 
 impl<T: Copy> Properties<T> {
     /// Ten things in the order of `theta`.
     pub fn of(all: [T; 10]) -> Self {
-        let [mass, cx, cy, cz, xx, yy, zz, xy, xz, yz] = all;
-        Self { mass, cx, cy, cz, Jxx: xx, Jyy: yy, Jzz: zz, Jxy: xy, Jxz: xz, Jyz: yz }
+        let [mass, cx, cy, cz, jxx, jyy, jzz, jxy, jxz, jyz] = all;
+        Self { mass, cx, cy, cz, jxx, jyy, jzz, jxy, jxz, jyz }
     }
 }
 
@@ -79,27 +89,42 @@ struct Versioned<T> {
 
 /// A document that has a schema.
 pub struct Described {
-    /// The command that prints it.
+    /// Its name.
     pub name: &'static str,
     /// What it is.
     pub summary: &'static str,
+    /// The commands that print it.
+    pub commands: &'static [&'static str],
     schema: fn(&mut SchemaGenerator) -> Schema,
 }
 
 impl Described {
     /// Every document that has a schema.
-    pub const ALL: [Self; 3] = [
+    pub const ALL: [Self; 4] = [
         Self {
-            name: "solve",
-            summary: "The solution of frequency responses",
+            name: "measurement",
+            summary: "a result of a rig, and what the host finds from it",
+            commands: &["measure", "results get", "replay", "solve"],
+            schema: of::<Measurement>,
+        },
+        Self {
+            name: "solution",
+            summary: "the solution of frequency responses",
+            commands: &["solve"],
             schema: of::<Solution>,
         },
         Self {
+            name: "modes",
+            summary: "the suspension modes",
+            commands: &["modes"],
+            schema: of::<Modes>,
+        },
+        Self {
             name: "error",
-            summary: "A command that has failed, whichever it is",
+            summary: "why a command has failed",
+            commands: &[],
             schema: of::<Failure>,
         },
-        Self { name: "modes", summary: "The suspension modes", schema: of::<Modes> },
     ];
 
     /// The schema, draft 2020-12.

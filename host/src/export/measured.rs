@@ -25,10 +25,11 @@ pub fn of_measurement(
     source: &str,
     method: Option<Method>,
 ) -> Result<Exported> {
-    let mut value = report::measurement_json(result);
+    let mut document = report::measurement_json(result);
     if let Some(layout) = layout {
-        HostSolution::new(result, layout, Selection::All).add_to(&mut value);
+        HostSolution::new(result, layout, Selection::All).add_to(&mut document);
     }
+    let mut value = json!(document);
     value["schema_version"] = json!(SCHEMA_VERSION);
     of_value(&value, source, method)
 }

@@ -2,11 +2,11 @@
 
 use massline_protocol::object::{DofResult, MeasurementResult};
 use massline_shared::identify::Estimate;
-use serde_json::{Value, json};
 
 use super::message::message_of_result;
 use super::{diagnostics_json, estimate_json, hash_text, sentences, table};
 use crate::clock;
+use crate::document::{Marked, MeasuredMassLine, Measurement};
 
 /// The rig's estimates by the methods that this program knows, the best first, converted to double precision.
 pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
@@ -14,37 +14,44 @@ pub fn estimates_of(result: &MeasurementResult) -> Vec<Estimate<f64>> {
     known.iter().map(Estimate::cast).collect()
 }
 
-/// A result of a rig as JSON: `results` with one entry per method, the layout's hash, the calibration's
-/// checksum, the firmware's version, the mass lines.
-pub fn measurement_json(result: &MeasurementResult) -> Value {
+/// A result of a rig as JSON, without findings of the host.
+pub fn measurement_json(result: &MeasurementResult) -> Measurement {
     let head = &result.head;
-    json!({
-        "results": estimates_of(result).iter().map(estimate_json).collect::<Vec<_>>(),
-        "number": head.number,
-        "title": head.title.as_str(),
-        "measured": clock::moment(head.started_unix_s),
-        "layout_hash": hash_text(head.layout_hash),
-        "calibration": hash_text(head.calibration),
-        "firmware": head.firmware.as_str(),
-        "frf_estimator": head.frf_estimator.name(),
-        "terms": head.terms.name(),
-        "band_automatic": head.band_automatic,
-        "mass_lines": result.dofs.iter().map(dof_json).collect::<Vec<_>>(),
-        "notes": notes(result),
-        "diagnostics": diagnostics_json(&result.diagnostics, |d| message_of_result(d, result)),
-    })
+    let found = diagnostics_json(&result.diagnostics, |d| message_of_result(d, result));
+    Measurement {
+        results: estimates_of(result).iter().map(estimate_json).collect(),
+        number: head.number,
+        title: head.title.as_str().to_owned(),
+        measured: clock::moment(head.started_unix_s),
+        layout_hash: hash_text(head.layout_hash),
+        calibration: hash_text(head.calibration),
+        firmware: head.firmware.as_str().to_owned(),
+        frf_estimator: head.frf_estimator.name(),
+        terms: head.terms.name(),
+        band_automatic: head.band_automatic,
+        mass_lines: result.dofs.iter().map(dof_json).collect(),
+        notes: notes(result),
+        diagnostics: found.into_iter().map(Marked::stored).collect(),
+        not_applicable: None,
+        details: None,
+        agreement: None,
+        single_faults: None,
+        host: None,
+        cannot_see: None,
+        archive: None,
+        after_each_dof: None,
+    }
 }
 
-fn dof_json(dof: &DofResult) -> Value {
-    json!({
-        "dof": dof.dof.to_string(),
-        "hits": dof.hits,
-        "band_hz": dof.band_hz,
-        "accelerance_m_per_s2_per_n": dof.accelerance,
-        "noise_m_per_s2_per_n": dof.noise,
-        // Null for a single hit, whose coherence is one by definition.
-        "coherence": dof.coherence,
-    })
+fn dof_json(dof: &DofResult) -> MeasuredMassLine {
+    MeasuredMassLine {
+        dof: dof.dof.to_string(),
+        hits: dof.hits,
+        band_hz: dof.band_hz,
+        accelerance_m_per_s2_per_n: dof.accelerance,
+        noise_m_per_s2_per_n: dof.noise,
+        coherence: dof.coherence,
+    }
 }
 
 /// A result of a rig as text.
@@ -125,6 +132,7 @@ mod tests {
     use massline_shared::identify::Method;
     use massline_shared::layout::FrfEstimator;
     use massline_shared::mass_line::Terms;
+    use serde_json::json;
 
     fn stored() -> StoredEstimate {
         let mut covariance = heapless::Vec::new();
@@ -168,7 +176,7 @@ mod tests {
 
     #[test]
     fn the_json_has_its_stable_shape() {
-        let json = measurement_json(&measurement(&[stored()]));
+        let json = json!(measurement_json(&measurement(&[stored()])));
         assert_eq!(json["layout_hash"], "0000abcd");
         assert_eq!(json["title"], "frame");
         assert_eq!(json["measured"], "2026-11-18T11:06:40Z");
@@ -193,7 +201,7 @@ mod tests {
     #[test]
     fn an_answer_by_an_unknown_method_is_named_with_its_number() {
         let result = measurement(&[StoredEstimate { method: 99, ..stored() }, stored()]);
-        let json = measurement_json(&result);
+        let json = json!(measurement_json(&result));
         assert_eq!(json["results"].as_array().unwrap().len(), 1);
         assert!(json["notes"][0].as_str().unwrap().contains("method 99"), "{json}");
         assert!(measurement_text(&result).contains("note: the rig has an answer by method 99"));

@@ -91,9 +91,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         let again =
             HostSolution::new(&comparison.result, &layout, Selection::All).without_details();
         if output.json() {
-            let mut test = comparison.to_json()?;
-            again.add_to(&mut test);
-            tests.push(test);
+            tests.push(comparison.to_json(|document| again.add_to(document))?);
         } else {
             let missing = again.missing_text();
             output.text(format!("{heading}\n{}{missing}", comparison.table()?))?;

@@ -1,6 +1,6 @@
 //! `massline results get`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use massline_protocol::LayoutHash;
 use massline_protocol::object::MeasurementResult;
@@ -54,9 +54,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         return Err(no_layout(&result));
     }
     let nominal = layout.as_ref().map(ArchivedLayout::nominal);
-    let further = args.archive.to_json();
-    let shown = show::document(&result, nominal.as_ref(), Selection::All, further, output);
-    let answers = shown.as_ref().map(|shown| shown.value.clone()).unwrap_or_default();
+    let mut shown = show::document(&result, nominal.as_ref(), Selection::All, output);
+    if let Ok(shown) = &mut shown {
+        shown.value.archive = args.archive.path().map(Path::to_owned);
+    }
+    let answers = serde_json::json!(shown.as_ref().ok().map(|shown| &shown.value));
     let printed = shown.and_then(|shown| shown.print(output));
     if args.archive.path().is_some() {
         let layout = layout.ok_or_else(|| no_layout(&result))?;
