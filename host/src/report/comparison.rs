@@ -78,6 +78,10 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
     format!("{all}\n")
 }
 
+/// Standard deviations of a difference from which methods hardly agree. Of a hundred differences by noise alone one in twenty sets
+/// has one as large.
+const HARDLY: f64 = 3.5;
+
 /// Whether the methods agree, or which ones are off.
 fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLayout) -> String {
     match comparison.doubt {
@@ -115,7 +119,14 @@ fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLa
         largest.difference.abs() / largest.sigma,
     );
     if agreement.agrees() {
-        return format!("the methods agree: at most, {difference}");
+        let hardly = largest.difference.abs() > HARDLY * largest.sigma;
+        return match hardly {
+            true => format!(
+                "the methods hardly agree: {difference}; noise alone rarely makes so much, so check the layout and \
+                 repeat the hits"
+            ),
+            false => format!("the methods agree: at most, {difference}"),
+        };
     }
     let off: Vec<Method> =
         agreement.outliers.iter().filter_map(|place| method_at(comparison, *place)).collect();

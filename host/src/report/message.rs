@@ -159,7 +159,11 @@ fn value(d: &Diagnostic) -> String {
     let (value, unit) = (d.value, d.code.value_unit());
     let number = match unit {
         ValueUnit::Share(decimals) => format!("{:.*}", usize::from(decimals), 100.0 * value),
-        ValueUnit::Count | ValueUnit::Node | ValueUnit::Decibels | ValueUnit::Milliradians => {
+        ValueUnit::Count
+        | ValueUnit::Node
+        | ValueUnit::Decibels
+        | ValueUnit::Milliradians
+        | ValueUnit::Degrees => {
             format!("{value:.0}")
         }
         ValueUnit::Newtons

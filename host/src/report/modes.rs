@@ -46,7 +46,7 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
         );
     }
     if let Some([x, y, z]) = modes.fitted_gravity {
-        text += &format!("gravity as it fits: gravity = [{x:.3}, {y:.3}, {z:.3}] m/s²\n");
+        text += &format!("gravity as it fits: gravity = [{x:.2}, {y:.2}, {z:.2}] m/s²\n");
     }
     for (place, row) in modes.rows.iter().enumerate() {
         if let Some((share, dof)) = better_hit(row, layout) {

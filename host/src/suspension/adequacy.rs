@@ -11,6 +11,9 @@ use super::explained::{explains, left};
 use super::gravity::Tilted;
 use super::{Doubt, GlobalAnswer, HostFit};
 
+/// What a global fit leaves, over the noise, from which its cause is looked for although it explains the readings.
+const SUSPICIOUS: f64 = 1.004;
+
 /// How well a body on its suspension explains the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Adequacy {
@@ -32,6 +35,14 @@ impl Adequacy {
         match self {
             Self::Tilted(tilted) => Some(tilted.warning()),
             Self::Misfit(reason) if reason.code != Code::NotConverged => Some(reason),
+            _ => None,
+        }
+    }
+
+    /// Gravity as the readings have it, m/s², where that is not the layout's.
+    pub(super) fn fitted_gravity(self) -> Option<[f64; 3]> {
+        match self {
+            Self::Tilted(tilted) => Some(tilted.gravity),
             _ => None,
         }
     }
@@ -65,30 +76,40 @@ pub(super) fn judge(
     };
     let explained = found.is_ok_and(|found| explains(found, fit));
     let flexible = found.is_ok_and(|found| found.extra_terms > 0);
-    if explained && !flexible {
+    if found.is_ok_and(|found| found.extra_terms == 0 && left(found, fit) < SUSPICIOUS) {
         return Ok(Adequacy::Fits);
     }
     let unexplained = Unexplained { layout, fit, readings, start };
-    if let Some(better) = unexplained.structural().or_else(|| unexplained.undisturbed()) {
+    let better = || unexplained.structural().or_else(|| unexplained.undisturbed());
+    if (!explained || flexible)
+        && let Some(better) = better()
+    {
         *global = Ok(better);
         return Ok(Adequacy::Fits);
     }
-    if let Some(reason) = unexplained.gravity().filter(|_| !explained) {
+    if !explained && let Some(reason) = unexplained.gravity() {
         return Err(Diagnostics::from_array([reason]));
     }
     let found = global.as_ref().map(|found| &found.solution);
-    let pulled = found.ok().and_then(|found| pulled_hit(&found.estimate));
-    let hit = unexplained.hit(pulled, found.is_ok());
     // Each of the three takes up some of what another has caused; the cause leaves least.
-    let of_flexible = found.ok().filter(|_| explained).map(|found| left(found, fit));
-    let others = of_flexible.into_iter().chain(hit.map(|(left, _)| left));
-    let least = others.fold(f64::INFINITY, f64::min);
+    let present = found.map_or(f64::INFINITY, |found| left(found, fit));
+    let pulled = found.ok().and_then(|found| pulled_hit(&found.estimate));
+    let hit = match (explained, flexible) {
+        // What extra terms explain may be a hit that nothing pulls, such as one with another gain.
+        (true, true) => unexplained
+            .hit(pulled, false)
+            .filter(|(of_hit, _)| pulled.is_some() || unexplained.is_much_less(*of_hit, present)),
+        (true, false) => None,
+        (false, _) => unexplained.hit(pulled, found.is_ok()),
+    };
+    let least = hit.map_or(present, |(of_hit, _)| of_hit.min(present));
     if let Some(tilted) = unexplained.tilted().filter(|tilted| tilted.left < least) {
         return Ok(Adequacy::Tilted(tilted));
     }
     match (hit, found) {
         (Some((_, reason)), _) => Ok(Adequacy::Misfit(reason)),
-        (None, Ok(_)) if explained => Ok(Adequacy::Flexible),
+        (None, Ok(_)) if explained && flexible => Ok(Adequacy::Flexible),
+        (None, Ok(_)) if explained => Ok(Adequacy::Fits),
         (None, Ok(found)) => {
             let (code, left) = (Code::ModelDoesNotFit, left(found, fit) as f32);
             Ok(Adequacy::Misfit(Diagnostic::whole(code, Severity::Error, left)))

@@ -16,6 +16,9 @@ use super::{GlobalAnswer, HostFit};
 
 /// Most hits that are left out one by one.
 const MOST_LEFT_OUT: usize = 6;
+/// Decrease of χ² from which other readings are explained better: what a fit leaves over the noise scatters by 0.2 % between
+/// tests, which is 35 of 8730 readings.
+const OF_OTHER_READINGS: f64 = 70.0;
 /// Least part of the lines that has to be left without the disturbed ones.
 const LEAST_LEFT: f64 = 0.75;
 
@@ -63,15 +66,18 @@ impl Unexplained<'_, '_> {
     }
 
     /// The finding about a hit without which the others are explained, and what the global fit then leaves over their own noise.
-    /// `pulled` is the one that the global fit pulls most. A hit that it does not pull is no outlier, unless the layout states no
-    /// errors of hits or there is no global fit.
-    pub(super) fn hit(&self, pulled: Option<usize>, has_fit: bool) -> Option<(f64, Diagnostic)> {
+    /// `pulled` is the one that the global fit pulls most.
+    pub(super) fn hit(
+        &self,
+        pulled: Option<usize>,
+        only_pulled: bool,
+    ) -> Option<(f64, Diagnostic)> {
         let hits = self.layout.hits.len();
         let has_errors =
             self.layout.hits.iter().any(|hit| hit.uncertainty.of_mean(1) != (0.0, 0.0));
         let tried: Vec<usize> = match pulled {
             Some(hit) => vec![hit],
-            None if hits > MOST_LEFT_OUT || has_fit && has_errors => Vec::new(),
+            None if hits > MOST_LEFT_OUT || only_pulled && has_errors => Vec::new(),
             None => (0..hits).collect(),
         };
         let without = |hit: usize| {
@@ -89,6 +95,11 @@ impl Unexplained<'_, '_> {
             tried.into_iter().filter_map(without).min_by(|a, b| a.0.total_cmp(&b.0))?;
         let (code, subject) = (Code::HitContradictsOthers, Subject::hit(hit));
         Some((left, Diagnostic::about(code, Severity::Error, subject, 0.0)))
+    }
+
+    /// True when a fit of other readings leaves so much less than this one that noise would hardly make it.
+    pub(super) fn is_much_less(&self, left: f64, than: f64) -> bool {
+        ((than / left).powi(2) - 1.0) * self.independent_readings() > OF_OTHER_READINGS
     }
 
     /// True for a fit that explains the readings without extra terms.

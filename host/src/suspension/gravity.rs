@@ -8,11 +8,10 @@ use nalgebra::{Matrix2, Rotation3, Vector2, Vector3};
 use super::alternatives::Unexplained;
 use super::explained::{explains, left};
 
-/// Steps of the tilt in the first and the second search, rad: about the size of what is looked for, and of what the first one
-/// misses.
-const STEPS: [f64; 2] = [0.05, 0.01];
+/// Steps of the search for a tilt, rad: the first are about the size of what is looked for, the last of what those miss.
+const STEPS: [f64; 4] = [0.05, 0.05, 0.02, 0.005];
 /// Largest tilt that is looked for, rad; gravity further off is another axis.
-const LARGEST_TILT: f64 = 0.35;
+const LARGEST_TILT: f64 = 0.8;
 /// Decrease of χ² from which a tilt is more than noise: two more unknowns lower it by so much once in 20 000 tests.
 const SIGNIFICANT: f64 = 20.0;
 
@@ -30,8 +29,8 @@ pub(super) struct Tilted {
 impl Tilted {
     /// What is said of it.
     pub(super) fn warning(&self) -> Diagnostic {
-        let milliradians = (1e3 * self.angle) as f32;
-        Diagnostic::whole(Code::GravityTilted, Severity::Warning, milliradians)
+        let degrees = self.angle.to_degrees() as f32;
+        Diagnostic::whole(Code::GravityTilted, Severity::Warning, degrees)
     }
 }
 
@@ -59,9 +58,7 @@ impl Unexplained<'_, '_> {
         let opposite = self.layout.gravity.map(|gravity| {
             let mut changed = self.layout.clone();
             changed.gravity = Some(gravity.map(|g| -g));
-            let largest = (0..3).max_by(|a, b| gravity[*a].abs().total_cmp(&gravity[*b].abs()));
-            let axis = largest.map_or(0.0, |k| -gravity[k].signum() as f32 * (k + 1) as f32);
-            (changed, Diagnostic::whole(Code::GravitySuspect, Severity::Error, axis))
+            (changed, Diagnostic::whole(Code::GravityReversed, Severity::Error, 0.0))
         });
         // Without gravity in the layout, that no sensor senses it changes nothing.
         let flags = flags.into_iter().filter(|_| self.layout.gravity.is_some());
@@ -92,18 +89,20 @@ impl Unexplained<'_, '_> {
         let (level, _) = tilted(tilt)?;
         for step in STEPS {
             let squares = |at: Vector2<f64>| tilted(at).map(|(found, _)| found.noise.powi(2));
-            tilt = least(squares, tilt, step)?.cap_magnitude(LARGEST_TILT);
-            let (found, gravity) = tilted(tilt)?;
-            let decrease = (level.noise / found.noise).powi(2) - 1.0;
-            if self.is_whole(&found) && decrease * self.independent_readings() > SIGNIFICANT {
-                return Some(Tilted { gravity, angle: tilt.norm(), left: left(&found, self.fit) });
+            tilt = least(squares, tilt, step)?;
+            if tilt.norm() > LARGEST_TILT {
+                return None;
             }
         }
-        None
+        let (found, gravity) = tilted(tilt)?;
+        let decrease = (level.noise / found.noise).powi(2) - 1.0;
+        let is_tilted =
+            self.is_whole(&found) && decrease * self.independent_readings() > SIGNIFICANT;
+        is_tilted.then(|| Tilted { gravity, angle: tilt.norm(), left: left(&found, self.fit) })
     }
 
     /// Number of independent real readings.
-    fn independent_readings(&self) -> f64 {
+    pub(super) fn independent_readings(&self) -> f64 {
         let readings = self.readings;
         let complex = readings.frequencies().len() * readings.channels() * readings.hits();
         2.0 * complex as f64 / readings.correlation.powi(2)

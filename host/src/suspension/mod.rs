@@ -98,6 +98,10 @@ pub fn solve(
     first.findings.push(tilted.warning());
     let mut solution = first.surveyed(wanted, mass_lines, adequacy, &mut memory, progress);
     solution.modes.fitted_gravity = Some(tilted.gravity);
+    for estimate in &mut solution.estimates {
+        // There is room for sixteen diagnostics; any others are dropped.
+        let _ = estimate.diagnostics.push(tilted.warning());
+    }
     Ok(solution)
 }
 
@@ -213,7 +217,10 @@ pub fn modes(
     if let Ok(mut first) = FirstAnswers::of(layout, readings, settings, &of_global, &mut memory) {
         let start = first.start();
         match judge(layout, &first.fit, readings, start.as_ref(), &mut first.global) {
-            Ok(adequacy) => modes.diagnostics.extend(adequacy.finding()),
+            Ok(adequacy) => {
+                modes.diagnostics.extend(adequacy.finding());
+                modes.fitted_gravity = adequacy.fitted_gravity();
+            }
             Err(reasons) => modes.diagnostics.extend(reasons),
         }
     }

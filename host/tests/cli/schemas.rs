@@ -45,7 +45,7 @@ pub fn check(arguments: &[&str], document: &Value) {
     let printed_by = |command: &&str| words.join(" ").starts_with(*command);
     let may_be = |of: &&Described| match document.get("error") {
         Some(_) => of.name == "error",
-        None => of.commands.iter().any(|command| printed_by(command)),
+        None => of.commands.iter().any(printed_by),
     };
     let candidates: Vec<&Described> = Described::ALL.iter().filter(may_be).collect();
     let wrong = |of: &&Described| {

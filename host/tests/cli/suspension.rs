@@ -101,7 +101,7 @@ fn modes_are_shown_with_a_warning_of_gravity_that_does_not_fit() {
         codes.filter(|code| code.starts_with("gravity")).collect::<Vec<_>>()
     };
     assert_eq!(codes("gravity = [0.0, 0.0, -9.80665]"), Vec::<String>::new());
-    assert_eq!(codes("gravity = [0.0, 0.0, 9.80665]"), ["gravity_suspect"]);
+    assert_eq!(codes("gravity = [0.0, 0.0, 9.80665]"), ["gravity_reversed"]);
     assert_eq!(codes("gravity = [0.0, -1.703, -9.658]"), ["gravity_tilted"]);
 }
 

@@ -502,12 +502,17 @@ codes! {
     /// Another direction of gravity explains the readings, and that of the layout does not. Value: the direction.
     GravitySuspect = 123, "gravity_suspect", Whole, SignedAxis;
         "Gravity seems wrong:\ncorrect the layout.";
-        "the responses fit with gravity along {value}, and not with what the layout says of gravity; state it so";
+        "the responses fit with gravity along {value}, which the layout does not state: correct or add `gravity` there";
+    /// Gravity with the opposite sign explains the readings, and that of the layout does not.
+    GravityReversed = 131, "gravity_reversed", Whole, None;
+        "Gravity seems\nreversed: correct\nthe layout.";
+        "the responses fit with gravity reversed, and not as the layout states it: change the signs of its vector, which \
+         points down";
     /// Gravity with a direction of its own explains the readings, and that of the layout does not. Value: the angle between them.
-    GravityTilted = 129, "gravity_tilted", Whole, Milliradians;
+    GravityTilted = 129, "gravity_tilted", Whole, Degrees;
         "Gravity is tilted:\nlevel the object or\ncorrect the layout.";
-        "gravity is tilted by {value} from its direction in the layout: the responses fit when it is, and not as it is \
-         stated; the methods use the direction that fits, which `massline solve` states; correct the layout";
+        "gravity lies {value} from its direction in the layout, as the responses show: the answers use the direction that \
+         fits; level the object, or correct gravity in the layout";
     /// The responses show a mode more than a rigid body on a suspension has. Value: its frequency.
     MoreModesThanSix = 124, "more_modes_than_six", Whole, Hertz;
         "A seventh mode: the\nobject is not rigid\nhere.";

@@ -24,6 +24,8 @@ pub enum ValueUnit {
     Hertz,
     /// mrad.
     Milliradians,
+    /// Degrees of an angle.
+    Degrees,
     /// (m/s²)/N.
     Accelerance,
     /// kg.
@@ -62,6 +64,7 @@ impl ValueUnit {
             Self::Decibels => "dB",
             Self::Hertz => "Hz",
             Self::Milliradians => "mrad",
+            Self::Degrees => "°",
             Self::Accelerance => "(m/s²)/N",
             Self::Kilograms | Self::SignedKilograms => "kg",
             Self::KilogramSquareMeters => "kg m²",
