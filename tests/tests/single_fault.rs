@@ -7,6 +7,7 @@ use massline::single_fault::{Examination, Verdict, examine};
 use massline_tests::campaign::scans;
 use massline_tests::long;
 use massline_virtual::bench::Bench;
+use serde_json::json;
 
 /// The frame with five hit DOFs.
 const FIVE_HITS: &str = r#"
@@ -44,7 +45,7 @@ fn examined_on(bench: &Bench, text: &str, seed: u64) -> (LayoutFile, Examination
 /// The messages of all suspects, the most likely first.
 fn suspected(text: &str, fault: &str, seed: u64) -> Vec<String> {
     let (file, examination) = examined(text, &[fault], seed);
-    let json = examination.to_json(&file.layout);
+    let json = json!(examination.to_json(&file.layout));
     let suspects = json["suspects"].as_array().expect("a list");
     suspects.iter().map(|s| s["message"].as_str().expect("text").to_owned()).collect()
 }
@@ -90,13 +91,13 @@ fn every_mistake_is_named() {
 fn a_common_scale_is_named_when_a_mass_is_known() {
     let text = format!("{FIVE_HITS}{KNOWN_MASS}");
     let (file, found) = examined(&text, &["scale:1.1"], 21);
-    let json = found.to_json(&file.layout);
+    let json = json!(found.to_json(&file.layout));
     let [only] = &json["suspects"].as_array().expect("a list")[..] else { panic!("{json}") };
     assert_eq!(only["code"], "common_scale");
     // The gains of nine channels, 0.5 % each on the bench, and noise: 0.3 %; four times that is allowed.
     let scale = only["scale"]["value"].as_f64().expect("a number");
     assert!((scale - 1.1).abs() < 0.012, "{json}");
-    let said = found.diagnostics_json(&file.layout);
+    let said = json!(found.diagnostics_json(&file.layout));
     assert_eq!(
         (&said[0]["code"], &said[0]["severity"]),
         (&"common_scale".into(), &"warning".into())
@@ -128,7 +129,7 @@ fn what_cannot_be_seen_is_said_and_not_guessed() {
     for (seed, fault) in [(41, "hit:2:4"), (42, "hit:5:1")] {
         let (file, found) = examined(FIVE_HITS, &[fault], seed);
         assert_eq!(found.verdict, Verdict::NothingSuspicious);
-        let json = found.to_json(&file.layout);
+        let json = json!(found.to_json(&file.layout));
         let hidden: Vec<_> = json["not_visible"]
             .as_array()
             .expect("a list")
@@ -143,7 +144,7 @@ fn what_cannot_be_seen_is_said_and_not_guessed() {
 fn two_mistakes_at_once_are_not_blamed_on_one() {
     let (file, found) = examined(FIVE_HITS, &["flip:1x", "hit:2:1"], 51);
     assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.to_text(&file.layout));
-    let said = found.diagnostics_json(&file.layout);
+    let said = json!(found.diagnostics_json(&file.layout));
     assert_eq!(said[0]["code"], "no_single_fault_explains");
 }
 
@@ -176,8 +177,8 @@ fn hits_that_miss_their_marks_by_five_millimeters_are_not_said_to_be_at_another_
             bench.tap.offset_m = 0.005;
             let (file, found) = examined_on(&bench, text, seed);
             searched += usize::from(found.plain.is_none_or(|plain| plain.rejects_budget()));
-            let said = found.diagnostics_json(&file.layout);
-            if said.iter().any(|d| d["code"] == "hit_at_wrong_node") {
+            let said = json!(found.diagnostics_json(&file.layout));
+            if said.as_array().unwrap().iter().any(|d| d["code"] == "hit_at_wrong_node") {
                 accused.push(format!("seed {seed}: {}", found.to_text(&file.layout)));
             }
         }
