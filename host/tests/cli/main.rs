@@ -22,6 +22,7 @@ mod recorded_units;
 mod replay;
 #[cfg(unix)]
 mod rig;
+mod schema;
 mod schemas;
 mod shell;
 mod simulate;

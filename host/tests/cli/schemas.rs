@@ -8,8 +8,6 @@ use jsonschema::Validator;
 use massline::document::Described;
 use serde_json::Value;
 
-use crate::program::{run, success};
-
 /// Strict validators by the name of the document: no key may be missing in a schema, though readers have to admit new ones.
 static VALIDATORS: LazyLock<BTreeMap<&str, Validator>> = LazyLock::new(|| {
     let of = |described: &Described| {
@@ -76,22 +74,4 @@ fn the_published_schemas_are_those_of_the_types() {
     }
     let files = std::fs::read_dir(&folder).unwrap().count();
     assert_eq!(files, published.len(), "a schema without a type");
-}
-
-#[test]
-fn a_schema_is_printed_by_its_name_and_all_are_listed() {
-    let listed = success(&["schema"]);
-    let names: Vec<&str> = listed["documents"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|of| of["document"].as_str().unwrap())
-        .collect();
-    assert_eq!(names, Described::ALL.map(|of| of.name));
-    for name in names {
-        let schema: Value = serde_json::from_str(&run(&["schema", name]).stdout).unwrap();
-        assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
-        assert!(schema["properties"]["schema_version"].is_object(), "{schema}");
-    }
-    assert_eq!(run(&["schema", "nothing"]).exit, 2);
 }
