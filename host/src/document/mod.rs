@@ -12,6 +12,7 @@ mod measurement;
 mod modes;
 mod solution;
 
+use massline_shared::Estimated;
 use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
 use serde::Serialize;
 
@@ -35,6 +36,12 @@ pub struct Spread<T> {
     pub value: T,
     /// Its standard deviation, in the same unit.
     pub sigma: Option<T>,
+}
+
+impl From<Estimated<f64>> for Spread<f64> {
+    fn from(Estimated { value, sigma }: Estimated<f64>) -> Self {
+        Self { value, sigma: Some(sigma) }
+    }
 }
 
 /// The same thing for each of the ten properties. Masses are in kg, distances in m, moments and products of inertia in kg m²;

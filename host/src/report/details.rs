@@ -23,29 +23,25 @@ pub fn details_json(
 ) -> document::Details {
     let sensor = |(found, sensor): (&SensorNuisances<f64>, &Sensor<f64>)| document::SensorDetails {
         node: sensor.node,
-        sensitivity: found.sensitivity.map(|row| row.map(spread)),
-        rotation_rad: found.rotation.map(spread),
-        position_m: found.position.map(spread),
+        sensitivity: found.sensitivity.map(|row| row.map(Spread::from)),
+        rotation_rad: found.rotation.map(Spread::from),
+        position_m: found.position.map(Spread::from),
         pull: found.pull,
     };
     let hit = |found: &HitNuisances<f64>| document::HitDetails {
         dof: hit_name(layout, found.index),
-        position_m: found.position.map(spread),
-        direction_rad: found.direction.map(spread),
+        position_m: found.position.map(Spread::from),
+        direction_rad: found.direction.map(Spread::from),
         pull: found.pull,
         normalized_residual: found.normalized_residual,
     };
     document::Details {
-        hammer_gain: spread(nuisances.hammer_gain),
+        hammer_gain: nuisances.hammer_gain.into(),
         sensors: nuisances.sensors.iter().zip(&layout.sensors).map(sensor).collect(),
         hits: nuisances.hits.iter().map(hit).collect(),
         influence: influences.iter().map(|of| influence_json(of, layout)).collect(),
         error_budget: None,
     }
-}
-
-fn spread(estimated: Estimated<f64>) -> Spread<f64> {
-    Spread { value: estimated.value, sigma: Some(estimated.sigma) }
 }
 
 fn influence_json(influence: &Influence<f64>, layout: &HostLayout) -> document::Influence {

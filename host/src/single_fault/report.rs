@@ -1,6 +1,5 @@
 //! An examination as JSON, as diagnostics and as sentences.
 
-use massline_shared::Estimated;
 use massline_shared::diagnosis::{Code, Severity};
 use massline_shared::identify::Consistency;
 use massline_shared::identify::single_fault::SingleFault;
@@ -149,14 +148,13 @@ fn more_than_listed(count: usize) -> String {
 }
 
 fn suspect_json(suspect: &Suspect, layout: &HostLayout) -> document::Suspect {
-    let spread = |scale: Estimated<f64>| Spread { value: scale.value, sigma: Some(scale.sigma) };
     document::Suspect {
         fault: Fault {
             message: words::suspect_clause(suspect, layout),
             ..fault_json(&suspect.fault, layout)
         },
         chi_squared: suspect.consistency.chi_squared,
-        scale: suspect.scale.map(spread),
+        scale: suspect.scale.map(Spread::from),
     }
 }
 

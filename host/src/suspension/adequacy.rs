@@ -4,7 +4,6 @@ use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::Estimate;
-use massline_shared::layout::HostLayout;
 
 use super::alternatives::Unexplained;
 use super::explained::{explains, left};
@@ -61,9 +60,8 @@ impl Adequacy {
 /// its place.
 ///
 /// # Errors
-/// `gravity_suspect` and `senses_gravity_suspect` when the fit is bad with the gravity of the layout, and good with another.
+/// `gravity_suspect`, `gravity_reversed` and `senses_gravity_suspect` when the fit is bad with the gravity of the layout, and good with another.
 pub(super) fn judge(
-    layout: &HostLayout,
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
     start: Option<&RigidBody<f64>>,
@@ -79,7 +77,7 @@ pub(super) fn judge(
     if found.is_ok_and(|found| found.extra_terms == 0 && left(found, fit) < SUSPICIOUS) {
         return Ok(Adequacy::Fits);
     }
-    let unexplained = Unexplained { layout, fit, readings, start };
+    let unexplained = Unexplained { layout: fit.layout(), fit, readings, start };
     let better = || unexplained.structural().or_else(|| unexplained.undisturbed());
     if (!explained || flexible)
         && let Some(better) = better()
@@ -140,7 +138,7 @@ pub(super) fn refuse_misfit(global: &mut Result<GlobalAnswer, Diagnostics>, adeq
     *global = Err(reasons);
 }
 
-/// Warns of a misfit.
+/// Warns of a misfit or of tilted gravity.
 pub(super) fn warn_of_misfit(estimates: &mut [Estimate<f64>], adequacy: Adequacy) {
     let Some(reason) = adequacy.finding() else { return };
     for estimate in estimates {

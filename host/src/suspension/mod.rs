@@ -82,32 +82,23 @@ pub fn solve(
 ) -> Result<SuspensionSolution, Diagnostics> {
     // Sensors and hits have the errors that the mass lines have shown, where there are any.
     let layout = mass_lines.map_or(layout, |of| &of.budget);
+    let upright;
     let mut memory = Box::new(Reduction::new());
-    let mut first =
-        FirstAnswers::of(layout, readings, settings, &GlobalFitSettings::default(), &mut memory)?;
-    let start = first.start();
-    let mut adequacy = judge(layout, &first.fit, readings, start.as_ref(), &mut first.global)?;
-    let Adequacy::Tilted(tilted) = adequacy else {
-        refuse_misfit(&mut first.global, adequacy);
-        return Ok(first.surveyed(wanted, mass_lines, adequacy, &mut memory, progress));
-    };
-    let upright = HostLayout { gravity: Some(tilted.gravity), ..layout.clone() };
-    let rigid = GlobalFitSettings { most_extra_terms: 0, ..GlobalFitSettings::default() };
-    first = FirstAnswers::of(&upright, readings, settings, &rigid, &mut memory)?;
-    adequacy = Adequacy::Fits;
-    first.findings.push(tilted.warning());
-    let mut solution = first.surveyed(wanted, mass_lines, adequacy, &mut memory, progress);
-    solution.modes.fitted_gravity = Some(tilted.gravity);
-    for estimate in &mut solution.estimates {
-        // There is room for sixteen diagnostics; any others are dropped.
-        let _ = estimate.diagnostics.push(tilted.warning());
+    let default = GlobalFitSettings::default();
+    let mut first = FirstAnswers::of(layout, readings, settings, &default, &mut memory)?;
+    let adequacy = first.judged(readings)?;
+    if let Adequacy::Tilted(tilted) = adequacy {
+        upright = HostLayout { gravity: Some(tilted.gravity), ..layout.clone() };
+        let rigid = GlobalFitSettings { most_extra_terms: 0, ..default };
+        first = FirstAnswers::of(&upright, readings, settings, &rigid, &mut memory)?;
+        first.findings.push(tilted.warning());
     }
-    Ok(solution)
+    refuse_misfit(&mut first.global, adequacy);
+    Ok(first.surveyed(wanted, mass_lines, adequacy, &mut memory, progress))
 }
 
 /// Modes and answers without uncertainty.
 struct FirstAnswers<'a> {
-    layout: &'a HostLayout,
     fit: HostFit<'a>,
     findings: Vec<Diagnostic>,
     modal: Answered,
@@ -115,6 +106,8 @@ struct FirstAnswers<'a> {
 }
 
 impl<'a> FirstAnswers<'a> {
+    /// # Errors
+    /// Those of [`SuspensionFit::new`], and when one more mode rules out an answer.
     fn of(
         layout: &'a HostLayout,
         readings: &'a FrequencyResponses<'a, f64>,
@@ -123,25 +116,37 @@ impl<'a> FirstAnswers<'a> {
         memory: &mut Reduction<f64>,
     ) -> Result<Self, Diagnostics> {
         let fit = HostFit::new(layout, readings, memory)?.with_lines(settings.lines);
-        let mut findings = findings(&fit, readings, memory)?;
+        let findings = findings(&fit, readings, memory)?;
         match fit.one_more() {
-            Some(error) if error.is_error() => return Err(Diagnostics::from_array([error])),
-            warning => findings.extend(warning),
+            Some(error) if error.is_error() => Err(Diagnostics::from_array([error])),
+            _ => Ok(Self::from_fit(fit, findings, readings, settings, of_global, memory)),
         }
+    }
+
+    fn from_fit(
+        fit: HostFit<'a>,
+        findings: Vec<Diagnostic>,
+        readings: &FrequencyResponses<'_, f64>,
+        settings: ModalSettings,
+        of_global: &GlobalFitSettings,
+        memory: &mut Reduction<f64>,
+    ) -> Self {
         // The modal answers are where the global fit starts, also when it is the only method that is wanted.
         let all = Method::ALL.into_iter().filter(|m| m.entry().observes == Observable::Suspension);
         let variants: Vec<Variant> =
             all.map(|method| Variant { method, choice: settings.choice }).collect();
         let modal = answered(&fit, &variants, settings.named, memory);
-        let start = modal.answers.first().map(|(_, answer)| answer.body);
         // The global fit also tells the other methods whether a flexible mode is near.
-        let global = global_fit(layout, &fit, readings, start.as_ref(), of_global);
-        Ok(Self { layout, fit, findings, modal, global })
+        let global = global_fit(&fit, readings, best(&modal), of_global);
+        Self { fit, findings, modal, global }
     }
 
-    /// The best modal answer.
-    fn start(&self) -> Option<RigidBody<f64>> {
-        self.modal.answers.first().map(|(_, answer)| answer.body)
+    /// How well a body on its suspension explains the readings.
+    ///
+    /// # Errors
+    /// As [`judge`].
+    fn judged(&mut self, readings: &FrequencyResponses<'_, f64>) -> Result<Adequacy, Diagnostics> {
+        judge(&self.fit, readings, best(&self.modal), &mut self.global)
     }
 
     /// The answers that are wanted, with their uncertainty and agreement.
@@ -153,7 +158,8 @@ impl<'a> FirstAnswers<'a> {
         memory: &mut Reduction<f64>,
         progress: impl FnMut(u32, u32),
     ) -> SuspensionSolution {
-        let Self { layout, fit, findings, mut modal, global } = self;
+        let Self { fit, findings, mut modal, global } = self;
+        let layout = fit.layout();
         modal.keep(wanted);
         let global_wanted = wanted.contains(&Method::GlobalFit);
         if let (Err(reasons), true) = (&global, global_wanted) {
@@ -181,7 +187,10 @@ impl<'a> FirstAnswers<'a> {
         SuspensionSolution {
             comparison: Comparison::of(&survey, all, adequacy.doubt()),
             estimates: warned(estimates, adequacy, &findings),
-            modes: SuspensionModes::new(&fit, &survey, findings),
+            modes: SuspensionModes {
+                fitted_gravity: adequacy.fitted_gravity(),
+                ..SuspensionModes::new(&fit, &survey, findings)
+            },
             not_applicable: modal.not_applicable,
             global: global.map(|found| found.solution),
         }
@@ -199,10 +208,15 @@ pub fn modes(
 ) -> Result<SuspensionModes, Diagnostics> {
     let mut memory = Box::new(Reduction::new());
     let fit = HostFit::new(layout, readings, &mut memory)?;
-    let mut findings = findings(&fit, readings, &memory)?;
-    findings.extend(fit.one_more());
-    let survey = Survey::of(layout, Some(&fit), &[], &mut memory, progress);
-    let mut modes = SuspensionModes::new(&fit, &survey, findings);
+    let findings = findings(&fit, readings, &memory)?;
+    let ruled_out = fit.one_more().is_some_and(|one_more| one_more.is_error());
+    let (settings, of_global) = (ModalSettings::default(), GlobalFitSettings::default());
+    let mut first =
+        FirstAnswers::from_fit(fit, findings, readings, settings, &of_global, &mut memory);
+    // One more mode leaves no answers to judge.
+    let adequacy = if ruled_out { Ok(Adequacy::Unknown) } else { first.judged(readings) };
+    let survey = Survey::of(layout, Some(&first.fit), &[], &mut memory, progress);
+    let mut modes = SuspensionModes::new(&first.fit, &survey, first.findings);
     // A frequency that is less certain than the peak is wide is that of noise.
     let is_noise = |row: &ModeRow| {
         let width = 2.0 * row.damping_ratio[0] * row.frequency_hz[0];
@@ -212,22 +226,22 @@ pub fn modes(
         let missing = Diagnostic::whole(Code::SuspensionModesMissing, Severity::Error, 0.0);
         return Err(Diagnostics::from_array([missing]));
     }
-    // One more mode rules out answers to judge.
-    let (settings, of_global) = (ModalSettings::default(), GlobalFitSettings::default());
-    if let Ok(mut first) = FirstAnswers::of(layout, readings, settings, &of_global, &mut memory) {
-        let start = first.start();
-        match judge(layout, &first.fit, readings, start.as_ref(), &mut first.global) {
-            Ok(adequacy) => {
-                modes.diagnostics.extend(adequacy.finding());
-                modes.fitted_gravity = adequacy.fitted_gravity();
-            }
-            Err(reasons) => modes.diagnostics.extend(reasons),
+    match adequacy {
+        Ok(adequacy) => {
+            modes.diagnostics.extend(adequacy.finding());
+            modes.fitted_gravity = adequacy.fitted_gravity();
         }
+        Err(reasons) => modes.diagnostics.extend(reasons),
     }
     for finding in &mut modes.diagnostics {
         finding.severity = Severity::Warning;
     }
     Ok(modes)
+}
+
+/// The best modal answer.
+fn best(modal: &Answered) -> Option<&RigidBody<f64>> {
+    modal.answers.first().map(|(_, answer)| &answer.body)
 }
 
 /// Warnings about modes, sensors and hits.
@@ -240,6 +254,7 @@ fn findings(
     memory: &Reduction<f64>,
 ) -> Result<Vec<Diagnostic>, Diagnostics> {
     let mut all = mode_findings(fit.modes(), &memory.responses()).to_vec();
+    all.extend(fit.one_more());
     all.extend(reciprocity::reciprocity_of_modes(fit, readings));
     if fit.layout().lacks_gravity() {
         all.push(Diagnostic::whole(Code::GravityNotGiven, Severity::Warning, 0.0));
@@ -253,13 +268,12 @@ fn findings(
 
 /// The global fit from a modal answer.
 fn global_fit(
-    layout: &HostLayout,
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
     start: Option<&RigidBody<f64>>,
     settings: &GlobalFitSettings,
 ) -> Result<GlobalAnswer, Diagnostics> {
-    let count = fit.modes().modes.len();
+    let (layout, count) = (fit.layout(), fit.modes().modes.len());
     let few = || {
         let code = Code::SuspensionModesMissing;
         Diagnostics::from_array([Diagnostic::whole(code, Severity::Error, count as f32)])

@@ -8,6 +8,7 @@ mod archive;
 mod calibrate;
 mod config;
 mod demo;
+mod documents;
 mod export;
 #[cfg(unix)]
 mod full_disk;
@@ -23,7 +24,6 @@ mod replay;
 #[cfg(unix)]
 mod rig;
 mod schema;
-mod schemas;
 mod shell;
 mod simulate;
 mod suspension;

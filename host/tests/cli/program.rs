@@ -6,7 +6,7 @@ use std::time::Duration;
 use assert_cmd::Command;
 use serde_json::Value;
 
-use crate::schemas;
+use crate::documents;
 
 /// A wall-clock limit that is reached only when something hangs.
 pub const LATE: Duration = Duration::from_secs(120);
@@ -87,7 +87,7 @@ pub fn run_json(arguments: &[&str]) -> (Run, Value) {
     let seen = |e| panic!("{arguments:?} prints JSON: {e}\n{}\n{}", run.stdout, run.stderr);
     let value: Value = value.unwrap_or_else(seen);
     assert_eq!(value["schema_version"], 1, "{arguments:?} names the version of its JSON");
-    schemas::check(arguments, &value);
+    documents::check(arguments, &value);
     (run, value)
 }
 

@@ -1,4 +1,6 @@
-//! `massline schema`.
+//! `massline schema`, and the published schemas.
+
+use std::path::Path;
 
 use massline::document::Described;
 use serde_json::Value;
@@ -21,4 +23,24 @@ fn a_schema_is_printed_by_its_name_and_all_are_listed() {
         assert!(schema["properties"]["schema_version"].is_object(), "{schema}");
     }
     assert_eq!(run(&["schema", "nothing"]).exit, 2);
+}
+
+#[test]
+fn the_published_schemas_are_those_of_the_types() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas");
+    let mut published = Vec::new();
+    for described in &Described::ALL {
+        let path = folder.join(format!("{}.schema.json", described.name.replace(' ', "-")));
+        let text = format!("{:#}\n", described.schema().to_value());
+        if std::env::var_os("MASSLINE_BLESS").is_some() {
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(&path, &text).unwrap();
+        }
+        let kept = std::fs::read_to_string(&path).unwrap_or_default();
+        // A checkout on Windows may have its line ends.
+        assert_eq!(kept.replace('\r', ""), text, "{}: MASSLINE_BLESS=1 renews it", path.display());
+        published.push(path);
+    }
+    let files = std::fs::read_dir(&folder).unwrap().count();
+    assert_eq!(files, published.len(), "a schema without a type");
 }

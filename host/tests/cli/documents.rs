@@ -1,7 +1,6 @@
-//! The JSON schemas of the documents: what every test gets with `--json` is held against them.
+//! What every test gets with `--json` is held against its schema.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::LazyLock;
 
 use jsonschema::Validator;
@@ -54,24 +53,4 @@ pub fn check(arguments: &[&str], document: &Value) {
     let found: Vec<_> = candidates.iter().map(wrong).collect();
     let fits = found.is_empty() || found.iter().any(|(_, wrong)| wrong.is_empty());
     assert!(fits, "{arguments:?}: {found:#?}");
-}
-
-#[test]
-fn the_published_schemas_are_those_of_the_types() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas");
-    let mut published = Vec::new();
-    for described in &Described::ALL {
-        let path = folder.join(format!("{}.schema.json", described.name.replace(' ', "-")));
-        let text = format!("{:#}\n", described.schema().to_value());
-        if std::env::var_os("MASSLINE_BLESS").is_some() {
-            std::fs::create_dir_all(&folder).unwrap();
-            std::fs::write(&path, &text).unwrap();
-        }
-        let kept = std::fs::read_to_string(&path).unwrap_or_default();
-        // A checkout on Windows may have its line ends.
-        assert_eq!(kept.replace('\r', ""), text, "{}: MASSLINE_BLESS=1 renews it", path.display());
-        published.push(path);
-    }
-    let files = std::fs::read_dir(&folder).unwrap().count();
-    assert_eq!(files, published.len(), "a schema without a type");
 }
