@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use massline_shared::body::RigidBody;
 use massline_shared::layout::{
-    Attached, CalibratedGains, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, Sensor,
-    SensorUncertainty,
+    Attached, CalibratedGains, DEFAULT_GRAVITY_DIRECTION, DEFAULT_HAMMER_GAIN, DEFAULT_HIT_GAIN,
+    HitUncertainty, MAX_ATTACHED, Prior, Sensor, SensorUncertainty,
 };
 use nalgebra::{Matrix3, Vector3};
 use toml::Spanned;
@@ -29,6 +29,10 @@ pub struct Uncertainty {
     pub hit: HitUncertainty<f64>,
     /// Standard deviation of the hammer's gain relative to the sensors', relative.
     pub hammer_gain: f64,
+    /// Standard deviation of the mean force from hit DOF to hit DOF, relative.
+    pub hit_gain: f64,
+    /// Standard deviation of the direction of gravity about each axis across it, rad.
+    pub gravity_direction: f64,
     /// Which standard deviations of the sensors a calibration supplies, because the table states none.
     pub calibrated: CalibratedGains,
     /// True when a calibration supplies that of the hammer's gain.
@@ -43,6 +47,8 @@ impl Uncertainty {
             sensor: SensorUncertainty::default(),
             hit: HitUncertainty::default(),
             hammer_gain: DEFAULT_HAMMER_GAIN,
+            hit_gain: DEFAULT_HIT_GAIN,
+            gravity_direction: DEFAULT_GRAVITY_DIRECTION,
             calibrated: CalibratedGains { gain: true, cross_axis: true },
             calibrated_hammer: true,
             learn: true,
@@ -52,7 +58,7 @@ impl Uncertainty {
             CalibratedGains { gain: raw.gain.is_none(), cross_axis: raw.cross_axis.is_none() };
         all.calibrated_hammer = raw.hammer_gain.is_none();
         all.learn = raw.learn.unwrap_or(all.learn);
-        let Self { sensor, hit, hammer_gain, .. } = &mut all;
+        let Self { sensor, hit, hammer_gain, hit_gain, gravity_direction, .. } = &mut all;
         let entries = [
             (&raw.hit_position_m, &mut hit.position, "uncertainty.hit_position_m"),
             (&raw.hit_direction_rad, &mut hit.direction, "uncertainty.hit_direction_rad"),
@@ -61,6 +67,8 @@ impl Uncertainty {
             (&raw.gain, &mut sensor.gain, "uncertainty.gain"),
             (&raw.cross_axis, &mut sensor.cross_axis, "uncertainty.cross_axis"),
             (&raw.hammer_gain, hammer_gain, "uncertainty.hammer_gain"),
+            (&raw.hit_gain, hit_gain, "uncertainty.hit_gain"),
+            (&raw.gravity_direction_rad, gravity_direction, "uncertainty.gravity_direction_rad"),
             (&raw.node_position_m, &mut hit.node_position, "uncertainty.node_position_m"),
             (&raw.node_direction_rad, &mut hit.node_direction, "uncertainty.node_direction_rad"),
         ];

@@ -203,6 +203,12 @@ pub(super) struct RawUncertainty {
     /// Gain of the hammer, relative.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) hammer_gain: Option<Spanned<f64>>,
+    /// Mean force from hit DOF to hit DOF, relative: the hammer's linearity.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) hit_gain: Option<Spanned<f64>>,
+    /// Direction of gravity about each axis across it, rad.
+    #[schemars(with = "f64", range(min = 0))]
+    pub(super) gravity_direction_rad: Option<Spanned<f64>>,
     /// Error of the marks, m.
     #[schemars(with = "f64", range(min = 0))]
     pub(super) node_position_m: Option<Spanned<f64>>,

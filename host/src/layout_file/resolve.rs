@@ -1,7 +1,8 @@
 //! Resolves the file as written to sensors and hits in the body frame.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
+use massline_shared::STANDARD_GRAVITY;
 use massline_shared::layout::{
     Axis, CalibratedGains, Dof, DofError, HOST_HITS, HOST_SENSORS, Hit, HitUncertainty, HostLayout,
     Sensor, SensorUncertainty, Sign, TestSettings,
@@ -22,6 +23,9 @@ use super::{LayoutFile, Node, Reference, SensorDetails};
 
 /// How far an axis may be from unit length or orthogonality: the rounding error of four typed digits.
 const AXIS_TOLERANCE: f64 = 1e-3;
+/// Gravity on Earth, m/s²: from 9.76 on the highest mountains near the equator to 9.83 at the poles, and what two digits
+/// make of it.
+const GRAVITY_ON_EARTH: RangeInclusive<f64> = 9.75..=9.85;
 /// The body frame.
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -44,6 +48,8 @@ pub(super) fn resolve(raw: RawLayout, source: &Source<'_>) -> Result<LayoutFile,
         gravity: gravity(raw.gravity.as_ref(), source)?,
         test: TestSettings { policy: policy(&raw.policy), ..test(raw.test.as_ref(), source)? },
         hammer_gain: uncertainty.hammer_gain,
+        hit_gain: uncertainty.hit_gain,
+        gravity_direction: uncertainty.gravity_direction,
         calibrated_hammer: uncertainty.calibrated_hammer,
         learn_budget: uncertainty.learn,
         target: target(raw.target.as_ref(), source)?,
@@ -112,8 +118,23 @@ fn gravity(
     source: &Source<'_>,
 ) -> Result<Option<[f64; 3]>, LayoutFileError> {
     let Some(raw) = raw else { return Ok(None) };
-    source.finite(raw.span(), "gravity", raw.get_ref())?;
-    Ok(Some(*raw.get_ref()))
+    let vector = *raw.get_ref();
+    source.finite(raw.span(), "gravity", &vector)?;
+    let magnitude = Vector3::from(vector).norm();
+    if GRAVITY_ON_EARTH.contains(&magnitude) {
+        return Ok(Some(vector));
+    }
+    let wanted = match magnitude {
+        0.0 => "a vector of 9.8 m/s², or no entry where no sensor senses gravity",
+        _ if GRAVITY_ON_EARTH.contains(&(magnitude * STANDARD_GRAVITY)) => {
+            "a vector of 9.8 m/s²; this one is in g, so multiply it by 9.80665"
+        }
+        _ if GRAVITY_ON_EARTH.contains(&(magnitude / 1000.0)) => {
+            "a vector of 9.8 m/s²; this one is in mm/s², so divide it by 1000"
+        }
+        _ => "a vector of 9.8 m/s²",
+    };
+    Err(source.fault(raw.span(), "gravity", Fault::OutOfRange { value: magnitude, wanted }))
 }
 
 fn nodes(raw: &[RawNode], source: &Source<'_>) -> Result<Vec<Node>, LayoutFileError> {

@@ -229,6 +229,8 @@ pub fn apply_bench_budget(layout: &mut TestLayout, bench: &Bench) {
         };
     }
     layout.hammer_gain = bench.hammer.gain_sigma;
+    // The hammer is as linear, and the object hangs, exactly as the bench says.
+    (layout.hit_gain, layout.gravity_direction) = (0.0, 0.0);
     layout.calibrated_hammer = false;
     layout.learn_budget = false;
 }

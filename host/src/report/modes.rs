@@ -1,5 +1,6 @@
 //! The suspension modes as tables and JSON.
 
+use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::layout::{Hit, HostLayout};
 use massline_shared::mass_line::{ABOVE_SUSPENSION, BELOW_ELASTIC};
 use massline_shared::modes::SUSPENSION_MODES;
@@ -37,13 +38,18 @@ pub fn modes_text(modes: &SuspensionModes, band_hz: [f64; 2], layout: &HostLayou
             SUSPENSION_MODES => ("the highest one lies", "begins"),
             _ => ("the highest one that shows lies", "begins no lower than"),
         };
-        text += &format!(
-            "{which} at {highest:.2} Hz: a mass line {begins} at {:.0} Hz, provided that no elastic mode lies below \
-             {:.0} Hz\n",
-            ABOVE_SUSPENSION * highest,
-            // The band is at least an octave wide.
-            ABOVE_SUSPENSION * highest * 2.0 / BELOW_ELASTIC,
-        );
+        let is_flexible = |d: &Diagnostic| d.code == Code::FlexibleModeShows;
+        text += &if modes.diagnostics.iter().any(is_flexible) {
+            format!("{which} at {highest:.2} Hz\n")
+        } else {
+            format!(
+                "{which} at {highest:.2} Hz: a mass line {begins} at {:.0} Hz, provided that no elastic mode lies below \
+                 {:.0} Hz\n",
+                ABOVE_SUSPENSION * highest,
+                // The band is at least an octave wide.
+                ABOVE_SUSPENSION * highest * 2.0 / BELOW_ELASTIC,
+            )
+        };
     }
     if let Some([x, y, z]) = modes.fitted_gravity {
         text += &format!("gravity as it fits: gravity = [{x:.2}, {y:.2}, {z:.2}] m/s²\n");

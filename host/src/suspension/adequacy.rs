@@ -4,14 +4,21 @@ use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::Estimate;
+use massline_shared::identify::global_fit::GlobalFitSolution;
 
 use super::alternatives::Unexplained;
-use super::explained::{explains, left};
+use super::explained::{explains, is_pulled, left, share_left};
 use super::gravity::Tilted;
 use super::{Doubt, GlobalAnswer, HostFit};
 
 /// What a global fit leaves, over the noise, from which its cause is looked for although it explains the readings.
 const SUSPICIOUS: f64 = 1.004;
+
+/// Part of the readings that a fit may leave besides their noise without doubt about the answers: noise that grows with the
+/// readings leaves so much of the largest ones, which the modes follow and the body does not.
+const SMALL_MISFIT: f64 = 0.02;
+/// Pull of the direction of gravity, in standard deviations of the budget, from which a tilt is looked for.
+const TILTED: f64 = 2.0;
 
 /// How well a body on its suspension explains the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +29,8 @@ pub(super) enum Adequacy {
     Flexible,
     /// As well under another gravity than the layout's.
     Tilted(Tilted),
+    /// Nearly as well: what is left besides noise is a small part of the readings, which this states.
+    Roughly(Diagnostic),
     /// Less well, and this says why or how much.
     Misfit(Diagnostic),
     /// Nothing was fitted that would tell.
@@ -29,13 +38,20 @@ pub(super) enum Adequacy {
 }
 
 impl Adequacy {
-    /// What there is to say of gravity, a hit or a misfit.
+    /// What there is to say of gravity, a hit or a misfit to every answer.
     pub(super) fn finding(self) -> Option<Diagnostic> {
         match self {
             Self::Tilted(tilted) => Some(tilted.warning()),
+            Self::Roughly(reason) => Some(reason),
             Self::Misfit(reason) if reason.code != Code::NotConverged => Some(reason),
             _ => None,
         }
+    }
+
+    /// What there is to say of it with the modes.
+    pub(super) fn finding_of_modes(self) -> Option<Diagnostic> {
+        let shows = Diagnostic::whole(Code::FlexibleModeShows, Severity::Warning, 0.0);
+        if self == Self::Flexible { Some(shows) } else { self.finding() }
     }
 
     /// Gravity as the readings have it, m/s², where that is not the layout's.
@@ -49,15 +65,22 @@ impl Adequacy {
     /// What it says against the answers.
     pub(super) fn doubt(self) -> Option<Doubt> {
         match self {
-            Self::Fits | Self::Tilted(_) | Self::Unknown => None,
+            Self::Fits | Self::Tilted(_) | Self::Roughly(_) | Self::Unknown => None,
             Self::Flexible => Some(Doubt::FlexibleMode),
             Self::Misfit(_) => Some(Doubt::Misfit),
         }
     }
 }
 
-/// Judges the global fit. Where another form of it explains the readings better (structural damping, fewer lines), that takes
-/// its place.
+/// The judgement of a global fit.
+pub(super) struct Judged {
+    pub(super) adequacy: Adequacy,
+    /// Another form of the fit that explains the readings, where the one that was judged does not: with structural damping, or
+    /// of fewer lines.
+    pub(super) instead: Option<GlobalAnswer>,
+}
+
+/// Judges the global fit.
 ///
 /// # Errors
 /// `gravity_suspect`, `gravity_reversed` and `senses_gravity_suspect` when the fit is bad with the gravity of the layout, and good with another.
@@ -65,57 +88,72 @@ pub(super) fn judge(
     fit: &HostFit<'_>,
     readings: &FrequencyResponses<'_, f64>,
     start: Option<&RigidBody<f64>>,
-    global: &mut Result<GlobalAnswer, Diagnostics>,
-) -> Result<Adequacy, Diagnostics> {
+    global: &Result<GlobalAnswer, Diagnostics>,
+) -> Result<Judged, Diagnostics> {
     let found = global.as_ref().map(|found| &found.solution);
+    let judged = |adequacy: Adequacy| Judged { adequacy, instead: None };
     let was_tried = |reasons: &&Diagnostics| reasons.iter().any(|d| d.code == Code::NotConverged);
     let Some(start) = start.filter(|_| found.as_ref().err().is_none_or(was_tried)) else {
-        return Ok(Adequacy::Unknown);
+        return Ok(judged(Adequacy::Unknown));
     };
     let explained = found.is_ok_and(|found| explains(found, fit));
     let flexible = found.is_ok_and(|found| found.extra_terms > 0);
-    if found.is_ok_and(|found| found.extra_terms == 0 && left(found, fit) < SUSPICIOUS) {
-        return Ok(Adequacy::Fits);
+    let pulled = |found: &GlobalFitSolution<f64>| found.gravity.is_some_and(|g| g.pull > TILTED);
+    if explained && found.is_ok_and(|of| !flexible && left(of, fit) < SUSPICIOUS && !pulled(of)) {
+        return Ok(judged(Adequacy::Fits));
     }
     let unexplained = Unexplained { layout: fit.layout(), fit, readings, start };
     let better = || unexplained.structural().or_else(|| unexplained.undisturbed());
     if (!explained || flexible)
         && let Some(better) = better()
     {
-        *global = Ok(better);
-        return Ok(Adequacy::Fits);
+        return Ok(Judged { adequacy: Adequacy::Fits, instead: Some(better) });
     }
     if !explained && let Some(reason) = unexplained.gravity() {
         return Err(Diagnostics::from_array([reason]));
     }
-    let found = global.as_ref().map(|found| &found.solution);
-    // Each of the three takes up some of what another has caused; the cause leaves least.
-    let present = found.map_or(f64::INFINITY, |found| left(found, fit));
-    let pulled = found.ok().and_then(|found| pulled_hit(&found.estimate));
-    let hit = match (explained, flexible) {
-        // What extra terms explain may be a hit that nothing pulls, such as one with another gain.
-        (true, true) => unexplained
-            .hit(pulled, false)
-            .filter(|(of_hit, _)| pulled.is_some() || unexplained.is_much_less(*of_hit, present)),
-        (true, false) => None,
-        (false, _) => unexplained.hit(pulled, found.is_ok()),
-    };
-    let least = hit.map_or(present, |(of_hit, _)| of_hit.min(present));
-    if let Some(tilted) = unexplained.tilted().filter(|tilted| tilted.left < least) {
-        return Ok(Adequacy::Tilted(tilted));
+    Ok(judged(unexplained.cause(found.ok(), explained)))
+}
+
+impl Unexplained<'_, '_> {
+    /// Why the readings want an explanation. A tilt, a hit and a flexible mode each take up some of what another has caused;
+    /// the cause leaves least.
+    fn cause(&self, found: Option<&GlobalFitSolution<f64>>, explained: bool) -> Adequacy {
+        let flexible = found.is_some_and(|found| found.extra_terms > 0);
+        let present = found.map_or(f64::INFINITY, |found| left(found, self.fit));
+        let pulled = found.and_then(|found| pulled_hit(&found.estimate));
+        let hit = match (explained, flexible) {
+            // What extra terms explain may be a hit that nothing pulls, such as one with another gain.
+            (true, true) => self
+                .hit(pulled, false)
+                .filter(|(of_hit, _)| pulled.is_some() || self.is_much_less(*of_hit, present)),
+            (true, false) => None,
+            (false, _) => self.hit(pulled, found.is_some()),
+        };
+        let least = hit.map_or(present, |(of_hit, _)| of_hit.min(present));
+        if let Some(tilted) = self.tilted().filter(|tilted| tilted.left < least) {
+            return Adequacy::Tilted(tilted);
+        }
+        match (hit, found) {
+            (Some((_, reason)), _) => Adequacy::Misfit(reason),
+            (None, Some(_)) if explained && flexible => Adequacy::Flexible,
+            (None, Some(_)) if explained => Adequacy::Fits,
+            (None, Some(found)) => self.misfit(found),
+            (None, None) => {
+                Adequacy::Misfit(Diagnostic::whole(Code::NotConverged, Severity::Error, 0.0))
+            }
+        }
     }
-    match (hit, found) {
-        (Some((_, reason)), _) => Ok(Adequacy::Misfit(reason)),
-        (None, Ok(_)) if explained && flexible => Ok(Adequacy::Flexible),
-        (None, Ok(_)) if explained => Ok(Adequacy::Fits),
-        (None, Ok(found)) => {
-            let (code, left) = (Code::ModelDoesNotFit, left(found, fit) as f32);
-            Ok(Adequacy::Misfit(Diagnostic::whole(code, Severity::Error, left)))
+
+    /// How much a fit misses the readings for which there is no cause.
+    fn misfit(&self, found: &GlobalFitSolution<f64>) -> Adequacy {
+        let share = share_left(found, self.fit, self.readings);
+        if share < SMALL_MISFIT && found.extra_terms == 0 && !is_pulled(found) {
+            let code = Code::ModelFitsRoughly;
+            return Adequacy::Roughly(Diagnostic::whole(code, Severity::Warning, share as f32));
         }
-        (None, Err(_)) => {
-            let code = Code::NotConverged;
-            Ok(Adequacy::Misfit(Diagnostic::whole(code, Severity::Error, 0.0)))
-        }
+        let (code, left) = (Code::ModelDoesNotFit, left(found, self.fit) as f32);
+        Adequacy::Misfit(Diagnostic::whole(code, Severity::Error, left))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Whether a global fit explains the readings.
 
+use massline_shared::FrequencyResponses;
 use massline_shared::diagnosis::{Code, Diagnostic};
 use massline_shared::identify::global_fit::GlobalFitSolution;
 
@@ -19,8 +20,29 @@ pub(super) fn left(found: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> f64 {
 
 /// True for a fit that leaves hardly more than noise, without errors far beyond those stated.
 pub(super) fn explains(found: &GlobalFitSolution<f64>, fit: &HostFit<'_>) -> bool {
+    left(found, fit) <= MISFIT && !is_pulled(found)
+}
+
+/// True for a fit with an error far beyond those stated.
+pub(super) fn is_pulled(found: &GlobalFitSolution<f64>) -> bool {
     let pulled = |d: &Diagnostic| {
         matches!(d.code, Code::LargeSensorPull | Code::LargeHitPull) && d.value > TOO_FAR
     };
-    left(found, fit) <= MISFIT && !found.estimate.diagnostics.iter().any(pulled)
+    found.estimate.diagnostics.iter().any(pulled)
+}
+
+/// Root mean square of what a global fit leaves besides noise, over that of the readings.
+pub(super) fn share_left(
+    found: &GlobalFitSolution<f64>,
+    fit: &HostFit<'_>,
+    readings: &FrequencyResponses<'_, f64>,
+) -> f64 {
+    let besides = (2.0 * found.noise.powi(2) - fit.noise().powi(2)).max(0.0);
+    let (lines, channels, hits) =
+        (readings.frequencies().len(), readings.channels(), readings.hits());
+    let places =
+        (0..lines).flat_map(|l| (0..channels).flat_map(move |c| (0..hits).map(move |h| (l, c, h))));
+    let squares: f64 = places.map(|(l, c, h)| readings.at(l, c, h).norm_sqr()).sum();
+    let mean = squares / (lines * channels * hits).max(1) as f64;
+    if mean > 0.0 { (besides / mean).sqrt() } else { f64::INFINITY }
 }

@@ -3,17 +3,23 @@
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
 use massline_shared::layout::HostLayout;
-use nalgebra::{Matrix2, Rotation3, Vector2, Vector3};
+use nalgebra::Vector3;
 
 use super::alternatives::Unexplained;
 use super::explained::{explains, left};
 
-/// Steps of the search for a tilt, rad: the first are about the size of what is looked for, the last of what those miss.
-const STEPS: [f64; 4] = [0.05, 0.05, 0.02, 0.005];
+/// Standard deviation of the direction of gravity, rad, with which the readings decide about it.
+const ANY_DIRECTION: f64 = 1.0;
+/// Most fits until the direction settles: it is changed across gravity, so a large tilt needs a second one.
+const MOST_FITS: usize = 6;
+/// Change of the direction, rad, below which it has settled: a twentieth of a degree.
+const SETTLED: f64 = 1e-3;
 /// Largest tilt that is looked for, rad; gravity further off is another axis.
 const LARGEST_TILT: f64 = 0.8;
-/// Decrease of χ² from which a tilt is more than noise: two more unknowns lower it by so much once in 20 000 tests.
-const SIGNIFICANT: f64 = 20.0;
+/// A tilt over its standard deviation from which it is more than noise: chance gives it once in 20 000 tests.
+const SIGNIFICANT: f64 = 4.5;
+/// A tilt over that of an object that hangs as the layout says, from which it is named: one in a hundred hangs so.
+const BEYOND_BUDGET: f64 = 3.0;
 
 /// Gravity as the readings have it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +28,8 @@ pub(super) struct Tilted {
     pub(super) gravity: [f64; 3],
     /// Its angle to that of the layout, rad.
     angle: f64,
+    /// Standard deviation of its direction about each axis across it, rad.
+    sigma: f64,
     /// What the global fit leaves under it, over the noise.
     pub(super) left: f64,
 }
@@ -31,6 +39,12 @@ impl Tilted {
     pub(super) fn warning(&self) -> Diagnostic {
         let degrees = self.angle.to_degrees() as f32;
         Diagnostic::whole(Code::GravityTilted, Severity::Warning, degrees)
+    }
+
+    /// The layout under it. The prior is twice as wide as what the readings say, so that they decide once more.
+    pub(super) fn upright(&self, layout: &HostLayout) -> HostLayout {
+        let (gravity, gravity_direction) = (Some(self.gravity), 2.0 * self.sigma);
+        HostLayout { gravity, gravity_direction, ..layout.clone() }
     }
 }
 
@@ -70,35 +84,34 @@ impl Unexplained<'_, '_> {
         explaining.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, finding)| finding)
     }
 
-    /// Gravity with a direction of its own, where the readings are explained with it and without extra terms. The squares that
-    /// the fit leaves are nearly a quadratic of the two tilts, so six fits tell where the least are.
+    /// Gravity with the direction that the readings give it, where they are explained with it and without extra terms, and
+    /// where that is further from the layout's than noise and the budget make likely.
     pub(super) fn tilted(&self) -> Option<Tilted> {
         let stated = Vector3::from(self.layout.gravity?);
-        if !self.layout.sensors.iter().any(|sensor| sensor.senses_gravity) {
-            return None;
-        }
-        let first = stated.cross(&Vector3::ith(stated.iamin(), 1.0)).try_normalize(0.0)?;
-        let second = stated.cross(&first).try_normalize(0.0)?;
-        let tilted = |tilt: Vector2<f64>| {
-            let rotation = Rotation3::new(first * tilt.x + second * tilt.y);
-            let gravity: [f64; 3] = (rotation * stated).into();
-            let layout = HostLayout { gravity: Some(gravity), ..self.layout.clone() };
-            self.solved(&layout, self.readings, 0).map(|found| (found, gravity))
-        };
-        let mut tilt = Vector2::zeros();
-        let (level, _) = tilted(tilt)?;
-        for step in STEPS {
-            let squares = |at: Vector2<f64>| tilted(at).map(|(found, _)| found.noise.powi(2));
-            tilt = least(squares, tilt, step)?;
-            if tilt.norm() > LARGEST_TILT {
+        let mut layout = HostLayout { gravity_direction: ANY_DIRECTION, ..self.layout.clone() };
+        for _fit in 0..MOST_FITS {
+            let found = self.solved(&layout, self.readings, 0)?;
+            let fitted = found.gravity?;
+            let gravity = Vector3::from(fitted.components.map(|component| component.value));
+            let gravity = gravity.normalize() * stated.norm();
+            let angle = gravity.angle(&stated);
+            if angle > LARGEST_TILT {
                 return None;
             }
+            layout.gravity = Some(gravity.into());
+            if fitted.angle < SETTLED {
+                let sigmas = Vector3::from(fitted.components.map(|component| component.sigma));
+                // Of two rotations.
+                let sigma = sigmas.norm() / (stated.norm() * 2_f64.sqrt());
+                let of_hanging = sigma.hypot(self.layout.gravity_direction);
+                let is_tilted = self.is_whole(&found)
+                    && angle > SIGNIFICANT * sigma
+                    && angle > BEYOND_BUDGET * of_hanging;
+                let (gravity, left) = (gravity.into(), left(&found, self.fit));
+                return is_tilted.then_some(Tilted { gravity, angle, sigma, left });
+            }
         }
-        let (found, gravity) = tilted(tilt)?;
-        let decrease = (level.noise / found.noise).powi(2) - 1.0;
-        let is_tilted =
-            self.is_whole(&found) && decrease * self.independent_readings() > SIGNIFICANT;
-        is_tilted.then(|| Tilted { gravity, angle: tilt.norm(), left: left(&found, self.fit) })
+        None
     }
 
     /// Number of independent real readings.
@@ -106,41 +119,5 @@ impl Unexplained<'_, '_> {
         let readings = self.readings;
         let complex = readings.frequencies().len() * readings.channels() * readings.hits();
         2.0 * complex as f64 / readings.correlation.powi(2)
-    }
-}
-
-/// Where a quadratic through six points about `centre`, at this distance, is least; `None` where a value is missing or the
-/// quadratic has no minimum.
-fn least(
-    value: impl Fn(Vector2<f64>) -> Option<f64>,
-    centre: Vector2<f64>,
-    step: f64,
-) -> Option<Vector2<f64>> {
-    let at = |x: f64, y: f64| value(centre + Vector2::new(x, y) * step);
-    let (here, both) = (at(0.0, 0.0)?, at(1.0, 1.0)?);
-    let (right, left) = (at(1.0, 0.0)?, at(-1.0, 0.0)?);
-    let (up, down) = (at(0.0, 1.0)?, at(0.0, -1.0)?);
-    let slope = Vector2::new(right - left, up - down) / 2.0;
-    let mixed = both - right - up + here;
-    let curvature = Matrix2::new(right - 2.0 * here + left, mixed, mixed, up - 2.0 * here + down);
-    let descent = curvature.cholesky()?.solve(&slope);
-    Some(centre - descent * step)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_quadratic_is_least_where_it_is() {
-        let value = |at: Vector2<f64>| {
-            let (x, y) = (at.x - 0.3, at.y + 0.2);
-            Some(7.0 + 2.0 * x * x + x * y + 3.0 * y * y)
-        };
-        let found = least(value, Vector2::new(0.1, 0.1), 0.05).unwrap();
-        // Rounding of squares of 7 over squares of steps of 0.05.
-        assert!((found - Vector2::new(0.3, -0.2)).norm() < 1e-10, "{found}");
-        assert_eq!(least(|_| None, Vector2::zeros(), 0.1), None);
-        assert_eq!(least(|at| Some(-at.norm_squared()), Vector2::zeros(), 0.1), None);
     }
 }

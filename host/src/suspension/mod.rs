@@ -26,7 +26,7 @@ use massline_shared::identify::{Estimate, Method, Observable};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use massline_shared::modes::{LinesPerSide, Reduction};
 
-use adequacy::{Adequacy, judge, refuse_misfit, warn_of_misfit};
+use adequacy::{Adequacy, Judged, judge, refuse_misfit, warn_of_misfit};
 pub use comparison::{Comparison, Doubt, compare};
 pub use first_look::{FirstLook, find_modes};
 pub use global::GlobalAnswer;
@@ -88,7 +88,7 @@ pub fn solve(
     let mut first = FirstAnswers::of(layout, readings, settings, &default, &mut memory)?;
     let adequacy = first.judged(readings)?;
     if let Adequacy::Tilted(tilted) = adequacy {
-        upright = HostLayout { gravity: Some(tilted.gravity), ..layout.clone() };
+        upright = tilted.upright(layout);
         let rigid = GlobalFitSettings { most_extra_terms: 0, ..default };
         first = FirstAnswers::of(&upright, readings, settings, &rigid, &mut memory)?;
         first.findings.push(tilted.warning());
@@ -141,12 +141,17 @@ impl<'a> FirstAnswers<'a> {
         Self { fit, findings, modal, global }
     }
 
-    /// How well a body on its suspension explains the readings.
+    /// How well a body on its suspension explains the readings. The global fit takes the form that explains them.
     ///
     /// # Errors
     /// As [`judge`].
     fn judged(&mut self, readings: &FrequencyResponses<'_, f64>) -> Result<Adequacy, Diagnostics> {
-        judge(&self.fit, readings, best(&self.modal), &mut self.global)
+        let Judged { adequacy, instead } =
+            judge(&self.fit, readings, best(&self.modal), &self.global)?;
+        if let Some(instead) = instead {
+            self.global = Ok(instead);
+        }
+        Ok(adequacy)
     }
 
     /// The answers that are wanted, with their uncertainty and agreement.
@@ -173,23 +178,23 @@ impl<'a> FirstAnswers<'a> {
             .chain(modal.answers.iter().map(|(variant, _)| Asked::Modal(*variant)))
             .chain(of_lines.clone().map(|(of, estimate)| Asked::MassLines(estimate.method, of)))
             .collect();
-        let survey = match asked[..] {
-            // The global fit has its own covariance: alone, it needs no changes.
-            [Asked::Global(_)] => Survey::none(),
-            _ => Survey::of(layout, Some(&fit), &asked, memory, progress),
-        };
+        let survey = Survey::of(layout, Some(&fit), &asked, memory, progress);
         let first = usize::from(compared.is_some());
         let mut estimates: Vec<(usize, Estimate<f64>)> =
             compared.map(|found| (0, found.solution.estimate.clone())).into_iter().collect();
         estimates.extend(survey.estimates(&mut modal, first, layout.characteristic_length()));
         let of_lines = (first + modal.answers.len()..).zip(of_lines.map(|(_, estimate)| estimate));
         let all = estimates.iter().map(|(place, estimate)| (*place, estimate)).chain(of_lines);
+        let mut of_modes = findings.clone();
+        of_modes.extend(
+            (adequacy == Adequacy::Flexible).then(|| adequacy.finding_of_modes()).flatten(),
+        );
         SuspensionSolution {
             comparison: Comparison::of(&survey, all, adequacy.doubt()),
             estimates: warned(estimates, adequacy, &findings),
             modes: SuspensionModes {
                 fitted_gravity: adequacy.fitted_gravity(),
-                ..SuspensionModes::new(&fit, &survey, findings)
+                ..SuspensionModes::new(&fit, &survey, of_modes)
             },
             not_applicable: modal.not_applicable,
             global: global.map(|found| found.solution),
@@ -228,7 +233,7 @@ pub fn modes(
     }
     match adequacy {
         Ok(adequacy) => {
-            modes.diagnostics.extend(adequacy.finding());
+            modes.diagnostics.extend(adequacy.finding_of_modes());
             modes.fitted_gravity = adequacy.fitted_gravity();
         }
         Err(reasons) => modes.diagnostics.extend(reasons),

@@ -444,11 +444,12 @@ codes! {
         "All points move\nagainst the hammer:\nreversed polarity?";
         "every point that is hit moves against the force, which no body does: the hammer has reversed polarity, or the \
          responses are displacements and not accelerations, which have the opposite sign (--quantity receptance)";
-    /// The responses of all points that are hit have a real part of one sign, as velocities have.
+    /// The responses are in phase with the forces near the suspension modes, or a quarter of a period from them above, as
+    /// velocities are.
     LooksLikeMobility = 130, "looks_like_mobility", Whole, None;
         "Responses look like\nvelocities, not\naccelerations.";
-        "every point that is hit moves in phase with the force at the resonances, as velocities do and accelerations do not: \
-         say so (--quantity mobility)";
+        "the responses move as velocities do and accelerations do not: in phase with the force at the resonances, and a \
+         quarter of a period from it above them; say so (--quantity mobility)";
     /// The response at one hit to the other is not that at the other to the one. Subject: both. Value: the
     /// difference relative to their driving points.
     NotReciprocal = 110, "not_reciprocal", HitPair, Share(0);
@@ -485,6 +486,16 @@ codes! {
         "no body on a suspension fits these responses (it leaves {value} times their noise), so the answer may be wrong by \
          more than it says; check gravity and senses_gravity, gains, places and directions; a delay or a high-pass between \
          hammer and sensors, hum, and a loose part do this as well";
+    /// The global fit leaves a small part of the readings besides their noise. Value: that part.
+    ModelFitsRoughly = 132, "model_fits_roughly", Whole, Share(1);
+        "Fits roughly: noise\ngrows with responses,\nor small errors.";
+        "the global fit leaves {value} of the responses besides their noise, as noise does that grows with them, and small \
+         errors of gains, delays or filters; where it is not noise, the answers may be off by about as much";
+    /// A flexible mode above the band shows within it.
+    FlexibleModeShows = 133, "flexible_mode_shows", Whole, None;
+        "A part on springs\nmoves the mass within\nthe band.";
+        "a flexible mode above the band moves the apparent mass within it: only the global fit takes it into account, and \
+         there is no mass line below that mode";
     /// The readings are explained without one hit, and not with it. Subject: the hit.
     HitContradictsOthers = 126, "hit_contradicts_others", Hit, None;
         "Contradicts the other\nhits: check it or\nleave it out.";

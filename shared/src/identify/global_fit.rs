@@ -31,6 +31,7 @@ mod fit;
 mod memory;
 mod packed;
 mod problem;
+mod pulls;
 mod start;
 mod unknowns;
 mod weighted;
@@ -41,7 +42,7 @@ use self::elastic::Elastic;
 use self::fit::Fit;
 use self::memory::Memory;
 use self::problem::Problem;
-use super::maximum_likelihood::model::{HIT_NUISANCES, SENSOR_NUISANCES};
+use super::maximum_likelihood::model::SENSOR_NUISANCES;
 use super::method::{self, Entry, Observable, Progress};
 use super::observations::{Observations, SpectrumBins};
 use super::suspension::is_blocked;
@@ -49,8 +50,9 @@ use super::{Estimate, inertia_restraint};
 use crate::Real;
 use crate::body::RigidBody;
 use crate::diagnosis::{Code, Diagnostics, fatal};
+use crate::estimated::Estimated;
 use crate::frequency_responses::FrequencyResponses;
-use crate::layout::{HOST_HITS, Layout};
+use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, HOST_HITS, Layout};
 use crate::mass_line::Terms;
 
 pub use memory::workspace;
@@ -178,8 +180,21 @@ pub struct GlobalFitSolution<R> {
     /// What the tests for the first and the second extra term found: standard normal deviates, above
     /// [`REJECTION_Z`](super::REJECTION_Z) for a term that is needed. `None` for a test that was not made.
     pub extra_terms_z: [Option<R>; MOST_EXTRA_TERMS],
+    /// Gravity as the budget and the data have it, when the layout states it and a sensor senses it.
+    pub gravity: Option<FittedGravity<R>>,
     /// Standard deviation of the real and of the imaginary part of a reading, (m/s²)/N.
     pub noise: R,
+}
+
+/// Gravity with the direction that the data give it within the budget.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FittedGravity<R> {
+    /// In the body frame, m/s², with their standard deviations.
+    pub components: [Estimated<R>; 3],
+    /// Its angle to that of the layout, rad.
+    pub angle: R,
+    /// The angle in standard deviations of the budget.
+    pub pull: R,
 }
 
 /// How the answer depends on data and layout, to first order: the slices are written by
@@ -192,7 +207,7 @@ pub struct Sensitivities<'a, R> {
     /// For each nuisance parameter the change of theta when the nominal layout is shifted by one standard
     /// deviation of it and the data stay, which is the covariance of theta with the parameter in standard
     /// deviations; [`nuisances`] gives the length. The order is: for each sensor nine sensitivities row by row,
-    /// three rotations, three displacements; for each hit DOF two displacements and two rotations; the hammer's
+    /// three rotations, three displacements; two rotations of gravity; for each hit DOF two displacements, two rotations and its length; the hammer's
     /// gain; the mass of each attached body. Without a budget nothing is written.
     pub nuisances: &'a mut [SVector<R, 10>],
 }
@@ -204,7 +219,7 @@ pub const fn gains(bins: usize, sensors: usize, hits: usize) -> usize {
 
 /// Number of nuisance parameters of this many sensors, hit DOFs and attached bodies.
 pub const fn nuisances(sensors: usize, hits: usize, attached: usize) -> usize {
-    SENSOR_NUISANCES * sensors + HIT_NUISANCES * hits + 1 + attached
+    SENSOR_NUISANCES * sensors + GRAVITY_QUANTITIES + HIT_QUANTITIES * hits + 1 + attached
 }
 
 /// Fits body and suspension to the frequency responses of all sensors and hits of the layout, in this order,

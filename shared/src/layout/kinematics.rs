@@ -108,9 +108,14 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         if length > R::zero() { length } else { R::one() }
     }
 
+    /// True when a sensor senses gravity.
+    pub fn senses_gravity(&self) -> bool {
+        self.sensors.iter().any(|sensor| sensor.senses_gravity)
+    }
+
     /// True when a sensor senses gravity and its direction is not given.
     pub fn lacks_gravity(&self) -> bool {
-        self.gravity.is_none() && self.sensors.iter().any(|sensor| sensor.senses_gravity)
+        self.gravity.is_none() && self.senses_gravity()
     }
 
     /// `G`: the stacked readings of all sensors for the motion `[a_r; α]`; three rows per sensor, zero beyond

@@ -25,9 +25,12 @@ pub use policy::{HitPolicy, Verdict};
 pub use settings::{FrfEstimator, MAX_HITS_PER_DOF, check_settings};
 pub use target::Target;
 pub(crate) use uncertain_quantities::across;
-pub use uncertain_quantities::{HIT_QUANTITIES, SENSOR_QUANTITIES, UncertainQuantity};
+pub use uncertain_quantities::{
+    GRAVITY_QUANTITIES, HIT_QUANTITIES, SENSOR_QUANTITIES, UncertainQuantity,
+};
 pub use uncertainty::{
-    Attached, DEFAULT_HAMMER_GAIN, HitUncertainty, MAX_ATTACHED, Prior, SensorUncertainty,
+    Attached, DEFAULT_GRAVITY_DIRECTION, DEFAULT_HAMMER_GAIN, DEFAULT_HIT_GAIN, HitUncertainty,
+    MAX_ATTACHED, Prior, SensorUncertainty,
 };
 
 use heapless::{String, Vec};
@@ -170,6 +173,9 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub title: String<48>,
     /// Gravity in the body frame of the suspended object, m/s², if given.
     pub gravity: Option<[R; 3]>,
+    /// Standard deviation of the direction of gravity about each axis across it, rad; none in archives of the first version.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub gravity_direction: R,
     /// The sensors, in the order of the rig's channels.
     pub sensors: Vec<Sensor<R>, SENSORS>,
     /// The hits, in the order of the campaign.
@@ -178,6 +184,10 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub test: TestSettings<R>,
     /// Standard deviation of the hammer's gain against the sensors', relative.
     pub hammer_gain: R,
+    /// Standard deviation of the mean force from hit DOF to hit DOF, relative: the hammer's linearity; none in archives of
+    /// the first version.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub hit_gain: R,
     /// True when a calibration supplies [`Self::hammer_gain`], because none is stated.
     pub calibrated_hammer: bool,
     /// True when the error budget is a prior that the data may correct (theory, section 12); otherwise it is
@@ -213,10 +223,12 @@ impl<R: Real, const S: usize, const H: usize> Default for Layout<R, S, H> {
         Self {
             title: String::new(),
             gravity: None,
+            gravity_direction: R::of(DEFAULT_GRAVITY_DIRECTION),
             sensors: Vec::new(),
             hits: Vec::new(),
             test: TestSettings::default(),
             hammer_gain: R::of(DEFAULT_HAMMER_GAIN),
+            hit_gain: R::of(DEFAULT_HIT_GAIN),
             calibrated_hammer: false,
             learn_budget: true,
             target: Target::default(),
@@ -255,10 +267,12 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         Some(Layout {
             title: self.title.clone(),
             gravity: self.gravity.map(|g| g.map(to)),
+            gravity_direction: to(self.gravity_direction),
             sensors,
             hits,
             test: self.test.cast(),
             hammer_gain: to(self.hammer_gain),
+            hit_gain: to(self.hit_gain),
             calibrated_hammer: self.calibrated_hammer,
             learn_budget: self.learn_budget,
             target: self.target.cast(),

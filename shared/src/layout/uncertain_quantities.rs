@@ -9,8 +9,10 @@ use crate::Real;
 pub const SENSOR_QUANTITIES: usize = 15;
 /// Number of sensitivities, the first quantities of a sensor.
 const SENSITIVITIES: usize = 9;
-/// Uncertain quantities of one hit DOF: two displacements and two rotations across its direction.
-pub const HIT_QUANTITIES: usize = 4;
+/// Uncertain quantities of gravity: two rotations across its direction.
+pub const GRAVITY_QUANTITIES: usize = 2;
+/// Uncertain quantities of one hit DOF: two displacements and two rotations across its direction, and its length.
+pub const HIT_QUANTITIES: usize = 5;
 
 /// A quantity of the layout that is not known exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +24,8 @@ pub enum UncertainQuantity {
         /// Which one.
         quantity: usize,
     },
+    /// One of the [`GRAVITY_QUANTITIES`] of gravity.
+    Gravity(usize),
     /// One of the [`HIT_QUANTITIES`] of a hit DOF.
     Hit {
         /// Index of the hit.
@@ -38,7 +42,7 @@ pub enum UncertainQuantity {
 }
 
 impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
-    /// Every uncertain quantity, sensor by sensor, hit by hit, then the hammer, the attached bodies and the priors.
+    /// Every uncertain quantity, sensor by sensor, gravity, hit by hit, then the hammer, the attached bodies and the priors.
     pub fn uncertain_quantities(&self) -> impl Iterator<Item = UncertainQuantity> + use<R, S, H> {
         let of_sensors = (0..self.sensors.len()).flat_map(|index| {
             (0..SENSOR_QUANTITIES)
@@ -49,7 +53,9 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         });
         let attached = (0..self.attached.len().min(MAX_ATTACHED)).map(UncertainQuantity::Attached);
         let priors = (0..self.priors.len()).map(UncertainQuantity::Prior);
-        of_sensors.chain(of_hits).chain([UncertainQuantity::Hammer]).chain(attached).chain(priors)
+        let of_gravity = (0..GRAVITY_QUANTITIES).map(UncertainQuantity::Gravity);
+        let hammer = [UncertainQuantity::Hammer];
+        of_sensors.chain(of_gravity).chain(of_hits).chain(hammer).chain(attached).chain(priors)
     }
 
     /// Shifts the layout by one standard deviation of a quantity, to first order. The deviation of a hit is that of the
@@ -57,6 +63,13 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
     pub fn shift(&mut self, quantity: UncertainQuantity) -> bool {
         match quantity {
             UncertainQuantity::Sensor { index, quantity } => self.shift_sensor(index, quantity),
+            UncertainQuantity::Gravity(quantity) => {
+                let change = self.gravity_slopes()[quantity % GRAVITY_QUANTITIES];
+                if let Some(gravity) = &mut self.gravity {
+                    gravity.iter_mut().zip(change.iter()).for_each(|(g, change)| *g += *change);
+                }
+                change != Vector3::zeros() && self.senses_gravity()
+            }
             UncertainQuantity::Hit { index, quantity } => self.shift_hit(index, quantity),
             UncertainQuantity::Hammer => {
                 let gain = self.hammer_gain;
@@ -78,6 +91,15 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
                 prior.sigma != R::zero()
             }
         }
+    }
+
+    /// Change of gravity with one standard deviation of each of its rotations, m/s²; zero without gravity.
+    pub(crate) fn gravity_slopes(&self) -> [Vector3<R>; GRAVITY_QUANTITIES] {
+        let gravity = Vector3::from(self.gravity.unwrap_or([R::zero(); 3]));
+        let Some(direction) = gravity.try_normalize(R::zero()) else {
+            return [Vector3::zeros(); GRAVITY_QUANTITIES];
+        };
+        across(&direction).map(|across| across * (gravity.norm() * self.gravity_direction))
     }
 
     fn shift_sensor(&mut self, index: usize, quantity: usize) -> bool {
@@ -115,6 +137,11 @@ impl<R: Real, const S: usize, const H: usize> Layout<R, S, H> {
         let hits = u16::from(self.test.hits_per_dof);
         let Some(hit) = self.hits.get_mut(index) else { return false };
         let (position, direction) = hit.uncertainty.of_mean(hits);
+        if quantity == HIT_QUANTITIES - 1 {
+            let sigma = hit.uncertainty.second_order(hits).0.hypot(self.hit_gain);
+            hit.direction = hit.direction.map(|v| v * (R::one() + sigma));
+            return sigma != R::zero();
+        }
         let [first, second] = across(&Vector3::from(hit.direction));
         let axis = if quantity.is_multiple_of(2) { first } else { second };
         let (to, sigma) = if quantity < 2 {
@@ -165,6 +192,13 @@ mod tests {
                     assert!((moved - expected[1]).abs() < 1e-12, "{quantity}: {moved}");
                     assert_eq!(changes, expected != [0.0; 2]);
                 }
+                UncertainQuantity::Gravity(_) => {
+                    let [old, new] =
+                        [&layout, &shifted].map(|of| Vector3::from(of.gravity.unwrap()));
+                    let moved = (new - old).norm();
+                    assert!((moved - 9.80665 * layout.gravity_direction).abs() < 1e-12, "{moved}");
+                    assert!(moved > 0.1 && (new - old).dot(&old).abs() < 1e-12 && changes);
+                }
                 UncertainQuantity::Hit { index, quantity } => {
                     let [old, new] = [&layout.hits[index], &shifted.hits[index]];
                     let change = |a: [f64; 3], b: [f64; 3]| Vector3::from(a) - Vector3::from(b);
@@ -172,6 +206,13 @@ mod tests {
                     let turned = change(new.direction, old.direction);
                     let (position, direction) =
                         old.uncertainty.of_mean(u16::from(layout.test.hits_per_dof));
+                    if quantity == HIT_QUANTITIES - 1 {
+                        // Half a per cent, and the squares of the angles of five hits (theory, section 12).
+                        let longer = Vector3::from(new.direction).norm() - 1.0;
+                        assert!((0.005..0.006).contains(&longer), "{longer}");
+                        assert!(changes && moved.norm() == 0.0);
+                        continue;
+                    }
                     let expected = if quantity < 2 { [position, 0.0] } else { [0.0, direction] };
                     assert!((moved.norm() - expected[0]).abs() < 1e-12, "{quantity}: {moved}");
                     assert!((turned.norm() - expected[1]).abs() < 1e-12, "{quantity}: {turned}");

@@ -9,6 +9,13 @@ pub const MAX_ATTACHED: usize = 3;
 /// (theory, section 9).
 pub const DEFAULT_HAMMER_GAIN: f64 = 0.02;
 
+/// Relative standard deviation of a mean force from hit DOF to hit DOF: half of the linearity in the data sheets of
+/// instrumented hammers, 1 %.
+pub const DEFAULT_HIT_GAIN: f64 = 0.005;
+
+/// Standard deviation of the direction of gravity about each axis across it, rad: one degree, as objects hang by eye.
+pub const DEFAULT_GRAVITY_DIRECTION: f64 = 0.02;
+
 /// Uncertainty of mounting and calibration of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -124,6 +131,22 @@ impl<R: Real> HitUncertainty<R> {
         let hits = R::of(f64::from(hits.max(1)));
         let mean = |scatter: R, mark: R| (scatter * scatter / hits + mark * mark).sqrt();
         (mean(self.position, self.node_position), mean(self.direction, self.node_direction))
+    }
+
+    /// Standard deviations of second order of the mean of `hits` hits: of its length, relative, which varies with the
+    /// squares of the angles `1 − |t + s|²/2`, and of the torque about its direction, m, which comes from
+    /// displacements times angles. Scatter s and error of the mark t are independent in two directions.
+    pub(crate) fn second_order(&self, hits: u16) -> (R, R) {
+        let n = R::of(f64::from(hits.max(1)));
+        let HitUncertainty { position, direction, node_position, node_direction } = *self;
+        let two = R::of(2.0);
+        let square = |a: R, b: R| (a * b) * (a * b);
+        let length = square(node_direction, node_direction)
+            + (two * square(node_direction, direction) + square(direction, direction)) / n;
+        let mixed = square(position, node_direction) + square(node_position, direction);
+        let torque =
+            square(node_position, node_direction) + (square(position, direction) + mixed) / n;
+        (length.sqrt(), (two * torque).sqrt())
     }
 
     /// Root mean square deviation of a hit's accelerances, relative to their size, for sensors at this

@@ -105,7 +105,8 @@ fn exact_layout<R: Real>(check: &Check<'_, '_, R>) -> Option<GoldenLayout<R>> {
     let mut layout = check.layout()?;
     layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
     layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
-    layout.hammer_gain = R::zero();
+    (layout.hammer_gain, layout.hit_gain) = (R::zero(), R::zero());
+    layout.gravity_direction = R::zero();
     Some(layout)
 }
 

@@ -190,7 +190,12 @@ fn a_method_that_is_asked_for_by_name_is_warned_of_a_tyre_as_well() {
     for method in [Method::ContiBretl, Method::ToivolaNuutila, Method::Dppim] {
         let text = solved(&noise_alone(), &uff, &named(method)).unwrap().to_text();
         assert!(text.contains("a flexible mode above the band moves the apparent mass"), "{text}");
+        assert!(!text.contains("a mass line begins"), "{text}");
     }
+    // The modes alone say so as well.
+    let layout = LayoutFile::parse(&noise_alone(), "wheel.toml").unwrap().layout;
+    let modes = modes_of(&layout, &uff, &Options::default(), |_, _| ()).unwrap();
+    assert!(modes.diagnostics.iter().any(|d| d.code == Code::FlexibleModeShows));
 }
 
 #[test]

@@ -77,6 +77,51 @@ fn tilted_gravity_is_no_flexible_mode_and_its_direction_is_found() {
 }
 
 #[test]
+fn an_object_that_hangs_within_its_budget_of_gravity_needs_no_word() {
+    // Three degrees about an oblique axis; the budget has 1.15 about each axis.
+    let text = LAYOUT.replace("[0.0, 0.0, -9.80665]", "[0.363, 0.363, -9.793]");
+    let truth = Bench::named("wheel").unwrap().truth();
+    for besides in [NOTHING, Besides { structural: true, ..NOTHING }] {
+        let solution = solved(&text, &unchanged(&lines(), besides), &Options::default()).unwrap();
+        assert!(found(&solution, Code::GravityTilted).is_none());
+        for estimate in &solution.identification.estimates {
+            assert_near_truth(estimate, &truth);
+        }
+        assert!(solution.comparison.agreement.as_ref().unwrap().agrees());
+        let fitted = solution.global_fit.as_ref().unwrap().gravity.unwrap();
+        assert!((1.0..2.5).contains(&fitted.pull), "{fitted:?}");
+    }
+}
+
+#[test]
+fn a_slightly_wrong_gain_of_one_hit_pulls_it_and_answers_hold() {
+    let gain = |_: f64, _: usize, hit: usize, h: Complex<f64>| if hit == 1 { h * 1.04 } else { h };
+    let solution = solved(LAYOUT, &file(&lines(), NOTHING, gain), &Options::default()).unwrap();
+    let global = of(&solution, Method::GlobalFit);
+    let pull = global.diagnostics.iter().find(|d| d.code == Code::LargeHitPull).expect("a pull");
+    assert_eq!(pull.subject, Subject::hit(1));
+    for estimate in &solution.identification.estimates {
+        assert!(!has(estimate, Code::FlexibleModeAboveBand));
+        assert_near_truth(estimate, &Bench::named("wheel").unwrap().truth());
+    }
+}
+
+#[test]
+fn a_short_delay_is_a_rough_fit_and_answers_hold() {
+    let late = |f: f64, _: usize, _: usize, h: Complex<f64>| {
+        h * Complex::new(0.0, -std::f64::consts::TAU * f * 0.3e-3).exp()
+    };
+    let solution = solved(LAYOUT, &file(&lines(), NOTHING, late), &Options::default()).unwrap();
+    for estimate in &solution.identification.estimates {
+        let warning = estimate.diagnostics.iter().find(|d| d.code == Code::ModelFitsRoughly);
+        // The phase is 1.4 % at 7.7 Hz, and the suspension takes up some of it as damping.
+        assert!((0.004..0.014).contains(&warning.expect("a warning").value), "{warning:?}");
+        assert_near_truth(estimate, &Bench::named("wheel").unwrap().truth());
+    }
+    assert!(solution.comparison.agreement.as_ref().unwrap().agrees());
+}
+
+#[test]
 fn a_wrong_gain_of_one_hit_is_no_flexible_mode_and_the_hit_is_named() {
     // From a few of the stated standard deviations to a change of the hammer's range.
     for factor in [1.08, 1.5] {

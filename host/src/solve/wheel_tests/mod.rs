@@ -78,7 +78,8 @@ fn solved(text: &str, uff: &UffFile, options: &Options) -> Result<FrfSolution> {
 /// The responses have noise and no other errors.
 fn noise_alone() -> String {
     let none = "sensor_position_m = 0\nsensor_rotation_rad = 0\ngain = 0\ncross_axis = 0\nhammer_gain = 0\n\
-                hit_position_m = 0\nhit_direction_rad = 0\nnode_position_m = 0\nnode_direction_rad = 0\n";
+                hit_position_m = 0\nhit_direction_rad = 0\nnode_position_m = 0\nnode_direction_rad = 0\n\
+                hit_gain = 0\ngravity_direction_rad = 0\n";
     format!("{LAYOUT}\n[uncertainty]\n{none}")
 }
 

@@ -11,9 +11,7 @@ use super::unknowns::{SYMMETRIC, matrix_of};
 use super::{Damping, GlobalFitSolution, Sensitivities};
 use crate::Real;
 use crate::body::RigidBody;
-use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject, fatal};
-use crate::identify::maximum_likelihood::model::{HIT_NUISANCES, SENSOR_NUISANCES};
-use crate::identify::maximum_likelihood::pulls::{SUSPICIOUS, root_mean_square};
+use crate::diagnosis::{Code, Diagnostic, Diagnostics, Severity, fatal};
 use crate::identify::{Estimate, Method};
 use crate::linalg::{Spectrum, all_finite, skew, spectrum};
 
@@ -41,6 +39,8 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         let with_phi =
             SMatrix::<R, 10, 10>::from_fn(|i, j| self.memory.response[i * len + first + j]);
         let covariance = problem.balance.covariance_back(&(with_phi * slopes.transpose()));
+        let body = problem.balance.body_back(&object);
+        let (diagnostics, gravity) = (self.diagnostics_of(&body), self.fitted_gravity());
         let block = |b: usize| matrix_of(&self.memory.x[self.unknowns.block(b)..][..SYMMETRIC]);
         let unit = match problem.settings.damping {
             Damping::None => None,
@@ -51,17 +51,18 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         Ok(GlobalFitSolution {
             estimate: Estimate {
                 method: Method::GlobalFit,
-                body: problem.balance.body_back(&object),
+                body,
                 covariance: all_finite(&covariance).then_some(covariance),
                 condition,
                 consistency: None,
                 learned: None,
-                diagnostics: self.diagnostics_of(&problem.balance.body_back(&object)),
+                diagnostics,
             },
             stiffness: self.about_origin(&block(0)) * (problem.top * problem.top),
             damping,
             extra_terms: 0,
             extra_terms_z: [None; 2],
+            gravity,
             noise: self.variance.sqrt(),
         })
     }
@@ -160,7 +161,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         Some(())
     }
 
-    fn diagnostics_of(&self, object: &RigidBody<R>) -> Diagnostics {
+    fn diagnostics_of(&mut self, object: &RigidBody<R>) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
         if !object.is_physically_consistent() {
             let margin = object.physical_margin().unwrap_or(R::zero()).to_f32();
@@ -169,25 +170,5 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         }
         diagnostics.extend(self.suspect());
         diagnostics
-    }
-
-    /// The sensor or hit with the largest pull, as in maximum likelihood; `None` when no pull is large enough.
-    fn suspect(&self) -> Option<Diagnostic> {
-        let Self { problem, unknowns, .. } = self;
-        if unknowns.nuisances() == 0 {
-            return None;
-        }
-        let pull = |first: usize, count: usize| root_mean_square(&self.memory.x[first..][..count]);
-        let of_sensors = (0..problem.layout.sensors.len()).map(|i| {
-            let pull = pull(unknowns.sensor(i), SENSOR_NUISANCES);
-            (pull, Code::LargeSensorPull, Subject::sensor(i))
-        });
-        let of_hits = (0..problem.layout.hits.len()).map(|j| {
-            let pull = pull(unknowns.hit(j), HIT_NUISANCES);
-            (pull, Code::LargeHitPull, Subject::hit(j))
-        });
-        let all = of_sensors.chain(of_hits).filter(|(pull, ..)| *pull > R::of(SUSPICIOUS));
-        let (pull, code, subject) = all.reduce(|a, b| if b.0 > a.0 { b } else { a })?;
-        Some(Diagnostic::about(code, Severity::Warning, subject, pull.to_f32()))
     }
 }

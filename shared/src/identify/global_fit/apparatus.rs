@@ -1,10 +1,11 @@
 //! Sensors and hits with their errors, as the nuisance parameters describe them.
 //!
-//! The readings are bilinear: `h = ĝ(s) D(s)⁻¹ f̂`. A sensor's errors change only its three rows `ĝ`, a hit's
-//! errors only its force `f̂`, with the definitions of maximum likelihood (theory, section 4):
+//! The readings are bilinear: `h = ĝ(s) D(s)⁻¹ f̂`. A sensor's errors change only its three rows `ĝ`, the direction of
+//! gravity those of all sensors, a hit's errors only its force `f̂`, with the definitions of maximum likelihood (theory,
+//! section 4):
 //!
 //! ```text
-//! ĝ = (1 − σ_h u_h) (I + S(u)) Rᵀ [I, −[p + δ(u)]ₓ − [g]ₓ/s²]        f̂ = f₀ + Σ wₖ uₖ
+//! ĝ = (1 − σ_h u_h) (I + S(u)) Rᵀ [I, −[p + δ(u)]ₓ − [g(u)]ₓ/s²]        f̂ = f₀ + Σ wₖ uₖ
 //! ```
 
 use core::array::from_fn;
@@ -12,10 +13,10 @@ use core::array::from_fn;
 use nalgebra::{Complex, Matrix3, Vector3, Vector6};
 
 use super::problem::Problem;
-use super::unknowns::{FORCE_SLOPES, SECOND_ORDER, Unknowns, real};
+use super::unknowns::{FORCE_SLOPES, Unknowns, real};
 use crate::Real;
-use crate::identify::maximum_likelihood::model::{HIT_NUISANCES, SENSITIVITIES, SENSOR_NUISANCES};
-use crate::layout::{Hit, HitUncertainty, Sensor, SensorUncertainty, across};
+use crate::identify::maximum_likelihood::model::{SENSITIVITIES, SENSOR_NUISANCES};
+use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES, Hit, Sensor, SensorUncertainty, across};
 use crate::linalg::skew;
 
 /// The three rows of a sensor at one bin.
@@ -29,6 +30,8 @@ pub(super) struct SensorModel<R> {
     turning: Matrix3<R>,
     /// `−Rᵀ [g]ₓ`.
     tilt: Matrix3<R>,
+    /// Changes of g with its direction.
+    gravity_slopes: [Vector3<R>; GRAVITY_QUANTITIES],
     /// `(1 − σ_h u_h) (I + S)`.
     mixing: Matrix3<R>,
     /// `1 − σ_h u_h`.
@@ -38,10 +41,11 @@ pub(super) struct SensorModel<R> {
 }
 
 impl<R: Real> SensorModel<R> {
-    /// A sensor with its errors `u`; none without a budget.
+    /// A sensor with its errors `u` under this gravity; no errors without a budget.
     pub(super) fn new<const S: usize, const H: usize>(
         problem: &Problem<'_, R, S, H>,
         sensor: &Sensor<R>,
+        gravity: Vector3<R>,
         hammer: R,
         u: &[R],
     ) -> Self {
@@ -56,12 +60,16 @@ impl<R: Real> SensorModel<R> {
         for k in 0..SENSITIVITIES {
             mixing[(k / 3, k % 3)] += at(k) * sensitivity_sigma(&uncertainty, k);
         }
-        let gravity = if sensor.senses_gravity { problem.gravity } else { Vector3::zeros() };
+        let [gravity, first, second] = match sensor.senses_gravity {
+            true => [gravity, problem.gravity_slopes[0], problem.gravity_slopes[1]],
+            false => [Vector3::zeros(); 1 + GRAVITY_QUANTITIES],
+        };
         let position = problem.balance.point(&sensor.position) + shift;
         Self {
             axes,
             turning: -(axes * skew(&position)),
             tilt: -(axes * skew(&gravity)),
+            gravity_slopes: [first, second],
             mixing: mixing * hammer,
             hammer,
             uncertainty,
@@ -91,10 +99,12 @@ impl<R: Real> SensorModel<R> {
         })
     }
 
-    /// Change of one row with a nuisance parameter; `None` when it does not change.
+    /// Change of one row at a bin with a nuisance parameter: one of the sensor's own, then those of gravity; `None` when
+    /// it does not change.
     pub(super) fn slope(
         &self,
         plain: &Rows<R>,
+        inverse_square: Complex<R>,
         axis: usize,
         parameter: usize,
     ) -> Option<Vector6<Complex<R>>> {
@@ -116,18 +126,29 @@ impl<R: Real> SensorModel<R> {
                     _ => None,
                 }
             }
-            _ => {
-                let sigma = self.uncertainty.position;
-                if sigma == R::zero() {
-                    return None;
-                }
+            12..SENSOR_NUISANCES => {
                 let mut along = Vector3::zeros();
-                along[parameter - 12] = sigma;
-                let own = (self.mixing * self.axes).row(axis).transpose();
-                let turning = along.cross(&own);
-                Some(Vector6::from_fn(|j, _| real(if j < 3 { R::zero() } else { turning[j - 3] })))
+                along[parameter - 12] = self.uncertainty.position;
+                self.turned(along, axis, real(R::one()))
+            }
+            _ => {
+                let along = self.gravity_slopes[parameter - SENSOR_NUISANCES];
+                self.turned(along, axis, inverse_square)
             }
         }
+    }
+
+    /// Change of a row with `p` in `−[p]ₓ` times a factor.
+    fn turned(
+        &self,
+        along: Vector3<R>,
+        axis: usize,
+        factor: Complex<R>,
+    ) -> Option<Vector6<Complex<R>>> {
+        let own = (self.mixing * self.axes).row(axis).transpose();
+        let turning = along.cross(&own);
+        let row = |j: usize| if j < 3 { real(R::zero()) } else { factor.scale(turning[j - 3]) };
+        (along != Vector3::zeros()).then(|| Vector6::from_fn(|j, _| row(j)))
     }
 }
 
@@ -140,18 +161,17 @@ fn sensitivity_sigma<R: Real>(uncertainty: &SensorUncertainty<R>, parameter: usi
 pub(super) struct HitModel<R> {
     /// `f̂`.
     pub(super) force: Vector6<R>,
-    /// Change of `f̂` with the hit's own nuisance parameters, with the hammer's gain, and with the errors of
-    /// second order.
+    /// Change of `f̂` with the hit's own nuisance parameters, with the hammer's gain, and with the torque.
     pub(super) slopes: [Vector6<R>; FORCE_SLOPES],
 }
 
 impl<R: Real> HitModel<R> {
-    /// A hit with its errors `u`, those of second order last; none without a budget.
+    /// A hit with its own errors and that of its torque; none without a budget.
     pub(super) fn new<const S: usize, const H: usize>(
         problem: &Problem<'_, R, S, H>,
         hit: &Hit<R>,
         hammer: R,
-        u: Option<[&[R]; 2]>,
+        u: Option<(&[R], R)>,
     ) -> Self {
         let hits = u16::from(problem.layout.test.hits_per_dof);
         let length = problem.balance.length;
@@ -165,39 +185,23 @@ impl<R: Real> HitModel<R> {
             slopes[2 + k] = wrench(t * turn, point.cross(&t) * turn);
         }
         let mut force = wrench(direction, point.cross(&direction));
-        let (shorter, torque) = second_order(&hit.uncertainty, hits);
-        slopes[HIT_NUISANCES + 1] = force * shorter;
-        slopes[HIT_NUISANCES + 2] = wrench(Vector3::zeros(), direction * (torque / length));
-        if let Some([first, second]) = u {
+        let (shorter, torque) = hit.uncertainty.second_order(hits);
+        slopes[HIT_QUANTITIES - 1] = force * shorter.hypot(problem.layout.hit_gain);
+        slopes[HIT_QUANTITIES + 1] = wrench(Vector3::zeros(), direction * (torque / length));
+        if let Some((own, torque)) = u {
             // Directions that scatter have a mean shorter than one (theory, section 12).
             let square = |sigma: R| sigma * sigma;
             let shorter =
                 square(hit.uncertainty.direction) + square(hit.uncertainty.node_direction);
             force *= (R::one() - shorter).max(R::of(0.5));
-            let errors = first.iter().chain(second);
-            let places = (0..HIT_NUISANCES).chain(HIT_NUISANCES + 1..);
-            for (u, place) in errors.zip(places) {
-                force += slopes[place] * *u;
+            for (slope, u) in slopes.iter().zip(own) {
+                force += slope * *u;
             }
+            force += slopes[HIT_QUANTITIES + 1] * torque;
         }
-        slopes[HIT_NUISANCES] = force * (-problem.layout.hammer_gain / hammer);
+        slopes[HIT_QUANTITIES] = force * (-problem.layout.hammer_gain / hammer);
         Self { force, slopes }
     }
-}
-
-/// Standard deviations of second order of the mean of `hits` hits: of its length, which varies with the squares
-/// of the angles `1 − |t + s|²/2`, and of the torque about its direction, m, which comes from displacements
-/// times angles. Scatter s and error of the mark t are independent in two directions.
-fn second_order<R: Real>(uncertainty: &HitUncertainty<R>, hits: u16) -> (R, R) {
-    let n = R::of(f64::from(hits.max(1)));
-    let HitUncertainty { position, direction, node_position, node_direction } = *uncertainty;
-    let two = R::of(2.0);
-    let square = |a: R, b: R| (a * b) * (a * b);
-    let length = square(node_direction, node_direction)
-        + (two * square(node_direction, direction) + square(direction, direction)) / n;
-    let mixed = square(position, node_direction) + square(node_position, direction);
-    let torque = square(node_position, node_direction) + (square(position, direction) + mixed) / n;
-    (length.sqrt(), (two * torque).sqrt())
 }
 
 /// All sensors and hits of a layout with the errors of these unknowns.
@@ -218,16 +222,22 @@ impl<R: Real, const S: usize, const H: usize> Apparatus<R, S, H> {
         let errors = |first: usize, count: usize| {
             x.get(first..first + count).filter(|_| unknowns.budget).unwrap_or(&[])
         };
-        let u = errors(unknowns.hammer(), 1).first().copied().unwrap_or_else(R::zero);
+        let one = |place: usize| errors(place, 1).first().copied().unwrap_or_else(R::zero);
         // A gain of less than a tenth is none.
-        let hammer = (R::one() - layout.hammer_gain * u).max(R::of(0.1));
+        let hammer = (R::one() - layout.hammer_gain * one(unknowns.hammer())).max(R::of(0.1));
+        let gravity = problem.gravity_at(errors(unknowns.gravity(), GRAVITY_QUANTITIES));
         let sensor = |(i, sensor): (usize, &Sensor<R>)| {
-            SensorModel::new(problem, sensor, hammer, errors(unknowns.sensor(i), SENSOR_NUISANCES))
+            let u = errors(unknowns.sensor(i), SENSOR_NUISANCES);
+            SensorModel::new(problem, sensor, gravity, hammer, u)
         };
         let hit = |(j, hit): (usize, &Hit<R>)| {
-            let first = errors(unknowns.hit(j), HIT_NUISANCES);
-            let second = errors(unknowns.second_order(j), SECOND_ORDER);
-            HitModel::new(problem, hit, hammer, unknowns.budget.then_some([first, second]))
+            let own = errors(unknowns.hit(j), HIT_QUANTITIES);
+            HitModel::new(
+                problem,
+                hit,
+                hammer,
+                unknowns.budget.then_some((own, one(unknowns.torque(j)))),
+            )
         };
         Self {
             sensors: layout.sensors.iter().enumerate().map(sensor).collect(),

@@ -5,7 +5,7 @@ use core::array::from_fn;
 use heapless::Vec;
 use nalgebra::{Complex, Matrix6, Vector6};
 
-use super::apparatus::{Apparatus, Rows};
+use super::apparatus::{Apparatus, Rows, SensorModel};
 use super::problem::Problem;
 use super::unknowns::{MOST_BLOCKS, SYMMETRIC, Unknowns, dot, matrix_of, powers_of, real};
 use crate::Real;
@@ -40,6 +40,19 @@ pub(super) struct BinModel<R, const S: usize, const H: usize> {
     pub(super) adjoints: Vec<Rows<R>, S>,
     /// Measured minus modelled, of the readings of every sensor under every hit.
     pub(super) residuals: Vec<[[Complex<R>; 3]; S], H>,
+}
+
+impl<R: Real, const S: usize, const H: usize> BinModel<R, S, H> {
+    /// Change of one row of a sensor with a nuisance parameter; `None` when it does not change.
+    pub(super) fn slope_of_row(
+        &self,
+        sensor: &SensorModel<R>,
+        [place, axis]: [usize; 2],
+        parameter: usize,
+    ) -> Option<Vector6<Complex<R>>> {
+        // The first power is that of K.
+        sensor.slope(&self.plain[place], self.powers[0], axis, parameter)
+    }
 }
 
 impl<R: Real, const S: usize, const H: usize> Problem<'_, R, S, H> {

@@ -6,11 +6,10 @@ use super::apparatus::Apparatus;
 use super::bin_model::BinModel;
 use super::packed::triangle;
 use super::unknowns::{
-    FORCE_SLOPES, MOST_SHARED, OWN_NUISANCES, Unknowns, along, block_of, dot, dot_real,
-    place_of_hit, symmetrized, with_properties,
+    FORCE_SLOPES, MOST_SHARED, OWN_NUISANCES, ROW_SLOPES, Unknowns, along, block_of, dot, dot_real,
+    place_of_hit, place_of_row, symmetrized, with_properties,
 };
 use crate::Real;
-use crate::identify::maximum_likelihood::model::SENSOR_NUISANCES;
 
 /// Room for one accelerance: the changes with its unknowns, and the residual.
 pub(super) const ROOM: usize = OWN_NUISANCES + MOST_SHARED + 1;
@@ -83,8 +82,8 @@ pub(super) fn own_count(unknowns: &Unknowns) -> usize {
 /// Place among all unknowns of an own unknown of a reading; they ascend.
 pub(super) fn unknown_of(unknowns: &Unknowns, sensor: usize, hit: usize, own: usize) -> usize {
     match own {
-        0..SENSOR_NUISANCES => unknowns.sensor(sensor) + own,
-        _ => match own - SENSOR_NUISANCES {
+        0..ROW_SLOPES => place_of_row(unknowns, sensor, own),
+        _ => match own - ROW_SLOPES {
             k @ 0..FORCE_SLOPES => place_of_hit(unknowns, hit, k),
             k => unknowns.nuisances() + k - FORCE_SLOPES,
         },
@@ -101,14 +100,14 @@ pub(super) fn each_slope<R: Real, const S: usize, const H: usize>(
 ) {
     let (motion, adjoint) = (&model.motions[hit], &model.adjoints[sensor][axis]);
     if unknowns.budget {
-        for u in 0..SENSOR_NUISANCES {
-            let slope = apparatus.sensors[sensor].slope(&model.plain[sensor], axis, u);
+        for u in 0..ROW_SLOPES {
+            let slope = model.slope_of_row(&apparatus.sensors[sensor], [sensor, axis], u);
             if let Some(slope) = slope {
                 act(u, dot(&slope, motion));
             }
         }
         for (u, force) in apparatus.hits[hit].slopes.iter().enumerate() {
-            act(SENSOR_NUISANCES + u, dot_real(adjoint, force));
+            act(ROW_SLOPES + u, dot_real(adjoint, force));
         }
     }
     let products = with_properties(symmetrized(|m, n| adjoint[m] * motion[n]));

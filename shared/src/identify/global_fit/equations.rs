@@ -14,11 +14,10 @@ use super::elastic::Elastic;
 use super::packed::triangle;
 use super::problem::Problem;
 use super::unknowns::{
-    ELEMENTS, SYMMETRIC, Unknowns, along, block_of, dot, dot_real, of_properties, place_of_hit,
-    real, symmetrized, with_properties,
+    ELEMENTS, ROW_SLOPES, SYMMETRIC, Unknowns, along, block_of, dot, dot_real, of_properties,
+    place_of_hit, place_of_row, real, symmetrized, with_properties,
 };
 use crate::Real;
-use crate::identify::maximum_likelihood::model::SENSOR_NUISANCES;
 
 /// Matrix and right side of the linearised fit, for a noise of one in every real reading and without priors.
 pub(super) struct Equations<'w, R> {
@@ -144,7 +143,7 @@ impl<R: Real> Equations<'_, R> {
         }
     }
 
-    /// Products of the sensors' errors with everything.
+    /// Products of the errors of the sensors and of gravity with everything.
     fn add_sensors<const S: usize, const H: usize>(
         &mut self,
         unknowns: &Unknowns,
@@ -154,8 +153,8 @@ impl<R: Real> Equations<'_, R> {
     ) {
         for (i, sensor) in apparatus.sensors.iter().enumerate() {
             let adjoints = &model.adjoints[i];
-            let first = unknowns.sensor(i);
-            let mut of_all = [Matrix6::from_element(real(R::zero())); SENSOR_NUISANCES];
+            let place = |u: usize| place_of_row(unknowns, i, u);
+            let mut of_all = [Matrix6::from_element(real(R::zero())); ROW_SLOPES];
             for (axis, adjoint) in adjoints.iter().enumerate() {
                 let left = model
                     .motions
@@ -164,25 +163,25 @@ impl<R: Real> Equations<'_, R> {
                     .fold(Vector6::from_element(real(R::zero())), |sum, (motion, left)| {
                         sum + motion.map(|x| x.conj() * left[i][axis])
                     });
-                let slopes: [_; SENSOR_NUISANCES] =
-                    core::array::from_fn(|u| sensor.slope(&model.plain[i], axis, u));
+                let slopes: [_; ROW_SLOPES] =
+                    core::array::from_fn(|u| model.slope_of_row(sensor, [i, axis], u));
                 let changing =
                     slopes.iter().enumerate().filter_map(|(u, slope)| Some((u, slope.as_ref()?)));
                 for (u, slope) in changing.clone() {
                     let conjugate = slope.map(|v| v.conj());
                     let weighted = sums.motions.tr_mul(&conjugate);
                     for (v, other) in changing.clone().take_while(|(v, _)| *v <= u) {
-                        self.matrix[triangle(first + u) + first + v] += dot(&weighted, other).re;
+                        self.matrix[triangle(place(u)) + place(v)] += dot(&weighted, other).re;
                     }
-                    self.right[first + u] += dot(&conjugate, &left).re;
+                    self.right[place(u)] += dot(&conjugate, &left).re;
                     for (m, n) in all_places() {
                         of_all[u][(m, n)] += adjoint[m] * weighted[n];
                     }
-                    self.add_with_hits(unknowns, apparatus, model, first + u, slope, adjoint);
+                    self.add_with_hits(unknowns, apparatus, model, place(u), slope, adjoint);
                 }
             }
             for (u, of_all) in of_all.iter().enumerate() {
-                self.add_with_shared(unknowns, model, first + u, |m, n| of_all[(m, n)]);
+                self.add_with_shared(unknowns, model, place(u), |m, n| of_all[(m, n)]);
             }
         }
     }

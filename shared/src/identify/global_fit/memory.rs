@@ -3,7 +3,7 @@
 use super::elastic::ROOM;
 use super::equations::Equations;
 use super::packed::triangle;
-use super::unknowns::{MOST_SHARED, SECOND_ORDER};
+use super::unknowns::MOST_SHARED;
 use super::{Elastic, nuisances};
 use crate::Real;
 use crate::layout::MAX_ATTACHED;
@@ -20,7 +20,7 @@ pub const fn workspace(sensors: usize, hits: usize) -> usize {
 }
 
 const fn most_unknowns(sensors: usize, hits: usize) -> usize {
-    nuisances(sensors, hits, MAX_ATTACHED) + SECOND_ORDER * hits + MOST_SHARED
+    nuisances(sensors, hits, MAX_ATTACHED) + hits + MOST_SHARED
 }
 
 /// The parts of the workspace; all vectors have the length of the most unknowns.

@@ -12,7 +12,7 @@ use crate::Real;
 use crate::body::RigidBody;
 use crate::frequency_responses::FrequencyResponses;
 use crate::identify::maximum_likelihood::balance::Balance;
-use crate::layout::{Layout, MAX_ATTACHED};
+use crate::layout::{GRAVITY_QUANTITIES, Layout, MAX_ATTACHED};
 
 pub(super) struct Problem<'a, R, const S: usize, const H: usize> {
     pub(super) layout: &'a Layout<R, S, H>,
@@ -23,6 +23,8 @@ pub(super) struct Problem<'a, R, const S: usize, const H: usize> {
     pub(super) top: R,
     /// Gravity over `L top²`.
     pub(super) gravity: Vector3<R>,
+    /// Changes of that with its direction.
+    pub(super) gravity_slopes: [Vector3<R>; GRAVITY_QUANTITIES],
     /// phi of each attached body and the relative standard deviation of its mass.
     pub(super) attached: Vec<(SVector<R, 10>, R), MAX_ATTACHED>,
 }
@@ -37,6 +39,7 @@ impl<'a, R: Real, const S: usize, const H: usize> Problem<'a, R, S, H> {
         let bins = 0..responses.frequencies().len();
         let square = bins.fold(R::zero(), |top, bin| top.max(responses.s(bin).norm_sqr()));
         let gravity = Vector3::from(layout.gravity.unwrap_or([R::zero(); 3]));
+        let unit = balance.length * square;
         let attached = layout.attached.iter();
         let attached = attached.filter_map(|a| Some((balance.attached(a)?, a.relative_sigma)));
         Self {
@@ -44,7 +47,8 @@ impl<'a, R: Real, const S: usize, const H: usize> Problem<'a, R, S, H> {
             responses,
             settings,
             top: square.sqrt(),
-            gravity: gravity / (balance.length * square),
+            gravity: gravity / unit,
+            gravity_slopes: layout.gravity_slopes().map(|change| change / unit),
             attached: attached.collect(),
             balance,
         }
@@ -62,6 +66,12 @@ impl<'a, R: Real, const S: usize, const H: usize> Problem<'a, R, S, H> {
     /// Laplace variable of a bin relative to the highest.
     pub(super) fn s(&self, bin: usize) -> Complex<R> {
         self.responses.s(bin).unscale(self.top)
+    }
+
+    /// Gravity with these errors of its direction, as [`Self::gravity`].
+    pub(super) fn gravity_at(&self, u: &[R]) -> Vector3<R> {
+        let changes = self.gravity_slopes.iter().zip(u);
+        changes.fold(self.gravity, |sum, (change, u)| sum + change * *u)
     }
 
     /// True when the imaginary parts contain information.

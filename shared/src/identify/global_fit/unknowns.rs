@@ -1,9 +1,9 @@
 //! The unknowns of the fit and their order.
 //!
 //! ```text
-//! sensors 15 each │ hits 4 each │ hammer │ attached bodies │ hits 2 each │ K │ C │ R │ Q │ phi
+//! sensors 15 each │ gravity 2 │ hits 5 each │ hammer │ attached bodies │ hits 1 each │ K │ C │ R │ Q │ phi
 //! ```
-//! The second group of the hits is of second order: length of the mean force, and torque about its direction.
+//! The second group of the hits is the torque about the direction of the mean force, of second order.
 //! Nuisance parameters are in standard deviations of the budget, everything else in balanced variables. The
 //! properties come last, so that a Cholesky factor ends with their information under all other unknowns.
 
@@ -14,7 +14,8 @@ use nalgebra::{Complex, Matrix6, Vector6};
 
 use super::Damping;
 use crate::Real;
-use crate::identify::maximum_likelihood::model::{HIT_NUISANCES, SENSOR_NUISANCES};
+use crate::identify::maximum_likelihood::model::SENSOR_NUISANCES;
+use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES};
 
 /// Elements of a symmetric 6 × 6 matrix.
 pub(super) const SYMMETRIC: usize = 21;
@@ -29,12 +30,12 @@ pub(super) const ELEMENTS: usize = SYMMETRIC + 10;
 /// Unknowns without nuisance parameters: at most.
 pub(super) const MOST_SHARED: usize = SYMMETRIC * MOST_BLOCKS + 10;
 
-/// Errors of second order of a hit.
-pub(super) const SECOND_ORDER: usize = 2;
-/// Changes of a hit's force: its own errors, the hammer's gain, the errors of second order.
-pub(super) const FORCE_SLOPES: usize = HIT_NUISANCES + 1 + SECOND_ORDER;
+/// Changes of a hit's force: its own errors, the hammer's gain, the torque.
+pub(super) const FORCE_SLOPES: usize = HIT_QUANTITIES + 2;
+/// Errors that change the rows of a sensor: its own, and the direction of gravity.
+pub(super) const ROW_SLOPES: usize = SENSOR_NUISANCES + GRAVITY_QUANTITIES;
 /// Errors that a reading depends on, without the attached bodies.
-pub(super) const OWN_NUISANCES: usize = SENSOR_NUISANCES + FORCE_SLOPES;
+pub(super) const OWN_NUISANCES: usize = ROW_SLOPES + FORCE_SLOPES;
 
 /// Row and column of the elements of a lower triangle, row by row.
 pub(super) const PLACES: [(usize, usize); SYMMETRIC] = {
@@ -80,8 +81,13 @@ impl Unknowns {
         SENSOR_NUISANCES * sensor
     }
 
+    /// The direction of gravity.
+    pub(super) fn gravity(&self) -> usize {
+        self.sensor(self.sensors)
+    }
+
     pub(super) fn hit(&self, hit: usize) -> usize {
-        SENSOR_NUISANCES * self.sensors + HIT_NUISANCES * hit
+        self.gravity() + GRAVITY_QUANTITIES + HIT_QUANTITIES * hit
     }
 
     pub(super) fn hammer(&self) -> usize {
@@ -92,14 +98,14 @@ impl Unknowns {
         self.hammer() + 1 + body
     }
 
-    /// Errors of second order of a hit.
-    pub(super) fn second_order(&self, hit: usize) -> usize {
-        self.attached(self.attached) + SECOND_ORDER * hit
+    /// The torque of a hit about its direction.
+    pub(super) fn torque(&self, hit: usize) -> usize {
+        self.attached(self.attached) + hit
     }
 
     /// Number of nuisance parameters.
     pub(super) fn nuisances(&self) -> usize {
-        if self.budget { self.second_order(self.hits) } else { 0 }
+        if self.budget { self.torque(self.hits) } else { 0 }
     }
 
     /// First element of a matrix besides the mass.
@@ -209,11 +215,19 @@ pub(super) fn block_of(
     (unknowns.block(block), elements)
 }
 
+/// Place of a change of a sensor's rows.
+pub(super) fn place_of_row(unknowns: &Unknowns, sensor: usize, parameter: usize) -> usize {
+    match parameter {
+        0..SENSOR_NUISANCES => unknowns.sensor(sensor) + parameter,
+        _ => unknowns.gravity() + parameter - SENSOR_NUISANCES,
+    }
+}
+
 /// Place of a change of a hit's force.
 pub(super) fn place_of_hit(unknowns: &Unknowns, hit: usize, parameter: usize) -> usize {
     match parameter {
-        0..HIT_NUISANCES => unknowns.hit(hit) + parameter,
-        HIT_NUISANCES => unknowns.hammer(),
-        _ => unknowns.second_order(hit) + parameter - HIT_NUISANCES - 1,
+        0..HIT_QUANTITIES => unknowns.hit(hit) + parameter,
+        HIT_QUANTITIES => unknowns.hammer(),
+        _ => unknowns.torque(hit),
     }
 }

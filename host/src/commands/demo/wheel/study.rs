@@ -122,6 +122,7 @@ impl Wheel {
         layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
         layout.hits.iter_mut().for_each(|hit| hit.uncertainty = HitUncertainty::none());
         layout.hammer_gain = 0.0;
+        (layout.hit_gain, layout.gravity_direction) = (0.0, 0.0);
         Ok(Self { layout, truth: bench.truth(), frequencies, exact, noise })
     }
 

@@ -182,6 +182,7 @@ pub(super) fn without_errors(mut layout: Wheel) -> Wheel {
     layout.sensors.iter_mut().for_each(|s| s.uncertainty = SensorUncertainty::none());
     layout.hits.iter_mut().for_each(|h| h.uncertainty = HitUncertainty::none());
     layout.hammer_gain = 0.0;
+    (layout.hit_gain, layout.gravity_direction) = (0.0, 0.0);
     layout
 }
 
@@ -215,6 +216,13 @@ pub(super) fn measure(
     let forces: Vec<Vector6<f64>> =
         layout.hits.iter().map(|hit| mean_force(hit, layout, random)).collect();
     let hammer = 1.0 - layout.hammer_gain * random.normal();
+    let gravity = layout
+        .gravity_slopes()
+        .iter()
+        .fold(Vector3::zeros(), |sum, slope| sum + slope * random.normal());
+    if let Some(stated) = &mut moved.gravity {
+        (0..3).for_each(|k| stated[k] += gravity[k]);
+    }
     let mut all = Vec::new();
     for f in frequencies {
         let s = C::new(0.0, std::f64::consts::TAU * f);
@@ -255,5 +263,5 @@ fn mean_force(hit: &Hit<f64>, layout: &Wheel, random: &mut Random) -> Vector6<f6
             Hit { direction: direction.into_inner().into(), position: point.into(), ..*hit };
         sum += turned.unit_force(&Vector3::zeros());
     }
-    sum / f64::from(count)
+    sum * ((1.0 + layout.hit_gain * random.normal()) / f64::from(count))
 }
