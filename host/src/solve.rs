@@ -10,6 +10,7 @@
 //! [`identification`]: crate::identification
 
 mod answer;
+mod driving_points;
 mod errors;
 mod frfs;
 mod layout_checks;
@@ -29,12 +30,11 @@ use crate::identification::{Identification, Selection, identify, learned};
 use crate::layout_file::LayoutFile;
 use crate::report::{Truth, message_in};
 use crate::single_fault::{Examination, NominalTest};
-use crate::suspension::{
-    Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
-};
+use crate::suspension::{Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare};
 use crate::uff::{Encoding, Quantity, UffFile, write};
 use crate::{Error, Result};
 use answer::{Failed, Settings};
+use driving_points::{after_points, blame_option, check_points};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses};
 use layout_checks::{admitted, layout_problem};
@@ -157,6 +157,15 @@ pub fn solve(
     file: &LayoutFile,
     uff: &UffFile,
     options: &Options,
+    progress: impl FnMut(u32, u32),
+) -> Result<FrfSolution> {
+    solve_as_stated(file, uff, options, progress).map_err(|error| blame_option(error, options))
+}
+
+fn solve_as_stated(
+    file: &LayoutFile,
+    uff: &UffFile,
+    options: &Options,
     mut progress: impl FnMut(u32, u32),
 ) -> Result<FrfSolution> {
     let layout = &file.layout;
@@ -181,8 +190,9 @@ pub fn solve(
     let highest = look.as_ref().and_then(|look| look.as_ref().ok()?.highest_hz());
     let mass_lines = (!of_mass_lines.is_empty()).then(|| {
         checked(&of_mass_lines)?;
-        let lines = responses.mass_lines(layout, options.decay)?;
+        let mut lines = responses.mass_lines(layout, options.decay)?;
         refuse_suspension_in_band(lines.band_hz, highest)?;
+        check_points(layout, &responses, &mut lines)?;
         mass_line_part(file, lines, options)
     });
     let answers = mass_lines.as_ref().and_then(|part| part.as_ref().ok());
@@ -289,7 +299,8 @@ fn modes_of(
     progress: impl FnMut(u32, u32),
 ) -> Result<SuspensionModes> {
     let responses = LayoutResponses::of(layout, uff, options.quantity)?;
-    suspension::modes_alone(layout, &responses, options, progress)
+    let modes = suspension::modes_alone(layout, &responses, options, progress);
+    modes.map_err(|error| blame_option(error, options))
 }
 
 /// The mass line begins this much above the highest suspension mode at least (theory, section 5).
@@ -373,11 +384,10 @@ impl MassLinePart {
 
 fn mass_line_part(
     file: &LayoutFile,
-    mut lines: FittedLines,
+    lines: FittedLines,
     options: &Options,
 ) -> Result<MassLinePart> {
     let layout = &file.layout;
-    lines.diagnostics.extend(reciprocity_of_mass_lines(layout, &lines.lines));
     let reference = match options.reference_point {
         ReferencePoint::Centroid => inertia_restraint::ReferencePoint::Centroid,
         ReferencePoint::Origin => inertia_restraint::ReferencePoint::Origin,
@@ -389,6 +399,7 @@ fn mass_line_part(
     let identification = identify(&observed, options.selection, &settings).answered();
     let identification = identification.map_err(|found| {
         let error = first_error(&found, |d| message_in(d, layout)).unwrap_or_else(undetermined);
+        let error = after_points(&lines.diagnostics, error, layout);
         blame_the_responses(error, &examination, layout)
     })?;
     Ok(MassLinePart { lines, identification, examination, settings })

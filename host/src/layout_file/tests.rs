@@ -290,6 +290,12 @@ fn numbers_that_cannot_be_are_named() {
     assert!(message(&nan, 10).contains("position_m"));
     assert_eq!(parse(&nan).unwrap_err().code(), Some(Code::LayoutNotFinite));
     assert!(message(&with("-9.80665", "-inf"), 4).contains("gravity"));
+    // Gravity in other units, or a slip, would only show as a strange answer.
+    for (value, hint) in
+        [("-1.0", "in g"), ("-9806.65", "in mm/s²"), ("-8.5", "9.8 m/s²"), ("0.0", "no entry")]
+    {
+        assert!(message(&with("-9.80665", value), 4).contains(hint), "{value}");
+    }
     assert!(message(&with("[10.0, 120.0]", "[120.0, 10.0]"), 26).contains("band_hz"));
     assert!(message(&with("hits_per_dof = 5", "hits_per_dof = 0"), 25).contains("from 1 to 50"));
     assert!(message(&with("[10.0, 120.0]", "\"wide\""), 26).contains("\"auto\""));

@@ -112,6 +112,15 @@ impl LayoutResponses {
         Ok(all)
     }
 
+    /// Part of the squares of all responses in a band that their imaginary parts have.
+    pub(super) fn imaginary_share(&self, [low, high]: [f64; 2]) -> f64 {
+        let points = self.hits.iter().flatten().flat_map(|response| &response.points);
+        let inside = points.filter(|(f, _)| low <= *f && *f <= high);
+        let (imaginary, whole) =
+            inside.fold((0.0, 0.0), |(im, all), (_, h)| (im + h.im * h.im, all + h.norm_sqr()));
+        if whole > 0.0 { imaginary / whole } else { 0.0 }
+    }
+
     /// Refuses responses of which only a corner lies in a wide band: the terms of the mass line are then not told apart.
     fn check_reach(&self, band_hz: [f64; 2]) -> Result<()> {
         let [low, high] = band_hz;

@@ -1,5 +1,7 @@
 //! What is refused or named.
 
+use massline_shared::diagnosis::{Diagnostic, Subject};
+
 use super::*;
 
 /// Lines up to 120 Hz.
@@ -153,6 +155,37 @@ fn a_reversed_hit_and_one_elsewhere_are_named() {
     let solution = solved(&text, &unchanged(&lines(), NOTHING), &Options::default()).unwrap();
     let found = solution.diagnostics.iter().any(|d| d.code == Code::NotReciprocal);
     assert!(found, "{:?}", solution.diagnostics);
+}
+
+#[test]
+fn mass_lines_of_another_quantity_or_hammer_are_named_before_they_are_solved() {
+    let lines: Vec<f64> = (48..200).map(|k| 0.5 * f64::from(k)).collect();
+    let s = |f: f64| Complex::new(0.0, std::f64::consts::TAU * f);
+    let mobility = file(&lines, NOTHING, |f, _, _, h| h / s(f));
+    let reversed = file(&lines, NOTHING, |_, _, _, h| -h);
+    let accelerance = unchanged(&lines, NOTHING);
+    for (uff, quantity, code, words) in [
+        (&mobility, None, "looks_like_mobility", "--quantity mobility"),
+        (&reversed, None, "all_points_reversed", "reversed polarity"),
+        // An option that contradicts the file is not answered with itself.
+        (&accelerance, Some(Quantity::Velocity), "looks_like_mobility", "leave the option out"),
+        (
+            &accelerance,
+            Some(Quantity::Displacement),
+            "driving_point_reversed",
+            "leave the option out",
+        ),
+    ] {
+        let options = Options { quantity, ..Options::default() };
+        let error = solved(LAYOUT, uff, &options).unwrap_err();
+        assert_eq!((error.exit_code(), error.code()), (3, code), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+    let of_one = file(&lines, NOTHING, |_, _, hit, h| if hit == 2 { -h } else { h });
+    let solution = solved(LAYOUT, &of_one, &Options::default()).unwrap();
+    let reversed =
+        |d: &Diagnostic| d.code == Code::DrivingPointReversed && d.subject == Subject::hit(2);
+    assert!(solution.diagnostics.iter().any(reversed), "{:?}", solution.diagnostics);
 }
 
 #[test]
