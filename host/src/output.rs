@@ -28,7 +28,7 @@ pub use notes::Notes;
 pub use table::{Table, align_right};
 pub(crate) use tone::harmless;
 pub use tone::{ColorChoice, Tone};
-use tone::{RESET, escaped};
+use tone::{escaped, plain};
 use wrap::wrapped;
 
 /// The version of the JSON documents. It is incremented whenever a key is renamed or removed or changes its
@@ -138,6 +138,7 @@ impl Output {
     /// As [`Output::text`].
     pub fn verbatim(&mut self, text: impl AsRef<str>) -> Result<()> {
         let text = harmless(text.as_ref());
+        let text = if self.color { text } else { plain(&text).into() };
         let written = writeln!(self.out, "{text}").and_then(|()| self.out.flush());
         check(written)
     }
@@ -272,7 +273,7 @@ impl Output {
 
     /// `text` in the colour of `tone`, if stdout shows colours.
     pub fn toned(&self, text: &str, tone: Tone) -> String {
-        if self.color { format!("{}{text}{RESET}", tone.escape()) } else { text.into() }
+        if self.color { tone.mark(text) } else { text.into() }
     }
 
     /// A progress bar on stderr that counts to `length`; invisible when stderr is not a terminal. Notes appear above it.

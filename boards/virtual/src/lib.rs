@@ -18,6 +18,8 @@
 
 pub mod bench;
 pub mod clock;
+#[cfg(test)]
+mod echo;
 pub mod flash;
 pub mod framebuffer;
 pub mod panel;

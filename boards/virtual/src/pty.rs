@@ -150,26 +150,8 @@ fn write_to_client(master: &mut File, mut bytes: &[u8], link: &HostEnd, ended: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clock::Executor;
-    use crate::pipe::{RigRx, RigTx, pipe};
-    use embedded_io_async::{Read as _, Write as _};
-    use massline_firmware::board::Link;
+    use crate::echo::{END, many_bytes, rig};
     use serialport::SerialPort;
-
-    /// Echoes everything, across changes of client, until it reads an end mark.
-    async fn echo(mut rx: RigRx, mut tx: RigTx) {
-        let mut buffer = [0; 300];
-        loop {
-            // An error means that a client has left.
-            let Ok(count) = rx.read(&mut buffer).await else { continue };
-            if buffer[..count].contains(&END) {
-                return;
-            }
-            let _ = tx.write_all(&buffer[..count]).await;
-        }
-    }
-
-    const END: u8 = b'!';
 
     fn open(path: &Path) -> Box<dyn SerialPort> {
         serialport::new(path.to_str().unwrap(), 115_200)
@@ -179,24 +161,15 @@ mod tests {
     }
 
     fn said_back(port: &mut dyn SerialPort, bytes: &[u8]) -> Vec<u8> {
-        let mut answer = vec![0; bytes.len()];
-        let mut writer = port.try_clone().unwrap();
-        thread::scope(|scope| {
-            scope.spawn(move || writer.write_all(bytes).unwrap());
-            port.read_exact(&mut answer).unwrap();
-        });
-        answer
+        let writer = port.try_clone().unwrap();
+        crate::echo::said_back(port, writer, bytes)
     }
 
     #[test]
     fn a_serial_program_can_open_close_and_reopen_it() {
-        let (link, host) = pipe(4096);
-        let (rx, tx) = link.split();
-        let rig = thread::spawn(move || Executor::default().run(echo(rx, tx)));
+        let (rig, host) = rig();
         let server = PtyServer::serve(host).unwrap();
-        // Every byte value but the end mark, more than the pty holds: nothing may be translated or lost.
-        let bytes: Vec<u8> =
-            (0..20_000_u32).map(|i| (i * 5 / 2) as u8).filter(|&b| b != END).collect();
+        let bytes = many_bytes();
         for _ in 0..3 {
             let mut port = open(server.path());
             assert!(said_back(&mut *port, &bytes) == bytes);

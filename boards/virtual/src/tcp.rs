@@ -186,27 +186,11 @@ fn waits(error: &io::Error) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clock::Executor;
-    use crate::pipe::{RigRx, RigTx, pipe};
-    use embedded_io_async::{Read as _, Write as _};
-    use massline_firmware::board::Link;
+    use crate::echo::{END, many_bytes, rig};
+    use crate::pipe::pipe;
 
-    const END: u8 = b'!';
     /// Never reached unless something hangs.
     const LATE: Duration = Duration::from_secs(60);
-
-    /// Echoes everything, across changes of client, until it reads an end mark.
-    async fn echo(mut rx: RigRx, mut tx: RigTx) {
-        let mut buffer = [0; 300];
-        loop {
-            // An error means that a client has left.
-            let Ok(count) = rx.read(&mut buffer).await else { continue };
-            if buffer[..count].contains(&END) {
-                return;
-            }
-            let _ = tx.write_all(&buffer[..count]).await;
-        }
-    }
 
     fn connect(server: &TcpServer) -> TcpStream {
         let stream = TcpStream::connect(server.address()).unwrap();
@@ -215,24 +199,15 @@ mod tests {
     }
 
     fn said_back(stream: &mut TcpStream, bytes: &[u8]) -> Vec<u8> {
-        let mut answer = vec![0; bytes.len()];
-        let mut writer = stream.try_clone().unwrap();
-        thread::scope(|scope| {
-            scope.spawn(move || writer.write_all(bytes).unwrap());
-            stream.read_exact(&mut answer).unwrap();
-        });
-        answer
+        let writer = stream.try_clone().unwrap();
+        crate::echo::said_back(stream, writer, bytes)
     }
 
     #[test]
     fn one_client_after_the_other_is_served_and_a_second_one_beside_it_is_not() {
-        let (link, host) = pipe(4096);
-        let (rx, tx) = link.split();
-        let rig = thread::spawn(move || Executor::default().run(echo(rx, tx)));
+        let (rig, host) = rig();
         let server = TcpServer::serve(host, "127.0.0.1:0").unwrap();
-        // Every byte value but the end mark, more than the pipe holds.
-        let bytes: Vec<u8> =
-            (0..20_000_u32).map(|i| (i * 5 / 2) as u8).filter(|&b| b != END).collect();
+        let bytes = many_bytes();
         for _ in 0..3 {
             assert!(said_back(&mut connect(&server), &bytes) == bytes);
         }

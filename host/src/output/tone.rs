@@ -31,6 +31,11 @@ pub enum Tone {
 pub(super) const RESET: &str = "\x1b[0m";
 
 impl Tone {
+    /// The text in this tone; where nothing is coloured, [`Output`](super::Output) takes it out again.
+    pub fn mark(self, text: impl std::fmt::Display) -> String {
+        format!("{}{text}{RESET}", self.escape())
+    }
+
     pub(super) fn escape(self) -> &'static str {
         match self {
             Self::Strong => "\x1b[1m",
@@ -39,6 +44,12 @@ impl Tone {
             Self::Bad => "\x1b[31m",
         }
     }
+}
+
+/// The text without tones.
+pub(super) fn plain(text: &str) -> String {
+    let tones = [Tone::Strong, Tone::Good, Tone::Warning, Tone::Bad].map(Tone::escape);
+    tones.into_iter().chain([RESET]).fold(text.to_owned(), |text, tone| text.replace(tone, ""))
 }
 
 /// A JSON text whose strings name their control characters by number; serde_json writes those above 0x7e as they are.

@@ -11,7 +11,7 @@ use nalgebra::SVector;
 
 use super::{as_exact_as, message_in, two_digits};
 use crate::document::{self, Properties};
-use crate::output::{align_right, table};
+use crate::output::{Tone, align_right, table};
 use crate::suspension::{Comparison, Doubt};
 
 /// All answers with their standard deviations, the combined one, and whether they agree; empty for fewer than two.
@@ -38,7 +38,7 @@ pub fn comparison_text(
     }
     let tables: String = [0..4, 4..7, 7..10].map(|columns| table_of(&rows, columns)).concat();
     let distances = distances_from_global_fit(estimates);
-    let verdict = verdict(comparison, estimates, layout);
+    let verdict = tone(comparison).mark(verdict(comparison, estimates, layout));
     format!("all methods on the same data\n{tables}{verdict}\n{distances}")
 }
 
@@ -81,6 +81,15 @@ fn table_of(rows: &[Row], columns: Range<usize>) -> String {
 /// Standard deviations of a difference from which methods hardly agree. Of a hundred differences by noise alone one in twenty sets
 /// has one as large.
 const HARDLY: f64 = 3.5;
+
+/// How a verdict sounds.
+fn tone(comparison: &Comparison) -> Tone {
+    match (comparison.doubt, &comparison.agreement) {
+        (Some(Doubt::Misfit), _) => Tone::Bad,
+        (None, Some(agreement)) if agreement.agrees() => Tone::Good,
+        _ => Tone::Warning,
+    }
+}
 
 /// Whether the methods agree, or which ones are off.
 fn verdict(comparison: &Comparison, estimates: &[Estimate<f64>], layout: &HostLayout) -> String {

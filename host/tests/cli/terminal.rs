@@ -146,6 +146,16 @@ fn help_and_errors_have_colours_where_they_are_wanted() {
 }
 
 #[test]
+fn a_verdict_has_the_colour_of_what_it_says() {
+    let archive = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/archive/version-1.massline");
+    let said = |color| run(&["solve", archive, "--color", color]).stdout;
+    assert!(said("always").contains("\x1b[32mthe methods agree"), "{}", said("always"));
+    let plain_text = said("never");
+    assert!(plain_text.contains("the methods agree") && !plain_text.contains('\x1b'));
+    assert_eq!(said("auto"), plain_text);
+}
+
+#[test]
 fn control_characters_of_arguments_do_not_reach_the_terminal() {
     for strange in ["\x1b[2Jx", "\x1b]0;title\x07", "\u{9b}2J"] {
         for arguments in [

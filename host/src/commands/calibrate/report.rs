@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 
 use crate::calibration::block::Block;
 use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
-use crate::calibration::verify::{Drift, by_sensor};
-use crate::output;
+use crate::calibration::verify::{Drift, Verdict, by_sensor};
+use crate::output::{self, Tone};
 use crate::report::{diagnostics_json, message, with_sigma};
 
 /// A calibration as JSON.
@@ -242,6 +242,14 @@ pub(super) fn drifts_json(all: &[Drift], tolerance: f64, record: &CalibrationRec
     json!({ "sensors": sensors, "channels": channels, "calibrated": record.date.as_str() })
 }
 
+fn tone_of(verdict: Verdict) -> Tone {
+    match verdict {
+        Verdict::Good => Tone::Good,
+        Verdict::Unclear => Tone::Warning,
+        Verdict::Drifted => Tone::Bad,
+    }
+}
+
 pub(super) fn drifts_text(all: &[Drift], tolerance: f64) -> String {
     let mut table = output::table();
     table.set_header(["sensor", "axis", "drift, %", "± sd", "verdict"]);
@@ -251,7 +259,7 @@ pub(super) fn drifts_text(all: &[Drift], tolerance: f64) -> String {
             AXIS_LETTERS[d.axis].to_string(),
             format!("{:+.2}", 100.0 * d.drift),
             format!("{:.2}", 100.0 * d.sigma),
-            d.verdict.name().into(),
+            tone_of(d.verdict).mark(d.verdict.name()),
         ]);
     }
     let mut text = table.to_string();
