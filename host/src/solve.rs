@@ -30,11 +30,13 @@ use crate::identification::{Identification, Selection, identify, learned};
 use crate::layout_file::LayoutFile;
 use crate::report::{Truth, message_in};
 use crate::single_fault::{Examination, NominalTest};
-use crate::suspension::{Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare};
+use crate::suspension::{
+    Comparison, MassLineAnswers, ModeChoice, SuspensionModes, compare, reciprocity_of_mass_lines,
+};
 use crate::uff::{Encoding, Quantity, UffFile, write};
 use crate::{Error, Result};
 use answer::{Failed, Settings};
-use driving_points::{after_points, blame_option, check_points};
+use driving_points::{after_points, blame_option, reversed_points};
 use errors::{blame_the_responses, both_errors, undetermined};
 use frfs::{FittedLines, LayoutResponses};
 use layout_checks::{admitted, layout_problem};
@@ -192,8 +194,9 @@ fn solve_as_stated(
         checked(&of_mass_lines)?;
         let mut lines = responses.mass_lines(layout, options.decay)?;
         refuse_suspension_in_band(lines.band_hz, highest)?;
-        check_points(layout, &responses, &mut lines)?;
-        mass_line_part(file, lines, options)
+        let reversed = reversed_points(layout, &responses, lines.band_hz)?;
+        lines.diagnostics.extend(reciprocity_of_mass_lines(layout, &lines.lines));
+        mass_line_part(file, lines, options).map_err(|error| after_points(&reversed, error, layout))
     });
     let answers = mass_lines.as_ref().and_then(|part| part.as_ref().ok());
     let answers = answers.map(|part| part.answers(layout));
@@ -399,7 +402,6 @@ fn mass_line_part(
     let identification = identify(&observed, options.selection, &settings).answered();
     let identification = identification.map_err(|found| {
         let error = first_error(&found, |d| message_in(d, layout)).unwrap_or_else(undetermined);
-        let error = after_points(&lines.diagnostics, error, layout);
         blame_the_responses(error, &examination, layout)
     })?;
     Ok(MassLinePart { lines, identification, examination, settings })

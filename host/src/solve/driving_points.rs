@@ -1,13 +1,14 @@
 //! Whether the points that are hit move as accelerations do: mass lines of another quantity, or of a reversed hammer, are
 //! named before anything is made of them.
 
-use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
 use massline_shared::layout::HostLayout;
+use massline_shared::modes::reduce_line;
+use nalgebra::{Complex, Vector6};
 
-use super::frfs::{FittedLines, LayoutResponses};
-use super::{Options, first_error};
+use super::frfs::LayoutResponses;
+use super::{Options, first_error, undetermined};
 use crate::report::message_in;
-use crate::suspension::reciprocity_of_mass_lines;
 use crate::uff::Quantity;
 use crate::{Error, Result};
 
@@ -15,35 +16,64 @@ use crate::{Error, Result};
 /// free body are real, and noise has half.
 const IMAGINARY: f64 = 0.75;
 
-/// Adds what the points that are hit say about mass lines.
+/// Part of the lines at which a point moves against its force from which it is reversed. An elastic mode within the band
+/// turns points for a part of it, so the mass lines themselves do not tell.
+const REVERSED: f64 = 0.75;
+
+/// The hits, by their places, whose point moves against the force nearly everywhere in the band of the mass lines.
 ///
 /// # Errors
 /// `looks_like_mobility`, and `all_points_reversed` when more than one point is hit.
-pub(super) fn check_points(
+pub(super) fn reversed_points(
     layout: &HostLayout,
     responses: &LayoutResponses,
-    lines: &mut FittedLines,
-) -> Result<()> {
+    band_hz: [f64; 2],
+) -> Result<Vec<usize>> {
     let error = |code: Code| {
         let found = Diagnostic::whole(code, Severity::Error, 0.0);
-        first_error(&[found], |d| message_in(d, layout)).map_or(Ok(()), Err)
+        first_error(&[found], |d| message_in(d, layout)).unwrap_or_else(undetermined)
     };
-    if responses.imaginary_share(lines.band_hz) > IMAGINARY {
-        return error(Code::LooksLikeMobility);
+    if responses.imaginary_share(band_hz) > IMAGINARY {
+        return Err(error(Code::LooksLikeMobility));
     }
-    let found = reciprocity_of_mass_lines(layout, &lines.lines);
-    let reversed = found.iter().filter(|d| d.code == Code::DrivingPointReversed).count();
-    if reversed > 1 && reversed == layout.hits.len() {
-        return error(Code::AllPointsReversed);
+    // Without common lines, or when the sensors do not see all motions, nothing is known of the points.
+    let Ok(lines) = responses.spectrum_bins(layout, band_hz, 0.0) else { return Ok(Vec::new()) };
+    let readings = lines.responses()?;
+    let reference = layout.sensor_centroid();
+    let forces: Vec<_> = layout.hits.iter().map(|hit| hit.unit_force(&reference)).collect();
+    let mut motions = vec![Vector6::<Complex<f64>>::zeros(); forces.len()];
+    let mut against = vec![0; forces.len()];
+    for line in 0..lines.len() {
+        if reduce_line(layout, &readings, &reference, line, &mut motions).is_none() {
+            return Ok(Vec::new());
+        }
+        for (count, (force, motion)) in against.iter_mut().zip(forces.iter().zip(&motions)) {
+            *count += usize::from(motion.map(|y| y.re).dot(force) < 0.0);
+        }
     }
-    lines.diagnostics.extend(found);
-    Ok(())
+    let is_reversed = |count: &usize| *count as f64 > REVERSED * lines.len() as f64;
+    let reversed: Vec<usize> = against
+        .iter()
+        .enumerate()
+        .filter(|(_, count)| is_reversed(count))
+        .map(|(hit, _)| hit)
+        .collect();
+    if reversed.len() > 1 && reversed.len() == forces.len() {
+        return Err(error(Code::AllPointsReversed));
+    }
+    Ok(reversed)
 }
 
 /// An error of mass lines with the points before it that move against their forces.
-pub(super) fn after_points(found: &[Diagnostic], error: Error, layout: &HostLayout) -> Error {
-    let reversed = found.iter().filter(|d| d.code == Code::DrivingPointReversed);
-    let said: Vec<String> = reversed.map(|d| message_in(d, layout)).collect();
+pub(super) fn after_points(reversed: &[usize], error: Error, layout: &HostLayout) -> Error {
+    let said: Vec<String> = reversed
+        .iter()
+        .map(|hit| {
+            let subject = Subject::hit(*hit);
+            let code = Code::DrivingPointReversed;
+            message_in(&Diagnostic::about(code, Severity::Error, subject, 0.0), layout)
+        })
+        .collect();
     match (error, said.is_empty()) {
         (Error::Undetermined { message, .. }, false) => {
             let text = format!("{}; {message}", said.join("; "));

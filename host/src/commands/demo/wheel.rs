@@ -16,8 +16,8 @@ use crate::file::{self, Existing};
 use crate::identification::Selection;
 use crate::layout_file::LayoutFile;
 use crate::output::{Output, Tone, align_right, table};
-use crate::report::modes_text;
-use crate::solve::{Options, SUSPENSION_BAND_HZ, solve};
+use crate::report::{message_in, modes_text};
+use crate::solve::{FrfSolution, Options, SUSPENSION_BAND_HZ, solve};
 use crate::uff::UffFile;
 use study::{Row, SET_NAMES, Study, Wheel};
 
@@ -106,17 +106,35 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     })
 }
 
-/// What the methods of mass lines say to the responses of an analyser.
+/// A band between the suspension modes and the modes of the tyre, Hz, where there is no mass line.
+const BELOW_TYRE: [f64; 2] = [24.0, 45.0];
+
+/// What the methods of mass lines say to the responses of an analyser. With a tyre, their band is clear of all modes.
 fn mass_lines(args: &Args) -> Result<String> {
-    let file = LayoutFile::parse(LAYOUT, "wheel.toml")?;
+    let mut file = LayoutFile::parse(LAYOUT, "wheel.toml")?;
+    if args.tyre {
+        file.layout.test.band_hz = Some(BELOW_TYRE);
+    }
     let wide = Wheel::wide(&file.layout, args.noise, args.tyre)?;
     let uff = UffFile::parse(&wide.universal_file(args.seed))?;
     let selection = Selection::Only(Method::InertiaRestraint);
     let options = Options { selection, ..Options::default() };
     Ok(match solve(&file, &uff, &options, |_, _| ()) {
-        Ok(answer) => answer.to_text(),
+        Ok(answer) => warnings_of(&answer, &file),
         Err(error) => error.to_string(),
     })
+}
+
+/// The mass of an answer and the first of its warnings.
+fn warnings_of(answer: &FrfSolution, file: &LayoutFile) -> String {
+    let mass = answer.answer().map_or(f64::NAN, |estimate| estimate.body.mass);
+    let [low, high] = BELOW_TYRE;
+    let mut text = format!("from {low:.0} to {high:.0} Hz they give a mass of {mass:.1} kg");
+    let said = answer.diagnostics.iter().map(|d| message_in(d, &file.layout));
+    if let Some(first) = said.clone().next() {
+        text += &format!(", with {} warnings: {first}", said.count());
+    }
+    text
 }
 
 /// Writes responses and layout.

@@ -169,12 +169,7 @@ fn mass_lines_of_another_quantity_or_hammer_are_named_before_they_are_solved() {
         (&reversed, None, "all_points_reversed", "reversed polarity"),
         // An option that contradicts the file is not answered with itself.
         (&accelerance, Some(Quantity::Velocity), "looks_like_mobility", "leave the option out"),
-        (
-            &accelerance,
-            Some(Quantity::Displacement),
-            "driving_point_reversed",
-            "leave the option out",
-        ),
+        (&accelerance, Some(Quantity::Displacement), "all_points_reversed", "leave the option out"),
     ] {
         let options = Options { quantity, ..Options::default() };
         let error = solved(LAYOUT, uff, &options).unwrap_err();
