@@ -2,6 +2,10 @@
 
 use massline_shared::STANDARD_GRAVITY;
 
+/// Gravity on Earth, m/s²: from 9.76 on the highest mountains near the equator to 9.83 at the poles, and what two digits
+/// make of it.
+pub(crate) const GRAVITY_ON_EARTH: std::ops::RangeInclusive<f64> = 9.75..=9.85;
+
 /// The response quantity of a frequency response function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {

@@ -224,6 +224,14 @@ pub enum Fault {
         /// The value.
         value: f64,
     },
+    /// Gravity of another length than on Earth.
+    #[error("its length is {magnitude} m/s², and on Earth it is 9.75 to 9.85{hint}")]
+    GravityLength {
+        /// Its length, m/s².
+        magnitude: f64,
+        /// What it may be, and what to do.
+        hint: &'static str,
+    },
     /// A number that is out of range.
     #[error("{value} is out of range; give {wanted}")]
     OutOfRange {
@@ -262,7 +270,7 @@ impl Fault {
             }
             Self::TwoSensorsOnOneNode { .. } => Some(Code::TwoSensorsOnOneNode),
             Self::NotFinite { .. } => Some(Code::LayoutNotFinite),
-            Self::OutOfRange { .. } => Some(Code::SettingOutOfRange),
+            Self::OutOfRange { .. } | Self::GravityLength { .. } => Some(Code::SettingOutOfRange),
             _ => None,
         }
     }

@@ -1,6 +1,6 @@
 //! Resolves the file as written to sensors and hits in the body frame.
 
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::layout::{
@@ -20,12 +20,10 @@ use super::tensor::tensor_fault;
 use super::test_settings::{places, target, test};
 use super::values::RawAxes;
 use super::{LayoutFile, Node, Reference, SensorDetails};
+use crate::units::GRAVITY_ON_EARTH;
 
 /// How far an axis may be from unit length or orthogonality: the rounding error of four typed digits.
 const AXIS_TOLERANCE: f64 = 1e-3;
-/// Gravity on Earth, m/s²: from 9.76 on the highest mountains near the equator to 9.83 at the poles, and what two digits
-/// make of it.
-const GRAVITY_ON_EARTH: RangeInclusive<f64> = 9.75..=9.85;
 /// The body frame.
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -124,17 +122,17 @@ fn gravity(
     if GRAVITY_ON_EARTH.contains(&magnitude) {
         return Ok(Some(vector));
     }
-    let wanted = match magnitude {
-        0.0 => "a vector of 9.8 m/s², or no entry where no sensor senses gravity",
+    let hint = match magnitude {
+        0.0 => "; leave it out where no sensor senses gravity",
         _ if GRAVITY_ON_EARTH.contains(&(magnitude * STANDARD_GRAVITY)) => {
-            "a vector of 9.8 m/s²; this one is in g, so multiply it by 9.80665"
+            "; this looks like g: multiply it by 9.80665"
         }
         _ if GRAVITY_ON_EARTH.contains(&(magnitude / 1000.0)) => {
-            "a vector of 9.8 m/s²; this one is in mm/s², so divide it by 1000"
+            "; this looks like mm/s²: divide it by 1000"
         }
-        _ => "a vector of 9.8 m/s²",
+        _ => "",
     };
-    Err(source.fault(raw.span(), "gravity", Fault::OutOfRange { value: magnitude, wanted }))
+    Err(source.fault(raw.span(), "gravity", Fault::GravityLength { magnitude, hint }))
 }
 
 fn nodes(raw: &[RawNode], source: &Source<'_>) -> Result<Vec<Node>, LayoutFileError> {

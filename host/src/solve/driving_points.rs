@@ -12,9 +12,9 @@ use crate::report::message_in;
 use crate::uff::Quantity;
 use crate::{Error, Result};
 
-/// Part of the squares of the responses that their imaginary parts have, from which they are no accelerations: those of a
-/// free body are real, and noise has half.
-const IMAGINARY: f64 = 0.75;
+/// Part of the readings a quarter of a period from the force from which they are no accelerations: those of a free body are
+/// in its phase but for the lines next to elastic modes, and of noise half are.
+const IN_QUADRATURE: f64 = 0.75;
 
 /// Part of the lines at which a point moves against its force from which it is reversed. An elastic mode within the band
 /// turns points for a part of it, so the mass lines themselves do not tell.
@@ -33,7 +33,7 @@ pub(super) fn reversed_points(
         let found = Diagnostic::whole(code, Severity::Error, 0.0);
         first_error(&[found], |d| message_in(d, layout)).unwrap_or_else(undetermined)
     };
-    if responses.imaginary_share(band_hz) > IMAGINARY {
+    if responses.quadrature_share(band_hz) > IN_QUADRATURE {
         return Err(error(Code::LooksLikeMobility));
     }
     // Without common lines, or when the sensors do not see all motions, nothing is known of the points.
@@ -83,21 +83,28 @@ pub(super) fn after_points(reversed: &[usize], error: Error, layout: &HostLayout
     }
 }
 
-/// An error about the quantity of the responses names the option that has stated it, if one has.
+/// An error about the quantity of the responses says so when an option has stated it.
 pub(super) fn blame_option(error: Error, options: &Options) -> Error {
-    let codes = [Code::LooksLikeMobility, Code::AllPointsReversed, Code::DrivingPointReversed]
-        .map(Code::name);
-    let Some(stated) = options.quantity.filter(|_| codes.contains(&error.code())) else {
-        return error;
-    };
+    let Some(stated) = options.quantity else { return error };
     let name = match stated {
         Quantity::Acceleration => "accelerance",
         Quantity::Velocity => "mobility",
         Quantity::Displacement => "receptance",
     };
-    let text = format!(
-        "taken as {name} (--quantity {name}), the responses do not move as those of a body do; leave the option out, so that \
-         the file decides, or state what they are"
-    );
+    let taken = format!("taken as {name} (--quantity {name}),");
+    let out = "leave the option out, so that the file decides, or state what they are";
+    let is = |code: Code| error.code() == code.name();
+    let text = if is(Code::LooksLikeMobility) {
+        format!("{taken} the responses move as velocities do and not as accelerations; {out}")
+    } else if is(Code::AllPointsReversed) {
+        format!(
+            "{taken} every point that is hit moves against the force, which no body does; {out}; if it is right, the \
+             hammer has reversed polarity"
+        )
+    } else if is(Code::DrivingPointReversed) {
+        format!("{error}; the responses were taken as {name}, as --quantity says")
+    } else {
+        return error;
+    };
     Error::undetermined(error.code().to_owned(), text)
 }

@@ -112,13 +112,14 @@ impl LayoutResponses {
         Ok(all)
     }
 
-    /// Part of the squares of all responses in a band that their imaginary parts have.
-    pub(super) fn imaginary_share(&self, [low, high]: [f64; 2]) -> f64 {
+    /// Part of the readings in a band that are nearer to a quarter of a period from the force than to its phase.
+    pub(super) fn quadrature_share(&self, [low, high]: [f64; 2]) -> f64 {
         let points = self.hits.iter().flatten().flat_map(|response| &response.points);
         let inside = points.filter(|(f, _)| low <= *f && *f <= high);
-        let (imaginary, whole) =
-            inside.fold((0.0, 0.0), |(im, all), (_, h)| (im + h.im * h.im, all + h.norm_sqr()));
-        if whole > 0.0 { imaginary / whole } else { 0.0 }
+        let (beside, all) = inside.fold((0_usize, 0_usize), |(beside, all), (_, h)| {
+            (beside + usize::from(h.im.abs() > h.re.abs()), all + 1)
+        });
+        if all > 0 { beside as f64 / all as f64 } else { 0.0 }
     }
 
     /// Refuses responses of which only a corner lies in a wide band: the terms of the mass line are then not told apart.

@@ -4,7 +4,7 @@ use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::Estimate;
-use massline_shared::identify::global_fit::GlobalFitSolution;
+use massline_shared::identify::global_fit::{Damping, GlobalFitSolution};
 
 use super::alternatives::Unexplained;
 use super::explained::{explains, is_pulled, left, share_left};
@@ -102,11 +102,19 @@ pub(super) fn judge(
     if explained && found.is_ok_and(|of| !flexible && left(of, fit) < SUSPICIOUS && !pulled(of)) {
         return Ok(judged(Adequacy::Fits));
     }
-    let unexplained = Unexplained { layout: fit.layout(), fit, readings, start };
+    let viscous = Damping::Viscous;
+    let unexplained = Unexplained { layout: fit.layout(), fit, readings, start, damping: viscous };
     let better = || unexplained.structural().or_else(|| unexplained.undisturbed());
     if (!explained || flexible)
         && let Some(better) = better()
     {
+        let structural = Unexplained { damping: Damping::Structural, ..unexplained };
+        // Structural damping takes up what viscous damping left of a tilt.
+        if pulled(&better.solution)
+            && let Some(tilted) = structural.tilted()
+        {
+            return Ok(judged(Adequacy::Tilted(tilted)));
+        }
         return Ok(Judged { adequacy: Adequacy::Fits, instead: Some(better) });
     }
     if !explained && let Some(reason) = unexplained.gravity() {
@@ -123,7 +131,7 @@ impl Unexplained<'_, '_> {
         let present = found.map_or(f64::INFINITY, |found| left(found, self.fit));
         let pulled = found.and_then(|found| pulled_hit(&found.estimate));
         let hit = match (explained, flexible) {
-            // What extra terms explain may be a hit that nothing pulls, such as one with another gain.
+            // What extra terms explain may be a hit that nothing pulls, as under a budget without errors.
             (true, true) => self
                 .hit(pulled, false)
                 .filter(|(of_hit, _)| pulled.is_some() || self.is_much_less(*of_hit, present)),

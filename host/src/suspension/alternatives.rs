@@ -29,6 +29,8 @@ pub(super) struct Unexplained<'a, 'f> {
     pub(super) readings: &'a FrequencyResponses<'a, f64>,
     /// Where the fits start.
     pub(super) start: &'a RigidBody<f64>,
+    /// The damping of the suspension.
+    pub(super) damping: Damping,
 }
 
 impl Unexplained<'_, '_> {
@@ -115,7 +117,9 @@ impl Unexplained<'_, '_> {
         most_extra_terms: usize,
     ) -> Option<GlobalFitSolution<f64>> {
         let mut memory = vec![0.0; workspace(layout.sensors.len(), layout.hits.len())];
-        let settings = GlobalFitSettings { most_extra_terms, ..GlobalFitSettings::default() };
+        let damping = self.damping;
+        let settings =
+            GlobalFitSettings { most_extra_terms, damping, ..GlobalFitSettings::default() };
         global_fit::solve(layout, readings, self.start, &settings, &mut memory).ok()
     }
 }

@@ -9,7 +9,8 @@ use super::HostFit;
 /// What the global fit leaves, over the noise that the fit of the modes leaves, from which the body does not fit: that fit
 /// assumes nothing of the body. Extra terms of a flexible mode at twice the end of the band leave 1.01.
 const MISFIT: f64 = 1.05;
-/// Root mean square of the pulls of a sensor or hit, in its standard deviations, from which the body does not fit.
+/// Root mean square of the pulls of a sensor or hit, in its standard deviations, from which the body does not fit; of the
+/// length of a force alone, seven of its own.
 const TOO_FAR: f32 = 4.0;
 
 /// What a global fit leaves, over the noise.

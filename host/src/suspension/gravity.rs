@@ -2,6 +2,7 @@
 
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
+use massline_shared::identify::global_fit::Damping;
 use massline_shared::layout::HostLayout;
 use nalgebra::Vector3;
 
@@ -12,8 +13,8 @@ use super::explained::{explains, left};
 const ANY_DIRECTION: f64 = 1.0;
 /// Most fits until the direction settles: it is changed across gravity, so a large tilt needs a second one.
 const MOST_FITS: usize = 6;
-/// Change of the direction, rad, below which it has settled: a twentieth of a degree.
-const SETTLED: f64 = 1e-3;
+/// Change of the direction, rad, below which it has settled: the next is its square.
+const SETTLED: f64 = 5e-3;
 /// Largest tilt that is looked for, rad; gravity further off is another axis.
 const LARGEST_TILT: f64 = 0.8;
 /// A tilt over its standard deviation from which it is more than noise: chance gives it once in 20 000 tests.
@@ -30,6 +31,8 @@ pub(super) struct Tilted {
     angle: f64,
     /// Standard deviation of its direction about each axis across it, rad.
     sigma: f64,
+    /// The damping of the suspension that was fitted with it.
+    pub(super) damping: Damping,
     /// What the global fit leaves under it, over the noise.
     pub(super) left: f64,
 }
@@ -108,7 +111,8 @@ impl Unexplained<'_, '_> {
                     && angle > SIGNIFICANT * sigma
                     && angle > BEYOND_BUDGET * of_hanging;
                 let (gravity, left) = (gravity.into(), left(&found, self.fit));
-                return is_tilted.then_some(Tilted { gravity, angle, sigma, left });
+                let damping = self.damping;
+                return is_tilted.then_some(Tilted { gravity, angle, sigma, damping, left });
             }
         }
         None

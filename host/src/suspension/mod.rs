@@ -89,7 +89,8 @@ pub fn solve(
     let adequacy = first.judged(readings)?;
     if let Adequacy::Tilted(tilted) = adequacy {
         upright = tilted.upright(layout);
-        let rigid = GlobalFitSettings { most_extra_terms: 0, ..default };
+        let damping = tilted.damping;
+        let rigid = GlobalFitSettings { most_extra_terms: 0, damping, ..default };
         first = FirstAnswers::of(&upright, readings, settings, &rigid, &mut memory)?;
         first.findings.push(tilted.warning());
     }
@@ -186,9 +187,9 @@ impl<'a> FirstAnswers<'a> {
         let of_lines = (first + modal.answers.len()..).zip(of_lines.map(|(_, estimate)| estimate));
         let all = estimates.iter().map(|(place, estimate)| (*place, estimate)).chain(of_lines);
         let mut of_modes = findings.clone();
-        of_modes.extend(
-            (adequacy == Adequacy::Flexible).then(|| adequacy.finding_of_modes()).flatten(),
-        );
+        if adequacy == Adequacy::Flexible {
+            of_modes.extend(adequacy.finding_of_modes());
+        }
         SuspensionSolution {
             comparison: Comparison::of(&survey, all, adequacy.doubt()),
             estimates: warned(estimates, adequacy, &findings),

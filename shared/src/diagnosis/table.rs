@@ -150,11 +150,12 @@ codes! {
         "{subject} would have to be off by {value} times its stated uncertainties; check its node, axes \
          and cable";
     /// The hit with the largest pull: the errors that would explain the data exceed its stated uncertainties
-    /// most. Subject: the hit DOF. Value: their root mean square in units of the uncertainties.
+    /// most. Subject: the hit DOF. Value: their root mean square in units of the uncertainties, or of the force alone what
+    /// is as rare.
     LargeHitPull = 46, "large_hit_pull", Hit, Times;
         "Suspect: check node,\ndirection and sign.";
         "{subject} would have to be off by {value} times its stated uncertainties; check its node, \
-         direction and sign";
+         direction and sign, and the hammer's gain and range then";
     /// The best fit was not a physical body, so the best physically consistent one is given. Value: the
     /// margin of the best fit, kg m².
     HeldToConsistency = 47, "held_to_consistency", Whole, KilogramSquareMeters;
@@ -490,7 +491,7 @@ codes! {
     ModelFitsRoughly = 132, "model_fits_roughly", Whole, Share(1);
         "Fits roughly: noise\ngrows with responses,\nor small errors.";
         "the global fit leaves {value} of the responses besides their noise, as noise does that grows with them, and small \
-         errors of gains, delays or filters; where it is not noise, the answers may be off by about as much";
+         errors of gains, delays or filters; where it is not noise, the answers may be off by a few times as much, modal-constant most";
     /// A flexible mode above the band shows within it.
     FlexibleModeShows = 133, "flexible_mode_shows", Whole, None;
         "A part on springs\nmoves the mass within\nthe band.";

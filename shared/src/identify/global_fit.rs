@@ -193,7 +193,7 @@ pub struct FittedGravity<R> {
     pub components: [Estimated<R>; 3],
     /// Its angle to that of the layout, rad.
     pub angle: R,
-    /// The angle in standard deviations of the budget.
+    /// The angle in standard deviations of the budget; zero without one.
     pub pull: R,
 }
 
@@ -207,8 +207,8 @@ pub struct Sensitivities<'a, R> {
     /// For each nuisance parameter the change of theta when the nominal layout is shifted by one standard
     /// deviation of it and the data stay, which is the covariance of theta with the parameter in standard
     /// deviations; [`nuisances`] gives the length. The order is: for each sensor nine sensitivities row by row,
-    /// three rotations, three displacements; two rotations of gravity; for each hit DOF two displacements, two rotations and its length; the hammer's
-    /// gain; the mass of each attached body. Without a budget nothing is written.
+    /// three rotations, three displacements; two rotations of gravity; for each hit DOF two displacements, two
+    /// rotations and its length; the hammer's gain; the mass of each attached body. Without a budget nothing is written.
     pub nuisances: &'a mut [SVector<R, 10>],
 }
 

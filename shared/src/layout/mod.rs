@@ -184,8 +184,8 @@ pub struct Layout<R, const SENSORS: usize, const HITS: usize> {
     pub test: TestSettings<R>,
     /// Standard deviation of the hammer's gain against the sensors', relative.
     pub hammer_gain: R,
-    /// Standard deviation of the mean force from hit DOF to hit DOF, relative: the hammer's linearity; none in archives of
-    /// the first version.
+    /// Standard deviation of the mean force from hit DOF to hit DOF, relative: the hammer's linearity. The methods that
+    /// use the suspension modes count it, maximum likelihood of mass lines does not. None in archives of the first version.
     #[cfg_attr(feature = "serde", serde(default))]
     pub hit_gain: R,
     /// True when a calibration supplies [`Self::hammer_gain`], because none is stated.

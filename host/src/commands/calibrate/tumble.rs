@@ -14,6 +14,7 @@ use crate::commands::rest::without_campaign;
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::report::channel_name;
+use crate::units::GRAVITY_ON_EARTH;
 
 /// Arguments of `massline calibrate tumble`.
 #[derive(Debug, clap::Args)]
@@ -93,12 +94,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
 
 impl Args {
     fn limits(&self) -> Result<TumbleLimits<f64>> {
-        let sound = (9.7..9.9).contains(&self.gravity);
+        let sound = GRAVITY_ON_EARTH.contains(&self.gravity);
         if !sound {
             return Err(Error::input(
                 "gravity_out_of_range",
                 format!(
-                    "--gravity {} m/s² does not occur on Earth; expected 9.7 to 9.9 m/s²",
+                    "--gravity {} m/s² does not occur on Earth; expected 9.75 to 9.85 m/s²",
                     self.gravity
                 ),
             ));

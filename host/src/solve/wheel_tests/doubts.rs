@@ -77,6 +77,21 @@ fn tilted_gravity_is_no_flexible_mode_and_its_direction_is_found() {
 }
 
 #[test]
+fn tilted_gravity_is_found_beside_structural_damping() {
+    // Eight degrees.
+    let text = LAYOUT.replace("[0.0, 0.0, -9.80665]", "[0.965, 0.965, -9.711]");
+    let uff = unchanged(&lines(), Besides { structural: true, ..NOTHING });
+    let solution = solved(&text, &uff, &Options::default()).unwrap();
+    let warning = found(&solution, Code::GravityTilted).expect("a warning");
+    // The stated errors of sensors let the direction be found to within a degree.
+    assert!((warning.value - 8.0).abs() < 1.0, "{warning:?}");
+    let truth = Bench::named("wheel").unwrap().truth();
+    for method in [Method::GlobalFit, Method::ToivolaNuutila, Method::DppimStructural] {
+        assert_near_truth(of(&solution, method), &truth);
+    }
+}
+
+#[test]
 fn an_object_that_hangs_within_its_budget_of_gravity_needs_no_word() {
     // Three degrees about an oblique axis; the budget has 1.15 about each axis.
     let text = LAYOUT.replace("[0.0, 0.0, -9.80665]", "[0.363, 0.363, -9.793]");

@@ -176,6 +176,14 @@ fn mass_lines_of_another_quantity_or_hammer_are_named_before_they_are_solved() {
         assert_eq!((error.exit_code(), error.code()), (3, code), "{error}");
         assert!(error.to_string().contains(words), "{error}");
     }
+    // A lightly damped elastic mode has nearly all of the squares in one line, and is no velocity.
+    let peak = file(&lines, NOTHING, |f, _, _, h| {
+        if (f - 90.0).abs() < 0.1 { h * Complex::new(0.0, -200.0) } else { h }
+    });
+    match solved(LAYOUT, &peak, &Options::default()) {
+        Ok(solution) => assert!(!solution.diagnostics.is_empty()),
+        Err(error) => assert_ne!(error.code(), "looks_like_mobility", "{error}"),
+    }
     let of_one = file(&lines, NOTHING, |_, _, hit, h| if hit == 2 { -h } else { h });
     let solution = solved(LAYOUT, &of_one, &Options::default()).unwrap();
     let reversed =

@@ -17,9 +17,9 @@ use crate::identify::maximum_likelihood::model::SENSOR_NUISANCES;
 use crate::identify::maximum_likelihood::pulls::{SUSPICIOUS, root_mean_square};
 use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES};
 
-/// The length of a force is suspect from 3.5 of the standard deviations that its error has under the model, which chance
+/// The length of a force is suspect from so many of the standard deviations that its error has under the model, which chance
 /// exceeds once in 400 tests of five hits; that counts as a pull of [`SUSPICIOUS`].
-const ALONE: f64 = 1.75;
+const SUSPECT_LENGTH: f64 = 3.5;
 
 impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
     /// Gravity with its errors, when the layout states it and a sensor senses it.
@@ -88,7 +88,7 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         });
         let of_hits = lengths.iter().enumerate().map(|(j, length)| {
             let across = pull(unknowns.hit(j), HIT_QUANTITIES - 1);
-            let pull = across.max(*length / R::of(ALONE));
+            let pull = across.max(*length * R::of(SUSPICIOUS / SUSPECT_LENGTH));
             (pull, Code::LargeHitPull, Subject::hit(j))
         });
         let all = of_sensors.chain(of_hits).filter(|(pull, ..)| *pull > R::of(SUSPICIOUS));
