@@ -8,6 +8,7 @@ mod details;
 mod estimate;
 mod fault;
 mod finding;
+mod list;
 mod measurement;
 mod modes;
 mod solution;
@@ -21,6 +22,9 @@ pub use details::{Details, ErrorBudget, HitDetails, Influence, SensorDetails, St
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{Fault, SingleFaults, Suspect};
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen};
+pub use list::{
+    DeletedResults, History, KeptResult, ListedArchive, ResultsList, Summary, Unreadable,
+};
 pub use measurement::{
     FurtherHit, HalfWidths, HostFindings, Marked, MeasuredMassLine, Measurement, Precision,
     WorstProperty,
@@ -107,7 +111,7 @@ pub struct Described {
 
 impl Described {
     /// Every document that has a schema.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 7] = [
         Self {
             name: "measurement",
             summary: "a result of a rig, and what the host finds from it",
@@ -125,6 +129,24 @@ impl Described {
             summary: "the suspension modes",
             commands: &["modes"],
             schema: of::<Modes>,
+        },
+        Self {
+            name: "results list",
+            summary: "the results that a rig keeps",
+            commands: &["results list"],
+            schema: of::<ResultsList>,
+        },
+        Self {
+            name: "results delete",
+            summary: "the results that were deleted on a rig",
+            commands: &["results delete"],
+            schema: of::<DeletedResults>,
+        },
+        Self {
+            name: "history",
+            summary: "the archives in a folder",
+            commands: &["history"],
+            schema: of::<History>,
         },
         Self {
             name: "error",
