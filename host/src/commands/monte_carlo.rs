@@ -108,7 +108,7 @@ pub fn run(
     };
     // The results so far are printed too; with `--json` in the object of the error.
     if output.json() {
-        output.explain(value);
+        output.explain(&value);
     } else {
         let text = to_text(&study, file, output);
         output.text(text)?;

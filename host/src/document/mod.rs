@@ -8,6 +8,8 @@ mod details;
 mod estimate;
 mod fault;
 mod finding;
+mod hits;
+mod layout;
 mod list;
 mod measurement;
 mod modes;
@@ -22,6 +24,12 @@ pub use details::{Details, ErrorBudget, HitDetails, Influence, SensorDetails, St
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{Fault, SingleFaults, Suspect};
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen};
+pub use hits::{Decided, GradedHit, HitFinding, Hits};
+pub use layout::{
+    Advice, AssumedBody, Band, CandidateCounts, ErrorSource, HitTotal, JudgedLayout, JudgedMethod,
+    LayoutCheck, LayoutSuggestion, Prediction, SensorTotal, ShownHit, ShownLayout, ShownSensor,
+    ShownSettings,
+};
 pub use list::{
     DeletedResults, History, KeptResult, ListedArchive, ResultsList, Summary, Unreadable,
 };
@@ -111,7 +119,7 @@ pub struct Described {
 
 impl Described {
     /// Every document that has a schema.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 11] = [
         Self {
             name: "measurement",
             summary: "a result of a rig, and what the host finds from it",
@@ -131,13 +139,13 @@ impl Described {
             schema: of::<Modes>,
         },
         Self {
-            name: "results list",
+            name: "results-list",
             summary: "the results that a rig keeps",
             commands: &["results list"],
             schema: of::<ResultsList>,
         },
         Self {
-            name: "results delete",
+            name: "results-delete",
             summary: "the results that were deleted on a rig",
             commands: &["results delete"],
             schema: of::<DeletedResults>,
@@ -147,6 +155,30 @@ impl Described {
             summary: "the archives in a folder",
             commands: &["history"],
             schema: of::<History>,
+        },
+        Self {
+            name: "hits",
+            summary: "the graded hits of a recording",
+            commands: &["hits"],
+            schema: of::<Hits>,
+        },
+        Self {
+            name: "layout-check",
+            summary: "how accurate a layout will be, and what limits it",
+            commands: &["layout check"],
+            schema: of::<LayoutCheck>,
+        },
+        Self {
+            name: "layout-suggest",
+            summary: "better sensors and hits among the nodes of a layout",
+            commands: &["layout suggest"],
+            schema: of::<LayoutSuggestion>,
+        },
+        Self {
+            name: "layout-show",
+            summary: "a layout with resolved positions and directions",
+            commands: &["layout show"],
+            schema: of::<ShownLayout>,
         },
         Self {
             name: "error",

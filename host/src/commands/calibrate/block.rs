@@ -157,7 +157,7 @@ fn judge(
             let hammer = before.calibration.channels[HAMMER].cutoff;
             output.text(report::cutoffs_text(&found.cutoffs, hammer))?;
         }
-        output.explain(json!({ "block": report::block_json(found) }));
+        output.explain(&json!({ "block": report::block_json(found) }));
         return Err(error);
     }
     show::list(&found.warnings, |d| message_in(d, layout), output);
@@ -212,7 +212,7 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
     if !output.json() {
         output.text(text)?;
     }
-    output.explain(value);
+    output.explain(&value);
     Err(error)
 }
 
