@@ -5,6 +5,7 @@
 
 mod agreement;
 mod details;
+mod device;
 mod estimate;
 mod fault;
 mod finding;
@@ -13,6 +14,8 @@ mod layout;
 mod list;
 mod measurement;
 mod modes;
+mod rig_files;
+mod simulation;
 mod solution;
 
 use massline_shared::Estimated;
@@ -21,6 +24,9 @@ use serde::Serialize;
 
 pub use agreement::{Agreement, Combined, OfMethod, Pair};
 pub use details::{Details, ErrorBudget, HitDetails, Influence, SensorDetails, StatedAndLearned};
+pub use device::{
+    CounterFinding, DeviceAbort, DeviceIdentity, DeviceList, DeviceStats, Doctor, Looked, Port,
+};
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{Fault, SingleFaults, Suspect};
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen};
@@ -38,6 +44,11 @@ pub use measurement::{
     WorstProperty,
 };
 pub use modes::{BetterHit, Indicator, Mode, Modes, Order, Pole};
+pub use rig_files::{AddressRange, Flashing, RecordedTape};
+pub use simulation::{
+    ComparedMethod, ComparedTest, Demo, DemoWheel, DemoWheelFiles, ForceSet, MethodOverRuns,
+    PropertyOverRuns, RunsToTarget, SimulatedRuns, Simulation,
+};
 pub use solution::{GlobalFit, MassLine, Solution};
 
 /// A number, or several, with the standard deviation; `null` where that is not known.
@@ -119,7 +130,7 @@ pub struct Described {
 
 impl Described {
     /// Every document that has a schema.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 23] = [
         Self {
             name: "measurement",
             summary: "a result of a rig, and what the host finds from it",
@@ -179,6 +190,78 @@ impl Described {
             summary: "a layout with resolved positions and directions",
             commands: &["layout show"],
             schema: of::<ShownLayout>,
+        },
+        Self {
+            name: "device-list",
+            summary: "the USB serial ports of this computer",
+            commands: &["device list"],
+            schema: of::<DeviceList>,
+        },
+        Self {
+            name: "device-identify",
+            summary: "who a rig is and what it is doing",
+            commands: &["device identify"],
+            schema: of::<DeviceIdentity>,
+        },
+        Self {
+            name: "device-stats",
+            summary: "what a rig has counted since power-on",
+            commands: &["device stats"],
+            schema: of::<DeviceStats>,
+        },
+        Self {
+            name: "device-abort",
+            summary: "the end of a campaign on a rig",
+            commands: &["device abort"],
+            schema: of::<DeviceAbort>,
+        },
+        Self {
+            name: "doctor",
+            summary: "what is plugged in, and what is missing on this computer",
+            commands: &["doctor"],
+            schema: of::<Doctor>,
+        },
+        Self {
+            name: "simulation",
+            summary: "a simulated test beside the truth",
+            commands: &["simulate"],
+            schema: of::<Simulation>,
+        },
+        Self {
+            name: "simulated-runs",
+            summary: "many simulated tests of a layout, from --runs",
+            commands: &["simulate"],
+            schema: of::<SimulatedRuns>,
+        },
+        Self {
+            name: "demo",
+            summary: "the tests of the demonstration beside the truth",
+            commands: &["demo"],
+            schema: of::<Demo>,
+        },
+        Self {
+            name: "demo-wheel",
+            summary: "the methods of suspension modes against the truth",
+            commands: &["demo wheel"],
+            schema: of::<DemoWheel>,
+        },
+        Self {
+            name: "demo-wheel-files",
+            summary: "the files of the demonstration's wheel, from --write",
+            commands: &["demo wheel"],
+            schema: of::<DemoWheelFiles>,
+        },
+        Self {
+            name: "record",
+            summary: "a tape of a rig's scans",
+            commands: &["record"],
+            schema: of::<RecordedTape>,
+        },
+        Self {
+            name: "flash",
+            summary: "firmware, and the part of a board's flash that it takes",
+            commands: &["flash"],
+            schema: of::<Flashing>,
         },
         Self {
             name: "error",

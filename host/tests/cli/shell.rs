@@ -58,3 +58,11 @@ fn doctor_says_how_things_are_and_what_to_do() {
     let text = run(&["doctor"]);
     assert!(text.exit == 0 && text.stdout.contains("massline: "), "{}", text.stdout);
 }
+
+#[test]
+fn the_ports_of_this_computer_are_listed_with_paths() {
+    let value = success(&["device", "list"]);
+    for port in value["ports"].as_array().unwrap() {
+        assert!(!port["path"].as_str().unwrap().is_empty(), "{port}");
+    }
+}
