@@ -4,8 +4,10 @@
 //! keys state.
 
 mod agreement;
+mod calibration;
 mod details;
 mod device;
+mod electronics;
 mod estimate;
 mod fault;
 mod finding;
@@ -23,10 +25,17 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
 use serde::Serialize;
 
 pub use agreement::{Agreement, Combined, OfMethod, Pair};
+pub use calibration::{
+    AxisDrift, BeforeAndAfter, Block, BlockCalibration, CalibratedTest, Calibration,
+    CalibrationCheck, CalibrationDemo, CalibrationErrors, CalibrationSigma, HammerCalibration,
+    HammerRatio, Hum, RcCutoff, SensorCalibration, SensorCheck, SensorRatio, Tumble,
+    TumbleCalibration, TumbledSensor,
+};
 pub use details::{Details, ErrorBudget, HitDetails, Influence, SensorDetails, StatedAndLearned};
 pub use device::{
     CounterFinding, DeviceAbort, DeviceIdentity, DeviceList, DeviceStats, Doctor, Looked, Port,
 };
+pub use electronics::{Asymmetry, Electronics, Memory};
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{Fault, SingleFaults, Suspect};
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen};
@@ -130,7 +139,7 @@ pub struct Described {
 
 impl Described {
     /// Every document that has a schema.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 28] = [
         Self {
             name: "measurement",
             summary: "a result of a rig, and what the host finds from it",
@@ -262,6 +271,36 @@ impl Described {
             summary: "firmware, and the part of a board's flash that it takes",
             commands: &["flash"],
             schema: of::<Flashing>,
+        },
+        Self {
+            name: "calibration",
+            summary: "the calibration of a rig",
+            commands: &["calibrate show", "calibrate push"],
+            schema: of::<Calibration>,
+        },
+        Self {
+            name: "calibrate-tumble",
+            summary: "a calibration after a tumble test",
+            commands: &["calibrate tumble"],
+            schema: of::<TumbleCalibration>,
+        },
+        Self {
+            name: "calibrate-block",
+            summary: "a calibration after a block test",
+            commands: &["calibrate block"],
+            schema: of::<BlockCalibration>,
+        },
+        Self {
+            name: "calibrate-verify",
+            summary: "a check of a calibration by a block test",
+            commands: &["calibrate verify"],
+            schema: of::<CalibrationCheck>,
+        },
+        Self {
+            name: "calibrate-demo",
+            summary: "a calibration on the simulated bench, and what it improves",
+            commands: &["calibrate demo"],
+            schema: of::<CalibrationDemo>,
         },
         Self {
             name: "error",
