@@ -6,11 +6,11 @@ mod suggest;
 use std::path::PathBuf;
 
 use massline_shared::layout::{Hit, HitPolicy, HostLayout, Sensor};
-use serde_json::json;
 
 use super::files;
 use crate::commands::files::ReplaceArgs;
 use crate::document::{Band, ShownHit, ShownLayout, ShownSensor, ShownSettings};
+use crate::document::{LayoutTemplate, WrittenFile};
 use crate::error::Result;
 use crate::file;
 use crate::layout_file::{LayoutFile, TEMPLATE, schema};
@@ -66,13 +66,15 @@ enum Command {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     match &args.command {
         Command::New { output: None, .. } if output.json() => {
-            output.answer(&json!({ "layout": TEMPLATE }), |_| String::new())
+            output.answer(&LayoutTemplate { layout: TEMPLATE }, |_| String::new())
         }
         // Unwrapped: a comment that goes on in a line of its own is none.
         Command::New { output: None, .. } => output.verbatim(TEMPLATE.trim_end()),
         Command::New { output: Some(path), replace } => {
             file::write(path, TEMPLATE.as_bytes(), replace.existing())?;
-            output.answer(&json!({ "written": path }), |_| format!("{} written", path.display()))
+            output.answer(&WrittenFile { written: path.clone() }, |_| {
+                format!("{} written", path.display())
+            })
         }
         Command::Check(args) => check::run(args, output),
         Command::Suggest(args) => suggest::run(args, output),

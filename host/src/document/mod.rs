@@ -19,6 +19,7 @@ mod modes;
 mod rig_files;
 mod simulation;
 mod solution;
+mod written;
 
 use massline_shared::Estimated;
 use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
@@ -59,6 +60,10 @@ pub use simulation::{
     PropertyOverRuns, RunsToTarget, SimulatedRuns, Simulation,
 };
 pub use solution::{GlobalFit, MassLine, Solution};
+pub use written::{
+    Completions, DescribedDocument, ExportedAnswer, ExportedFile, LayoutTemplate, ManualPage,
+    SchemaList, VirtualPort, WrittenFile, WrittenPages,
+};
 
 /// A number, or several, with the standard deviation; `null` where that is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -139,7 +144,7 @@ pub struct Described {
 
 impl Described {
     /// Every document that has a schema.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 36] = [
         Self {
             name: "measurement",
             summary: "a result of a rig, and what the host finds from it",
@@ -301,6 +306,54 @@ impl Described {
             summary: "a calibration on the simulated bench, and what it improves",
             commands: &["calibrate demo"],
             schema: of::<CalibrationDemo>,
+        },
+        Self {
+            name: "layout-new",
+            summary: "a layout to start from",
+            commands: &["layout new"],
+            schema: of::<LayoutTemplate>,
+        },
+        Self {
+            name: "written",
+            summary: "a file that was written",
+            commands: &["layout new", "calibrate pull"],
+            schema: of::<WrittenFile>,
+        },
+        Self {
+            name: "export",
+            summary: "a file for another program",
+            commands: &["export"],
+            schema: of::<ExportedFile>,
+        },
+        Self {
+            name: "virtual",
+            summary: "the port of a virtual rig",
+            commands: &["virtual"],
+            schema: of::<VirtualPort>,
+        },
+        Self {
+            name: "completions",
+            summary: "what a shell knows about the program",
+            commands: &["completions"],
+            schema: of::<Completions>,
+        },
+        Self {
+            name: "man",
+            summary: "the manual page of the program",
+            commands: &["man"],
+            schema: of::<ManualPage>,
+        },
+        Self {
+            name: "man-pages",
+            summary: "the manual pages of all commands, from --output",
+            commands: &["man"],
+            schema: of::<WrittenPages>,
+        },
+        Self {
+            name: "schema",
+            summary: "the documents that have a schema",
+            commands: &["schema"],
+            schema: of::<SchemaList>,
         },
         Self {
             name: "error",
