@@ -262,8 +262,8 @@ impl Output {
     }
 
     /// Adds the keys of the object `details` to the JSON object of the next error.
-    pub fn explain(&mut self, details: Value) {
-        self.details = Some(details);
+    pub fn explain(&mut self, details: &impl Serialize) {
+        self.details = serde_json::to_value(details).ok();
     }
 
     /// Whether text is coloured.

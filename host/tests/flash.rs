@@ -1,5 +1,8 @@
 //! `massline flash` without hardware: its checks of images, and its errors when no board is connected.
 
+#[path = "cli/documents.rs"]
+mod documents;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -71,7 +74,9 @@ fn flash(board: &str, image: &Path, more: &[&str]) -> (Value, i32) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_massline"));
     command.args(["--json", "flash", "--board", board, "--image"]).arg(image).args(more);
     let output = command.output().unwrap();
-    (serde_json::from_slice(&output.stdout).unwrap(), output.status.code().unwrap())
+    let answer = serde_json::from_slice(&output.stdout).unwrap();
+    documents::check(&["flash"], &answer);
+    (answer, output.status.code().unwrap())
 }
 
 #[track_caller]

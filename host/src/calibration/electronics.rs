@@ -16,8 +16,8 @@ use massline_shared::calibration::memory::LARGE_MEMORY;
 use massline_shared::calibration::opposite_hits::OppositeHits;
 use massline_shared::signal::HAMMER;
 use nalgebra::Vector3;
-use serde_json::{Value, json};
 
+use crate::document;
 use crate::flash::board::conversion_order;
 use crate::report::{channel_name, deviation, with_sigma};
 
@@ -97,14 +97,14 @@ impl Memory {
     }
 
     /// It as JSON.
-    pub fn to_json(self) -> Value {
-        json!({
-            "channel": channel_name(self.channel),
-            "before": channel_name(self.before),
-            "share": self.share.value,
-            "sigma": self.share.sigma,
-            "large": self.is_large(),
-        })
+    pub fn to_json(self) -> document::Memory {
+        document::Memory {
+            channel: channel_name(self.channel),
+            before: channel_name(self.before),
+            share: self.share.value,
+            sigma: self.share.sigma,
+            large: self.is_large(),
+        }
     }
 }
 
@@ -149,13 +149,13 @@ impl Asymmetry {
     }
 
     /// It as JSON.
-    pub fn to_json(self) -> Value {
-        json!({
-            "direction": <[f64; 3]>::from(self.direction),
-            "difference": self.difference.value,
-            "sigma": self.difference.sigma,
-            "large": self.is_large(),
-        })
+    pub fn to_json(self) -> document::Asymmetry {
+        document::Asymmetry {
+            direction: self.direction.into(),
+            difference: self.difference.value,
+            sigma: self.difference.sigma,
+            large: self.is_large(),
+        }
     }
 }
 
@@ -199,11 +199,11 @@ impl Electronics {
     }
 
     /// All findings as JSON.
-    pub fn to_json(&self) -> Value {
-        json!({
-            "memory": self.memory.map(Memory::to_json),
-            "asymmetry": self.asymmetry.iter().map(|of| of.to_json()).collect::<Vec<_>>(),
-        })
+    pub fn to_json(&self) -> document::Electronics {
+        document::Electronics {
+            memory: self.memory.map(Memory::to_json),
+            asymmetry: self.asymmetry.iter().map(|of| of.to_json()).collect(),
+        }
     }
 }
 

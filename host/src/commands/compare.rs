@@ -3,9 +3,8 @@
 use massline_protocol::object::MeasurementResult;
 use massline_shared::body::{INERTIAL_PARAMETERS, scale};
 use massline_shared::identify::Estimate;
-use serde_json::{Value, json};
 
-use crate::document::Measurement;
+use crate::document::{ComparedTest, Measurement};
 use crate::error::{Error, Result};
 use crate::output;
 use crate::report::{self, Truth};
@@ -61,16 +60,17 @@ impl Comparison {
     ///
     /// # Errors
     /// When the result has no answer.
-    pub fn to_json(&self, further: impl FnOnce(&mut Measurement)) -> Result<Value> {
-        let mut document = report::measurement_json(&self.result);
-        further(&mut document);
-        let mut value = json!(document);
-        value["name"] = json!(self.name);
-        value["seed"] = json!(self.seed);
-        value["truth"] = json!(self.truth);
-        value["characteristic_length_m"] = json!(self.length);
-        value["error_percent_of_scale"] = json!(self.errors_percent()?);
-        Ok(value)
+    pub fn to_json(&self, further: impl FnOnce(&mut Measurement)) -> Result<ComparedTest> {
+        let mut measurement = report::measurement_json(&self.result);
+        further(&mut measurement);
+        Ok(ComparedTest {
+            measurement,
+            name: self.name.clone(),
+            seed: self.seed,
+            truth: self.truth,
+            characteristic_length_m: self.length,
+            error_percent_of_scale: self.errors_percent()?,
+        })
     }
 
     /// The ten properties as a table with standard deviation, truth and error.

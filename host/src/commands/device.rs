@@ -6,12 +6,12 @@ use std::fmt::Write;
 
 use massline_protocol::BootReason;
 use massline_protocol::message::{CampaignCommand, Identity, Status};
-use serde_json::{Value, json};
 
 use super::connect::PortArgs;
 use super::rest::has_campaign;
 use crate::campaign::phase_name;
 use crate::client::{Client, PortFacts, list_ports};
+use crate::document::{DeviceAbort, DeviceIdentity, DeviceList, Port};
 use crate::error::Result;
 use crate::output::Output;
 use crate::report::hash_text;
@@ -95,26 +95,21 @@ fn abort(client: &mut Client, output: &mut Output) -> Result<()> {
     if there {
         client.command(CampaignCommand::Abort)?;
     }
-    let value = json!({ "aborted": there, "discarded_hits": if there { hits } else { 0 } });
+    let value = DeviceAbort { aborted: there, discarded_hits: if there { hits } else { 0 } };
     output.answer(&value, |_| match there {
         true => format!("aborted; {hits} accepted hits are discarded, stored results stay"),
         false => "there was no campaign to abort".into(),
     })
 }
 
-fn ports_json(ports: &[PortFacts]) -> Value {
-    let ports: Vec<_> = ports
-        .iter()
-        .map(|p| {
-            json!({
-                "path": p.path,
-                "vendor": p.usb.map(|u| u.0),
-                "product": p.usb.map(|u| u.1),
-                "description": p.description,
-            })
-        })
-        .collect();
-    json!({ "ports": ports })
+fn ports_json(ports: &[PortFacts]) -> DeviceList {
+    let port = |port: &PortFacts| Port {
+        path: port.path.clone(),
+        vendor: port.usb.map(|usb| usb.0),
+        product: port.usb.map(|usb| usb.1),
+        description: port.description.clone(),
+    };
+    DeviceList { ports: ports.iter().map(port).collect() }
 }
 
 fn ports_text(ports: &[PortFacts]) -> String {
@@ -125,30 +120,30 @@ fn ports_text(ports: &[PortFacts]) -> String {
     lines.join("\n")
 }
 
-fn identity_json(port: &str, identity: &Identity, status: &Status) -> Value {
-    json!({
-        "port": port,
-        "protocol": format!("{}.{}", identity.protocol_major, identity.protocol_minor),
-        "firmware": identity.firmware.as_str(),
-        "git_hash": identity.git_hash.as_str(),
-        "git_dirty": identity.git_dirty,
-        "board": identity.board.as_str(),
-        "scan_rate_hz": identity.adc.rate.0,
-        "channels": identity.adc.channels,
-        "adc_bits": identity.adc.bits,
-        "adc_reference_v": identity.adc.reference.0,
-        "channel_delay_s": identity.adc.channel_delay.0,
-        "record_scans": identity.record_scans,
-        "pre_trigger_scans": identity.pre_trigger_scans,
-        "max_sensors": identity.max_sensors,
-        "max_hits": identity.max_hits,
-        "streams": identity.streams,
-        "boot_reason": BootReason::from(identity.boot_reason).name(),
-        "last_panic": identity.last_panic.as_str(),
-        "phase": phase_name(status.phase),
-        "layout_hash": hash_text(status.layout_hash),
-        "result": (status.result != 0).then_some(status.result),
-    })
+fn identity_json(port: &str, identity: &Identity, status: &Status) -> DeviceIdentity {
+    DeviceIdentity {
+        port: port.to_owned(),
+        protocol: format!("{}.{}", identity.protocol_major, identity.protocol_minor),
+        firmware: identity.firmware.as_str().to_owned(),
+        git_hash: identity.git_hash.as_str().to_owned(),
+        git_dirty: identity.git_dirty,
+        board: identity.board.as_str().to_owned(),
+        scan_rate_hz: identity.adc.rate.0.into(),
+        channels: identity.adc.channels,
+        adc_bits: identity.adc.bits,
+        adc_reference_v: identity.adc.reference.0.into(),
+        channel_delay_s: identity.adc.channel_delay.0.into(),
+        record_scans: identity.record_scans,
+        pre_trigger_scans: identity.pre_trigger_scans,
+        max_sensors: identity.max_sensors,
+        max_hits: identity.max_hits,
+        streams: identity.streams,
+        boot_reason: BootReason::from(identity.boot_reason).name(),
+        last_panic: identity.last_panic.as_str().to_owned(),
+        phase: phase_name(status.phase),
+        layout_hash: hash_text(status.layout_hash),
+        result: (status.result != 0).then_some(status.result),
+    }
 }
 
 fn identity_text(port: &str, identity: &Identity, status: &Status) -> String {

@@ -3,10 +3,10 @@
 use std::process::{Command, Stdio};
 
 use massline_boards::BootLoader;
-use serde_json::{Value, json};
 
 use super::VERSION;
 use crate::client::{self, Client, ClientError, PortFacts, Timing, list_ports};
+use crate::document::{Doctor, Looked};
 use crate::error::Result;
 use crate::firmware::EMULATOR;
 use crate::flash::board::{BOARDS, Board};
@@ -75,13 +75,13 @@ impl Finding {
         Self { advice: Some(advice.into()), ..self }
     }
 
-    fn to_json(&self) -> Value {
-        json!({
-            "subject": self.subject,
-            "state": self.state.name(),
-            "found": self.found,
-            "advice": self.advice,
-        })
+    fn to_json(&self) -> Looked {
+        Looked {
+            subject: self.subject.clone(),
+            state: self.state.name(),
+            found: self.found.clone(),
+            advice: self.advice.clone(),
+        }
     }
 }
 
@@ -95,7 +95,7 @@ pub fn run(_: &Args, output: &mut Output) -> Result<()> {
     findings.extend(BOARDS.iter().filter_map(in_boot_loader));
     findings.push(probes());
     findings.push(emulator());
-    let value = json!({ "findings": findings.iter().map(Finding::to_json).collect::<Vec<_>>() });
+    let value = Doctor { findings: findings.iter().map(Finding::to_json).collect() };
     output.answer(&value, |output| {
         let line = |finding: &Finding| {
             let state = output.toned(finding.state.name(), finding.state.tone());

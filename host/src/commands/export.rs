@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use massline_protocol::LayoutHash;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
-use serde_json::{Value, json};
 
 use super::connect::PortArgs;
 use super::files::{self, ReplaceArgs};
 use super::method;
 use crate::archive::{self, Archive};
+use crate::document::{ExportedAnswer, ExportedFile};
 use crate::error::Result;
 use crate::export::{
     Exported, Format, Frame, TestData, UnitSystem, of_archive, of_measurement, read_subject,
@@ -102,7 +102,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let Some((archive, name)) = archive.as_ref().filter(|_| args.format.holds_responses()) {
         // Also of a test without an answer.
         let test = with_layout(test_of_archive(archive, name)?);
-        return args.deliver(&universal_file(&test)?, &test, json!({}), "the responses", output);
+        return args.deliver(&universal_file(&test)?, &test, None, "the responses", output);
     }
     let exported = match (&archive, args.number()) {
         (Some((archive, name)), _) => {
@@ -122,12 +122,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     if let (true, Some(condition)) = (args.unphysical, exported.violated_condition()) {
         output.warn(format!("this is not a physical body: {condition}"));
     }
-    let about = json!({
-        "method": exported.method,
-        "physically_consistent": exported.violated_condition().is_none(),
-    });
+    let answer = ExportedAnswer {
+        method: exported.method.clone(),
+        physically_consistent: exported.violated_condition().is_none(),
+    };
     let what = format!("the answer by {}", exported.method);
-    args.deliver(&bytes, &exported.test, about, &what, output)
+    args.deliver(&bytes, &exported.test, Some(answer), &what, output)
 }
 
 impl Args {
@@ -148,7 +148,7 @@ impl Args {
         &self,
         bytes: &[u8],
         test: &TestData,
-        about: Value,
+        answer: Option<ExportedAnswer>,
         what: &str,
         output: &mut Output,
     ) -> Result<()> {
@@ -159,16 +159,14 @@ impl Args {
             return output.unframed(bytes, self.format.is_binary());
         };
         file::write(path, bytes, self.replace.existing())?;
-        let mut value = json!({
-            "written": path,
-            "format": self.format.name(),
-            "units": self.units.name(),
-            "frame": self.frame.to_string(),
-            "notes": test.notes,
-        });
-        if let (Value::Object(members), Value::Object(about)) = (&mut value, about) {
-            members.extend(about);
-        }
+        let value = ExportedFile {
+            written: path.clone(),
+            format: self.format.name(),
+            units: self.units.name(),
+            frame: self.frame.to_string(),
+            notes: test.notes.clone(),
+            answer,
+        };
         output.answer(&value, |_| format!("{}: {what}", path.display()))
     }
 }

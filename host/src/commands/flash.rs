@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use indicatif::ProgressBar;
 use massline_boards::BootLoader;
-use serde_json::{Value, json};
 
+use crate::document::{AddressRange, Flashing};
 use crate::error::{Error, Result};
 use crate::firmware;
 use crate::flash::board::{BOARDS, Board, FlashMethod};
@@ -225,20 +225,20 @@ struct Facts<'p> {
 }
 
 impl Facts<'_> {
-    fn json(&self) -> Value {
-        let range = |start: u32, end: u64| json!({ "start": start, "end": end });
-        let board = self.plan.board;
-        json!({
-            "board": board.name,
-            "image": self.path,
-            "via": self.way.name(),
-            "segments": self.plan.image.segments.iter().map(|s| range(s.address, s.end())).collect::<Vec<_>>(),
-            "bytes": self.plan.image.len(),
-            "sectors": self.plan.erase.iter().map(|s| range(s.start, s.end.into())).collect::<Vec<_>>(),
-            "store": range(board.store.start, board.store.end.into()),
-            "flashed": self.done.is_some(),
-            "verified": self.done.map(|done| done != Done::Unverified),
-        })
+    fn json(&self) -> Flashing {
+        let range = |start: u32, end: u64| AddressRange { start, end };
+        let Plan { board, image, erase } = self.plan;
+        Flashing {
+            board: board.name.clone(),
+            image: self.path.clone(),
+            via: self.way.name(),
+            segments: image.segments.iter().map(|s| range(s.address, s.end())).collect(),
+            bytes: image.len(),
+            sectors: erase.iter().map(|s| range(s.start, s.end.into())).collect(),
+            store: range(board.store.start, board.store.end.into()),
+            flashed: self.done.is_some(),
+            verified: self.done.map(|done| done != Done::Unverified),
+        }
     }
 
     fn text(&self) -> String {

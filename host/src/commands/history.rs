@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
-
 use crate::archive::{Archive, EXTENSION, is_named};
+use crate::document::{History, ListedArchive, Unreadable};
 use crate::error::{Error, Result};
 use crate::output::{self, Output, Table};
 use crate::report::Summary;
@@ -39,14 +38,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         }
     }
     tests.sort_by(|(_, a), (_, b)| a.time.cmp(&b.time));
-    let document = json!({
-        "archives": tests.iter().map(|(path, test)| test.to_json(path)).collect::<Vec<_>>(),
-        "unreadable": unreadable.iter().map(|(path, error)| json!({
-            "file": path,
-            "code": error.code(),
-            "message": error.to_string(),
-        })).collect::<Vec<_>>(),
-    });
+    let cannot_be_read = |(path, error): &(PathBuf, Error)| Unreadable {
+        file: path.clone(),
+        code: error.code().to_owned(),
+        message: error.to_string(),
+    };
+    let document = History {
+        archives: tests.iter().map(|(path, test)| test.entry(path)).collect(),
+        unreadable: unreadable.iter().map(cannot_be_read).collect(),
+    };
     if tests.is_empty() {
         output.answer(&document, |_| nothing_in(&args.folder))?;
     } else {
@@ -75,10 +75,8 @@ impl Test {
         Self { summary, time }
     }
 
-    fn to_json(&self, path: &Path) -> Value {
-        let mut value = self.summary.to_json();
-        value["file"] = json!(path);
-        value
+    fn entry(&self, path: &Path) -> ListedArchive {
+        ListedArchive { summary: self.summary.to_json(), file: path.to_owned() }
     }
 }
 

@@ -94,7 +94,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         return output.answer(&hits.to_json(), |_| hits.to_text());
     }
     if output.json() {
-        output.explain(hits.to_json());
+        output.explain(&hits.to_json());
     } else {
         output.text(hits.to_text())?;
     }

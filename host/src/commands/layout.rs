@@ -5,11 +5,12 @@ mod suggest;
 
 use std::path::PathBuf;
 
-use massline_shared::layout::{HitPolicy, HostLayout};
-use serde_json::{Value, json};
+use massline_shared::layout::{Hit, HitPolicy, HostLayout, Sensor};
 
 use super::files;
 use crate::commands::files::ReplaceArgs;
+use crate::document::{Band, ShownHit, ShownLayout, ShownSensor, ShownSettings};
+use crate::document::{LayoutTemplate, WrittenFile};
 use crate::error::Result;
 use crate::file;
 use crate::layout_file::{LayoutFile, TEMPLATE, schema};
@@ -65,13 +66,15 @@ enum Command {
 pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     match &args.command {
         Command::New { output: None, .. } if output.json() => {
-            output.answer(&json!({ "layout": TEMPLATE }), |_| String::new())
+            output.answer(&LayoutTemplate { layout: TEMPLATE }, |_| String::new())
         }
         // Unwrapped: a comment that goes on in a line of its own is none.
         Command::New { output: None, .. } => output.verbatim(TEMPLATE.trim_end()),
         Command::New { output: Some(path), replace } => {
             file::write(path, TEMPLATE.as_bytes(), replace.existing())?;
-            output.answer(&json!({ "written": path }), |_| format!("{} written", path.display()))
+            output.answer(&WrittenFile { written: path.clone() }, |_| {
+                format!("{} written", path.display())
+            })
         }
         Command::Check(args) => check::run(args, output),
         Command::Suggest(args) => suggest::run(args, output),
@@ -83,54 +86,43 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     }
 }
 
-fn show_json(file: &LayoutFile) -> Value {
+fn show_json(file: &LayoutFile) -> ShownLayout {
     let layout = &file.layout;
-    let sensors: Vec<_> = layout
-        .sensors
-        .iter()
-        .map(|s| {
-            json!({
-                "node": s.node,
-                "position_m": s.position,
-                "axes": s.axes,
-                "senses_gravity": s.senses_gravity,
-            })
-        })
-        .collect();
-    let hits: Vec<_> = layout
-        .hits
-        .iter()
-        .map(|h| {
-            json!({
-                "dof": h.dof.to_string(),
-                "position_m": h.position,
-                "direction": h.direction,
-            })
-        })
-        .collect();
-    let policy: serde_json::Map<_, _> = HitPolicy::CODES
-        .into_iter()
-        .map(|code| (code.name().into(), layout.test.policy.verdict(code).name().into()))
-        .collect();
-    json!({
-        "title": file.title,
-        "layout_hash": file.hash().and_then(hash_text),
-        "gravity_m_per_s2": layout.gravity,
-        "characteristic_length_m": layout.characteristic_length(),
-        "sensors": sensors,
-        "hits": hits,
-        "test": {
-            "hits_per_dof": layout.test.hits_per_dof,
-            "band_hz": layout.test.band_hz.map_or("auto".into(), |band| json!(band)),
-            "frf_estimator": layout.test.frf_estimator.name(),
-            "terms": layout.test.terms.name(),
-            "exponential_decay_per_s": layout.test.exponential_decay,
-            "force_window_s": layout.test.force_window_s,
-            "trigger_n": layout.test.trigger_n,
-            "min_peak_force_n": layout.test.min_peak_force_n,
+    let test = &layout.test;
+    let sensor = |sensor: &Sensor<f64>| ShownSensor {
+        node: sensor.node,
+        position_m: sensor.position,
+        axes: sensor.axes,
+        senses_gravity: sensor.senses_gravity,
+    };
+    let hit = |hit: &Hit<f64>| ShownHit {
+        dof: hit.dof.to_string(),
+        position_m: hit.position,
+        direction: hit.direction,
+    };
+    let verdicts = HitPolicy::CODES.map(|code| (code.name(), test.policy.verdict(code).name()));
+    ShownLayout {
+        title: file.title.clone(),
+        layout_hash: file.hash().and_then(hash_text),
+        gravity_m_per_s2: layout.gravity,
+        gravity_direction_rad: layout.gravity_direction,
+        hammer_gain: layout.hammer_gain,
+        hit_gain: layout.hit_gain,
+        characteristic_length_m: layout.characteristic_length(),
+        sensors: layout.sensors.iter().map(sensor).collect(),
+        hits: layout.hits.iter().map(hit).collect(),
+        test: ShownSettings {
+            hits_per_dof: test.hits_per_dof,
+            band_hz: test.band_hz.map_or(Band::Automatic("auto"), Band::Fixed),
+            frf_estimator: test.frf_estimator.name(),
+            terms: test.terms.name(),
+            exponential_decay_per_s: test.exponential_decay,
+            force_window_s: test.force_window_s,
+            trigger_n: test.trigger_n,
+            min_peak_force_n: test.min_peak_force_n,
         },
-        "policy": policy,
-    })
+        policy: verdicts.into(),
+    }
 }
 
 fn show_text(file: &LayoutFile) -> String {

@@ -4,7 +4,6 @@ use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::Path;
 
 use clap::ValueEnum;
-use serde_json::json;
 
 use super::bench_test::{BenchArgs, nominal_calibration};
 use crate::error::{Error, Result};
@@ -99,16 +98,13 @@ pub fn run(
     let bar = output.bar(runs.get(), "runs");
     let study = monte_carlo.run(output.interrupt(), |done| bar.set_position(done))?;
     bar.finish_and_clear();
-    let mut value = report::to_json(&study);
-    value["seed"] = json!(seed);
-    value["bench"] = json!(bench.title);
-    value["budget"] = json!(args.budget.name());
+    let value = report::to_json(&study, seed, &bench.title, args.budget.name());
     let Some(error) = shortcoming(&study) else {
         return output.answer(&value, |output| to_text(&study, file, output));
     };
     // The results so far are printed too; with `--json` in the object of the error.
     if output.json() {
-        output.explain(value);
+        output.explain(&value);
     } else {
         let text = to_text(&study, file, output);
         output.text(text)?;

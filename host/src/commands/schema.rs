@@ -1,9 +1,8 @@
 //! `massline schema`: the JSON schemas of what the commands print with `--json`.
 
 use clap::builder::PossibleValuesParser;
-use serde_json::json;
 
-use crate::document::Described;
+use crate::document::{Described, DescribedDocument, SchemaList};
 use crate::error::Result;
 use crate::output::{Output, table};
 
@@ -38,9 +37,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             if of.commands.is_empty() { "all".to_owned() } else { of.commands.join(", ") };
         all.add_row([of.name, of.summary, commands.as_str()]);
     }
-    let entries: Vec<_> = Described::ALL
-        .iter()
-        .map(|of| json!({ "document": of.name, "summary": of.summary, "commands": of.commands }))
-        .collect();
-    output.answer_table(&json!({ "documents": entries }), &all)
+    let entry = |of: &Described| DescribedDocument {
+        document: of.name,
+        summary: of.summary,
+        commands: of.commands,
+    };
+    let documents = Described::ALL.iter().map(entry).collect();
+    output.answer_table(&SchemaList { documents }, &all)
 }

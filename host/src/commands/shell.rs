@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Command;
 use clap_complete::Shell;
-use serde_json::json;
 
 use crate::commands::files::ReplaceArgs;
+use crate::document::{Completions, ManualPage, WrittenPages};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::output::Output;
@@ -52,7 +52,7 @@ pub fn completions(
     clap_complete::generate(args.shell, &mut command, "massline", &mut script);
     let script = String::from_utf8_lossy(&script).into_owned();
     if output.json() {
-        return output.value(&json!({ "shell": args.shell.to_string(), "completions": script }));
+        return output.value(&Completions { shell: args.shell.to_string(), completions: script });
     }
     output.verbatim(script.trim_end())
 }
@@ -66,15 +66,16 @@ pub fn man(args: &ManArgs, mut command: Command, output: &mut Output) -> Result<
     let Some(folder) = &args.output else {
         let page = String::from_utf8_lossy(&page(&command)?).into_owned();
         return match output.json() {
-            true => output.value(&json!({ "page": page })),
+            true => output.value(&ManualPage { page }),
             false => output.verbatim(page.trim_end()),
         };
     };
     std::fs::create_dir_all(folder).map_err(|e| file::cannot(folder, e))?;
     let mut written = Vec::new();
     write_pages(&command, folder, args.replace, &mut written)?;
-    output.answer(&json!({ "written": written }), |_| {
-        format!("{} manual pages in {}", written.len(), folder.display())
+    let count = written.len();
+    output.answer(&WrittenPages { written }, |_| {
+        format!("{count} manual pages in {}", folder.display())
     })
 }
 

@@ -108,7 +108,7 @@ pub fn look_for_mistakes(result: &MeasurementResult, nominal: &NominalTest, outp
     let examination = nominal.examine_result(result);
     let mut details = json!({});
     examination.add_to(&mut details, &nominal.layout);
-    output.explain(details);
+    output.explain(&details);
     if !output.json() {
         output.note(examination.to_text(&nominal.layout).trim_end());
     }

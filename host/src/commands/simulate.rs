@@ -7,7 +7,6 @@ use massline_protocol::LayoutHash;
 use massline_shared::layout::{Dof, RigLayout};
 use massline_shared::signal::{AdcProperties, Calibration, PRE_TRIGGER_SCANS, Scan};
 use massline_virtual::source::ScanSource;
-use serde_json::json;
 
 use super::bench_test::{BenchArgs, BenchTest, nominal_calibration};
 use super::compare::{Comparison, SIGMA_NOTE};
@@ -15,6 +14,7 @@ use super::files;
 use super::monte_carlo::{self, MonteCarloArgs};
 use super::simulated::RigArgs;
 use crate::commands::files::ReplaceArgs;
+use crate::document::Simulation;
 use crate::error::Result;
 use crate::file::Existing;
 use crate::host_solution::HostSolution;
@@ -111,8 +111,10 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let nominal = NominalTest::of_file(&file);
     let again =
         HostSolution::examined(&comparison.result, &nominal, Selection::All).without_details();
-    let mut value = comparison.to_json(|document| again.add_to(document))?;
-    value["tape"] = json!(args.tape.as_ref().filter(|_| taped.is_ok()));
+    let value = Simulation {
+        test: comparison.to_json(|measurement| again.add_to(measurement))?,
+        tape: args.tape.clone().filter(|_| taped.is_ok()),
+    };
     let (symbol, worst) = comparison.worst()?;
     let table = comparison.table()?;
     output.answer(&value, |output| {

@@ -11,11 +11,11 @@ use massline_virtual::pipe::HostEnd;
 use massline_virtual::rig::{VirtualRig, VirtualRigOptions};
 use massline_virtual::sampler::Timing;
 use massline_virtual::tcp::TcpServer;
-use serde_json::json;
 
 use super::bench_test::BenchArgs;
 use super::demo::LAYOUTS;
 use super::files;
+use crate::document::VirtualPort;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::layout_file::LayoutFile;
@@ -89,7 +89,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         None => own_port::serve(rig.link())?,
     };
     let port = &served.port;
-    output.answer(&json!({ "port": port }), |_| port.clone())?;
+    output.answer(&VirtualPort { port: port.clone() }, |_| port.clone())?;
     output.note(format!("massline measure LAYOUT --port {port}; Ctrl-C ends the rig"));
     if let Some(taps) = taps {
         output.note(

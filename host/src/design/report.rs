@@ -4,29 +4,67 @@ use massline_protocol::LayoutHash;
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::design::{Criterion, Part};
 use massline_shared::identify::{Applicability, Method};
-use massline_shared::layout::{HostLayout, RIG_SENSORS, RigLayout};
-use serde_json::{Map, Value, json};
+use massline_shared::layout::{Dof, HostLayout, RIG_SENSORS, RigLayout};
 
-use super::{Advice, DesignReport, Predicted, Suggestion};
+use super::{Advice, DesignReport, Options, Predicted, Suggestion};
+use crate::document::{
+    self, AssumedBody, CandidateCounts, ErrorSource, HitTotal, JudgedLayout, JudgedMethod,
+    LayoutCheck, LayoutSuggestion, Prediction, Properties, SensorTotal,
+};
 use crate::layout_file::LayoutFile;
 use crate::output::{align_right, table};
-use crate::report::{hash_text, two_digits};
+use crate::report::{diagnostics_json, hash_text, message_in, two_digits};
 
 /// Error sources with a smaller share than this are not listed.
 const MIN_SHARE: f64 = 0.005;
 
-/// The prediction for a layout as JSON, without its diagnostics.
-pub fn design_report_json(design_report: &DesignReport, file: &LayoutFile) -> Value {
-    let mut value = of_both(&Judged {
+/// The prediction for a layout as JSON; `noise` is relative to 1/mass.
+pub fn design_report_json(
+    design_report: &DesignReport,
+    file: &LayoutFile,
+    noise: f64,
+    notes: Vec<String>,
+) -> LayoutCheck {
+    let judged = Judged {
         layout: &file.layout,
         predicted: design_report.predicted.as_ref(),
         applicability: &design_report.applicability,
         criterion: &design_report.criterion,
         whose: &design_report.whose,
-    });
-    value["error_sources"] = design_report.parts.iter().map(part_json).collect();
-    value["advice"] = design_report.advice.as_ref().map_or(Value::Null, |a| advice_json(a, file));
-    value
+        noise,
+    };
+    LayoutCheck {
+        judged: judged.to_json(notes),
+        error_sources: design_report.parts.iter().map(part_json).collect(),
+        advice: design_report.advice.as_ref().map(|advice| advice_json(advice, file)),
+    }
+}
+
+/// A suggestion as JSON, not yet written to a file.
+pub fn suggestion_json(
+    suggestion: &Suggestion,
+    options: &Options,
+    notes: Vec<String>,
+) -> LayoutSuggestion {
+    let judged = Judged {
+        layout: &suggestion.layout,
+        predicted: Some(&suggestion.predicted),
+        applicability: &suggestion.applicability,
+        criterion: &suggestion.criterion,
+        whose: &suggestion.whose,
+        noise: options.noise,
+    };
+    LayoutSuggestion {
+        judged: judged.to_json(notes),
+        candidates: CandidateCounts {
+            sensors: suggestion.candidates.sensors.len(),
+            hits: suggestion.candidates.hits.len(),
+        },
+        before: prediction_json(suggestion.before.as_ref()),
+        seed: options.seed,
+        starts: options.starts,
+        written: None,
+    }
 }
 
 /// A layout and what is predicted for it.
@@ -36,96 +74,83 @@ struct Judged<'a> {
     applicability: &'a Applicability<f64>,
     criterion: &'a Criterion<f64>,
     whose: &'a str,
+    noise: f64,
 }
 
-/// The keys that `layout check` and `layout suggest` have in common; they are equal for the same layout.
-fn of_both(judged: &Judged<'_>) -> Value {
-    let Judged { layout, predicted, applicability, criterion, whose } = judged;
-    let mut value = predicted_json(*predicted);
-    value["identifiable"] = json!(predicted.is_some());
-    value["rank"] = json!(applicability.rank);
-    value["condition"] = json!(applicability.condition);
-    value["methods"] = methods_json(applicability);
-    value["noise_m_per_s2_per_n"] = json!(criterion.noise);
-    value["characteristic_length_m"] = json!(layout.characteristic_length());
-    value["scale"] = ten(|k| json!(criterion.scale[k]));
-    value["body"] = json!({ "source": whose, "properties": criterion.body.theta().as_slice() });
-    value["sensors"] = layout.sensors.iter().map(|s| json!(s.node)).collect();
-    value["hits"] = layout.hits.iter().map(|h| json!(h.dof.to_string())).collect();
-    value["hits_per_dof"] = json!(layout.test.hits_per_dof);
-    value["layout_hash"] = json!(layout.cast().and_then(|rig: RigLayout| hash_text(rig.hash())));
-    value
+impl Judged<'_> {
+    /// The keys that `layout check` and `layout suggest` have in common; they are equal for the same layout.
+    fn to_json(&self, notes: Vec<String>) -> JudgedLayout {
+        let Self { layout, predicted, applicability, criterion, whose, noise } = *self;
+        let found = &applicability.diagnostics;
+        JudgedLayout {
+            prediction: prediction_json(predicted),
+            identifiable: predicted.is_some(),
+            rank: applicability.rank,
+            condition: Some(applicability.condition).filter(|condition| condition.is_finite()),
+            methods: methods_json(applicability),
+            noise_m_per_s2_per_n: criterion.noise,
+            noise,
+            characteristic_length_m: layout.characteristic_length(),
+            scale: Properties::of(criterion.scale.into()),
+            body: AssumedBody {
+                source: whose.to_owned(),
+                properties: criterion.body.theta().into(),
+            },
+            sensors: layout.sensors.iter().map(|sensor| sensor.node).collect(),
+            hits: layout.hits.iter().map(|hit| hit.dof.to_string()).collect(),
+            hits_per_dof: layout.test.hits_per_dof,
+            layout_hash: layout.cast().and_then(|rig: RigLayout| hash_text(rig.hash())),
+            codes: found.iter().map(|d| d.code.name()).collect(),
+            diagnostics: diagnostics_json(found, |d| message_in(d, layout)),
+            notes,
+        }
+    }
 }
 
-/// A suggestion as JSON, without its diagnostics.
-pub fn suggestion_json(suggestion: &Suggestion) -> Value {
-    let mut value = of_both(&Judged {
-        layout: &suggestion.layout,
-        predicted: Some(&suggestion.predicted),
-        applicability: &suggestion.applicability,
-        criterion: &suggestion.criterion,
-        whose: &suggestion.whose,
-    });
-    value["candidates"] = json!({
-        "sensors": suggestion.candidates.sensors.len(),
-        "hits": suggestion.candidates.hits.len(),
-    });
-    value["before"] = predicted_json(suggestion.before.as_ref());
-    value
+fn prediction_json(predicted: Option<&Predicted>) -> Prediction {
+    let ten = |of: fn(&Predicted) -> [f64; 10]| match predicted {
+        Some(predicted) => Properties::of(of(predicted).map(Some)),
+        None => Properties::of([None; 10]),
+    };
+    Prediction {
+        sigma: ten(|p| p.sigma),
+        percent_of_scale: ten(|p| p.percent_of_scale),
+        total_percent_of_scale: predicted.map(|p| p.total_percent_of_scale),
+    }
 }
 
-fn predicted_json(predicted: Option<&Predicted>) -> Value {
-    json!({
-        "sigma": ten(|k| json!(predicted.map(|p| p.sigma[k]))),
-        "percent_of_scale": ten(|k| json!(predicted.map(|p| p.percent_of_scale[k]))),
-        "total_percent_of_scale": predicted.map(|p| p.total_percent_of_scale),
-    })
-}
-
-fn ten(of: impl Fn(usize) -> Value) -> Value {
-    let members: Map<String, Value> =
-        INERTIAL_PARAMETERS.iter().enumerate().map(|(k, p)| (p.name.to_owned(), of(k))).collect();
-    Value::Object(members)
-}
-
-fn methods_json(applicability: &Applicability<f64>) -> Value {
+fn methods_json(applicability: &Applicability<f64>) -> Vec<JudgedMethod> {
     let methods = Method::of_mass_lines().map(|method| {
         let obstacles: Vec<_> = applicability.obstacles(method).map(|code| code.name()).collect();
-        json!({
-            "method": method.name(),
-            "applicable": obstacles.is_empty(),
-            "blocked_by": obstacles,
-        })
+        JudgedMethod {
+            method: method.name(),
+            applicable: obstacles.is_empty(),
+            blocked_by: obstacles,
+        }
     });
     methods.collect()
 }
 
-fn part_json(part: &Part<f64>) -> Value {
-    json!({
-        "source": part.source.name(),
-        "share": part.share,
-        "shares": ten(|k| json!(part.shares[k])),
-    })
+fn part_json(part: &Part<f64>) -> ErrorSource {
+    ErrorSource {
+        source: part.source.name(),
+        share: part.share,
+        shares: Properties::of(part.shares.into()),
+    }
 }
 
-fn advice_json(advice: &Advice, file: &LayoutFile) -> Value {
+fn advice_json(advice: &Advice, file: &LayoutFile) -> document::Advice {
     let layout = &file.layout;
+    let hit = |dof: Dof, total| HitTotal { dof: dof.to_string(), total_percent_of_scale: total };
+    let sensor = |node, total| SensorTotal { node, total_percent_of_scale: total };
     let hits = layout.hits.iter().zip(&advice.without_hits);
     let sensors = layout.sensors.iter().zip(&advice.without_sensors);
-    json!({
-        "further_hit": advice.further_hit.map(|(dof, total)| json!({
-            "dof": dof.to_string(), "total_percent_of_scale": total,
-        })),
-        "further_sensor": advice.further_sensor.map(|(node, total)| json!({
-            "node": node, "total_percent_of_scale": total,
-        })),
-        "without_hits": hits.map(|(hit, total)| json!({
-            "dof": hit.dof.to_string(), "total_percent_of_scale": total,
-        })).collect::<Vec<_>>(),
-        "without_sensors": sensors.map(|(sensor, total)| json!({
-            "node": sensor.node, "total_percent_of_scale": total,
-        })).collect::<Vec<_>>(),
-    })
+    document::Advice {
+        further_hit: advice.further_hit.map(|(dof, total)| hit(dof, Some(total))),
+        further_sensor: advice.further_sensor.map(|(node, total)| sensor(node, Some(total))),
+        without_hits: hits.map(|(of, total)| hit(of.dof, *total)).collect(),
+        without_sensors: sensors.map(|(of, total)| sensor(of.node, *total)).collect(),
+    }
 }
 
 /// The predicted uncertainty of a layout as text.

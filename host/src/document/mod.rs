@@ -4,29 +4,68 @@
 //! keys state.
 
 mod agreement;
+mod calibration;
+mod described;
 mod details;
+mod device;
+mod electronics;
 mod estimate;
 mod fault;
 mod finding;
+mod hits;
+mod layout;
+mod list;
 mod measurement;
 mod modes;
+mod rig_files;
+mod simulation;
 mod solution;
+mod written;
 
 use massline_shared::Estimated;
-use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use agreement::{Agreement, Combined, OfMethod, Pair};
+pub use calibration::{
+    AxisDrift, BeforeAndAfter, Block, BlockCalibration, CalibratedTest, Calibration,
+    CalibrationCheck, CalibrationDemo, CalibrationErrors, CalibrationSigma, HammerCalibration,
+    HammerRatio, Hum, RcCutoff, SensorCalibration, SensorCheck, SensorRatio, Tumble,
+    TumbleCalibration, TumbledSensor,
+};
+pub use described::Described;
 pub use details::{Details, ErrorBudget, HitDetails, Influence, SensorDetails, StatedAndLearned};
+pub use device::{
+    CounterFinding, DeviceAbort, DeviceIdentity, DeviceList, DeviceStats, Doctor, Looked, Port,
+};
+pub use electronics::{Asymmetry, Electronics, Memory};
 pub use estimate::{ChiSquared, Estimate, LearnedBudget, PrincipalMoments};
 pub use fault::{Fault, SingleFaults, Suspect};
 pub use finding::{Cause, Failure, Finding, FoundBy, Refusal, Unseen};
+pub use hits::{Decided, GradedHit, HitFinding, Hits};
+pub use layout::{
+    Advice, AssumedBody, Band, CandidateCounts, ErrorSource, HitTotal, JudgedLayout, JudgedMethod,
+    LayoutCheck, LayoutSuggestion, Prediction, SensorTotal, ShownHit, ShownLayout, ShownSensor,
+    ShownSettings,
+};
+pub use list::{
+    DeletedResults, History, KeptResult, ListedArchive, ResultsList, Summary, Unreadable,
+};
 pub use measurement::{
     FurtherHit, HalfWidths, HostFindings, Marked, MeasuredMassLine, Measurement, Precision,
     WorstProperty,
 };
 pub use modes::{BetterHit, Indicator, Mode, Modes, Order, Pole};
+pub use rig_files::{AddressRange, Flashing, RecordedTape};
+pub use simulation::{
+    ComparedMethod, ComparedTest, Demo, DemoWheel, DemoWheelFiles, ForceSet, MethodOverRuns,
+    PropertyOverRuns, RunsToTarget, SimulatedRuns, Simulation,
+};
 pub use solution::{GlobalFit, MassLine, Solution};
+pub use written::{
+    Completions, DescribedDocument, ExportedAnswer, ExportedFile, LayoutTemplate, ManualPage,
+    SchemaList, VirtualPort, WrittenFile, WrittenPages,
+};
 
 /// A number, or several, with the standard deviation; `null` where that is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -83,64 +122,4 @@ impl<T: Copy> Properties<T> {
         let [mass, cx, cy, cz, jxx, jyy, jzz, jxy, jxz, jyz] = all;
         Self { mass, cx, cy, cz, jxx, jyy, jzz, jxy, jxz, jyz }
     }
-}
-
-/// A document with the version of its schema, as it is printed.
-#[derive(Serialize, JsonSchema)]
-struct Versioned<T> {
-    /// It is incremented whenever a key is renamed or removed or changes its meaning, but not when a key is added.
-    schema_version: u32,
-    #[serde(flatten)]
-    document: T,
-}
-
-/// A document that has a schema.
-pub struct Described {
-    /// Its name.
-    pub name: &'static str,
-    /// What it is.
-    pub summary: &'static str,
-    /// The commands that print it.
-    pub commands: &'static [&'static str],
-    schema: fn(&mut SchemaGenerator) -> Schema,
-}
-
-impl Described {
-    /// Every document that has a schema.
-    pub const ALL: [Self; 4] = [
-        Self {
-            name: "measurement",
-            summary: "a result of a rig, and what the host finds from it",
-            commands: &["measure", "results get", "replay", "solve"],
-            schema: of::<Measurement>,
-        },
-        Self {
-            name: "solution",
-            summary: "the solution of frequency responses",
-            commands: &["solve"],
-            schema: of::<Solution>,
-        },
-        Self {
-            name: "modes",
-            summary: "the suspension modes",
-            commands: &["modes"],
-            schema: of::<Modes>,
-        },
-        Self {
-            name: "error",
-            summary: "why a command has failed",
-            commands: &[],
-            schema: of::<Failure>,
-        },
-    ];
-
-    /// The schema, draft 2020-12.
-    pub fn schema(&self) -> Schema {
-        let mut generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
-        (self.schema)(&mut generator)
-    }
-}
-
-fn of<T: JsonSchema>(generator: &mut SchemaGenerator) -> Schema {
-    std::mem::take(generator).into_root_schema_for::<Versioned<T>>()
 }

@@ -1,9 +1,9 @@
 //! Graded hits as JSON and as a table.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Severity, Subject};
-use serde_json::{Value, json};
 
 use super::{Hit, Hits};
+use crate::document::{self, Decided, GradedHit, HitFinding};
 use crate::output;
 use crate::report::{code_name, message};
 
@@ -17,57 +17,52 @@ impl Hit {
         }
     }
 
-    fn to_json(&self) -> Value {
-        let findings: Vec<Value> = self.report.findings.iter().map(finding_json).collect();
-        let codes: Vec<String> = self.report.findings.iter().map(code_name).collect();
-        json!({
-            "segment": self.segment,
-            "verdict": self.verdict(),
-            "codes": codes,
-            "findings": findings,
-            "start_s": self.start_s,
-            "peak_force_n": self.report.peak_force.0,
-            "peak_response_m_per_s2": self.report.peak_acceleration.0,
-            "distance_relative": self.distance,
-            "kept": self.kept,
-        })
+    fn to_json(&self) -> GradedHit {
+        GradedHit {
+            segment: self.segment,
+            verdict: self.verdict(),
+            codes: self.report.findings.iter().map(code_name).collect(),
+            findings: self.report.findings.iter().map(finding_json).collect(),
+            start_s: self.start_s,
+            peak_force_n: self.report.peak_force.0.into(),
+            peak_response_m_per_s2: self.report.peak_acceleration.0.into(),
+            distance_relative: self.distance,
+            kept: self.kept,
+        }
     }
 }
 
 /// A finding as JSON, with the decisive number under a key that names its unit.
-fn finding_json(found: &Diagnostic) -> Value {
-    let mut object = json!({
-        "code": code_name(found),
-        "severity": found.severity.name(),
-    });
-    let key = match found.code {
-        Code::Overload if found.subject == Subject::Channel(0) => "extreme_n",
-        Code::Overload => "extreme_m_per_s2",
-        Code::TooWeak => "peak_force_n",
-        Code::ForceSpectrumLow => "level_db",
-        Code::TriggerTooEarly => "pre_trigger_scans",
-        Code::HitInconsistent => "distance_relative",
-        Code::DoubleHit => "second_peak_relative",
-        _ => "share_relative",
+fn finding_json(found: &Diagnostic) -> HitFinding {
+    let mut decided = Decided::default();
+    let number = match found.code {
+        Code::Overload if found.subject == Subject::Channel(0) => &mut decided.extreme_n,
+        Code::Overload => &mut decided.extreme_m_per_s2,
+        Code::TooWeak => &mut decided.peak_force_n,
+        Code::ForceSpectrumLow => &mut decided.level_db,
+        Code::TriggerTooEarly => &mut decided.pre_trigger_scans,
+        Code::HitInconsistent => &mut decided.distance_relative,
+        Code::DoubleHit => &mut decided.second_peak_relative,
+        _ => &mut decided.share_relative,
     };
-    if let Some(object) = object.as_object_mut() {
-        object.insert(key.into(), found.value.into());
-        if found.code != Code::HitInconsistent {
-            // A finding about no particular response concerns the force.
-            let channel = if let Subject::Channel(channel) = found.subject { channel } else { 0 };
-            object.insert("channel".into(), channel.into());
-        }
+    *number = Some(found.value.into());
+    // A finding about no particular response concerns the force.
+    let channel = if let Subject::Channel(channel) = found.subject { channel } else { 0 };
+    HitFinding {
+        code: code_name(found),
+        severity: found.severity.name(),
+        channel: (found.code != Code::HitInconsistent).then_some(channel),
+        decided,
     }
-    object
 }
 
 impl Hits {
-    /// `{"hits":[{"segment":0,"verdict":"accepted","codes":[],…}]}`.
-    pub fn to_json(&self) -> Value {
-        json!({
-            "hits": self.hits.iter().map(Hit::to_json).collect::<Vec<_>>(),
-            "notes": self.warnings,
-        })
+    /// All of them as JSON.
+    pub fn to_json(&self) -> document::Hits {
+        document::Hits {
+            hits: self.hits.iter().map(Hit::to_json).collect(),
+            notes: self.warnings.clone(),
+        }
     }
 
     /// A table of the hits, and a sentence for each finding.
@@ -142,7 +137,8 @@ mod tests {
     #[test]
     fn programs_read_the_number_and_the_channel_of_a_finding() {
         let json = |code, subject| {
-            finding_json(&Diagnostic::about(code, Severity::Error, subject, 0.5)).to_string()
+            let found = Diagnostic::about(code, Severity::Error, subject, 0.5);
+            serde_json::json!(finding_json(&found)).to_string()
         };
         let overload = json(Code::Overload, Subject::Channel(5));
         let expected = r#""channel":5,"code":"overload","extreme_m_per_s2":0.5,"severity":"error""#;

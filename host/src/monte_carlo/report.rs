@@ -3,10 +3,10 @@
 use massline_shared::body::{INERTIAL_PARAMETERS, InertialParameter};
 use massline_shared::diagnosis::Diagnostics;
 use massline_shared::identify::Method;
-use serde_json::{Value, json};
 
 use super::Study;
 use super::statistics::{MethodStatistics, PropertyStatistics, StoppingStatistics};
+use crate::document::{MethodOverRuns, PropertyOverRuns, RunsToTarget, SimulatedRuns};
 use crate::output;
 use crate::report::{as_exact_as, message, refusals_json, refusals_text};
 
@@ -14,21 +14,23 @@ use crate::report::{as_exact_as, message, refusals_json, refusals_text};
 const ONE_RUN: &str = "one run has an error and no rms error, ratio or coverage; repeat the test, for \
                        example --runs 100";
 
-/// A study as one object: `runs`, and `methods` with the inertial parameters of each, SI units; coverages are
-/// shares from 0 to 1.
-pub fn to_json(study: &Study) -> Value {
-    json!({
-        "runs": study.runs,
-        "runs_wanted": study.wanted,
-        "runs_without_mass_lines": study.unmeasured.as_ref().map_or(0, |(count, _)| *count),
-        "rejected_hits": study.rejected_hits,
-        "runs_with_warnings": study.warned,
-        "runs_silently_wrong": study.silent,
-        "target": study.stopping.as_ref().map(stopping_json),
-        "methods": study.methods.iter().map(method_json).collect::<Vec<_>>(),
-        "not_applicable": refusals_json(&never_answered(study), message),
-        "notes": study.is_single().then_some(ONE_RUN).as_slice(),
-    })
+/// A study as JSON, with the seed and the title of its bench and the error budget that the methods assume.
+pub fn to_json(study: &Study, seed: u64, bench: &str, budget: &'static str) -> SimulatedRuns {
+    SimulatedRuns {
+        runs: study.runs,
+        runs_wanted: study.wanted,
+        runs_without_mass_lines: study.unmeasured.as_ref().map_or(0, |(count, _)| *count),
+        rejected_hits: study.rejected_hits,
+        runs_with_warnings: study.warned,
+        runs_silently_wrong: study.silent,
+        target: study.stopping.as_ref().map(stopping_json),
+        methods: study.methods.iter().map(method_json).collect(),
+        not_applicable: refusals_json(&never_answered(study), message),
+        notes: study.is_single().then_some(ONE_RUN).into_iter().collect(),
+        seed,
+        bench: bench.to_owned(),
+        budget,
+    }
 }
 
 /// The methods without an answer in any run, and the reasons.
@@ -37,14 +39,14 @@ fn never_answered(study: &Study) -> Vec<(Method, Diagnostics)> {
     silent.filter_map(|method| Some((method.method, method.refusal.clone()?))).collect()
 }
 
-fn stopping_json(stopping: &StoppingStatistics) -> Value {
-    json!({
-        "runs_at_target": stopping.reached,
-        "hits_of_a_campaign": stopping.hits,
-        "mean_hits_saved": stopping.mean_hits_saved(),
-        "coverage95": stopping.coverage95(),
-        "coverage95_at_target": stopping.coverage95_at_target(),
-    })
+fn stopping_json(stopping: &StoppingStatistics) -> RunsToTarget {
+    RunsToTarget {
+        runs_at_target: stopping.reached,
+        hits_of_a_campaign: stopping.hits,
+        mean_hits_saved: stopping.mean_hits_saved(),
+        coverage95: stopping.coverage95(),
+        coverage95_at_target: stopping.coverage95_at_target(),
+    }
 }
 
 /// How the runs came to the target, as text.
@@ -59,32 +61,32 @@ fn stopping_text(stopping: &StoppingStatistics) -> String {
     )
 }
 
-fn method_json(method: &MethodStatistics) -> Value {
+fn method_json(method: &MethodStatistics) -> MethodOverRuns {
     let properties = method.properties.iter().zip(&INERTIAL_PARAMETERS);
-    json!({
-        "method": method.method.name(),
-        "answers": method.answers,
-        "unanswered": method.unanswered,
-        "geometric_mean_ratio": method.geometric_mean_ratio(),
-        "worst_ratio": method.worst_ratio(),
-        "geometric_mean_width": method.geometric_mean_width(),
-        "pooled_coverage95": method.pooled_coverage95(),
-        "properties": properties.map(|(p, of)| property_json(of.name, p)).collect::<Vec<_>>(),
-    })
+    MethodOverRuns {
+        method: method.method.name(),
+        answers: method.answers,
+        unanswered: method.unanswered,
+        geometric_mean_ratio: method.geometric_mean_ratio(),
+        worst_ratio: method.worst_ratio(),
+        geometric_mean_width: method.geometric_mean_width(),
+        pooled_coverage95: method.pooled_coverage95(),
+        properties: properties.map(|(p, of)| property_json(of.name, p)).collect(),
+    }
 }
 
-fn property_json(name: &str, p: &PropertyStatistics) -> Value {
-    json!({
-        "name": name,
-        "truth": p.truth,
-        "bias": p.bias,
-        "rms": p.rms,
-        "bound": p.bound,
-        "ratio": p.ratio(),
-        "coverage95": p.coverage95,
-        "half_width95": p.half_width95,
-        "width_ratio": p.width_ratio(),
-    })
+fn property_json(name: &'static str, p: &PropertyStatistics) -> PropertyOverRuns {
+    PropertyOverRuns {
+        name,
+        truth: p.truth,
+        bias: p.bias,
+        rms: p.rms,
+        bound: p.bound,
+        ratio: p.ratio(),
+        coverage95: p.coverage95,
+        half_width95: p.half_width95,
+        width_ratio: p.width_ratio(),
+    }
 }
 
 /// A study as text: a table for each method, then a summary.

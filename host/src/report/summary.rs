@@ -3,10 +3,10 @@
 use massline_protocol::object::MeasurementResult;
 use massline_shared::diagnosis::{Diagnostic, Severity};
 use massline_shared::identify::Estimate;
-use serde_json::{Value, json};
 
 use super::{estimates_of, with_sigma};
 use crate::clock;
+use crate::document::{self, Spread};
 use crate::output::{Output, Tone};
 
 /// What a list says about a result.
@@ -74,17 +74,18 @@ impl Summary {
     }
 
     /// The summary as an object.
-    pub fn to_json(&self) -> Value {
-        json!({
-            "title": self.title,
-            "measured": self.measured,
-            "method": self.best.as_ref().map(|best| best.method.name()),
-            "mass_kg": self.best.as_ref().map(|best| json!({
-                "value": best.body.mass,
-                "sigma": best.sigma().map(|sigma| sigma[0]),
-            })),
-            "verdict": self.verdict.text(),
-        })
+    pub fn to_json(&self) -> document::Summary {
+        let mass = |best: &Estimate<f64>| Spread {
+            value: best.body.mass,
+            sigma: best.sigma().map(|sigma| sigma[0]),
+        };
+        document::Summary {
+            title: self.title.clone(),
+            measured: self.measured.clone(),
+            method: self.best.as_ref().map(|best| best.method.name()),
+            mass_kg: self.best.as_ref().map(mass),
+            verdict: self.verdict.text(),
+        }
     }
 
     /// The columns title, measured, method, mass and verdict of a table.

@@ -47,6 +47,47 @@ fn the_json_of_a_block_test_has_the_rc_cutoffs_that_the_rig_stores() {
 }
 
 #[test]
+fn a_tumble_and_a_block_test_are_stored_unless_told_otherwise_and_the_calibration_passes_its_check()
+{
+    let folder = tempfile::tempdir().unwrap();
+    let [flash, readings] =
+        ["flash.bin", "readings.toml"].map(|file| folder.path().join(file).display().to_string());
+    let before = calibrate(&["show"], &flash);
+    let tumble = ["tumble", "--readings", &readings];
+    let tried = calibrate(&[&tumble[..], &["--dry-run"]].concat(), &flash);
+    assert_eq!((&tried["stored"], &tried["tumble"]["hum"]), (&false.into(), &Value::Array(vec![])));
+    assert_eq!(calibrate(&["show"], &flash), before);
+    let tumbled = calibrate(&tumble, &flash);
+    let kept = calibrate(&["show"], &flash);
+    assert_eq!((&tumbled["stored"], &tumbled["sensors"]), (&true.into(), &kept["sensors"]));
+    for (found, kept) in [0, 1, 2].map(|k| (&tumbled["tumble"]["sensors"][k], &kept["sensors"][k]))
+    {
+        for axis in 0..3 {
+            let zero = |of: &Value| of["zero_v"][axis].as_f64().unwrap();
+            // The rig stores it in single precision.
+            assert!((zero(found) - zero(kept)).abs() < 1e-6, "{found} {kept}");
+        }
+    }
+    let block = calibrate(&["block", "--mass", "2"], &flash);
+    assert_eq!(block["block"]["hammer"]["consistent"], true);
+    let checked = calibrate(&["verify", "--mass", "2"], &flash);
+    assert_eq!(checked["calibrated"], block["date"]);
+    let sensors = checked["sensors"].as_array().unwrap();
+    assert!(sensors.len() == 3 && sensors.iter().all(|of| of["outcome"] == "pass"), "{checked}");
+    assert_eq!(checked["channels"].as_array().unwrap().len(), 9);
+}
+
+#[test]
+fn the_demonstration_calibrates_and_then_measures_better() {
+    let value = success(&["calibrate", "demo"]);
+    assert_eq!(value["calibration"]["method"], "tumble-and-block");
+    for test in value["tests"].as_array().unwrap() {
+        let error = |of: &str| test["rms_error_percent_of_scale"][of].as_f64().unwrap();
+        assert!(error("calibrated") < error("data_sheet"), "{test}");
+    }
+}
+
+#[test]
 fn a_mistyped_mass_is_refused_with_the_one_that_agrees_and_nothing_is_stored() {
     let folder = tempfile::tempdir().unwrap();
     let flash = folder.path().join("flash.bin").display().to_string();

@@ -260,7 +260,10 @@ fn a_hit_without_a_sign_is_refused_with_both_possible_signs() {
 fn the_layout_that_new_prints_can_be_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("new.toml");
-    std::fs::write(&path, run(&["layout", "new"]).stdout).unwrap();
+    let template = run(&["layout", "new"]).stdout;
+    let as_json = crate::program::success(&["layout", "new"]);
+    assert_eq!(as_json["layout"].as_str().unwrap().trim_end(), template.trim_end());
+    std::fs::write(&path, template).unwrap();
     let (exit, value) = layout(&["check", &path.display().to_string()]);
     assert_eq!(exit, 0, "{value}");
 }

@@ -177,6 +177,14 @@ fn the_rig_tells_who_it_is_and_what_it_has_counted() {
 }
 
 #[test]
+fn a_virtual_rig_names_its_port_in_json() {
+    let rig = VirtualProcess::start(&["--json"]);
+    let value: Value = serde_json::from_str(&rig.port).unwrap();
+    crate::documents::check(&["virtual"], &value);
+    assert!(std::path::Path::new(value["port"].as_str().unwrap()).exists(), "{value}");
+}
+
+#[test]
 fn a_port_in_use_is_busy() {
     let rig = Rig::start(&["--fast"]);
     let port = massline::client::SerialTransport::open(rig.process.port.clone()).unwrap();

@@ -30,7 +30,7 @@ fn the_published_schemas_are_those_of_the_types() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas");
     let mut published = Vec::new();
     for described in &Described::ALL {
-        let path = folder.join(format!("{}.schema.json", described.name.replace(' ', "-")));
+        let path = folder.join(format!("{}.schema.json", described.name));
         let text = format!("{:#}\n", described.schema().to_value());
         if std::env::var_os("MASSLINE_BLESS").is_some() {
             std::fs::create_dir_all(&folder).unwrap();

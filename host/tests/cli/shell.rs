@@ -7,6 +7,8 @@ fn every_shell_completes_every_command() {
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = run(&["completions", shell]);
         assert_eq!(script.exit, 0, "{}", script.stderr);
+        let as_json = success(&["completions", shell]);
+        assert_eq!(as_json["completions"].as_str().unwrap().trim_end(), script.stdout.trim_end());
         for word in ["massline", "measure", "identify", "--method"] {
             assert!(script.stdout.contains(word.trim_start_matches("--")), "{shell}: {word}");
         }
@@ -28,6 +30,7 @@ fn every_command_has_a_manual_page() {
     assert!(pages.iter().any(|page| page.as_str().unwrap().ends_with("massline-device-abort.1")));
     assert_eq!(answer(&["man", "--output", &path]).0, 2, "pages are kept");
     assert!(run(&["man"]).stdout.contains(".TH massline"));
+    assert!(success(&["man"])["page"].as_str().unwrap().contains(".TH massline"));
 }
 
 #[test]
@@ -57,4 +60,12 @@ fn doctor_says_how_things_are_and_what_to_do() {
     }
     let text = run(&["doctor"]);
     assert!(text.exit == 0 && text.stdout.contains("massline: "), "{}", text.stdout);
+}
+
+#[test]
+fn the_ports_of_this_computer_are_listed_with_paths() {
+    let value = success(&["device", "list"]);
+    for port in value["ports"].as_array().unwrap() {
+        assert!(!port["path"].as_str().unwrap().is_empty(), "{port}");
+    }
 }

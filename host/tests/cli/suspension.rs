@@ -52,6 +52,22 @@ fn a_written_wheel_is_solved_by_all_methods_and_its_files_are_not_replaced() {
 }
 
 #[test]
+fn the_demonstration_compares_every_method_with_the_truth() {
+    let value = success(&["demo", "wheel", "--set", "A", "--runs", "2", "--seed", "3"]);
+    assert_eq!((&value["seed"], &value["tyre"]), (&json!(3), &json!(false)));
+    let [set] = value["sets"].as_array().unwrap().as_slice() else { panic!("{value}") };
+    assert_eq!((&set["set"], &set["runs"]), (&json!("A"), &json!(2)));
+    assert_eq!(set["forces"], json!(["101:+X", "102:+Z", "104:+Y"]));
+    let of = |name| set["methods"].as_array().unwrap().iter().find(|row| row["name"] == name);
+    let combined = of("combined").unwrap();
+    assert_eq!(combined["unanswered"], 0);
+    // Near the bound, as over hundreds of runs; two runs scatter by a few tens of percent.
+    let ratio = combined["over_bound"].as_f64().unwrap();
+    assert!((0.3..3.0).contains(&ratio), "{combined}");
+    assert!(!value["mass_lines"].as_str().unwrap().is_empty());
+}
+
+#[test]
 fn modes_have_shapes_indicators_and_where_to_hit_instead() {
     let folder = tempfile::tempdir().unwrap();
     let [layout, uff] = wheel(folder.path());

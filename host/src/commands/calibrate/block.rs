@@ -23,6 +23,7 @@ use crate::campaign::{CampaignOutcome, StartOptions, StartOutcome, begin};
 use crate::clock;
 use crate::commands::measure::{fits, make_room, paused};
 use crate::commands::{files, show};
+use crate::document::BlockCalibration;
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
@@ -135,9 +136,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             100.0 * hammer.departure.0,
         ));
     }
-    let mut value = report::record_json(&record);
-    value["block"] = report::block_json(&found);
-    value["stored"] = (!args.dry_run).into();
+    let value = BlockCalibration {
+        calibration: report::record_json(&record),
+        block: report::block_json(&found),
+        stored: !args.dry_run,
+    };
     output.answer(&value, |_| report::block_text(&found, &record))
 }
 
@@ -157,7 +160,7 @@ fn judge(
             let hammer = before.calibration.channels[HAMMER].cutoff;
             output.text(report::cutoffs_text(&found.cutoffs, hammer))?;
         }
-        output.explain(json!({ "block": report::block_json(found) }));
+        output.explain(&json!({ "block": report::block_json(found) }));
         return Err(error);
     }
     show::list(&found.warnings, |d| message_in(d, layout), output);
@@ -188,9 +191,7 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
     judge(&found, &record, &test.layout, output)?;
     plausible::check_mass(&found, &record, args.block.mass, false)?;
     let all = drifts(&found.sensors, args.tolerance);
-    let mut value = report::drifts_json(&all, args.tolerance, &record);
-    value["electronics"] = found.electronics.to_json();
-    value["diagnostics"] = report::warnings_json(&found);
+    let value = report::drifts_json(&all, args.tolerance, &record, &found);
     let worst = all.iter().max_by_key(|d| d.verdict);
     let text = report::drifts_text(&all, args.tolerance);
     let error = match worst.map(|d| d.verdict) {
@@ -212,7 +213,7 @@ pub fn verify(args: &VerifyArgs, output: &mut Output) -> Result<()> {
     if !output.json() {
         output.text(text)?;
     }
-    output.explain(value);
+    output.explain(&value);
     Err(error)
 }
 

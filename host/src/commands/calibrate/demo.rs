@@ -5,7 +5,6 @@ use massline_shared::calibration::block::BlockMass;
 use massline_shared::calibration::tumble::TumbleLimits;
 use massline_shared::signal::HAMMER;
 use massline_virtual::bench::{Bench, TumbleSource};
-use serde_json::json;
 
 use super::block::{BlockTest, LAYOUT};
 use super::rig::{BlockRig, TumbleRig};
@@ -15,6 +14,7 @@ use crate::commands::bench_test::{BenchTest, nominal_calibration};
 use crate::commands::compare::Comparison;
 use crate::commands::demo::LAYOUTS;
 use crate::commands::simulated::narrow;
+use crate::document::{BeforeAndAfter, CalibratedTest, CalibrationDemo, CalibrationErrors};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::{self, Output, Tone};
@@ -52,14 +52,15 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         });
         rows.push((name, before?, after?));
     }
-    let value = json!({
-        "calibration": report::record_json(&found),
-        "largest_error_percent": { "gain": gain, "cross_axis": cross_axis, "hammer": hammer },
-        "tests": rows.iter().map(|(name, before, after)| json!({
-            "name": name,
-            "rms_error_percent_of_scale": { "data_sheet": before, "calibrated": after },
-        })).collect::<Vec<_>>(),
-    });
+    let test = |&(name, data_sheet, calibrated): &(&'static str, f64, f64)| CalibratedTest {
+        name,
+        rms_error_percent_of_scale: BeforeAndAfter { data_sheet, calibrated },
+    };
+    let value = CalibrationDemo {
+        calibration: report::record_json(&found),
+        largest_error_percent: CalibrationErrors { gain, cross_axis, hammer },
+        tests: rows.iter().map(test).collect(),
+    };
     output.answer(&value, |output| {
         let mut table = output::table();
         table.set_header(["test", "data sheet, % of scale rms", "calibrated"]);

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use massline_shared::calibration::CalibrationRecord;
-use serde_json::json;
 
 use super::{report, rig::RigArgs, store};
 use crate::calibration_file::{CalibrationFile, to_toml};
 use crate::commands::files::ReplaceArgs;
+use crate::document::WrittenFile;
 use crate::error::Result;
 use crate::file;
 use crate::output::Output;
@@ -63,7 +63,8 @@ pub fn pull(args: &PullArgs, output: &mut Output) -> Result<()> {
     file::check(&args.file, args.replace.existing())?;
     let record = args.rig.tumble_rig(output)?.client.calibration()?;
     file::write(&args.file, to_toml(&record).as_bytes(), args.replace.existing())?;
-    output.answer(&json!({ "written": args.file }), |_| format!("{path} written"))
+    let value = WrittenFile { written: args.file.clone() };
+    output.answer(&value, |_| format!("{path} written"))
 }
 
 /// Runs `calibrate push`.

@@ -7,47 +7,48 @@ use massline_shared::layout::AXIS_LETTERS;
 use massline_shared::signal::HAMMER;
 use massline_shared::units::Hertz;
 use nalgebra::Matrix3;
-use serde_json::{Value, json};
 
 use crate::calibration::block::Block;
 use crate::calibration::cutoffs::{CutoffError, FoundCutoff, RcCutoff};
+use crate::calibration::electronics::Memory;
 use crate::calibration::verify::{Drift, Verdict, by_sensor};
+use crate::document::{
+    self, AxisDrift, Calibration, CalibrationCheck, CalibrationSigma, Finding, HammerCalibration,
+    HammerRatio, SensorCalibration, SensorCheck, TumbledSensor,
+};
 use crate::output::{self, Tone};
 use crate::report::{diagnostics_json, message, with_sigma};
 
 /// A calibration as JSON.
-pub(super) fn record_json(record: &CalibrationRecord) -> Value {
+pub(super) fn record_json(record: &CalibrationRecord) -> Calibration {
     let calibration = &record.calibration;
-    let [hammer, axes @ ..] = &calibration.channels;
-    let sensors: Vec<_> = axes
-        .chunks_exact(3)
-        .enumerate()
-        .map(|(k, axes)| {
-            json!({
-                "id": record.sensors.get(k).map(|id| id.as_str()),
-                "zero_v": axes.iter().map(|axis| axis.zero.0).collect::<Vec<_>>(),
-                "sensitivity_v_per_m_per_s2": rows(&calibration.sensor_sensitivity(k)),
-                "rc_cutoff_hz": axes.iter().map(|axis| axis.cutoff.0).collect::<Vec<_>>(),
-            })
-        })
-        .collect();
-    json!({
-        "method": record.method.name(),
-        "date": record.date.as_str(),
-        "temperature_c": record.temperature,
-        "sigma": {
-            "gain": record.sigma.gain,
-            "cross_axis": record.sigma.cross_axis,
-            "hammer_gain": record.sigma.hammer_gain,
+    let hammer = &calibration.channels[HAMMER];
+    let sensor = |(k, id): (usize, &heapless::String<12>)| {
+        let axes = [0, 1, 2].map(|axis| calibration.channels[1 + 3 * k + axis]);
+        SensorCalibration {
+            id: id.as_str().to_owned(),
+            zero_v: axes.map(|axis| axis.zero.0.into()),
+            sensitivity_v_per_m_per_s2: rows(&calibration.sensor_sensitivity(k)),
+            rc_cutoff_hz: axes.map(|axis| axis.cutoff.0.into()),
+        }
+    };
+    Calibration {
+        method: record.method.name(),
+        date: record.date.as_str().to_owned(),
+        temperature_c: record.temperature.map(f64::from),
+        sigma: CalibrationSigma {
+            gain: record.sigma.gain.into(),
+            cross_axis: record.sigma.cross_axis.into(),
+            hammer_gain: record.sigma.hammer_gain.into(),
         },
-        "hammer": {
-            "id": record.hammer.as_str(),
-            "zero_v": hammer.zero.0,
-            "sensitivity_v_per_n": hammer.sensitivity,
-            "rc_cutoff_hz": hammer.cutoff.0,
+        hammer: HammerCalibration {
+            id: record.hammer.as_str().to_owned(),
+            zero_v: hammer.zero.0.into(),
+            sensitivity_v_per_n: hammer.sensitivity.into(),
+            rc_cutoff_hz: hammer.cutoff.0.into(),
         },
-        "sensors": sensors,
-    })
+        sensors: record.sensors.iter().enumerate().map(sensor).collect(),
+    }
 }
 
 /// A calibration as a table.
@@ -97,22 +98,20 @@ fn rc(cutoff: Hertz<f32>) -> String {
     if cutoff.0 > 0.0 { format!("{:.1}", cutoff.0) } else { "-".into() }
 }
 
-/// The result of a tumble test.
-pub(super) fn tumble_json(found: &Tumble<f64>) -> Value {
-    let sensors: Vec<_> = found
-        .sensors
-        .iter()
-        .map(|sensor| {
-            json!({
-                "zero_v": sensor.zero.as_slice(),
-                "zero_sigma_v": sensor.zero_sigma.as_slice(),
-                "sensitivity_v_per_m_per_s2": rows(&sensor.sensitivity),
-                "sensitivity_sigma_v_per_m_per_s2": rows(&sensor.sensitivity_sigma),
-                "tilt_rad": sensor.tilt,
-            })
-        })
-        .collect();
-    json!({ "sensors": sensors })
+/// The result of a tumble test, with the hum in its readings and what they show of the multiplexer.
+pub(super) fn tumble_json(
+    found: &Tumble<f64>,
+    hum: Vec<document::Hum>,
+    memory: Option<Memory>,
+) -> document::Tumble {
+    let sensors = found.sensors.iter().map(|sensor| TumbledSensor {
+        zero_v: sensor.zero.into(),
+        zero_sigma_v: sensor.zero_sigma.into(),
+        sensitivity_v_per_m_per_s2: rows(&sensor.sensitivity),
+        sensitivity_sigma_v_per_m_per_s2: rows(&sensor.sensitivity_sigma),
+        tilt_rad: sensor.tilt,
+    });
+    document::Tumble { sensors: sensors.collect(), hum, memory: memory.map(Memory::to_json) }
 }
 
 pub(super) fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord, memory: &str) -> String {
@@ -125,45 +124,41 @@ pub(super) fn tumble_text(found: &Tumble<f64>, record: &CalibrationRecord, memor
 }
 
 /// The result of a block test, relative to the calibration before it.
-pub(super) fn block_json(found: &Block) -> Value {
-    let sensors: Vec<_> = found
-        .sensors
-        .iter()
-        .map(|SensorRatio { ratio, sigma }| json!({ "ratio": rows(ratio), "sigma": rows(sigma) }))
-        .collect();
-    let hammer = found.hammer.map(|hammer| {
-        json!({
-            "ratio": hammer.ratio,
-            "sigma": hammer.sigma,
-            "largest_departure": hammer.departure.0,
-            "consistent": hammer.is_consistent(),
-        })
-    });
-    json!({
-        "sensors": sensors,
-        "hammer": hammer,
-        "rc_cutoffs": found.cutoffs.iter().map(cutoff_json).collect::<Vec<_>>(),
-        "electronics": found.electronics.to_json(),
-        "diagnostics": warnings_json(found),
-    })
+pub(super) fn block_json(found: &Block) -> document::Block {
+    let sensor = |SensorRatio { ratio, sigma }: &SensorRatio<f64>| document::SensorRatio {
+        ratio: rows(ratio),
+        sigma: rows(sigma),
+    };
+    document::Block {
+        sensors: found.sensors.iter().map(sensor).collect(),
+        hammer: found.hammer.map(|hammer| HammerRatio {
+            ratio: hammer.ratio,
+            sigma: hammer.sigma,
+            largest_departure: hammer.departure.0,
+            consistent: hammer.is_consistent(),
+        }),
+        rc_cutoffs: found.cutoffs.iter().map(cutoff_json).collect(),
+        electronics: found.electronics.to_json(),
+        diagnostics: warnings_json(found),
+    }
 }
 
 /// The rig's warnings about the hits.
-pub(super) fn warnings_json(found: &Block) -> Value {
-    json!(diagnostics_json(&found.warnings, message))
+fn warnings_json(found: &Block) -> Vec<Finding> {
+    diagnostics_json(&found.warnings, message)
 }
 
-fn cutoff_json(cutoff: &RcCutoff) -> Value {
+fn cutoff_json(cutoff: &RcCutoff) -> document::RcCutoff {
     let found = cutoff.found.as_ref().ok();
-    json!({
-        "sensor": cutoff.sensor + 1,
-        "axis": AXIS_LETTERS[cutoff.axis],
-        "cutoff_hz": found.map(|found| found.cutoff_hz),
-        "sigma_hz": found.map(|found| found.sigma_hz),
-        "before_hz": cutoff.before_hz,
-        "verdict": cutoff.verdict(),
-        "reason": cutoff.found.err().map(CutoffError::name),
-    })
+    document::RcCutoff {
+        sensor: cutoff.sensor + 1,
+        axis: AXIS_LETTERS[cutoff.axis],
+        cutoff_hz: found.map(|found| found.cutoff_hz),
+        sigma_hz: found.map(|found| found.sigma_hz),
+        before_hz: cutoff.before_hz,
+        verdict: cutoff.verdict(),
+        reason: cutoff.found.err().map(CutoffError::name),
+    }
 }
 
 /// The cutoffs as a table, with the reasons why some are not known.
@@ -214,32 +209,33 @@ pub(super) fn block_text(found: &Block, record: &CalibrationRecord) -> String {
     format!("{}\n{said}\n\n{cutoffs}\n\n{}", record_text(record), found.electronics.text())
 }
 
-/// The verdict on every channel.
-pub(super) fn drifts_json(all: &[Drift], tolerance: f64, record: &CalibrationRecord) -> Value {
-    let channels: Vec<_> = all
-        .iter()
-        .map(|d| {
-            json!({
-                "sensor": d.sensor + 1,
-                "axis": AXIS_LETTERS[d.axis],
-                "drift": d.drift,
-                "sigma": d.sigma,
-                "verdict": d.verdict.name(),
-            })
-        })
-        .collect();
-    let sensors: Vec<_> = by_sensor(all)
-        .iter()
-        .map(|of| {
-            json!({
-                "sensor": of.sensor + 1,
-                "outcome": of.verdict.outcome(),
-                "largest_drift": of.largest,
-                "limit": tolerance,
-            })
-        })
-        .collect();
-    json!({ "sensors": sensors, "channels": channels, "calibrated": record.date.as_str() })
+/// The verdict on every channel, and what else the hits show.
+pub(super) fn drifts_json(
+    all: &[Drift],
+    tolerance: f64,
+    record: &CalibrationRecord,
+    found: &Block,
+) -> CalibrationCheck {
+    let channels = all.iter().map(|d| AxisDrift {
+        sensor: d.sensor + 1,
+        axis: AXIS_LETTERS[d.axis],
+        drift: d.drift,
+        sigma: d.sigma,
+        verdict: d.verdict.name(),
+    });
+    let sensors = by_sensor(all).into_iter().map(|of| SensorCheck {
+        sensor: of.sensor + 1,
+        outcome: of.verdict.outcome(),
+        largest_drift: of.largest,
+        limit: tolerance,
+    });
+    CalibrationCheck {
+        sensors: sensors.collect(),
+        channels: channels.collect(),
+        calibrated: record.date.as_str().to_owned(),
+        electronics: found.electronics.to_json(),
+        diagnostics: warnings_json(found),
+    }
 }
 
 fn tone_of(verdict: Verdict) -> Tone {

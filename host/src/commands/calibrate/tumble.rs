@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use massline_shared::calibration::tumble::{Position, RestHum, RestVoltages, Tumble, TumbleLimits};
 use massline_shared::layout::RIG_SENSORS;
-use serde_json::{Value, json};
 
 use super::rig::{RigArgs, TumbleRig};
 use super::{OriginArgs, report, store};
 use crate::calibration::electronics::{ConversionOrder, Memory};
 use crate::calibration::tumble::{TumbleFile, check_rest};
 use crate::commands::rest::without_campaign;
+use crate::document::{Hum, TumbleCalibration};
 use crate::error::{Error, Result};
 use crate::output::Output;
 use crate::report::channel_name;
@@ -84,11 +84,12 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         store(&mut rig.client, &record)?;
         readings.forget();
     }
-    let mut value = report::record_json(&record);
-    value["tumble"] = report::tumble_json(&found);
-    value["tumble"]["hum"] = hum.iter().copied().map(PositionHum::to_json).collect();
-    value["tumble"]["memory"] = memory.map_or(Value::Null, Memory::to_json);
-    value["stored"] = (!args.dry_run).into();
+    let hum = hum.iter().copied().map(PositionHum::to_json).collect();
+    let value = TumbleCalibration {
+        calibration: report::record_json(&record),
+        tumble: report::tumble_json(&found, hum, memory),
+        stored: !args.dry_run,
+    };
     output.answer(&value, |_| report::tumble_text(&found, &record, &memory_text(memory.as_ref())))
 }
 
@@ -146,13 +147,13 @@ impl PositionHum {
         )
     }
 
-    fn to_json(self) -> Value {
-        json!({
-            "position": self.position.name(),
-            "frequency_hz": self.hum.frequency,
-            "loudest": channel_name(self.hum.loudest()),
-            "amplitude_v": self.hum.amplitude,
-        })
+    fn to_json(self) -> Hum {
+        Hum {
+            position: self.position.name(),
+            frequency_hz: self.hum.frequency,
+            loudest: channel_name(self.hum.loudest()),
+            amplitude_v: self.hum.amplitude,
+        }
     }
 }
 

@@ -5,11 +5,11 @@ mod wheel;
 use std::num::NonZeroU8;
 
 use massline_shared::layout::HostLayout;
-use serde_json::json;
 
 use super::bench_test::{BenchArgs, BenchTest};
 use super::compare::{Comparison, SIGMA_NOTE, summary};
 use super::simulated::RigArgs;
+use crate::document::Demo;
 use crate::error::Result;
 use crate::host_solution::HostSolution;
 use crate::identification::Selection;
@@ -99,7 +99,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         comparisons.push(comparison);
     }
     if output.json() {
-        return output.value(&json!({ "tests": tests }));
+        return output.value(&Demo { tests });
     }
     let heading = output.toned("summary", Tone::Strong);
     output.text(format!(

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use massline_shared::body::INERTIAL_PARAMETERS;
 use massline_shared::identify::Method;
-use serde_json::json;
 
 use crate::commands::files::ReplaceArgs;
 use crate::commands::number::seed;
+use crate::document::{DemoWheel, DemoWheelFiles};
 use crate::error::{Error, Result};
 use crate::file::{self, Existing};
 use crate::identification::Selection;
@@ -93,14 +93,14 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         studies.push(study);
     }
     let mass_lines = mass_lines(args)?;
-    let value = json!({
-        "noise_m_per_s2_per_n": args.noise,
-        "spacing_hz": args.spacing,
-        "tyre": args.tyre,
-        "seed": args.seed,
-        "sets": studies.iter().map(Study::to_json).collect::<Vec<_>>(),
-        "mass_lines": mass_lines,
-    });
+    let value = DemoWheel {
+        noise_m_per_s2_per_n: args.noise,
+        spacing_hz: args.spacing,
+        tyre: args.tyre,
+        seed: args.seed,
+        sets: studies.iter().map(Study::to_json).collect(),
+        mass_lines: mass_lines.clone(),
+    };
     output.answer(&value, |output| {
         format!("{}mass lines of responses up to 120 Hz: {mass_lines}\n", text(&studies, output))
     })
@@ -158,7 +158,7 @@ fn write_files(
     for (file, bytes) in files {
         file::write(file, &bytes, existing)?;
     }
-    let value = json!({ "universal_file": path, "layout": layout });
+    let value = DemoWheelFiles { universal_file: path.to_owned(), layout: layout.clone() };
     output
         .answer(&value, |_| format!("try: massline solve {} {}", layout.display(), path.display()))
 }

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use massline_protocol::BootReason;
 use massline_protocol::message::{Identity, STEP_LIMIT_MS, Stats};
-use serde_json::{Map, Value, json};
+
+use crate::document::{CounterFinding, DeviceStats};
 
 /// Identity and counters of a rig.
 #[derive(Debug)]
@@ -30,20 +31,49 @@ const RESTARTED: &str = "it has restarted by itself and data that were not store
                          the last panic, if one is shown";
 
 impl Report<'_> {
-    pub fn json(&self) -> Value {
-        let lines = self.groups().into_iter().flat_map(|(_, lines)| lines);
-        let mut value: Map<_, _> =
-            lines.map(|line| (line.name.to_owned(), json!(line.value))).collect();
-        value.insert("firmware".into(), json!(self.identity.firmware.as_str()));
-        value.insert(
-            "boot_reason".into(),
-            json!(BootReason::from(self.identity.boot_reason).name()),
-        );
-        value.insert("last_panic".into(), json!(self.identity.last_panic.as_str()));
-        let findings = self.findings();
-        let finding = |(counter, text): &(&str, &str)| json!({"counter": counter, "text": text});
-        value.insert("findings".into(), findings.iter().map(finding).collect());
-        Value::Object(value)
+    pub fn json(&self) -> DeviceStats {
+        let Self { identity, stats } = self;
+        let findings = self.findings().into_iter();
+        DeviceStats {
+            firmware: identity.firmware.as_str().to_owned(),
+            boot_reason: BootReason::from(identity.boot_reason).name(),
+            last_panic: identity.last_panic.as_str().to_owned(),
+            uptime_ms: stats.uptime_ms,
+            scans: stats.scans,
+            triggers: stats.triggers,
+            scans_lost: stats.scans_lost,
+            overruns: stats.overruns,
+            hits_aborted: stats.hits_aborted,
+            longest_step_us: stats.longest_step_us,
+            deadlines_missed: stats.deadlines_missed,
+            frames_in: stats.frames_in,
+            frames_out: stats.frames_out,
+            frames_broken: stats.frames_broken,
+            frames_unsent: stats.frames_unsent,
+            bytes_dropped: stats.bytes_dropped,
+            requests_refused: stats.requests_refused,
+            requests_repeated: stats.requests_repeated,
+            events_dropped: stats.events_dropped,
+            stream_scans_dropped: stats.stream_scans_dropped,
+            reconnects: stats.reconnects,
+            flash_erases: stats.flash_erases,
+            flash_bytes_written: stats.flash_bytes_written,
+            read_back_failures: stats.read_back_failures,
+            store_failures: stats.store_failures,
+            stack_high_water: self.of_stack(stats.stack_high_water),
+            stack_size: self.of_stack(stats.stack_size),
+            stack_free: self.of_stack(self.stack_free()),
+            findings: findings.map(|(counter, text)| CounterFinding { counter, text }).collect(),
+        }
+    }
+
+    /// A number about the stack, where the board measures its use.
+    fn of_stack(&self, bytes: u32) -> Option<u32> {
+        (self.stats.stack_high_water > 0).then_some(bytes)
+    }
+
+    fn stack_free(&self) -> u32 {
+        self.stats.stack_size.saturating_sub(self.stats.stack_high_water)
     }
 
     pub fn text(&self) -> String {
@@ -86,7 +116,7 @@ impl Report<'_> {
             .map(|line| (line.name, line.meaning))
             .collect();
         let Stats { stack_high_water, stack_size, .. } = self.stats;
-        if stack_high_water > 0 && stack_size.saturating_sub(stack_high_water) < stack_size / 8 {
+        if stack_high_water > 0 && self.stack_free() < stack_size / 8 {
             findings.push(("stack_free", LITTLE_STACK));
         }
         if matches!(self.identity.boot_reason.into(), BootReason::Watchdog | BootReason::Panic) {
@@ -181,13 +211,14 @@ impl Report<'_> {
 
     fn stack(&self) -> Vec<StatLine> {
         let Stats { stack_high_water, stack_size, .. } = self.stats;
-        let measured = |value: u32| (stack_high_water > 0).then_some(u64::from(value));
-        let free = stack_size.saturating_sub(stack_high_water);
-        let bytes = |name, value| StatLine { name, value, unit: "bytes", meaning: "" };
+        let bytes = |name, value| {
+            let value = self.of_stack(value).map(u64::from);
+            StatLine { name, value, unit: "bytes", meaning: "" }
+        };
         vec![
-            bytes("stack_high_water", measured(stack_high_water)),
-            bytes("stack_size", measured(stack_size)),
-            bytes("stack_free", measured(free)),
+            bytes("stack_high_water", stack_high_water),
+            bytes("stack_size", stack_size),
+            bytes("stack_free", self.stack_free()),
         ]
     }
 }
@@ -292,7 +323,46 @@ mod tests {
     fn a_stack_that_is_not_measured_has_no_numbers() {
         let identity = identity(BootReason::PowerOn);
         let report = Report { identity: &identity, stats: Stats::default() };
-        assert_eq!(report.json()["stack_free"], Value::Null);
+        assert_eq!(report.json().stack_free, None);
+    }
+
+    #[test]
+    fn the_document_has_every_counter_that_the_text_has() {
+        let identity = identity(BootReason::PowerOn);
+        let counted = Stats {
+            uptime_ms: 1,
+            scans: 2,
+            scans_lost: 3,
+            deadlines_missed: 4,
+            triggers: 5,
+            frames_in: 6,
+            frames_broken: 7,
+            requests_refused: 8,
+            requests_repeated: 9,
+            frames_out: 10,
+            frames_unsent: 11,
+            events_dropped: 12,
+            store_failures: 13,
+            stack_high_water: 14,
+            overruns: 15,
+            hits_aborted: 16,
+            longest_step_us: 17,
+            stream_scans_dropped: 18,
+            bytes_dropped: 19,
+            reconnects: 20,
+            flash_erases: 21,
+            flash_bytes_written: 22,
+            read_back_failures: 23,
+            stack_size: 24,
+        };
+        let report = Report { identity: &identity, stats: counted };
+        let document = serde_json::to_value(report.json()).unwrap();
+        let groups = report.groups();
+        let lines: Vec<&StatLine> = groups.iter().flat_map(|(_, lines)| lines).collect();
+        assert_eq!(lines.len(), 25);
+        for line in lines {
+            assert_eq!(document[line.name].as_u64(), line.value, "{}", line.name);
+        }
     }
 
     #[test]

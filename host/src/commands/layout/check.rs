@@ -5,14 +5,13 @@ use std::path::PathBuf;
 use massline_shared::design::DEFAULT_NOISE;
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::Sensor;
-use serde_json::json;
 
 use super::super::{files, show};
 use crate::design::{DesignReport, report};
 use crate::error::{Error, Result};
 use crate::layout_file::LayoutFile;
 use crate::output::Output;
-use crate::report::{diagnostics_json, glued, has_undeclared_mass, message_in};
+use crate::report::{glued, has_undeclared_mass, message_in};
 
 /// Arguments of `massline layout check`.
 #[derive(Debug, clap::Args)]
@@ -71,12 +70,9 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let found = &design_report.applicability.diagnostics;
     let message_of = |d: &Diagnostic| message_in(d, &file.layout);
     let asked = has_undeclared_mass(&file.layout).then(|| ask_for_mass(&file));
-    let mut value = report::design_report_json(&design_report, &file);
     let notes = asked.iter().cloned().chain(file.suspicion()).chain(file.not_for_a_rig());
-    value["notes"] = notes.collect();
-    value["codes"] = found.iter().map(|d| d.code.name()).collect();
-    value["diagnostics"] = json!(diagnostics_json(found, message_of));
-    value["noise"] = json!(args.noise.noise);
+    let noise = args.noise.noise;
+    let document = report::design_report_json(&design_report, &file, noise, notes.collect());
     if !output.json() {
         // The errors are reported together at the end.
         let lesser: Vec<_> = found.iter().copied().filter(|d| !d.is_error()).collect();
@@ -88,7 +84,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         asked.iter().for_each(|text| output.note(format!("note: {text}")));
     }
     if design_report.predicted.is_some() {
-        return output.answer(&value, |_| {
+        return output.answer(&document, |_| {
             format!(
                 "{} sensors, {} hits: this layout determines all ten properties\n{}",
                 file.layout.sensors.len(),
@@ -97,7 +93,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             )
         });
     }
-    output.explain(value);
+    output.explain(&document);
     Err(show::first_error(found, message_of).unwrap_or_else(|| {
         let text = "the layout does not determine the ten properties; spread sensors and hits";
         Error::undetermined("ten_parameters_not_identifiable", text)

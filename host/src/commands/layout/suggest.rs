@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use massline_shared::diagnosis::Diagnostic;
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout, RIG_HITS, RIG_SENSORS};
-use serde_json::json;
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
 use super::super::number::seed;
@@ -12,11 +11,12 @@ use super::super::show;
 use super::check::NoiseArgs;
 use crate::commands::files::{self, ReplaceArgs};
 use crate::design::{Options, Wanted, report, suggest};
+use crate::document::LayoutSuggestion;
 use crate::error::{Error, Result};
 use crate::file::{self, Existing};
 use crate::layout_file::{LayoutFile, MAX_BYTES};
 use crate::output::Output;
-use crate::report::{diagnostics_json, message_in};
+use crate::report::message_in;
 
 /// Arguments of `massline layout suggest`.
 #[derive(Debug, clap::Args)]
@@ -94,14 +94,11 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let layout = &suggestion.layout;
     let message_of = |d: &Diagnostic| message_in(d, layout);
     let found = &suggestion.applicability.diagnostics;
-    let mut value = report::suggestion_json(&suggestion);
-    value["codes"] = found.iter().map(|d| d.code.name()).collect();
-    value["diagnostics"] = json!(diagnostics_json(found, message_of));
-    value["noise"] = json!(args.noise.noise);
-    value["seed"] = json!(args.seed);
-    value["starts"] = json!(args.starts);
-    value["written"] = json!(args.write);
-    value["notes"] = file.suspicion().into_iter().chain(file.not_for_a_rig()).collect();
+    let notes = file.suspicion().into_iter().chain(file.not_for_a_rig());
+    let document = LayoutSuggestion {
+        written: args.write.clone(),
+        ..report::suggestion_json(&suggestion, &options, notes.collect())
+    };
     if !output.json() {
         if let Some(found) = file.not_for_a_rig() {
             output.warn(format!("{found}; only `massline solve` takes it"));
@@ -117,7 +114,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
             output.note(format!("{} written", path.display()));
         }
     }
-    output.answer(&value, |_| {
+    output.answer(&document, |_| {
         format!("{}{}", report::suggestion_text(&suggestion), report::lines(layout))
     })
 }

@@ -12,13 +12,13 @@ use massline_protocol::LayoutHash;
 use massline_protocol::message::Identity;
 use massline_shared::layout::RigLayout;
 use massline_shared::signal::{Calibration, PRE_TRIGGER_SCANS};
-use serde_json::json;
 
 use super::connect::PortArgs;
 use super::files;
 use super::measure::{fits, judge_layout};
 use super::rest::without_campaign;
 use crate::commands::files::ReplaceArgs;
+use crate::document::RecordedTape;
 use crate::error::{Error, Result};
 use crate::file::Existing;
 use crate::output::Output;
@@ -104,7 +104,7 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         Err(error) => return Err(kept(error, writer, &args.output)),
     };
     let scans = writer.finish()?;
-    let value = json!({ "tape": args.output, "scans": scans, "segments": segments });
+    let value = RecordedTape { tape: args.output.clone(), scans, segments };
     output.answer(&value, |_| format!("{}: {scans} scans, {segments} hits", args.output.display()))
 }
 

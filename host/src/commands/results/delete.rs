@@ -1,9 +1,8 @@
 //! `massline results delete`.
 
-use serde_json::json;
-
 use super::numbers::Numbers;
 use crate::commands::connect::PortArgs;
+use crate::document::DeletedResults;
 use crate::error::{Error, Result};
 use crate::output::Output;
 
@@ -45,7 +44,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     let stored: Vec<u32> = client.results()?.iter().map(|entry| entry.number).collect();
     let chosen = chosen(args, &stored)?;
     if chosen.is_empty() {
-        return output.answer(&json!({ "deleted": [] }), |_| "the rig keeps no results".into());
+        let nothing = DeletedResults { deleted: chosen };
+        return output.answer(&nothing, |_| "the rig keeps no results".into());
     }
     if !args.yes && !output.confirm(&format!("delete {}?", named(&chosen)))? {
         return Err(Error::interrupted("nothing was deleted"));
@@ -53,7 +53,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     for &number in &chosen {
         client.delete_result(number)?;
     }
-    output.answer(&json!({ "deleted": chosen }), |_| format!("{} deleted", named(&chosen)))
+    let text = format!("{} deleted", named(&chosen));
+    output.answer(&DeletedResults { deleted: chosen }, |_| text)
 }
 
 /// The stored results that the arguments name.

@@ -1,9 +1,9 @@
 //! `massline results list`.
 
 use massline_protocol::object::MeasurementResult;
-use serde_json::{Value, json};
 
 use crate::commands::connect::PortArgs;
+use crate::document::{KeptResult, ResultsList};
 use crate::error::Result;
 use crate::output::{self, Output, Table};
 use crate::report::{Summary, hash_text};
@@ -30,8 +30,8 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let list: Vec<_> = results.iter().map(|(result, bytes)| entry_json(result, *bytes)).collect();
-    let document = json!({ "results": list });
+    let list = results.iter().map(|(result, bytes)| entry(result, *bytes));
+    let document = ResultsList { results: list.collect() };
     if results.is_empty() {
         return output.answer(&document, |_| "the rig keeps no results".into());
     }
@@ -39,12 +39,13 @@ pub fn run(args: &Args, output: &mut Output) -> Result<()> {
     output.answer_table(&document, &table)
 }
 
-fn entry_json(result: &MeasurementResult, bytes: u32) -> Value {
-    let mut value = Summary::of(result).to_json();
-    value["number"] = result.head.number.into();
-    value["layout_hash"] = hash_text(result.head.layout_hash).into();
-    value["bytes"] = bytes.into();
-    value
+fn entry(result: &MeasurementResult, bytes: u32) -> KeptResult {
+    KeptResult {
+        summary: Summary::of(result).to_json(),
+        number: result.head.number,
+        layout_hash: hash_text(result.head.layout_hash),
+        bytes,
+    }
 }
 
 fn table(results: &[(MeasurementResult, u32)], output: &Output) -> Table {

@@ -9,8 +9,8 @@ use massline_shared::modes::Reduction;
 use massline_virtual::bench::responses::{Besides, SprungPart, add_noise, frequency_responses};
 use massline_virtual::bench::{Bench, BenchError};
 use nalgebra::{Complex, SVector};
-use serde_json::{Value, json};
 
+use crate::document::{ComparedMethod, ForceSet};
 use crate::error::Result;
 use crate::interrupt::Interrupt;
 use crate::parallel::pieces;
@@ -303,19 +303,20 @@ fn name_of((method, choice): &(Method, ModeChoice)) -> String {
 }
 
 impl Study {
-    pub(super) fn to_json(&self) -> Value {
-        json!({
-            "set": self.set,
-            "forces": self.forces,
-            "runs": self.runs,
-            "runs_with_flexible_mode": self.flexible,
-            "methods": self.rows.iter().map(|row| json!({
-                "name": row.name,
-                "error_percent": row.error,
-                "over_bound": row.ratio,
-                "coverage": row.coverage,
-                "unanswered": row.unanswered,
-            })).collect::<Vec<_>>(),
-        })
+    pub(super) fn to_json(&self) -> ForceSet {
+        let method = |row: &Row| ComparedMethod {
+            name: row.name.clone(),
+            error_percent: row.error,
+            over_bound: row.ratio,
+            coverage: row.coverage,
+            unanswered: row.unanswered,
+        };
+        ForceSet {
+            set: self.set.clone(),
+            forces: self.forces.clone(),
+            runs: self.runs,
+            runs_with_flexible_mode: self.flexible,
+            methods: self.rows.iter().map(method).collect(),
+        }
     }
 }

@@ -1,0 +1,85 @@
+//! The graded hits of a recording.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// The graded hits of a recording.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "hits")]
+pub struct Hits {
+    /// The hits, in the order of the file.
+    pub hits: Vec<GradedHit>,
+    /// Warnings about the recording.
+    pub notes: Vec<String>,
+}
+
+/// A graded hit.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "graded_hit")]
+pub struct GradedHit {
+    /// Segment of the file, or number of the hit in a continuous recording, from 0.
+    pub segment: usize,
+    /// `accepted`, `warning` or `rejected`.
+    pub verdict: &'static str,
+    /// Stable names of the findings.
+    pub codes: Vec<String>,
+    /// The findings.
+    pub findings: Vec<HitFinding>,
+    /// Time of first contact, after the beginning of the segment or the recording.
+    pub start_s: f64,
+    /// Largest force.
+    pub peak_force_n: f64,
+    /// Largest magnitude of any response.
+    pub peak_response_m_per_s2: f64,
+    /// Distance of the responses per force from the mean of the other consistent hits, relative to it; `null` for a hit that
+    /// is not compared.
+    pub distance_relative: Option<f64>,
+    /// Whether the hit belongs to the best consistent set.
+    pub kept: bool,
+}
+
+/// A finding about a hit, with the number that decided under a key that names its unit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "hit_finding")]
+pub struct HitFinding {
+    /// Stable name of what was found.
+    pub code: String,
+    /// `note`, `warning` or `error`.
+    pub severity: &'static str,
+    /// The channel, 0 for the force; missing in a finding about all of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub channel: Option<u8>,
+    /// The number that decided.
+    #[serde(flatten)]
+    pub decided: Decided,
+}
+
+/// The number that decided; one of these keys.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "decided")]
+pub struct Decided {
+    /// The extreme of an overloaded force.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extreme_n: Option<f64>,
+    /// The extreme of an overloaded response.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extreme_m_per_s2: Option<f64>,
+    /// The peak of a weak force.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_force_n: Option<f64>,
+    /// Level of the force at the top of the band, against 0 Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level_db: Option<f64>,
+    /// Scans before the trigger.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pre_trigger_scans: Option<f64>,
+    /// Distance from the other hits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance_relative: Option<f64>,
+    /// The second peak of the force over the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub second_peak_relative: Option<f64>,
+    /// A share, from 0 to 1; what of depends on the code.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_relative: Option<f64>,
+}

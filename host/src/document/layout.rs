@@ -1,0 +1,259 @@
+//! Layouts: as resolved, as judged before a measurement, as suggested.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{Finding, Properties};
+
+/// A layout with resolved positions and directions in the body frame.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "shown_layout")]
+pub struct ShownLayout {
+    /// Title of the layout.
+    pub title: String,
+    /// The layout's hash, eight hexadecimal digits; `null` where it is too large for a rig.
+    pub layout_hash: Option<String>,
+    /// Gravity in the body frame, where it is given.
+    pub gravity_m_per_s2: Option<[f64; 3]>,
+    /// Standard deviation of its direction about each axis across it.
+    pub gravity_direction_rad: f64,
+    /// Standard deviation of the hammer's gain against the sensors', relative.
+    pub hammer_gain: f64,
+    /// Standard deviation of the mean force from hit DOF to hit DOF, relative.
+    pub hit_gain: f64,
+    /// Root mean square distance of the sensors from their centroid.
+    pub characteristic_length_m: f64,
+    /// The sensors.
+    pub sensors: Vec<ShownSensor>,
+    /// The hits.
+    pub hits: Vec<ShownHit>,
+    /// The settings of the test.
+    pub test: ShownSettings,
+    /// What becomes of a hit with a fault, by the code of the fault: `keep`, `warn` or `reject`.
+    pub policy: BTreeMap<&'static str, &'static str>,
+}
+
+/// A sensor.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "shown_sensor")]
+pub struct ShownSensor {
+    /// Its node.
+    pub node: u16,
+    /// Its position.
+    pub position_m: [f64; 3],
+    /// Its axes x, y and z, unit vectors.
+    pub axes: [[f64; 3]; 3],
+    /// Whether it senses gravity.
+    pub senses_gravity: bool,
+}
+
+/// A hit.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "shown_hit")]
+pub struct ShownHit {
+    /// Its DOF.
+    pub dof: String,
+    /// Its position.
+    pub position_m: [f64; 3],
+    /// Its direction, a unit vector.
+    pub direction: [f64; 3],
+}
+
+/// The settings of a test.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "shown_settings")]
+pub struct ShownSettings {
+    /// Accepted hits wanted at each DOF.
+    pub hits_per_dof: u8,
+    /// The band of the mass lines.
+    pub band_hz: Band,
+    /// Estimator of the frequency responses.
+    pub frf_estimator: &'static str,
+    /// Terms of the mass lines.
+    pub terms: &'static str,
+    /// Decay rate of the exponential window.
+    pub exponential_decay_per_s: f64,
+    /// Half width of the force window.
+    pub force_window_s: f64,
+    /// Force at which a record starts.
+    pub trigger_n: f64,
+    /// A hit with a smaller peak force is too weak.
+    pub min_peak_force_n: f64,
+}
+
+/// The band of mass lines.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(rename = "band")]
+pub enum Band {
+    /// Its ends.
+    Fixed([f64; 2]),
+    /// `auto`: it is found from the data.
+    Automatic(&'static str),
+}
+
+/// How accurate a layout will be, and what limits it.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "layout_check")]
+pub struct LayoutCheck {
+    /// The prediction.
+    #[serde(flatten)]
+    pub judged: JudgedLayout,
+    /// What each error source contributes; empty without a prediction.
+    pub error_sources: Vec<ErrorSource>,
+    /// What a sensor or hit more or less would change; `null` without a prediction.
+    pub advice: Option<Advice>,
+}
+
+/// Better sensors and hits among the nodes of a layout.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "layout_suggestion")]
+pub struct LayoutSuggestion {
+    /// The prediction for the suggested layout.
+    #[serde(flatten)]
+    pub judged: JudgedLayout,
+    /// How many there were to choose from.
+    pub candidates: CandidateCounts,
+    /// The prediction for the layout as the file has it.
+    pub before: Prediction,
+    /// Seed of the random starts.
+    pub seed: u64,
+    /// Number of random starts.
+    pub starts: u32,
+    /// The file that was written.
+    pub written: Option<PathBuf>,
+}
+
+/// Numbers of candidates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "candidate_counts")]
+pub struct CandidateCounts {
+    /// Nodes that can carry a sensor.
+    pub sensors: usize,
+    /// DOFs that can be hit.
+    pub hits: usize,
+}
+
+/// A layout and what is predicted for it before any measurement.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "judged_layout")]
+pub struct JudgedLayout {
+    /// The predicted uncertainty.
+    #[serde(flatten)]
+    pub prediction: Prediction,
+    /// Whether the layout determines all ten properties.
+    pub identifiable: bool,
+    /// Rank of the equations: ten when the ten properties are determined.
+    pub rank: usize,
+    /// Their condition in balanced variables; `null` when it is infinite.
+    pub condition: Option<f64>,
+    /// The methods of mass lines.
+    pub methods: Vec<JudgedMethod>,
+    /// Standard deviation of the noise of one accelerance of one hit.
+    pub noise_m_per_s2_per_n: f64,
+    /// The same, relative to 1/mass.
+    pub noise: f64,
+    /// Root mean square distance of the sensors from their centroid, L.
+    pub characteristic_length_m: f64,
+    /// What percentages are of: m, L, L, L and m L².
+    pub scale: Properties<f64>,
+    /// The body of the prediction.
+    pub body: AssumedBody,
+    /// Nodes of the sensors.
+    pub sensors: Vec<u16>,
+    /// DOFs of the hits.
+    pub hits: Vec<String>,
+    /// Accepted hits at each DOF.
+    pub hits_per_dof: u8,
+    /// The layout's hash, eight hexadecimal digits; `null` where it is too large for a rig.
+    pub layout_hash: Option<String>,
+    /// Stable names of the findings.
+    pub codes: Vec<&'static str>,
+    /// Findings about the layout.
+    pub diagnostics: Vec<Finding>,
+    /// Notes on the file.
+    pub notes: Vec<String>,
+}
+
+/// A predicted uncertainty; all are `null` where the layout does not determine the ten properties.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "prediction")]
+pub struct Prediction {
+    /// Standard deviations of the ten properties.
+    pub sigma: Properties<Option<f64>>,
+    /// The same in % of the scale.
+    pub percent_of_scale: Properties<Option<f64>>,
+    /// Their root mean square.
+    pub total_percent_of_scale: Option<f64>,
+}
+
+/// Whether a method can work.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "judged_method")]
+pub struct JudgedMethod {
+    /// Its name.
+    pub method: &'static str,
+    /// Whether it can.
+    pub applicable: bool,
+    /// Stable names of what prevents it.
+    pub blocked_by: Vec<&'static str>,
+}
+
+/// The body of a prediction.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "assumed_body")]
+pub struct AssumedBody {
+    /// Whose properties these are, in words.
+    pub source: String,
+    /// Mass, centre of mass and inertia about it: mass, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz.
+    pub properties: [f64; 10],
+}
+
+/// What an error source contributes.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "error_source")]
+pub struct ErrorSource {
+    /// Its name.
+    pub source: &'static str,
+    /// Its share of the sum of the ten relative variances, from 0 to 1.
+    pub share: f64,
+    /// Its share of the variance of each property, from 0 to 1.
+    pub shares: Properties<f64>,
+}
+
+/// What a sensor or hit more or less would change.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "advice")]
+pub struct Advice {
+    /// The further hit that helps most.
+    pub further_hit: Option<HitTotal>,
+    /// The further sensor that helps most.
+    pub further_sensor: Option<SensorTotal>,
+    /// The layout without each hit.
+    pub without_hits: Vec<HitTotal>,
+    /// The layout without each sensor.
+    pub without_sensors: Vec<SensorTotal>,
+}
+
+/// A layout with one hit more or less.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "hit_total")]
+pub struct HitTotal {
+    /// DOF of the hit.
+    pub dof: String,
+    /// The total uncertainty then; `null` where the ten properties are not determined.
+    pub total_percent_of_scale: Option<f64>,
+}
+
+/// A layout with one sensor more or less.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "sensor_total")]
+pub struct SensorTotal {
+    /// Node of the sensor.
+    pub node: u16,
+    /// The total uncertainty then; `null` where the ten properties are not determined.
+    pub total_percent_of_scale: Option<f64>,
+}

@@ -1,0 +1,88 @@
+//! The results on a rig and the archives in a folder.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::Spread;
+
+/// The results that a rig keeps.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "results_list")]
+pub struct ResultsList {
+    /// The results.
+    pub results: Vec<KeptResult>,
+}
+
+/// A result on a rig.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "kept_result")]
+pub struct KeptResult {
+    /// What it says.
+    #[serde(flatten)]
+    pub summary: Summary,
+    /// Its number.
+    pub number: u32,
+    /// The layout's hash, eight hexadecimal digits.
+    pub layout_hash: Option<String>,
+    /// Its length in the rig's flash.
+    pub bytes: u32,
+}
+
+/// The archives in a folder.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "history")]
+pub struct History {
+    /// The archives, the oldest first.
+    pub archives: Vec<ListedArchive>,
+    /// Files with the name of an archive that cannot be read.
+    pub unreadable: Vec<Unreadable>,
+}
+
+/// An archive.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "listed_archive")]
+pub struct ListedArchive {
+    /// What its result says.
+    #[serde(flatten)]
+    pub summary: Summary,
+    /// Its path.
+    pub file: PathBuf,
+}
+
+/// A file that cannot be read.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "unreadable")]
+pub struct Unreadable {
+    /// Its path.
+    pub file: PathBuf,
+    /// Stable name of the reason.
+    pub code: String,
+    /// A sentence for people.
+    pub message: String,
+}
+
+/// What a list says about a result.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "summary")]
+pub struct Summary {
+    /// Title of the layout.
+    pub title: String,
+    /// When the campaign was started, RFC 3339 in UTC; `null` when the rig was not told the time.
+    pub measured: Option<String>,
+    /// Name of the method with the best answer; `null` without an answer.
+    pub method: Option<&'static str>,
+    /// The mass by this method.
+    pub mass_kg: Option<Spread<f64>>,
+    /// Whether the result can be used: `good`, `3 warnings`, `unphysical` or `no answer`.
+    pub verdict: String,
+}
+
+/// The results that were deleted on a rig.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "deleted_results")]
+pub struct DeletedResults {
+    /// Their numbers.
+    pub deleted: Vec<u32>,
+}

@@ -1,0 +1,52 @@
+//! What was written to a tape or to a board.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A tape of a rig's scans.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "recorded_tape")]
+pub struct RecordedTape {
+    /// Its path.
+    pub tape: PathBuf,
+    /// Number of scans.
+    pub scans: u64,
+    /// Number of segments, one for each hit.
+    pub segments: u32,
+}
+
+/// Firmware, and the part of a board's flash that it takes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "flashing")]
+pub struct Flashing {
+    /// Name of the board.
+    pub board: String,
+    /// Path of the image.
+    pub image: String,
+    /// How the board is flashed: `dfu`, `drive` or `probe`.
+    pub via: &'static str,
+    /// Addresses of the image.
+    pub segments: Vec<AddressRange>,
+    /// Length of the image.
+    pub bytes: u64,
+    /// The sectors that are erased.
+    pub sectors: Vec<AddressRange>,
+    /// What the rig's stored data occupy.
+    pub store: AddressRange,
+    /// Whether it was written; `false` after a dry run.
+    pub flashed: bool,
+    /// Whether the board is known to hold it; `null` after a dry run.
+    pub verified: Option<bool>,
+}
+
+/// Addresses in a board's memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "address_range")]
+pub struct AddressRange {
+    /// The first.
+    pub start: u32,
+    /// The first behind it.
+    pub end: u64,
+}

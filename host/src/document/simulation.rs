@@ -1,0 +1,200 @@
+//! Tests on the simulated bench, beside the truth.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{Measurement, Refusal};
+
+/// A simulated test.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "simulation")]
+pub struct Simulation {
+    /// The test.
+    #[serde(flatten)]
+    pub test: ComparedTest,
+    /// The tape that was written.
+    pub tape: Option<PathBuf>,
+}
+
+/// The tests of `massline demo`.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "demo")]
+pub struct Demo {
+    /// The tests.
+    pub tests: Vec<ComparedTest>,
+}
+
+/// A test whose truth is known.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "compared_test")]
+pub struct ComparedTest {
+    /// The rig's result, and what the host finds from it.
+    #[serde(flatten)]
+    pub measurement: Measurement,
+    /// Name of the test.
+    pub name: String,
+    /// Seed of the bench.
+    pub seed: u64,
+    /// The true properties: mass, cx, cy, cz, Jxx, Jyy, Jzz, Jxy, Jxz, Jyz.
+    pub truth: [f64; 10],
+    /// Root mean square distance of the sensors from their centroid, L.
+    pub characteristic_length_m: f64,
+    /// Errors of the rig's best answer, in % of m, L, L, L and m L² (six times).
+    pub error_percent_of_scale: [f64; 10],
+}
+
+/// Many simulated tests of a layout.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "simulated_runs")]
+pub struct SimulatedRuns {
+    /// Number of runs that were done.
+    pub runs: u64,
+    /// Number of runs that were asked for.
+    pub runs_wanted: u64,
+    /// Number of runs without mass lines.
+    pub runs_without_mass_lines: u64,
+    /// Hits of all runs that were rejected and repeated.
+    pub rejected_hits: u64,
+    /// Runs with a warning, an error or a rejected hit.
+    pub runs_with_warnings: u64,
+    /// Other runs in which the best method is wrong by more than three standard deviations.
+    pub runs_silently_wrong: u64,
+    /// How the runs came to the target of the layout, where it has one.
+    pub target: Option<RunsToTarget>,
+    /// The methods.
+    pub methods: Vec<MethodOverRuns>,
+    /// The methods without an answer in any run, and why.
+    pub not_applicable: Vec<Refusal>,
+    /// Notes on the numbers.
+    pub notes: Vec<&'static str>,
+    /// Seed of the bench.
+    pub seed: u64,
+    /// Title of the bench.
+    pub bench: String,
+    /// The error budget that the methods assume: `layout` or `bench`.
+    pub budget: &'static str,
+}
+
+/// How runs came to the target of their layout.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "runs_to_target")]
+pub struct RunsToTarget {
+    /// Runs that reached it.
+    pub runs_at_target: u64,
+    /// Hits of a whole campaign.
+    pub hits_of_a_campaign: u64,
+    /// Hits that a run saved on average.
+    pub mean_hits_saved: f64,
+    /// Share of the 95 % intervals that hold the truth, each run at its end.
+    pub coverage95: Option<f64>,
+    /// The same of the runs that reached the target.
+    pub coverage95_at_target: Option<f64>,
+}
+
+/// A method over many runs.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "method_over_runs")]
+pub struct MethodOverRuns {
+    /// Its name.
+    pub method: &'static str,
+    /// Runs with an answer.
+    pub answers: usize,
+    /// Runs without an answer.
+    pub unanswered: usize,
+    /// Geometric mean of `ratio` over the ten properties.
+    pub geometric_mean_ratio: Option<f64>,
+    /// The largest `ratio`.
+    pub worst_ratio: Option<f64>,
+    /// Geometric mean of `width_ratio` over the ten properties.
+    pub geometric_mean_width: Option<f64>,
+    /// Share of the 95 % intervals of all properties that hold the truth.
+    pub pooled_coverage95: Option<f64>,
+    /// The ten properties; empty without an answer.
+    pub properties: Vec<PropertyOverRuns>,
+}
+
+/// A property over many runs, in its SI unit. What a single run or one without uncertainty does not have is `null`.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "property_over_runs")]
+pub struct PropertyOverRuns {
+    /// Its name.
+    pub name: &'static str,
+    /// The true value.
+    pub truth: f64,
+    /// Mean error.
+    pub bias: f64,
+    /// Root mean square error.
+    pub rms: Option<f64>,
+    /// Cramér-Rao bound of the standard deviation.
+    pub bound: Option<f64>,
+    /// Root mean square error over the bound.
+    pub ratio: Option<f64>,
+    /// Share of the 95 % intervals that hold the truth.
+    pub coverage95: Option<f64>,
+    /// Mean half width of the 95 % intervals.
+    pub half_width95: Option<f64>,
+    /// The same over what the bound permits.
+    pub width_ratio: Option<f64>,
+}
+
+/// The methods of suspension modes on the wheel.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "demo_wheel")]
+pub struct DemoWheel {
+    /// Standard deviation of the noise of a reading, of a complex number.
+    pub noise_m_per_s2_per_n: f64,
+    /// Distance of the lines.
+    pub spacing_hz: f64,
+    /// Whether the wheel has a tyre, a part on a spring.
+    pub tyre: bool,
+    /// Seed of the noise.
+    pub seed: u64,
+    /// The sets of forces.
+    pub sets: Vec<ForceSet>,
+    /// What the methods of mass lines say, as text.
+    pub mass_lines: String,
+}
+
+/// A set of forces.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "force_set")]
+pub struct ForceSet {
+    /// Its name.
+    pub set: String,
+    /// The DOFs that are hit.
+    pub forces: Vec<String>,
+    /// Number of runs.
+    pub runs: u64,
+    /// Runs in which the global fit finds a flexible mode above the band.
+    pub runs_with_flexible_mode: u64,
+    /// The methods.
+    pub methods: Vec<ComparedMethod>,
+}
+
+/// A method against the truth; `null` where no run has an answer.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "compared_method")]
+pub struct ComparedMethod {
+    /// Its name, with the choice of modes.
+    pub name: String,
+    /// Root mean square error of the ten properties, in % of m, L, L, L and m L² (six times).
+    pub error_percent: Option<f64>,
+    /// The same over the Cramér-Rao bound.
+    pub over_bound: Option<f64>,
+    /// Share of the 95 % intervals that hold the truth.
+    pub coverage: Option<f64>,
+    /// Runs without an answer.
+    pub unanswered: u64,
+}
+
+/// The wheel's responses as files.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "demo_wheel_files")]
+pub struct DemoWheelFiles {
+    /// The universal file.
+    pub universal_file: PathBuf,
+    /// The layout.
+    pub layout: PathBuf,
+}

@@ -1,0 +1,105 @@
+//! What was written to files, and what the program says about itself.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "written_file")]
+pub struct WrittenFile {
+    /// Its path.
+    pub written: PathBuf,
+}
+
+/// A layout to start from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "layout_template")]
+pub struct LayoutTemplate {
+    /// The text of the file.
+    pub layout: &'static str,
+}
+
+/// A file for another program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "exported_file")]
+pub struct ExportedFile {
+    /// Its path.
+    pub written: PathBuf,
+    /// Its format.
+    pub format: String,
+    /// Its system of units.
+    pub units: String,
+    /// The frame of its coordinates.
+    pub frame: String,
+    /// Notes on the result.
+    pub notes: Vec<String>,
+    /// The answer in it; missing in a file of frequency responses.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub answer: Option<ExportedAnswer>,
+}
+
+/// An answer in a file for another program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "exported_answer")]
+pub struct ExportedAnswer {
+    /// Name of its method.
+    pub method: String,
+    /// Whether a body can have these properties.
+    pub physically_consistent: bool,
+}
+
+/// The manual pages of all commands.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "written_pages")]
+pub struct WrittenPages {
+    /// Their paths.
+    pub written: Vec<PathBuf>,
+}
+
+/// The manual page of the program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "manual_page")]
+pub struct ManualPage {
+    /// Its source, for `man`.
+    pub page: String,
+}
+
+/// What a shell knows about the program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "completions")]
+pub struct Completions {
+    /// Name of the shell.
+    pub shell: String,
+    /// The script.
+    pub completions: String,
+}
+
+/// A virtual rig.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "virtual_port")]
+pub struct VirtualPort {
+    /// The port that other commands take.
+    pub port: String,
+}
+
+/// The documents that have a schema.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "schema_list")]
+pub struct SchemaList {
+    /// The documents.
+    pub documents: Vec<DescribedDocument>,
+}
+
+/// A document that has a schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "described_document")]
+pub struct DescribedDocument {
+    /// Its name.
+    pub document: &'static str,
+    /// What it is.
+    pub summary: &'static str,
+    /// The commands that print it; none for one that all of them print.
+    pub commands: &'static [&'static str],
+}
