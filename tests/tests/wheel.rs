@@ -149,6 +149,8 @@ fn with_a_tyre_the_global_fit_covers() {
     assert!(modal.ratio > 3.0, "{modal:?}");
     // The test of fit finds the tyre in every run.
     assert_eq!(tyre.flexible, tyre.runs as u64);
-    let refused = "the highest suspension mode lies at 7.6";
-    assert!(tyre.mass_lines.contains(refused), "{}", tyre.mass_lines);
+    // Between the suspension modes and those of the tyre hardly a response has a plateau, and the mass is 4 kg off.
+    for said in ["a mass of 13.", " warnings: ", "no plateau"] {
+        assert!(tyre.mass_lines.contains(said), "{}", tyre.mass_lines);
+    }
 }
