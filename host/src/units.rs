@@ -20,6 +20,15 @@ pub enum Quantity {
 impl Quantity {
     /// Every quantity.
     pub const ALL: [Self; 3] = [Self::Acceleration, Self::Velocity, Self::Displacement];
+
+    /// The name of this quantity over force.
+    pub fn frf_name(self) -> &'static str {
+        match self {
+            Self::Acceleration => "accelerance",
+            Self::Velocity => "mobility",
+            Self::Displacement => "receptance",
+        }
+    }
 }
 
 pub(crate) const FOOT: f64 = 0.3048;

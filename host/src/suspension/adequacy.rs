@@ -38,6 +38,14 @@ pub(super) enum Adequacy {
 }
 
 impl Adequacy {
+    /// The judgement of readings under tilted gravity.
+    pub(super) fn under(self, tilted: Tilted) -> Self {
+        match self {
+            Self::Fits | Self::Flexible | Self::Tilted(_) | Self::Unknown => Self::Tilted(tilted),
+            Self::Roughly(_) | Self::Misfit(_) => self,
+        }
+    }
+
     /// What there is to say of gravity, a hit or a misfit to every answer.
     pub(super) fn finding(self) -> Option<Diagnostic> {
         match self {
@@ -98,24 +106,17 @@ pub(super) fn judge(
     };
     let explained = found.is_ok_and(|found| explains(found, fit));
     let flexible = found.is_ok_and(|found| found.extra_terms > 0);
-    let pulled = |found: &GlobalFitSolution<f64>| found.gravity.is_some_and(|g| g.pull > TILTED);
-    if explained && found.is_ok_and(|of| !flexible && left(of, fit) < SUSPICIOUS && !pulled(of)) {
+    let fits = |of: &GlobalFitSolution<f64>| left(of, fit) < SUSPICIOUS && !is_tilted(of);
+    if explained && !flexible && found.is_ok_and(fits) {
         return Ok(judged(Adequacy::Fits));
     }
     let viscous = Damping::Viscous;
     let unexplained = Unexplained { layout: fit.layout(), fit, readings, start, damping: viscous };
-    let better = || unexplained.structural().or_else(|| unexplained.undisturbed());
     if (!explained || flexible)
-        && let Some(better) = better()
+        && let Some((better, tilted)) = unexplained.better()
     {
-        let structural = Unexplained { damping: Damping::Structural, ..unexplained };
-        // Structural damping takes up what viscous damping left of a tilt.
-        if pulled(&better.solution)
-            && let Some(tilted) = structural.tilted()
-        {
-            return Ok(judged(Adequacy::Tilted(tilted)));
-        }
-        return Ok(Judged { adequacy: Adequacy::Fits, instead: Some(better) });
+        let adequacy = tilted.map_or(Adequacy::Fits, Adequacy::Tilted);
+        return Ok(Judged { adequacy, instead: Some(better) });
     }
     if !explained && let Some(reason) = unexplained.gravity() {
         return Err(Diagnostics::from_array([reason]));
@@ -123,7 +124,27 @@ pub(super) fn judge(
     Ok(judged(unexplained.cause(found.ok(), explained)))
 }
 
+/// True for a fit that pulls the direction of gravity.
+fn is_tilted(found: &GlobalFitSolution<f64>) -> bool {
+    found.gravity.is_some_and(|gravity| gravity.pull > TILTED)
+}
+
 impl Unexplained<'_, '_> {
+    /// Another form of the fit that explains the readings, and the tilt of gravity where it shows in that form.
+    fn better(&self) -> Option<(GlobalAnswer, Option<Tilted>)> {
+        if let Some(found) = self.structural() {
+            let structural = Self { damping: Damping::Structural, ..*self };
+            let tilted = is_tilted(&found.solution).then(|| structural.tilted()).flatten();
+            return Some((found, tilted));
+        }
+        let found = self.undisturbed()?;
+        let part = self.lines(&found.lines);
+        let responses = part.responses()?;
+        let undisturbed = Unexplained { readings: &responses, ..*self };
+        let tilted = is_tilted(&found.solution).then(|| undisturbed.tilted()).flatten();
+        Some((found, tilted))
+    }
+
     /// Why the readings want an explanation. A tilt, a hit and a flexible mode each take up some of what another has caused;
     /// the cause leaves least.
     fn cause(&self, found: Option<&GlobalFitSolution<f64>>, explained: bool) -> Adequacy {

@@ -23,6 +23,7 @@ const OF_OTHER_READINGS: f64 = 70.0;
 const LEAST_LEFT: f64 = 0.75;
 
 /// A test whose readings want an explanation.
+#[derive(Clone, Copy)]
 pub(super) struct Unexplained<'a, 'f> {
     pub(super) layout: &'a HostLayout,
     pub(super) fit: &'a HostFit<'f>,
@@ -53,7 +54,7 @@ impl Unexplained<'_, '_> {
         if (kept.len() as f64) < LEAST_LEFT * frequencies.len() as f64 {
             return None;
         }
-        let part = Part::of(self.readings, &kept, &all(self.readings.hits()));
+        let part = self.lines(&kept);
         let settings = GlobalFitSettings::default();
         let mut found =
             GlobalAnswer::of(self.layout, &part.responses()?, self.start, &settings).ok()?;
@@ -65,6 +66,11 @@ impl Unexplained<'_, '_> {
         // There is room for sixteen diagnostics.
         let _ = found.solution.estimate.diagnostics.push(warning);
         Some(found)
+    }
+
+    /// The readings at these lines.
+    pub(super) fn lines(&self, lines: &[usize]) -> Part {
+        Part::of(self.readings, lines, &all(self.readings.hits()))
     }
 
     /// The finding about a hit without which the others are explained, and what the global fit then leaves over their own noise.
@@ -129,7 +135,7 @@ fn all(count: usize) -> Vec<usize> {
 }
 
 /// Some lines and hits of the readings.
-struct Part {
+pub(super) struct Part {
     frequencies: Vec<f64>,
     accelerance: Vec<Complex<f64>>,
     channels: usize,
@@ -158,7 +164,7 @@ impl Part {
         }
     }
 
-    fn responses(&self) -> Option<FrequencyResponses<'_, f64>> {
+    pub(super) fn responses(&self) -> Option<FrequencyResponses<'_, f64>> {
         let Self { frequencies, accelerance, channels, hits, decay, correlation } = self;
         let responses = FrequencyResponses::new(frequencies, accelerance, *channels, *hits)?;
         Some(responses.windowed(*decay, *correlation))

@@ -2,8 +2,8 @@
 
 use massline_shared::FrequencyResponses;
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Subject};
+use massline_shared::identify::suspension::FEWEST_MODES;
 use massline_shared::identify::suspension::{mode_findings, truncated_mode};
-use massline_shared::identify::toivola_nuutila::FEWEST_MODES;
 use massline_shared::layout::HostLayout;
 use massline_shared::modes::Reduction;
 

@@ -2,7 +2,7 @@
 
 use massline_shared::STANDARD_GRAVITY;
 use massline_shared::diagnosis::{Code, Diagnostic, Severity};
-use massline_shared::identify::global_fit::Damping;
+use massline_shared::identify::global_fit::GlobalFitSolution;
 use massline_shared::layout::HostLayout;
 use nalgebra::Vector3;
 
@@ -31,10 +31,17 @@ pub(super) struct Tilted {
     angle: f64,
     /// Standard deviation of its direction about each axis across it, rad.
     sigma: f64,
-    /// The damping of the suspension that was fitted with it.
-    pub(super) damping: Damping,
     /// What the global fit leaves under it, over the noise.
     pub(super) left: f64,
+}
+
+/// A direction of gravity that does not change when the readings are fitted once more.
+struct Settled {
+    found: GlobalFitSolution<f64>,
+    /// m/s².
+    gravity: Vector3<f64>,
+    /// Standard deviation of its direction about each axis across it, rad.
+    sigma: f64,
 }
 
 impl Tilted {
@@ -91,29 +98,36 @@ impl Unexplained<'_, '_> {
     /// where that is further from the layout's than noise and the budget make likely.
     pub(super) fn tilted(&self) -> Option<Tilted> {
         let stated = Vector3::from(self.layout.gravity?);
+        let Settled { found, gravity, sigma } = self.settled(&stated)?;
+        let angle = gravity.angle(&stated);
+        let of_hanging = sigma.hypot(self.layout.gravity_direction);
+        let is_tilted = self.is_whole(&found)
+            && angle > SIGNIFICANT * sigma
+            && angle > BEYOND_BUDGET * of_hanging;
+        let (gravity, left) = (gravity.into(), left(&found, self.fit));
+        is_tilted.then_some(Tilted { gravity, angle, sigma, left })
+    }
+
+    /// The direction of gravity that the readings give; `None` when it does not settle near the stated one.
+    fn settled(&self, stated: &Vector3<f64>) -> Option<Settled> {
         let mut layout = HostLayout { gravity_direction: ANY_DIRECTION, ..self.layout.clone() };
+        let mut start = *self.start;
         for _fit in 0..MOST_FITS {
-            let found = self.solved(&layout, self.readings, 0)?;
+            let found = Unexplained { start: &start, ..*self }.solved(&layout, self.readings, 0)?;
             let fitted = found.gravity?;
             let gravity = Vector3::from(fitted.components.map(|component| component.value));
             let gravity = gravity.normalize() * stated.norm();
-            let angle = gravity.angle(&stated);
-            if angle > LARGEST_TILT {
+            if gravity.angle(stated) > LARGEST_TILT {
                 return None;
             }
-            layout.gravity = Some(gravity.into());
             if fitted.angle < SETTLED {
                 let sigmas = Vector3::from(fitted.components.map(|component| component.sigma));
                 // Of two rotations.
                 let sigma = sigmas.norm() / (stated.norm() * 2_f64.sqrt());
-                let of_hanging = sigma.hypot(self.layout.gravity_direction);
-                let is_tilted = self.is_whole(&found)
-                    && angle > SIGNIFICANT * sigma
-                    && angle > BEYOND_BUDGET * of_hanging;
-                let (gravity, left) = (gravity.into(), left(&found, self.fit));
-                let damping = self.damping;
-                return is_tilted.then_some(Tilted { gravity, angle, sigma, damping, left });
+                return Some(Settled { found, gravity, sigma });
             }
+            layout.gravity = Some(gravity.into());
+            start = found.estimate.body;
         }
         None
     }

@@ -20,9 +20,10 @@ use massline_shared::FrequencyResponses;
 use massline_shared::body::{RigidBody, scale};
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity, Subject};
 use massline_shared::identify::global_fit::{GlobalFitSettings, GlobalFitSolution};
-use massline_shared::identify::suspension::{SuspensionFit, mode_findings, undetermined_property};
-use massline_shared::identify::toivola_nuutila::FEWEST_MODES;
-use massline_shared::identify::{Estimate, Method, Observable};
+use massline_shared::identify::suspension::{
+    FEWEST_MODES, SuspensionFit, mode_findings, undetermined_property,
+};
+use massline_shared::identify::{Estimate, Method};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
 use massline_shared::modes::{LinesPerSide, Reduction};
 
@@ -86,13 +87,14 @@ pub fn solve(
     let mut memory = Box::new(Reduction::new());
     let default = GlobalFitSettings::default();
     let mut first = FirstAnswers::of(layout, readings, settings, &default, &mut memory)?;
-    let adequacy = first.judged(readings)?;
+    let mut adequacy = first.judged(readings)?;
     if let Adequacy::Tilted(tilted) = adequacy {
         upright = tilted.upright(layout);
-        let damping = tilted.damping;
-        let rigid = GlobalFitSettings { most_extra_terms: 0, damping, ..default };
+        let rigid = GlobalFitSettings { most_extra_terms: 0, ..default };
         first = FirstAnswers::of(&upright, readings, settings, &rigid, &mut memory)?;
         first.findings.push(tilted.warning());
+        // Structural damping or disturbed lines may be there besides.
+        adequacy = first.judged(readings)?.under(tilted);
     }
     refuse_misfit(&mut first.global, adequacy);
     Ok(first.surveyed(wanted, mass_lines, adequacy, &mut memory, progress))
@@ -133,9 +135,9 @@ impl<'a> FirstAnswers<'a> {
         memory: &mut Reduction<f64>,
     ) -> Self {
         // The modal answers are where the global fit starts, also when it is the only method that is wanted.
-        let all = Method::ALL.into_iter().filter(|m| m.entry().observes == Observable::Suspension);
-        let variants: Vec<Variant> =
-            all.map(|method| Variant { method, choice: settings.choice }).collect();
+        let choice = settings.choice;
+        let variants: Vec<_> =
+            Method::of_modes().map(|method| Variant { method, choice }).collect();
         let modal = answered(&fit, &variants, settings.named, memory);
         // The global fit also tells the other methods whether a flexible mode is near.
         let global = global_fit(&fit, readings, best(&modal), of_global);

@@ -28,6 +28,7 @@ mod elastic;
 mod equations;
 mod extra_terms;
 mod fit;
+mod gravity;
 mod memory;
 mod packed;
 mod problem;

@@ -72,6 +72,11 @@ impl Method {
         Self::usual().filter(|method| method.entry().observes == Observable::MassLines)
     }
 
+    /// The methods that use the suspension modes, best first.
+    pub fn of_modes() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(|method| method.entry().observes == Observable::Suspension)
+    }
+
     /// The name in reports and JSON.
     pub fn name(self) -> &'static str {
         self.entry().name

@@ -7,6 +7,7 @@
 pub mod agreement;
 pub mod conti_bretl;
 pub mod dppim;
+pub mod driving_points;
 pub mod global_fit;
 pub mod inertia_restraint;
 pub mod influence;

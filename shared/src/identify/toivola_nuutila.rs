@@ -49,8 +49,6 @@ pub(super) fn answer<R: Real>(of: &Suspension<'_, R>) -> Result<Answer<R>, Diagn
     Ok(Answer { body, condition, misfit: None })
 }
 
-/// Fewest modes that can determine the ten properties.
-pub const FEWEST_MODES: usize = 5;
 /// With this many modes there are ten equations, which are not independent.
 const FOUR_MODES: usize = 4;
 /// Error of an equation of orthogonality, against which the standard deviations of known properties are weighed.

@@ -161,6 +161,19 @@ impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
         Some(())
     }
 
+    /// Covariances of all unknowns, of this many, with one of them.
+    pub(super) fn covariances_with(&mut self, place: usize, len: usize) -> &[R] {
+        let Memory { factor, scale, scratch, .. } = &mut self.memory;
+        let column = &mut scratch[..len];
+        column.fill(R::zero());
+        column[place] = scale[place];
+        solve(factor, column);
+        for (value, scale) in column.iter_mut().zip(&**scale) {
+            *value *= *scale;
+        }
+        column
+    }
+
     fn diagnostics_of(&mut self, object: &RigidBody<R>) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
         if !object.is_physically_consistent() {

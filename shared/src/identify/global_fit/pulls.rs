@@ -1,67 +1,19 @@
-//! The pulls: how far the errors must have moved to explain the readings, which sensor or hit is the first suspect, and
-//! where gravity points.
-
-use core::array::from_fn;
+//! The pulls: how far the errors must have moved to explain the readings, and which sensor or hit is the first suspect.
 
 use heapless::Vec;
-use nalgebra::{Matrix2, Vector2, Vector3};
 
-use super::FittedGravity;
 use super::fit::Fit;
-use super::memory::Memory;
-use super::packed::solve;
 use crate::Real;
 use crate::diagnosis::{Code, Diagnostic, Severity, Subject};
-use crate::estimated::Estimated;
 use crate::identify::maximum_likelihood::model::SENSOR_NUISANCES;
 use crate::identify::maximum_likelihood::pulls::{SUSPICIOUS, root_mean_square};
-use crate::layout::{GRAVITY_QUANTITIES, HIT_QUANTITIES};
+use crate::layout::HIT_QUANTITIES;
 
 /// The length of a force is suspect from so many of the standard deviations that its error has under the model, which chance
 /// exceeds once in 400 tests of five hits; that counts as a pull of [`SUSPICIOUS`].
 const SUSPECT_LENGTH: f64 = 3.5;
 
 impl<R: Real, const S: usize, const H: usize> Fit<'_, '_, '_, R, S, H> {
-    /// Gravity with its errors, when the layout states it and a sensor senses it.
-    pub(super) fn fitted_gravity(&mut self) -> Option<FittedGravity<R>> {
-        let (problem, unknowns) = (self.problem, &self.unknowns);
-        let stated = problem.layout.gravity.filter(|_| problem.layout.senses_gravity())?;
-        let (first, len) = (unknowns.gravity(), unknowns.len());
-        let errors = unknowns.budget.then_some(first..first + GRAVITY_QUANTITIES);
-        let u: [R; GRAVITY_QUANTITIES] =
-            from_fn(|k| errors.as_ref().map_or(R::zero(), |all| self.memory.x[all.start + k]));
-        let slopes = problem.layout.gravity_slopes();
-        let covariance = match errors {
-            Some(_) => Matrix2::from_columns(&[0, 1].map(|k| {
-                let column = self.covariances_with(first + k, len);
-                Vector2::new(column[first], column[first + 1])
-            })),
-            None => Matrix2::zeros(),
-        };
-        let change = slopes[0] * u[0] + slopes[1] * u[1];
-        let components = from_fn(|axis| {
-            let slope = Vector2::new(slopes[0][axis], slopes[1][axis]);
-            let sigma = (covariance * slope).dot(&slope).max(R::zero()).sqrt();
-            Estimated { value: stated[axis] + change[axis], sigma }
-        });
-        // Both rotations are across gravity.
-        let angle = (change.norm() / Vector3::from(stated).norm()).atan();
-        Some(FittedGravity { components, angle, pull: (u[0] * u[0] + u[1] * u[1]).sqrt() })
-    }
-
-    /// Covariances of all unknowns, of this many, with one of them.
-    fn covariances_with(&mut self, place: usize, len: usize) -> &[R] {
-        let Memory { factor, scale, scratch, .. } = &mut self.memory;
-        let column = &mut scratch[..len];
-        column.fill(R::zero());
-        column[place] = scale[place];
-        solve(factor, column);
-        for (value, scale) in column.iter_mut().zip(&**scale) {
-            *value *= *scale;
-        }
-        column
-    }
-
     /// The error of the length of a hit's force in the standard deviations that it has under the model: those of the budget,
     /// less what the data leave open.
     fn pull_of_length(&mut self, hit: usize) -> R {

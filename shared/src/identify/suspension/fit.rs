@@ -3,8 +3,8 @@
 use heapless::Vec;
 use nalgebra::{Complex, SVector, Vector3};
 
-use super::driving_points::suspect_points;
 use super::known::known_properties;
+use super::points::suspect_points;
 use super::selection::{Selection, select};
 use super::{Answer, Suspension};
 use crate::Real;

@@ -6,9 +6,9 @@
 //! ([`agreement`](super::agreement)).
 
 mod checks;
-mod driving_points;
 mod fit;
 mod known;
+mod points;
 mod selection;
 
 use crate::body::RigidBody;
@@ -19,6 +19,9 @@ pub(in crate::identify) use checks::refuse_mixed_modes;
 pub use checks::{mixed_mode, mode_findings, truncated_mode, undetermined_property};
 pub use fit::SuspensionFit;
 pub use known::KnownProperty;
+
+/// Fewest modes that can determine the ten properties: what is known of fewer leaves one of them open.
+pub const FEWEST_MODES: usize = 5;
 
 /// Findings about modes that put a method off which uses their shapes.
 pub(super) const DOUBTS_OF_SHAPES: &[Code] = &[

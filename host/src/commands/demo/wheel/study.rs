@@ -31,16 +31,14 @@ const WIDE_SPACING: f64 = 0.25;
 const TYRE: SprungPart =
     SprungPart { share: 9.0 / 17.295, frequency_hz: 50.0, damping_ratio: 0.03 };
 
-/// What is compared.
-const VARIANTS: [(Method, ModeChoice); 7] = [
-    (Method::ToivolaNuutila, ModeChoice::All),
-    (Method::ContiBretl, ModeChoice::All),
-    (Method::Dppim, ModeChoice::All),
-    (Method::DppimStructural, ModeChoice::All),
-    (Method::ModalConstant, ModeChoice::All),
-    (Method::ToivolaNuutila, ModeChoice::Five),
-    (Method::ToivolaNuutila, ModeChoice::BestForce),
-];
+/// What is compared: every method of the list with all modes, and the ways of the literature to choose them.
+fn variants() -> Vec<Variant> {
+    let method = Method::ToivolaNuutila;
+    let chosen = [ModeChoice::Five, ModeChoice::BestForce];
+    (Method::of_modes().map(|method| Variant { method, choice: ModeChoice::All }))
+        .chain(chosen.map(|choice| Variant { method, choice }))
+        .collect()
+}
 
 /// The wheel and its exact responses.
 pub(super) struct Wheel {
@@ -190,7 +188,9 @@ impl Wheel {
     }
 
     fn run(&self, forces: &[usize], seed: u64, run: u64, memory: &mut Reduction<f64>) -> Run {
-        let unanswered = || vec![None; VARIANTS.len() + 2];
+        let variants = variants();
+        let [of_global, combined] = [variants.len(), variants.len() + 1];
+        let unanswered = || vec![None; variants.len() + 2];
         let nothing = || Run { errors: unanswered(), bound: None, flexible: false, modes: None };
         let mut noisy = self.exact.clone();
         add_noise(&mut noisy, self.noise, seed, run);
@@ -204,7 +204,6 @@ impl Wheel {
         let readings = FrequencyResponses::new(&self.frequencies, &picked, channels, forces.len());
         let Some(readings) = readings else { return nothing() };
         let Ok(fit) = HostFit::new(&layout, &readings, memory) else { return nothing() };
-        let variants = VARIANTS.map(|(method, choice)| Variant { method, choice });
         let Answered { answers, .. } = answered(&fit, &variants, false, memory);
         let start = answers.first().map(|(_, answer)| answer.body);
         let global = start.and_then(|start| {
@@ -229,16 +228,16 @@ impl Wheel {
         let flexible = global.as_ref().is_some_and(|global| global.solution.extra_terms > 0);
         if let Some(GlobalAnswer { solution, .. }) = &global {
             let estimate = &solution.estimate;
-            errors[VARIANTS.len()] = Some(self.error(&estimate.theta(), estimate.sigma()));
+            errors[of_global] = Some(self.error(&estimate.theta(), estimate.sigma()));
             thetas[answers.len()] = Some(estimate.theta());
             if flexible {
                 thetas = [None; METHODS];
-                errors[VARIANTS.len() + 1] = errors[VARIANTS.len()];
+                errors[combined] = errors[of_global];
             }
         }
         if let Some(agreement) = survey.agreement(&thetas) {
             let sigma = agreement.covariance.diagonal().map(f64::sqrt);
-            errors[VARIANTS.len() + 1] = Some(self.error(&agreement.theta, Some(sigma)));
+            errors[combined] = Some(self.error(&agreement.theta, Some(sigma)));
         }
         let modes = (run == 0).then(|| SuspensionModes::new(&fit, &survey, Vec::new()));
         let bound = global.as_ref().and_then(|global| self.bound(&global.solution));
@@ -289,13 +288,13 @@ fn rows(runs: &[Run]) -> Vec<Row> {
             unanswered: (runs.len() - answered.len()) as u64,
         }
     };
-    VARIANTS.iter().map(name_of).chain(others).enumerate().map(row).collect()
+    variants().iter().map(name_of).chain(others).enumerate().map(row).collect()
 }
 
 /// The name of a row.
-fn name_of((method, choice): &(Method, ModeChoice)) -> String {
-    let title = method.entry().title;
-    match choice {
+fn name_of(variant: &Variant) -> String {
+    let title = variant.method.entry().title;
+    match variant.choice {
         ModeChoice::All => title.into(),
         ModeChoice::Five => format!("{title}, five modes"),
         ModeChoice::BestForce => format!("{title}, best force"),

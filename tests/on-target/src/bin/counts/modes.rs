@@ -55,13 +55,8 @@ pub fn measure_modes(layout: &RigLayout, body: &RigidBody<f32>) {
     let noise = NOISE * core::f32::consts::SQRT_2;
     let suspension =
         Suspension { responses: &responses, modes: &modes, lines: &lines, noise, known: &[] };
-    for (name, method) in [
-        ("toivola_nuutila", Method::ToivolaNuutila),
-        ("conti_bretl", Method::ContiBretl),
-        ("dppim", Method::Dppim),
-        ("dppim_structural", Method::DppimStructural),
-        ("modal_constant", Method::ModalConstant),
-    ] {
+    for method in Method::of_modes() {
+        let name = method.name();
         let (answer, cost) = measured(|| method.of_suspension(&suspension));
         report(name, cost);
         let answer = answer.expect("a method of the suspension").expect("an answer");
