@@ -38,6 +38,30 @@ pub(crate) fn pieces<M, T: Send>(
     made.into_iter().map(|(_, made)| made).collect()
 }
 
+/// Calls `act` for each number below `count` and returns the results in the order of the numbers. Within a computation that is
+/// divided already, it runs on its own thread: there is no other work for one that waits.
+pub(crate) fn each<M, T: Send>(
+    count: u32,
+    progress: impl FnMut(u32, u32) + Send,
+    memory: impl Fn() -> M + Sync + Send,
+    act: impl Fn(&mut M, u32) -> T + Sync + Send,
+) -> Vec<T> {
+    let progress = Mutex::new((0, progress));
+    let one = |memory: &mut M, number: u32| {
+        let made = act(memory, number);
+        let mut done = progress.lock().unwrap_or_else(PoisonError::into_inner);
+        let (finished, progress) = &mut *done;
+        *finished += 1;
+        progress(*finished, count);
+        made
+    };
+    if rayon::current_thread_index().is_some() {
+        let mut memory = memory();
+        return (0..count).map(|number| one(&mut memory, number)).collect();
+    }
+    (0..count).into_par_iter().map_init(memory, one).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -112,7 +112,7 @@ pub fn solve_files(
     frfs: &Path,
     hits: &[Dof],
     options: &Options,
-    progress: impl FnMut(u32, u32),
+    progress: impl FnMut(u32, u32) + Send,
 ) -> Result<FrfSolution> {
     let file = layout_with_hits(layout, hits)?;
     let uff = UffFile::read(frfs)?;
@@ -159,7 +159,7 @@ pub fn solve(
     file: &LayoutFile,
     uff: &UffFile,
     options: &Options,
-    progress: impl FnMut(u32, u32),
+    progress: impl FnMut(u32, u32) + Send,
 ) -> Result<FrfSolution> {
     solve_as_stated(file, uff, options, progress).map_err(|error| blame_option(error, options))
 }
@@ -168,7 +168,7 @@ fn solve_as_stated(
     file: &LayoutFile,
     uff: &UffFile,
     options: &Options,
-    mut progress: impl FnMut(u32, u32),
+    mut progress: impl FnMut(u32, u32) + Send,
 ) -> Result<FrfSolution> {
     let layout = &file.layout;
     let wanted = options.selection.methods();
@@ -259,7 +259,7 @@ pub fn modes_of_files(
     frfs: &Path,
     hits: &[Dof],
     options: &Options,
-    progress: impl FnMut(u32, u32),
+    progress: impl FnMut(u32, u32) + Send,
 ) -> Result<(SuspensionModes, HostLayout)> {
     let layout = layout_with_hits(layout, hits)?.layout;
     let uff = UffFile::read(frfs)?;
@@ -276,7 +276,7 @@ pub fn modes_of_archive(
     path: &Path,
     hits: &[Dof],
     options: &Options,
-    progress: impl FnMut(u32, u32),
+    progress: impl FnMut(u32, u32) + Send,
 ) -> Result<(SuspensionModes, HostLayout)> {
     let archive = Archive::read(path)?;
     let frfs = archive.frfs()?;
@@ -299,7 +299,7 @@ fn modes_of(
     layout: &HostLayout,
     uff: &UffFile,
     options: &Options,
-    progress: impl FnMut(u32, u32),
+    progress: impl FnMut(u32, u32) + Send,
 ) -> Result<SuspensionModes> {
     let responses = LayoutResponses::of(layout, uff, options.quantity)?;
     let modes = suspension::modes_alone(layout, &responses, options, progress);

@@ -87,7 +87,7 @@ pub(super) fn part(
     options: &Options,
     wanted: &[Method],
     answers: Option<&MassLineAnswers<'_>>,
-    progress: impl FnMut(u32, u32),
+    progress: impl FnMut(u32, u32) + Send,
 ) -> Result<ModalPart> {
     let too_many = layout.hits.len() > MOST_FORCES;
     if options.mode_choice == ModeChoice::BestForce && too_many {
@@ -124,7 +124,7 @@ pub(super) fn modes_alone(
     layout: &HostLayout,
     responses: &LayoutResponses,
     options: &Options,
-    progress: impl FnMut(u32, u32),
+    progress: impl FnMut(u32, u32) + Send,
 ) -> Result<SuspensionModes> {
     let look = look(layout, responses, options).needed()?;
     let chosen = look.all.about(&look.first.modes);

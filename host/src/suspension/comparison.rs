@@ -3,7 +3,6 @@
 use massline_shared::diagnosis::Code;
 use massline_shared::identify::agreement::Agreement;
 use massline_shared::identify::{Estimate, METHODS, Method};
-use massline_shared::modes::Reduction;
 use nalgebra::SVector;
 
 use super::{Asked, MassLineAnswers, Survey};
@@ -61,13 +60,13 @@ impl Comparison {
 }
 
 /// How the answers to mass lines alone agree. `progress` is told how many of all changes are done.
-pub fn compare(answers: &MassLineAnswers<'_>, progress: impl FnMut(u32, u32)) -> Comparison {
+pub fn compare(answers: &MassLineAnswers<'_>, progress: impl FnMut(u32, u32) + Send) -> Comparison {
     let asked: Vec<Asked<'_>> =
         answers.estimates.iter().map(|e| Asked::MassLines(e.method, answers)).collect();
     let survey = if asked.len() < 2 {
         Survey::none()
     } else {
-        Survey::of(&answers.budget, None, &asked, &mut Reduction::new(), progress)
+        Survey::of(&answers.budget, None, &asked, progress)
     };
     Comparison::of(&survey, answers.estimates.iter().enumerate(), None)
 }

@@ -79,7 +79,7 @@ pub fn solve(
     wanted: &[Method],
     settings: ModalSettings,
     mass_lines: Option<&MassLineAnswers<'_>>,
-    progress: impl FnMut(u32, u32),
+    progress: impl FnMut(u32, u32) + Send,
 ) -> Result<SuspensionSolution, Diagnostics> {
     // Sensors and hits have the errors that the mass lines have shown, where there are any.
     let layout = mass_lines.map_or(layout, |of| &of.budget);
@@ -97,7 +97,7 @@ pub fn solve(
         adequacy = first.judged(readings)?.under(tilted);
     }
     refuse_misfit(&mut first.global, adequacy);
-    Ok(first.surveyed(wanted, mass_lines, adequacy, &mut memory, progress))
+    Ok(first.surveyed(wanted, mass_lines, adequacy, progress))
 }
 
 /// Modes and answers without uncertainty.
@@ -163,8 +163,7 @@ impl<'a> FirstAnswers<'a> {
         wanted: &[Method],
         mass_lines: Option<&MassLineAnswers<'_>>,
         adequacy: Adequacy,
-        memory: &mut Reduction<f64>,
-        progress: impl FnMut(u32, u32),
+        progress: impl FnMut(u32, u32) + Send,
     ) -> SuspensionSolution {
         let Self { fit, findings, mut modal, global } = self;
         let layout = fit.layout();
@@ -181,7 +180,7 @@ impl<'a> FirstAnswers<'a> {
             .chain(modal.answers.iter().map(|(variant, _)| Asked::Modal(*variant)))
             .chain(of_lines.clone().map(|(of, estimate)| Asked::MassLines(estimate.method, of)))
             .collect();
-        let survey = Survey::of(layout, Some(&fit), &asked, memory, progress);
+        let survey = Survey::of(layout, Some(&fit), &asked, progress);
         let first = usize::from(compared.is_some());
         let mut estimates: Vec<(usize, Estimate<f64>)> =
             compared.map(|found| (0, found.solution.estimate.clone())).into_iter().collect();
@@ -212,7 +211,7 @@ impl<'a> FirstAnswers<'a> {
 pub fn modes(
     layout: &HostLayout,
     readings: &FrequencyResponses<'_, f64>,
-    progress: impl FnMut(u32, u32),
+    progress: impl FnMut(u32, u32) + Send,
 ) -> Result<SuspensionModes, Diagnostics> {
     let mut memory = Box::new(Reduction::new());
     let fit = HostFit::new(layout, readings, &mut memory)?;
@@ -223,7 +222,7 @@ pub fn modes(
         FirstAnswers::from_fit(fit, findings, readings, settings, &of_global, &mut memory);
     // One more mode leaves no answers to judge.
     let adequacy = if ruled_out { Ok(Adequacy::Unknown) } else { first.judged(readings) };
-    let survey = Survey::of(layout, Some(&first.fit), &[], &mut memory, progress);
+    let survey = Survey::of(layout, Some(&first.fit), &[], progress);
     let mut modes = SuspensionModes::new(&first.fit, &survey, first.findings);
     // A frequency that is less certain than the peak is wide is that of noise.
     let is_noise = |row: &ModeRow| {

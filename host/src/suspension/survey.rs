@@ -1,16 +1,17 @@
 //! What small changes of data and layout do to the answers.
 
 use massline_shared::diagnosis::{Code, Diagnostic, Diagnostics, Severity};
-use massline_shared::identify::agreement::{Agreement, Propagation, propagate};
+use massline_shared::identify::agreement::{Agreement, Answers, Propagation, ask, changes};
 use massline_shared::identify::suspension::{Answer, undetermined_property};
 use massline_shared::identify::{Estimate, METHODS, Method, Perturbation};
 use massline_shared::layout::{HOST_HITS, HOST_SENSORS, HostLayout};
-use massline_shared::modes::Reduction;
+use massline_shared::modes::{Modes, Reduction};
 use nalgebra::{SVector, Vector3};
 
 use super::deviations::Deviations;
 use super::methods::{Answered, Variant, answer};
 use super::{GlobalAnswer, HostFit, MassLineAnswers, refusal_of_property};
+use crate::parallel::each;
 
 /// A method that small changes of data and layout are put through.
 #[derive(Clone, Copy)]
@@ -29,6 +30,37 @@ pub struct Survey {
     pub(super) deviations: Deviations,
 }
 
+/// What a small change makes of modes and answers.
+struct Changed {
+    modes: Option<Modes<f64>>,
+    thetas: Answers<f64, METHODS>,
+    /// The change is a draw of noise.
+    is_noise: bool,
+}
+
+impl Changed {
+    fn by(
+        change: &Perturbation<'_, f64, HOST_SENSORS, HOST_HITS>,
+        fit: Option<&HostFit<'_>>,
+        asked: &[Asked<'_>],
+        memory: &mut Reduction<f64>,
+    ) -> Self {
+        let modes = fit.and_then(|fit| fit.changed(change, memory));
+        let mut thetas = [None; METHODS];
+        for (to, asked) in thetas.iter_mut().zip(asked) {
+            *to = match asked {
+                Asked::Modal(variant) => fit.zip(modes.as_ref()).and_then(|(fit, modes)| {
+                    let found = answer(fit, change.layout, variant, memory, modes);
+                    found.ok().map(|answer| answer.body.theta())
+                }),
+                Asked::Global(global) => fit.map(|fit| global.perturbed(fit, change)),
+                Asked::MassLines(method, answers) => answers.perturbed(*method, change),
+            };
+        }
+        Self { modes, thetas, is_noise: change.draw.is_some() }
+    }
+}
+
 impl Survey {
     /// A survey of nothing: no covariance is known.
     pub(super) fn none() -> Self {
@@ -41,31 +73,21 @@ impl Survey {
         layout: &HostLayout,
         fit: Option<&HostFit<'_>>,
         asked: &[Asked<'_>],
-        memory: &mut Reduction<f64>,
-        progress: impl FnMut(u32, u32),
+        progress: impl FnMut(u32, u32) + Send,
     ) -> Self {
+        let memory = || Box::new(Reduction::new());
+        let made = each(changes(layout), progress, memory, |memory, change| {
+            ask(layout, change, |perturbation| Changed::by(perturbation, fit, asked, memory))
+        });
         let reference = fit.map_or_else(Vector3::zeros, HostFit::reference);
-        let mut of_modes = Deviations::new(reference);
-        let ask = |perturbation: &Perturbation<'_, f64, HOST_SENSORS, HOST_HITS>| {
-            let modes = fit.and_then(|fit| fit.changed(perturbation, memory));
-            if let Some(modes) = &modes {
-                of_modes.add(modes, perturbation.draw.is_some());
+        let mut deviations = Deviations::new(reference);
+        for Changed { modes, is_noise, .. } in made.iter().flatten() {
+            if let Some(modes) = modes {
+                deviations.add(modes, *is_noise);
             }
-            let mut thetas = [None; METHODS];
-            for (to, asked) in thetas.iter_mut().zip(asked) {
-                *to = match asked {
-                    Asked::Modal(variant) => fit.zip(modes.as_ref()).and_then(|(fit, modes)| {
-                        let found = answer(fit, perturbation.layout, variant, memory, modes);
-                        found.ok().map(|answer| answer.body.theta())
-                    }),
-                    Asked::Global(global) => fit.map(|fit| global.perturbed(fit, perturbation)),
-                    Asked::MassLines(method, answers) => answers.perturbed(*method, perturbation),
-                };
-            }
-            thetas
-        };
-        let propagation = propagate(layout, ask, progress);
-        Self { propagation, deviations: of_modes }
+        }
+        let thetas = made.into_iter().map(|changed| Some(changed?.thetas));
+        Self { propagation: Propagation::of(thetas), deviations }
     }
 
     /// The answers with their covariances, and their places here from `first` on. Any that the changes leave nothing of are

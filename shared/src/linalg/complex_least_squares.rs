@@ -21,8 +21,12 @@ impl<R: Real, const N: usize, const M: usize> ComplexLeastSquares<R, N, M> {
         Self { factor: [[zero; N]; N], right: [[zero; M]; N] }
     }
 
-    /// Adds the equations `row · X = right`.
-    pub(crate) fn push(&mut self, mut row: [Complex<R>; N], mut right: [Complex<R>; M]) {
+    /// Adds the equations `row · X = right`, and returns what no X can explain of the right sides.
+    pub(crate) fn push(
+        &mut self,
+        mut row: [Complex<R>; N],
+        mut right: [Complex<R>; M],
+    ) -> [Complex<R>; M] {
         for k in 0..N {
             let b = row[k];
             let pivot = &mut self.factor[k];
@@ -41,6 +45,12 @@ impl<R: Real, const N: usize, const M: usize> ComplexLeastSquares<R, N, M> {
                 rotate(c, s, &mut self.right[k][j], &mut right[j]);
             }
         }
+        right
+    }
+
+    /// The `N` equations that have the same solution and the same spectrum as all that were added.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (&[Complex<R>; N], &[Complex<R>; M])> {
+        self.factor.iter().zip(&self.right)
     }
 
     /// Rank and condition of the matrix of all rows.
@@ -126,8 +136,15 @@ mod tests {
             ([number(4 * k), number(4 * k + 1)], [number(4 * k + 2), number(4 * k + 3)])
         });
         let mut equations = ComplexLeastSquares::<f64, 2, 2>::new();
-        rows.iter().for_each(|(row, right)| equations.push(*row, *right));
+        let squares = |right: &[Complex<f64>]| right.iter().map(|v| v.norm_sqr()).sum::<f64>();
+        let left: f64 =
+            rows.iter().map(|(row, right)| squares(&equations.push(*row, *right))).sum();
         let found = equations.solve().unwrap();
+        let residuals = rows.iter().map(|(row, right)| {
+            [0, 1].map(|side| right[side] - row[0] * found[(0, side)] - row[1] * found[(1, side)])
+        });
+        let expected: f64 = residuals.map(|residual| squares(&residual)).sum();
+        assert!((left - expected).abs() < 1e-13 * expected, "{left} {expected}");
         for (unknown, side) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             let along: Complex<f64> = rows
                 .iter()

@@ -15,7 +15,7 @@ use super::METHODS;
 
 pub use combination::Agreement;
 pub use difference::{Difference, MOST_PAIRS};
-pub use propagation::{NOISE_DRAWS, Propagation, propagate};
+pub use propagation::{Answers, NOISE_DRAWS, Propagation, ask, changes};
 
 /// Most methods that are compared: all of them.
 pub const MOST_METHODS: usize = METHODS;

@@ -13,7 +13,7 @@ pub const NOISE_DRAWS: u32 = 200;
 const MOST_UNANSWERED: f64 = 0.05;
 
 /// Answers of `M` methods to one change; `None` where a method has none.
-type Answers<R, const M: usize> = [Option<SVector<R, 10>>; M];
+pub type Answers<R, const M: usize> = [Option<SVector<R, 10>>; M];
 
 /// What the changes have shown: covariance of the answers of `M` methods with each other.
 #[derive(Clone, Debug)]
@@ -63,6 +63,25 @@ impl<R: Real, const M: usize> Propagation<R, M> {
         Self { noise: Sums::new(), layout: Sums::new(), asked: 0, shifts: 0 }
     }
 
+    /// What the answers to all [`changes`] show, in their order.
+    pub fn of(answers: impl IntoIterator<Item = Option<Answers<R, M>>>) -> Self {
+        let mut found = Self { asked: NOISE_DRAWS, ..Self::empty() };
+        let mut all = answers.into_iter();
+        let Some(unchanged) = all.next().flatten() else { return found };
+        for (place, changed) in all.enumerate() {
+            let Some(changed) = changed else { continue };
+            let deviations =
+                core::array::from_fn(|m| changed[m].zip(unchanged[m]).map(|(new, old)| new - old));
+            if place < NOISE_DRAWS as usize {
+                found.noise.add(&deviations);
+            } else {
+                found.shifts += 1;
+                found.layout.add(&deviations);
+            }
+        }
+        found
+    }
+
     /// The share of the changes that a method has not answered, if it is so large that its answer is not stable: more
     /// than a few draws of noise, or any error of the layout, whose effect is then unknown.
     pub fn unstable(&self, method: usize) -> Option<f64> {
@@ -87,37 +106,27 @@ impl<R: Real, const M: usize> Propagation<R, M> {
     }
 }
 
-/// Asks `answers` about every change: [`NOISE_DRAWS`] draws of noise, then every error of the layout with one standard
-/// deviation. It is first asked about no change. `progress` is told which part of all changes is done.
-pub fn propagate<R: Real, const S: usize, const H: usize, const M: usize>(
-    layout: &Layout<R, S, H>,
-    mut answers: impl FnMut(&Perturbation<'_, R, S, H>) -> Answers<R, M>,
-    mut progress: impl FnMut(u32, u32),
-) -> Propagation<R, M> {
-    let unchanged = answers(&Perturbation { layout, quantity: None, draw: None });
-    let deviations = |changed: Answers<R, M>| {
-        core::array::from_fn(|m| changed[m].zip(unchanged[m]).map(|(new, old)| new - old))
-    };
-    let mut found = Propagation { asked: NOISE_DRAWS, ..Propagation::empty() };
+/// Number of changes that are asked about: none, [`NOISE_DRAWS`] draws of noise, then every error of the layout with one
+/// standard deviation.
+pub fn changes<R: Real, const S: usize, const H: usize>(layout: &Layout<R, S, H>) -> u32 {
     let quantities = u32::try_from(layout.uncertain_quantities().count()).unwrap_or(0);
-    let all = NOISE_DRAWS + quantities;
-    for draw in 0..NOISE_DRAWS {
-        found.noise.add(&deviations(answers(&Perturbation {
-            layout,
-            quantity: None,
-            draw: Some(draw),
-        })));
-        progress(draw + 1, all);
-    }
-    for (place, quantity) in layout.uncertain_quantities().enumerate() {
-        let mut shifted = layout.clone();
-        if shifted.shift(quantity) {
-            let quantity = Some(place);
-            found.shifts += 1;
-            let shifted = Perturbation { layout: &shifted, quantity, draw: None };
-            found.layout.add(&deviations(answers(&shifted)));
-        }
-        progress(NOISE_DRAWS + place as u32 + 1, all);
-    }
-    found
+    1 + NOISE_DRAWS + quantities
+}
+
+/// Asks about the change of this number; `None` for an error that the layout does not have.
+pub fn ask<T, R: Real, const S: usize, const H: usize>(
+    layout: &Layout<R, S, H>,
+    change: u32,
+    answers: impl FnOnce(&Perturbation<'_, R, S, H>) -> T,
+) -> Option<T> {
+    let unchanged = Perturbation { layout, quantity: None, draw: None };
+    let Some(draw) = change.checked_sub(1) else { return Some(answers(&unchanged)) };
+    let Some(place) = draw.checked_sub(NOISE_DRAWS) else {
+        return Some(answers(&Perturbation { draw: Some(draw), ..unchanged }));
+    };
+    let place = place as usize;
+    let mut shifted = layout.clone();
+    let is_shifted = shifted.shift(layout.uncertain_quantities().nth(place)?);
+    let quantity = Some(place);
+    is_shifted.then(|| answers(&Perturbation { layout: &shifted, quantity, draw: None }))
 }

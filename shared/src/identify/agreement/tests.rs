@@ -32,7 +32,8 @@ fn compared<const M: usize>(methods: [Answerer; M]) -> ([f64; M], Option<Agreeme
             }))
         })
     };
-    let propagation = propagate(&layout, |changed| of(changed.draw), |_, _| ());
+    let answers = (0..changes(&layout)).map(|change| ask(&layout, change, |of_it| of(of_it.draw)));
+    let propagation = Propagation::of(answers);
     let agreement = Agreement::of(&of(None), &propagation);
     (methods.map(|method| 5.0 + method.bias), agreement)
 }

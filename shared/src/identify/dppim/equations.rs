@@ -1,5 +1,6 @@
 //! The linear equations for the ten inertial parameters.
 
+use heapless::Vec;
 use nalgebra::{Complex, Matrix6, SMatrix, Vector6};
 
 use crate::Real;
@@ -122,27 +123,19 @@ pub fn solve_viscous<R: Real>(
     let eliminated: Matrix6<Complex<R>> =
         inverse_of_motions(first, length, |one| one.receptance.map(|y| (one.s * y).conj()).into())?;
     let mut equations = Equations::new(length);
-    for start in (0..second.count()).step_by(CHUNK) {
-        let chunk = start..(start + CHUNK).min(second.count());
-        let zero = Complex::new(R::zero(), R::zero());
+    for others in chunks(second, length) {
         let betas: SMatrix<Complex<R>, 6, CHUNK> = inverse_of_motions(first, length, |one| {
-            let mut betas = [zero; CHUNK];
-            for (beta, other) in betas.iter_mut().zip(chunk.clone()) {
-                *beta = one.products(&second.at(other).balanced(length))[1];
-            }
-            betas
+            of_each(&others, |other| one.products(other)[1])
         })?;
-        for (place, other) in chunk.enumerate() {
-            let other = second.at(other).balanced(length);
-            let motion = Motion::of(&other.receptance.map(|y| y * other.s));
-            for one in all(first) {
-                let one = one.balanced(length);
-                let y = one.receptance.transpose();
-                let left = y * eliminated - y * one.s;
-                let right = one.products(&other)[0] - (y * betas.column(place))[0];
-                equations.push(&left.transpose(), &motion, right);
-            }
-        }
+        let rows = all(first).map(|one| {
+            let one = one.balanced(length);
+            let y = one.receptance.transpose();
+            let left = y * eliminated - y * one.s;
+            let mut right = of_each(&others, |other| one.products(other)[0]);
+            right.iter_mut().zip((y * betas).iter()).for_each(|(alpha, beta)| *alpha -= beta);
+            (left.transpose(), right)
+        });
+        equations.push_chunk(&others, |other| other.receptance.map(|y| y * other.s), rows);
     }
     equations.solve()
 }
@@ -156,23 +149,44 @@ pub fn solve_structural<R: Real>(
     length: R,
 ) -> Option<Solution<R>> {
     let mut equations = Equations::new(length);
-    for other in all(second) {
-        let other = other.balanced(length);
-        let motion = Motion::of(&other.receptance);
-        for one in all(first) {
+    for others in chunks(second, length) {
+        let rows = all(first).map(|one| {
             let one = one.balanced(length);
-            let difference =
-                along(&other.receptance, &one.force) - along(&one.receptance, &other.force);
-            // −s² is ω².
-            let right = difference / (one.s * one.s - other.s * other.s);
-            equations.push(&one.receptance, &motion, right);
-        }
+            let right = of_each(&others, |other| {
+                let difference =
+                    along(&other.receptance, &one.force) - along(&one.receptance, &other.force);
+                // −s² is ω².
+                difference / (one.s * one.s - other.s * other.s)
+            });
+            (one.receptance, right)
+        });
+        equations.push_chunk(&others, |other| other.receptance, rows);
     }
     equations.solve()
 }
 
 /// Second excitations that are treated together.
 const CHUNK: usize = 6;
+
+/// The excitations of a set in balanced variables, some at a time.
+fn chunks<R: Real>(
+    set: &(impl Excitations<R> + ?Sized),
+    length: R,
+) -> impl Iterator<Item = Vec<Excitation<R>, CHUNK>> {
+    (0..set.count()).step_by(CHUNK).map(move |start| {
+        let end = (start + CHUNK).min(set.count());
+        (start..end).map(|place| set.at(place).balanced(length)).collect()
+    })
+}
+
+/// A number for each excitation of a chunk, and zeros for those that it has not.
+fn of_each<R: Real>(
+    chunk: &[Excitation<R>],
+    number: impl Fn(&Excitation<R>) -> Complex<R>,
+) -> [Complex<R>; CHUNK] {
+    let zero = Complex::new(R::zero(), R::zero());
+    core::array::from_fn(|place| chunk.get(place).map_or(zero, &number))
+}
 
 /// `(Y₁ᴴ)⁺ X` in balanced variables, where `of` gives the row of X that belongs to an excitation.
 fn inverse_of_motions<R: Real, const M: usize>(
@@ -200,18 +214,40 @@ impl<R: Real> Motion<R> {
 /// Equations `leftᵀ M motion = right`, in balanced variables.
 struct Equations<R> {
     equations: LeastSquares<R, 10>,
-    /// Sum of the squared right sides, and their number.
+    /// Sum of the squared right sides, and of what nothing explains of them.
     squares: R,
-    count: usize,
+    unexplained: R,
     length: R,
 }
 
 impl<R: Real> Equations<R> {
     fn new(length: R) -> Self {
-        Self { equations: LeastSquares::new(), squares: R::zero(), count: 0, length }
+        let (squares, unexplained) = (R::zero(), R::zero());
+        Self { equations: LeastSquares::new(), squares, unexplained, length }
     }
 
-    fn push(&mut self, left: &Vector6<Complex<R>>, motion: &Motion<R>, right: Complex<R>) {
+    /// Adds the equations of all first excitations, which give the `rows` of left sides and right sides, with each of a
+    /// chunk of second ones. The left sides are the same for all of these, so six equations stand for the rows.
+    fn push_chunk(
+        &mut self,
+        others: &[Excitation<R>],
+        motion: impl Fn(&Excitation<R>) -> Vector6<Complex<R>>,
+        rows: impl Iterator<Item = (Vector6<Complex<R>>, [Complex<R>; CHUNK])>,
+    ) {
+        let mut six = ComplexLeastSquares::<R, 6, CHUNK>::new();
+        for (left, right) in rows {
+            self.squares += sum_of_squares(&right);
+            self.unexplained += sum_of_squares(&six.push(left.into(), right));
+        }
+        for (place, other) in others.iter().enumerate() {
+            let motion = Motion::of(&motion(other));
+            for (left, right) in six.rows() {
+                self.push(left, &motion, right[place]);
+            }
+        }
+    }
+
+    fn push(&mut self, left: &[Complex<R>; 6], motion: &Motion<R>, right: Complex<R>) {
         let [of_re, of_im] = &motion.0;
         let (mut re, mut im) = ([R::zero(); 10], [R::zero(); 10]);
         for (i, left) in left.iter().enumerate() {
@@ -222,8 +258,6 @@ impl<R: Real> Equations<R> {
         }
         self.equations.push(re, right.re);
         self.equations.push(im, right.im);
-        self.squares += right.norm_sqr();
-        self.count += 2;
     }
 
     fn solve(&self) -> Option<Solution<R>> {
@@ -231,7 +265,11 @@ impl<R: Real> Equations<R> {
         let solution = self.equations.solve().filter(|_| rank == 10);
         let scale = scale(R::one(), self.length);
         let body = solution.and_then(|z| RigidBody::from_phi(&z.component_mul(&scale)));
-        let size = (self.squares / R::of(self.count.max(1) as f64)).sqrt();
-        Some(Solution { body, rank, condition, misfit: self.equations.rms() / size })
+        let left = self.equations.residual() + self.unexplained;
+        Some(Solution { body, rank, condition, misfit: (left / self.squares).sqrt() })
     }
+}
+
+fn sum_of_squares<R: Real>(numbers: &[Complex<R>; CHUNK]) -> R {
+    numbers.iter().fold(R::zero(), |sum, number| sum + number.norm_sqr())
 }

@@ -212,7 +212,7 @@ impl Wheel {
         let mut asked: Vec<Asked<'_>> =
             answers.iter().map(|(variant, _)| Asked::Modal(*variant)).collect();
         asked.extend(global.as_ref().map(Asked::Global));
-        let survey = Survey::of(&layout, Some(&fit), &asked, memory, |_, _| ());
+        let survey = Survey::of(&layout, Some(&fit), &asked, |_, _| ());
         let mut errors = unanswered();
         let mut thetas = [None; METHODS];
         for (place, (variant, answer)) in answers.iter().enumerate() {
