@@ -60,6 +60,7 @@ pub mod monte_carlo;
 mod npy;
 pub mod output;
 mod parallel;
+pub mod picture;
 pub mod precision;
 #[cfg(unix)]
 pub mod qemu;

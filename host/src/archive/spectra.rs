@@ -65,6 +65,22 @@ impl ArchivedSpectra {
             && self.response_auto.iter().all(|of| of.len() == bins)
     }
 
+    /// Coherence of a response bin by bin, γ² = |G_XF|²/(G_FF G_XX), without the bin at zero; zero in a bin without power.
+    /// Cross-axis sensitivities are not undone.
+    pub fn coherence(&self, response: usize) -> Vec<f64> {
+        let (Some(cross), Some(auto)) =
+            (self.cross.get(response), self.response_auto.get(response))
+        else {
+            return Vec::new();
+        };
+        let of_bin = |((&[re, im], &auto), &force): ((&[f32; 2], &f32), &f32)| {
+            let power = f64::from(auto) * f64::from(force);
+            let cross = f64::from(re).powi(2) + f64::from(im).powi(2);
+            if power > 0.0 { cross / power } else { 0.0 }
+        };
+        cross.iter().zip(auto).zip(&self.force_auto).skip(1).map(of_bin).collect()
+    }
+
     /// H1 of each response bin by bin, (m/s²)/N, zero in a bin without force.
     fn h1(&self) -> Vec<Vec<Complex<f64>>> {
         let ratio = |(&[re, im], &force): (&[f32; 2], &f32)| {

@@ -23,6 +23,7 @@ mod method;
 pub mod modes;
 mod monte_carlo;
 pub mod number;
+pub mod plot;
 pub mod progress;
 pub mod record;
 pub mod replay;
@@ -112,6 +113,8 @@ pub enum Command {
     Solve(solve::Args),
     /// Write a result as a file of another program: robot simulators, finite elements, numerics.
     Export(export::Args),
+    /// Draw pictures of a result.
+    Plot(plot::Args),
     /// Show the suspension modes in the frequency responses of a universal file.
     Modes(modes::Args),
     /// Replay recorded scans through the whole rig.
@@ -193,6 +196,7 @@ pub fn run(cli: Cli, output: &mut Output) -> Result<()> {
         Command::Hits(args) => hits::run(&args, output),
         Command::Solve(args) => solve::run(&args, output),
         Command::Export(args) => export::run(&args, output),
+        Command::Plot(args) => plot::run(&args, output),
         Command::Modes(args) => modes::run(&args, output),
         Command::Replay(args) => replay::run(&args, output),
         Command::Simulate(args) => simulate::run(&args, output),

@@ -6,9 +6,10 @@ use serde::Serialize;
 use super::{
     BlockCalibration, Calibration, CalibrationCheck, CalibrationDemo, Completions, DeletedResults,
     Demo, DemoWheel, DemoWheelFiles, DeviceAbort, DeviceIdentity, DeviceList, DeviceStats, Doctor,
-    ExportedFile, Failure, Flashing, History, Hits, LayoutCheck, LayoutSuggestion, LayoutTemplate,
-    ManualPage, Measurement, Modes, RecordedTape, ResultsList, SchemaList, ShownLayout,
-    SimulatedRuns, Simulation, Solution, TumbleCalibration, VirtualPort, WrittenFile, WrittenPages,
+    DrawnPictures, ExportedFile, Failure, Flashing, History, Hits, LayoutCheck, LayoutSuggestion,
+    LayoutTemplate, ManualPage, Measurement, Modes, RecordedTape, ResultsList, SchemaList,
+    ShownLayout, SimulatedRuns, Simulation, Solution, TumbleCalibration, VirtualPort, WrittenFile,
+    WrittenPages,
 };
 
 /// A document with the version of its schema, as it is printed.
@@ -33,7 +34,7 @@ pub struct Described {
 
 impl Described {
     /// Every document that has a schema.
-    pub const ALL: [Self; 36] = [
+    pub const ALL: [Self; 37] = [
         Self {
             name: "measurement",
             summary: "a result of a rig, and what the host finds from it",
@@ -225,6 +226,12 @@ impl Described {
             summary: "what a shell knows about the program",
             commands: &["completions"],
             schema: of::<Completions>,
+        },
+        Self {
+            name: "plot",
+            summary: "pictures that were written",
+            commands: &["plot"],
+            schema: of::<DrawnPictures>,
         },
         Self {
             name: "man",

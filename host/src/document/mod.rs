@@ -24,7 +24,7 @@ mod written;
 
 use massline_shared::Estimated;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use agreement::{Agreement, Combined, OfMethod, Pair};
 pub use calibration::{
@@ -63,12 +63,12 @@ pub use simulation::{
 };
 pub use solution::{GlobalFit, MassLine, Solution};
 pub use written::{
-    Completions, DescribedDocument, ExportedAnswer, ExportedFile, LayoutTemplate, ManualPage,
-    SchemaList, VirtualPort, WrittenFile, WrittenPages,
+    Completions, DescribedDocument, DrawnPictures, ExportedAnswer, ExportedFile, LayoutTemplate,
+    ManualPage, SchemaList, VirtualPort, WrittenFile, WrittenPages,
 };
 
 /// A number, or several, with the standard deviation; `null` where that is not known.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "spread_of_{T}")]
 pub struct Spread<T> {
     /// The value.

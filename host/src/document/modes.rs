@@ -1,7 +1,7 @@
 //! The suspension modes.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Finding, Spread};
 
@@ -31,7 +31,7 @@ pub struct Modes {
 }
 
 /// A mode.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "mode")]
 pub struct Mode {
     /// Natural frequency.
@@ -49,7 +49,7 @@ pub struct Mode {
 }
 
 /// The Norm Indicator of a hit.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "indicator")]
 pub struct Indicator {
     /// The DOF.
@@ -59,7 +59,7 @@ pub struct Indicator {
 }
 
 /// A hit that shows much more of a mode.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "better_hit")]
 pub struct BetterHit {
     /// The DOF.
@@ -69,7 +69,7 @@ pub struct BetterHit {
 }
 
 /// The fit of one order.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "order")]
 pub struct Order {
     /// Whether the modes come from it.
@@ -79,7 +79,7 @@ pub struct Order {
 }
 
 /// A pole.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "pole")]
 pub struct Pole {
     /// Its frequency.

@@ -58,6 +58,14 @@ pub struct WrittenPages {
     pub written: Vec<PathBuf>,
 }
 
+/// Pictures of a result.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "drawn_pictures")]
+pub struct DrawnPictures {
+    /// Paths of their files.
+    pub written: Vec<PathBuf>,
+}
+
 /// The manual page of the program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[schemars(rename = "manual_page")]

@@ -27,6 +27,28 @@ pub const MAX_BYTES: u64 = 1 << 24;
 /// # Errors
 /// Exit 2 when the file cannot be read or is no such document, exit 3 when it has no answer.
 pub fn read_subject(path: &Path, method: Option<Method>) -> Result<Exported> {
+    let (bytes, name) = read_named(path)?;
+    let exported = of_document(&bytes, &name, method)?;
+    // A document without a title is called as its file.
+    match path.file_stem() {
+        Some(stem) if path.as_os_str() != "-" && exported.test.title == exported.test.source => {
+            Ok(exported.with_test(|test| test.titled(&stem.to_string_lossy())))
+        }
+        _ => Ok(exported),
+    }
+}
+
+/// Reads the document in a file; `-` is standard input.
+///
+/// # Errors
+/// Exit 2 when the file cannot be read or is not JSON.
+pub fn read_document(path: &Path) -> Result<Value> {
+    let (bytes, name) = read_named(path)?;
+    Ok(first_document(&bytes, &name)?.0)
+}
+
+/// The bytes of a file or of standard input, and what it is called.
+fn read_named(path: &Path) -> Result<(Vec<u8>, String)> {
     let stdin = path.as_os_str() == "-";
     let name = match path.file_name() {
         _ if stdin => "standard input".into(),
@@ -41,14 +63,7 @@ pub fn read_subject(path: &Path, method: Option<Method>) -> Result<Exported> {
             format!("{file}: the result cannot be read: {e}; check the path"),
         )
     })?;
-    let exported = of_document(&bytes, &name, method)?;
-    // A document without a title is called as its file.
-    match path.file_stem() {
-        Some(stem) if !stdin && exported.test.title == exported.test.source => {
-            Ok(exported.with_test(|test| test.titled(&stem.to_string_lossy())))
-        }
-        _ => Ok(exported),
-    }
+    Ok((bytes, name.into_owned()))
 }
 
 fn read_stdin() -> std::io::Result<Vec<u8>> {
@@ -65,8 +80,22 @@ fn read_stdin() -> std::io::Result<Vec<u8>> {
 /// # Errors
 /// As [`read_subject`].
 pub fn of_document(bytes: &[u8], source: &str, method: Option<Method>) -> Result<Exported> {
+    let (value, second) = first_document(bytes, source)?;
+    let mut exported = of_value(&value, source, method)?;
+    // A command that fails after its answer prints the error as a second document.
+    if let Some(message) = second["error"]["message"].as_str() {
+        exported.test.notes.push(format!(
+            "the command that printed this result then failed: {}",
+            one_line(message)
+        ));
+    }
+    Ok(exported)
+}
+
+/// The first document in some bytes and the one after it, null without one.
+fn first_document(bytes: &[u8], source: &str) -> Result<(Value, Value)> {
     let mut documents = serde_json::Deserializer::from_slice(bytes).into_iter::<Value>();
-    let value = match documents.next() {
+    let first = match documents.next() {
         Some(Ok(value)) => value,
         Some(Err(e)) => {
             let message = format!("{source}: this is not a whole JSON document: {e}; {ADVICE}");
@@ -77,17 +106,8 @@ pub fn of_document(bytes: &[u8], source: &str, method: Option<Method>) -> Result
             return Err(Error::input("result_malformed", message));
         }
     };
-    let mut exported = of_value(&value, source, method)?;
-    // A command that fails after its answer prints the error as a second document.
-    if let Some(Ok(second)) = documents.next()
-        && let Some(message) = second["error"]["message"].as_str()
-    {
-        exported.test.notes.push(format!(
-            "the command that printed this result then failed: {}",
-            one_line(message)
-        ));
-    }
-    Ok(exported)
+    let second = documents.next().and_then(std::result::Result::ok).unwrap_or_default();
+    Ok((first, second))
 }
 
 /// The result in a document that has been read already; `source` is its title unless the document has one.

@@ -3,7 +3,7 @@
 use massline_protocol::object::MeasurementResult;
 use massline_shared::identify::Method;
 use massline_shared::layout::HostLayout;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::document::of_value;
 use super::subject::Exported;
@@ -25,13 +25,23 @@ pub fn of_measurement(
     source: &str,
     method: Option<Method>,
 ) -> Result<Exported> {
+    of_value(&document_of(result, layout), source, method)
+}
+
+/// The document of a result, solved again where its layout is known.
+fn document_of(result: &MeasurementResult, layout: Option<&HostLayout>) -> Value {
     let mut document = report::measurement_json(result);
     if let Some(layout) = layout {
         HostSolution::new(result, layout, Selection::All).add_to(&mut document);
     }
     let mut value = json!(document);
     value["schema_version"] = json!(SCHEMA_VERSION);
-    of_value(&value, source, method)
+    value
+}
+
+/// The document of an archive's result, solved again.
+pub fn document_of_archive(archive: &Archive) -> Value {
+    document_of(&archive.result, Some(&archive.layout.resolved))
 }
 
 /// The result of an archive, with nodes and frequency responses.

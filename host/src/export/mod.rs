@@ -35,10 +35,11 @@ use clap::ValueEnum;
 
 use crate::error::{Error, Result};
 
-pub use document::{MAX_BYTES, of_document, of_value, read_subject};
+pub use document::{MAX_BYTES, of_document, of_value, read_document, read_subject};
 pub use frame::{Frame, Placement};
-pub use measured::{of_archive, of_measurement, test_of_archive};
+pub use measured::{document_of_archive, of_archive, of_measurement, test_of_archive};
 pub use subject::{Exported, Matrix10, Vector10};
+pub(crate) use test_data::one_line;
 pub use test_data::{Node, Responses, TestData};
 pub use uff::universal_file;
 pub use units::UnitSystem;

@@ -99,10 +99,12 @@ impl TestData {
     }
 }
 
-/// The text in one line, without control characters and line separators.
-pub(super) fn one_line(text: &str) -> String {
-    let unfit =
-        |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{fffe}' | '\u{ffff}');
+/// The text in one line, without control characters, line separators and signs that change the direction of text.
+pub(crate) fn one_line(text: &str) -> String {
+    let unfit = |c: char| {
+        let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+        c.is_control() || turns || matches!(c, '\u{2028}' | '\u{2029}' | '\u{fffe}' | '\u{ffff}')
+    };
     let text: String = text.chars().map(|c| if unfit(c) { ' ' } else { c }).collect();
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -19,6 +19,7 @@ mod memory;
 mod options;
 #[cfg(unix)]
 mod pipes;
+mod plot;
 mod recorded_units;
 mod replay;
 #[cfg(unix)]

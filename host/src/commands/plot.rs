@@ -1,0 +1,169 @@
+//! `massline plot`: pictures of a result.
+
+use std::path::{Path, PathBuf};
+
+use super::files::{self, ReplaceArgs};
+use crate::document::DrawnPictures;
+use crate::error::{Error, Result};
+use crate::file;
+use crate::output::Output;
+use crate::picture::{DrawnFile, ImageFormat, LAYOUT_NEEDED, Picture, Source};
+
+/// Arguments of `massline plot`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+RESULT is an archive (FRAME.massline) or the output of solve, modes, measure, results get, simulate
+or replay with --json. Every picture that it has the data for is drawn, or those of --picture. Of
+several results, the best answer of each is drawn side by side. The font is DejaVu Sans, whose licence
+is in the source beside it.
+
+Examples:
+  massline plot frame.massline
+  massline plot frame.massline --picture estimates -o frame.png
+  massline solve wheel.toml wheel.uff --json > wheel.json
+  massline plot wheel.json --layout wheel.toml -o pictures
+  massline plot test-1.massline test-2.massline -o both.svg")]
+pub struct Args {
+    /// Archives, or the JSON output of commands.
+    #[arg(required = true, value_name = "RESULT")]
+    results: Vec<PathBuf>,
+    /// Draw this picture only; may be given several times.
+    #[arg(long, value_enum, value_name = "PICTURE")]
+    picture: Vec<Picture>,
+    /// Layout file of the test, for a result that is not an archive.
+    #[arg(long, value_name = "FILE")]
+    layout: Option<PathBuf>,
+    /// File of one picture (.svg or .png), or folder [default: this folder].
+    #[arg(short, long, value_name = "PATH")]
+    output: Option<PathBuf>,
+    /// Format of the files in a folder.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value = "svg")]
+    format: ImageFormat,
+    #[command(flatten)]
+    replace: ReplaceArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a result cannot be read or has nothing to draw, or a file cannot be written.
+pub fn run(args: &Args, output: &mut Output) -> Result<()> {
+    let layout = args.layout.as_deref().map(|path| files::layout(path, output)).transpose()?;
+    let read = |path: &PathBuf| Source::read(path, layout.as_ref());
+    let sources = args.results.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let (wanted, format) = (args.wanted(), args.file_format()?);
+    let (mut drawn, mut lacking) = (Vec::new(), None);
+    for picture in wanted {
+        let is_named = !args.picture.is_empty();
+        match picture.of(&sources, format) {
+            Ok(files) if files.is_empty() && is_named => return Err(nothing(picture, &sources)),
+            Ok(files) => drawn.extend(files),
+            // The others do not need it.
+            Err(error) if error.code() == LAYOUT_NEEDED && args.shows_all() => {
+                lacking = Some(error)
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    match lacking {
+        Some(error) if drawn.is_empty() => return Err(error),
+        Some(error) => output.note(format!("without the picture of the estimates: {error}")),
+        None if drawn.is_empty() => return Err(nothing(Picture::Estimates, &sources)),
+        None => {}
+    }
+    if let (Some((path, _)), [_, _, ..]) = (args.one_file(), &drawn[..]) {
+        let text = format!(
+            "{}: there is a picture for each of {} hit DOFs; give a folder",
+            path.display(),
+            drawn.len()
+        );
+        return Err(Error::input("usage", text));
+    }
+    let mut written = Vec::new();
+    for DrawnFile { stem, bytes } in drawn {
+        let path = args.path_of(&stem, format)?;
+        file::write(&path, &bytes, args.replace.existing())?;
+        written.push(path);
+    }
+    let value = DrawnPictures { written };
+    output.answer(&value, |_| {
+        let lines = value.written.iter().map(|path| path.display().to_string());
+        lines.collect::<Vec<_>>().join("\n")
+    })
+}
+
+fn nothing(picture: Picture, sources: &[Source]) -> Error {
+    let names: Vec<&str> = sources.iter().map(|source| source.name.as_str()).collect();
+    let (names, name, needs) = (names.join(", "), picture.name(), picture.needs());
+    let text =
+        format!("{names}: there is nothing to draw for the picture {name}: it needs {needs}");
+    Error::undetermined("nothing_to_draw", text)
+}
+
+impl Args {
+    /// True when every picture is drawn that there are the data for.
+    fn shows_all(&self) -> bool {
+        self.picture.is_empty() && self.results.len() == 1
+    }
+
+    fn wanted(&self) -> Vec<Picture> {
+        match (&self.picture[..], &self.results[..]) {
+            ([], [_]) => Picture::ALL.to_vec(),
+            // The others show one result.
+            ([], _) => vec![Picture::Estimates],
+            (wanted, _) => wanted.to_vec(),
+        }
+    }
+
+    /// The file of one picture that `--output` names.
+    fn one_file(&self) -> Option<(&Path, ImageFormat)> {
+        let path = self.output.as_deref()?;
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        let format = match extension.as_str() {
+            "svg" => ImageFormat::Svg,
+            "png" => ImageFormat::Png,
+            _ => return None,
+        };
+        Some((path, format))
+    }
+
+    /// # Errors
+    /// Exit 2 for one file and several pictures.
+    fn file_format(&self) -> Result<ImageFormat> {
+        let Some((path, format)) = self.one_file() else { return Ok(self.format) };
+        if self.wanted().len() == 1 {
+            return Ok(format);
+        }
+        let text = format!(
+            "{}: one file is for one picture; choose it with --picture, or give a folder",
+            path.display()
+        );
+        Err(Error::input("usage", text))
+    }
+
+    /// Where a picture is written.
+    ///
+    /// # Errors
+    /// Exit 2 when the folder cannot be made.
+    fn path_of(&self, name: &str, format: ImageFormat) -> Result<PathBuf> {
+        if let Some((path, _)) = self.one_file() {
+            return Ok(path.to_owned());
+        }
+        let folder = self.output.as_deref().unwrap_or(Path::new(""));
+        if !folder.as_os_str().is_empty() {
+            std::fs::create_dir_all(folder).map_err(|e| {
+                let text = format!("{}: the folder cannot be made: {e}", folder.display());
+                Error::input("file_not_writable", text)
+            })?;
+        }
+        let stem = match &self.results[..] {
+            [one] => one.file_stem().unwrap_or_default().to_string_lossy(),
+            _ => "results".into(),
+        };
+        let extension = match format {
+            ImageFormat::Svg => "svg",
+            ImageFormat::Png => "png",
+        };
+        Ok(folder.join(format!("{stem}-{name}.{extension}")))
+    }
+}

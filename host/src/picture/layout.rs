@@ -1,0 +1,240 @@
+//! The test in space: sensors, hits, centre of mass, principal axes and the ellipsoid of the same inertia.
+
+use std::f64::consts::TAU;
+
+use massline_shared::body::RigidBody;
+use massline_shared::layout::HostLayout;
+use nalgebra::{Matrix2x3, Vector2, Vector3};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::canvas::{Area, Drawing, Drawn, legend, text, write};
+use super::source::Source;
+use super::theme::{COLORS, INK, SMALL};
+use crate::error::Result;
+
+/// Where the picture looks from: azimuth about z, and elevation, rad.
+const AZIMUTH: f64 = 0.6;
+const ELEVATION: f64 = 0.45;
+/// Length of an arrow's head, pixels.
+const HEAD: f64 = 24.0;
+/// Points of a drawn ellipse.
+const POINTS: usize = 72;
+
+/// A layout, and the body that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InSpace {
+    /// What was measured.
+    pub title: String,
+    layout: HostLayout,
+    body: Option<RigidBody<f64>>,
+}
+
+impl InSpace {
+    /// The layout of a result with its best answer; `None` when the layout is not known.
+    ///
+    /// # Errors
+    /// When the result is malformed.
+    pub fn of(source: &Source) -> Result<Option<Self>> {
+        let body = source.answers()?.first().map(|answer| answer.body);
+        let (title, layout) = (source.title.clone(), source.layout().cloned());
+        Ok(layout.map(|layout| Self { title, layout, body }))
+    }
+
+    /// Semi-axes, m, as columns, of the homogeneous ellipsoid with the mass and the inertia of the body.
+    fn ellipsoid(&self) -> Option<[Vector3<f64>; 3]> {
+        let body = self.body?;
+        let principal = body.principal()?;
+        let half = principal.moments.sum() / 2.0;
+        // The second moment along an axis is m a²/5.
+        let axis = |k: usize| {
+            let second = half - principal.moments[k];
+            (second > 0.0 && body.mass > 0.0)
+                .then(|| principal.axes.column(k) * (5.0 * second / body.mass).sqrt())
+        };
+        Some([axis(0)?, axis(1)?, axis(2)?])
+    }
+}
+
+/// The view: points in m become pixels.
+struct View {
+    across: Matrix2x3<f64>,
+    middle: Vector2<f64>,
+    scale: f64,
+    center: (i32, i32),
+}
+
+impl View {
+    /// One that shows all points in an area of this size.
+    fn of(points: &[Vector3<f64>], (width, height): (u32, u32)) -> Self {
+        let (sin, cos) = AZIMUTH.sin_cos();
+        let (up, flat) = ELEVATION.sin_cos();
+        let across = Matrix2x3::new(-sin, cos, 0.0, -up * cos, -up * sin, flat);
+        let seen: Vec<Vector2<f64>> = points.iter().map(|p| across * p).collect();
+        let start = seen.first().copied().unwrap_or_default();
+        let low = seen.iter().fold(start, |a, b| a.inf(b));
+        let high = seen.iter().fold(start, |a, b| a.sup(b));
+        let size = (high - low).map(|v| if v > 0.0 { v } else { 1e-3 });
+        let scale = (0.82 * f64::from(width) / size.x).min(0.82 * f64::from(height) / size.y);
+        let center = (width as i32 / 2, height as i32 / 2);
+        Self { across, middle: (low + high) / 2.0, scale, center }
+    }
+
+    fn at(&self, point: &Vector3<f64>) -> (i32, i32) {
+        let seen = (self.across * point - self.middle) * self.scale;
+        (self.center.0 + seen.x.round() as i32, self.center.1 - seen.y.round() as i32)
+    }
+}
+
+/// Labels that keep clear of each other.
+struct Labels {
+    taken: Vec<[i32; 4]>,
+}
+
+impl Labels {
+    /// Keeps a square about a point free of labels.
+    fn keep(&mut self, (x, y): (i32, i32), half: i32) {
+        self.taken.push([x - half, y - half, x + half, y + half]);
+    }
+
+    /// Writes a label beside a point, where the nearest free place is.
+    fn write<B: DrawingBackend>(
+        &mut self,
+        area: &Area<B>,
+        words: &str,
+        at: (i32, i32),
+    ) -> Drawn<B> {
+        let (width, height) = area.estimate_text_size(words, &text(SMALL))?;
+        let (width, height) = (width as i32, height as i32 + 4);
+        let rings = (0..4).map(|ring| 18 + ring * (height + 2));
+        let places = rings.flat_map(|far| {
+            (0..16).map(move |k| {
+                let (sin, cos) = (TAU * f64::from(k) / 16.0).sin_cos();
+                let far = f64::from(far);
+                let x = cos * (far + f64::from(width) / 2.0);
+                let y = sin * (far + f64::from(height) / 4.0);
+                (x.round() as i32, y.round() as i32)
+            })
+        });
+        let boxed = |(dx, dy): (i32, i32)| {
+            let (x, y) = (at.0 + dx, at.1 + dy);
+            [x - width / 2, y - height / 2, x + width / 2, y + height / 2]
+        };
+        let is_free = |a: &[i32; 4]| {
+            self.taken.iter().all(|b| a[2] < b[0] || b[2] < a[0] || a[3] < b[1] || b[3] < a[1])
+        };
+        let found = places.map(boxed).find(is_free).unwrap_or_else(|| boxed((0, -18)));
+        self.taken.push(found);
+        let middle = ((found[0] + found[2]) / 2, (found[1] + found[3]) / 2);
+        write(area, words, middle, (HPos::Center, VPos::Center), SMALL)
+    }
+}
+
+impl Drawing for InSpace {
+    fn title(&self) -> String {
+        format!("{}: the test in space", self.title)
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+        let [of_sensors, of_hits, of_body] = [COLORS[0], COLORS[1], COLORS[2]];
+        let names = [
+            ("sensor at its node".to_owned(), of_sensors),
+            ("hit, along the force on the body".to_owned(), of_hits),
+            ("centre of mass, principal axes, ellipsoid of the same inertia".to_owned(), of_body),
+        ];
+        let names = if self.body.is_some() { &names[..] } else { &names[..2] };
+        let used = legend(area, names)?;
+        let (_, area) = area.split_vertically(used);
+        let sensors: Vec<_> =
+            self.layout.sensors.iter().map(|s| Vector3::from(s.position)).collect();
+        let hits: Vec<_> = self.layout.hits.iter().map(|h| Vector3::from(h.position)).collect();
+        let center = self.body.map(|body| body.center_of_mass);
+        let arms = self.ellipsoid();
+        let mut points: Vec<Vector3<f64>> = vec![Vector3::zeros()];
+        points.extend(sensors.iter().chain(&hits).chain(&center));
+        if let Some((center, arms)) = center.zip(arms) {
+            points.extend(arms.iter().flat_map(|arm| [center + arm, center - arm]));
+        }
+        let view = View::of(&points, area.dim_in_pixel());
+        let reach = 110.0 / view.scale;
+        let mut labels = Labels { taken: Vec::new() };
+        sensors.iter().chain(&hits).for_each(|point| labels.keep(view.at(point), 12));
+        for (axis, name) in [(Vector3::x(), "x"), (Vector3::y(), "y"), (Vector3::z(), "z")] {
+            let ends = [Vector3::zeros(), axis * reach].map(|point| view.at(&point));
+            area.draw(&PathElement::new(ends, INK.mix(0.6).stroke_width(2)))?;
+            labels.write(&area, name, ends[1])?;
+        }
+        if let Some((center, arms)) = center.zip(arms) {
+            for (first, second) in [(0, 1), (0, 2), (1, 2)] {
+                let ellipse = (0..=POINTS).map(|k| {
+                    let (sin, cos) = (TAU * k as f64 / POINTS as f64).sin_cos();
+                    view.at(&(center + arms[first] * cos + arms[second] * sin))
+                });
+                let line: Vec<_> = ellipse.collect();
+                area.draw(&PathElement::new(line, of_body.mix(0.5).stroke_width(2)))?;
+            }
+            for arm in arms {
+                let ends = [center - arm, center + arm].map(|point| view.at(&point));
+                area.draw(&PathElement::new(ends, of_body.stroke_width(3)))?;
+            }
+        }
+        if let Some(center) = center {
+            area.draw(&Circle::new(view.at(&center), 9, of_body.filled()))?;
+        }
+        for (sensor, point) in self.layout.sensors.iter().zip(&sensors) {
+            let (x, y) = view.at(point);
+            area.draw(&Rectangle::new([(x - 9, y - 9), (x + 9, y + 9)], of_sensors.filled()))?;
+            labels.write(&area, &sensor.node.to_string(), (x, y))?;
+        }
+        for (hit, point) in self.layout.hits.iter().zip(&hits) {
+            // The arrow ends where the hammer hits.
+            let tail = view.at(&(point - Vector3::from(hit.direction) * reach));
+            let tip = view.at(point);
+            arrow(&area, tail, tip, of_hits)?;
+            labels.write(&area, &hit.dof.to_string(), tail)?;
+        }
+        let (_, height) = area.dim_in_pixel();
+        self.ruler(&area, &view, height as i32 - 20)
+    }
+}
+
+/// An arrow; one that points at the viewer is a dot.
+fn arrow<B: DrawingBackend>(
+    area: &Area<B>,
+    tail: (i32, i32),
+    tip: (i32, i32),
+    color: RGBColor,
+) -> Drawn<B> {
+    let end = |of: (i32, i32)| Vector2::new(f64::from(of.0), f64::from(of.1));
+    let along = end(tip) - end(tail);
+    if along.norm() < HEAD {
+        return area.draw(&Circle::new(tip, 8, color.filled()));
+    }
+    let along = along.normalize() * HEAD;
+    let across = Vector2::new(-along.y, along.x) * 0.4;
+    let corner = |side: f64| {
+        let at = end(tip) - along + across * side;
+        (at.x.round() as i32, at.y.round() as i32)
+    };
+    area.draw(&PathElement::new([tail, corner(0.0)], color.stroke_width(4)))?;
+    area.draw(&Polygon::new([tip, corner(1.0), corner(-1.0)], color.filled()))
+}
+
+impl InSpace {
+    /// A line of known length.
+    fn ruler<B: DrawingBackend>(&self, area: &Area<B>, view: &View, y: i32) -> Drawn<B> {
+        // 1, 2 or 5 times a power of ten that is about 200 pixels long.
+        let wanted = 200.0 / view.scale;
+        let power = 10_f64.powf(wanted.log10().floor());
+        let length = [5.0, 2.0, 1.0].map(|k| k * power).into_iter().find(|l| *l <= wanted);
+        let length = length.unwrap_or(power);
+        let end = (length * view.scale).round() as i32;
+        area.draw(&PathElement::new([(0, y), (end, y)], INK.stroke_width(3)))?;
+        for x in [0, end] {
+            area.draw(&PathElement::new([(x, y - 8), (x, y + 8)], INK.stroke_width(3)))?;
+        }
+        let name =
+            if length < 1.0 { format!("{:.0} mm", length * 1e3) } else { format!("{length:.0} m") };
+        write(area, &name, (end + 16, y), (HPos::Left, VPos::Center), SMALL)
+    }
+}

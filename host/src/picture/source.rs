@@ -1,0 +1,176 @@
+//! What pictures are drawn from: one result with its test.
+
+use std::path::Path;
+
+use massline_shared::body::scale;
+use massline_shared::identify::Method;
+use massline_shared::layout::HostLayout;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::archive::{Archive, is_archive};
+use crate::document::{Mode, Order};
+use crate::error::{Error, Result};
+use crate::export::{Exported, document_of_archive, of_value, one_line, read_document};
+use crate::layout_file::LayoutFile;
+
+/// Longest title in a picture, characters.
+const MOST_OF_TITLE: usize = 40;
+
+/// The code of the error without a layout.
+pub const LAYOUT_NEEDED: &str = "layout_needed";
+
+/// A result with its test.
+pub struct Source {
+    /// The title of the layout, or the name of the file.
+    pub title: String,
+    /// The name of the file.
+    pub name: String,
+    document: Value,
+    archive: Option<Archive>,
+    layout: Option<HostLayout>,
+    /// The ten properties of the reference, where they are known.
+    reference: Option<[f64; 10]>,
+}
+
+impl Source {
+    /// Reads an archive or the JSON output of a command; `layout` is the layout file of the test, which an archive has.
+    ///
+    /// # Errors
+    /// Exit 2 when the file cannot be read or is neither.
+    pub fn read(path: &Path, layout: Option<&LayoutFile>) -> Result<Self> {
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let archive = if is_archive(path) { Some(Archive::read(path)?) } else { None };
+        let document = match &archive {
+            Some(archive) => document_of_archive(archive),
+            None => read_document(path)?,
+        };
+        let text = archive.as_ref().and_then(|archive| archive.layout.toml.as_deref());
+        let of_archive = text.map(|text| LayoutFile::parse(text, &name)).transpose()?;
+        let layout = layout.or(of_archive.as_ref());
+        let stored = archive.as_ref().map(|archive| &archive.layout.resolved);
+        let said = document["title"].as_str().filter(|title| !title.is_empty());
+        let title = layout.map(|file| file.title.as_str()).filter(|title| !title.is_empty());
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        Ok(Self {
+            title: shortened(&one_line(said.or(title).unwrap_or(&stem))),
+            layout: stored.or(layout.map(|file| &file.layout)).cloned(),
+            reference: layout.and_then(|file| file.reference?.complete()),
+            document,
+            archive,
+            name,
+        })
+    }
+
+    /// The answer of a method, or the best for none.
+    ///
+    /// # Errors
+    /// As [`of_value`].
+    pub fn answer(&self, method: Option<Method>) -> Result<Exported> {
+        of_value(&self.document, &self.name, method)
+    }
+
+    /// The answers of all methods, the best first.
+    ///
+    /// # Errors
+    /// When an answer is malformed.
+    pub fn answers(&self) -> Result<Vec<Exported>> {
+        let mut found = Vec::new();
+        // The output of `massline modes` has none.
+        if self.document.get("results").is_none() && self.modes()?.is_some() {
+            return Ok(found);
+        }
+        for method in Method::ALL {
+            match self.answer(Some(method)) {
+                Ok(answer) => found.push(answer),
+                Err(error) if ["no_such_answer", "no_answer"].contains(&error.code()) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(found)
+    }
+
+    /// The ten properties of the reference, where the layout states them all.
+    pub fn reference(&self) -> Option<[f64; 10]> {
+        self.reference
+    }
+
+    /// The layout, where it is known.
+    pub fn layout(&self) -> Option<&HostLayout> {
+        self.layout.as_ref()
+    }
+
+    /// The archive, for a result that is one.
+    pub fn archive(&self) -> Option<&Archive> {
+        self.archive.as_ref()
+    }
+
+    /// The scale of the ten properties for this mass, kg.
+    ///
+    /// # Errors
+    /// Exit 2 without a layout.
+    pub fn scale(&self, mass: f64) -> Result<[f64; 10]> {
+        let length = self.layout().map(HostLayout::characteristic_length).ok_or_else(|| {
+            let text = format!(
+                "{}: the result does not say where the sensors are, which its scale needs; give the layout file of \
+                 the test with --layout",
+                self.name
+            );
+            Error::input(LAYOUT_NEEDED, text)
+        })?;
+        Ok(scale(mass, length).into())
+    }
+
+    /// The suspension modes, where the result has them.
+    ///
+    /// # Errors
+    /// Exit 2 when they are malformed.
+    pub fn modes(&self) -> Result<Option<ShownModes>> {
+        let modes = match &self.document["suspension"] {
+            Value::Object(_) => &self.document["suspension"],
+            // The output of `massline modes` is nothing else.
+            _ if self.document["modes"].is_array() => &self.document,
+            _ => return Ok(None),
+        };
+        Ok(Some(ShownModes {
+            band_hz: self.part(modes, "band_hz")?,
+            modes: self.part(modes, "modes")?,
+            modal_assurance: self.part(modes, "modal_assurance")?,
+            orders: self.part(modes, "orders")?,
+        }))
+    }
+
+    fn part<T: DeserializeOwned>(&self, of: &Value, key: &str) -> Result<T> {
+        T::deserialize(&of[key]).map_err(|e| {
+            let text = format!("{}: {key} of the suspension modes: {e}", self.name);
+            Error::input("result_malformed", text)
+        })
+    }
+}
+
+/// A title that fits a picture.
+fn shortened(title: &str) -> String {
+    match title.char_indices().nth(MOST_OF_TITLE) {
+        Some((end, _)) => format!("{}…", &title[..end]),
+        None => title.to_owned(),
+    }
+}
+
+/// The suspension modes as pictures show them.
+pub struct ShownModes {
+    /// The suspension band.
+    pub band_hz: [f64; 2],
+    /// The modes.
+    pub modes: Vec<Mode>,
+    /// The modal assurance criterion, row by row.
+    pub modal_assurance: Vec<Vec<f64>>,
+    /// The fits of all orders.
+    pub orders: Vec<Order>,
+}
+
+impl ShownModes {
+    /// Their frequencies, Hz.
+    pub fn frequencies_hz(&self) -> Vec<f64> {
+        self.modes.iter().map(|mode| mode.frequency_hz.value).collect()
+    }
+}
