@@ -4,7 +4,7 @@ use divan::Bencher;
 use massline::identification::Selection;
 use massline::layout_file::LayoutFile;
 use massline::solve::{Options, solve};
-use massline::uff::{Encoding, Frf, NodeDirection, UffFile, write};
+use massline::uff::{Encoding, UffFile, functions_of, write};
 use massline_shared::FrequencyResponses;
 use massline_shared::body::RigidBody;
 use massline_shared::identify::Method;
@@ -60,30 +60,15 @@ impl Test {
         Self { file, truth: bench.truth(), frequencies, accelerance }
     }
 
-    /// Numbers of channels and hits.
-    fn size(&self) -> (usize, usize) {
-        (3 * self.file.layout.sensors.len(), self.file.layout.hits.len())
+    fn readings(&self) -> FrequencyResponses<'_, f64> {
+        let layout = &self.file.layout;
+        let (channels, hits) = (3 * layout.sensors.len(), layout.hits.len());
+        FrequencyResponses::new(&self.frequencies, &self.accelerance, channels, hits)
+            .expect("responses of all hits")
     }
 
     fn universal_file(&self) -> UffFile {
-        let (channels, hits) = self.size();
-        let along = |dof: &massline_shared::layout::Dof| dof.axis.index() as i64 + 1;
-        let mut frfs = Vec::new();
-        for (place, hit) in self.file.layout.hits.iter().enumerate() {
-            for channel in 0..channels {
-                let node = self.file.layout.sensors[channel / 3].node.into();
-                let lines = self.accelerance.chunks_exact(channels * hits);
-                frfs.push(Frf {
-                    response: NodeDirection { node, direction: (channel % 3) as i64 + 1 },
-                    reference: NodeDirection {
-                        node: hit.dof.node.into(),
-                        direction: along(&hit.dof),
-                    },
-                    frequency_hz: self.frequencies.clone(),
-                    accelerance: lines.map(|line| line[channel * hits + place]).collect(),
-                });
-            }
-        }
+        let frfs = functions_of(&self.file.layout, &self.readings());
         UffFile::parse(&write(&frfs, Encoding::Binary)).expect("a universal file")
     }
 }
@@ -94,9 +79,7 @@ fn global_fit_alone_3_sensors_20_hits(bencher: Bencher<'_, '_>) {
     let test = Test::new(3, 20, MOST_LINES);
     let start = RigidBody { mass: 1.02 * test.truth.mass, ..test.truth };
     let mut memory = vec![0.0; workspace(3, 20)];
-    let (channels, hits) = test.size();
-    let readings =
-        FrequencyResponses::new(&test.frequencies, &test.accelerance, channels, hits).expect("all");
+    let readings = test.readings();
     let settings = GlobalFitSettings::default();
     bencher.bench_local(|| {
         global_fit::solve(&test.file.layout, &readings, &start, &settings, &mut memory)

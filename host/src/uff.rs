@@ -11,6 +11,7 @@
 mod error;
 mod function;
 mod lines;
+mod of_layout;
 mod units;
 mod values;
 mod write;
@@ -22,6 +23,7 @@ use nalgebra::Complex;
 
 pub use crate::units::Quantity;
 pub use error::{UffError, UffFault};
+pub use of_layout::functions_of;
 pub use write::{Encoding, write, write_described};
 pub use write_model::{BODY_AXES, ModelNode, write_nodes, write_units};
 

@@ -1,6 +1,6 @@
 //! Spectra of one DOF in an archive.
 
-use massline_shared::layout::{Dof, Sign};
+use massline_shared::layout::Dof;
 use massline_shared::signal::{Calibration, RESPONSES};
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
@@ -105,9 +105,7 @@ impl ArchivedSpectra {
             }
         }
         let frequency_hz: Vec<f64> = (1..bins).map(|bin| bin as f64 * self.resolution_hz).collect();
-        let sign = if dof.sign == Sign::Plus { 1 } else { -1 };
-        let direction = sign * (dof.axis.index() as i64 + 1);
-        let reference = NodeDirection { node: dof.node.into(), direction };
+        let reference = NodeDirection::from(dof);
         let each = nodes.iter().flat_map(|&node| (1..=3).map(move |direction| (node, direction)));
         each.zip(h1)
             .map(|((node, direction), accelerance)| Frf {

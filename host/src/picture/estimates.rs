@@ -24,6 +24,9 @@ pub struct Series {
     pub half_widths: Option<[f64; 10]>,
 }
 
+/// Differences beyond this are not those of an answer, % of scale.
+const LARGEST_DRAWN: f64 = 1e9;
+
 /// Answers side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimates {
@@ -77,7 +80,7 @@ impl Estimates {
             ends.fold(0.0, f64::max)
         };
         let largest = self.series.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max);
-        if largest > 0.0 { largest } else { 1.0 }
+        if largest > 0.0 { largest.min(LARGEST_DRAWN) } else { 1.0 }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The frequency responses of a DOF: magnitude with the mass lines, phase and coherence, a column for each sensor.
 
 use massline_protocol::object::DofResult;
+use massline_shared::layout::RIG_SENSORS;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -51,9 +52,11 @@ impl Responses {
         let Some(archive) = source.archive() else { return Ok(Vec::new()) };
         let frfs = archive.frfs()?;
         let nodes: Vec<u16> =
-            archive.layout.resolved.sensors.iter().map(|sensor| sensor.node).collect();
+            archive.layout.resolved.sensors.iter().map(|of| of.node).take(RIG_SENSORS).collect();
         let responses = 3 * nodes.len();
         let of_dof = |(spectra, frfs): (&ArchivedSpectra, &[Frf])| {
+            // Fewer bins make no curve.
+            frfs.first().filter(|frf| frf.frequency_hz.len() > 1)?;
             let dof = archive.result.dofs.iter().find(|of| of.dof.to_string() == spectra.dof)?;
             Some(Self::of_dof(source, spectra, frfs, dof, nodes.clone()))
         };
@@ -89,7 +92,9 @@ impl Responses {
     fn range_of_frequency(&self) -> [f64; 2] {
         let first = self.frequency_hz.first().copied().unwrap_or(1.0);
         let last = self.frequency_hz.last().copied().unwrap_or(10.0);
-        [first.max(0.2 * self.band_hz[0]), last]
+        // All of it where the band is not in it.
+        let below = Some(0.2 * self.band_hz[0]).filter(|below| *below < last);
+        [first.max(below.unwrap_or(first)), last]
     }
 
     /// Four decades below the largest magnitude.

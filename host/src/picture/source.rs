@@ -132,8 +132,17 @@ impl Source {
             _ if self.document["modes"].is_array() => &self.document,
             _ => return Ok(None),
         };
+        let band_hz: [f64; 2] = self.part(modes, "band_hz")?;
+        if !(0.0 <= band_hz[0] && band_hz[0] < band_hz[1]) {
+            let [low, high] = band_hz;
+            let text = format!(
+                "{}: band_hz of the suspension modes: {low} to {high} Hz is no band",
+                self.name
+            );
+            return Err(Error::input("result_malformed", text));
+        }
         Ok(Some(ShownModes {
-            band_hz: self.part(modes, "band_hz")?,
+            band_hz,
             modes: self.part(modes, "modes")?,
             modal_assurance: self.part(modes, "modal_assurance")?,
             orders: self.part(modes, "orders")?,

@@ -18,7 +18,7 @@ use crate::solve::SUSPENSION_BAND_HZ;
 use crate::suspension::{
     Answered, Asked, GlobalAnswer, HostFit, ModeChoice, Survey, SuspensionModes, Variant, answered,
 };
-use crate::uff::{Encoding, Frf, NodeDirection, write};
+use crate::uff::{Encoding, functions_of, write};
 
 /// Names of the sets of forces.
 pub(super) const SET_NAMES: [&str; 5] = ["all", "A", "B", "C", "D"];
@@ -143,25 +143,9 @@ impl Wheel {
         let mut noisy = self.exact.clone();
         add_noise(&mut noisy, self.noise, seed, 0);
         let (channels, hits) = (3 * self.layout.sensors.len(), self.layout.hits.len());
-        let mut frfs = Vec::new();
-        for (place, hit) in self.layout.hits.iter().enumerate() {
-            let along = hit.dof.axis.index() as i8 + 1;
-            let sign = if hit.dof.sign.factor() < 0.0 { -1 } else { 1 };
-            let reference =
-                NodeDirection { node: hit.dof.node.into(), direction: i64::from(sign * along) };
-            for channel in 0..channels {
-                let node = self.layout.sensors[channel / 3].node.into();
-                let response = NodeDirection { node, direction: (channel % 3) as i64 + 1 };
-                let of_line = noisy.chunks_exact(channels * hits);
-                frfs.push(Frf {
-                    response,
-                    reference,
-                    frequency_hz: self.frequencies.clone(),
-                    accelerance: of_line.map(|line| line[channel * hits + place]).collect(),
-                });
-            }
-        }
-        write(&frfs, Encoding::Binary)
+        let readings = FrequencyResponses::new(&self.frequencies, &noisy, channels, hits);
+        let frfs = readings.map(|readings| functions_of(&self.layout, &readings));
+        write(&frfs.unwrap_or_default(), Encoding::Binary)
     }
 
     /// Answers to so many draws of noise.
