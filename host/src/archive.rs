@@ -8,7 +8,7 @@
 //! | `format`, `schema_version` | `"massline-archive"`, and the version of this table |
 //! | `measured` | when the campaign was started, RFC 3339; null when the rig was not told the time |
 //! | `written`, `program` | when this file was written, and the version of the program that wrote it |
-//! | `rig` | board of the rig, and version and commit of its firmware |
+//! | `rig` | board of the rig, version and commit of its firmware, and its `sampler`: the converter and the scans before the trigger, without which the codes of `hit_records` have no unit; missing in files that older programs have written |
 //! | `layout` | `title`; `nodes` with positions and axes; `resolved`: sensors, hits and settings as the solvers take them; `toml`: the layout file as it was written, null when the rig supplied the layout |
 //! | `calibration` | the calibration in force, with the keys of a calibration file; null when the rig has another one by now |
 //! | `result` | the result as the rig has stored it: for each DOF its mass lines, their noise, and number and scatter of its hits; the answers of all methods |
@@ -35,6 +35,7 @@ use massline_protocol::message::Identity;
 use massline_protocol::object::MeasurementResult;
 use massline_shared::calibration::CalibrationRecord;
 use massline_shared::layout::{HOST_HITS, HostLayout};
+use massline_shared::signal::AdcProperties;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use serde_json::value::RawValue;
@@ -102,7 +103,7 @@ impl PartialEq for Document {
 }
 
 /// Where a result comes from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArchivedRig {
     /// Name of the board.
     pub board: String,
@@ -112,6 +113,18 @@ pub struct ArchivedRig {
     pub git_hash: String,
     /// Whether its sources had changes beside that commit.
     pub git_dirty: bool,
+    /// How it samples; `None` in an archive that does not say so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sampler: Option<ArchivedSampler>,
+}
+
+/// What gives the codes of a record their units and their times.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArchivedSampler {
+    /// The converter.
+    pub adc: AdcProperties,
+    /// Scans of a record before the trigger.
+    pub pre_trigger_scans: u16,
 }
 
 /// The layout of a test.
@@ -201,6 +214,10 @@ impl Archive {
                 firmware: identity.firmware.as_str().into(),
                 git_hash: identity.git_hash.as_str().into(),
                 git_dirty: identity.git_dirty,
+                sampler: Some(ArchivedSampler {
+                    adc: identity.adc,
+                    pre_trigger_scans: identity.pre_trigger_scans,
+                }),
             },
             layout,
             calibration: is_that.then(|| CalibrationTable::of_record(calibration)),

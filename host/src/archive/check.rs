@@ -7,6 +7,7 @@ use std::path::Path;
 use massline_protocol::object::DofResult;
 use massline_shared::diagnosis::Code;
 use massline_shared::layout::{HostLayout, LayoutReport};
+use massline_shared::signal::AdcProperties;
 use serde_json::value::RawValue;
 
 use super::{Archive, EXTENSION, FORMAT, SCHEMA_VERSION};
@@ -74,6 +75,9 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
         belongs(dof, &layout.resolved)
             .map_err(|what| format!("result.dofs[{place}] ({}): {what}", dof.dof))?;
     }
+    if archive.rig.sampler.is_some_and(|sampler| !is_usable(&sampler.adc)) {
+        return Err("rig.sampler.adc: no converter has these properties".into());
+    }
     if let Some(place) = spectra.iter().position(|of| !of.is_complete()) {
         return Err(format!("spectra[{place}]: its lists have different lengths"));
     }
@@ -81,6 +85,17 @@ pub(super) fn contents(archive: &Archive) -> Result<(), String> {
         calibration.record().map_err(|e| e.within("calibration").to_string())?;
     }
     Ok(())
+}
+
+/// True for properties that codes can be converted with.
+fn is_usable(adc: &AdcProperties) -> bool {
+    let is_positive = |value: f32| value.is_finite() && value > 0.0;
+    let delay = adc.channel_delay.0;
+    (1..=16).contains(&adc.bits)
+        && is_positive(adc.rate.0)
+        && is_positive(adc.reference.0)
+        && delay.is_finite()
+        && delay >= 0.0
 }
 
 /// Checks that a DOF is one of the layout, with mass lines that can be solved.

@@ -3,6 +3,7 @@ use massline_protocol::object::{DofResult, ResultHead, StoredTrend};
 use massline_shared::layout::FrfEstimator;
 use massline_shared::mass_line::Terms;
 use massline_shared::signal::RESPONSES;
+use massline_shared::units::{Hertz, Seconds, Volts};
 use serde_json::{Value, json};
 
 use super::*;
@@ -51,6 +52,16 @@ fn archive() -> Archive {
             firmware: "0.1.0".into(),
             git_hash: "0".into(),
             git_dirty: false,
+            sampler: Some(ArchivedSampler {
+                adc: AdcProperties {
+                    rate: Hertz(4000.0),
+                    channels: 10,
+                    bits: 12,
+                    reference: Volts(3.3),
+                    channel_delay: Seconds(1e-5),
+                },
+                pre_trigger_scans: 80,
+            }),
         },
         layout: ArchivedLayout::of_file(&file),
         calibration: Some(CalibrationTable::of_record(&CalibrationRecord::default())),
@@ -132,6 +143,8 @@ fn contents_that_no_test_gives_are_named() {
          \"cross\":[],\"response_auto\":[]}",
     );
     assert!(uneven.contains("spectra[0]: its lists have different lengths"), "{uneven}");
+    let bits = said("\"bits\":12", "\"bits\":40");
+    assert!(bits.contains("rig.sampler.adc"), "{bits}");
     let zero = said("\"sensitivity_v_per_n\":", "\"sensitivity_v_per_n\":0.0,\"was\":");
     assert!(zero.contains("was"), "{zero}");
 }

@@ -14,12 +14,14 @@ use crate::picture::{DrawnFile, ImageFormat, LAYOUT_NEEDED, Picture, Source};
 #[command(after_help = "\
 RESULT is an archive (FRAME.massline) or the output of solve, modes, measure, results get, simulate
 or replay with --json. Every picture that it has the data for is drawn, or those of --picture. Of
-several results, the best answer of each is drawn side by side. The font is DejaVu Sans, whose licence
+several results, the best answer of each is drawn side by side. The hits need an archive of
+measure --records. The font is DejaVu Sans, whose licence
 is in the source beside it.
 
 Examples:
   massline plot frame.massline
   massline plot frame.massline --picture estimates -o frame.png
+  massline plot frame.massline --picture pulls --picture driving-points -o pictures
   massline solve wheel.toml wheel.uff --json > wheel.json
   massline plot wheel.json --layout wheel.toml -o pictures
   massline plot test-1.massline test-2.massline -o both.svg")]

@@ -1,7 +1,7 @@
 //! The nuisance parameters of a fit, and the influence of sensors and hits.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Spread;
 
@@ -23,7 +23,7 @@ pub struct Details {
 }
 
 /// Errors of a sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "sensor_details")]
 pub struct SensorDetails {
     /// Its node.
@@ -39,7 +39,7 @@ pub struct SensorDetails {
 }
 
 /// Errors of a hit.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "hit_details")]
 pub struct HitDetails {
     /// Its DOF.
@@ -75,7 +75,7 @@ pub struct Influence {
 }
 
 /// The error budget as stated and as learned.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "error_budget")]
 pub struct ErrorBudget {
     /// Scatter of the position of a hit.
@@ -87,7 +87,7 @@ pub struct ErrorBudget {
 }
 
 /// A standard deviation, or a factor of it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "stated_and_learned")]
 pub struct StatedAndLearned {
     /// As the layout states it.

@@ -85,7 +85,7 @@ fn draw<B: DrawingBackend>(drawing: &impl Drawing, backend: B) -> Result<()> {
 }
 
 /// Makes the font known to the library, once.
-fn register() -> Result<()> {
+pub(super) fn register() -> Result<()> {
     static REGISTERED: OnceLock<bool> = OnceLock::new();
     let done = REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, FONT_FILE).is_ok());
     if *done { Ok(()) } else { Err(failed("the font is broken")) }
@@ -112,6 +112,11 @@ pub(super) fn write<B: DrawingBackend>(
     size: f64,
 ) -> Drawn<B> {
     area.draw_text(words, &text(size).pos(Pos::new(horizontal, vertical)), at)
+}
+
+/// A number with this many decimals, short also when it is no number of a test.
+pub(super) fn number(value: f64, decimals: usize) -> String {
+    if value.abs() < 1e6 { format!("{value:.decimals$}") } else { format!("{value:.1e}") }
 }
 
 /// Names beside their colours, in lines from the top of an area; returns the height that they take.

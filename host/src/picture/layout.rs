@@ -87,14 +87,32 @@ impl View {
 }
 
 /// Labels that keep clear of each other.
+#[derive(Default)]
 struct Labels {
-    taken: Vec<[i32; 4]>,
+    /// What they keep clear of.
+    kept: Vec<[i32; 4]>,
+    /// Where they are.
+    written: Vec<[i32; 4]>,
+}
+
+/// True for boxes of left, upper, right and lower ends that have nothing in common.
+fn are_apart(a: &[i32; 4], b: &[i32; 4]) -> bool {
+    a[2] < b[0] || b[2] < a[0] || a[3] < b[1] || b[3] < a[1]
 }
 
 impl Labels {
     /// Keeps a square about a point free of labels.
     fn keep(&mut self, (x, y): (i32, i32), half: i32) {
-        self.taken.push([x - half, y - half, x + half, y + half]);
+        self.kept.push([x - half, y - half, x + half, y + half]);
+    }
+
+    /// Keeps a line free of labels.
+    fn keep_line(&mut self, from: (i32, i32), to: (i32, i32)) {
+        const PIECES: i32 = 16;
+        for k in 0..=PIECES {
+            let between = |a: i32, b: i32| a + (b - a) * k / PIECES;
+            self.keep((between(from.0, to.0), between(from.1, to.1)), 5);
+        }
     }
 
     /// Writes a label beside a point, where the nearest free place is.
@@ -106,7 +124,7 @@ impl Labels {
     ) -> Drawn<B> {
         let (width, height) = area.estimate_text_size(words, &text(SMALL))?;
         let (width, height) = (width as i32, height as i32 + 4);
-        let rings = (0..4).map(|ring| 18 + ring * (height + 2));
+        let rings = (0..6).map(|ring| 18 + ring * (height + 2));
         let places = rings.flat_map(|far| {
             (0..16).map(move |k| {
                 let (sin, cos) = (TAU * f64::from(k) / 16.0).sin_cos();
@@ -120,11 +138,9 @@ impl Labels {
             let (x, y) = (at.0 + dx, at.1 + dy);
             [x - width / 2, y - height / 2, x + width / 2, y + height / 2]
         };
-        let is_free = |a: &[i32; 4]| {
-            self.taken.iter().all(|b| a[2] < b[0] || b[2] < a[0] || a[3] < b[1] || b[3] < a[1])
-        };
+        let is_free = |a: &[i32; 4]| self.kept.iter().chain(&self.written).all(|b| are_apart(a, b));
         let found = places.map(boxed).find(is_free).unwrap_or_else(|| boxed((0, -18)));
-        self.taken.push(found);
+        self.written.push(found);
         let middle = ((found[0] + found[2]) / 2, (found[1] + found[3]) / 2);
         write(area, words, middle, (HPos::Center, VPos::Center), SMALL)
     }
@@ -136,6 +152,16 @@ impl Drawing for InSpace {
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+        self.labelled(area).map(|_| ())
+    }
+}
+
+impl InSpace {
+    /// Draws the picture; returns its labels.
+    fn labelled<B: DrawingBackend>(
+        &self,
+        area: &Area<B>,
+    ) -> std::result::Result<Labels, DrawingAreaErrorKind<B::ErrorType>> {
         let [of_sensors, of_hits, of_body] = [COLORS[0], COLORS[1], COLORS[2]];
         let names = [
             ("sensor at its node".to_owned(), of_sensors),
@@ -157,12 +183,14 @@ impl Drawing for InSpace {
         }
         let view = View::of(&points, area.dim_in_pixel());
         let reach = 110.0 / view.scale;
-        let mut labels = Labels { taken: Vec::new() };
+        let mut labels = Labels::default();
         sensors.iter().chain(&hits).for_each(|point| labels.keep(view.at(point), 12));
+        let mut ends_of_axes = Vec::new();
         for (axis, name) in [(Vector3::x(), "x"), (Vector3::y(), "y"), (Vector3::z(), "z")] {
             let ends = [Vector3::zeros(), axis * reach].map(|point| view.at(&point));
             area.draw(&PathElement::new(ends, INK.mix(0.6).stroke_width(2)))?;
-            labels.write(&area, name, ends[1])?;
+            labels.keep_line(ends[0], ends[1]);
+            ends_of_axes.push((name, ends[1]));
         }
         if let Some((center, arms)) = center.zip(arms) {
             for (first, second) in [(0, 1), (0, 2), (1, 2)] {
@@ -181,20 +209,30 @@ impl Drawing for InSpace {
         if let Some(center) = center {
             area.draw(&Circle::new(view.at(&center), 9, of_body.filled()))?;
         }
-        for (sensor, point) in self.layout.sensors.iter().zip(&sensors) {
-            let (x, y) = view.at(point);
+        for (x, y) in sensors.iter().map(|point| view.at(point)) {
             area.draw(&Rectangle::new([(x - 9, y - 9), (x + 9, y + 9)], of_sensors.filled()))?;
-            labels.write(&area, &sensor.node.to_string(), (x, y))?;
         }
+        let mut tails = Vec::new();
         for (hit, point) in self.layout.hits.iter().zip(&hits) {
             // The arrow ends where the hammer hits.
             let tail = view.at(&(point - Vector3::from(hit.direction) * reach));
             let tip = view.at(point);
             arrow(&area, tail, tip, of_hits)?;
+            labels.keep_line(tail, tip);
+            tails.push(tail);
+        }
+        for (sensor, point) in self.layout.sensors.iter().zip(&sensors) {
+            labels.write(&area, &sensor.node.to_string(), view.at(point))?;
+        }
+        for (hit, tail) in self.layout.hits.iter().zip(tails) {
             labels.write(&area, &hit.dof.to_string(), tail)?;
         }
+        for (name, end) in ends_of_axes {
+            labels.write(&area, name, end)?;
+        }
         let (_, height) = area.dim_in_pixel();
-        self.ruler(&area, &view, height as i32 - 20)
+        self.ruler(&area, &view, height as i32 - 20)?;
+        Ok(labels)
     }
 }
 
@@ -236,5 +274,41 @@ impl InSpace {
         let name =
             if length < 1.0 { format!("{:.0} mm", length * 1e3) } else { format!("{length:.0} m") };
         write(area, &name, (end + 16, y), (HPos::Left, VPos::Center), SMALL)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::canvas::register;
+    use super::*;
+    use crate::layout_file::LayoutFile;
+
+    /// The frame with every node hit along every axis.
+    fn twelve_dofs() -> HostLayout {
+        let file = include_str!("../../examples/three-bar-test-1.toml");
+        let start = file.find("hits = [").expect("the hits of the layout");
+        let end = start + file[start..].find(']').expect("the end of the list");
+        let dofs: Vec<String> = (1..=4)
+            .flat_map(|node| ["X", "Y", "Z"].map(|axis| format!("\"{node}:+{axis}\"")))
+            .collect();
+        let text = format!("{}hits = [{}{}", &file[..start], dofs.join(", "), &file[end..]);
+        LayoutFile::parse(&text, "twelve.toml").unwrap().layout
+    }
+
+    #[test]
+    fn the_labels_of_twelve_hits_keep_clear_of_each_other_and_of_the_arrows() {
+        register().unwrap();
+        let layout = twelve_dofs();
+        assert_eq!(layout.hits.len(), 12);
+        let picture = InSpace { title: String::new(), layout, body: None };
+        let mut svg = String::new();
+        let area = SVGBackend::with_string(&mut svg, (1540, 900)).into_drawing_area();
+        let labels = picture.labelled(&area).unwrap();
+        // Three sensors, twelve hits and three axes.
+        assert_eq!(labels.written.len(), 18);
+        for (place, label) in labels.written.iter().enumerate() {
+            let others = labels.written[..place].iter().chain(&labels.kept);
+            assert!(others.into_iter().all(|other| are_apart(label, other)), "{place}: {label:?}");
+        }
     }
 }

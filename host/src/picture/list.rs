@@ -1,8 +1,8 @@
 //! The list of pictures.
 
 use super::{
-    Assurance, Drawing, Estimates, ImageFormat, InSpace, Indicators, Responses, Source,
-    Stabilisation, render,
+    Assurance, Budget, Drawing, DrivingPoints, Estimates, HitsOfDof, ImageFormat, InSpace,
+    Indicators, Pulls, Responses, Source, Stabilisation, render,
 };
 use crate::error::Result;
 
@@ -15,6 +15,14 @@ pub enum Picture {
     Layout,
     /// Magnitude, phase and coherence of the frequency responses with the mass lines, a picture for each hit DOF.
     Frf,
+    /// All hits one above the other, force, its spectrum and responses, a picture for each hit DOF.
+    Hits,
+    /// Whether every point that is hit moves with its force.
+    DrivingPoints,
+    /// How far the fit pulls sensors and hits, and what it leaves of the readings of the hits.
+    Pulls,
+    /// The error budget as stated and as learned.
+    Budget,
     /// How much of each suspension mode each hit shows.
     NormIndicator,
     /// The modal assurance criterion of the suspension modes.
@@ -33,10 +41,14 @@ pub struct DrawnFile {
 
 impl Picture {
     /// Every picture.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 10] = [
         Self::Estimates,
         Self::Layout,
         Self::Frf,
+        Self::Hits,
+        Self::DrivingPoints,
+        Self::Pulls,
+        Self::Budget,
         Self::NormIndicator,
         Self::Mac,
         Self::Stabilisation,
@@ -48,6 +60,10 @@ impl Picture {
             Self::Estimates => "estimates",
             Self::Layout => "layout",
             Self::Frf => "frf",
+            Self::Hits => "hits",
+            Self::DrivingPoints => "driving-points",
+            Self::Pulls => "pulls",
+            Self::Budget => "budget",
             Self::NormIndicator => "norm-indicator",
             Self::Mac => "mac",
             Self::Stabilisation => "stabilisation",
@@ -60,6 +76,16 @@ impl Picture {
             Self::Estimates => "an answer",
             Self::Layout => "an archive, or the layout file of the test (--layout)",
             Self::Frf => "an archive with the spectra of the test",
+            Self::Hits => {
+                "an archive with the records of the hits: measure --output FILE.massline --records"
+            }
+            Self::DrivingPoints => {
+                "an archive with mass lines, and sensors that see all motions of the body"
+            }
+            Self::Pulls => {
+                "an answer by maximum likelihood or the global fit, with details of its fit"
+            }
+            Self::Budget => "an answer that has learned about its error budget",
             Self::NormIndicator | Self::Mac | Self::Stabilisation => {
                 "suspension modes: the output of solve or modes with --json, from responses in the suspension band"
             }
@@ -72,11 +98,21 @@ impl Picture {
     /// When a result is malformed, and without a layout for the estimates.
     pub fn of(self, sources: &[Source], format: ImageFormat) -> Result<Vec<DrawnFile>> {
         let [first, ..] = sources else { return Ok(Vec::new()) };
-        let modes = || first.modes();
+        let (modes, details) = (|| first.modes(), || first.details());
         match self {
             Self::Estimates => self.one(Estimates::of(sources)?, format),
             Self::Layout => self.one(InSpace::of(first)?, format),
-            Self::Frf => Responses::of(first)?.iter().map(|of| self.of_dof(of, format)).collect(),
+            Self::Frf => {
+                let each = Responses::of(first)?;
+                each.iter().map(|of| self.of_dof(&of.dof, of, format)).collect()
+            }
+            Self::Hits => {
+                let each = HitsOfDof::of(first)?;
+                each.iter().map(|of| self.of_dof(&of.dof, of, format)).collect()
+            }
+            Self::DrivingPoints => self.one(DrivingPoints::of(first)?, format),
+            Self::Pulls => self.one(details()?.and_then(|of| Pulls::of(first, &of)), format),
+            Self::Budget => self.one(details()?.and_then(|of| Budget::of(first, &of)), format),
             Self::NormIndicator => self.one(modes()?.map(|of| Indicators::of(first, &of)), format),
             Self::Mac => self.one(modes()?.map(|of| Assurance::of(first, &of)), format),
             Self::Stabilisation => {
@@ -92,8 +128,8 @@ impl Picture {
     }
 
     /// The name of a file must not have a colon on Windows.
-    fn of_dof(self, drawing: &Responses, format: ImageFormat) -> Result<DrawnFile> {
-        let stem = format!("{}-{}", self.name(), drawing.dof.replace(':', ""));
+    fn of_dof(self, dof: &str, drawing: &impl Drawing, format: ImageFormat) -> Result<DrawnFile> {
+        let stem = format!("{}-{}", self.name(), dof.replace(':', ""));
         Ok(DrawnFile { stem, bytes: render(drawing, format)? })
     }
 }

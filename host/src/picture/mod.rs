@@ -4,22 +4,31 @@
 //! list of [`Picture`]s says which there are; `massline plot` and the report read that list.
 
 mod assurance;
+mod budget;
 mod canvas;
+mod driving_points;
 mod estimates;
+mod hits;
 mod indicators;
 mod layout;
 mod list;
+mod panel;
+mod pulls;
 mod responses;
 mod source;
 mod stabilisation;
 mod theme;
 
 pub use assurance::Assurance;
+pub use budget::Budget;
 pub use canvas::{Drawing, ImageFormat, render};
+pub use driving_points::DrivingPoints;
 pub use estimates::{Estimates, Series};
+pub use hits::HitsOfDof;
 pub use indicators::Indicators;
 pub use layout::InSpace;
 pub use list::{DrawnFile, Picture};
+pub use pulls::{Pull, Pulls};
 pub use responses::Responses;
-pub use source::{LAYOUT_NEEDED, ShownModes, Source};
+pub use source::{LAYOUT_NEEDED, ShownDetails, ShownModes, Source};
 pub use stabilisation::Stabilisation;

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::archive::{Archive, is_archive};
-use crate::document::{Mode, Order};
+use crate::document::{ErrorBudget, HitDetails, Mode, Order, SensorDetails};
 use crate::error::{Error, Result};
 use crate::export::{Exported, document_of_archive, of_value, one_line, read_document};
 use crate::layout_file::LayoutFile;
@@ -53,7 +53,7 @@ impl Source {
         let title = layout.map(|file| file.title.as_str()).filter(|title| !title.is_empty());
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         Ok(Self {
-            title: shortened(&one_line(said.or(title).unwrap_or(&stem))),
+            title: shown(said.or(title).unwrap_or(&stem)),
             layout: stored.or(layout.map(|file| &file.layout)).cloned(),
             reference: layout.and_then(|file| file.reference?.complete()),
             document,
@@ -132,7 +132,8 @@ impl Source {
             _ if self.document["modes"].is_array() => &self.document,
             _ => return Ok(None),
         };
-        let band_hz: [f64; 2] = self.part(modes, "band_hz")?;
+        let part = "suspension modes";
+        let band_hz: [f64; 2] = self.part(modes, part, "band_hz")?;
         if !(0.0 <= band_hz[0] && band_hz[0] < band_hz[1]) {
             let [low, high] = band_hz;
             let text = format!(
@@ -143,18 +144,41 @@ impl Source {
         }
         Ok(Some(ShownModes {
             band_hz,
-            modes: self.part(modes, "modes")?,
-            modal_assurance: self.part(modes, "modal_assurance")?,
-            orders: self.part(modes, "orders")?,
+            modes: self.part(modes, part, "modes")?,
+            modal_assurance: self.part(modes, part, "modal_assurance")?,
+            orders: self.part(modes, part, "orders")?,
         }))
     }
 
-    fn part<T: DeserializeOwned>(&self, of: &Value, key: &str) -> Result<T> {
+    /// What the fit has found about sensors and hits, where the result has it: of the host, else of its document.
+    ///
+    /// # Errors
+    /// Exit 2 when it is malformed.
+    pub fn details(&self) -> Result<Option<ShownDetails>> {
+        let of_host = self.document.get("host").and_then(|host| host.get("details"));
+        let details = [of_host, self.document.get("details")];
+        let Some(details) = details.into_iter().flatten().find(|of| of.is_object()) else {
+            return Ok(None);
+        };
+        let part = "details";
+        Ok(Some(ShownDetails {
+            sensors: self.part(details, part, "sensors")?,
+            hits: self.part(details, part, "hits")?,
+            error_budget: self.part(details, part, "error_budget")?,
+        }))
+    }
+
+    fn part<T: DeserializeOwned>(&self, of: &Value, what: &str, key: &str) -> Result<T> {
         T::deserialize(&of[key]).map_err(|e| {
-            let text = format!("{}: {key} of the suspension modes: {e}", self.name);
+            let text = format!("{}: {key} of the {what}: {e}", self.name);
             Error::input("result_malformed", text)
         })
     }
+}
+
+/// Text of a file as a picture shows it: in one line, and not too long.
+pub(super) fn shown(words: &str) -> String {
+    shortened(&one_line(words))
 }
 
 /// A title that fits a picture.
@@ -182,4 +206,14 @@ impl ShownModes {
     pub fn frequencies_hz(&self) -> Vec<f64> {
         self.modes.iter().map(|mode| mode.frequency_hz.value).collect()
     }
+}
+
+/// What pictures show of the details of a fit.
+pub struct ShownDetails {
+    /// The sensors.
+    pub sensors: Vec<SensorDetails>,
+    /// The hits.
+    pub hits: Vec<HitDetails>,
+    /// The error budget as stated and as learned.
+    pub error_budget: Option<ErrorBudget>,
 }

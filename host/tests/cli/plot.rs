@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::program::{run, success};
 
@@ -43,15 +43,18 @@ fn an_archive_has_pictures_of_answers_layout_and_responses() {
     let archive = text(&data("archive/version-1.massline"));
     let pictures = text(folder.path());
     let printed = success(&["plot", &archive, "-o", &pictures]);
-    assert_eq!(printed["written"].as_array().unwrap().len(), 5);
+    assert_eq!(printed["written"].as_array().unwrap().len(), 8);
     compare(
         folder.path(),
         &[
+            "version-1-budget.svg",
+            "version-1-driving-points.svg",
             "version-1-estimates.svg",
             "version-1-frf-1+Y.svg",
             "version-1-frf-2+Z.svg",
             "version-1-frf-4+X.svg",
             "version-1-layout.svg",
+            "version-1-pulls.svg",
         ],
     );
     // Nothing is replaced unless that is asked for.
@@ -85,7 +88,8 @@ fn what_cannot_be_drawn_is_named() {
         (vec!["plot", &archive, "--picture", "mac"], 3, "suspension modes"),
         (vec!["plot", &archive, "-o", "all.svg"], 2, "--picture"),
         (vec!["plot", &archive, "--picture", "frf", "-o", "frf.svg"], 2, "each of 3 hit DOFs"),
-        (vec!["plot", &archive, "--picture", "hits"], 2, "stabilisation"),
+        (vec!["plot", &archive, "--picture", "hits"], 3, "--records"),
+        (vec!["plot", &archive, "--picture", "taps"], 2, "stabilisation"),
     ] {
         let found = run(&arguments);
         assert_eq!(found.exit, exit, "{arguments:?}: {}", found.stderr);
@@ -94,8 +98,13 @@ fn what_cannot_be_drawn_is_named() {
     // An answer alone does not say where the sensors are.
     let solved = folder.path().join("solved.json");
     fs::write(&solved, success(&["solve", &archive]).to_string()).unwrap();
-    let alone = run(&["plot", &text(&solved), "-o", &text(folder.path())]);
+    let [solved, to] = [solved.as_path(), folder.path()].map(text);
+    let alone = run(&["plot", &solved, "--picture", "estimates", "-o", &to]);
     assert!(alone.exit == 2 && alone.says("--layout"), "{}", alone.stderr);
+    // Its pulls do not need to be told.
+    let others = run(&["plot", &solved, "-o", &to]);
+    assert!(others.exit == 0 && others.says("--layout"), "{}", others.stderr);
+    assert!(others.stdout.contains("solved-pulls.svg"), "{}", others.stdout);
 }
 
 #[test]
@@ -119,4 +128,132 @@ fn a_title_is_text_whatever_is_in_it() {
     let drawn = fs::read_to_string(&svg).unwrap();
     assert!(drawn.contains("&lt;script&gt;") && !drawn.contains("<script"), "{drawn}");
     assert!(!drawn.contains('\u{202e}'), "the direction of text is not changed");
+}
+
+/// A change of an archive.
+type Change<'a> = &'a dyn Fn(&mut Value);
+
+/// The archive with the records of three hits, changed.
+fn edited(folder: &Path, name: &str, change: Change<'_>) -> String {
+    let bytes = fs::read(data("pictures/records.massline")).unwrap();
+    let mut archive: Value = serde_json::from_slice(&bytes).unwrap();
+    change(&mut archive);
+    let path = folder.join(format!("{name}.massline"));
+    fs::write(&path, archive.to_string()).unwrap();
+    text(&path)
+}
+
+#[test]
+fn an_archive_with_records_has_a_picture_of_the_hits_of_a_dof() {
+    let folder = tempfile::tempdir().unwrap();
+    let archive = text(&data("pictures/records.massline"));
+    let drawn = text(folder.path());
+    success(&["plot", &archive, "--picture", "hits", "-o", &drawn]);
+    compare(folder.path(), &["records-hits-1+Y.svg"]);
+    let svg = fs::read_to_string(folder.path().join("records-hits-1+Y.svg")).unwrap();
+    for words in ["hit 1", "hit 3", "force, N", "sensor at node 3", "time after the trigger, ms"] {
+        assert!(svg.contains(words), "{words}");
+    }
+    // Without the converter's properties, codes have no unit.
+    let silent = edited(folder.path(), "silent", &|archive| {
+        archive["rig"].as_object_mut().unwrap().remove("sampler");
+    });
+    assert_eq!(run(&["plot", &silent, "--picture", "hits"]).exit, 3);
+}
+
+#[test]
+fn edited_archives_are_drawn_or_refused_but_nothing_panics() {
+    let folder = tempfile::tempdir().unwrap();
+    let pictures = text(&folder.path().join("pictures"));
+    let fourth_sensor = |archive: &mut Value| {
+        let sensors = archive["layout"]["resolved"]["sensors"].as_array_mut().unwrap();
+        let mut fourth = sensors[0].clone();
+        fourth["node"] = json!(9);
+        sensors.push(fourth);
+    };
+    let one_bin = |archive: &mut Value| {
+        let spectra = &mut archive["spectra"][0];
+        let shorten = |list: &mut Value| list.as_array_mut().unwrap().truncate(1);
+        shorten(&mut spectra["force_auto"]);
+        for key in ["cross", "response_auto"] {
+            spectra[key].as_array_mut().unwrap().iter_mut().for_each(shorten);
+        }
+    };
+    let scans = |archive: &mut Value, count: usize| {
+        for record in archive["hit_records"].as_array_mut().unwrap() {
+            record["codes"].as_array_mut().unwrap().truncate(count);
+        }
+    };
+    let changes: [(&str, Change<'_>); 8] = [
+        ("fourth-sensor", &fourth_sensor),
+        ("one-bin", &one_bin),
+        ("no-scan", &|archive| scans(archive, 0)),
+        ("one-scan", &|archive| scans(archive, 1)),
+        ("few-scans", &|archive| scans(archive, 5)),
+        ("silent-hammer", &|archive| {
+            for record in archive["hit_records"].as_array_mut().unwrap() {
+                for scan in record["codes"].as_array_mut().unwrap() {
+                    scan[0] = json!(137);
+                }
+            }
+        }),
+        ("reversed-band", &|archive| {
+            archive["result"]["dofs"][0]["band_hz"] = json!([120.0, 10.0]);
+        }),
+        ("other-dof", &|archive| {
+            archive["hit_records"][0]["dof"] = json!("../../1:+Y");
+        }),
+    ];
+    for (name, change) in changes {
+        let archive = edited(folder.path(), name, change);
+        let found = run(&["plot", &archive, "-o", &pictures]);
+        assert!([0, 2, 3].contains(&found.exit), "{name}: {} {}", found.exit, found.stderr);
+    }
+    let bits = edited(folder.path(), "bits", &|archive| {
+        archive["rig"]["sampler"]["adc"]["bits"] = json!(60);
+    });
+    let refused = run(&["plot", &bits, "-o", &pictures]);
+    assert!(refused.exit == 2 && refused.says("rig.sampler.adc"), "{}", refused.stderr);
+}
+
+#[test]
+fn malformed_details_and_bands_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let archive = text(&data("pictures/records.massline"));
+    let layout = text(&data("../../host/examples/three-bar-test-1.toml"));
+    let mut document = success(&["solve", &archive]);
+    document["host"] = Value::Null;
+    let path = folder.path().join("solved.json");
+    let plot = |document: &Value, picture: &str| {
+        fs::write(&path, document.to_string()).unwrap();
+        let to = text(folder.path());
+        run(&[
+            "plot",
+            &text(&path),
+            "--layout",
+            &layout,
+            "--picture",
+            picture,
+            "-o",
+            &to,
+            "--force",
+        ])
+    };
+    assert_eq!(plot(&document, "pulls").exit, 0);
+    assert_eq!(plot(&document, "budget").exit, 0);
+    let mut changed = document.clone();
+    changed["details"]["sensors"][0]["pull"] = json!("much");
+    let refused = plot(&changed, "pulls");
+    assert!(refused.exit == 2 && refused.says("sensors of the details"), "{}", refused.stderr);
+    let mut huge = document.clone();
+    huge["details"]["hits"][0]["pull"] = json!(1e300);
+    huge["details"]["hits"][0]["dof"] = json!("<b>".repeat(4000));
+    huge["details"]["error_budget"]["constant_scale"]["learned"] = json!(1e308);
+    assert_eq!(plot(&huge, "pulls").exit, 0);
+    assert_eq!(plot(&huge, "budget").exit, 0);
+    let mut band = document;
+    band["suspension"] =
+        json!({ "band_hz": [9.0, 2.0], "modes": [], "modal_assurance": [], "orders": [] });
+    let refused = plot(&band, "mac");
+    assert!(refused.exit == 2 && refused.says("is no band"), "{}", refused.stderr);
 }

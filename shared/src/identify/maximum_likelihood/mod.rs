@@ -43,6 +43,7 @@ pub use super::budget::{BudgetScales, ErrorBudget, LearnedBudget};
 pub use bound::{Bound, bound, readings_covariance};
 pub use fit::{Fit, Start};
 pub use nuisances::{HitNuisances, NuisanceEstimates, SensorNuisances};
+pub use pulls::SUSPICIOUS as SUSPICIOUS_PULL;
 
 use super::method::{self, Entry, Observable, Progress};
 use super::observations::{Observations, SpectrumBins};

@@ -12,7 +12,7 @@ use crate::responses::Responses;
 use heapless::Vec;
 
 /// A sensor or hit is suspect when its root mean square pull exceeds this number of standard deviations.
-pub(in crate::identify) const SUSPICIOUS: f64 = 2.0;
+pub const SUSPICIOUS: f64 = 2.0;
 
 /// Values of the unknowns: of the nuisance parameters that stay the same over the test, in standard deviations
 /// of the budget, and perhaps of the ten properties.

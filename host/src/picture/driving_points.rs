@@ -1,0 +1,217 @@
+//! Whether every point that is hit moves with its force: the real part of its accelerance along the hit. Above the modes of
+//! the suspension it is positive for every rigid body, and at least 1/m; a curve below zero is a reversed axis or hammer.
+//!
+//! The point moves as all sensors together have it; where a sensor sits at the point, its own reading stands beside it.
+
+use massline_shared::FrequencyResponses;
+use massline_shared::identify::ResponseInverse;
+use massline_shared::layout::{HostLayout, RIG_SENSORS};
+use massline_shared::modes::reduce_line;
+use nalgebra::{Complex, Vector3, Vector6};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::canvas::{Area, Drawing, Drawn, legend, write};
+use super::panel::{Curve, Panel, range_of};
+use super::source::Source;
+use super::theme::{COLORS, INK, LABEL};
+use crate::archive::ArchivedSpectra;
+use crate::error::Result;
+use crate::identification::lines_of;
+use crate::uff::Frf;
+
+/// The range of the frequency, over the ends of the band of the mass lines.
+const SHOWN: [f64; 2] = [0.7, 1.3];
+/// The largest number of panels in a row.
+const COLUMNS: usize = 4;
+
+/// The point of one DOF.
+#[derive(Clone, Debug, PartialEq)]
+struct Point {
+    dof: String,
+    band_hz: [f64; 2],
+    /// That of the mass lines, (m/s²)/N.
+    mass_line: f64,
+    curves: Option<Accelerances>,
+}
+
+/// Frequency, Hz, and real part of the accelerance of a point, (m/s²)/N.
+#[derive(Clone, Debug, PartialEq)]
+struct Accelerances {
+    /// As all sensors have it.
+    of_all: Vec<(f64, f64)>,
+    /// As the sensor at the point reads it; empty without one.
+    of_sensor: Vec<(f64, f64)>,
+}
+
+/// The points of a test that are hit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrivingPoints {
+    /// What was measured.
+    pub title: String,
+    /// 1/m of the best answer, 1/kg.
+    least: Option<f64>,
+    points: Vec<Point>,
+}
+
+impl DrivingPoints {
+    /// The points of an archive; `None` without one, and when its sensors do not see all motions of the body.
+    ///
+    /// # Errors
+    /// When calibration or answer are malformed.
+    pub fn of(source: &Source) -> Result<Option<Self>> {
+        let Some(archive) = source.archive() else { return Ok(None) };
+        // An edited archive may have more sensors than its rig.
+        let mut layout = archive.layout.resolved.clone();
+        layout.sensors.truncate(RIG_SENSORS);
+        let layout = &layout;
+        let reference = layout.sensor_centroid();
+        let inverse = ResponseInverse::new(
+            &layout.response_matrix(&reference),
+            layout.characteristic_length(),
+        );
+        let Some(inverse) = inverse.filter(|of| of.rank == 6) else { return Ok(None) };
+        let frfs = archive.frfs()?;
+        let responses = 3 * layout.sensors.len();
+        let curves_of = |dof: &str, hit: usize| {
+            let mut each = archive.spectra.iter().zip(frfs.chunks_exact(responses.max(1)));
+            let (spectra, frfs) = each.find(|(spectra, _)| spectra.dof == dof)?;
+            Accelerances::of(layout, hit, spectra, frfs)
+        };
+        let mut points = Vec::new();
+        for (index, lines) in lines_of(&archive.result) {
+            let Some(hit) = layout.hits.get(index) else { continue };
+            let dof = hit.dof.to_string();
+            let of_dof = archive.result.dofs.iter().find(|of| of.dof == hit.dof);
+            points.push(Point {
+                band_hz: of_dof
+                    .map_or_else(|| layout.test.expected_band(), |of| of.band_hz.map(f64::from)),
+                mass_line: hit.unit_force(&reference).dot(&inverse.motion(&lines.accelerance)),
+                curves: curves_of(&dof, index),
+                dof,
+            });
+        }
+        let mass = source.answers()?.first().map(|answer| answer.body.mass);
+        let least = mass.filter(|mass| *mass > 0.0).map(|mass| 1.0 / mass);
+        let title = source.title.clone();
+        Ok((!points.is_empty()).then_some(Self { title, least, points }))
+    }
+}
+
+impl Accelerances {
+    /// Those of a hit of the layout; `None` with fewer than two bins.
+    fn of(
+        layout: &HostLayout,
+        hit: usize,
+        spectra: &ArchivedSpectra,
+        frfs: &[Frf],
+    ) -> Option<Self> {
+        let hit = layout.hits.get(hit)?;
+        let frequencies = &frfs.first().filter(|frf| frf.frequency_hz.len() > 1)?.frequency_hz;
+        let bins = 0..frequencies.len();
+        let readings: Vec<Complex<f64>> = bins
+            .clone()
+            .flat_map(|bin| frfs.iter().filter_map(move |frf| frf.accelerance.get(bin).copied()))
+            .collect();
+        let readings = FrequencyResponses::new(frequencies, &readings, frfs.len(), 1)?
+            .windowed(spectra.decay_per_s, 1.0);
+        let reference = layout.sensor_centroid();
+        let force = hit.unit_force(&reference);
+        let rigid = |bin: usize| {
+            let mut motion = [Vector6::zeros()];
+            reduce_line(layout, &readings, &reference, bin, &mut motion)?;
+            Some((frequencies[bin], motion[0].map(|part| part.re).dot(&force)))
+        };
+        let at_point = layout.sensors.iter().position(|sensor| sensor.node == hit.dof.node);
+        let along = at_point.map(|sensor| {
+            let rows = layout.sensors[sensor].response_rows(&reference);
+            let axes = rows.fixed_view::<3, 3>(0, 0).into_owned();
+            (3 * sensor, axes * Vector3::from(hit.direction))
+        });
+        let read = |bin: usize| {
+            let (first, along) = along?;
+            let part = |axis: usize| along[axis] * readings.at(bin, first + axis, 0).re;
+            Some((frequencies[bin], (0..3).map(part).sum()))
+        };
+        Some(Self {
+            of_all: bins.clone().filter_map(rigid).collect(),
+            of_sensor: bins.filter_map(read).collect(),
+        })
+    }
+}
+
+impl Point {
+    /// The frequencies that are shown.
+    fn range(&self) -> [f64; 2] {
+        let range = [SHOWN[0] * self.band_hz[0], SHOWN[1] * self.band_hz[1]];
+        if range[0] < range[1] { range } else { [0.0, 1.0] }
+    }
+
+    /// The values within the band.
+    fn values(&self) -> impl Iterator<Item = f64> + '_ {
+        let [low, high] = self.band_hz;
+        let curves = self.curves.iter().flat_map(|of| of.of_all.iter().chain(&of.of_sensor));
+        let inside = curves.filter(move |(f, _)| (low..=high).contains(f)).map(|(_, value)| *value);
+        inside.chain([self.mass_line])
+    }
+
+    fn draw<B: DrawingBackend>(
+        &self,
+        area: &Area<B>,
+        least: Option<f64>,
+        (is_first, is_lowest): (bool, bool),
+    ) -> Drawn<B> {
+        let width = area.dim_in_pixel().0 as i32;
+        let is_reversed = self.mass_line < 0.0;
+        let name =
+            if is_reversed { format!("{}: against its force", self.dof) } else { self.dof.clone() };
+        write(area, &name, (width / 2 + 40, 20), (HPos::Center, VPos::Center), LABEL)?;
+        let (_, area) = area.split_vertically(38);
+        let x = self.range();
+        let mut curves = vec![Curve::level(x, 0.0, INK).wide(3)];
+        curves.extend(least.map(|least| Curve::level(x, least, COLORS[2]).wide(3)));
+        if let Some(of) = &self.curves {
+            curves.push(Curve::of(of.of_sensor.clone(), COLORS[4]));
+            curves.push(Curve::of(of.of_all.clone(), COLORS[0]).wide(3));
+        }
+        let ends = self.band_hz.map(|f| (f, self.mass_line));
+        curves.push(Curve::of(ends.into(), COLORS[1]).wide(5).dashed());
+        let panel = Panel {
+            x,
+            y: range_of(self.values().chain(least)),
+            below: Some(if is_lowest { "frequency, Hz" } else { "" }),
+            left: if is_first { "real part, (m/s²)/N" } else { "" },
+            room: if is_first { 120 } else { 80 },
+            shaded: Some(self.band_hz),
+        };
+        panel.draw(&area, &curves)
+    }
+}
+
+impl Drawing for DrivingPoints {
+    fn title(&self) -> String {
+        format!("{}: points that are hit move with the force", self.title)
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+        let mut names = vec![
+            ("all sensors as one rigid body".to_owned(), COLORS[0]),
+            ("sensor at the point alone".to_owned(), COLORS[4]),
+            ("mass lines; shaded: their band".to_owned(), COLORS[1]),
+        ];
+        if self.least.is_some() {
+            names.push(("1/m: no point moves less".to_owned(), COLORS[2]));
+        }
+        let used = legend(area, &names)?;
+        let (_, area) = area.split_vertically(used);
+        let count = self.points.len();
+        let rows = count.div_ceil(COLUMNS).max(1);
+        let columns = count.div_ceil(rows).max(1);
+        let panels = area.split_evenly((rows, columns));
+        for (place, (point, panel)) in self.points.iter().zip(&panels).enumerate() {
+            let is_lowest = place + columns >= count;
+            point.draw(panel, self.least, (place % columns == 0, is_lowest))?;
+        }
+        Ok(())
+    }
+}
