@@ -190,7 +190,7 @@ impl Point {
 
 impl Drawing for DrivingPoints {
     fn title(&self) -> String {
-        format!("{}: points that are hit move with the force", self.title)
+        format!("{}: accelerance of the points that are hit", self.title)
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {

@@ -82,9 +82,7 @@ impl Picture {
             Self::DrivingPoints => {
                 "an archive with mass lines, and sensors that see all motions of the body"
             }
-            Self::Pulls => {
-                "an answer by maximum likelihood or the global fit, with details of its fit"
-            }
+            Self::Pulls => "an answer by maximum likelihood with the details of its fit",
             Self::Budget => "an answer that has learned about its error budget",
             Self::NormIndicator | Self::Mac | Self::Stabilisation => {
                 "suspension modes: the output of solve or modes with --json, from responses in the suspension band"

@@ -16,7 +16,7 @@ const BELOW: i32 = 84;
 /// Room for the values at the right, pixels.
 const RIGHT: i32 = 300;
 /// Highest row, pixels.
-const HIGHEST: i32 = 70;
+const HIGHEST: i32 = 130;
 /// A larger pull is drawn as this.
 const LARGEST_DRAWN: f64 = 1e6;
 
@@ -130,7 +130,7 @@ impl Drawing for Pulls {
             let size = if row >= 30 { LABEL } else { 0.8 * SMALL };
             write(&area, &of.name, (LEFT - 16, center), (HPos::Right, VPos::Center), size)?;
             let color = if of.pull > SUSPICIOUS_PULL { COLORS[1] } else { COLORS[0] };
-            let half = (row * 3 / 10).max(1);
+            let half = (row * 3 / 10).clamp(1, 24);
             let bar = [(LEFT, center - half), (x(of.pull), center + half)];
             area.draw(&Rectangle::new(bar, color.filled()))?;
             if let Some(residual) = of.residual {
